@@ -1,0 +1,128 @@
+//! What the engagement stage hands on.
+//!
+//! A *station* speaks for the piece `from_mm..to_mm` of its move; the stations of a feed move tile it in order. Its arcs
+//! are those met at a representative (the most engaged) point of that piece. Immersion angles follow DESIGN: φ from the
+//! +Y normal of the feed direction, clockwise seen from the spindle, feed along +X; up-milling begins at φ = 0, climb ends
+//! at φ = π. Under a vertical feed φ keeps the last horizontal direction.
+
+use crate::ids::MoveId;
+use crate::machine::Slice;
+
+/// An engaged stretch of the circle of one slice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EngagedArc {
+    /// Index into the slices of the tool ([`EngagementMap::slices`]).
+    pub slice: u16,
+    /// Where it begins, rad.
+    pub entry_rad: f32,
+    /// Where it ends, rad; `entry_rad < exit_rad`.
+    pub exit_rad: f32,
+}
+
+/// What is special about a station.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct StationFlags {
+    /// Nothing is cut, not even with the stock grown by its uncertainty and the approach distance: air feed is allowed.
+    pub clear_air: bool,
+    /// The engagement is uncertain here (undercut, unknown stock): the feed must not be raised nor the block split.
+    pub uncertain: bool,
+    /// The move leaves the finished surface here.
+    pub final_surface: bool,
+}
+
+/// One piece of a move with its engagement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Station {
+    /// Its move.
+    pub move_id: MoveId,
+    /// Where the piece begins, mm along the move.
+    pub from_mm: f64,
+    /// Where it ends, mm along the move.
+    pub to_mm: f64,
+    /// Volume removed per mm of path over the piece, mm².
+    pub removal_area_mm2: f32,
+    /// Height above the tip up to which the cutter is engaged, mm.
+    pub axial_depth_mm: f32,
+    /// First of its arcs.
+    pub first_arc: u32,
+    /// Number of its arcs; 0: nothing is cut.
+    pub arc_count: u32,
+    /// What is special.
+    pub flags: StationFlags,
+}
+
+impl Station {
+    /// Length of the piece, mm.
+    pub fn length_mm(&self) -> f64 {
+        self.to_mm - self.from_mm
+    }
+}
+
+/// Things that must not happen, found on the way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum EventKind {
+    /// The cutter removes material in a rapid.
+    CutAtRapid,
+    /// The shank meets stock.
+    ShankContact,
+    /// The holder meets stock.
+    HolderContact,
+    /// A fixture is touched.
+    FixtureContact,
+    /// A tool that does not cut at its centre plunges into material.
+    PlungeNotCentreCutting,
+    /// The height field cannot represent the stock here.
+    Undercut,
+    /// The spindle stands still while the tool cuts.
+    SpindleStopped,
+}
+
+/// One such thing, on one line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// Which.
+    pub kind: EventKind,
+    /// The move.
+    pub move_id: MoveId,
+    /// More about it: depth or volume, with unit.
+    pub detail: String,
+}
+
+/// Engagement of a whole program.
+#[derive(Debug, Clone, Default)]
+pub struct EngagementMap {
+    /// Stations in order of execution.
+    pub stations: Vec<Station>,
+    /// Range of stations of each move (empty for rapids), by move index.
+    pub of_move: Vec<std::ops::Range<u32>>,
+    /// Arcs of all stations, one after the other; those of a station sorted by slice.
+    pub arcs: Vec<EngagedArc>,
+    /// Slices of each tool, by tool number; the index in an arc points into these.
+    pub slices: Vec<(u32, Vec<Slice>)>,
+    /// What must not happen.
+    pub events: Vec<Event>,
+    /// Volume of the stock before, mm³.
+    pub initial_mm3: f64,
+    /// Volume removed, mm³.
+    pub removed_mm3: f64,
+    /// Volume left, mm³.
+    pub remaining_mm3: f64,
+    /// Cell of the height field, mm.
+    pub cell_mm: f64,
+}
+
+impl EngagementMap {
+    /// Arcs of a station.
+    pub fn arcs_of(&self, station: &Station) -> &[EngagedArc] {
+        let first = station.first_arc as usize;
+        &self.arcs[first..first + station.arc_count as usize]
+    }
+    /// Slices of a tool; empty for a tool that never cut.
+    pub fn slices_of(&self, tool: u32) -> &[Slice] {
+        self.slices.iter().find(|(number, _)| *number == tool).map_or(&[], |(_, slices)| slices)
+    }
+    /// Stations of a move.
+    pub fn stations_of(&self, id: MoveId) -> &[Station] {
+        self.of_move.get(id.ix()).map_or(&[], |range| &self.stations[range.start as usize..range.end as usize])
+    }
+}

@@ -1,0 +1,70 @@
+//! Loads at one station and one feed, and the inverse question.
+
+use crate::machine::LimitKind;
+
+/// Every load the models offer, at one station and one feed. Names and units as in the report.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Loads {
+    /// Largest resultant in a revolution, in the plane normal to the tool axis, N.
+    pub force_xy_peak_n: f64,
+    /// Magnitude of the force vector averaged over a revolution, N.
+    pub force_xy_mean_n: f64,
+    /// Mean force towards the machined wall, N.
+    pub force_normal_mean_n: f64,
+    /// Largest axial force in a revolution (magnitude), N.
+    pub force_axial_peak_n: f64,
+    /// Mean torque, N·m.
+    pub torque_nm: f64,
+    /// Largest torque in a revolution, N·m.
+    pub torque_peak_nm: f64,
+    /// Power at the motor shaft, tare included, W.
+    pub power_w: f64,
+    /// Tip deflection under the peak resultant, mm.
+    pub deflection_mm: f64,
+    /// Surface error, mm.
+    pub surface_error_mm: f64,
+    /// Bending stress, MPa.
+    pub bending_stress_mpa: f64,
+    /// Largest chip thickness, mm.
+    pub chip_thickness_max_mm: f64,
+    /// Feed per tooth, mm.
+    pub feed_per_tooth_mm: f64,
+    /// Mean force on the tool along the feed direction, its left normal, and the tool axis, N.
+    pub mean_force_n: [f64; 3],
+}
+
+impl Loads {
+    /// The load that a limit bounds, in the unit of [`crate::machine::Limits`] (torque: N·mm); `None` for kinds that are
+    /// no loads.
+    pub fn bounded_by(&self, kind: LimitKind) -> Option<f64> {
+        Some(match kind {
+            LimitKind::ForceXy => self.force_xy_peak_n,
+            LimitKind::ForceNormalMean => self.force_normal_mean_n,
+            LimitKind::ForceAxial => self.force_axial_peak_n,
+            LimitKind::Power => self.power_w,
+            LimitKind::Torque => crate::units::nmm_from_nm(self.torque_nm),
+            LimitKind::Deflection => self.deflection_mm,
+            LimitKind::SurfaceError => self.surface_error_mm,
+            LimitKind::BendingStress => self.bending_stress_mpa,
+            LimitKind::ChipThickness => self.chip_thickness_max_mm,
+            LimitKind::FeedPerTooth => self.feed_per_tooth_mm,
+            _ => return None,
+        })
+    }
+}
+
+/// Largest feed below which a limit is met.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cap {
+    /// The limit is never reached.
+    Free,
+    /// Met up to this feed, mm/s; `per_unit` is its derivative with respect to the limit, (mm/s)/unit.
+    Feed {
+        /// Highest feed, mm/s.
+        feed_mm_s: f64,
+        /// d feed / d limit.
+        per_unit: f64,
+    },
+    /// Exceeded even at no feed (the edge force or the tare alone is more).
+    Unreachable,
+}

@@ -1,0 +1,23 @@
+//! Typed indices, so that a line is never taken for a move.
+
+/// Index of a block (one line of text) in a [`crate::nc::Program`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BlockId(pub u32);
+
+/// Index of a move in a [`crate::nc::Toolpath`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct MoveId(pub u32);
+
+impl BlockId {
+    /// As an index.
+    pub fn ix(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl MoveId {
+    /// As an index.
+    pub fn ix(self) -> usize {
+        self.0 as usize
+    }
+}

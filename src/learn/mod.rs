@@ -1,0 +1,1 @@
+//! Measured data → residual → named effect → process model.

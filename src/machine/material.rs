@@ -1,0 +1,67 @@
+//! What is known of the material under this kind of tool: the force model with its coefficients, and the process model
+//! (named effects with parameters) that calibration and diagnosis add to it.
+
+/// Coefficients of the linear edge model (Xu, Jerard, Fussell, Eqs 2.1–2.3): a force per length of cutting edge is
+/// `k_?c · h + k_?e`, tangential (t), radial/normal (r) and axial (a).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LinearEdge {
+    /// Tangential cutting coefficient, N/mm².
+    pub k_tc: f64,
+    /// Radial cutting coefficient, N/mm².
+    pub k_rc: f64,
+    /// Axial cutting coefficient, N/mm².
+    pub k_ac: f64,
+    /// Tangential edge coefficient, N/mm.
+    pub k_te: f64,
+    /// Radial edge coefficient, N/mm.
+    pub k_re: f64,
+    /// Axial edge coefficient, N/mm.
+    pub k_ae: f64,
+}
+
+/// Force models by the names of `library models`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ForceModel {
+    /// `linear-edge` (also `power`, which leaves the normal coefficients to ratios).
+    LinearEdge(LinearEdge),
+    /// Any other model: its name and its named parameters; `force` holds the formulas.
+    Named {
+        /// Name, as in `library models`.
+        name: String,
+        /// Parameters by name, in the order of the model's description.
+        parameters: Vec<(String, f64)>,
+    },
+}
+
+/// A material as a tool meets it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Name, for the report.
+    pub name: String,
+    /// Force model.
+    pub model: ForceModel,
+    /// Relative standard uncertainty of forces, where it is stated.
+    pub uncertainty: Option<f64>,
+}
+
+/// One named effect with its parameters; the names are those of `library effects`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectUse {
+    /// Name of the effect.
+    pub name: String,
+    /// Parameter values by name.
+    pub parameters: Vec<(String, f64)>,
+}
+
+/// What calibration and diagnosis found: replaces the base coefficients where given, and adds effects.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Process {
+    /// Base model that replaces the material's.
+    pub base: Option<ForceModel>,
+    /// Tare that replaces the spindle's, W.
+    pub tare_w: Option<f64>,
+    /// Effects on top of it, in the order added.
+    pub effects: Vec<EffectUse>,
+    /// Covariance of the base parameters, row by row, where it is known.
+    pub covariance: Vec<Vec<f64>>,
+}

@@ -1,0 +1,258 @@
+//! Validated domain types: axes, control, spindle, tools, material coefficients, limits, stock, fixtures. Plain data in
+//! mm, s, N, W, rad, rev/s; the setup file is turned into these by [`crate::setup`], the core reads nothing else.
+
+pub mod curve;
+pub mod limits;
+pub mod material;
+pub mod profile;
+pub mod tool;
+
+pub use curve::Table;
+pub use limits::{LimitKind, Limits};
+pub use material::Material;
+pub use profile::{Profile, Segment, Slice};
+pub use tool::{Runout, Shape, Tool};
+
+use crate::path::Vec3;
+
+/// What G41/G42 means on this machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Compensation {
+    /// The control offsets the programmed contour by the tool radius.
+    Control,
+    /// The path is already offset; the control adds the (small) wear value.
+    Wear,
+    /// As `Wear`, with the sign of the wear value reversed.
+    InverseWear,
+}
+
+/// One linear axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// Highest velocity, mm/s.
+    pub velocity_mm_s: f64,
+    /// Highest acceleration, mm/s².
+    pub acceleration_mm_s2: f64,
+    /// Highest jerk, mm/s³; `None` does not bind.
+    pub jerk_mm_s3: Option<f64>,
+}
+
+/// Spindle: what it can give and what it takes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spindle {
+    /// Highest speed, rev/s.
+    pub max_rps: f64,
+    /// Power available at the motor shaft, W, against rev/s; `None` does not bind.
+    pub power_w: Option<Table>,
+    /// Torque available at the tool, N·mm, against rev/s; `None` does not bind.
+    pub torque_nmm: Option<Table>,
+    /// Power at the motor shaft with nothing cut, W, against rev/s.
+    pub tare_w: Table,
+    /// Motor shaft power / meter reading, against the reading in W.
+    pub efficiency: Table,
+    /// Time to run up, s.
+    pub runup_time_s: f64,
+}
+
+/// The machine and its control.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Machine {
+    /// Name of the dialect, when the setup gives one.
+    pub dialect: Option<String>,
+    /// Rapid speed along the path, mm/s.
+    pub rapid_mm_s: f64,
+    /// Path tolerance of the control at block junctions, mm.
+    pub corner_tolerance_mm: f64,
+    /// Shortest block the control digests, s.
+    pub block_time_s: f64,
+    /// Tool change, s.
+    pub tool_change_time_s: f64,
+    /// G28 position, mm, machine coordinates; `None`: a retract to nowhere near the stock.
+    pub home_mm: Option<Vec3>,
+    /// What G41/G42 means; `None`: not said.
+    pub compensation: Option<Compensation>,
+    /// Longest line the control reads, bytes.
+    pub max_line_length: Option<usize>,
+    /// X, Y, Z.
+    pub axes: [Axis; 3],
+    /// Spindle.
+    pub spindle: Spindle,
+    /// Origins of work offsets (54 for G54 …), mm, in one common frame.
+    pub offsets: Vec<(u16, Vec3)>,
+}
+
+/// Axis-parallel box, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Box3 {
+    /// Lowest corner.
+    pub min: Vec3,
+    /// Highest corner.
+    pub max: Vec3,
+}
+
+impl Box3 {
+    /// The box grown by `by_mm` on every side.
+    pub fn grown(&self, by_mm: f64) -> Self {
+        let by = Vec3::repeat(by_mm);
+        Self { min: self.min - by, max: self.max + by }
+    }
+}
+
+/// Shape of the blank.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StockShape {
+    /// A box.
+    Box(Box3),
+    /// An upright cylinder.
+    Cylinder {
+        /// Centre in XY, mm.
+        centre: [f64; 2],
+        /// Diameter, mm.
+        diameter_mm: f64,
+        /// Lower and upper face, mm.
+        z_mm: [f64; 2],
+    },
+    /// A closed triangle mesh in a file.
+    Stl(std::path::PathBuf),
+    /// In-process stock written by an earlier run.
+    Saved(std::path::PathBuf),
+}
+
+/// One piece of stock.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stock {
+    /// Its shape, in the coordinates of its work offset.
+    pub shape: StockShape,
+    /// Work offset it is clamped on (54 for G54 …); `None`: the one the program uses.
+    pub offset: Option<u16>,
+    /// What it is made of.
+    pub material: Material,
+    /// It may stand proud of its shape by this much, mm.
+    pub uncertainty_mm: f64,
+}
+
+/// Air feed, where nothing can be cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirFeed {
+    /// Feed, mm/s.
+    pub feed_mm_s: f64,
+    /// Distance before the grown stock at which it ends, mm.
+    pub approach_mm: f64,
+}
+
+/// How a selection of moves is treated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Mode {
+    /// Feeds may go up and down.
+    #[default]
+    Optimise,
+    /// Feeds may only go down.
+    SlowOnly,
+    /// Feeds stay as they are.
+    Keep,
+}
+
+/// A ramp of feed at an entry, an exit or a change of direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ramp {
+    /// Feed in it, mm/s.
+    pub feed_mm_s: f64,
+    /// Its length, mm.
+    pub distance_mm: f64,
+}
+
+/// What an operation is recognised by; all that are given must hold.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Match {
+    /// Tool number.
+    pub tool: Option<u32>,
+    /// Text in the last comment before the move, compared without case.
+    pub comment: Option<String>,
+    /// First and last physical line.
+    pub lines: Option<(u32, u32)>,
+    /// Only moves that leave the finished surface.
+    pub final_surface: bool,
+}
+
+/// One `[[operation]]` of the setup.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Operation {
+    /// What it applies to.
+    pub matches: Match,
+    /// How the feeds are treated.
+    pub mode: Mode,
+    /// Ramp where the cutter enters material.
+    pub entry: Option<Ramp>,
+    /// Ramp where it leaves material.
+    pub exit: Option<Ramp>,
+    /// Ramp at changes of direction above the angle in rad.
+    pub direction_change: Option<(f64, Ramp)>,
+    /// Limits that replace those of the setup and of the tool.
+    pub limits: Limits,
+}
+
+/// How the output is written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// Relative feed change worth an F word.
+    pub minimum_change: f64,
+    /// Shortest piece a block may be split into, mm.
+    pub minimum_length_mm: f64,
+    /// May blocks be split at all?
+    pub split: bool,
+    /// How much is annotated.
+    pub annotate: Annotate,
+    /// Line ranges (first, last; 1-based) left as they are.
+    pub exclude: Vec<(u32, u32)>,
+}
+
+/// Amount of annotation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Annotate {
+    /// Nothing is written but feeds.
+    None,
+    /// A comment where the feed changes.
+    Changes,
+    /// A comment on every block that cuts.
+    Full,
+}
+
+/// Everything the core needs to know besides the program.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    /// The machine.
+    pub machine: Machine,
+    /// The tools, by number.
+    pub tools: Vec<Tool>,
+    /// The pieces of stock.
+    pub stocks: Vec<Stock>,
+    /// Keep-out boxes.
+    pub fixtures: Vec<Box3>,
+    /// Limits that hold everywhere.
+    pub limits: Limits,
+    /// Air feed.
+    pub air_feed: Option<AirFeed>,
+    /// Operations; the last that matches wins.
+    pub operations: Vec<Operation>,
+    /// Output settings.
+    pub output: Output,
+    /// Cell of the height field, mm; `None`: chosen from tools and stock.
+    pub cell_mm: Option<f64>,
+    /// Process model: the effects that act on top of the base coefficients, from `[process]` or `--model`.
+    pub process: material::Process,
+}
+
+impl Job {
+    /// The tool with this number.
+    pub fn tool(&self, number: u32) -> Option<&Tool> {
+        self.tools.iter().find(|tool| tool.number == number)
+    }
+    /// Coefficients that hold for this tool: its own, else those of the first stock.
+    pub fn material(&self, tool: &Tool) -> Option<&Material> {
+        self.tool_material(tool.number)
+    }
+    fn tool_material(&self, number: u32) -> Option<&Material> {
+        let own = self.tool(number).and_then(|tool| tool.coefficients.as_ref());
+        own.or_else(|| self.stocks.first().map(|stock| &stock.material))
+    }
+}

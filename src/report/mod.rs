@@ -1,0 +1,1 @@
+//! JSON, CSV, tables and pictures of a finished run.

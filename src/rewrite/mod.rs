@@ -1,0 +1,1 @@
+//! Schedule → edits → bytes, and the proof that only feeds changed.

@@ -1,0 +1,1 @@
+//! Setup file, built-in library, JSON Schema (serde lives at this rim).

@@ -1,0 +1,1 @@
+//! The workpiece: height field with provenance.
