@@ -1,7 +1,4 @@
-//! Feedwright: an off-line feedrate optimiser for NC milling programs.
-//!
-//! bytes → [`nc`] → moves → [`stock`]/[`engage`] → loads as functions of feed ([`force`]) → [`schedule`] → edits
-//! ([`rewrite`]) → bytes. A room may use only rooms declared above it in this file; `tests/tidy.rs` enforces the order.
+#![doc = include_str!("architecture.md")]
 
 pub mod units;
 pub mod ids;
