@@ -1,1 +1,314 @@
 //! The open list of effects as data: what each means, its covariates, its parameters with bounds, and where it acts.
+//!
+//! An effect is a pure function from its parameters and the [`State`] of a cut to a [`Change`]: factors on the tare, on the
+//! cutting coefficients (k_tc, k_rc, k_ac) and on the edge coefficients (k_te, k_re, k_ae), offsets of the geometry, or
+//! the strength of what motion and measuring chain do. The room an effect acts on applies its change; calibration,
+//! diagnosis, prediction and scheduling read the same list ([`ALL`]).
+
+mod corner_feed;
+mod cutting_speed;
+mod drive_efficiency;
+mod edge_chipping;
+mod edge_position;
+mod flank_wear;
+mod hard_zone;
+mod path_curvature;
+mod runout;
+mod sensor_lag;
+mod size_effect;
+mod stock_proud;
+mod tare_speed;
+mod tare_warm_up;
+mod tool_diameter;
+mod up_down;
+
+use crate::path::Vec3;
+
+/// Where an effect acts, and so which room applies it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Acts {
+    /// On the geometry of the cut (engage).
+    Geometry,
+    /// On the coefficients of the load (force).
+    Load,
+    /// On the motion of the machine (schedule).
+    Motion,
+    /// On the measuring chain (learn).
+    Measuring,
+}
+
+impl Acts {
+    /// Name in `library effects`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Acts::Geometry => "geometry",
+            Acts::Load => "load",
+            Acts::Motion => "motion",
+            Acts::Measuring => "measuring",
+        }
+    }
+}
+
+/// Something that varies from cut to cut, along which a residual may show a pattern.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Covariate {
+    /// Time since the start, s.
+    Time,
+    /// Distance that each tooth has slid through material, mm.
+    Sliding,
+    /// Volume removed so far, mm³.
+    Volume,
+    /// Feed per tooth, mm.
+    FeedPerTooth,
+    /// Mean chip thickness, mm.
+    ChipThickness,
+    /// Cutting speed, mm/s.
+    CuttingSpeed,
+    /// Spindle speed, rev/s.
+    SpindleSpeed,
+    /// Axial depth, mm.
+    AxialDepth,
+    /// Radial depth, mm.
+    RadialDepth,
+    /// Share of up-milling: −1 climb, +1 up.
+    UpShare,
+    /// X position, mm.
+    X,
+    /// Y position, mm.
+    Y,
+    /// Z position, mm.
+    Z,
+    /// Direction of the feed along X (cosine).
+    DirectionX,
+    /// Direction of the feed along Y (cosine).
+    DirectionY,
+    /// Signed curvature of the path, 1/mm.
+    Curvature,
+    /// Actual over commanded feed.
+    FeedRatio,
+    /// Change of the load since the sample before.
+    LoadChange,
+    /// Predicted load.
+    Load,
+    /// Height of the cut along the cutting edge, mm.
+    EdgePosition,
+    /// Set-up or part.
+    SetUp,
+}
+
+impl Covariate {
+    /// Name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Covariate::Time => "time",
+            Covariate::Sliding => "sliding distance",
+            Covariate::Volume => "volume removed",
+            Covariate::FeedPerTooth => "feed per tooth",
+            Covariate::ChipThickness => "chip thickness",
+            Covariate::CuttingSpeed => "cutting speed",
+            Covariate::SpindleSpeed => "spindle speed",
+            Covariate::AxialDepth => "axial depth",
+            Covariate::RadialDepth => "radial depth",
+            Covariate::UpShare => "up/down milling",
+            Covariate::X => "position x",
+            Covariate::Y => "position y",
+            Covariate::Z => "position z",
+            Covariate::DirectionX => "direction x",
+            Covariate::DirectionY => "direction y",
+            Covariate::Curvature => "path curvature",
+            Covariate::FeedRatio => "actual over commanded feed",
+            Covariate::LoadChange => "change of load",
+            Covariate::Load => "load",
+            Covariate::EdgePosition => "distance along the cutting edge",
+            Covariate::SetUp => "set-up",
+        }
+    }
+}
+
+/// What a cut is when an effect looks at it. Quantities that are not known are NaN.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// Time since the start, s.
+    pub time_s: f64,
+    /// Distance that each tooth of this tool has slid through material, mm.
+    pub sliding_mm: f64,
+    /// Volume this tool has removed so far, mm³.
+    pub volume_mm3: f64,
+    /// Spindle speed, rev/s.
+    pub rps: f64,
+    /// Spindle speed at which the tare was declared or first seen, rev/s.
+    pub reference_rps: f64,
+    /// Feed per tooth, mm.
+    pub feed_per_tooth_mm: f64,
+    /// Chip thickness averaged over the engaged arc, mm.
+    pub chip_thickness_mm: f64,
+    /// Cutting speed, mm/s.
+    pub cutting_speed_mm_s: f64,
+    /// Axial depth, mm.
+    pub axial_depth_mm: f64,
+    /// Radial depth, mm.
+    pub radial_depth_mm: f64,
+    /// −1 all climb … +1 all up.
+    pub up_share: f64,
+    /// Tool tip in work coordinates, mm.
+    pub position: Vec3,
+    /// Unit vector of the feed.
+    pub direction: Vec3,
+    /// Signed curvature of the tool-centre path, 1/mm: positive concave.
+    pub curvature_per_mm: f64,
+    /// Height of the cut along the cutting edge, mm above the tip.
+    pub edge_position_mm: f64,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        let nan = f64::NAN;
+        Self {
+            time_s: nan,
+            sliding_mm: nan,
+            volume_mm3: nan,
+            rps: nan,
+            reference_rps: nan,
+            feed_per_tooth_mm: nan,
+            chip_thickness_mm: nan,
+            cutting_speed_mm_s: nan,
+            axial_depth_mm: nan,
+            radial_depth_mm: nan,
+            up_share: nan,
+            position: Vec3::repeat(nan),
+            direction: Vec3::repeat(nan),
+            curvature_per_mm: nan,
+            edge_position_mm: nan,
+        }
+    }
+}
+
+/// What an effect does to one cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// Factor on the tare.
+    pub tare: f64,
+    /// Factor on the cutting coefficients.
+    pub cutting: f64,
+    /// Factor on the edge coefficients.
+    pub edge: f64,
+    /// Added to the chip thickness of the most loaded tooth (peaks only), mm.
+    pub peak_chip_mm: f64,
+    /// Stock stands higher by this, mm.
+    pub stock_top_mm: f64,
+    /// Stock stands out to the sides by this, mm.
+    pub stock_side_mm: f64,
+    /// Tool is larger by this, mm of diameter.
+    pub diameter_mm: f64,
+    /// Acceleration of the machine over the declared one.
+    pub acceleration: f64,
+    /// Relative excess of the reading at the reference load.
+    pub reading_excess: f64,
+    /// Time constant of the reading, s.
+    pub lag_s: f64,
+    /// Geometry of the curved path instead of the straight one: 0 no … 1 yes.
+    pub curved: f64,
+}
+
+impl Default for Change {
+    fn default() -> Self {
+        Self {
+            tare: 1.0,
+            cutting: 1.0,
+            edge: 1.0,
+            peak_chip_mm: 0.0,
+            stock_top_mm: 0.0,
+            stock_side_mm: 0.0,
+            diameter_mm: 0.0,
+            acceleration: 1.0,
+            reading_excess: 0.0,
+            lag_s: 0.0,
+            curved: 0.0,
+        }
+    }
+}
+
+/// A parameter of an effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Name in model files and reports.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Least physical value.
+    pub min: f64,
+    /// Greatest physical value.
+    pub max: f64,
+    /// Values at which a search begins.
+    pub starts: &'static [f64],
+    /// What it is.
+    pub meaning: &'static str,
+}
+
+/// One named effect.
+#[derive(Debug)]
+pub struct Effect {
+    /// Name in reports and model files.
+    pub name: &'static str,
+    /// One sentence.
+    pub meaning: &'static str,
+    /// Where it acts.
+    pub acts: Acts,
+    /// What it depends on.
+    pub covariates: &'static [Covariate],
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    /// What it does to a cut.
+    pub change: fn(&[f64], &State) -> Change,
+    /// The cut that shows it apart from the others, one clause.
+    pub separated_by: &'static str,
+}
+
+impl Effect {
+    /// Are these values inside their bounds?
+    pub fn is_physical(&self, values: &[f64]) -> bool {
+        let inside = |(p, v): (&Parameter, &f64)| v.is_finite() && *v >= p.min && *v <= p.max;
+        values.len() == self.parameters.len() && self.parameters.iter().zip(values).all(inside)
+    }
+}
+
+/// Every effect.
+pub const ALL: &[&Effect] = &[
+    &flank_wear::EFFECT,
+    &edge_chipping::EFFECT,
+    &size_effect::EFFECT,
+    &cutting_speed::EFFECT,
+    &edge_position::EFFECT,
+    &up_down::EFFECT,
+    &hard_zone::EFFECT,
+    &runout::EFFECT,
+    &stock_proud::EFFECT,
+    &tool_diameter::EFFECT,
+    &path_curvature::EFFECT,
+    &corner_feed::EFFECT,
+    &tare_warm_up::EFFECT,
+    &tare_speed::EFFECT,
+    &drive_efficiency::EFFECT,
+    &sensor_lag::EFFECT,
+];
+
+/// The effect of this name.
+pub fn named(name: &str) -> Option<&'static Effect> {
+    ALL.iter().copied().find(|effect| effect.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_starts_are_physical() {
+        for (i, effect) in ALL.iter().enumerate() {
+            assert!(ALL[..i].iter().all(|other| other.name != effect.name));
+            for p in effect.parameters {
+                assert!(p.starts.iter().all(|v| (p.min..=p.max).contains(v)), "{} {}", effect.name, p.name);
+            }
+        }
+        assert!(named("flank-wear").is_some() && named("gremlins").is_none());
+    }
+}

@@ -1,0 +1,25 @@
+//! Corner feed: the machine accelerates less than declared, so that the feed falls around corners.
+
+use super::{Acts, Change, Covariate, Effect, Parameter, State};
+
+/// `corner-feed`.
+pub const EFFECT: Effect = Effect {
+    name: "corner-feed",
+    meaning: "the feed is not reached at corners and in short blocks",
+    acts: Acts::Motion,
+    covariates: &[Covariate::FeedRatio],
+    parameters: &[Parameter {
+        name: "acceleration",
+        unit: "-",
+        min: 0.001,
+        max: 1.0,
+        starts: &[0.05],
+        meaning: "true over declared acceleration",
+    }],
+    change,
+    separated_by: "one long straight cut beside a zigzag of short ones",
+};
+
+fn change(p: &[f64], _: &State) -> Change {
+    Change { acceleration: p[0], ..Change::default() }
+}

@@ -1,0 +1,26 @@
+//! Cutting speed: k · (v/(1 m/s))^p; heat softens (p < 0), rate hardens (p > 0).
+
+use super::{Acts, Change, Covariate, Effect, Parameter, State};
+
+/// `cutting-speed`.
+pub const EFFECT: Effect = Effect {
+    name: "cutting-speed",
+    meaning: "cutting and edge coefficients depend on cutting speed",
+    acts: Acts::Load,
+    covariates: &[Covariate::CuttingSpeed, Covariate::SpindleSpeed],
+    parameters: &[Parameter {
+        name: "exponent",
+        unit: "-",
+        min: -0.8,
+        max: 0.8,
+        starts: &[0.0],
+        meaning: "exponent of the cutting speed over 1 m/s",
+    }],
+    change,
+    separated_by: "one cut at four spindle speeds and the same feed per tooth",
+};
+
+fn change(p: &[f64], state: &State) -> Change {
+    let factor = (state.cutting_speed_mm_s.max(1.0) / 1000.0).powf(p[0]);
+    Change { cutting: factor, edge: factor, ..Change::default() }
+}

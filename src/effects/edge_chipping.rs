@@ -1,0 +1,37 @@
+//! Chipping: from the time t₀ on, k_?c · (1 + c) and k_?e · (1 + e).
+
+use super::{Acts, Change, Covariate, Effect, Parameter, State};
+
+/// `edge-chipping`.
+pub const EFFECT: Effect = Effect {
+    name: "edge-chipping",
+    meaning: "cutting forces jump when an edge breaks, and stay",
+    acts: Acts::Load,
+    covariates: &[Covariate::Time],
+    parameters: &[
+        Parameter {
+            name: "jump_cutting",
+            unit: "-",
+            min: -0.9,
+            max: 5.0,
+            starts: &[0.1],
+            meaning: "relative jump of the cutting coefficients",
+        },
+        Parameter {
+            name: "jump_edge",
+            unit: "-",
+            min: -0.9,
+            max: 5.0,
+            starts: &[0.1],
+            meaning: "relative jump of the edge coefficients",
+        },
+        Parameter { name: "time", unit: "s", min: 0.0, max: 1e9, starts: &[0.0], meaning: "when" },
+    ],
+    change,
+    separated_by: "the same cut before and after, at another place of the stock",
+};
+
+fn change(p: &[f64], state: &State) -> Change {
+    let after = if state.time_s >= p[2] { 1.0 } else { 0.0 };
+    Change { cutting: 1.0 + p[0] * after, edge: 1.0 + p[1] * after, ..Change::default() }
+}

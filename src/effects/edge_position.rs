@@ -1,0 +1,25 @@
+//! Distance along the cutting edge: k_?c · (1 + s·z), z the height of the cut above the tip.
+
+use super::{Acts, Change, Covariate, Effect, Parameter, State};
+
+/// `edge-position`.
+pub const EFFECT: Effect = Effect {
+    name: "edge-position",
+    meaning: "coefficients differ along the cutting edge (rake and helix change towards the tip)",
+    acts: Acts::Load,
+    covariates: &[Covariate::EdgePosition, Covariate::AxialDepth],
+    parameters: &[Parameter {
+        name: "slope",
+        unit: "1/mm",
+        min: -2.0,
+        max: 2.0,
+        starts: &[0.0],
+        meaning: "relative change of the cutting coefficients per mm along the edge",
+    }],
+    change,
+    separated_by: "layers at several heights with the same chip thickness",
+};
+
+fn change(p: &[f64], state: &State) -> Change {
+    Change { cutting: (1.0 + p[0] * state.edge_position_mm).max(0.0), ..Change::default() }
+}

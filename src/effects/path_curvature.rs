@@ -1,0 +1,18 @@
+//! Path curvature: removal and contact rate of the arc in place of those of a straight move of the same depths; no parameter.
+
+use super::{Acts, Change, Covariate, Effect, State};
+
+/// `path-curvature`.
+pub const EFFECT: Effect = Effect {
+    name: "path-curvature",
+    meaning: "on a curved path the tool meets more (concave) or less (convex) than on a straight one",
+    acts: Acts::Geometry,
+    covariates: &[Covariate::Curvature],
+    parameters: &[],
+    change,
+    separated_by: "concave and convex arcs of two radii, both up and climb",
+};
+
+fn change(_: &[f64], _: &State) -> Change {
+    Change { curved: 1.0, ..Change::default() }
+}

@@ -1,0 +1,29 @@
+//! Tare against speed: P₀ · (1 + a·x + b·x²), x = n/n₀ − 1.
+
+use super::{Acts, Change, Covariate, Effect, Parameter, State};
+
+/// `tare-speed`.
+pub const EFFECT: Effect = Effect {
+    name: "tare-speed",
+    meaning: "the tare depends on spindle speed otherwise than declared",
+    acts: Acts::Load,
+    covariates: &[Covariate::SpindleSpeed],
+    parameters: &[
+        Parameter {
+            name: "slope",
+            unit: "-",
+            min: -3.0,
+            max: 10.0,
+            starts: &[0.3],
+            meaning: "relative change per relative change of speed",
+        },
+        Parameter { name: "curvature", unit: "-", min: -5.0, max: 10.0, starts: &[0.0], meaning: "second-order term" },
+    ],
+    change,
+    separated_by: "air cuts at four spindle speeds",
+};
+
+fn change(p: &[f64], state: &State) -> Change {
+    let x = state.rps / state.reference_rps - 1.0;
+    Change { tare: (1.0 + p[0] * x + p[1] * x * x).max(0.0), ..Change::default() }
+}

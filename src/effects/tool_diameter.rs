@@ -1,0 +1,25 @@
+//! Tool diameter: the geometry of the cut with another diameter.
+
+use super::{Acts, Change, Covariate, Effect, Parameter, State};
+
+/// `tool-diameter`.
+pub const EFFECT: Effect = Effect {
+    name: "tool-diameter",
+    meaning: "the tool is smaller (or larger) than declared",
+    acts: Acts::Geometry,
+    covariates: &[Covariate::RadialDepth],
+    parameters: &[Parameter {
+        name: "difference",
+        unit: "mm",
+        min: -2.0,
+        max: 2.0,
+        starts: &[0.0],
+        meaning: "true minus declared diameter",
+    }],
+    change,
+    separated_by: "a full slot beside a light side cut",
+};
+
+fn change(p: &[f64], _: &State) -> Change {
+    Change { diameter_mm: p[0], ..Change::default() }
+}

@@ -1,0 +1,35 @@
+//! Up against climb: k_?c · (1 + c·u), k_?e · (1 + e·u), u = +1 up … −1 climb.
+
+use super::{Acts, Change, Covariate, Effect, Parameter, State};
+
+/// `up-down-asymmetry`.
+pub const EFFECT: Effect = Effect {
+    name: "up-down-asymmetry",
+    meaning: "up-milling and climb differ at the same geometry",
+    acts: Acts::Load,
+    covariates: &[Covariate::UpShare],
+    parameters: &[
+        Parameter {
+            name: "cutting",
+            unit: "-",
+            min: -0.6,
+            max: 0.6,
+            starts: &[0.0],
+            meaning: "relative difference of the cutting coefficients, half of up minus climb",
+        },
+        Parameter {
+            name: "edge",
+            unit: "-",
+            min: -1.0,
+            max: 1.0,
+            starts: &[0.0],
+            meaning: "the same of the edge coefficients",
+        },
+    ],
+    change,
+    separated_by: "the same wall cut up and climb",
+};
+
+fn change(p: &[f64], state: &State) -> Change {
+    Change { cutting: 1.0 + p[0] * state.up_share, edge: 1.0 + p[1] * state.up_share, ..Change::default() }
+}
