@@ -26,7 +26,7 @@ pub struct Node {
     pub to_mm: f64,
     /// Highest feed that meets every limit, and which limit that is.
     pub cap: Bound,
-    /// Lowest feed asked for (never above the cap; a conflict is recorded in `infeasible`).
+    /// Lowest feed asked for (never above the cap; a conflict is recorded in `infeasible` or [`Problem::conflicts`]).
     pub floor: Bound,
     /// Feed as programmed, mm/s.
     pub programmed_mm_s: f64,
@@ -34,8 +34,30 @@ pub struct Node {
     pub cutting: bool,
     /// May the commanded feed differ from the programmed one?
     pub free: bool,
+    /// The engagement is uncertain: the feed is never raised here and the block never split.
+    pub uncertain: bool,
+    /// The finished surface is left here.
+    pub final_surface: bool,
     /// A load limit that even the lowest feed allowed exceeds.
     pub infeasible: Option<LimitKind>,
+}
+
+impl Node {
+    /// Length of the piece, mm.
+    pub fn length_mm(&self) -> f64 {
+        self.to_mm - self.from_mm
+    }
+}
+
+/// A minimum that had to give way to a load limit; the load limit is met.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conflict {
+    /// Index of the node.
+    pub node: usize,
+    /// The minimum asked for.
+    pub floor: Bound,
+    /// The load limit that won.
+    pub cap: Bound,
 }
 
 /// The path with its bounds, in order of execution.
@@ -43,6 +65,17 @@ pub struct Node {
 pub struct Problem {
     /// Nodes in order.
     pub nodes: Vec<Node>,
+    /// Range of nodes of each move, by move index.
+    pub of_move: Vec<std::ops::Range<u32>>,
+    /// Minima that a load limit overruled.
+    pub conflicts: Vec<Conflict>,
+}
+
+impl Problem {
+    /// Nodes of a move.
+    pub fn nodes_of(&self, id: MoveId) -> &[Node] {
+        self.of_move.get(id.ix()).map_or(&[], |range| &self.nodes[range.start as usize..range.end as usize])
+    }
 }
 
 /// One commanded feed on one piece of a move.

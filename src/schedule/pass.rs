@@ -1,0 +1,200 @@
+//! The exact pass: fastest speeds along a path under caps and accelerations.
+//!
+//! In: legs (pieces of path) between points; b = v² (mm²/s²) at the points. Out: the pointwise largest b, hence the least
+//! time. On a leg without rows the tangential acceleration is at most `accel` either way, |b₁ − b₀| ≤ 2·accel·ds, and
+//! inside it the speed runs up to the cap and down again (a trapezoid, in closed form). A leg with rows (an arc, cut fine)
+//! has b linear along it and linear inequalities p·b₀ + q·b₁ ≤ r instead: axis accelerations t·a + k·b at both its ends.
+//!
+//! A backward sweep finds the largest b at each point from which the rest of the path can be done; a forward sweep then
+//! takes the largest b that stays below it. Both are exact: the feasible b at a point is an interval that contains 0.
+
+/// A piece of path with one cap and one law of acceleration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Leg {
+    /// Length, mm.
+    pub ds_mm: f64,
+    /// Highest b inside, mm²/s².
+    pub cap_b: f64,
+    /// Highest tangential acceleration either way, mm/s² (of legs without rows).
+    pub accel_mm_s2: f64,
+    /// First row.
+    pub first_row: u32,
+    /// Number of rows; 0: a straight leg.
+    pub row_count: u32,
+}
+
+/// p·b₀ + q·b₁ ≤ r between the ends of a leg.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Factor of b at the start.
+    pub p: f64,
+    /// Factor of b at the end.
+    pub q: f64,
+    /// Right side, positive.
+    pub r: f64,
+}
+
+/// A whole path.
+#[derive(Debug, Clone, Default)]
+pub struct Chain {
+    /// Legs in order.
+    pub legs: Vec<Leg>,
+    /// Highest b at the points between them (one more than legs): corners, and 0 at rest.
+    pub point_b: Vec<f64>,
+    /// Rows of all legs.
+    pub rows: Vec<Row>,
+}
+
+impl Chain {
+    /// Rows of a leg.
+    pub fn rows_of(&self, leg: &Leg) -> &[Row] {
+        &self.rows[leg.first_row as usize..(leg.first_row + leg.row_count) as usize]
+    }
+    /// Highest b at every point with the caps of both its legs.
+    pub fn point_caps(&self) -> Vec<f64> {
+        let mut caps = self.point_b.clone();
+        for (i, leg) in self.legs.iter().enumerate() {
+            caps[i] = caps[i].min(leg.cap_b);
+            caps[i + 1] = caps[i + 1].min(leg.cap_b);
+        }
+        caps
+    }
+}
+
+/// Largest b at every point.
+pub fn exact_pass(chain: &Chain) -> Vec<f64> {
+    let mut b = chain.point_caps();
+    for i in (0..chain.legs.len()).rev() {
+        let leg = &chain.legs[i];
+        let reach = if leg.row_count == 0 {
+            b[i + 1] + 2.0 * leg.accel_mm_s2 * leg.ds_mm
+        } else {
+            largest_start(chain.rows_of(leg), b[i], b[i + 1])
+        };
+        b[i] = b[i].min(reach);
+    }
+    for i in 0..chain.legs.len() {
+        let leg = &chain.legs[i];
+        let reach = if leg.row_count == 0 {
+            b[i] + 2.0 * leg.accel_mm_s2 * leg.ds_mm
+        } else {
+            largest_end(chain.rows_of(leg), b[i])
+        };
+        b[i + 1] = b[i + 1].min(reach);
+    }
+    b
+}
+
+/// Time of a leg between two values of b, s.
+pub fn leg_time_s(leg: &Leg, b0: f64, b1: f64) -> f64 {
+    if leg.ds_mm <= 0.0 {
+        return 0.0;
+    }
+    let (v0, v1) = (b0.sqrt(), b1.sqrt());
+    let top = 0.5 * (b0 + b1) + leg.accel_mm_s2 * leg.ds_mm;
+    if leg.row_count > 0 || !top.is_finite() {
+        return 2.0 * leg.ds_mm / (v0 + v1);
+    }
+    let peak = top.min(leg.cap_b).max(b0.max(b1));
+    let (v, a) = (peak.sqrt(), leg.accel_mm_s2);
+    let ramps_mm = (2.0 * peak - b0 - b1) / (2.0 * a);
+    (2.0 * v - v0 - v1) / a + (leg.ds_mm - ramps_mm).max(0.0) / v
+}
+
+/// Time of every leg, s.
+pub fn leg_times(chain: &Chain, b: &[f64]) -> Vec<f64> {
+    chain.legs.iter().enumerate().map(|(i, leg)| leg_time_s(leg, b[i], b[i + 1])).collect()
+}
+
+/// Largest b₁ for a given b₀; b₀ itself when only rounding stands against every b₁.
+fn largest_end(rows: &[Row], b0: f64) -> f64 {
+    let bound = |row: &Row| (row.r - row.p * b0) / row.q;
+    rows.iter().filter(|row| row.q > 0.0).map(bound).fold(f64::INFINITY, f64::min).max(0.0)
+}
+
+/// Largest b₀ ≤ `cap0` for which some b₁ in [0, `cap1`] meets the rows: a linear program in two variables, solved by
+/// adding one row at a time (when the optimum so far violates the new row, the next one lies on it).
+fn largest_start(rows: &[Row], cap0: f64, cap1: f64) -> f64 {
+    let (mut b0, mut b1) = (cap0, cap1);
+    for (k, row) in rows.iter().enumerate() {
+        if row.p * b0 + row.q * b1 <= row.r * (1.0 + 1e-12) {
+            continue;
+        }
+        match best_on_line(row, &rows[..k], cap0, cap1) {
+            Some(point) => (b0, b1) = point,
+            None => return 0.0,
+        }
+    }
+    b0
+}
+
+/// The point of largest b₀ on the line p·b₀ + q·b₁ = r inside the box and the rows before it.
+fn best_on_line(line: &Row, rows: &[Row], cap0: f64, cap1: f64) -> Option<(f64, f64)> {
+    let norm2 = line.p * line.p + line.q * line.q;
+    let (x, y) = (line.p * line.r / norm2, line.q * line.r / norm2);
+    let (dx, dy) = if line.q >= 0.0 { (line.q, -line.p) } else { (-line.q, line.p) };
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut keep = |slope: f64, room: f64| {
+        if slope > 0.0 {
+            high = high.min(room / slope);
+        } else if slope < 0.0 {
+            low = low.max(room / slope);
+        }
+    };
+    keep(dx, cap0 - x);
+    keep(-dx, x);
+    keep(dy, cap1 - y);
+    keep(-dy, y);
+    for row in rows {
+        keep(row.p * dx + row.q * dy, row.r - row.p * x - row.q * y);
+    }
+    (low <= high + 1e-12 * high.abs()).then(|| ((x + high * dx).clamp(0.0, cap0), (y + high * dy).clamp(0.0, cap1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn straight(ds_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> Leg {
+        Leg { ds_mm, cap_b: speed_mm_s * speed_mm_s, accel_mm_s2, first_row: 0, row_count: 0 }
+    }
+
+    #[test]
+    fn one_line_from_rest_to_rest_is_the_trapezoid() {
+        let chain = Chain { legs: vec![straight(100.0, 20.0, 100.0)], point_b: vec![0.0; 2], rows: vec![] };
+        let b = exact_pass(&chain);
+        let time: f64 = leg_times(&chain, &b).iter().sum();
+        assert!((time - (100.0 / 20.0 + 20.0 / 100.0)).abs() < 1e-12);
+        let short = Chain { legs: vec![straight(1.0, 1e3, 100.0)], point_b: vec![0.0; 2], rows: vec![] };
+        let time: f64 = leg_times(&short, &exact_pass(&short)).iter().sum();
+        assert!((time - 2.0 * (1.0f64 / 100.0).sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn cutting_a_line_in_pieces_changes_nothing() {
+        let whole = Chain { legs: vec![straight(30.0, 50.0, 200.0)], point_b: vec![0.0; 2], rows: vec![] };
+        let legs: Vec<Leg> = (0..7).map(|_| straight(30.0 / 7.0, 50.0, 200.0)).collect();
+        let mut point_b = vec![f64::INFINITY; 8];
+        (point_b[0], point_b[7]) = (0.0, 0.0);
+        let cut = Chain { legs, point_b, rows: vec![] };
+        let sum = |chain: &Chain| leg_times(chain, &exact_pass(chain)).iter().sum::<f64>();
+        assert!((sum(&whole) - sum(&cut)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rows_that_say_the_same_as_a_straight_leg_give_the_same_speeds() {
+        let (n, ds, accel) = (40usize, 0.5, 150.0);
+        let mut plain =
+            Chain { legs: vec![straight(ds, 60.0, accel); n], point_b: vec![f64::INFINITY; n + 1], rows: vec![] };
+        (plain.point_b[0], plain.point_b[n], plain.point_b[23]) = (0.0, 0.0, 4.0);
+        let mut rowed = plain.clone();
+        let r = 2.0 * accel * ds;
+        for leg in &mut rowed.legs {
+            (leg.first_row, leg.row_count) = (rowed.rows.len() as u32, 2);
+            rowed.rows.extend([Row { p: 1.0, q: -1.0, r }, Row { p: -1.0, q: 1.0, r }]);
+        }
+        for (x, y) in exact_pass(&plain).iter().zip(exact_pass(&rowed)) {
+            assert!((x - y).abs() < 1e-9);
+        }
+    }
+}

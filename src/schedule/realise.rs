@@ -1,0 +1,88 @@
+//! The control's side: the time a program really takes. In: toolpath, commanded feeds, machine. Out: [`Realised`].
+//!
+//! The control looks ahead as far as it needs, runs trapezoids of speed between the corners (each within the path
+//! tolerance in force there), stops at exact stops, dwells, tool changes and changes of spindle speed, and cannot digest
+//! blocks faster than its block time.
+
+use super::pass::{exact_pass, leg_times};
+use super::problem::{FeedPiece, Realised};
+use super::track::{ArcLaw, Span, track};
+use crate::ids::MoveId;
+use crate::machine::Machine;
+use crate::nc::{Event, MoveKind, Spin, Toolpath};
+
+/// Time that the program takes with these feeds (pieces in order of execution, as [`as_programmed`] gives them).
+pub fn realise(toolpath: &Toolpath, feeds: &[FeedPiece], machine: &Machine) -> Realised {
+    let ranges = pieces_of_moves(feeds, toolpath.moves.len());
+    let track = track(toolpath, machine, ArcLaw::Shared, &mut |id, spans| {
+        let range = &ranges[id.ix()];
+        spans.extend(feeds[range.start as usize..range.end as usize].iter().map(|piece| Span {
+            from_mm: piece.from_mm,
+            to_mm: piece.to_mm,
+            feed_mm_s: piece.feed_mm_s,
+            tag: id.0,
+        }));
+    });
+    let b = exact_pass(&track.chain);
+    let mut move_s = vec![0.0; toolpath.moves.len()];
+    for (time_s, id) in leg_times(&track.chain, &b).into_iter().zip(&track.moves) {
+        move_s[id.ix()] += time_s;
+    }
+    let by_cause = causes(toolpath, machine, &move_s);
+    Realised { total_s: by_cause.iter().map(|(_, seconds)| seconds).sum(), move_s, by_cause }
+}
+
+/// The feeds as the program gives them: one piece per feed move.
+pub fn as_programmed(toolpath: &Toolpath) -> Vec<FeedPiece> {
+    let feed = |(index, motion): (usize, &crate::nc::Move)| {
+        (motion.kind == MoveKind::Feed).then(|| FeedPiece {
+            move_id: MoveId(index as u32),
+            from_mm: 0.0,
+            to_mm: motion.curve.length(),
+            feed_mm_s: motion.feed.mm_s,
+            limit: crate::machine::LimitKind::Programmed,
+            price_s: 0.0,
+        })
+    };
+    toolpath.moves.iter().enumerate().filter_map(feed).collect()
+}
+
+/// Range of pieces of each move, by move index.
+pub fn pieces_of_moves(feeds: &[FeedPiece], moves: usize) -> Vec<std::ops::Range<u32>> {
+    let mut ranges = vec![0..0; moves];
+    for (i, piece) in feeds.iter().enumerate() {
+        let range: &mut std::ops::Range<u32> = &mut ranges[piece.move_id.ix()];
+        if range.start == range.end {
+            range.start = i as u32;
+        }
+        range.end = i as u32 + 1;
+    }
+    ranges
+}
+
+fn causes(toolpath: &Toolpath, machine: &Machine, move_s: &[f64]) -> Vec<(&'static str, f64)> {
+    let (mut feed, mut rapid, mut dwell, mut change, mut run_up) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut spin, mut tool) = (Spin::default(), None);
+    for event in &toolpath.events {
+        match event {
+            Event::Move(id) => match toolpath.moves[id.ix()].kind {
+                MoveKind::Feed => feed += move_s[id.ix()],
+                MoveKind::Rapid => rapid += move_s[id.ix()],
+            },
+            Event::Dwell { seconds, .. } => dwell += seconds,
+            Event::Tool { number, .. } => {
+                if tool.replace(*number) != Some(*number) {
+                    change += machine.tool_change_time_s;
+                }
+            }
+            Event::Spindle { spin: to, .. } => {
+                if *to != spin && to.rps > 0.0 {
+                    run_up += machine.spindle.runup_time_s;
+                }
+                spin = *to;
+            }
+            Event::Stop { .. } => {}
+        }
+    }
+    vec![("feed", feed), ("rapid", rapid), ("dwell", dwell), ("tool change", change), ("spindle run-up", run_up)]
+}

@@ -1,0 +1,203 @@
+//! From moves to legs. In: the toolpath, the commanded feed of each piece of it, the machine. Out: a [`Track`]: the legs and
+//! points of [`super::pass`], each leg knowing its piece, with rests where the control stops and speeds at the corners.
+
+use super::corner::{Side, along, corner_speed, speed_along};
+use super::pass::{Chain, Leg, Row};
+use crate::ids::MoveId;
+use crate::machine::Machine;
+use crate::nc::{Event, Move, MoveKind, PathMode, Toolpath};
+use crate::path::{Curve, Vec3};
+
+/// Share of the acceleration that a control spends on following an arc; the rest is left for changing speed.
+const NORMAL_SHARE: f64 = 0.866_025_403_784_438_6; // √3/2 leaves half
+/// Largest angle of one leg of an arc, rad.
+const LEG_RAD: f64 = 0.15;
+
+/// A piece of a move with its commanded feed.
+#[derive(Debug, Clone, Copy)]
+pub struct Span {
+    /// Where it begins, mm along the move.
+    pub from_mm: f64,
+    /// Where it ends.
+    pub to_mm: f64,
+    /// Commanded feed, mm/s.
+    pub feed_mm_s: f64,
+    /// What the legs made of it shall point back to.
+    pub tag: u32,
+}
+
+/// How arcs are followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArcLaw {
+    /// As controls do: a fixed share of the acceleration for the arc, the rest for the speed.
+    Shared,
+    /// Each axis up to its own limit at every point.
+    PerAxis,
+}
+
+/// Legs of a whole program.
+#[derive(Debug, Clone, Default)]
+pub struct Track {
+    /// Legs and points.
+    pub chain: Chain,
+    /// Tag of the span of each leg.
+    pub tags: Vec<u32>,
+    /// Move of each leg.
+    pub moves: Vec<MoveId>,
+}
+
+/// Legs of the whole program. `spans_of` gives the pieces of a feed move; a rapid is one piece with its move's index as tag.
+pub fn track(
+    toolpath: &Toolpath,
+    machine: &Machine,
+    law: ArcLaw,
+    spans_of: &mut dyn FnMut(MoveId, &mut Vec<Span>),
+) -> Track {
+    let mut builder = Builder { track: Track::default(), machine, law, last: None };
+    builder.track.chain.point_b.push(0.0);
+    let mut spans = Vec::new();
+    for event in &toolpath.events {
+        match event {
+            Event::Move(id) => {
+                let motion = &toolpath.moves[id.ix()];
+                spans.clear();
+                match motion.kind {
+                    MoveKind::Rapid => spans.push(rapid_span(*id, motion, machine)),
+                    MoveKind::Feed => spans_of(*id, &mut spans),
+                }
+                builder.add(*id, motion, &spans);
+            }
+            Event::Dwell { .. } | Event::Tool { .. } | Event::Stop { .. } | Event::Spindle { .. } => builder.rest(),
+        }
+    }
+    builder.rest();
+    builder.track
+}
+
+fn rapid_span(id: MoveId, motion: &Move, machine: &Machine) -> Span {
+    Span { from_mm: 0.0, to_mm: motion.curve.length(), feed_mm_s: machine.rapid_mm_s, tag: id.0 }
+}
+
+struct Builder<'a> {
+    track: Track,
+    machine: &'a Machine,
+    law: ArcLaw,
+    /// End of the last move and how the control treats it; `None` at rest.
+    last: Option<(Side, PathMode)>,
+}
+
+impl Builder<'_> {
+    fn rest(&mut self) {
+        self.last = None;
+        if let Some(b) = self.track.chain.point_b.last_mut() {
+            *b = 0.0;
+        }
+    }
+
+    fn add(&mut self, id: MoveId, motion: &Move, spans: &[Span]) {
+        let length_mm = motion.curve.length();
+        if length_mm <= 0.0 {
+            return;
+        }
+        let start = Side { tangent: motion.curve.tangent(0.0), length_mm };
+        let speed = self.last.map_or(0.0, |(end, mode)| junction_speed(end, start, mode, self.machine));
+        if let Some(b) = self.track.chain.point_b.last_mut() {
+            *b = b.min(speed * speed);
+        }
+        let digest_mm_s = match motion.kind {
+            MoveKind::Feed if self.machine.block_time_s > 0.0 => length_mm / self.machine.block_time_s,
+            _ => f64::INFINITY,
+        };
+        for span in spans.iter().filter(|span| span.to_mm > span.from_mm) {
+            let known = if span.feed_mm_s > 0.0 { span.feed_mm_s } else { self.machine.rapid_mm_s };
+            let cap_mm_s = known.min(digest_mm_s);
+            match &motion.curve {
+                Curve::Line { .. } => self.line(id, span, cap_mm_s, start.tangent),
+                curve @ Curve::Arc(_) => self.arc(id, span, cap_mm_s, curve, spans.len() == 1),
+            }
+        }
+        self.last = Some((Side { tangent: motion.curve.tangent(length_mm), length_mm }, motion.path_mode));
+    }
+
+    fn line(&mut self, id: MoveId, span: &Span, cap_mm_s: f64, tangent: Vec3) {
+        let axes = &self.machine.axes;
+        let leg = Leg {
+            ds_mm: span.to_mm - span.from_mm,
+            cap_b: cap_mm_s.min(speed_along(axes, tangent)).powi(2),
+            accel_mm_s2: along(axes, tangent),
+            first_row: 0,
+            row_count: 0,
+        };
+        self.push(id, span.tag, leg);
+    }
+
+    fn arc(&mut self, id: MoveId, span: &Span, cap_mm_s: f64, curve: &Curve, alone: bool) {
+        let length_mm = span.to_mm - span.from_mm;
+        let turn = length_mm * curve.curvature(span.from_mm).norm();
+        let count = ((turn / LEG_RAD).ceil() as usize).clamp(if alone { 2 } else { 1 }, 4096);
+        let ds_mm = length_mm / count as f64;
+        for i in 0..count {
+            let s0 = span.from_mm + i as f64 * ds_mm;
+            let leg = match self.law {
+                ArcLaw::Shared => self.shared_leg(curve, s0, ds_mm, cap_mm_s),
+                ArcLaw::PerAxis => self.per_axis_leg(curve, s0, ds_mm, cap_mm_s),
+            };
+            self.push(id, span.tag, leg);
+        }
+    }
+
+    /// A leg under the control's own law: v² κ ≤ √3/2 a, and what is left of a changes the speed.
+    fn shared_leg(&self, curve: &Curve, s0_mm: f64, ds_mm: f64, cap_mm_s: f64) -> Leg {
+        let (accel, speed) = in_plane(self.machine, curve, s0_mm, ds_mm);
+        let curvature = curve.curvature(s0_mm).norm();
+        let cap_b = cap_mm_s.min(speed).powi(2).min(NORMAL_SHARE * accel / curvature);
+        let normal = cap_b * curvature / accel;
+        Leg { ds_mm, cap_b, accel_mm_s2: accel * (1.0 - normal * normal).sqrt(), first_row: 0, row_count: 0 }
+    }
+
+    /// A leg whose axes may each use all they have: rows t·a + k·b within ± limit at both ends.
+    fn per_axis_leg(&mut self, curve: &Curve, s0_mm: f64, ds_mm: f64, cap_mm_s: f64) -> Leg {
+        let ends = [s0_mm, s0_mm + ds_mm].map(|s| (curve.tangent(s), curve.curvature(s)));
+        let speed = ends.iter().map(|(t, _)| speed_along(&self.machine.axes, *t)).fold(cap_mm_s, f64::min);
+        let rows = &mut self.track.chain.rows;
+        let first_row = rows.len() as u32;
+        for (at_end, (t, k)) in ends.iter().enumerate() {
+            for (axis, limit) in self.machine.axes.iter().enumerate() {
+                let slope = t[axis] / (2.0 * ds_mm);
+                let (p, q) = if at_end == 0 { (k[axis] - slope, slope) } else { (-slope, slope + k[axis]) };
+                if p.abs().max(q.abs()) > 1e-12 {
+                    let r = limit.acceleration_mm_s2;
+                    rows.extend([Row { p, q, r }, Row { p: -p, q: -q, r }]);
+                }
+            }
+        }
+        Leg { ds_mm, cap_b: speed * speed, accel_mm_s2: 0.0, first_row, row_count: rows.len() as u32 - first_row }
+    }
+
+    fn push(&mut self, id: MoveId, tag: u32, leg: Leg) {
+        self.track.chain.legs.push(leg);
+        self.track.chain.point_b.push(f64::INFINITY);
+        self.track.tags.push(tag);
+        self.track.moves.push(id);
+    }
+}
+
+/// Acceleration and speed that hold in every direction an arc takes over a leg: the least of the axes that move.
+fn in_plane(machine: &Machine, curve: &Curve, s0_mm: f64, ds_mm: f64) -> (f64, f64) {
+    let (t, k) = (curve.tangent(s0_mm), curve.curvature(s0_mm));
+    let moves = |axis: &usize| t[*axis].abs() > 1e-9 || k[*axis].abs() > 1e-12;
+    let least = |limit: &dyn Fn(usize) -> f64| (0..3).filter(moves).map(limit).fold(f64::INFINITY, f64::min);
+    let end = curve.tangent(s0_mm + ds_mm);
+    let speed = speed_along(&machine.axes, t).min(speed_along(&machine.axes, end));
+    (least(&|axis| machine.axes[axis].acceleration_mm_s2), speed)
+}
+
+fn junction_speed(before: Side, after: Side, mode: PathMode, machine: &Machine) -> f64 {
+    let tolerance_mm = match mode {
+        PathMode::ExactStop => return 0.0,
+        PathMode::ExactPath => 0.0,
+        PathMode::Tolerance(tolerance_mm) => tolerance_mm,
+        PathMode::Continuous => machine.corner_tolerance_mm,
+    };
+    corner_speed(before, after, tolerance_mm, &machine.axes)
+}

@@ -1,0 +1,189 @@
+//! The smallest pieces that may carry an F word of their own. In: the problem, the speeds the machine can reach, what may be
+//! split. Out: [`Unit`]s in order of execution; those of a feed move tile it, none inside a block is shorter than allowed.
+//!
+//! A piece that is too short takes what it lacks from a neighbour in its block with a higher cap, or is merged with the
+//! neighbour whose cap is nearest. Feed moves of one block (cycles, compensation, repeated blocks) share one feed.
+
+use super::problem::{Bound, Node, Problem};
+use crate::ids::MoveId;
+use crate::machine::Output;
+use crate::nc::{Move, MoveKind, Toolpath};
+
+/// Caps that differ by less than this share are one.
+const SAME: f64 = 0.01;
+
+/// A piece that may carry its own F word.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Its move.
+    pub move_id: MoveId,
+    /// Where it begins, mm along the move.
+    pub from_mm: f64,
+    /// Where it ends.
+    pub to_mm: f64,
+    /// Highest feed.
+    pub cap: Bound,
+    /// Lowest feed asked for.
+    pub floor_mm_s: f64,
+    /// Mean speed of the continuous optimum, mm/s.
+    pub speed_mm_s: f64,
+    /// Feed as programmed, mm/s.
+    pub programmed_mm_s: f64,
+    /// May its feed change?
+    pub free: bool,
+}
+
+impl Unit {
+    /// Length, mm.
+    pub fn length_mm(&self) -> f64 {
+        self.to_mm - self.from_mm
+    }
+    /// Time at a commanded feed, s.
+    pub fn time_s(&self, feed_mm_s: f64) -> f64 {
+        self.length_mm() / feed_mm_s.min(self.speed_mm_s)
+    }
+}
+
+/// Units of the whole program. `node_s` is the time of each node in the continuous optimum.
+pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, output: &Output) -> Vec<Unit> {
+    let shared = moves_per_block(toolpath);
+    let mut out: Vec<Unit> = Vec::new();
+    let mut pieces: Vec<Unit> = Vec::new();
+    for (index, motion) in toolpath.moves.iter().enumerate() {
+        if motion.kind == MoveKind::Rapid {
+            continue;
+        }
+        let range = problem.of_move[index].start as usize..problem.of_move[index].end as usize;
+        pieces.clear();
+        pieces.extend(problem.nodes[range.clone()].iter().zip(&node_s[range.clone()]).map(|(node, &s)| unit(node, s)));
+        let split = output.split && may_split(motion, &problem.nodes[range], &shared);
+        if split {
+            join_equal(&mut pieces);
+            lengthen(&mut pieces, output.minimum_length_mm);
+        } else {
+            join_all(&mut pieces);
+        }
+        out.append(&mut pieces);
+    }
+    share_caps(&mut out, toolpath, &shared);
+    out
+}
+
+fn unit(node: &Node, time_s: f64) -> Unit {
+    let length_mm = node.length_mm();
+    Unit {
+        move_id: node.move_id,
+        from_mm: node.from_mm,
+        to_mm: node.to_mm,
+        cap: node.cap,
+        floor_mm_s: node.floor.feed_mm_s,
+        speed_mm_s: if time_s > 0.0 { length_mm / time_s } else { node.cap.feed_mm_s.max(f64::MIN_POSITIVE) },
+        programmed_mm_s: node.programmed_mm_s,
+        free: node.free,
+    }
+}
+
+fn may_split(motion: &Move, nodes: &[Node], shared: &[u32]) -> bool {
+    motion.splittable && shared[motion.block.ix()] == 1 && nodes.iter().all(|node| node.free && !node.uncertain)
+}
+
+/// Number of feed moves of each block.
+fn moves_per_block(toolpath: &Toolpath) -> Vec<u32> {
+    let blocks = toolpath.moves.iter().map(|motion| motion.block.ix() + 1).max().unwrap_or(0);
+    let mut count = vec![0; blocks];
+    for motion in toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed) {
+        count[motion.block.ix()] += 1;
+    }
+    count
+}
+
+/// One cap for all feed moves of a block: the least.
+fn share_caps(units: &mut [Unit], toolpath: &Toolpath, shared: &[u32]) {
+    let mut least: Vec<Option<(Bound, bool)>> = vec![None; shared.len()];
+    let block = |unit: &Unit| toolpath.moves[unit.move_id.ix()].block.ix();
+    for unit in units.iter().filter(|unit| shared[block(unit)] > 1) {
+        let known = &mut least[block(unit)];
+        let (cap, free) = known.unwrap_or((unit.cap, true));
+        let lower = if unit.cap.feed_mm_s < cap.feed_mm_s { unit.cap } else { cap };
+        *known = Some((lower, free && unit.free));
+    }
+    for unit in units.iter_mut() {
+        if let Some((cap, free)) = least[block(unit)] {
+            (unit.cap, unit.free) = (cap, free);
+        }
+    }
+}
+
+/// Two neighbours as one.
+fn joined(a: &Unit, b: &Unit) -> Unit {
+    let time_s = a.length_mm() / a.speed_mm_s + b.length_mm() / b.speed_mm_s;
+    let length_mm = b.to_mm - a.from_mm;
+    Unit {
+        to_mm: b.to_mm,
+        cap: if b.cap.feed_mm_s < a.cap.feed_mm_s { b.cap } else { a.cap },
+        floor_mm_s: a.floor_mm_s.max(b.floor_mm_s),
+        speed_mm_s: if time_s > 0.0 { length_mm / time_s } else { a.speed_mm_s.max(b.speed_mm_s) },
+        free: a.free && b.free,
+        ..*a
+    }
+}
+
+fn join_all(pieces: &mut Vec<Unit>) {
+    if let Some(all) = pieces.iter().copied().reduce(|a, b| joined(&a, &b)) {
+        pieces.clear();
+        pieces.push(all);
+    }
+}
+
+/// Joins neighbours whose caps are the same (kind and value).
+fn join_equal(pieces: &mut Vec<Unit>) {
+    pieces.dedup_by(|b, a| {
+        let (low, high) = (a.cap.feed_mm_s.min(b.cap.feed_mm_s), a.cap.feed_mm_s.max(b.cap.feed_mm_s));
+        let same = a.cap.kind == b.cap.kind && high - low <= SAME * low;
+        if same {
+            *a = joined(a, b);
+        }
+        same
+    });
+}
+
+/// Makes every piece at least `least_mm` long (or the block one piece).
+fn lengthen(pieces: &mut Vec<Unit>, least_mm: f64) {
+    let mut i = 0;
+    while pieces.len() > 1 && i < pieces.len() {
+        let lacking = least_mm - pieces[i].length_mm();
+        if lacking <= 1e-9 {
+            i += 1;
+            continue;
+        }
+        let before = i.checked_sub(1);
+        let after = (i + 1 < pieces.len()).then_some(i + 1);
+        let gives = |at: &usize| {
+            pieces[*at].length_mm() - lacking >= least_mm && pieces[*at].cap.feed_mm_s >= pieces[i].cap.feed_mm_s
+        };
+        if let Some(from) = [after, before].into_iter().flatten().find(gives) {
+            take(pieces, i, from, lacking);
+            i += 1;
+            continue;
+        }
+        let far = |at: &usize| (pieces[*at].cap.feed_mm_s / pieces[i].cap.feed_mm_s).ln().abs();
+        let near = [before, after].into_iter().flatten().min_by(|a, b| far(a).total_cmp(&far(b)));
+        let first = near.map_or(i, |near| near.min(i));
+        pieces[first] = joined(&pieces[first], &pieces[first + 1]);
+        pieces.remove(first + 1);
+        i = first;
+    }
+}
+
+/// Moves the boundary between neighbours so that `to` gains `length_mm` from `from`.
+fn take(pieces: &mut [Unit], to: usize, from: usize, length_mm: f64) {
+    let time_s = pieces[to].length_mm() / pieces[to].speed_mm_s + length_mm / pieces[from].speed_mm_s;
+    if from > to {
+        pieces[to].to_mm += length_mm;
+        pieces[from].from_mm = pieces[to].to_mm;
+    } else {
+        pieces[to].from_mm -= length_mm;
+        pieces[from].to_mm = pieces[to].from_mm;
+    }
+    pieces[to].speed_mm_s = pieces[to].length_mm() / time_s;
+}

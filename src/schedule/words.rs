@@ -1,0 +1,200 @@
+//! F words. In: [`Unit`]s with caps and reachable speeds. Out: one commanded feed per unit, on the grid of the program's F
+//! words, never above a cap.
+//!
+//! A dynamic program over feed levels: levels are spaced evenly in log feed, staying at a level is free, a change costs the
+//! price of an F word (less where the block carries one already), and a unit at level F takes length / min(F, speed).
+//! Levels above the cap of a unit are closed to it. Runs of one level then get the largest F number below all their caps;
+//! an F already there that lies below the caps and within `minimum_change` of that number stays, and a rise smaller than
+//! `minimum_change` is not made.
+
+use super::units::Unit;
+
+/// Number of levels: one bit each of the trace.
+const LEVELS: usize = 128;
+
+/// The F numbers a program may carry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// Feed of F1, mm/s.
+    pub unit_mm_s: f64,
+    /// Most decimals.
+    pub decimals: u32,
+}
+
+impl Grid {
+    /// Largest number of the grid that is not above the feed; a feed below the grid stays as it is. Numbers carry four
+    /// significant digits, so that rounding costs less than 0.1 %.
+    pub fn below(&self, feed_mm_s: f64) -> f64 {
+        let number = feed_mm_s / self.unit_mm_s;
+        let step = self.step(number);
+        let rounded = (number / step * (1.0 + 1e-12)).floor() * step;
+        if rounded > 0.0 { rounded * self.unit_mm_s } else { feed_mm_s }
+    }
+
+    fn step(&self, number: f64) -> f64 {
+        let finest = -(self.decimals as i32);
+        let digits = if number > 0.0 { number.log10().floor() as i32 - 3 } else { finest };
+        10f64.powi(digits.max(finest))
+    }
+}
+
+/// What an F word costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prices {
+    /// A new F word at the beginning of a block, s.
+    pub word_s: f64,
+    /// A new block (a split) with its F word, s.
+    pub split_s: f64,
+    /// Relative rise worth an F word.
+    pub minimum_change: f64,
+}
+
+/// Feed of each unit, mm/s. `carries(i)`: unit i begins a block that has its own F word.
+pub fn choose(units: &[Unit], grid: &Grid, prices: &Prices, carries: &dyn Fn(usize) -> bool) -> Vec<f64> {
+    let mut feeds: Vec<f64> = units.iter().map(|unit| unit.programmed_mm_s).collect();
+    let mut start = 0;
+    while start < units.len() {
+        if !units[start].free {
+            start += 1;
+            continue;
+        }
+        let end = (start..units.len()).find(|&i| !units[i].free).unwrap_or(units.len());
+        let run = &units[start..end];
+        let levels = best_levels(run, &|i| change_price(run, i, prices, carries(start + i)));
+        settle(run, &levels, grid, prices.minimum_change, &mut feeds[start..end]);
+        start = end;
+    }
+    feeds
+}
+
+fn change_price(units: &[Unit], i: usize, prices: &Prices, carries: bool) -> f64 {
+    if carries {
+        0.0
+    } else if units[i].from_mm > 0.0 {
+        prices.split_s
+    } else {
+        prices.word_s
+    }
+}
+
+/// Level of each unit of a run of free units.
+fn best_levels(units: &[Unit], price_s: &dyn Fn(usize) -> f64) -> Vec<u8> {
+    let (low, high) = units
+        .iter()
+        .map(|unit| unit.cap.feed_mm_s)
+        .fold((f64::INFINITY, 0.0f64), |(low, high), feed| (low.min(feed), high.max(feed)));
+    let ratio = (high / low).max(1.0).powf(1.0 / (LEVELS - 1) as f64);
+    let feed: Vec<f64> = (0..LEVELS).map(|level| low * ratio.powi(level as i32)).collect();
+    let top = |unit: &Unit| feed.partition_point(|&feed| feed <= unit.cap.feed_mm_s * (1.0 + 1e-9)).max(1) - 1;
+    let mut cost = vec![0.0; LEVELS];
+    let mut stays: Vec<u128> = Vec::with_capacity(units.len());
+    let mut from: Vec<u8> = Vec::with_capacity(units.len());
+    for (i, unit) in units.iter().enumerate() {
+        let best = least(&cost);
+        let change = cost[best] + if i == 0 { 0.0 } else { price_s(i) };
+        let top = top(unit);
+        let mut stay = 0u128;
+        for (level, cost) in cost.iter_mut().enumerate() {
+            if level > top {
+                *cost = f64::INFINITY;
+                continue;
+            }
+            if *cost <= change {
+                stay |= 1 << level;
+            } else {
+                *cost = change;
+            }
+            *cost += unit.time_s(feed[level]);
+        }
+        stays.push(stay);
+        from.push(best as u8);
+    }
+    let mut level = least(&cost) as u8;
+    let mut levels = vec![0; units.len()];
+    for i in (0..units.len()).rev() {
+        levels[i] = level;
+        if stays[i] >> level & 1 == 0 {
+            level = from[i];
+        }
+    }
+    levels
+}
+
+/// The cheapest level; among equals the highest.
+fn least(cost: &[f64]) -> usize {
+    (0..cost.len()).rev().min_by(|&a, &b| cost[a].total_cmp(&cost[b])).unwrap_or(0)
+}
+
+/// Feeds of the runs of one level.
+fn settle(units: &[Unit], levels: &[u8], grid: &Grid, minimum_change: f64, feeds: &mut [f64]) {
+    let mut start = 0;
+    let mut last: Option<f64> = None;
+    while start < units.len() {
+        let end = (start..units.len()).find(|&i| levels[i] != levels[start]).unwrap_or(units.len());
+        let cap = units[start..end].iter().map(|unit| unit.cap.feed_mm_s).fold(f64::INFINITY, f64::min);
+        let best = grid.below(cap);
+        let there = units[start].programmed_mm_s;
+        let kept = |feed: f64| feed <= cap * (1.0 + 1e-9) && feed >= best / (1.0 + minimum_change);
+        let same = units[start..end].iter().all(|unit| unit.programmed_mm_s == there);
+        let chosen = if same && kept(there) { there } else { last.filter(|&last| kept(last)).unwrap_or(best) };
+        feeds[start..end].fill(chosen);
+        last = Some(chosen);
+        start = end;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::MoveId;
+    use crate::machine::LimitKind;
+    use crate::schedule::problem::Bound;
+
+    #[test]
+    fn rounds_down_to_four_digits() {
+        let grid = Grid { unit_mm_s: 1.0 / 60.0, decimals: 1 };
+        let below = |number: f64| (grid.below(number / 60.0) * 60.0 * 1e6).round() / 1e6;
+        assert_eq!([below(12345.6), below(1234.56), below(123.456), below(9.99)], [12340.0, 1234.0, 123.4, 9.9]);
+        assert_eq!([below(1200.0), below(0.04)], [1200.0, 0.04]);
+    }
+
+    fn unit(index: u32, cap: f64) -> Unit {
+        let cap = Bound { feed_mm_s: cap, kind: LimitKind::Power, per_unit: 0.0 };
+        let (from_mm, to_mm) = (0.0, 1.0);
+        let (floor_mm_s, speed_mm_s, programmed_mm_s) = (0.0, 1e9, 7.77);
+        Unit { move_id: MoveId(index), from_mm, to_mm, cap, floor_mm_s, speed_mm_s, programmed_mm_s, free: true }
+    }
+
+    /// Least cost over all 2ⁿ⁻¹ ways to cut a run of n units into pieces, each at its least cap.
+    fn brute(units: &[Unit], word_s: f64) -> f64 {
+        (0..1u32 << (units.len() - 1))
+            .map(|cuts| {
+                let mut cost = 0.0;
+                let mut start = 0;
+                for end in 1..=units.len() {
+                    if end == units.len() || cuts >> (end - 1) & 1 == 1 {
+                        let cap = units[start..end].iter().map(|unit| unit.cap.feed_mm_s).fold(f64::INFINITY, f64::min);
+                        cost += units[start..end].iter().map(|unit| unit.time_s(cap)).sum::<f64>();
+                        cost += if start > 0 { word_s } else { 0.0 };
+                        start = end;
+                    }
+                }
+                cost
+            })
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn is_as_good_as_every_way_to_cut() {
+        let caps = [20.0, 22.0, 55.0, 50.0, 12.0, 13.0, 60.0, 58.0, 40.0, 10.0];
+        let units: Vec<Unit> = caps.iter().enumerate().map(|(i, &cap)| unit(i as u32, cap)).collect();
+        for word_s in [0.0, 0.005, 0.02, 0.1] {
+            let prices = Prices { word_s, split_s: word_s, minimum_change: 0.0 };
+            let feeds = choose(&units, &Grid { unit_mm_s: 1e-6, decimals: 0 }, &prices, &|_| false);
+            let words = feeds.windows(2).filter(|pair| pair[0] != pair[1]).count() as f64;
+            let cost = units.iter().zip(&feeds).map(|(unit, &feed)| unit.time_s(feed)).sum::<f64>() + words * word_s;
+            assert!(units.iter().zip(&feeds).all(|(unit, &feed)| feed <= unit.cap.feed_mm_s));
+            assert!(cost <= brute(&units, word_s) * 1.01, "{word_s}: {cost} {}", brute(&units, word_s));
+        }
+    }
+}
