@@ -1,6 +1,19 @@
 //! The NC language. In: the bytes of a program. Out: a [`Program`] (blocks and words with byte spans) and a [`Toolpath`]
 //! (what the machine does, in mm, s, rad). Nothing here fails: what is not understood is kept, diagnosed and frozen.
 
+pub mod dialect;
+pub mod environment;
+mod interp;
+pub mod lex;
+mod number;
+pub mod print;
+pub mod program;
 pub mod toolpath;
 
+pub use dialect::Dialect;
+pub use environment::Environment;
+pub use interp::interpret;
+pub use lex::{Token, TokenKind};
+pub use number::decimal;
+pub use program::{MAX_TEXT, Program, parse};
 pub use toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind, PathMode, Spin, Toolpath};

@@ -4,7 +4,7 @@
 
 use crate::diag::{Diagnostic, Span};
 use crate::ids::{BlockId, MoveId};
-use crate::path::Curve;
+use crate::path::{Curve, Vec3};
 
 /// Rapid or feed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,6 +136,9 @@ pub struct Move {
     pub freeze: Option<Freeze>,
     /// May the block be cut in pieces? False for cycles, calls, compensation, M S T words, R arcs near a half turn …
     pub splittable: bool,
+    /// Moves with the same number are made by the same text (a block executed several times, one F word of a cycle at
+    /// several positions): they get one feed, the lowest of what is safe in each. `None`: the feed is its own.
+    pub shared: Option<u32>,
 }
 
 /// One thing the control does, in order.
@@ -182,6 +185,20 @@ pub struct Toolpath {
     pub moves: Vec<Move>,
     /// What was found on the way.
     pub diagnostics: Vec<Diagnostic>,
+    /// Shifts of the programmed zero against the work offset (G92, G52, G10), mm: each holds from its move on.
+    pub shifts: Vec<(MoveId, Vec3)>,
     /// True when the program's own lengths are in inches (the unit in force at its first motion).
     pub inch: bool,
+}
+
+impl Toolpath {
+    /// Shift of the programmed zero at a move, mm: programmed coordinates are those of the move less the shift.
+    pub fn shift_at(&self, id: MoveId) -> Vec3 {
+        let after = self.shifts.partition_point(|(from, _)| *from <= id);
+        if after == 0 { Vec3::zeros() } else { self.shifts[after - 1].1 }
+    }
+    /// The motions, in order.
+    pub fn iter_moves(&self) -> impl Iterator<Item = (MoveId, &Move)> {
+        self.moves.iter().enumerate().map(|(index, motion)| (MoveId(index as u32), motion))
+    }
 }

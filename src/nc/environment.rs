@@ -1,0 +1,92 @@
+//! What an interpreter must know besides the program: offsets, tools, home, switches, and how far it may run.
+
+use crate::machine::{Compensation, Job, StockShape};
+use crate::path::Vec3;
+
+/// Reads the text of a subprogram by its name; `None`: there is none.
+pub type Loader<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+
+/// Surroundings of a program.
+#[derive(Clone)]
+pub struct Environment<'a> {
+    /// Origins of work offsets (54 for G54 …), mm, machine coordinates; one that is missing is at zero.
+    pub origins: Vec<(u16, Vec3)>,
+    /// Reference point (G28), mm, machine coordinates; `None`: a retract to [`Environment::clear_z_mm`].
+    pub home_mm: Option<Vec3>,
+    /// Where the tool is at first, mm, work coordinates; `None`: nowhere near the stock, at [`Environment::clear_z_mm`].
+    pub start_mm: Option<Vec3>,
+    /// A height at which nothing is near, mm.
+    pub clear_z_mm: f64,
+    /// Diameter of each tool, mm, by its number; used for a D word that names it.
+    pub diameters_mm: Vec<(u32, f64)>,
+    /// What G41/G42 means; `None`: not said.
+    pub compensation: Option<Compensation>,
+    /// Is the block-delete switch on?
+    pub block_delete: bool,
+    /// Is the unit inch before the first G20/G21?
+    pub inch: bool,
+    /// Subprograms in other files.
+    pub load: Loader<'a>,
+    /// Blocks that may be executed before the program counts as a runaway.
+    pub max_blocks: u64,
+    /// Calls inside calls.
+    pub max_depth: usize,
+}
+
+fn no_files(_: &str) -> Option<Vec<u8>> {
+    None
+}
+
+impl Default for Environment<'_> {
+    /// A control just switched on: every offset, home and position at zero, metric, no files.
+    fn default() -> Self {
+        Self {
+            origins: Vec::new(),
+            home_mm: Some(Vec3::zeros()),
+            start_mm: Some(Vec3::zeros()),
+            clear_z_mm: 0.0,
+            diameters_mm: Vec::new(),
+            compensation: None,
+            block_delete: false,
+            inch: false,
+            load: &no_files,
+            max_blocks: 20_000_000,
+            max_depth: 50,
+        }
+    }
+}
+
+impl Environment<'_> {
+    /// What a setup says. The tool starts at home, or, where home is not given, well above the stock.
+    pub fn from_job(job: &Job) -> Environment<'static> {
+        let tops = job.stocks.iter().map(|stock| top(&stock.shape));
+        let clear_z_mm = tops.chain(job.fixtures.iter().map(|fixture| fixture.max.z)).fold(0.0, f64::max) + 100.0;
+        Environment {
+            origins: job.machine.offsets.clone(),
+            home_mm: job.machine.home_mm,
+            start_mm: None,
+            clear_z_mm,
+            diameters_mm: job.tools.iter().map(|tool| (tool.number, tool.diameter_mm)).collect(),
+            compensation: job.machine.compensation,
+            ..Environment::default()
+        }
+    }
+
+    /// Origin of a work offset, mm.
+    pub fn origin(&self, wcs: u16) -> Vec3 {
+        self.origins.iter().find(|(number, _)| *number == wcs).map_or_else(Vec3::zeros, |(_, origin)| *origin)
+    }
+    /// Diameter of a tool, mm.
+    pub fn diameter_mm(&self, number: u32) -> Option<f64> {
+        self.diameters_mm.iter().find(|(tool, _)| *tool == number).map(|(_, diameter)| *diameter)
+    }
+}
+
+/// Upper face of a blank, mm; 0 for shapes that are in a file.
+fn top(shape: &StockShape) -> f64 {
+    match shape {
+        StockShape::Box(bounds) => bounds.max.z,
+        StockShape::Cylinder { z_mm, .. } => z_mm[0].max(z_mm[1]),
+        StockShape::Stl(_) | StockShape::Saved(_) => 0.0,
+    }
+}

@@ -1,0 +1,131 @@
+//! Arcs and helices: from I J K or R words to centre and sweep.
+//!
+//! In the plane with axes (a, b) seen against its normal, G3 turns from a to b. An arc that ends where it begins (or
+//! within 1e-6 rad of it, as LinuxCNC has it) is a full turn; P asks for more of them.
+
+use std::f64::consts::{PI, TAU};
+
+use super::Run;
+use super::line::Line;
+use super::state::Motion;
+use crate::diag::{Severity, Span};
+use crate::nc::toolpath::{Freeze, MoveKind};
+use crate::path::{Arc, Curve, Plane, Vec3};
+
+/// Difference of start and end radius that is worth a warning, mm; ten times that cannot be meant.
+const RADIUS_MISMATCH_MM: f64 = 0.05;
+/// Angle below which an arc is a full turn, rad.
+const FULL_TURN_RAD: f64 = 1e-6;
+
+impl Run<'_> {
+    /// The arc of a block.
+    pub(super) fn arc(&mut self, line: &Line, turned: bool) {
+        if turned {
+            self.freeze = self.freeze.or(Some(Freeze::Rotary));
+        }
+        let target = self.target(line);
+        let clockwise = self.modal.motion == Motion::Clockwise;
+        let place = line.g.last().map(|g| g.1).or(line.span(b'R')).or(line.span(b'I')).or(line.span(b'J'));
+        let place = place.unwrap_or_else(|| self.program.span(self.block));
+        let from = self.programmed;
+        let turns = line.get(b'P').map_or(1.0, |p| p.round().clamp(1.0, 1e4));
+        let centre = match line.get(b'R') {
+            Some(radius) => self.centre_from_radius(from, target, radius * self.modal.unit_mm(), clockwise, place),
+            None => self.centre_from_words(line, from, target, place),
+        };
+        let Some(centre) = centre else {
+            self.line_to(MoveKind::Feed, target);
+            return;
+        };
+        let plane = self.modal.plane;
+        let sweep = sweep(plane, from, target, centre, clockwise, turns);
+        if line.has(b'R') && (sweep.abs() - PI).abs() < 0.1 {
+            self.splittable = false;
+        }
+        self.arc_to(plane, target, centre, sweep);
+    }
+
+    /// Makes an arc given in programmed coordinates.
+    fn arc_to(&mut self, plane: Plane, target: Vec3, centre: Vec3, sweep: f64) {
+        self.programmed = target;
+        let (to, centre) = (self.frame.apply(target), self.frame.apply(centre));
+        let sweep = if self.frame.mirrors(plane) { -sweep } else { sweep };
+        self.tool_to(MoveKind::Feed, Curve::Arc(Arc::new(plane, self.tool, to, centre, sweep)));
+    }
+
+    fn centre_from_words(&mut self, line: &Line, from: Vec3, target: Vec3, place: Span) -> Option<Vec3> {
+        let (a, b, _) = self.modal.plane.axes();
+        let unit = self.modal.unit_mm();
+        let words = [a, b].map(|axis| line.get(b"IJK"[axis]));
+        if words.iter().all(Option::is_none) {
+            self.bad_arc(place, "the arc has neither centre nor radius");
+            return None;
+        }
+        let mut centre = from;
+        for (axis, word) in [a, b].into_iter().zip(words) {
+            match word {
+                Some(value) if self.modal.absolute_centres => centre[axis] = value * unit,
+                Some(value) => centre[axis] += value * unit,
+                None => {}
+            }
+        }
+        let start = (from[a] - centre[a]).hypot(from[b] - centre[b]);
+        let end = (target[a] - centre[a]).hypot(target[b] - centre[b]);
+        let mismatch = (start - end).abs();
+        if start == 0.0 {
+            self.bad_arc(place, "the centre of the arc is its start");
+            return None;
+        }
+        if mismatch > 10.0 * RADIUS_MISMATCH_MM && mismatch > 0.01 * start {
+            self.bad_arc(place, format!("the arc ends {mismatch:.3} mm off the circle it begins on"));
+        } else if mismatch > RADIUS_MISMATCH_MM {
+            let text = format!("the radius of the arc changes by {mismatch:.3} mm");
+            self.say("nc::arc-radius", Severity::Warning, place, text, "a control may refuse it");
+        }
+        Some(centre)
+    }
+
+    fn centre_from_radius(
+        &mut self,
+        from: Vec3,
+        target: Vec3,
+        radius: f64,
+        clockwise: bool,
+        place: Span,
+    ) -> Option<Vec3> {
+        let (a, b, _) = self.modal.plane.axes();
+        let (du, dv) = (target[a] - from[a], target[b] - from[b]);
+        let chord = du.hypot(dv);
+        if chord == 0.0 {
+            self.bad_arc(place, "an arc with R cannot end where it begins");
+            return None;
+        }
+        let square = radius * radius - 0.25 * chord * chord;
+        if 0.5 * chord > radius.abs() + RADIUS_MISMATCH_MM {
+            self.bad_arc(place, format!("radius {:.4} mm does not reach across {chord:.4} mm", radius.abs()));
+            return None;
+        }
+        let height = square.max(0.0).sqrt();
+        let side = if clockwise == (radius > 0.0) { -1.0 } else { 1.0 };
+        let mut centre = from;
+        centre[a] += 0.5 * du - side * height * dv / chord;
+        centre[b] += 0.5 * dv + side * height * du / chord;
+        Some(centre)
+    }
+
+    fn bad_arc(&mut self, place: Span, text: impl Into<String>) {
+        self.not_understood("nc::arc", place, text, "correct the arc; its feed is kept");
+    }
+}
+
+/// Angle turned about `centre`, rad, in the sense of the motion, with `turns` − 1 further full turns.
+pub(super) fn sweep(plane: Plane, from: Vec3, to: Vec3, centre: Vec3, clockwise: bool, turns: f64) -> f64 {
+    let (a, b, _) = plane.axes();
+    let start = (from[b] - centre[b]).atan2(from[a] - centre[a]);
+    let end = (to[b] - centre[b]).atan2(to[a] - centre[a]);
+    let ccw = if clockwise { start - end } else { end - start };
+    let ccw = ccw.rem_euclid(TAU);
+    let once = if ccw < FULL_TURN_RAD { ccw + TAU } else { ccw };
+    let angle = once + (turns - 1.0) * TAU;
+    if clockwise { -angle } else { angle }
+}

@@ -1,0 +1,121 @@
+//! The words of one block, gathered for the interpreter: a value and a place for each letter, G and M codes in order.
+
+use crate::diag::Span;
+use crate::nc::lex::{Token, TokenKind};
+
+/// Code of a G or M word times ten (G38.2 → 382) and its place.
+pub type Code = (u16, Span);
+
+/// Words of a block. Letters count from A = 0.
+#[derive(Debug, Clone, Default)]
+pub struct Line {
+    present: u32,
+    computed: u32,
+    values: [f64; 26],
+    spans: [Span; 26],
+    /// G codes in order.
+    pub g: Vec<Code>,
+    /// M codes in order.
+    pub m: Vec<Code>,
+    /// Begins with `/`.
+    pub delete: bool,
+    /// Holds flow control, assignments or calls: the slow path looks at its text.
+    pub flow: bool,
+    /// Something is in it besides blanks and comments.
+    pub any: bool,
+    /// Tokens that could not be read.
+    pub bad: Vec<(TokenKind, Span)>,
+    /// A letter that was there before, with the place of the later one.
+    pub repeated: Option<(u8, Span)>,
+}
+
+fn index(letter: u8) -> usize {
+    usize::from(letter - b'A') % 26
+}
+
+impl Line {
+    /// Empties it for the next block.
+    pub fn clear(&mut self) {
+        self.present = 0;
+        self.computed = 0;
+        self.g.clear();
+        self.m.clear();
+        self.delete = false;
+        self.flow = false;
+        self.any = false;
+        self.bad.clear();
+        self.repeated = None;
+    }
+    /// Puts a word in.
+    pub fn put(&mut self, letter: u8, value: f64, span: Span, computed: bool) {
+        self.any = true;
+        match letter {
+            b'G' => self.g.push((code(value), span)),
+            b'M' => self.m.push((code(value), span)),
+            _ => {
+                let bit = 1 << index(letter);
+                if self.present & bit != 0 {
+                    self.repeated = Some((letter, span));
+                }
+                self.present |= bit;
+                self.computed |= if computed { bit } else { 0 };
+                self.values[index(letter)] = value;
+                self.spans[index(letter)] = span;
+            }
+        }
+    }
+    /// Puts a token in that needs no evaluation; `false` for one that does.
+    #[inline]
+    pub fn take(&mut self, token: Token) -> bool {
+        match token.kind {
+            TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment => {}
+            TokenKind::Word(b'O') => {
+                self.flow = true;
+                self.put(b'O', token.number, token.span, false);
+            }
+            TokenKind::Word(letter) => self.put(letter, token.number, token.span, false),
+            TokenKind::Delete => self.delete = true,
+            TokenKind::Bad | TokenKind::OpenComment => self.bad.push((token.kind, token.span)),
+            TokenKind::Percent => self.flow = true,
+            _ => return false,
+        }
+        true
+    }
+    /// Is this letter there?
+    #[inline]
+    pub fn has(&self, letter: u8) -> bool {
+        self.present & (1 << index(letter)) != 0
+    }
+    /// Is any of these letters there?
+    #[inline]
+    pub fn has_any(&self, letters: &[u8]) -> bool {
+        letters.iter().any(|&letter| self.has(letter))
+    }
+    /// Value of a letter.
+    #[inline]
+    pub fn get(&self, letter: u8) -> Option<f64> {
+        self.has(letter).then(|| self.values[index(letter)])
+    }
+    /// Place of a letter's word.
+    pub fn span(&self, letter: u8) -> Option<Span> {
+        self.has(letter).then(|| self.spans[index(letter)])
+    }
+    /// Is its value the result of an expression?
+    pub fn is_computed(&self, letter: u8) -> bool {
+        self.computed & (1 << index(letter)) != 0
+    }
+    /// Does it hold this G code (times ten)?
+    pub fn has_g(&self, code: u16) -> bool {
+        self.g.iter().any(|g| g.0 == code)
+    }
+    /// Does it hold this M code (times ten)?
+    pub fn has_m(&self, code: u16) -> bool {
+        self.m.iter().any(|m| m.0 == code)
+    }
+}
+
+/// A G or M number times ten; numbers no control has become 65535.
+fn code(value: f64) -> u16 {
+    let tenfold = (value * 10.0).round();
+    if (0.0..65535.0).contains(&tenfold) && (value * 10.0 - tenfold).abs() < 1e-6 { tenfold as u16 } else { u16::MAX }
+}

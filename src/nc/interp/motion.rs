@@ -1,0 +1,143 @@
+//! Straight motions, and what every motion leaves in the toolpath.
+
+use super::Run;
+use super::line::Line;
+use super::state::Motion;
+use crate::nc::toolpath::{Event, Feed, Freeze, Move, MoveKind};
+use crate::path::{Curve, Vec3};
+
+const AXES: [u8; 3] = *b"XYZ";
+const ROTARY: [u8; 3] = *b"ABC";
+
+impl Run<'_> {
+    /// The motion of a block: the one it states, or the modal one when it has axis words.
+    pub(super) fn motion(&mut self, line: &Line, machine: bool, stated: bool) {
+        let arc = matches!(self.modal.motion, Motion::Clockwise | Motion::CounterClockwise);
+        let axes = line.has_any(b"XYZABC") || (arc && line.has_any(b"IJKR"));
+        if !axes {
+            return;
+        }
+        let turned = self.rotary_words(line);
+        match self.modal.motion {
+            Motion::None => {
+                let span = line.span(b'X').or(line.span(b'Y')).or(line.span(b'Z')).unwrap_or_default();
+                self.not_understood("nc::no-motion", span, "axis words without a motion in force", "write G0 or G1");
+            }
+            _ if machine => self.machine_move(line),
+            Motion::Rapid => {
+                let target = self.target(line);
+                self.line_to(MoveKind::Rapid, target);
+            }
+            Motion::Feed => self.feed_line(line, turned),
+            Motion::Clockwise | Motion::CounterClockwise => self.arc(line, turned),
+            Motion::Synchronised => self.frozen_line(line, Freeze::Synchronised),
+            Motion::Probe => self.frozen_line(line, Freeze::Probe),
+            Motion::Cycle(_) => self.frozen_line(line, Freeze::NotUnderstood),
+        }
+        let _ = stated;
+    }
+
+    fn feed_line(&mut self, line: &Line, turned: bool) {
+        if turned {
+            self.freeze = self.freeze.or(Some(Freeze::Rotary));
+        }
+        let target = self.target(line);
+        self.line_to(MoveKind::Feed, target);
+    }
+
+    fn frozen_line(&mut self, line: &Line, why: Freeze) {
+        self.freeze = Some(why);
+        let target = self.target(line);
+        self.line_to(MoveKind::Feed, target);
+    }
+
+    /// Takes A, B, C in; true when one of them turns.
+    fn rotary_words(&mut self, line: &Line) -> bool {
+        let mut turned = false;
+        for (axis, letter) in ROTARY.into_iter().enumerate() {
+            if let Some(value) = line.get(letter) {
+                let to = if self.modal.incremental { self.rotary[axis] + value } else { value };
+                turned |= to != self.rotary[axis];
+                self.rotary[axis] = to;
+            }
+        }
+        turned
+    }
+
+    /// Programmed end point of the block, mm.
+    pub(super) fn target(&mut self, line: &Line) -> Vec3 {
+        let unit = self.modal.unit_mm();
+        let mut target = self.programmed;
+        for (axis, letter) in AXES.into_iter().enumerate() {
+            let Some(value) = line.get(letter) else { continue };
+            if !self.known[axis] {
+                self.known[axis] = true;
+                if self.modal.incremental {
+                    self.assume_zero(axis);
+                    target[axis] = self.programmed[axis];
+                }
+            }
+            target[axis] = if self.modal.incremental { target[axis] + value * unit } else { value * unit };
+        }
+        target
+    }
+
+    /// An axis first commanded by an increment begins at zero.
+    fn assume_zero(&mut self, axis: usize) {
+        self.programmed[axis] = 0.0;
+        self.tool = self.frame.apply(self.programmed);
+    }
+
+    fn machine_move(&mut self, line: &Line) {
+        let unit = self.modal.unit_mm();
+        let origin = self.env.origin(self.modal.wcs);
+        let mut to = self.tool;
+        for (axis, letter) in AXES.into_iter().enumerate() {
+            let Some(value) = line.get(letter) else { continue };
+            if self.env.home_mm.is_some() {
+                to[axis] = value * unit - origin[axis];
+            } else if axis == 2 {
+                to.z = to.z.max(self.env.clear_z_mm);
+            }
+        }
+        let kind = if self.modal.motion == Motion::Rapid { MoveKind::Rapid } else { MoveKind::Feed };
+        self.tool_to(kind, Curve::Line { from: self.tool, to });
+        self.programmed = self.frame.invert(self.tool);
+    }
+
+    /// Goes straight to a programmed point.
+    pub(super) fn line_to(&mut self, kind: MoveKind, target: Vec3) {
+        self.programmed = target;
+        let to = self.frame.apply(target);
+        self.tool_to(kind, Curve::Line { from: self.tool, to });
+    }
+
+    /// Leaves a motion of the tool in the toolpath.
+    pub(super) fn tool_to(&mut self, kind: MoveKind, curve: Curve) {
+        let (feed, freeze) = match kind {
+            MoveKind::Rapid => (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None }, self.freeze),
+            MoveKind::Feed => (self.modal.feed_of(curve.length()), self.freeze.or_else(|| self.feed_freeze())),
+        };
+        if self.out.moves.is_empty() {
+            self.out.inch = self.modal.inch;
+        }
+        self.tool = curve.to();
+        let id = self.next_move();
+        self.out.moves.push(Move {
+            block: self.block,
+            line: self.line_number(),
+            instance: 0,
+            kind,
+            curve,
+            feed,
+            spin: self.modal.spin(),
+            tool: self.modal.tool,
+            wcs: self.modal.wcs,
+            path_mode: self.modal.path_mode,
+            freeze,
+            splittable: self.splittable,
+            shared: None,
+        });
+        self.event(Event::Move(id));
+    }
+}

@@ -1,0 +1,122 @@
+//! Work offsets and shifts: G54…, G10 L2/L20, G52, G92, and the reference returns G28 and G30.
+
+use super::Run;
+use super::line::Line;
+use crate::diag::Severity;
+use crate::nc::toolpath::MoveKind;
+use crate::path::{Curve, Vec3};
+
+const AXES: [u8; 3] = *b"XYZ";
+
+impl Run<'_> {
+    /// G54–G59, G59.1–G59.3 (590 + n), G54.1 P (Fanuc): the machine stays, its coordinates change.
+    pub(super) fn select_wcs(&mut self, code: u16, line: &Line) {
+        let wcs = match code {
+            541 => 100 + line.get(b'P').unwrap_or(1.0).clamp(1.0, 300.0) as u16,
+            591..=593 => 59 + (code - 590),
+            _ => code / 10,
+        };
+        if wcs != self.modal.wcs {
+            self.tool += self.env.origin(self.modal.wcs) - self.env.origin(wcs);
+            self.modal.wcs = wcs;
+            self.reframe();
+        }
+    }
+
+    /// After a change of the frame: the tool stays, its programmed coordinates change.
+    pub(super) fn reframe(&mut self) {
+        let before = self.frame.shift;
+        self.frame.refresh(self.modal.wcs);
+        self.programmed = self.frame.invert(self.tool);
+        if before != self.frame.shift {
+            self.out.shifts.push((self.next_move(), self.frame.shift));
+        }
+    }
+
+    fn words_mm(&self, line: &Line) -> [Option<f64>; 3] {
+        AXES.map(|axis| line.get(axis).map(|value| value * self.modal.unit_mm()))
+    }
+
+    /// G10, G52, G92 and its variants.
+    pub(super) fn offset(&mut self, line: &Line, code: u16) {
+        let words = self.words_mm(line);
+        match code {
+            520 => set(&mut self.frame.local, words),
+            920 => {
+                let rest = self.frame.invert(self.tool);
+                for (axis, word) in words.iter().enumerate() {
+                    if let Some(value) = word {
+                        self.frame.g92[axis] += rest[axis] - value;
+                        self.known[axis] = true;
+                    }
+                }
+                self.frame.g92_aside = self.frame.g92;
+            }
+            921 => (self.frame.g92, self.frame.g92_aside) = (Vec3::zeros(), Vec3::zeros()),
+            922 => self.frame.g92 = Vec3::zeros(),
+            923 => self.frame.g92 = self.frame.g92_aside,
+            _ => self.g10(line, words),
+        }
+        self.reframe();
+    }
+
+    fn g10(&mut self, line: &Line, words: [Option<f64>; 3]) {
+        let place = line.g.first().map_or_else(Default::default, |g| g.1);
+        let level = line.get(b'L').unwrap_or(0.0);
+        if level != 2.0 && level != 20.0 {
+            self.say("nc::g10", Severity::Note, place, "this G10 does not move the tool here", "");
+            return;
+        }
+        let number = line.get(b'P').unwrap_or(0.0) as u16;
+        let wcs = if number == 0 { self.modal.wcs } else { 53 + number };
+        let known = self.env.origins.iter().any(|(number, _)| *number == wcs);
+        let first = !known && !self.frame.changed.iter().any(|(number, _)| *number == wcs);
+        let mut change = self.frame.change_of(wcs);
+        let origin = self.env.origin(wcs);
+        for (axis, word) in words.iter().enumerate() {
+            let Some(value) = word else { continue };
+            change[axis] = if level == 20.0 {
+                self.tool[axis] - self.frame.g92[axis] - self.frame.local[axis] - value
+            } else if self.modal.incremental {
+                change[axis] + value
+            } else {
+                value - origin[axis]
+            };
+        }
+        if first && change != Vec3::zeros() {
+            let text = format!("G{wcs} is set by the program; the setup does not say where it was");
+            self.say("nc::offset-unknown", Severity::Warning, place, text, "give its origin under [offsets]");
+        }
+        self.frame.changed.retain(|(number, _)| *number != wcs);
+        self.frame.changed.push((wcs, change));
+    }
+
+    /// G28, G30: through a point on the way to the reference point, in the axes that are named (all, if none is).
+    pub(super) fn home(&mut self, line: &Line, _code: u16) {
+        let words = self.words_mm(line);
+        let named = if words.iter().any(Option::is_some) { words.map(|word| word.is_some()) } else { [true; 3] };
+        if words.iter().any(Option::is_some) {
+            let target = self.target(line);
+            self.line_to(MoveKind::Rapid, target);
+        }
+        let mut to = self.tool;
+        match self.env.home_mm {
+            Some(home) => {
+                let home = home - self.env.origin(self.modal.wcs);
+                (0..3).filter(|&axis| named[axis]).for_each(|axis| to[axis] = home[axis]);
+            }
+            None if named[2] => to.z = to.z.max(self.env.clear_z_mm),
+            None => {}
+        }
+        self.tool_to(MoveKind::Rapid, Curve::Line { from: self.tool, to });
+        self.programmed = self.frame.invert(self.tool);
+    }
+}
+
+fn set(shift: &mut Vec3, words: [Option<f64>; 3]) {
+    for (axis, word) in words.into_iter().enumerate() {
+        if let Some(value) = word {
+            shift[axis] = value;
+        }
+    }
+}

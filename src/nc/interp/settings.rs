@@ -1,0 +1,180 @@
+//! G and M codes that put something in force: modes, units, offsets, feed, speed, tool.
+
+use super::Run;
+use super::line::Line;
+use super::state::{FeedWord, Motion};
+use crate::diag::{Severity, Span};
+use crate::nc::toolpath::{Event, FeedMode, Freeze, PathMode};
+use crate::path::Plane;
+use crate::units::rps_from_rpm;
+
+/// What a block does with its axis words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Action {
+    /// The modal or stated motion.
+    Move,
+    /// A motion in machine coordinates (G53).
+    Machine,
+    /// G28, G30 (code times ten).
+    Home(u16),
+    /// G92, G52, G10 and the like (code times ten).
+    Offset(u16),
+    /// G4
+    Dwell,
+    /// Nothing: the words belong to something that is kept as it is.
+    Keep,
+}
+
+impl Run<'_> {
+    /// Executes the words of a block in the order a control does.
+    pub(super) fn execute(&mut self, line: &Line) {
+        let mut action = Action::Move;
+        let mut stated = false;
+        let path_mode = self.modal.path_mode;
+        for &(code, span) in &line.g {
+            self.setting(code, span, line, &mut action, &mut stated);
+        }
+        if let Some(value) = line.get(b'F') {
+            self.feed_word(value, line);
+        }
+        self.speed_and_tool(line);
+        match action {
+            Action::Move | Action::Machine => self.motion(line, action == Action::Machine, stated),
+            Action::Home(code) => self.home(line, code),
+            Action::Offset(code) => self.offset(line, code),
+            Action::Dwell => self.dwell(line),
+            Action::Keep => {}
+        }
+        if line.has_g(90) {
+            self.modal.path_mode = path_mode;
+        }
+        self.stops(line);
+    }
+
+    fn setting(&mut self, code: u16, span: Span, line: &Line, action: &mut Action, stated: &mut bool) {
+        let modal = &mut self.modal;
+        let mut motion = |kind: Motion| {
+            modal.motion = kind;
+            *stated = true;
+        };
+        match code {
+            0 => motion(Motion::Rapid),
+            10 => motion(Motion::Feed),
+            20 => motion(Motion::Clockwise),
+            30 => motion(Motion::CounterClockwise),
+            330 | 331 | 630 => motion(Motion::Synchronised),
+            310 | 380..=385 => motion(Motion::Probe),
+            730 | 740 | 760 | 810..=890 => motion(Motion::Cycle(code)),
+            800 => modal.motion = Motion::None,
+            40 => *action = Action::Dwell,
+            170 => modal.plane = Plane::Xy,
+            180 => modal.plane = Plane::Zx,
+            190 => modal.plane = Plane::Yz,
+            200 | 210 => modal.inch = code == 200,
+            280 | 300 => *action = Action::Home(code),
+            530 => *action = Action::Machine,
+            100 | 520 | 920..=923 => *action = Action::Offset(code),
+            281 | 301 => *action = Action::Keep,
+            540..=593 => self.select_wcs(code, line),
+            610 => modal.path_mode = PathMode::ExactPath,
+            90 | 611 => modal.path_mode = PathMode::ExactStop,
+            640 => {
+                let tolerance = line.get(b'P').map(|p| p * modal.unit_mm());
+                modal.path_mode = tolerance.map_or(PathMode::Continuous, PathMode::Tolerance);
+            }
+            900 | 910 => modal.incremental = code == 910,
+            901 | 911 => modal.absolute_centres = code == 901,
+            930 => self.feed_mode(FeedMode::InverseTime),
+            940 => self.feed_mode(FeedMode::PerMinute),
+            950 => self.feed_mode(FeedMode::PerRev),
+            970 | 110 | 490 | 430 | 431 | 432 | 400 | 150 | 500 | 690 => {}
+            980 | 990 => modal.retract_to_r = code == 990,
+            _ => {
+                let text = String::from_utf8_lossy(span.of(self.program.text())).into_owned();
+                self.not_understood("nc::unknown-g", span, format!("{text} is not known here"), "its block is kept");
+                *action = Action::Keep;
+            }
+        }
+    }
+
+    fn feed_mode(&mut self, mode: FeedMode) {
+        if self.modal.feed_mode != mode {
+            self.modal.feed_mode = mode;
+            self.modal.feed = FeedWord { value: 0.0, word: None, computed: false };
+        }
+    }
+
+    fn feed_word(&mut self, value: f64, line: &Line) {
+        let unit = if self.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.modal.unit_mm() };
+        let computed = line.is_computed(b'F');
+        let span = line.span(b'F').unwrap_or_default();
+        if value <= 0.0 {
+            self.say("nc::feed-not-positive", Severity::Warning, span, "the feed is not positive", "write one above 0");
+        }
+        let word = (!computed).then_some((self.block, span));
+        self.modal.feed = FeedWord { value: value.max(0.0) * unit, word, computed };
+    }
+
+    fn speed_and_tool(&mut self, line: &Line) {
+        let before = self.modal.spin();
+        if let Some(rpm) = line.get(b'S') {
+            self.modal.speed_rps = rps_from_rpm(rpm.abs());
+        }
+        if let Some(number) = line.get(b'T') {
+            self.modal.next_tool = number.clamp(0.0, f64::from(u32::MAX)) as u32;
+            if self.t_changes_tool {
+                self.change_tool();
+            }
+        }
+        for &(code, _) in &line.m {
+            match code {
+                30 => self.modal.turning = 1,
+                40 => self.modal.turning = -1,
+                50 => self.modal.turning = 0,
+                60 => {
+                    if !line.has_m(30) && !line.has_m(40) {
+                        self.modal.turning = 0;
+                    }
+                    self.change_tool();
+                }
+                _ => {}
+            }
+        }
+        let spin = self.modal.spin();
+        if spin != before {
+            self.event(Event::Spindle { spin, line: self.line_number() });
+        }
+    }
+
+    fn change_tool(&mut self) {
+        self.modal.tool = self.modal.next_tool;
+        self.event(Event::Tool { number: self.modal.tool, line: self.line_number() });
+    }
+
+    fn dwell(&mut self, line: &Line) {
+        let seconds = line.get(b'P').or(line.get(b'X')).or(line.get(b'U')).unwrap_or(0.0).max(0.0);
+        self.event(Event::Dwell { seconds, line: self.line_number() });
+    }
+
+    fn stops(&mut self, line: &Line) {
+        for &(code, _) in &line.m {
+            let end = matches!(code, 20 | 300);
+            if end || matches!(code, 0 | 10 | 600) {
+                self.event(Event::Stop { line: self.line_number(), end });
+            }
+            self.ended |= end;
+        }
+    }
+
+    /// Why a feed move made now must stay as it is.
+    pub(super) fn feed_freeze(&self) -> Option<Freeze> {
+        let feed = &self.modal.feed;
+        if feed.computed {
+            Some(Freeze::Expression)
+        } else if feed.word.is_none() || feed.value <= 0.0 {
+            Some(Freeze::NoFeed)
+        } else {
+            None
+        }
+    }
+}

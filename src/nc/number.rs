@@ -1,0 +1,60 @@
+//! Decimal numbers of NC text. In: bytes. Out: the value and how many bytes it took. Correctly rounded: up to 15 digits
+//! by one exact division, longer ones by the standard library.
+
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
+
+/// Reads `[+-]digits[.digits]` at the start of `bytes`: at least one digit, no exponent. `None` when there is no number.
+pub fn decimal(bytes: &[u8]) -> Option<(f64, usize)> {
+    let (negative, sign) = match bytes.first() {
+        Some(b'-') => (true, 1),
+        Some(b'+') => (false, 1),
+        _ => (false, 0),
+    };
+    let (mut at, mut digits, mut mantissa, mut places) = (sign, 0_u32, 0_u64, 0_usize);
+    let mut point = false;
+    while let Some(&byte) = bytes.get(at) {
+        let digit = byte.wrapping_sub(b'0');
+        if digit < 10 {
+            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
+            digits += 1;
+            places += usize::from(point);
+        } else if byte == b'.' && !point {
+            point = true;
+        } else {
+            break;
+        }
+        at += 1;
+    }
+    if digits == 0 {
+        return None;
+    }
+    let magnitude = if digits <= 15 { mantissa as f64 / POWERS[places] } else { long(&bytes[sign..at])? };
+    Some((if negative { -magnitude } else { magnitude }, at))
+}
+
+fn long(digits: &[u8]) -> Option<f64> {
+    std::str::from_utf8(digits).ok()?.parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn agrees_with_the_standard_library() {
+        for text in
+            ["0", "1", "-0.125", "+3.7", ".5", "5.", "123456789012345", "0.000000000000001", "-1234567.8901234567"]
+        {
+            let (value, used) = decimal(text.as_bytes()).unwrap();
+            assert_eq!((value, used), (text.parse::<f64>().unwrap(), text.len()), "{text}");
+        }
+        assert_eq!(decimal(b"X"), None);
+        assert_eq!(decimal(b"--5"), None);
+        assert_eq!(decimal(b"."), None);
+        assert_eq!(decimal(b"1e400"), Some((1.0, 1)));
+        assert_eq!(decimal("9".repeat(400).as_bytes()), None, "no infinity");
+    }
+}

@@ -1,0 +1,225 @@
+//! Our motions against those of rs274, the stand-alone interpreter of LinuxCNC, program by program; the outcome of each
+//! is kept in `tests/rs274_scoreboard.txt`. Needs `rs274` on the path and `../shared` (said aloud when missing).
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use feedwright::nc::{self, Environment, Event, MoveKind, Toolpath};
+use feedwright::path::{Curve, Plane, Vec3};
+use feedwright::units::{MM_PER_INCH, rpm_from_rps};
+
+const SCOREBOARD: &str = "tests/rs274_scoreboard.txt";
+/// Tolerance on end points and centres, in the program's unit (rs274 prints four decimals).
+const TOLERANCE: f64 = 1.0e-4;
+
+/// One motion as either interpreter has it; lengths in mm.
+#[derive(Debug, Clone)]
+struct Motion {
+    line: u32,
+    kind: &'static str,
+    to: Vec3,
+    centre: Option<(Plane, Vec3, f64)>,
+    tool: u32,
+    rpm: f64,
+    /// mm in the unit it was written in.
+    unit_mm: f64,
+}
+
+fn ours(path: &Toolpath) -> Vec<Motion> {
+    let mut motions = Vec::new();
+    for event in &path.events {
+        let Event::Move(id) = *event else { continue };
+        let motion = &path.moves[id.ix()];
+        let shift = path.shift_at(id);
+        let centre = match motion.curve {
+            Curve::Line { .. } => None,
+            Curve::Arc(arc) => Some((arc.plane, arc.centre - shift, arc.sweep_rad / TAU)),
+        };
+        let kind = match (motion.kind, centre) {
+            (MoveKind::Rapid, _) => "rapid",
+            (MoveKind::Feed, None) => "feed",
+            (MoveKind::Feed, Some(_)) => "arc",
+        };
+        let rpm = rpm_from_rps(motion.spin.rps) * if motion.spin.reverse { -1.0 } else { 1.0 };
+        let to = motion.curve.to() - shift;
+        motions.push(Motion { line: motion.line, kind, to, centre, tool: motion.tool, rpm, unit_mm: 1.0 });
+    }
+    motions
+}
+
+/// Reads canonical calls as `canon.sh` prints them.
+fn theirs(text: &str) -> Vec<Motion> {
+    let (mut unit, mut plane, mut tool, mut speed, mut turning) = (1.0, Plane::Xy, 0, 0.0, 0.0);
+    let mut at = Vec3::zeros();
+    let mut motions = Vec::new();
+    for row in text.lines() {
+        let Some((head, call)) = row.split_once(" N").and_then(|_| row.trim_start().split_once(' ')) else { continue };
+        let _ = head;
+        let call = call.trim_start();
+        let Some((label, call)) = call.split_once(char::is_whitespace) else { continue };
+        let line = label.trim_start_matches('N').parse().unwrap_or(0);
+        let call = call.trim_start();
+        let Some((name, arguments)) = call.split_once('(') else { continue };
+        let numbers: Vec<f64> =
+            arguments.trim_end_matches(')').split(',').filter_map(|a| a.trim().parse().ok()).collect();
+        let mut push = |kind, to: Vec3, centre| {
+            motions.push(Motion { line, kind, to, centre, tool, rpm: speed * turning, unit_mm: unit });
+        };
+        match name {
+            "USE_LENGTH_UNITS" => unit = if arguments.contains("INCH") { MM_PER_INCH } else { 1.0 },
+            "SELECT_PLANE" => {
+                plane = if arguments.contains("XY") {
+                    Plane::Xy
+                } else if arguments.contains("XZ") {
+                    Plane::Zx
+                } else {
+                    Plane::Yz
+                };
+            }
+            "CHANGE_TOOL" => tool = numbers[0] as u32,
+            "SET_SPINDLE_SPEED" => speed = numbers[1],
+            "START_SPINDLE_CLOCKWISE" => turning = 1.0,
+            "START_SPINDLE_COUNTERCLOCKWISE" => turning = -1.0,
+            "STOP_SPINDLE_TURNING" => turning = 0.0,
+            "SET_G5X_OFFSET" | "SET_G92_OFFSET" => {}
+            "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" | "STRAIGHT_PROBE" | "SPINDLE_SYNC_FEED" | "RIGID_TAP" => {
+                at = Vec3::new(numbers[0], numbers[1], numbers[2]) * unit;
+                push(if name == "STRAIGHT_TRAVERSE" { "rapid" } else { "feed" }, at, None);
+            }
+            "ARC_FEED" => {
+                let (a, b, n) = plane.axes();
+                let (mut to, mut centre) = (Vec3::zeros(), at);
+                (to[a], to[b], to[n]) = (numbers[0] * unit, numbers[1] * unit, numbers[5] * unit);
+                (centre[a], centre[b]) = (numbers[2] * unit, numbers[3] * unit);
+                let turns = turns(plane, at, to, centre, numbers[4]);
+                at = to;
+                push("arc", to, Some((plane, centre, turns)));
+            }
+            _ => {}
+        }
+    }
+    motions
+}
+
+/// Fractional turns from rs274's whole number of them (its sign is the sense).
+fn turns(plane: Plane, from: Vec3, to: Vec3, centre: Vec3, rotation: f64) -> f64 {
+    let (a, b, _) = plane.axes();
+    let angle = |p: Vec3| (p[b] - centre[b]).atan2(p[a] - centre[a]) / TAU;
+    let part = (rotation.signum() * (angle(to) - angle(from))).rem_euclid(1.0);
+    let closed = (to[a] - from[a]).hypot(to[b] - from[b]) < 1e-9;
+    rotation.signum() * (rotation.abs() - 1.0 + if closed { 1.0 } else { part })
+}
+
+/// First difference between the two lists, in words; `None` when they agree.
+fn difference(ours: &[Motion], theirs: &[Motion]) -> Option<String> {
+    for (index, (a, b)) in ours.iter().zip(theirs).enumerate() {
+        let tolerance = TOLERANCE * b.unit_mm + 1e-9;
+        let place = format!("motion {} (line {}, rs274 {})", index + 1, a.line, b.line);
+        if a.kind != b.kind {
+            return Some(format!("{place}: {} here, {} there", a.kind, b.kind));
+        }
+        if (a.to - b.to).amax() > tolerance {
+            return Some(format!("{place}: ends at {:?} here, {:?} there", a.to.as_slice(), b.to.as_slice()));
+        }
+        if let (Some((plane, centre, turns)), Some((plane_b, centre_b, turns_b))) = (a.centre, b.centre) {
+            let (u, v, _) = plane.axes();
+            let off = (centre[u] - centre_b[u]).abs().max((centre[v] - centre_b[v]).abs());
+            // Printed ends are rounded, so that an angle is known to tolerance / radius; a full turn and none look alike.
+            let radius = (b.to[u] - centre_b[u]).hypot(b.to[v] - centre_b[v]).max(1e-9);
+            let slack = 4.0 * tolerance / radius / TAU;
+            let apart = (turns - turns_b).abs();
+            if plane != plane_b
+                || off > 1.5 * tolerance
+                || apart.min((apart - 1.0).abs()) > slack
+                || apart > 1.0 + slack
+            {
+                return Some(format!("{place}: {:?} here, {:?} there", a.centre, b.centre));
+            }
+        }
+        if a.tool != b.tool {
+            return Some(format!("{place}: tool {} here, {} there", a.tool, b.tool));
+        }
+        if (a.rpm - b.rpm).abs() > 1e-3 {
+            return Some(format!("{place}: spindle {} here, {} there", a.rpm, b.rpm));
+        }
+    }
+    (ours.len() != theirs.len()).then(|| format!("{} motions here, {} there", ours.len(), theirs.len()))
+}
+
+/// Canonical calls of rs274, or its complaint.
+fn run_rs274(program: &Path) -> Result<String, String> {
+    let output = Command::new("bash").arg("../shared/linuxcnc/canon.sh").arg(program).output().unwrap();
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    let first = complaint.lines().find(|line| !line.trim().is_empty()).unwrap_or("").to_owned();
+    if output.status.success() && first.is_empty() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(first)
+    }
+}
+
+/// Compares one program; the verdict as a line of the scoreboard.
+fn verdict(file: &Path, scratch: &Path) -> String {
+    let text = fs::read(file).unwrap();
+    let copy = scratch.join("program.ngc");
+    fs::write(&copy, &text).unwrap();
+    let mut note = "";
+    let mut canon = run_rs274(&copy);
+    if canon.as_ref().is_err_and(|complaint| complaint.contains("ended with no percent")) {
+        note = " (M2 appended for rs274)";
+        fs::write(&copy, [&text[..], b"\nM2\n"].concat()).unwrap();
+        canon = run_rs274(&copy);
+    }
+    match canon {
+        Err(complaint) => format!("rejected by rs274: {complaint}{note}"),
+        Ok(canon) => {
+            let program = nc::parse(text, None);
+            let environment = Environment::default();
+            let mine = ours(&nc::interpret(&program, &environment));
+            let reference = theirs(&canon);
+            match difference(&mine, &reference) {
+                None => format!("identical, {} motions{note}", mine.len()),
+                Some(what) => format!("DIFFERS: {what}{note}"),
+            }
+        }
+    }
+}
+
+fn programs(folder: &str) -> Vec<PathBuf> {
+    let known = ["nc", "ngc", "gcode", "tap"];
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.retain(|file| {
+        let extension = file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        extension.is_some_and(|e| known.contains(&e.as_str()))
+    });
+    files.sort();
+    files
+}
+
+#[test]
+fn motions_equal_those_of_rs274() {
+    if !Path::new("../shared/linuxcnc/canon.sh").exists() || Command::new("rs274").arg("-h").output().is_err() {
+        println!("skipped: needs rs274 (Debian package linuxcnc-uspace) and ../shared");
+        return;
+    }
+    let scratch = tempfile::tempdir().unwrap();
+    let mut board = BTreeMap::new();
+    for folder in ["../shared/programs", "../shared/measured/nist_mtc/nc", "programs", "tests/nc"] {
+        for file in programs(folder) {
+            let name = file.file_name().unwrap().to_string_lossy().into_owned();
+            board.insert(name, verdict(&file, scratch.path()));
+        }
+    }
+    let found: String = board.iter().map(|(name, verdict)| format!("{name}: {verdict}\n")).collect();
+    let expected = fs::read_to_string(SCOREBOARD).unwrap_or_default();
+    let stated: Vec<&str> = expected.lines().filter(|line| !line.starts_with('#') && !line.is_empty()).collect();
+    if stated != found.lines().collect::<Vec<_>>() {
+        let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rs274_scoreboard.txt");
+        fs::write(&place, &found).unwrap();
+        panic!("the scoreboard has changed; the new one is {}:\n{found}", place.display());
+    }
+}

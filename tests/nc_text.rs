@@ -1,0 +1,64 @@
+//! The text of a program is kept byte for byte: tokens tile every line of every program there is, and of any bytes.
+
+use std::fs;
+use std::path::Path;
+
+use feedwright::nc::{self, Dialect, Environment};
+use proptest::prelude::*;
+
+fn assert_tiles(bytes: &[u8], dialect: Option<Dialect>) {
+    let program = nc::parse(bytes.to_vec(), dialect);
+    assert_eq!(program.text(), bytes);
+    let mut at = 0;
+    for block in program.blocks() {
+        assert_eq!(program.span(block).start, at);
+        for token in program.tokens(block) {
+            assert_eq!(token.span.start, at, "gap or overlap");
+            assert!(token.span.end > at);
+            at = token.span.end;
+        }
+        assert_eq!(program.span(block).end, at);
+    }
+    assert_eq!(at as usize, bytes.len());
+}
+
+#[test]
+fn tokens_tile_every_program_of_the_corpus() {
+    let folders = ["../shared/programs", "../shared/measured/nist_mtc/nc", "programs", "tests/nc"];
+    if !Path::new("../shared").exists() {
+        println!("skipped for ../shared: it is not here");
+    }
+    for folder in folders {
+        let Ok(entries) = fs::read_dir(folder) else { continue };
+        for entry in entries {
+            let path = entry.unwrap().path();
+            if path.is_file() {
+                assert_tiles(&fs::read(&path).unwrap(), None);
+            }
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn arbitrary_bytes_are_tiled_and_interpreted_without_a_panic(
+        bytes in prop::collection::vec(any::<u8>(), 0..300),
+        which in 0..Dialect::ALL.len(),
+    ) {
+        let dialect = Dialect::ALL[which];
+        assert_tiles(&bytes, Some(dialect));
+        nc::interpret(&nc::parse(bytes, Some(dialect)), &Environment::default());
+    }
+
+    #[test]
+    fn arbitrary_words_are_tiled_and_interpreted_without_a_panic(
+        words in prop::collection::vec("[GMXYZIJKRFSTNOPQLD#<>%/()\\[\\]=;+*. \r\n-]|[GM][0-9]{1,3}|[XYZIJKRFP]-?[0-9.]{1,5}|\n", 0..80),
+        which in 0..Dialect::ALL.len(),
+    ) {
+        let bytes = words.concat().into_bytes();
+        let dialect = Dialect::ALL[which];
+        assert_tiles(&bytes, Some(dialect));
+        let environment = Environment { max_blocks: 10_000, ..Environment::default() };
+        nc::interpret(&nc::parse(bytes, Some(dialect)), &environment);
+    }
+}
