@@ -1,6 +1,45 @@
 //! Cutting mechanics. One question: what are the loads at this station as functions of feed? In: tool, material, spindle
 //! speed, engaged arcs. Out: [`Loads`] at a feed, and [`Cap`]: the largest feed below which a limit is met.
+//!
+//! [`Cutter`] holds what belongs to a tool at one speed; [`Cutter::line`] gives a station's [`LoadLine`], from which loads
+//! at any feed and caps for any limit follow without looking at the engagement again.
 
+pub mod beam;
+mod check;
+pub mod closed;
+mod coefficients;
+pub mod cutter;
+pub mod line;
 pub mod loads;
+mod rings;
+mod zone;
 
+pub use cutter::{Cut, Cutter};
+pub use line::LoadLine;
 pub use loads::{Cap, Loads};
+
+/// Why there are no loads.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ForceError {
+    /// A key of the setup, or a word of the program, has a value that no tool or material has.
+    #[error("{key} = {value} is out of range: sensible values lie between {low} and {high}")]
+    OutOfRange {
+        /// Key of the setup file, or word of the program.
+        key: String,
+        /// Its value, in the unit of the setup file.
+        value: f64,
+        /// Lowest sensible value.
+        low: f64,
+        /// Highest sensible value.
+        high: f64,
+    },
+    /// The spindle stands still.
+    #[error("the spindle stands still while the tool cuts: give a speed (S) and start it (M3) before this block")]
+    SpindleStopped,
+    /// No such force model.
+    #[error("unknown force model {name:?}: `feedwright library models` lists those there are")]
+    UnknownModel {
+        /// Its name.
+        name: String,
+    },
+}

@@ -1,0 +1,114 @@
+//! Where on a ring there is a chip. With outward normal (n_r, n_z) and unit feed direction of horizontal part
+//! c = √(1 − t_z²) and vertical part t_z, the chip thickness per feed per tooth is g(φ) = c n_r sin φ + t_z n_z. An engaged
+//! arc cuts only where g > 0; in: arcs from the engagement; out: pieces with their sines and cosines.
+
+use std::f64::consts::{PI, TAU};
+
+/// A stretch of one ring that cuts, with the trigonometry every integral over it needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Piece {
+    /// Index of the ring.
+    pub slice: usize,
+    /// Entry and exit, rad.
+    pub angle: [f64; 2],
+    /// Their sines.
+    pub sin: [f64; 2],
+    /// Their cosines.
+    pub cos: [f64; 2],
+}
+
+/// Angles with g > 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Zone {
+    Nowhere,
+    Everywhere,
+    /// Between `lo` and π − `lo` (modulo a turn).
+    From(f64),
+}
+
+impl Zone {
+    /// Of a ring with normal (`n_r`, `n_z`) under a feed whose unit direction has the vertical part `tangent_z`.
+    pub(super) fn of(n_r: f64, n_z: f64, tangent_z: f64) -> Self {
+        let swing = (1.0 - tangent_z * tangent_z).max(0.0).sqrt() * n_r.max(0.0);
+        let base = tangent_z * n_z;
+        if base.abs() < 1e-12 && swing > 1e-12 {
+            return Zone::From(0.0);
+        }
+        if base - swing > -1e-12 && base > 1e-12 {
+            return Zone::Everywhere;
+        }
+        if base + swing <= 1e-12 {
+            return Zone::Nowhere;
+        }
+        Zone::From((-base / swing).clamp(-1.0, 1.0).asin())
+    }
+}
+
+/// Appends what cuts of the arc from `entry` to `exit` on ring `slice`.
+pub(super) fn clip(zone: Zone, slice: usize, entry: f64, exit: f64, out: &mut Vec<Piece>) {
+    match zone {
+        Zone::Nowhere => {}
+        // Angles come rounded to f32: what is a full turn but for that is one.
+        Zone::Everywhere if exit - entry > TAU - 2e-6 => push(slice, entry, entry + TAU, out),
+        Zone::Everywhere => push(slice, entry, exit, out),
+        Zone::From(lo) => {
+            let (lo, hi) = (lo, PI - lo);
+            let first = ((entry - hi) / TAU).ceil() as i64;
+            let last = ((exit - lo) / TAU).floor() as i64;
+            for turn in first..=last {
+                let shift = turn as f64 * TAU;
+                push(slice, entry.max(lo + shift), exit.min(hi + shift), out);
+            }
+        }
+    }
+}
+
+fn push(slice: usize, entry: f64, exit: f64, out: &mut Vec<Piece>) {
+    if exit - entry <= 1e-9 {
+        return;
+    }
+    // Rings of one tool mostly share their angles: the trigonometry of the last piece is used again.
+    if let Some(last) = out.last().filter(|last| last.angle == [entry, exit]) {
+        let same = Piece { slice, ..*last };
+        out.push(same);
+        return;
+    }
+    let ((s0, c0), (s1, c1)) = (entry.sin_cos(), exit.sin_cos());
+    out.push(Piece { slice, angle: [entry, exit], sin: [s0, s1], cos: [c0, c1] });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pieces(n_r: f64, n_z: f64, tangent_z: f64, arc: [f64; 2]) -> Vec<[f64; 2]> {
+        let mut out = Vec::new();
+        clip(Zone::of(n_r, n_z, tangent_z), 0, arc[0], arc[1], &mut out);
+        out.iter().map(|piece| piece.angle).collect()
+    }
+
+    #[test]
+    fn only_the_leading_half_cuts_on_the_side_and_only_descending_cuts_on_the_bottom() {
+        assert_eq!(pieces(1.0, 0.0, 0.0, [0.0, TAU]), [[0.0, PI]]);
+        assert_eq!(pieces(1.0, 0.0, 0.0, [-0.5, 1.0]), [[0.0, 1.0]]);
+        assert_eq!(pieces(1.0, 0.0, 0.0, [2.0, TAU + 1.0]), [[2.0, PI], [TAU, TAU + 1.0]]);
+        assert!(pieces(0.0, -1.0, 0.0, [0.0, TAU]).is_empty());
+        assert!(pieces(0.0, -1.0, 0.5, [0.0, TAU]).is_empty());
+        assert_eq!(pieces(0.0, -1.0, -0.5, [0.0, TAU]), [[0.0, TAU]]);
+        assert!(pieces(1.0, 0.0, -1.0, [0.0, TAU]).is_empty());
+    }
+
+    #[test]
+    fn the_zone_is_where_the_chip_is_thick() {
+        for (n_r, n_z, tz) in [(0.8, -0.6, -0.3), (0.8, -0.6, 0.3), (0.6, -0.8, -0.9), (0.3, -0.954, 0.2)] {
+            let c = (1.0f64 - tz * tz).sqrt();
+            let found = pieces(n_r, n_z, tz, [0.0, TAU]);
+            for k in 0..1000 {
+                let phi = k as f64 * TAU / 1000.0 + 1e-3;
+                let g = c * n_r * phi.sin() + tz * n_z;
+                let inside = found.iter().any(|[a, b]| (*a..*b).contains(&phi));
+                assert!(g.abs() < 1e-2 || inside == (g > 0.0), "{n_r} {n_z} {tz} {phi}");
+            }
+        }
+    }
+}

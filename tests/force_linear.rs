@@ -1,0 +1,234 @@
+//! The linear edge model against a plain sum over rings, teeth and rotation angles.
+
+use feedwright::engage::EngagedArc;
+use feedwright::force::{Cap, Cut, Cutter};
+use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};
+use feedwright::machine::{LimitKind, Limits, Profile, Shape, Slice, Spindle, Table, Tool};
+use std::f64::consts::{PI, TAU};
+
+const K: LinearEdge = LinearEdge { k_tc: 842.0, k_rc: 300.0, k_ac: 150.0, k_te: 15.0, k_re: 12.0, k_ae: 2.0 };
+const RPS: f64 = 40.0;
+
+fn tool(profile: Profile, diameter: f64, flutes: u32, helix_deg: f64) -> Tool {
+    Tool {
+        number: 1,
+        shape: Shape::Profile,
+        profile,
+        diameter_mm: diameter,
+        flutes,
+        helix_rad: helix_deg.to_radians(),
+        pitch_rad: Vec::new(),
+        rake_rad: 0.0,
+        flute_length_mm: 22.0,
+        overhang_mm: 35.0,
+        shank_diameter_mm: diameter,
+        runout: None,
+        youngs_modulus_mpa: 600_000.0,
+        holder_stiffness_n_mm: None,
+        holder: Vec::new(),
+        centre_cutting: true,
+        coefficients: None,
+        limits: Limits::default(),
+    }
+}
+
+fn cutter(tool: &Tool, slices: &[Slice]) -> Cutter {
+    let material = Material { name: "test".into(), model: ForceModel::LinearEdge(K), uncertainty: None };
+    let spindle = Spindle {
+        max_rps: 200.0,
+        power_w: None,
+        torque_nmm: None,
+        tare_w: Table::constant(100.0),
+        efficiency: Table::constant(1.0),
+        runup_time_s: 0.0,
+    };
+    Cutter::new(tool, &material, &spindle, &Process::default(), slices, RPS).unwrap()
+}
+
+/// Forces on the tool (x, y, z) and torque at rotation θ, by the definitions alone.
+fn at_angle(tool: &Tool, slices: &[Slice], cut: &Cut, feed: f64, theta: f64) -> [f64; 4] {
+    let n = tool.flutes as usize;
+    let c = (1.0 - cut.tangent_z * cut.tangent_z).sqrt();
+    let mut sum = [0.0; 4];
+    for arc in cut.arcs {
+        let slice = &slices[arc.slice as usize];
+        let lag = slice.z_mm * tool.helix_rad.tan() / tool.radius_mm();
+        let mut position = 0.0;
+        for j in 0..n {
+            let before = if tool.pitch_rad.is_empty() { TAU / n as f64 } else { tool.pitch_rad[(j + n - 1) % n] };
+            if j > 0 {
+                position -= before;
+            }
+            let phi = theta + position - lag;
+            let turns = ((phi - arc.entry_rad as f64) / TAU).floor();
+            let phi = phi - turns * TAU;
+            let (sin, cos) = phi.sin_cos();
+            let per_feed = c * sin * slice.normal_r + cut.tangent_z * slice.normal_z;
+            if phi > arc.exit_rad as f64 || per_feed <= 1e-12 {
+                continue;
+            }
+            let h = feed / RPS * before / TAU * per_feed;
+            let du = slice.edge_mm;
+            let (t, r, a) = ((K.k_tc * h + K.k_te) * du, (K.k_rc * h + K.k_re) * du, (K.k_ac * h + K.k_ae) * du);
+            let (nr, nz) = (slice.normal_r, slice.normal_z);
+            sum[0] += -t * cos - r * nr * sin + a * nz * sin;
+            sum[1] += t * sin - r * nr * cos + a * nz * cos;
+            sum[2] += -r * nz - a * nr;
+            sum[3] += t * slice.radius_mm;
+        }
+    }
+    sum
+}
+
+struct Numeric {
+    xy_peak: f64,
+    z_peak: f64,
+    torque_peak: f64,
+    mean: [f64; 4],
+}
+
+fn numeric(tool: &Tool, slices: &[Slice], cut: &Cut, feed: f64, steps: usize) -> Numeric {
+    let mut out = Numeric { xy_peak: 0.0, z_peak: 0.0, torque_peak: 0.0, mean: [0.0; 4] };
+    for k in 0..steps {
+        let f = at_angle(tool, slices, cut, feed, (k as f64 + 0.5) * TAU / steps as f64);
+        out.xy_peak = out.xy_peak.max(f[0].hypot(f[1]));
+        out.z_peak = out.z_peak.max(f[2].abs());
+        out.torque_peak = out.torque_peak.max(f[3]);
+        for (mean, value) in out.mean.iter_mut().zip(f) {
+            *mean += value / steps as f64;
+        }
+    }
+    out
+}
+
+fn arcs(slices: &[Slice], depth: f64, entry: f64, exit: f64) -> Vec<EngagedArc> {
+    let engaged = slices.iter().enumerate().filter(|(_, slice)| slice.z_mm <= depth);
+    engaged.map(|(k, _)| EngagedArc { slice: k as u16, entry_rad: entry as f32, exit_rad: exit as f32 }).collect()
+}
+
+fn cases() -> Vec<(&'static str, Tool, Vec<Slice>, Vec<EngagedArc>, f64)> {
+    let flat = Profile::flat(10.0, 22.0);
+    let ball = Profile::ball(8.0, 20.0);
+    let bull = Profile::bull(12.0, 2.0, 20.0);
+    let mut out = Vec::new();
+    let mut case = |name, tool: Tool, step: f64, depth: f64, entry: f64, exit: f64, tz: f64| {
+        let slices = tool.profile.slices(step);
+        let arcs = arcs(&slices, depth, entry, exit);
+        out.push((name, tool, slices, arcs, tz));
+    };
+    case("flat climb", tool(flat.clone(), 10.0, 4, 30.0), 0.25, 5.0, PI - 1.0, PI, 0.0);
+    case("flat slot, two teeth", tool(flat.clone(), 10.0, 2, 30.0), 0.25, 4.0, 0.0, PI, 0.0);
+    case("flat slot, one straight tooth", tool(flat.clone(), 10.0, 1, 0.0), 0.25, 4.0, 0.0, PI, 0.0);
+    case("flat up, straight teeth", tool(flat.clone(), 10.0, 3, 0.0), 0.25, 4.0, 0.0, 1.3, 0.0);
+    case("flat deep, steep helix", tool(flat.clone(), 10.0, 4, 45.0), 0.5, 20.0, 0.4, 2.9, 0.0);
+    case("flat ramping down", tool(flat.clone(), 10.0, 3, 35.0), 0.5, 4.0, 0.0, TAU, -0.1);
+    case("flat plunge", tool(flat.clone(), 10.0, 3, 35.0), 0.5, 4.0, 0.0, TAU, -1.0);
+    case("ball descending", tool(ball.clone(), 8.0, 2, 30.0), 0.2, 3.0, 0.2, 5.0, -0.4);
+    case("ball rising", tool(ball, 8.0, 2, 30.0), 0.2, 3.0, 0.2, 2.5, 0.4);
+    case("bull", tool(bull, 12.0, 5, 38.0), 0.3, 6.0, 1.8, PI, 0.0);
+    let mut uneven = tool(flat, 10.0, 4, 38.0);
+    uneven.pitch_rad = [83.0f64, 97.0, 83.0, 97.0].map(f64::to_radians).to_vec();
+    case("uneven pitch", uneven, 0.5, 8.0, 1.0, PI, 0.0);
+    out
+}
+
+#[test]
+fn means_and_peaks_agree_with_the_sum_over_angles() {
+    for (name, tool, slices, arcs, tangent_z) in cases() {
+        let cut = Cut { arcs: &arcs, tangent_z };
+        let cutter = cutter(&tool, &slices);
+        for feed in [0.0, 4.0, 16.0] {
+            let loads = cutter.loads(&cut, feed);
+            let sum = numeric(&tool, &slices, &cut, feed, 36_000);
+            let scale = sum.xy_peak.max(sum.z_peak).max(1.0);
+            for axis in 0..3 {
+                let error = (loads.mean_force_n[axis] - sum.mean[axis]).abs() / scale;
+                assert!(
+                    error < 3e-4,
+                    "{name} feed {feed} axis {axis}: {} {}",
+                    loads.mean_force_n[axis],
+                    sum.mean[axis]
+                );
+            }
+            let close = |ours: f64, theirs: f64, what: &str| {
+                // The grid of angles can only miss a peak, never find a higher one.
+                assert!(ours > theirs - 1e-6 * scale - 1e-6, "{name} feed {feed} {what}: {ours} below {theirs}");
+                assert!(ours < theirs * 1.001 + 1e-6, "{name} feed {feed} {what}: {ours} above {theirs}");
+            };
+            close(loads.force_xy_peak_n, sum.xy_peak, "xy");
+            close(loads.force_axial_peak_n, sum.z_peak, "z");
+            close(loads.torque_peak_nm * 1e3, sum.torque_peak, "torque");
+            assert!((loads.torque_nm * 1e3 - sum.mean[3]).abs() < 3e-4 * sum.torque_peak + 1e-9, "{name}");
+            let power = 100.0 + TAU * RPS * loads.torque_nm;
+            assert!((loads.power_w - power).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn caps_give_back_their_limit_and_its_derivative() {
+    let kinds = [
+        LimitKind::ForceXy,
+        LimitKind::ForceNormalMean,
+        LimitKind::ForceAxial,
+        LimitKind::Power,
+        LimitKind::Torque,
+        LimitKind::Deflection,
+        LimitKind::SurfaceError,
+        LimitKind::BendingStress,
+        LimitKind::ChipThickness,
+        LimitKind::FeedPerTooth,
+    ];
+    for (name, tool, slices, arcs, tangent_z) in cases() {
+        let cut = Cut { arcs: &arcs, tangent_z };
+        let line = cutter(&tool, &slices).line(&cut);
+        for kind in kinds {
+            let limit = line.loads(9.0).bounded_by(kind).unwrap();
+            match line.cap(kind, limit) {
+                Cap::Feed { feed_mm_s, per_unit } => {
+                    // A force that falls before it rises meets the limit twice; what counts is that the load is there.
+                    let load = line.loads(feed_mm_s).bounded_by(kind).unwrap();
+                    assert!((load / limit - 1.0).abs() < 1e-9, "{name} {kind:?}: {load} at the cap of {limit}");
+                    assert!(feed_mm_s > 9.0 - 1e-6, "{name} {kind:?}: {feed_mm_s}");
+                    let step = 1e-5 * limit;
+                    let Cap::Feed { feed_mm_s: above, .. } = line.cap(kind, limit + step) else { panic!() };
+                    let numeric = (above - feed_mm_s) / step;
+                    assert!((numeric / per_unit - 1.0).abs() < 1e-3, "{name} {kind:?}: {numeric} {per_unit}");
+                }
+                Cap::Free => {
+                    let far = line.loads(1e4).bounded_by(kind).unwrap();
+                    assert!(limit == 0.0 || (far / limit - 1.0).abs() < 1e-9, "{name} {kind:?}: {far} {limit}");
+                }
+                Cap::Unreachable => {
+                    assert!(line.loads(0.0).bounded_by(kind).unwrap() > limit, "{name} {kind:?}");
+                }
+            }
+        }
+        let expected = if name == "flat plunge" { Cap::Free } else { Cap::Unreachable };
+        assert_eq!(line.cap(LimitKind::ForceXy, 1e-3), expected, "{name}");
+    }
+}
+
+#[test]
+fn nothing_engaged_leaves_the_tare() {
+    let tool = tool(Profile::flat(10.0, 22.0), 10.0, 4, 30.0);
+    let slices = tool.profile.slices(0.25);
+    let line = cutter(&tool, &slices).line(&Cut::default());
+    let loads = line.loads(10.0);
+    assert_eq!((loads.power_w, loads.force_xy_peak_n, loads.force_axial_peak_n), (100.0, 0.0, 0.0));
+    assert_eq!(line.cap(LimitKind::ForceXy, 10.0), Cap::Free);
+    assert_eq!(line.cap(LimitKind::Power, 50.0), Cap::Unreachable);
+}
+
+#[test]
+fn a_plunge_presses_on_the_bottom_only() {
+    let tool = tool(Profile::flat(10.0, 22.0), 10.0, 3, 30.0);
+    let slices = tool.profile.slices(0.25);
+    let arcs = arcs(&slices, 5.0, 0.0, TAU);
+    let loads = cutter(&tool, &slices).loads(&Cut { arcs: &arcs, tangent_z: -1.0 }, 3.0);
+    let h = 3.0 / (3.0 * RPS);
+    assert!((loads.force_axial_peak_n / (3.0 * 5.0 * (K.k_rc * h + K.k_re)) - 1.0).abs() < 1e-9);
+    let torque = 3.0 * (K.k_tc * h + K.k_te) * 12.5;
+    assert!((loads.torque_nm * 1e3 / torque - 1.0).abs() < 1e-9);
+    assert!(loads.force_xy_peak_n < 1e-9 && loads.mean_force_n[2] > 0.0);
+}
