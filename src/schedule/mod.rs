@@ -1,6 +1,7 @@
 //! From caps to feeds. In: a [`Problem`] (the path with its caps, floors and programmed feeds) and the machine. Out: a
 //! [`Schedule`]: feeds per piece, what bound them and at what price, realised speeds and times.
 
+pub mod caps;
 pub mod cone;
 pub mod corner;
 pub mod pass;
@@ -12,6 +13,7 @@ pub mod track;
 pub mod units;
 pub mod words;
 
+pub use caps::problem;
 pub use problem::{Bound, Conflict, FeedPiece, Node, Problem, Realised, Schedule};
 pub use realise::{as_programmed, realise};
 pub use solve::{Options, solve};

@@ -46,7 +46,7 @@ impl Unit {
 
 /// Units of the whole program. `node_s` is the time of each node in the continuous optimum.
 pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, output: &Output) -> Vec<Unit> {
-    let shared = moves_per_block(toolpath);
+    let groups = groups(toolpath);
     let mut out: Vec<Unit> = Vec::new();
     let mut pieces: Vec<Unit> = Vec::new();
     for (index, motion) in toolpath.moves.iter().enumerate() {
@@ -56,8 +56,8 @@ pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, output: &Ou
         let range = problem.of_move[index].start as usize..problem.of_move[index].end as usize;
         pieces.clear();
         pieces.extend(problem.nodes[range.clone()].iter().zip(&node_s[range.clone()]).map(|(node, &s)| unit(node, s)));
-        let split = output.split && may_split(motion, &problem.nodes[range], &shared);
-        if split {
+        let alone = output.split && motion.splittable && groups[index].is_none();
+        if alone && problem.nodes[range].iter().all(|node| node.free && !node.uncertain) {
             join_equal(&mut pieces);
             lengthen(&mut pieces, output.minimum_length_mm);
         } else {
@@ -65,7 +65,7 @@ pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, output: &Ou
         }
         out.append(&mut pieces);
     }
-    share_caps(&mut out, toolpath, &shared);
+    share_caps(&mut out, &groups);
     out
 }
 
@@ -83,32 +83,33 @@ fn unit(node: &Node, time_s: f64) -> Unit {
     }
 }
 
-fn may_split(motion: &Move, nodes: &[Node], shared: &[u32]) -> bool {
-    motion.splittable && shared[motion.block.ix()] == 1 && nodes.iter().all(|node| node.free && !node.uncertain)
-}
-
-/// Number of feed moves of each block.
-fn moves_per_block(toolpath: &Toolpath) -> Vec<u32> {
-    let blocks = toolpath.moves.iter().map(|motion| motion.block.ix() + 1).max().unwrap_or(0);
-    let mut count = vec![0; blocks];
+/// Group of moves that share one feed, by move index: those that the toolpath says are made by the same text, and the feed
+/// moves of one block.
+fn groups(toolpath: &Toolpath) -> Vec<Option<u32>> {
+    let blocks = toolpath.moves.iter().map(|motion| motion.block.0 + 1).max().unwrap_or(0);
+    let mut count = vec![0; blocks as usize];
     for motion in toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed) {
         count[motion.block.ix()] += 1;
     }
-    count
+    let group = |motion: &Move| match motion.shared {
+        Some(number) => Some(blocks + number),
+        None => (count[motion.block.ix()] > 1).then_some(motion.block.0),
+    };
+    toolpath.moves.iter().map(group).collect()
 }
 
-/// One cap for all feed moves of a block: the least.
-fn share_caps(units: &mut [Unit], toolpath: &Toolpath, shared: &[u32]) {
-    let mut least: Vec<Option<(Bound, bool)>> = vec![None; shared.len()];
-    let block = |unit: &Unit| toolpath.moves[unit.move_id.ix()].block.ix();
-    for unit in units.iter().filter(|unit| shared[block(unit)] > 1) {
-        let known = &mut least[block(unit)];
-        let (cap, free) = known.unwrap_or((unit.cap, true));
+/// One cap for all moves of a group: the least; and none is free unless all are.
+fn share_caps(units: &mut [Unit], groups: &[Option<u32>]) {
+    let size = groups.iter().flatten().max().map_or(0, |largest| *largest as usize + 1);
+    let mut least: Vec<Option<(Bound, bool)>> = vec![None; size];
+    for unit in units.iter() {
+        let Some(group) = groups[unit.move_id.ix()] else { continue };
+        let (cap, free) = least[group as usize].unwrap_or((unit.cap, true));
         let lower = if unit.cap.feed_mm_s < cap.feed_mm_s { unit.cap } else { cap };
-        *known = Some((lower, free && unit.free));
+        least[group as usize] = Some((lower, free && unit.free));
     }
     for unit in units.iter_mut() {
-        if let Some((cap, free)) = least[block(unit)] {
+        if let Some((cap, free)) = groups[unit.move_id.ix()].and_then(|group| least[group as usize]) {
             (unit.cap, unit.free) = (cap, free);
         }
     }

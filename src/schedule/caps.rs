@@ -1,0 +1,240 @@
+//! Limits → feed caps. In: toolpath, engagement, job. Out: a [`Problem`]: for each piece of path the highest and the lowest
+//! feed, and what they come from.
+//!
+//! A load limit wins over every minimum; the minimum it overruled is listed as a conflict. A load limit that cannot be met
+//! at all, or only at less than [`LEAST`] of the lowest feed asked for, makes the piece infeasible: it runs at that lowest
+//! feed. In a cut a feed rises above the programmed one only where a load limit is in force; outside a cut only where the
+//! engagement map says that nothing can be met.
+
+use rayon::prelude::*;
+
+use super::problem::{Bound, Conflict, Node, Problem};
+use super::rules::{Rule, Rules, rules};
+use crate::engage::{EngagementMap, Station};
+use crate::force::{Cap, Cut, Cutter, LoadLine};
+use crate::ids::MoveId;
+use crate::machine::{Job, LimitKind, Mode, Spindle};
+use crate::nc::{Move, MoveKind, Toolpath};
+
+/// Share of the lowest feed asked for below which a load limit counts as impossible to meet.
+pub const LEAST: f64 = 0.1;
+/// Default of `feed_change`.
+pub const FEED_CHANGE: (f64, f64) = (0.2, 2.0);
+
+/// The path with its bounds.
+pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
+    let rules = rules(toolpath, map, job);
+    let cutters = Cutters::new(toolpath, map, job);
+    let mut work: Vec<(MoveId, Option<&Station>)> = Vec::with_capacity(map.stations.len());
+    let mut of_move = Vec::with_capacity(toolpath.moves.len());
+    for index in 0..toolpath.moves.len() {
+        let (id, start) = (MoveId(index as u32), work.len() as u32);
+        let stations = map.stations_of(id);
+        if stations.is_empty() {
+            work.push((id, None));
+        }
+        work.extend(stations.iter().map(|station| (id, Some(station))));
+        of_move.push(start..work.len() as u32);
+    }
+    let context = Context { toolpath, map, job, rules: &rules, cutters: &cutters };
+    let answers: Vec<(Node, Option<(Bound, Bound)>)> =
+        work.par_iter().map(|(id, station)| context.node(*id, *station)).collect();
+    let conflicts = answers
+        .iter()
+        .enumerate()
+        .filter_map(|(node, (_, conflict))| conflict.map(|(floor, cap)| Conflict { node, floor, cap }))
+        .collect();
+    Problem { nodes: answers.into_iter().map(|(node, _)| node).collect(), of_move, conflicts }
+}
+
+/// One cutter per tool and spindle speed, and the cutter of each move.
+pub struct Cutters {
+    list: Vec<Option<Cutter>>,
+    of_move: Vec<u16>,
+}
+
+impl Cutters {
+    /// Cutters of every tool and speed that the toolpath uses.
+    pub fn new(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Self {
+        let mut keys: Vec<(u32, f64)> = Vec::new();
+        let mut of_move = Vec::with_capacity(toolpath.moves.len());
+        for motion in &toolpath.moves {
+            let key = (motion.tool, motion.spin.rps);
+            let found = keys.iter().rposition(|known| *known == key).unwrap_or_else(|| {
+                keys.push(key);
+                keys.len() - 1
+            });
+            of_move.push(found as u16);
+        }
+        let list = keys.into_iter().map(|(tool, rps)| cutter(tool, rps, map, job)).collect();
+        Self { list, of_move }
+    }
+    /// Cutter of a move; `None` when its tool, material or spindle speed does not allow one.
+    pub fn of(&self, id: MoveId) -> Option<&Cutter> {
+        self.list[self.of_move[id.ix()] as usize].as_ref()
+    }
+}
+
+fn cutter(number: u32, rps: f64, map: &EngagementMap, job: &Job) -> Option<Cutter> {
+    let tool = job.tool(number)?;
+    let material = job.material(tool)?;
+    Cutter::new(tool, material, &job.machine.spindle, &job.process, map.slices_of(number), rps).ok()
+}
+
+/// What is cut at a station.
+pub fn cut_at<'a>(map: &'a EngagementMap, motion: &Move, station: &Station) -> Cut<'a> {
+    let tangent_z = motion.curve.tangent(0.5 * (station.from_mm + station.to_mm)).z;
+    Cut { arcs: map.arcs_of(station), tangent_z }
+}
+
+struct Context<'a> {
+    toolpath: &'a Toolpath,
+    map: &'a EngagementMap,
+    job: &'a Job,
+    rules: &'a Rules,
+    cutters: &'a Cutters,
+}
+
+impl Context<'_> {
+    fn node(&self, id: MoveId, station: Option<&Station>) -> (Node, Option<(Bound, Bound)>) {
+        let motion = &self.toolpath.moves[id.ix()];
+        if motion.kind == MoveKind::Rapid {
+            let rapid = bound(self.job.machine.rapid_mm_s, LimitKind::Velocity);
+            return (plain(id, motion, None, rapid), None);
+        }
+        let rule = self.rules.of(id);
+        let programmed = bound(motion.feed.mm_s, LimitKind::Programmed);
+        let mut node = plain(id, motion, station, programmed);
+        node.free = rule.mode != Mode::Keep && motion.freeze.is_none() && !self.excluded(motion.line);
+        if !node.free {
+            return (node, None);
+        }
+        let mut conflict = None;
+        match station {
+            Some(station) if node.cutting => conflict = self.in_cut(&mut node, rule, motion, station),
+            Some(station) if station.flags.clear_air => node.cap = self.in_air(rule, programmed),
+            _ => node.cap = lesser(programmed, highest_feed(rule)),
+        }
+        if rule.mode == Mode::SlowOnly || node.uncertain {
+            node.cap = lesser(programmed, node.cap);
+        }
+        node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
+        (node, conflict)
+    }
+
+    fn excluded(&self, line: u32) -> bool {
+        self.job.output.exclude.iter().any(|&(first, last)| (first..=last).contains(&line))
+    }
+
+    fn in_air(&self, rule: &Rule, programmed: Bound) -> Bound {
+        let wanted = match self.job.air_feed {
+            Some(air) if air.feed_mm_s > programmed.feed_mm_s => bound(air.feed_mm_s, LimitKind::AirFeed),
+            _ => programmed,
+        };
+        lesser(wanted, highest_feed(rule))
+    }
+
+    /// Cap and floor in a cut; returns the floor and the cap where a load limit overruled a minimum that was asked for.
+    fn in_cut(&self, node: &mut Node, rule: &Rule, motion: &Move, station: &Station) -> Option<(Bound, Bound)> {
+        let programmed = node.programmed_mm_s;
+        let line = self.cutters.of(node.move_id).map(|cutter| cutter.line(&cut_at(self.map, motion, station)));
+        let spindle = &self.job.machine.spindle;
+        let load = line.as_ref().map_or(LoadCap::Free, |line| load_cap(line, rule, spindle, motion.spin.rps));
+        let floor = lowest_feed(line.as_ref(), rule, programmed);
+        let highest = if rule.limits.bounds_a_load() && line.is_some() {
+            let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE.1);
+            bound(programmed * most, LimitKind::FeedChange)
+        } else {
+            bound(programmed, LimitKind::Programmed)
+        };
+        let allowed = lesser(highest, highest_feed(rule));
+        node.floor = Bound { feed_mm_s: floor.feed_mm_s.min(allowed.feed_mm_s), ..floor };
+        let lowest = node.floor.feed_mm_s;
+        match load {
+            LoadCap::Free => node.cap = allowed,
+            LoadCap::At(cap) if cap.feed_mm_s >= LEAST * lowest => node.cap = lesser(cap, allowed),
+            LoadCap::At(Bound { kind, .. }) | LoadCap::Impossible(kind) => {
+                node.cap = Bound { feed_mm_s: lowest.min(programmed), kind, per_unit: 0.0 };
+                node.infeasible = Some(kind);
+                return None;
+            }
+        }
+        let overruled = node.cap.feed_mm_s < floor.feed_mm_s && floor.kind != LimitKind::FeedChange;
+        overruled.then_some((floor, node.cap))
+    }
+}
+
+/// Highest feed that every load limit allows.
+enum LoadCap {
+    Free,
+    At(Bound),
+    Impossible(LimitKind),
+}
+
+fn load_cap(line: &LoadLine, rule: &Rule, spindle: &Spindle, rps: f64) -> LoadCap {
+    let curve = [
+        (LimitKind::Power, spindle.power_w.as_ref().map(|table| table.at(rps))),
+        (LimitKind::Torque, spindle.torque_nmm.as_ref().map(|table| table.at(rps))),
+    ];
+    let own = curve.into_iter().filter_map(|(kind, value)| Some((kind, value?)));
+    let mut least: Option<Bound> = None;
+    for (kind, value) in rule.loads.iter().copied().chain(own) {
+        match line.cap(kind, value) {
+            Cap::Free => {}
+            Cap::Unreachable => return LoadCap::Impossible(kind),
+            Cap::Feed { feed_mm_s, per_unit } => {
+                let found = Bound { feed_mm_s, kind, per_unit };
+                least = Some(least.map_or(found, |known| lesser(known, found)));
+            }
+        }
+    }
+    least.map_or(LoadCap::Free, LoadCap::At)
+}
+
+/// Lowest feed asked for in a cut: the largest of the minima.
+fn lowest_feed(line: Option<&LoadLine>, rule: &Rule, programmed_mm_s: f64) -> Bound {
+    let change = rule.limits.feed_change_min.unwrap_or(FEED_CHANGE.0);
+    let mut floor = bound(programmed_mm_s * change, LimitKind::FeedChange);
+    if let Some(feed_mm_s) = rule.limits.feed_min_mm_s {
+        floor = greater(floor, bound(feed_mm_s, LimitKind::FeedMin));
+    }
+    let thin =
+        line.zip(rule.limits.chip_thickness_min_mm).map(|(line, least)| line.cap(LimitKind::ChipThickness, least));
+    if let Some(Cap::Feed { feed_mm_s, .. }) = thin {
+        floor = greater(floor, bound(feed_mm_s, LimitKind::ChipThicknessMin));
+    }
+    floor
+}
+
+fn highest_feed(rule: &Rule) -> Bound {
+    bound(rule.limits.feed_max_mm_s.unwrap_or(f64::INFINITY), LimitKind::Feed)
+}
+
+fn plain(id: MoveId, motion: &Move, station: Option<&Station>, cap: Bound) -> Node {
+    Node {
+        move_id: id,
+        from_mm: station.map_or(0.0, |station| station.from_mm),
+        to_mm: station.map_or_else(|| motion.curve.length(), |station| station.to_mm),
+        cap,
+        floor: bound(0.0, LimitKind::FeedMin),
+        programmed_mm_s: motion.feed.mm_s,
+        cutting: station.is_some_and(|station| station.arc_count > 0),
+        free: false,
+        uncertain: station.is_none_or(|station| station.flags.uncertain),
+        final_surface: station.is_some_and(|station| station.flags.final_surface),
+        infeasible: None,
+    }
+}
+
+fn bound(feed_mm_s: f64, kind: LimitKind) -> Bound {
+    Bound { feed_mm_s, kind, per_unit: 0.0 }
+}
+
+/// The lower of two; the first when they are equal.
+fn lesser(a: Bound, b: Bound) -> Bound {
+    if b.feed_mm_s < a.feed_mm_s { b } else { a }
+}
+
+fn greater(a: Bound, b: Bound) -> Bound {
+    if b.feed_mm_s > a.feed_mm_s { b } else { a }
+}
