@@ -42,7 +42,7 @@ fn cutter(tool: &Tool, slices: &[Slice]) -> Cutter {
         efficiency: Table::constant(1.0),
         runup_time_s: 0.0,
     };
-    Cutter::new(tool, &material, &spindle, &Process::default(), slices, RPS).unwrap()
+    Cutter::new(tool, &material, &spindle, &Process::default(), slices, RPS).expect("a sound tool")
 }
 
 /// Forces on the tool (x, y, z) and torque at rotation θ, by the definitions alone.
@@ -106,7 +106,10 @@ fn arcs(slices: &[Slice], depth: f64, entry: f64, exit: f64) -> Vec<EngagedArc> 
     engaged.map(|(k, _)| EngagedArc { slice: k as u16, entry_rad: entry as f32, exit_rad: exit as f32 }).collect()
 }
 
-fn cases() -> Vec<(&'static str, Tool, Vec<Slice>, Vec<EngagedArc>, f64)> {
+/// Name, tool, rings, engaged arcs, vertical part of the feed direction.
+type Case = (&'static str, Tool, Vec<Slice>, Vec<EngagedArc>, f64);
+
+fn cases() -> Vec<Case> {
     let flat = Profile::flat(10.0, 22.0);
     let ball = Profile::ball(8.0, 20.0);
     let bull = Profile::bull(12.0, 2.0, 20.0);

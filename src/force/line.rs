@@ -84,9 +84,9 @@ impl Span {
             best = (w.norm_sqr(), b);
             let d = dot(w, slope);
             if d > 0.0 {
-                lo = x
+                lo = x;
             } else {
-                hi = x
+                hi = x;
             }
             let bend = f * slope.norm_sqr() - dot(w, b - self.c1);
             let step = if bend < 0.0 { -d / bend } else { 0.5 * (hi - lo) };
