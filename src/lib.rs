@@ -1,3 +1,4 @@
+//! Feedwright: an off-line feedrate optimiser for NC milling programs. Rooms stand in the order of their dependence.
 #![doc = include_str!("architecture.md")]
 
 pub mod units;
