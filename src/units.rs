@@ -42,3 +42,158 @@ pub fn nm_from_nmm(torque_nmm: f64) -> f64 {
 pub fn nmm_from_nm(torque_nm: f64) -> f64 {
     torque_nm * 1e3
 }
+
+/// N per lbf.
+const N_PER_LBF: f64 = 4.448_221_615_260_5;
+/// W per mechanical horsepower.
+const W_PER_HP: f64 = 745.699_871_582_270_2;
+/// rad per degree.
+const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
+
+/// What a quantity of the setup file measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// mm
+    Length,
+    /// mm/s
+    Feed,
+    /// mm/s²
+    Acceleration,
+    /// mm/s³
+    Jerk,
+    /// N
+    Force,
+    /// W
+    Power,
+    /// N·mm
+    Torque,
+    /// MPa, which is N/mm²
+    Stress,
+    /// N/mm
+    ForcePerLength,
+    /// rad
+    Angle,
+    /// rev/s
+    Speed,
+    /// s
+    Time,
+    /// A pure number
+    Ratio,
+}
+
+impl Dimension {
+    /// Units it may be written in, squeezed (no spaces, dots or carets, lower case), with the factor to the internal unit.
+    pub fn units(self) -> &'static [(&'static str, f64)] {
+        const PER_MIN: f64 = 1.0 / 60.0;
+        match self {
+            Dimension::Length => &[
+                ("mm", 1.0),
+                ("cm", 10.0),
+                ("m", 1e3),
+                ("um", 1e-3),
+                ("µm", 1e-3),
+                ("in", MM_PER_INCH),
+                ("inch", MM_PER_INCH),
+                ("\"", MM_PER_INCH),
+                ("thou", MM_PER_INCH * 1e-3),
+            ],
+            Dimension::Feed => &[
+                ("mm/min", PER_MIN),
+                ("mm/s", 1.0),
+                ("m/min", 1e3 * PER_MIN),
+                ("m/s", 1e3),
+                ("in/min", MM_PER_INCH * PER_MIN),
+                ("ipm", MM_PER_INCH * PER_MIN),
+                ("in/s", MM_PER_INCH),
+            ],
+            Dimension::Acceleration => {
+                &[("mm/s2", 1.0), ("m/s2", 1e3), ("in/s2", MM_PER_INCH), ("g", 9_806.65), ("gn", 9_806.65)]
+            }
+            Dimension::Jerk => &[("mm/s3", 1.0), ("m/s3", 1e3), ("in/s3", MM_PER_INCH)],
+            Dimension::Force => {
+                &[("n", 1.0), ("kn", 1e3), ("dan", 10.0), ("lbf", N_PER_LBF), ("lb", N_PER_LBF), ("kgf", 9.806_65)]
+            }
+            Dimension::Power => &[("w", 1.0), ("kw", 1e3), ("hp", W_PER_HP), ("ps", 735.498_75)],
+            Dimension::Torque => &[
+                ("nm", 1e3),
+                ("nmm", 1.0),
+                ("ncm", 10.0),
+                ("ftlbf", N_PER_LBF * 12.0 * MM_PER_INCH),
+                ("ftlb", N_PER_LBF * 12.0 * MM_PER_INCH),
+                ("lbfft", N_PER_LBF * 12.0 * MM_PER_INCH),
+                ("lbft", N_PER_LBF * 12.0 * MM_PER_INCH),
+                ("inlbf", N_PER_LBF * MM_PER_INCH),
+                ("lbfin", N_PER_LBF * MM_PER_INCH),
+            ],
+            Dimension::Stress => &[
+                ("mpa", 1.0),
+                ("n/mm2", 1.0),
+                ("gpa", 1e3),
+                ("psi", N_PER_LBF / (MM_PER_INCH * MM_PER_INCH)),
+                ("ksi", 1e3 * N_PER_LBF / (MM_PER_INCH * MM_PER_INCH)),
+            ],
+            Dimension::ForcePerLength => {
+                &[("n/mm", 1.0), ("n/um", 1e3), ("n/µm", 1e3), ("n/m", 1e-3), ("lbf/in", N_PER_LBF / MM_PER_INCH)]
+            }
+            Dimension::Angle => &[("deg", RAD_PER_DEG), ("°", RAD_PER_DEG), ("rad", 1.0)],
+            Dimension::Speed => &[
+                ("rpm", PER_MIN),
+                ("rev/min", PER_MIN),
+                ("1/min", PER_MIN),
+                ("/min", PER_MIN),
+                ("rev/s", 1.0),
+                ("hz", 1.0),
+            ],
+            Dimension::Time => &[("s", 1.0), ("ms", 1e-3), ("min", 60.0)],
+            Dimension::Ratio => &[("", 1.0), ("%", 1e-2)],
+        }
+    }
+
+    /// The unit a bare number is in.
+    pub fn bare(self, inch: bool) -> &'static str {
+        match self {
+            Dimension::Length if inch => "in",
+            Dimension::Feed if inch => "in/min",
+            Dimension::Acceleration if inch => "in/s2",
+            Dimension::Jerk if inch => "in/s3",
+            _ => self.units()[0].0,
+        }
+    }
+
+    /// Factor from a unit as written ("ft lbf", "N·m", "mm/s²") to the internal one.
+    pub fn factor(self, unit: &str) -> Option<f64> {
+        let squeezed: String = unit
+            .to_lowercase()
+            .chars()
+            .filter(|c| !c.is_whitespace() && !"·.*^-".contains(*c))
+            .map(|c| match c {
+                '²' => '2',
+                '³' => '3',
+                'μ' => 'µ',
+                other => other,
+            })
+            .collect();
+        self.units().iter().find(|(name, _)| *name == squeezed).map(|(_, factor)| *factor)
+    }
+}
+
+/// rad → degrees.
+pub fn deg_from_rad(angle_rad: f64) -> f64 {
+    angle_rad / RAD_PER_DEG
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_as_shops_write_them() {
+        let torque = Dimension::Torque.factor("ft lbf").unwrap();
+        assert!((nm_from_nmm(35.0 * torque) - 47.4537).abs() < 1e-3);
+        assert!((Dimension::Power.factor("hp").unwrap() * 6.0 - 4474.2).abs() < 0.1);
+        assert!((Dimension::Feed.factor("in/min").unwrap() * 600.0 - 254.0).abs() < 1e-9);
+        assert_eq!(Dimension::Acceleration.factor("mm/s²"), Some(1.0));
+        assert_eq!(Dimension::Torque.factor("N·m"), Some(1e3));
+        assert_eq!(Dimension::Force.factor("W"), None);
+    }
+}

@@ -1,1 +1,117 @@
-//! Setup file, built-in library, JSON Schema (serde lives at this rim).
+//! The setup file: machine, tools, stock, material, limits. In: TOML text and the folder it lies in. Out: a validated
+//! [`Job`] in internal units, with every default that is in force listed as an [`Assumption`].
+//!
+//! ```text
+//! text ─serde─▶ file::SetupFile (as written) ─read::Reader─▶ Job + assumptions, or diagnostics with their place
+//! ```
+
+mod error;
+mod file;
+mod forms;
+mod limits;
+mod machine;
+mod material;
+mod outline;
+mod process;
+mod quantity;
+mod read;
+mod stock;
+mod tool;
+
+pub use error::SetupError;
+pub use machine::DIALECTS;
+pub use process::{load as load_model, write as write_model};
+pub use read::Assumption;
+
+use crate::machine::{Box3, Job};
+use file::{MachineTable, SetupFile};
+use forms::NameOr;
+use read::Reader;
+use std::path::Path;
+
+/// The job a setup file describes. Errors: every value that makes no sense, with its place and a remedy.
+pub fn load(text: &str, dir: &Path) -> Result<(Job, Vec<Assumption>), SetupError> {
+    let file: SetupFile = toml::from_str(text).map_err(|error| error::from_toml(&error, text))?;
+    let mut reader = Reader::new(text, file.units.as_deref() == Some("inch"));
+    let known = [("mm", ()), ("inch", ())];
+    match &file.units {
+        Some(word) => drop(reader.choice("units", word, &known)),
+        None => reader.assume("units", "mm", "default"),
+    }
+    let job = job(&mut reader, &file, dir)?;
+    if reader.wrong.is_empty() { Ok((job, reader.assumptions)) } else { Err(SetupError::Values(reader.wrong)) }
+}
+
+/// JSON Schema of the setup file.
+pub fn schema() -> String {
+    let schema = schemars::schema_for!(SetupFile);
+    serde_json::to_string_pretty(&schema).expect("a schema is plain data") + "\n"
+}
+
+fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupError> {
+    let tools = tools(reader, file);
+    let (limits, air_feed) = limits::global(reader, &file.limits.clone().unwrap_or_default());
+    let operations = file.operation.iter().flatten().enumerate();
+    let operations = operations.map(|(index, table)| limits::operation(reader, table, index)).collect();
+    let machine_table = machine_table(reader, file.machine.as_ref());
+    let process = match &file.process {
+        Some(table) => process::process(reader, table, dir)?,
+        None => crate::machine::material::Process::default(),
+    };
+    Ok(Job {
+        machine: machine::machine(reader, &machine_table, file.offsets.as_ref()),
+        stocks: stock::stocks(reader, file, &tools, dir),
+        fixtures: fixtures(reader, file),
+        tools,
+        limits,
+        air_feed,
+        operations,
+        output: limits::output(reader, file.output.as_ref().unwrap_or(&file::OutputTable::default())),
+        cell_mm: reader.optional(
+            "resolution",
+            file.resolution.as_ref(),
+            crate::units::Dimension::Length,
+            read::Sense::Positive,
+        ),
+        process,
+    })
+}
+
+fn tools(reader: &mut Reader, file: &SetupFile) -> Vec<crate::machine::Tool> {
+    let tables = file.tool.as_deref().unwrap_or(&[]);
+    if tables.is_empty() {
+        reader.missing("tool", "write one [[tool]] per T word of the program: number, shape, diameter, flutes");
+    }
+    let mut tools: Vec<crate::machine::Tool> = Vec::new();
+    for (index, table) in tables.iter().enumerate() {
+        let Some(tool) = tool::tool(reader, table, index) else { continue };
+        if tools.iter().any(|other| other.number == tool.number) {
+            reader.complain(
+                &format!("tool[{}].number", index + 1),
+                format!("tool {} is there twice", tool.number),
+                "give each tool one table",
+            );
+        }
+        tools.push(tool);
+    }
+    tools
+}
+
+fn machine_table(reader: &mut Reader, written: Option<&NameOr<MachineTable>>) -> MachineTable {
+    match written {
+        Some(NameOr::Table(table)) => (**table).clone(),
+        Some(NameOr::Name(name)) => {
+            reader.complain("machine", format!("the library has no machine \"{name}\""), "write a [machine] table");
+            MachineTable::default()
+        }
+        None => {
+            reader.assume("machine", "a small vertical machining centre", "default");
+            MachineTable::default()
+        }
+    }
+}
+
+fn fixtures(reader: &mut Reader, file: &SetupFile) -> Vec<Box3> {
+    let tables = file.fixture.iter().flatten().enumerate();
+    tables.map(|(index, table)| stock::box3(reader, &format!("fixture[{}].box", index + 1), &table.block)).collect()
+}

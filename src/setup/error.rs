@@ -1,0 +1,114 @@
+//! What can be wrong with a setup file, with its place and a remedy. In: the text, what serde or a check says. Out:
+//! diagnostics whose spans count in the bytes of the setup text.
+
+use crate::diag::{Diagnostic, Severity, Span};
+
+/// A setup that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    /// The text is not TOML, has a key that is not known, or a value of the wrong form.
+    #[error("{}", .0.text)]
+    Form(Box<Diagnostic>),
+    /// Values that make no sense; all that were found.
+    #[error("{}", .0.iter().map(|d| d.text.as_str()).collect::<Vec<_>>().join("; "))]
+    Values(Vec<Diagnostic>),
+    /// A file it names cannot be used.
+    #[error("{path}: {why}")]
+    File {
+        /// The file.
+        path: String,
+        /// Why not.
+        why: String,
+    },
+}
+
+impl SetupError {
+    /// What to show.
+    pub fn diagnostics(&self) -> Vec<Diagnostic> {
+        match self {
+            SetupError::Form(one) => vec![(**one).clone()],
+            SetupError::Values(many) => many.clone(),
+            SetupError::File { .. } => vec![Diagnostic::new("setup::file", Severity::Error, self.to_string())],
+        }
+    }
+}
+
+/// From what the TOML reader says: the place underlined, and the nearest known key when one is misspelt.
+pub fn from_toml(error: &toml::de::Error, text: &str) -> SetupError {
+    let message = error.message().replace('\n', " ");
+    let (code, said, help) = match unknown_field(&message) {
+        Some((found, known)) => {
+            ("setup::unknown-key", format!("the key `{found}` is not known here"), suggest(found, &known))
+        }
+        None => ("setup::form", message.clone(), String::new()),
+    };
+    let mut diagnostic = Diagnostic::new(code, Severity::Error, said).help(help);
+    if let Some(span) = error.span() {
+        diagnostic = place(diagnostic, text, span);
+    }
+    SetupError::Form(Box::new(diagnostic))
+}
+
+/// Puts a byte range of the text in as line and span.
+pub fn place(diagnostic: Diagnostic, text: &str, span: std::ops::Range<usize>) -> Diagnostic {
+    let start = span.start.min(text.len());
+    let line = memchr::memchr_iter(b'\n', &text.as_bytes()[..start]).count() as u32 + 1;
+    diagnostic.at(line, Span { start: start as u32, end: span.end.min(text.len()) as u32 })
+}
+
+fn unknown_field(message: &str) -> Option<(&str, Vec<&str>)> {
+    let rest = message.strip_prefix("unknown field ")?;
+    let mut quoted = rest.split('`').skip(1).step_by(2);
+    let found = quoted.next()?;
+    Some((found, quoted.collect()))
+}
+
+/// "did you mean" for the nearest of `known`, else the list of them.
+pub fn suggest(found: &str, known: &[&str]) -> String {
+    match nearest(found, known) {
+        Some(name) => format!("did you mean `{name}`?"),
+        None => format!("known here: {}", known.join(", ")),
+    }
+}
+
+/// The known name that is near enough to be meant.
+pub fn nearest<'a>(found: &str, known: &[&'a str]) -> Option<&'a str> {
+    let allowed = (found.chars().count() / 3).max(1);
+    let scored = known.iter().map(|name| (distance(&found.to_lowercase(), name), *name));
+    scored.filter(|(d, _)| *d <= allowed).min_by_key(|(d, _)| *d).map(|(_, name)| name)
+}
+
+/// Edit distance where swapping two neighbours counts once.
+fn distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
+    let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
+    for i in 0..=a.len() {
+        for j in 0..=b.len() {
+            rows[i][j] = if i == 0 || j == 0 {
+                i + j
+            } else {
+                let replaced = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+                let mut best = replaced.min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
+                if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                    best = best.min(rows[i - 2][j - 2] + 1);
+                }
+                best
+            };
+        }
+    }
+    rows[a.len()][b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misspelt_keys_find_their_neighbour() {
+        let known = ["force_xy", "force_axial", "power", "deflection"];
+        assert_eq!(nearest("froce_xy", &known), Some("force_xy"));
+        assert_eq!(nearest("deflexion", &known), Some("deflection"));
+        assert_eq!(nearest("Power", &known), Some("power"));
+        assert_eq!(nearest("weather", &known), None);
+    }
+}

@@ -1,0 +1,182 @@
+//! Values the setup file may write in more than one form: a name or a table, one or many, a value or a curve.
+//!
+//! Written by hand rather than as untagged enums, so that a misspelt key inside keeps its place and its message.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::marker::PhantomData;
+
+use super::quantity::Quantity;
+
+/// A name from the library, or the thing itself.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum NameOr<T> {
+    /// Name in the library.
+    Name(String),
+    /// Written out.
+    Table(Box<T>),
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for NameOr<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Either<T> {
+            type Value = NameOr<T>;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a name from the library, or a table")
+            }
+            fn visit_str<E>(self, v: &str) -> Result<Self::Value, E> {
+                Ok(NameOr::Name(v.to_owned()))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(map)).map(|table| NameOr::Table(Box::new(table)))
+            }
+        }
+        deserializer.deserialize_any(Either(PhantomData))
+    }
+}
+
+/// `[stock]` or `[[stock]]`.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum OneOrMany<T> {
+    /// One table.
+    One(Box<T>),
+    /// Several.
+    Many(Vec<T>),
+}
+
+impl<T> OneOrMany<T> {
+    /// All of them.
+    pub fn as_slice(&self) -> &[T] {
+        match self {
+            OneOrMany::One(one) => std::slice::from_ref(one),
+            OneOrMany::Many(many) => many,
+        }
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for OneOrMany<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Either<T> {
+            type Value = OneOrMany<T>;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a table, or an array of tables")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(map)).map(|table| OneOrMany::One(Box::new(table)))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Self::Value, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(OneOrMany::Many)
+            }
+        }
+        deserializer.deserialize_any(Either(PhantomData))
+    }
+}
+
+/// One value, or points [x, y] with rising x.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum Curve {
+    /// The same everywhere.
+    Constant(Quantity),
+    /// Linear between the points.
+    Points(Vec<[Quantity; 2]>),
+}
+
+impl<'de> Deserialize<'de> for Curve {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Curve;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number, or points like [[0, 0], [1500, 7500]]")
+            }
+            fn visit_i64<E>(self, v: i64) -> Result<Curve, E> {
+                Ok(Curve::Constant(Quantity::Number(v as f64)))
+            }
+            fn visit_f64<E>(self, v: f64) -> Result<Curve, E> {
+                Ok(Curve::Constant(Quantity::Number(v)))
+            }
+            fn visit_str<E>(self, v: &str) -> Result<Curve, E> {
+                Ok(Curve::Constant(Quantity::Text(v.to_owned())))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Curve, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(Curve::Points)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+/// A point of a tool outline, reached by a line or by an arc.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum ProfilePoint {
+    /// Reached by a line: [radius, height].
+    Line([Quantity; 2]),
+    /// Reached by an arc.
+    Arc(ArcPoint),
+}
+
+/// A point reached by an arc.
+#[derive(Debug, Clone, serde::Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ArcPoint {
+    /// [radius, height]
+    pub to: [Quantity; 2],
+    /// Centre [radius, height].
+    #[serde(alias = "center")]
+    pub centre: [Quantity; 2],
+}
+
+impl<'de> Deserialize<'de> for ProfilePoint {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = ProfilePoint;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("[radius, height], or { to = [radius, height], centre = [radius, height] }")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<ProfilePoint, A::Error> {
+                <[Quantity; 2]>::deserialize(SeqAccessDeserializer::new(seq)).map(ProfilePoint::Line)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ProfilePoint, A::Error> {
+                ArcPoint::deserialize(MapAccessDeserializer::new(map)).map(ProfilePoint::Arc)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+/// Coefficients of a material: `model`, `name`, `uncertainty`, and the parameters of the model by name.
+#[derive(Debug, Clone, Default, serde::Deserialize)]
+#[serde(transparent)]
+pub struct MaterialTable(pub BTreeMap<String, Quantity>);
+
+impl JsonSchema for MaterialTable {
+    fn schema_name() -> Cow<'static, str> {
+        "MaterialTable".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let quantity = generator.subschema_for::<Quantity>();
+        json_schema!({
+            "description": "Cutting coefficients: N/mm² for k_?c, N/mm for k_?e; other models have their own parameters (`feedwright library models`).",
+            "type": "object",
+            "properties": {
+                "model": { "type": "string", "description": "Force model; linear-edge when absent." },
+                "name": { "type": "string", "description": "Name for the report." },
+                "uncertainty": { "type": "number", "description": "Relative standard uncertainty of the forces." },
+                "k_tc": quantity.clone(), "k_rc": quantity.clone(), "k_ac": quantity.clone(),
+                "k_te": quantity.clone(), "k_re": quantity.clone(), "k_ae": quantity.clone()
+            },
+            "additionalProperties": quantity
+        })
+    }
+}

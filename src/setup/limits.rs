@@ -1,0 +1,181 @@
+//! `[limits]`, `[[operation]]`, `[output]` → domain types.
+
+use super::file::{LimitsTable, OperationTable, OutputTable, RampTable, RangeTable};
+use super::quantity::Quantity;
+use super::read::{Reader, Sense};
+use crate::machine::{AirFeed, Annotate, Limits, Match, Mode, Operation, Output, Ramp};
+use crate::units::Dimension;
+
+/// Limits of a tool or an operation: no defaults, no air feed.
+pub fn limits(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
+    for (name, written) in [("air_feed", &table.air_feed), ("approach", &table.approach)] {
+        if written.is_some() {
+            reader.complain(&format!("{key}.{name}"), "holds for the whole program", "write it in [limits]");
+        }
+    }
+    plain(reader, key, table)
+}
+
+/// `[limits]`: with the default change of feed, and the air feed.
+pub fn global(reader: &mut Reader, table: &LimitsTable) -> (Limits, Option<AirFeed>) {
+    let mut limits = plain(reader, "limits", table);
+    limits.feed_change_min = limits.feed_change_min.or_else(|| {
+        reader.assume("limits.feed_change.min", "0.2", "default");
+        Some(0.2)
+    });
+    limits.feed_change_max = limits.feed_change_max.or_else(|| {
+        reader.assume("limits.feed_change.max", "2", "default");
+        Some(2.0)
+    });
+    let air_feed = reader.optional("limits.air_feed", table.air_feed.as_ref(), Dimension::Feed, Sense::Positive);
+    let air_feed = air_feed.map(|feed_mm_s| AirFeed {
+        feed_mm_s,
+        approach_mm: reader.or("limits.approach", table.approach.as_ref(), Dimension::Length, Sense::NotNegative, 2.0),
+    });
+    (limits, air_feed)
+}
+
+fn plain(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
+    let mut one = |name: &str, written: &Option<Quantity>, dimension| {
+        reader.optional(&format!("{key}.{name}"), written.as_ref(), dimension, Sense::Positive)
+    };
+    let mut limits = Limits {
+        force_xy_n: one("force_xy", &table.force_xy, Dimension::Force),
+        force_normal_mean_n: one("force_normal_mean", &table.force_normal_mean, Dimension::Force),
+        force_axial_n: one("force_axial", &table.force_axial, Dimension::Force),
+        power_w: one("power", &table.power, Dimension::Power),
+        torque_nmm: one("torque", &table.torque, Dimension::Torque),
+        deflection_mm: one("deflection", &table.deflection, Dimension::Length),
+        surface_error_mm: one("surface_error", &table.surface_error, Dimension::Length),
+        bending_stress_mpa: one("bending_stress", &table.bending_stress, Dimension::Stress),
+        feed_per_tooth_max_mm: one(
+            "feed_per_tooth.max",
+            &table.feed_per_tooth.clone().unwrap_or_default().max,
+            Dimension::Length,
+        ),
+        ..Limits::default()
+    };
+    let mut two = |name: &str, table: &Option<RangeTable>, dimension| {
+        range(reader, &format!("{key}.{name}"), table.as_ref(), dimension)
+    };
+    (limits.chip_thickness_min_mm, limits.chip_thickness_max_mm) =
+        two("chip_thickness", &table.chip_thickness, Dimension::Length);
+    (limits.feed_min_mm_s, limits.feed_max_mm_s) = two("feed", &table.feed, Dimension::Feed);
+    (limits.feed_change_min, limits.feed_change_max) = two("feed_change", &table.feed_change, Dimension::Ratio);
+    limits
+}
+
+fn range(
+    reader: &mut Reader,
+    key: &str,
+    table: Option<&RangeTable>,
+    dimension: Dimension,
+) -> (Option<f64>, Option<f64>) {
+    let Some(table) = table else { return (None, None) };
+    let low = reader.optional(&format!("{key}.min"), table.min.as_ref(), dimension, Sense::Positive);
+    let high = reader.optional(&format!("{key}.max"), table.max.as_ref(), dimension, Sense::Positive);
+    if let (Some(low), Some(high)) = (low, high)
+        && low > high
+    {
+        reader.complain(key, "its minimum is above its maximum", "swap them");
+    }
+    (low, high)
+}
+
+/// `[[operation]]`.
+pub fn operation(reader: &mut Reader, table: &OperationTable, position: usize) -> Operation {
+    let key = format!("operation[{}]", position + 1);
+    let known = [
+        ("optimise", Mode::Optimise),
+        ("optimize", Mode::Optimise),
+        ("slow-only", Mode::SlowOnly),
+        ("keep", Mode::Keep),
+    ];
+    let mode = table.mode.as_deref().and_then(|word| reader.choice(&format!("{key}.mode"), word, &known));
+    let mut ramp_at = |name: &str, written: &Option<RampTable>| {
+        written.as_ref().map(|w| ramp(reader, &format!("{key}.{name}"), &w.feed, &w.distance))
+    };
+    let (entry, exit) = (ramp_at("entry", &table.entry), ramp_at("exit", &table.exit));
+    let turn = table.direction_change.as_ref().map(|written| {
+        let at = format!("{key}.direction_change");
+        let angle = reader.value(&format!("{at}.angle"), &written.angle, Dimension::Angle, Sense::Positive);
+        (angle, ramp(reader, &at, &written.feed, &written.distance))
+    });
+    Operation {
+        matches: selection(reader, &key, table),
+        mode: mode.unwrap_or_default(),
+        entry,
+        exit,
+        direction_change: turn,
+        limits: table.limits.as_ref().map(|l| limits(reader, &format!("{key}.limits"), l)).unwrap_or_default(),
+    }
+}
+
+fn ramp(reader: &mut Reader, key: &str, feed: &Quantity, distance: &Quantity) -> Ramp {
+    Ramp {
+        feed_mm_s: reader.value(&format!("{key}.feed"), feed, Dimension::Feed, Sense::Positive),
+        distance_mm: reader.value(&format!("{key}.distance"), distance, Dimension::Length, Sense::Positive),
+    }
+}
+
+fn selection(reader: &mut Reader, key: &str, table: &OperationTable) -> Match {
+    let Some(matches) = &table.matches else {
+        reader.missing(
+            &format!("{key}.match"),
+            "say what it applies to: match = { tool = 3 }, { comment = \"FINISH\" } or { lines = [120, 180] }",
+        );
+        return Match::default();
+    };
+    let surface = matches.surface.as_deref();
+    let final_surface =
+        surface.and_then(|word| reader.choice(&format!("{key}.match.surface"), word, &[("final", true)]));
+    Match {
+        tool: matches.tool,
+        comment: matches.comment.clone(),
+        lines: matches.lines.map(|lines| line_range(reader, &format!("{key}.match.lines"), lines)),
+        final_surface: final_surface.unwrap_or(false),
+    }
+}
+
+fn line_range(reader: &mut Reader, key: &str, [first, last]: [u32; 2]) -> (u32, u32) {
+    if first == 0 || last < first {
+        reader.complain(
+            key,
+            format!("[{first}, {last}] is no range of lines"),
+            "lines count from 1, first before last",
+        );
+    }
+    (first, last)
+}
+
+/// `[output]`.
+pub fn output(reader: &mut Reader, table: &OutputTable) -> Output {
+    let known = [("none", Annotate::None), ("changes", Annotate::Changes), ("full", Annotate::Full)];
+    let annotate = table.annotate.as_deref().and_then(|word| reader.choice("output.annotate", word, &known));
+    if table.annotate.is_none() {
+        reader.assume("output.annotate", "changes", "default");
+    }
+    if table.split.is_none() {
+        reader.assume("output.split", "true", "default");
+    }
+    let exclude = table.exclude.clone().unwrap_or_default();
+    Output {
+        minimum_change: reader.or(
+            "output.minimum_change",
+            table.minimum_change.as_ref(),
+            Dimension::Ratio,
+            Sense::Within(-1e-12, 1.0, "it is a share of the feed: 0.05 is usual"),
+            0.05,
+        ),
+        minimum_length_mm: reader.or(
+            "output.minimum_length",
+            table.minimum_length.as_ref(),
+            Dimension::Length,
+            Sense::NotNegative,
+            0.5,
+        ),
+        split: table.split.unwrap_or(true),
+        annotate: annotate.unwrap_or(Annotate::Changes),
+        exclude: exclude.into_iter().map(|lines| line_range(reader, "output.exclude", lines)).collect(),
+    }
+}

@@ -1,0 +1,170 @@
+//! `[machine]` and `[offsets]` → [`Machine`]. Defaults are those of a small vertical machining centre; each one taken is
+//! recorded as an assumption.
+
+use super::file::{AxesTable, AxisTable, MachineTable, SpindleTable};
+use super::forms::Curve;
+use super::quantity::Quantity;
+use super::read::{Reader, Sense};
+use crate::machine::{Axis, Compensation, Machine, Spindle, Table};
+use crate::path::Vec3;
+use crate::units::{Dimension, mm_min_from_mm_s};
+use std::collections::BTreeMap;
+
+/// Names of dialects the setup may give.
+pub const DIALECTS: [&str; 7] = ["fanuc", "haas", "linuxcnc", "grbl", "siemens", "heidenhain", "generic"];
+
+/// The machine with its work offsets.
+pub fn machine(
+    reader: &mut Reader,
+    table: &MachineTable,
+    offsets: Option<&BTreeMap<String, [Quantity; 3]>>,
+) -> Machine {
+    let rapid_mm_s = reader.or("machine.rapid", table.rapid.as_ref(), Dimension::Feed, Sense::Positive, 10000.0);
+    let axes = table.axes.clone().unwrap_or_default();
+    Machine {
+        dialect: table.dialect.clone().filter(|name| known_dialect(reader, name)),
+        rapid_mm_s,
+        corner_tolerance_mm: reader.or(
+            "machine.corner_tolerance",
+            table.corner_tolerance.as_ref(),
+            Dimension::Length,
+            Sense::Within(
+                0.0,
+                5.0,
+                "a control needs some tolerance to move through a corner without a stop: 0.005 to 0.05 mm is usual",
+            ),
+            0.02,
+        ),
+        block_time_s: reader.or(
+            "machine.block_time",
+            table.block_time.as_ref(),
+            Dimension::Time,
+            Sense::Within(-1e-12, 1.0, "it is the shortest block the control digests in s: 0.0005 to 0.01 is usual"),
+            0.002,
+        ),
+        tool_change_time_s: reader.or(
+            "machine.tool_change_time",
+            table.tool_change_time.as_ref(),
+            Dimension::Time,
+            Sense::NotNegative,
+            6.0,
+        ),
+        home_mm: table.home.as_ref().map(|home| reader.point("machine.home", home)),
+        compensation: table.compensation.as_deref().and_then(|word| compensation(reader, word)),
+        max_line_length: table.max_line_length.map(|length| line_length(reader, length)),
+        axes: all_axes(reader, &axes, mm_min_from_mm_s(rapid_mm_s)),
+        spindle: spindle(reader, &table.spindle.clone().unwrap_or_default()),
+        offsets: offsets.map_or_else(Vec::new, |written| origins(reader, written)),
+    }
+}
+
+fn known_dialect(reader: &mut Reader, name: &str) -> bool {
+    let known: Vec<(&'static str, ())> = DIALECTS.iter().map(|name| (*name, ())).collect();
+    reader.choice("machine.dialect", name, &known).is_some()
+}
+
+fn compensation(reader: &mut Reader, word: &str) -> Option<Compensation> {
+    let known =
+        [("control", Compensation::Control), ("wear", Compensation::Wear), ("inverse-wear", Compensation::InverseWear)];
+    reader.choice("machine.compensation", word, &known)
+}
+
+fn line_length(reader: &mut Reader, length: u32) -> usize {
+    if length < 20 {
+        reader.complain(
+            "machine.max_line_length",
+            format!("{length} bytes hold no block"),
+            "controls read 80 to 256 bytes",
+        );
+    }
+    length as usize
+}
+
+fn all_axes(reader: &mut Reader, axes: &AxesTable, rapid_mm_min: f64) -> [Axis; 3] {
+    let nothing = AxisTable::default();
+    [("x", &axes.x), ("y", &axes.y), ("z", &axes.z)]
+        .map(|(name, table)| axis(reader, name, table.as_ref().unwrap_or(&nothing), rapid_mm_min))
+}
+
+fn axis(reader: &mut Reader, name: &str, table: &AxisTable, rapid_mm_min: f64) -> Axis {
+    let key = |what: &str| format!("machine.axes.{name}.{what}");
+    Axis {
+        velocity_mm_s: reader.or(
+            &key("velocity"),
+            table.velocity.as_ref(),
+            Dimension::Feed,
+            Sense::Positive,
+            rapid_mm_min.round(),
+        ),
+        acceleration_mm_s2: reader.or(
+            &key("acceleration"),
+            table.acceleration.as_ref(),
+            Dimension::Acceleration,
+            Sense::Positive,
+            1000.0,
+        ),
+        jerk_mm_s3: reader.optional(&key("jerk"), table.jerk.as_ref(), Dimension::Jerk, Sense::Positive),
+    }
+}
+
+fn spindle(reader: &mut Reader, table: &SpindleTable) -> Spindle {
+    let mut curve = |key: &str, written: Option<&Curve>, y: Dimension, sense: Sense| {
+        written.map(|curve| reader.curve(&format!("machine.spindle.{key}"), curve, Dimension::Speed, y, sense))
+    };
+    let power_w = curve("power", table.power.as_ref(), Dimension::Power, Sense::NotNegative);
+    let torque_nmm = curve("torque", table.torque.as_ref(), Dimension::Torque, Sense::NotNegative);
+    let tare_w = curve("tare", table.tare.as_ref(), Dimension::Power, Sense::NotNegative);
+    if tare_w.is_none() {
+        reader.assume("machine.spindle.tare", "0 W", "default");
+    }
+    let ratio = Sense::Within(0.0, 1.5, "it is motor shaft power over meter reading, usually 0.8 to 1");
+    let efficiency = table.efficiency.as_ref();
+    let efficiency =
+        efficiency.map(|c| reader.curve("machine.spindle.efficiency", c, Dimension::Power, Dimension::Ratio, ratio));
+    if efficiency.is_none() {
+        reader.assume("machine.spindle.efficiency", "1", "default");
+    }
+    Spindle {
+        max_rps: reader.or(
+            "machine.spindle.max_rpm",
+            table.max_rpm.as_ref(),
+            Dimension::Speed,
+            Sense::Positive,
+            24000.0,
+        ),
+        power_w,
+        torque_nmm,
+        tare_w: tare_w.unwrap_or_else(|| Table::constant(0.0)),
+        efficiency: efficiency.unwrap_or_else(|| Table::constant(1.0)),
+        runup_time_s: reader.or(
+            "machine.spindle.runup_time",
+            table.runup_time.as_ref(),
+            Dimension::Time,
+            Sense::NotNegative,
+            0.0,
+        ),
+    }
+}
+
+fn origins(reader: &mut Reader, written: &BTreeMap<String, [Quantity; 3]>) -> Vec<(u16, Vec3)> {
+    let mut origins: Vec<(u16, Vec3)> = Vec::new();
+    for (name, point) in written {
+        let key = format!("offsets.{name}");
+        match offset_number(name) {
+            Some(number) => origins.push((number, reader.point(&key, point))),
+            None => reader.complain(&key, "is no work offset", "write G54 to G59, G59.1 to G59.3"),
+        }
+    }
+    origins
+}
+
+/// "G55" → 55; G59.1 to G59.3 → 60 to 62.
+pub fn offset_number(name: &str) -> Option<u16> {
+    let digits = name.strip_prefix(['G', 'g'])?;
+    match digits {
+        "59.1" => Some(60),
+        "59.2" => Some(61),
+        "59.3" => Some(62),
+        plain => plain.parse().ok().filter(|number| (54..=59).contains(number)),
+    }
+}

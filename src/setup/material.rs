@@ -1,0 +1,93 @@
+//! `[material]` and coefficients → [`Material`]. The linear edge model needs k_tc and k_te; normal coefficients that are
+//! not given follow from them by usual ratios, recorded as assumptions.
+
+use super::error::suggest;
+use super::forms::MaterialTable;
+use super::quantity::Quantity;
+use super::read::{Reader, Sense};
+use crate::machine::Material;
+use crate::machine::material::{ForceModel, LinearEdge};
+use crate::units::Dimension;
+
+const LINEAR_EDGE: [&str; 6] = ["k_tc", "k_rc", "k_ac", "k_te", "k_re", "k_ae"];
+const COMMON: [&str; 3] = ["model", "name", "uncertainty"];
+
+/// A material written out.
+pub fn material(reader: &mut Reader, key: &str, table: &MaterialTable) -> Material {
+    let model = text(table, "model").unwrap_or("linear-edge");
+    let uncertainty = table.0.get("uncertainty");
+    let uncertainty = uncertainty
+        .map(|written| reader.value(&format!("{key}.uncertainty"), written, Dimension::Ratio, Sense::NotNegative));
+    Material {
+        name: text(table, "name").unwrap_or("as in the setup").to_owned(),
+        model: match model {
+            "linear-edge" | "power" => ForceModel::LinearEdge(linear_edge(reader, key, table)),
+            other => named(reader, key, table, other),
+        },
+        uncertainty,
+    }
+}
+
+/// A material of the library.
+pub fn named_material(reader: &mut Reader, key: &str, name: &str) -> Option<Material> {
+    reader.complain(
+        key,
+        format!("the library has no material \"{name}\""),
+        "write a [material] table with k_tc and k_te",
+    );
+    None
+}
+
+fn text<'a>(table: &'a MaterialTable, name: &str) -> Option<&'a str> {
+    match table.0.get(name) {
+        Some(Quantity::Text(text)) => Some(text),
+        _ => None,
+    }
+}
+
+fn linear_edge(reader: &mut Reader, key: &str, table: &MaterialTable) -> LinearEdge {
+    let known: Vec<&str> = COMMON.iter().chain(&LINEAR_EDGE).copied().collect();
+    for name in table.0.keys().filter(|name| !known.contains(&name.as_str())) {
+        reader.complain(&format!("{key}.{name}"), "is no coefficient of the linear edge model", suggest(name, &known));
+    }
+    let (k_tc, k_te) = (
+        needed(reader, key, table, "k_tc", Dimension::Stress),
+        needed(reader, key, table, "k_te", Dimension::ForcePerLength),
+    );
+    let mut ratio = |name: &str, of: &str, base: f64, ratio: f64, dimension: Dimension| {
+        let key = format!("{key}.{name}");
+        if let Some(written) = table.0.get(name) {
+            return reader.value(&key, written, dimension, Sense::NotNegative);
+        }
+        reader.assume(&key, format!("{ratio} {of}"), "usual ratio");
+        ratio * base
+    };
+    LinearEdge {
+        k_tc,
+        k_te,
+        k_rc: ratio("k_rc", "k_tc", k_tc, 0.4, Dimension::Stress),
+        k_ac: ratio("k_ac", "k_tc", k_tc, 0.2, Dimension::Stress),
+        k_re: ratio("k_re", "k_te", k_te, 0.8, Dimension::ForcePerLength),
+        k_ae: ratio("k_ae", "k_te", k_te, 0.15, Dimension::ForcePerLength),
+    }
+}
+
+fn needed(reader: &mut Reader, key: &str, table: &MaterialTable, name: &str, dimension: Dimension) -> f64 {
+    let full = format!("{key}.{name}");
+    let sense = if name == "k_tc" { Sense::Positive } else { Sense::NotNegative };
+    if let Some(written) = table.0.get(name) {
+        return reader.value(&full, written, dimension, sense);
+    }
+    reader.missing(&full, "take it from a calibration (`feedwright calibrate`) or a material of the library");
+    1.0
+}
+
+fn named(reader: &mut Reader, key: &str, table: &MaterialTable, model: &str) -> ForceModel {
+    let parameters = table.0.iter().filter(|(name, _)| !COMMON.contains(&name.as_str()));
+    let parameters = parameters
+        .map(|(name, written)| {
+            (name.clone(), reader.value(&format!("{key}.{name}"), written, Dimension::Ratio, Sense::Any))
+        })
+        .collect();
+    ForceModel::Named { name: model.to_owned(), parameters }
+}

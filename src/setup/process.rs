@@ -1,0 +1,113 @@
+//! `[process]` and model files ↔ [`Process`]: what `calibrate` and `learn` found.
+
+use super::error::{SetupError, from_toml};
+use super::file::ProcessTable;
+use super::forms::MaterialTable;
+use super::material::material;
+use super::quantity::Quantity;
+use super::read::{Reader, Sense};
+use crate::machine::material::{EffectUse, ForceModel, Process};
+use crate::units::Dimension;
+use std::path::Path;
+
+/// `[process]`, or what is in the file it includes.
+pub fn process(reader: &mut Reader, table: &ProcessTable, dir: &Path) -> Result<Process, SetupError> {
+    match &table.include {
+        Some(name) => load(&read(&dir.join(name))?),
+        None => Ok(from_table(reader, "process", table)),
+    }
+}
+
+/// A model file.
+pub fn load(text: &str) -> Result<Process, SetupError> {
+    let table: ProcessTable = toml::from_str(text).map_err(|error| from_toml(&error, text))?;
+    let mut reader = Reader::new(text, false);
+    let process = from_table(&mut reader, "", &table);
+    if reader.wrong.is_empty() { Ok(process) } else { Err(SetupError::Values(reader.wrong)) }
+}
+
+fn read(path: &Path) -> Result<String, SetupError> {
+    std::fs::read_to_string(path)
+        .map_err(|error| SetupError::File { path: path.display().to_string(), why: error.to_string() })
+}
+
+fn from_table(reader: &mut Reader, key: &str, table: &ProcessTable) -> Process {
+    let within = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
+    let effects = table.effect.iter().flatten();
+    Process {
+        base: table.base.as_ref().map(|base| material(reader, &within("base"), base).model),
+        tare_w: reader.optional(&within("tare"), table.tare.as_ref(), Dimension::Power, Sense::NotNegative),
+        effects: effects
+            .map(|effect| EffectUse {
+                name: effect.name.clone(),
+                parameters: effect.parameters.iter().flatten().map(|(name, value)| (name.clone(), *value)).collect(),
+            })
+            .collect(),
+        covariance: table.covariance.clone().unwrap_or_default(),
+    }
+}
+
+/// The text of a model file.
+pub fn write(process: &Process) -> String {
+    let mut text = String::from("# Written by feedwright; use with --model, or [process] include = \"…\".\n");
+    if let Some(tare_w) = process.tare_w {
+        text += &format!("tare = {tare_w:?} # W\n");
+    }
+    if !process.covariance.is_empty() {
+        text += &format!("covariance = {:?}\n", process.covariance);
+    }
+    if let Some(base) = &process.base {
+        text += "\n[base]\n";
+        for (name, value) in &parameters(base).0 {
+            text += &match value {
+                Quantity::Number(number) => format!("{name} = {number:?}\n"),
+                Quantity::Text(word) => format!("{name} = \"{word}\"\n"),
+            };
+        }
+    }
+    for effect in &process.effects {
+        text += &format!("\n[[effect]]\nname = \"{}\"\n[effect.parameters]\n", effect.name);
+        for (name, value) in &effect.parameters {
+            text += &format!("{name} = {value:?}\n");
+        }
+    }
+    text
+}
+
+fn parameters(model: &ForceModel) -> MaterialTable {
+    let number = |name: &str, value: f64| (name.to_owned(), Quantity::Number(value));
+    let word = |value: &str| ("model".to_owned(), Quantity::Text(value.to_owned()));
+    MaterialTable(match model {
+        ForceModel::LinearEdge(k) => [
+            word("linear-edge"),
+            number("k_tc", k.k_tc),
+            number("k_rc", k.k_rc),
+            number("k_ac", k.k_ac),
+            number("k_te", k.k_te),
+            number("k_re", k.k_re),
+            number("k_ae", k.k_ae),
+        ]
+        .into(),
+        ForceModel::Named { name, parameters } => {
+            parameters.iter().map(|(name, value)| number(name, *value)).chain([word(name)]).collect()
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::material::LinearEdge;
+
+    #[test]
+    fn a_model_file_reads_back_as_it_was() {
+        let edge = LinearEdge { k_tc: 800.1, k_rc: 300.0, k_ac: 100.0, k_te: 14.0, k_re: 12.0, k_ae: 2.0 };
+        let process = Process {
+            base: Some(ForceModel::LinearEdge(edge)),
+            tare_w: Some(0.1 + 0.2),
+            effects: vec![EffectUse { name: "runout".into(), parameters: vec![("offset_mm".into(), 1e-3)] }],
+            covariance: vec![vec![1.0, 1e-9], vec![1e-9, 2.0]],
+        };
+        assert_eq!(load(&write(&process)).unwrap(), process);
+    }
+}

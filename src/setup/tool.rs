@@ -1,0 +1,223 @@
+//! `[[tool]]` → [`Tool`]. What a catalogue always states (number, shape, diameter, flutes) is needed; the rest has
+//! defaults, each recorded as an assumption.
+
+use super::file::{RunoutTable, ToolTable};
+use super::forms::NameOr;
+use super::limits::limits;
+use super::material::{material, named_material};
+use super::outline::{self, Sizes};
+use super::quantity::Quantity;
+use super::read::{Reader, Sense};
+use crate::machine::{Profile, Runout, Shape, Tool};
+use crate::units::{Dimension, deg_from_rad};
+
+const SHAPES: [(&str, Shape); 12] = [
+    ("flat", Shape::Flat),
+    ("ball", Shape::Ball),
+    ("bull", Shape::Bull),
+    ("taper", Shape::Taper),
+    ("drill", Shape::Drill),
+    ("chamfer", Shape::Chamfer),
+    ("face", Shape::Face),
+    ("high-feed", Shape::HighFeed),
+    ("profile", Shape::Profile),
+    ("tap", Shape::Tap),
+    ("reamer", Shape::Reamer),
+    ("probe", Shape::Probe),
+];
+
+/// Young's modulus of tool materials, MPa: tungsten carbide grades lie between 530 and 650 GPa, steels at 200 to 220 GPa.
+const TOOL_MATERIALS: [(&str, f64); 4] = [("carbide", 600e3), ("hss", 207e3), ("cobalt", 215e3), ("ceramic", 310e3)];
+
+/// One tool, or `None` when it has no number.
+pub fn tool(reader: &mut Reader, table: &ToolTable, position: usize) -> Option<Tool> {
+    let Some(number) = table.number else {
+        reader.missing(
+            &format!("tool[{}].number", position + 1),
+            "write the number of its T word (0 when the program calls none)",
+        );
+        return None;
+    };
+    let name = format!("tool[T{number}]");
+    let key = |what: &str| format!("{name}.{what}");
+    let shape = shape(reader, &key("shape"), table.shape.as_deref())?;
+    let diameter_mm = diameter(reader, &key("diameter"), table);
+    let flute_length_mm = reader.or(
+        &key("flute_length"),
+        table.flute_length.as_ref(),
+        Dimension::Length,
+        Sense::Positive,
+        rounded(3.0 * diameter_mm),
+    );
+    let overhang_mm = overhang(reader, &key("overhang"), table, flute_length_mm, diameter_mm);
+    let flutes = flutes(reader, &key("flutes"), table.flutes, shape);
+    Some(Tool {
+        number,
+        shape,
+        profile: profile(reader, &name, table, shape, diameter_mm, flute_length_mm),
+        diameter_mm,
+        flutes,
+        helix_rad: helix(reader, &key("helix"), table, shape),
+        pitch_rad: pitch(reader, &key("pitch"), table.pitch.as_deref(), flutes),
+        rake_rad: rake(reader, &key("rake"), table.rake.as_ref()),
+        flute_length_mm,
+        overhang_mm,
+        shank_diameter_mm: reader.or(
+            &key("shank_diameter"),
+            table.shank_diameter.as_ref(),
+            Dimension::Length,
+            Sense::Positive,
+            rounded(diameter_mm),
+        ),
+        runout: table.runout.as_ref().map(|written| runout(reader, &key("runout"), written, diameter_mm)),
+        youngs_modulus_mpa: youngs_modulus(reader, &name, table),
+        holder_stiffness_n_mm: reader.optional(
+            &key("holder_stiffness"),
+            table.holder_stiffness.as_ref(),
+            Dimension::ForcePerLength,
+            Sense::Positive,
+        ),
+        holder: table.holder.as_deref().map_or_else(Vec::new, |rings| holder(reader, &key("holder"), rings)),
+        centre_cutting: table.centre_cutting.unwrap_or(!matches!(shape, Shape::Face | Shape::HighFeed)),
+        coefficients: match &table.coefficients {
+            Some(NameOr::Name(wanted)) => named_material(reader, &key("coefficients"), wanted),
+            Some(NameOr::Table(written)) => Some(material(reader, &key("coefficients"), written)),
+            None => None,
+        },
+        limits: table.limits.as_ref().map(|l| limits(reader, &key("limits"), l)).unwrap_or_default(),
+    })
+}
+
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
+fn shape(reader: &mut Reader, key: &str, word: Option<&str>) -> Option<Shape> {
+    if let Some(word) = word {
+        return reader.choice(key, word, &SHAPES);
+    }
+    let names: Vec<_> = SHAPES.iter().map(|(name, _)| *name).collect();
+    reader.missing(key, format!("one of {}", names.join(", ")));
+    None
+}
+
+fn diameter(reader: &mut Reader, key: &str, table: &ToolTable) -> f64 {
+    if let Some(written) = &table.diameter {
+        return reader.value(key, written, Dimension::Length, Sense::Positive).max(1e-3);
+    }
+    reader.missing(key, "write the widest diameter of its cutting part");
+    1.0
+}
+
+fn overhang(reader: &mut Reader, key: &str, table: &ToolTable, flute_length_mm: f64, diameter_mm: f64) -> f64 {
+    let default = rounded(flute_length_mm + diameter_mm);
+    let overhang = reader.or(key, table.overhang.as_ref(), Dimension::Length, Sense::Positive, default);
+    if overhang < flute_length_mm - 1e-9 {
+        reader.complain(
+            key,
+            "the tool reaches less far out of its holder than its flutes are long",
+            "it counts from the tip to the holder",
+        );
+    }
+    overhang
+}
+
+fn flutes(reader: &mut Reader, key: &str, written: Option<u32>, shape: Shape) -> u32 {
+    let cuts = !matches!(shape, Shape::Tap | Shape::Reamer | Shape::Probe);
+    match written {
+        Some(0) if cuts => reader.complain(key, "a tool without teeth cuts nothing", "count its teeth"),
+        Some(count) if count > 200 => reader.complain(key, format!("{count} teeth make no sense"), "count its teeth"),
+        None if cuts && shape == Shape::Drill => reader.assume(key, "2", "default"),
+        None if cuts => reader.missing(key, "count its teeth: the chip thickness hangs on it"),
+        _ => {}
+    }
+    written.unwrap_or(2).clamp(1, 200)
+}
+
+fn helix(reader: &mut Reader, key: &str, table: &ToolTable, shape: Shape) -> f64 {
+    let default = if matches!(shape, Shape::Flat | Shape::Ball | Shape::Bull | Shape::Drill) { 30.0 } else { 0.0 };
+    let limit = 80f64.to_radians();
+    reader.or(
+        key,
+        table.helix.as_ref(),
+        Dimension::Angle,
+        Sense::Within(-limit, limit, "a helix lies between -80 and 80 deg; 30 is usual"),
+        default,
+    )
+}
+
+fn rake(reader: &mut Reader, key: &str, written: Option<&Quantity>) -> f64 {
+    let limit = 60f64.to_radians();
+    let sense = Sense::Within(-limit, limit, "a rake lies between -60 and 60 deg");
+    written.map_or(0.0, |written| reader.value(key, written, Dimension::Angle, sense))
+}
+
+fn pitch(reader: &mut Reader, key: &str, written: Option<&[Quantity]>, flutes: u32) -> Vec<f64> {
+    let Some(written) = written else { return Vec::new() };
+    let angles: Vec<f64> = written.iter().map(|a| reader.value(key, a, Dimension::Angle, Sense::Positive)).collect();
+    let sum = deg_from_rad(angles.iter().sum());
+    if angles.len() != flutes as usize || (sum - 360.0).abs() > 0.1 {
+        reader.complain(
+            key,
+            format!("{} angles sum to {sum:.1} deg", angles.len()),
+            format!("give {flutes} angles that sum to 360 deg"),
+        );
+    }
+    angles
+}
+
+fn runout(reader: &mut Reader, key: &str, written: &RunoutTable, diameter_mm: f64) -> Runout {
+    let sense = Sense::Within(-1e-12, 0.5 * diameter_mm, "it is the offset of the axis: some hundredths of a mm");
+    let offset_mm = reader.value(&format!("{key}.offset"), &written.offset, Dimension::Length, sense);
+    let angle_rad = reader.or(&format!("{key}.angle"), written.angle.as_ref(), Dimension::Angle, Sense::Any, 0.0);
+    Runout { offset_mm, angle_rad }
+}
+
+fn youngs_modulus(reader: &mut Reader, name: &str, table: &ToolTable) -> f64 {
+    if let Some(written) = &table.youngs_modulus {
+        return reader.value(&format!("{name}.youngs_modulus"), written, Dimension::Stress, Sense::Positive);
+    }
+    let key = format!("{name}.material");
+    let Some(word) = &table.material else {
+        reader.assume(&key, "carbide", "default");
+        return TOOL_MATERIALS[0].1;
+    };
+    reader.choice(&key, word, &TOOL_MATERIALS).unwrap_or(TOOL_MATERIALS[0].1)
+}
+
+fn holder(reader: &mut Reader, key: &str, rings: &[[Quantity; 2]]) -> Vec<(f64, f64)> {
+    let mut length = |q: &Quantity| reader.value(key, q, Dimension::Length, Sense::Positive);
+    rings.iter().map(|[diameter, along]| (length(diameter), length(along))).collect()
+}
+
+fn profile(
+    reader: &mut Reader,
+    name: &str,
+    table: &ToolTable,
+    shape: Shape,
+    diameter_mm: f64,
+    length_mm: f64,
+) -> Profile {
+    let mut size = |what: &str, written: Option<&Quantity>, dimension| {
+        reader.optional(&format!("{name}.{what}"), written, dimension, Sense::NotNegative)
+    };
+    let sizes = Sizes {
+        diameter_mm,
+        length_mm,
+        corner_mm: size("corner_radius", table.corner_radius.as_ref(), Dimension::Length),
+        insert_mm: size("insert_radius", table.insert_radius.as_ref(), Dimension::Length),
+        tip_mm: size("tip_diameter", table.tip_diameter.as_ref(), Dimension::Length),
+        point_rad: size("point_angle", table.point_angle.as_ref(), Dimension::Angle),
+        taper_rad: size("taper_angle", table.taper_angle.as_ref(), Dimension::Angle),
+        lead_rad: size("lead_angle", table.lead_angle.as_ref(), Dimension::Angle),
+    };
+    match (shape, &table.profile) {
+        (Shape::Profile, Some(points)) => outline::written(reader, &format!("{name}.profile"), points),
+        (Shape::Profile, None) => {
+            reader
+                .missing(&format!("{name}.profile"), "points [radius, height] from the axis at the tip outward and up");
+            Profile::flat(diameter_mm, length_mm)
+        }
+        _ => outline::of_shape(reader, name, shape, &sizes),
+    }
+}
