@@ -1,6 +1,8 @@
 //! Our motions against those of rs274, the stand-alone interpreter of LinuxCNC, program by program; the outcome of each
 //! is kept in `tests/rs274_scoreboard.txt`. Needs `rs274` on the path and `../shared` (said aloud when missing).
 
+#![allow(clippy::unwrap_used)]
+
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fs;
@@ -84,7 +86,6 @@ fn theirs(text: &str) -> Vec<Motion> {
             "START_SPINDLE_CLOCKWISE" => turning = 1.0,
             "START_SPINDLE_COUNTERCLOCKWISE" => turning = -1.0,
             "STOP_SPINDLE_TURNING" => turning = 0.0,
-            "SET_G5X_OFFSET" | "SET_G92_OFFSET" => {}
             "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" | "STRAIGHT_PROBE" | "SPINDLE_SYNC_FEED" | "RIGID_TAP" => {
                 at = Vec3::new(numbers[0], numbers[1], numbers[2]) * unit;
                 push(if name == "STRAIGHT_TRAVERSE" { "rapid" } else { "feed" }, at, None);
@@ -214,11 +215,17 @@ fn motions_equal_those_of_rs274() {
             board.insert(name, verdict(&file, scratch.path()));
         }
     }
-    let found: String = board.iter().map(|(name, verdict)| format!("{name}: {verdict}\n")).collect();
-    let expected = fs::read_to_string(SCOREBOARD).unwrap_or_default();
+    let expected = fs::read_to_string(SCOREBOARD).unwrap();
     let stated: Vec<&str> = expected.lines().filter(|line| !line.starts_with('#') && !line.is_empty()).collect();
-    if stated != found.lines().collect::<Vec<_>>() {
+    // A new program that is read as rs274 reads it need not be listed.
+    board.retain(|name, verdict| {
+        let listed = stated.iter().any(|line| line.starts_with(&format!("{name}: ")));
+        listed || !verdict.starts_with("identical")
+    });
+    let found: Vec<String> = board.iter().map(|(name, verdict)| format!("{name}: {verdict}")).collect();
+    if stated != found {
         let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rs274_scoreboard.txt");
+        let found = found.join("\n");
         fs::write(&place, &found).unwrap();
         panic!("the scoreboard has changed; the new one is {}:\n{found}", place.display());
     }

@@ -1,5 +1,7 @@
 //! The text of a program is kept byte for byte: tokens tile every line of every program there is, and of any bytes.
 
+#![allow(clippy::unwrap_used)]
+
 use std::fs;
 use std::path::Path;
 
@@ -58,7 +60,7 @@ proptest! {
         let bytes = words.concat().into_bytes();
         let dialect = Dialect::ALL[which];
         assert_tiles(&bytes, Some(dialect));
-        let environment = Environment { max_blocks: 10_000, ..Environment::default() };
+        let environment = Environment { max_repeated_bytes: 100_000, ..Environment::default() };
         nc::interpret(&nc::parse(bytes, Some(dialect)), &environment);
     }
 }

@@ -27,8 +27,9 @@ pub struct Environment<'a> {
     pub inch: bool,
     /// Subprograms in other files.
     pub load: Loader<'a>,
-    /// Blocks that may be executed before the program counts as a runaway.
-    pub max_blocks: u64,
+    /// What loops and calls may execute beyond one pass through the text, in bytes of text (and 32 for each block),
+    /// before the program counts as a runaway.
+    pub max_repeated_bytes: u64,
     /// Calls inside calls.
     pub max_depth: usize,
 }
@@ -50,7 +51,7 @@ impl Default for Environment<'_> {
             block_delete: false,
             inch: false,
             load: &no_files,
-            max_blocks: 20_000_000,
+            max_repeated_bytes: 1 << 27,
             max_depth: 50,
         }
     }

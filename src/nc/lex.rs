@@ -112,7 +112,7 @@ fn word(rest: Input<'_>, letter: u8) -> (TokenKind, usize, f64) {
     let name = rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
     if name > 1 {
         let function = length_of(term, after);
-        if function > 0 && !is_keyword(&rest[..name]) {
+        if function > 0 && is_function(&rest[1..name]) {
             return (TokenKind::Computed(letter), 1 + blank + function, 0.0);
         }
         return (TokenKind::Name, name, 0.0);
@@ -133,9 +133,12 @@ fn spaced_sign(after: Input<'_>) -> Option<(f64, usize)> {
     Some((if sign == b'-' { -number } else { number }, 1 + blank + length))
 }
 
-fn is_keyword(name: &[u8]) -> bool {
-    const KEYWORDS: [&[u8]; 8] = [b"IF", b"THEN", b"WHILE", b"DO", b"END", b"GOTO", b"ELSE", b"MSG"];
-    KEYWORDS.iter().any(|keyword| keyword.eq_ignore_ascii_case(name))
+fn is_function(name: &[u8]) -> bool {
+    const FUNCTIONS: [&[u8]; 14] = [
+        b"ABS", b"ACOS", b"ASIN", b"ATAN", b"COS", b"EXP", b"FIX", b"FUP", b"LN", b"ROUND", b"SIN", b"SQRT", b"TAN",
+        b"EXISTS",
+    ];
+    FUNCTIONS.iter().any(|function| function.eq_ignore_ascii_case(name))
 }
 
 /// `:0097`, the way some controls write a program number.

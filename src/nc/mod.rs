@@ -3,6 +3,7 @@
 
 pub mod dialect;
 pub mod environment;
+mod expr;
 mod interp;
 pub mod lex;
 mod number;

@@ -51,6 +51,8 @@ pub enum Freeze {
     BlockDelete,
     /// The tool is not known, or must not be touched (tap, reamer, probe).
     Tool,
+    /// It is made by a subprogram in another file.
+    OtherFile,
     /// Excluded by the setup.
     Excluded,
 }
@@ -70,6 +72,7 @@ impl Freeze {
             Freeze::NoFeed => "its feed is not known",
             Freeze::BlockDelete => "it depends on the block-delete switch",
             Freeze::Tool => "its tool is unknown or keeps its feed",
+            Freeze::OtherFile => "it is made by a subprogram in another file",
             Freeze::Excluded => "the setup excludes it",
         }
     }

@@ -26,7 +26,7 @@ impl Run<'_> {
         let target = self.target(line);
         let clockwise = self.modal.motion == Motion::Clockwise;
         let place = line.g.last().map(|g| g.1).or(line.span(b'R')).or(line.span(b'I')).or(line.span(b'J'));
-        let place = place.unwrap_or_else(|| self.program.span(self.block));
+        let place = place.unwrap_or_else(|| self.source.program().span(self.block));
         let from = self.programmed;
         let turns = line.get(b'P').map_or(1.0, |p| p.round().clamp(1.0, 1e4));
         let centre = match line.get(b'R') {

@@ -2,16 +2,26 @@
 //! (`line`), its settings are put in force (`settings`, `offsets`), then its motion is made (`motion`, `arc`).
 
 mod arc;
+mod calls;
+mod flow;
+mod labels;
 mod line;
 mod motion;
 mod offsets;
 mod settings;
+mod shared;
 mod state;
 
+use std::rc::Rc;
+
+use calls::{Call, Source};
+use flow::After;
+use labels::Labels;
 use line::Line;
 use state::{Frame, Modal};
 
 use super::environment::Environment;
+use super::expr::{self, Parameters, Target};
 use super::lex::TokenKind;
 use super::program::Program;
 use super::toolpath::{Event, Freeze, Toolpath};
@@ -21,6 +31,8 @@ use crate::path::Vec3;
 
 /// Diagnostics of one code that are kept; further ones are only counted.
 const SAME_CODE: u32 = 100;
+/// What executing a block costs besides its bytes.
+const BLOCK_COST: usize = 32;
 
 /// Interprets a program; never fails. What is not understood is diagnosed, and the feed of its block frozen.
 pub fn interpret(program: &Program, environment: &Environment<'_>) -> Toolpath {
@@ -28,17 +40,8 @@ pub fn interpret(program: &Program, environment: &Environment<'_>) -> Toolpath {
     run.out.moves.reserve(program.len());
     run.out.events.reserve(program.len());
     let mut line = Line::default();
-    while run.at < program.len() && !run.ended {
-        let block = BlockId(run.at as u32);
-        run.at += 1;
-        run.gather(block, &mut line);
-        if line.delete && environment.block_delete {
-            continue;
-        }
-        if line.any || !line.bad.is_empty() {
-            run.begin(block, &line);
-            run.execute(&line);
-        }
+    while !run.ended {
+        run.step(&mut line);
     }
     run.finish()
 }
@@ -61,6 +64,8 @@ struct Run<'a> {
     /// Next block.
     at: usize,
     ended: bool,
+    /// Something of the program was seen (a `%` now ends it).
+    began: bool,
     /// A T word alone brings the tool in.
     t_changes_tool: bool,
     /// The block being executed.
@@ -71,6 +76,23 @@ struct Run<'a> {
     splittable: bool,
     /// How often each code was said.
     said: Vec<(&'static str, u32)>,
+    parameters: Parameters,
+    /// Assignments of the block, in force once it is read.
+    assignments: Vec<(Target, f64)>,
+    /// The text being executed; 0 is the main one, 1 the first of `files` …
+    source: Source<'a>,
+    source_id: usize,
+    files: Vec<(String, Rc<Program>)>,
+    labels: Vec<Option<Rc<Labels>>>,
+    calls: Vec<Call<'a>>,
+    /// O-repeat loops under way: depth of calls, block, times left.
+    repeats: Vec<(usize, u32, u64)>,
+    /// Executions of each block of the main text so far; empty until the first jump.
+    counts: Vec<u32>,
+    /// Feed moves of drilling cycles, each with the block whose F word drives it.
+    cycle_moves: Vec<(u32, BlockId)>,
+    /// Bytes that may still be executed.
+    budget: u64,
 }
 
 impl<'a> Run<'a> {
@@ -90,30 +112,124 @@ impl<'a> Run<'a> {
             rotary: [0.0; 3],
             at: 0,
             ended: false,
+            began: false,
             t_changes_tool: program.dialect().t_changes_tool(has_m6(program)),
             block: BlockId(0),
             freeze: None,
             splittable: true,
             said: Vec::new(),
+            parameters: Parameters::default(),
+            assignments: Vec::new(),
+            source: Source::Main(program),
+            source_id: 0,
+            files: Vec::new(),
+            labels: Vec::new(),
+            calls: Vec::new(),
+            repeats: Vec::new(),
+            counts: Vec::new(),
+            cycle_moves: Vec::new(),
+            budget: (program.text().len() + BLOCK_COST * program.len()) as u64 + env.max_repeated_bytes,
         }
     }
 
-    /// Lexes a block into its words.
+    /// Executes the next block.
+    fn step(&mut self, line: &mut Line) {
+        if self.at >= self.source.program().len() {
+            self.end_of_text();
+            return;
+        }
+        let block = BlockId(self.at as u32);
+        self.at += 1;
+        self.block = block;
+        if !self.pay(block) {
+            return;
+        }
+        if self.source_id == 0
+            && let Some(count) = self.counts.get_mut(block.ix())
+        {
+            *count += 1;
+        }
+        self.freeze = None;
+        self.gather(block, line);
+        if line.delete && self.env.block_delete {
+            self.assignments.clear();
+            return;
+        }
+        self.begin(line);
+        if line.flow && self.flow(block) == After::Done {
+            return;
+        }
+        if line.any {
+            self.began = true;
+            self.execute(line);
+        }
+    }
+
+    fn end_of_text(&mut self) {
+        if self.source_id != 0 {
+            self.return_from_call();
+        } else {
+            self.ended = true;
+        }
+    }
+
+    /// Charges a block to the budget; what repeats without end is stopped here.
+    fn pay(&mut self, block: BlockId) -> bool {
+        let span = self.source.program().span(block);
+        let cost = (span.len() + BLOCK_COST) as u64;
+        if cost > self.budget {
+            let text = "the program seems to run without end; the rest is not executed";
+            self.say(
+                "nc::runaway",
+                Severity::Error,
+                span,
+                text,
+                "look at the loop or the call that repeats this block",
+            );
+            self.ended = true;
+            return false;
+        }
+        self.budget -= cost;
+        true
+    }
+
+    /// Lexes a block into its words, with expressions evaluated.
     fn gather(&mut self, block: BlockId, line: &mut Line) {
         line.clear();
-        let program = self.program;
+        let source = self.source.clone();
+        let program = source.program();
         for token in program.tokens(block) {
-            if !line.take(token) {
-                line.flow = true;
-                line.bad.push((token.kind, token.span));
+            if line.take(token) {
+                continue;
+            }
+            match token.kind {
+                TokenKind::Computed(letter) => {
+                    if let Some(value) = self.value(token, program.text()) {
+                        line.put(letter, value, token.span, true);
+                    }
+                }
+                TokenKind::Assignment => {
+                    self.predefine(token.span.of(program.text()));
+                    match expr::assignment(token.span.of(program.text()), &self.parameters) {
+                        Ok(setting) => self.assignments.push(setting),
+                        Err(error) => self.bad_expression(token.span, &error),
+                    }
+                }
+                TokenKind::Expression if !line.flow => line.bad.push((token.kind, token.span)),
+                _ => line.flow = true,
             }
         }
     }
 
-    fn begin(&mut self, block: BlockId, line: &Line) {
-        self.block = block;
-        self.freeze = line.delete.then_some(Freeze::BlockDelete);
-        self.splittable = !line.has_any(b"ST") && line.m.is_empty();
+    fn begin(&mut self, line: &Line) {
+        self.apply_assignments();
+        if line.delete {
+            self.freeze = Some(Freeze::BlockDelete);
+        }
+        if self.source_id != 0 {
+            self.freeze = Some(Freeze::OtherFile);
+        }
+        self.splittable = self.calls.is_empty() && !line.has_any(b"ST") && line.m.is_empty();
         for &(kind, span) in &line.bad {
             self.complain_about(kind, span);
         }
@@ -144,14 +260,21 @@ impl<'a> Run<'a> {
             self.said.len() - 1
         });
         self.said[index].1 += 1;
-        if self.said[index].1 <= SAME_CODE {
-            let line = self.program.line(self.block);
-            self.out.diagnostics.push(Diagnostic::new(code, severity, text).at(line, span).help(help));
+        if self.said[index].1 > SAME_CODE {
+            return;
         }
+        let diagnostic = Diagnostic::new(code, severity, text).help(help);
+        self.out.diagnostics.push(if self.source_id == 0 {
+            diagnostic.at(self.program.line(self.block), span)
+        } else {
+            let file = &self.files[self.source_id - 1].0;
+            let text = format!("subprogram {file}, line {}: {}", self.block.0 + 1, diagnostic.text);
+            Diagnostic { text, ..diagnostic }.on_line(self.line_number())
+        });
     }
 
     fn line_number(&self) -> u32 {
-        self.program.line(self.block)
+        self.program.line(self.main_block())
     }
 
     fn event(&mut self, event: Event) {
@@ -163,6 +286,7 @@ impl<'a> Run<'a> {
             let text = format!("{} more of {code} are not listed", count - SAME_CODE);
             self.out.diagnostics.push(Diagnostic::new(code, Severity::Note, text));
         }
+        shared::number(&mut self.out.moves, &self.cycle_moves);
         self.out.moves.shrink_to_fit();
         self.out.events.shrink_to_fit();
         self.out

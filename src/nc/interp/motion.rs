@@ -13,7 +13,8 @@ impl Run<'_> {
     /// The motion of a block: the one it states, or the modal one when it has axis words.
     pub(super) fn motion(&mut self, line: &Line, machine: bool, stated: bool) {
         let arc = matches!(self.modal.motion, Motion::Clockwise | Motion::CounterClockwise);
-        let axes = line.has_any(b"XYZABC") || (arc && line.has_any(b"IJKR"));
+        let straight = matches!(self.modal.motion, Motion::Rapid | Motion::Feed);
+        let axes = line.has_any(b"XYZABC") || (arc && line.has_any(b"IJKR")) || (stated && straight);
         if !axes {
             return;
         }
@@ -34,7 +35,6 @@ impl Run<'_> {
             Motion::Probe => self.frozen_line(line, Freeze::Probe),
             Motion::Cycle(_) => self.frozen_line(line, Freeze::NotUnderstood),
         }
-        let _ = stated;
     }
 
     fn feed_line(&mut self, line: &Line, turned: bool) {
@@ -123,10 +123,11 @@ impl Run<'_> {
         }
         self.tool = curve.to();
         let id = self.next_move();
+        let block = self.main_block();
         self.out.moves.push(Move {
-            block: self.block,
-            line: self.line_number(),
-            instance: 0,
+            block,
+            line: self.program.line(block),
+            instance: self.counts.get(block.ix()).map_or(0, |count| count.saturating_sub(1)),
             kind,
             curve,
             feed,

@@ -49,6 +49,7 @@ impl Run<'_> {
             self.modal.path_mode = path_mode;
         }
         self.stops(line);
+        self.call_words(line);
     }
 
     fn setting(&mut self, code: u16, span: Span, line: &Line, action: &mut Action, stated: &mut bool) {
@@ -65,7 +66,11 @@ impl Run<'_> {
             330 | 331 | 630 => motion(Motion::Synchronised),
             310 | 380..=385 => motion(Motion::Probe),
             730 | 740 | 760 | 810..=890 => motion(Motion::Cycle(code)),
-            800 => modal.motion = Motion::None,
+            800 => {
+                if !*stated {
+                    modal.motion = Motion::None;
+                }
+            }
             40 => *action = Action::Dwell,
             170 => modal.plane = Plane::Xy,
             180 => modal.plane = Plane::Zx,
@@ -74,7 +79,7 @@ impl Run<'_> {
             280 | 300 => *action = Action::Home(code),
             530 => *action = Action::Machine,
             100 | 520 | 920..=923 => *action = Action::Offset(code),
-            281 | 301 => *action = Action::Keep,
+            281 | 301 | 650 => *action = Action::Keep,
             540..=593 => self.select_wcs(code, line),
             610 => modal.path_mode = PathMode::ExactPath,
             90 | 611 => modal.path_mode = PathMode::ExactStop,
@@ -90,7 +95,7 @@ impl Run<'_> {
             970 | 110 | 490 | 430 | 431 | 432 | 400 | 150 | 500 | 690 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
-                let text = String::from_utf8_lossy(span.of(self.program.text())).into_owned();
+                let text = String::from_utf8_lossy(span.of(self.source.program().text())).into_owned();
                 self.not_understood("nc::unknown-g", span, format!("{text} is not known here"), "its block is kept");
                 *action = Action::Keep;
             }
@@ -111,8 +116,9 @@ impl Run<'_> {
         if value <= 0.0 {
             self.say("nc::feed-not-positive", Severity::Warning, span, "the feed is not positive", "write one above 0");
         }
-        let word = (!computed).then_some((self.block, span));
-        self.modal.feed = FeedWord { value: value.max(0.0) * unit, word, computed };
+        let plain = self.source_id == 0 && !computed;
+        let word = plain.then_some((self.block, span));
+        self.modal.feed = FeedWord { value: value.max(0.0) * unit, word, computed: !plain };
     }
 
     fn speed_and_tool(&mut self, line: &Line) {

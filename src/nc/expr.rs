@@ -1,0 +1,374 @@
+//! Expressions of LinuxCNC and Macro B. In: the text of one value and the parameters. Out: its value, or what is wrong
+//! with it. Precedence, tightest first: functions and signs, `**`, `* / MOD`, `+ -`, comparisons, `AND OR XOR`.
+//! Angles are in degrees.
+
+use std::collections::BTreeMap;
+
+/// Deepest nesting of brackets that is followed.
+const MAX_DEPTH: u32 = 100;
+
+/// Numbered and named parameters (variables) of a program.
+#[derive(Debug, Clone, Default)]
+pub struct Parameters {
+    /// `#12`, `R12`, `Q12` by number.
+    pub numbered: BTreeMap<u32, f64>,
+    /// `#<name>` by name, lower case; those that begin with `_` are global, the others belong to a call.
+    pub named: BTreeMap<(usize, String), f64>,
+    /// Depth of calls.
+    pub depth: usize,
+}
+
+impl Parameters {
+    /// Value of a numbered parameter; 0 when it was never set.
+    pub fn number(&self, index: u32) -> f64 {
+        self.numbered.get(&index).copied().unwrap_or(0.0)
+    }
+    /// Value of a named parameter.
+    pub fn name(&self, name: &str) -> Option<f64> {
+        self.named.get(&self.key(name)).copied()
+    }
+    /// Sets a named parameter.
+    pub fn set_name(&mut self, name: &str, value: f64) {
+        self.named.insert(self.key(name), value);
+    }
+    fn key(&self, name: &str) -> (usize, String) {
+        let name: String = name.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_ascii_lowercase();
+        (if name.starts_with('_') { 0 } else { self.depth + 1 }, name)
+    }
+}
+
+/// What is wrong with an expression.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ExprError {
+    /// The text does not read as an expression.
+    #[error("the expression cannot be read at byte {0}")]
+    Syntax(usize),
+    /// A name without a value.
+    #[error("{0} has no value")]
+    Unknown(String),
+    /// Result that is not a number.
+    #[error("{0} has no finite result")]
+    Undefined(&'static str),
+    /// Nested too deep.
+    #[error("brackets are nested deeper than 100")]
+    TooDeep,
+}
+
+/// Value of `text`, which must be an expression from its first byte to its last (blanks aside).
+pub fn evaluate(text: &[u8], parameters: &Parameters) -> Result<f64, ExprError> {
+    let mut reader = Reader { text, at: 0, depth: 0, parameters };
+    let value = reader.binary(0)?;
+    reader.blanks();
+    if reader.at < text.len() { Err(ExprError::Syntax(reader.at)) } else { Ok(value) }
+}
+
+/// Splits `#lhs = rhs`, and gives what is set and its value.
+pub fn assignment(text: &[u8], parameters: &Parameters) -> Result<(Target, f64), ExprError> {
+    let mut reader = Reader { text, at: 1, depth: 0, parameters };
+    let target = reader.target()?;
+    reader.blanks();
+    if reader.peek() != Some(b'=') {
+        return Err(ExprError::Syntax(reader.at));
+    }
+    reader.at += 1;
+    let value = reader.binary(0)?;
+    reader.blanks();
+    if reader.at < text.len() { Err(ExprError::Syntax(reader.at)) } else { Ok((target, value)) }
+}
+
+/// What an assignment sets.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Target {
+    /// `#12`
+    Number(u32),
+    /// `#<name>`
+    Name(String),
+}
+
+struct Reader<'a> {
+    text: &'a [u8],
+    at: usize,
+    depth: u32,
+    parameters: &'a Parameters,
+}
+
+/// Binary operators by precedence, loosest first.
+const LEVELS: [&[&str]; 5] = [
+    &["AND", "XOR", "OR"],
+    &["EQ", "NE", "GT", "GE", "LT", "LE", "==", "<>", ">=", "<=", ">", "<"],
+    &["+", "-"],
+    &["MOD", "DIV", "*", "/"],
+    &["**"],
+];
+
+impl Reader<'_> {
+    fn peek(&self) -> Option<u8> {
+        self.text.get(self.at).copied()
+    }
+    fn blanks(&mut self) {
+        while matches!(self.peek(), Some(b' ' | b'\t')) {
+            self.at += 1;
+        }
+    }
+    fn operator(&mut self, level: usize) -> Option<&'static str> {
+        self.blanks();
+        let rest = &self.text[self.at..];
+        let fits = |op: &&&str| rest.len() >= op.len() && rest[..op.len()].eq_ignore_ascii_case(op.as_bytes());
+        let found = LEVELS[level].iter().find(fits)?;
+        if *found == "*" && rest.get(1) == Some(&b'*') {
+            return None;
+        }
+        self.at += found.len();
+        Some(found)
+    }
+    fn binary(&mut self, level: usize) -> Result<f64, ExprError> {
+        if level == LEVELS.len() {
+            return self.unary();
+        }
+        let mut left = self.binary(level + 1)?;
+        while let Some(operator) = self.operator(level) {
+            let right = self.binary(level + 1)?;
+            left = apply(operator, left, right)?;
+        }
+        Ok(left)
+    }
+    fn unary(&mut self) -> Result<f64, ExprError> {
+        let mut sign = 1.0;
+        loop {
+            self.blanks();
+            match self.peek() {
+                Some(b'-') => sign = -sign,
+                Some(b'+') => {}
+                _ => break,
+            }
+            self.at += 1;
+        }
+        Ok(sign * self.primary()?)
+    }
+    fn primary(&mut self) -> Result<f64, ExprError> {
+        match self.peek() {
+            Some(b'[' | b'(') => self.brackets(),
+            Some(b'#') => {
+                self.at += 1;
+                match self.target()? {
+                    Target::Number(index) => Ok(self.parameters.number(index)),
+                    Target::Name(name) => self.parameters.name(&name).ok_or(ExprError::Unknown(format!("#<{name}>"))),
+                }
+            }
+            Some(byte) if byte.is_ascii_digit() || byte == b'.' => self.number(),
+            Some(byte) if byte.is_ascii_alphabetic() || byte == b'_' || byte == b'$' => self.function(),
+            _ => Err(ExprError::Syntax(self.at)),
+        }
+    }
+    fn number(&mut self) -> Result<f64, ExprError> {
+        let (value, length) = super::decimal(&self.text[self.at..]).ok_or(ExprError::Syntax(self.at))?;
+        self.at += length;
+        Ok(value)
+    }
+    fn brackets(&mut self) -> Result<f64, ExprError> {
+        let close = if self.peek() == Some(b'(') { b')' } else { b']' };
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err(ExprError::TooDeep);
+        }
+        self.at += 1;
+        let value = self.binary(0)?;
+        self.blanks();
+        if self.peek() != Some(close) {
+            return Err(ExprError::Syntax(self.at));
+        }
+        self.at += 1;
+        self.depth -= 1;
+        Ok(value)
+    }
+    /// What follows a `#`.
+    fn target(&mut self) -> Result<Target, ExprError> {
+        self.blanks();
+        if self.peek() == Some(b'<') {
+            let length =
+                self.text[self.at..].iter().position(|&byte| byte == b'>').ok_or(ExprError::Syntax(self.at))?;
+            let name = String::from_utf8_lossy(&self.text[self.at + 1..self.at + length]).into_owned();
+            self.at += length + 1;
+            return Ok(Target::Name(name));
+        }
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err(ExprError::TooDeep);
+        }
+        let index = self.primary()?;
+        self.depth -= 1;
+        Ok(Target::Number(index.round().clamp(0.0, f64::from(u32::MAX)) as u32))
+    }
+    fn function(&mut self) -> Result<f64, ExprError> {
+        let start = self.at;
+        while self.peek().is_some_and(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$')) {
+            self.at += 1;
+        }
+        let name = String::from_utf8_lossy(&self.text[start..self.at]).to_ascii_uppercase();
+        self.blanks();
+        if !matches!(self.peek(), Some(b'[' | b'(')) {
+            return self.variable(&name);
+        }
+        if name == "EXISTS" {
+            return self.exists();
+        }
+        let first = self.brackets_or_pair()?;
+        let (x, second) = first;
+        let value = match (name.as_str(), second) {
+            ("ATAN" | "ATAN2", Some(y)) => x.atan2(y).to_degrees(),
+            ("ATAN", None) => {
+                self.blanks();
+                if self.peek() == Some(b'/') {
+                    self.at += 1;
+                    self.blanks();
+                    x.atan2(self.brackets()?).to_degrees()
+                } else {
+                    x.atan().to_degrees()
+                }
+            }
+            ("POT", None) => x * x,
+            ("MINVAL", Some(y)) => x.min(y),
+            ("MAXVAL", Some(y)) => x.max(y),
+            (function, None) => one_argument(function, x).ok_or_else(|| ExprError::Unknown(name.clone()))?,
+            _ => return Err(ExprError::Unknown(name)),
+        };
+        if value.is_finite() { Ok(value) } else { Err(ExprError::Undefined("a function")) }
+    }
+    fn brackets_or_pair(&mut self) -> Result<(f64, Option<f64>), ExprError> {
+        let open = self.at;
+        let close = if self.peek() == Some(b'(') { b')' } else { b']' };
+        match self.brackets() {
+            Err(ExprError::Syntax(at)) if self.text.get(at) == Some(&b',') => {
+                self.depth = self.depth.saturating_sub(1);
+                self.at = open + 1;
+                let first = self.binary(0)?;
+                self.blanks();
+                self.at += 1;
+                let second = self.binary(0)?;
+                self.blanks();
+                if self.peek() != Some(close) {
+                    return Err(ExprError::Syntax(self.at));
+                }
+                self.at += 1;
+                Ok((first, Some(second)))
+            }
+            other => Ok((other?, None)),
+        }
+    }
+    fn exists(&mut self) -> Result<f64, ExprError> {
+        let rest = &self.text[self.at..];
+        let end = rest.iter().position(|&byte| byte == b']').ok_or(ExprError::Syntax(self.at))?;
+        let name = String::from_utf8_lossy(&rest[1..end]).into_owned();
+        self.at += end + 1;
+        let name = name.trim().trim_start_matches("#<").trim_end_matches('>');
+        Ok(f64::from(u8::from(self.parameters.name(name).is_some())))
+    }
+    /// A variable of Siemens (`R12`, a name) or Heidenhain (`Q12`).
+    fn variable(&mut self, name: &str) -> Result<f64, ExprError> {
+        let digits = name.trim_start_matches(['R', 'Q', 'L', 'S']);
+        if let (true, Ok(index)) = (name.len() == digits.len() + 1 || name.starts_with("QR"), digits.parse::<u32>()) {
+            return Ok(self.parameters.number(index));
+        }
+        match name {
+            "PI" | "$PI" => Ok(std::f64::consts::PI),
+            "TRUE" => Ok(1.0),
+            "FALSE" => Ok(0.0),
+            _ => self.parameters.name(name).ok_or_else(|| ExprError::Unknown(name.to_owned())),
+        }
+    }
+}
+
+fn apply(operator: &'static str, a: f64, b: f64) -> Result<f64, ExprError> {
+    let truth = |it: bool| f64::from(u8::from(it));
+    let near = (a - b).abs() < 1e-12 * a.abs().max(b.abs()).max(1.0);
+    let value = match operator {
+        "+" => a + b,
+        "-" => a - b,
+        "*" => a * b,
+        "/" => a / b,
+        "**" => a.powf(b),
+        "MOD" => a.rem_euclid(b.abs()),
+        "DIV" => (a / b).trunc(),
+        "EQ" | "==" => truth(near),
+        "NE" | "<>" => truth(!near),
+        "GT" | ">" => truth(a > b),
+        "GE" | ">=" => truth(a >= b),
+        "LT" | "<" => truth(a < b),
+        "LE" | "<=" => truth(a <= b),
+        "AND" => truth(a != 0.0 && b != 0.0),
+        "OR" => truth(a != 0.0 || b != 0.0),
+        _ => truth((a != 0.0) != (b != 0.0)),
+    };
+    if value.is_finite() { Ok(value) } else { Err(ExprError::Undefined(operator)) }
+}
+
+fn one_argument(function: &str, x: f64) -> Option<f64> {
+    Some(match function {
+        "ABS" => x.abs(),
+        "ACOS" => x.acos().to_degrees(),
+        "ASIN" => x.asin().to_degrees(),
+        "COS" => x.to_radians().cos(),
+        "SIN" => x.to_radians().sin(),
+        "TAN" => x.to_radians().tan(),
+        "EXP" => x.exp(),
+        "LN" => x.ln(),
+        "SQRT" => x.sqrt(),
+        "FIX" => x.floor(),
+        "FUP" => x.ceil(),
+        "TRUNC" | "INT" => x.trunc(),
+        "ROUND" => x.round(),
+        "NOT" => f64::from(u8::from(x == 0.0)),
+        "SGN" => x.signum(),
+        "NEG" => -x,
+        "AC" | "IC" | "BIN" | "BCD" => x,
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn evaluates_as_a_control_does() {
+        let mut p = Parameters::default();
+        p.numbered.extend([(1, 5.0), (5, 7.0)]);
+        p.set_name("Depth", -2.0);
+        let cases = [
+            ("[1+2*3]", 7.0),
+            ("2**3**2", 64.0),
+            ("-#1", -5.0),
+            ("##1", 7.0),
+            ("#[#1]", 7.0),
+            ("#<depth>", -2.0),
+            ("#< De pth >", -2.0),
+            ("SIN[30]", 0.5),
+            ("atan[1]/[1]", 45.0),
+            ("ATAN[1,1]", 45.0),
+            ("FIX[-2.5]", -3.0),
+            ("FUP[2.1]", 3.0),
+            ("[#1 GT 4 AND #1 LT 6]", 1.0),
+            ("10 MOD 4", 2.0),
+            ("EXISTS[#<depth>]", 1.0),
+            ("EXISTS[#<none>]", 0.0),
+        ];
+        for (text, value) in cases {
+            let got = evaluate(text.as_bytes(), &p).unwrap();
+            assert!((got - value).abs() < 1e-12, "{text} = {got}");
+        }
+        assert_eq!(assignment(b"#<a> = 3-1", &p), Ok((Target::Name("a".into()), 2.0)));
+        assert_eq!(assignment(b"#[#1+1]=[4]", &p), Ok((Target::Number(6), 4.0)));
+    }
+
+    #[test]
+    fn says_what_is_wrong() {
+        let p = Parameters::default();
+        assert_eq!(evaluate(b"[1+", &p), Err(ExprError::Syntax(3)));
+        assert_eq!(evaluate(b"1/0", &p), Err(ExprError::Undefined("/")));
+        assert_eq!(evaluate(b"SQRT[-1]", &p), Err(ExprError::Undefined("a function")));
+        assert_eq!(evaluate(b"#<nothing>", &p), Err(ExprError::Unknown("#<nothing>".into())));
+        let deep = [vec![b'['; 10_000], vec![b'1'], vec![b']'; 10_000]].concat();
+        assert_eq!(evaluate(&deep, &p), Err(ExprError::TooDeep));
+        assert_eq!(evaluate(&[b'#'; 10_000], &p), Err(ExprError::TooDeep));
+    }
+}

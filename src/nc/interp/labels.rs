@@ -1,0 +1,105 @@
+//! Where a program can be entered: O numbers, N numbers, O-word lines and labels, found once when first needed.
+
+use std::collections::BTreeMap;
+
+use crate::ids::BlockId;
+use crate::nc::lex::TokenKind;
+use crate::nc::program::Program;
+
+/// One O-word line: `o100 while […]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OLine {
+    /// Block it is.
+    pub block: u32,
+    /// Its number or name as written, lower case.
+    pub label: String,
+    /// Its keyword, upper case; empty for a bare `O1000`.
+    pub keyword: String,
+}
+
+/// Index of the places of one program text.
+#[derive(Debug, Clone, Default)]
+pub struct Labels {
+    /// O-word lines in order.
+    pub o_lines: Vec<OLine>,
+    /// Blocks of each N number, in order.
+    pub n_blocks: BTreeMap<u32, Vec<u32>>,
+    /// `END m` and `WHILE … DO m` of Macro B: block, m, true for END.
+    pub loops: Vec<(u32, u32, bool)>,
+}
+
+impl Labels {
+    /// Reads a program through.
+    pub fn of(program: &Program) -> Self {
+        let mut labels = Labels::default();
+        for block in program.blocks() {
+            labels.read(program, block);
+        }
+        labels
+    }
+
+    fn read(&mut self, program: &Program, block: BlockId) {
+        let text = program.text();
+        let mut name = String::new();
+        for token in program.tokens(block) {
+            match token.kind {
+                TokenKind::Word(b'N') => self.n_blocks.entry(token.number as u32).or_default().push(block.0),
+                TokenKind::Word(b'O') | TokenKind::Routine => {
+                    let label = label_of(token.kind, token.number, token.span.of(text));
+                    self.o_lines.push(OLine { block: block.0, label, keyword: String::new() });
+                }
+                TokenKind::Name => {
+                    name = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
+                    if let Some(line) = self.o_lines.last_mut().filter(|line| line.block == block.0)
+                        && line.keyword.is_empty()
+                    {
+                        line.keyword.clone_from(&name);
+                    }
+                }
+                TokenKind::Expression if name == "DO" || name == "END" => {
+                    let number = crate::nc::decimal(token.span.of(text)).map_or(0, |(value, _)| value as u32);
+                    self.loops.push((block.0, number, name == "END"));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// First O-word line after `block` with this label and one of these keywords.
+    pub fn after(&self, block: u32, label: &str, keywords: &[&str]) -> Option<&OLine> {
+        self.o_lines.iter().find(|line| line.block > block && line.is(label, keywords))
+    }
+    /// Last O-word line before `block` with this label and one of these keywords.
+    pub fn before(&self, block: u32, label: &str, keywords: &[&str]) -> Option<&OLine> {
+        self.o_lines.iter().rev().find(|line| line.block < block && line.is(label, keywords))
+    }
+    /// The line that defines a routine or begins a program.
+    pub fn routine(&self, label: &str) -> Option<&OLine> {
+        let sub = self.o_lines.iter().find(|line| line.is(label, &["SUB"]));
+        sub.or_else(|| self.o_lines.iter().find(|line| line.is(label, &[""])))
+    }
+    /// Block with this N number: after `block` in its program, else from the beginning of that program.
+    pub fn numbered(&self, number: u32, block: u32) -> Option<u32> {
+        let blocks = self.n_blocks.get(&number)?;
+        let program =
+            |of: u32| self.o_lines.iter().rev().find(|o| o.block <= of && o.keyword.is_empty()).map(|o| o.block);
+        let here = blocks.iter().filter(|&&b| program(b) == program(block));
+        here.clone().find(|&&b| b > block).or(here.clone().next()).or(blocks.first()).copied()
+    }
+}
+
+impl OLine {
+    fn is(&self, label: &str, keywords: &[&str]) -> bool {
+        self.label == label && keywords.contains(&self.keyword.as_str())
+    }
+}
+
+/// A label in one spelling: numbers without leading zeros, names in lower case.
+pub fn label_of(kind: TokenKind, number: f64, text: &[u8]) -> String {
+    if kind == TokenKind::Routine {
+        let name = String::from_utf8_lossy(&text[1..]).to_ascii_lowercase();
+        name.trim().trim_start_matches('<').trim_end_matches('>').trim().to_owned()
+    } else {
+        format!("{}", number as u64)
+    }
+}
