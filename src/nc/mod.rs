@@ -11,7 +11,7 @@ pub mod print;
 pub mod program;
 pub mod toolpath;
 
-pub use dialect::Dialect;
+pub use dialect::{Dialect, Syntax};
 pub use environment::Environment;
 pub use interp::interpret;
 pub use lex::{Token, TokenKind};

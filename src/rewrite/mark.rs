@@ -1,0 +1,193 @@
+//! Our mark: the comments by which an output is recognised as ours. In: what a comment says, or a program. Out: whether it
+//! is ours, the feed it remembers, and the program without them.
+//!
+//! One header comment (`FEEDWRIGHT 0.1 FEEDS ONLY`) marks the file; a note follows an F word that was changed:
+//! `FW F1240 was 600 power 98% T3` says the feed in force, the feed of the program it was optimised from, what bounds it,
+//! how much of that limit is used, and the tool. `FW F600 kept` stands where a feed is restated. Only comments of exactly
+//! this grammar are ours; everything else in a comment belongs to the user. The words are plain ASCII without brackets or
+//! quotes, so that every dialect can carry them in its own comment form.
+
+use crate::diag::Span;
+use crate::machine::LimitKind;
+use crate::nc::{Dialect, Program, TokenKind};
+
+use super::edit::{self, Edit};
+
+/// First word of the header.
+const HEADER: &str = "FEEDWRIGHT";
+/// First word of a note.
+const NOTE: &str = "FW";
+
+/// What a note says.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Note {
+    /// F number in force.
+    pub feed: String,
+    /// F number of the program it was optimised from, when it differs.
+    pub was: Option<String>,
+    /// What bounds the feed.
+    pub limit: Option<LimitKind>,
+    /// Percentage of that limit in use.
+    pub percent: Option<u32>,
+    /// Tool number.
+    pub tool: Option<u32>,
+    /// The feed is restated for text that was left as it is.
+    pub kept: bool,
+}
+
+/// A comment of ours.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ours {
+    /// The mark of the file.
+    Header,
+    /// A note beside an F word.
+    Note(Note),
+}
+
+/// Text of the header comment.
+pub fn header_text() -> String {
+    format!("{HEADER} {} FEEDS ONLY", env!("CARGO_PKG_VERSION"))
+}
+
+impl Note {
+    /// Text of the comment.
+    pub fn text(&self) -> String {
+        let mut text = format!("{NOTE} F{}", self.feed);
+        if let Some(was) = &self.was {
+            text += &format!(" was {was}");
+        }
+        if let Some(limit) = self.limit {
+            text += &format!(" {}", limit.name());
+        }
+        if let Some(percent) = self.percent {
+            text += &format!(" {percent}%");
+        }
+        if let Some(tool) = self.tool {
+            text += &format!(" T{tool}");
+        }
+        text + if self.kept { " kept" } else { "" }
+    }
+    fn read(text: &str) -> Option<Self> {
+        let mut words = text.split(' ');
+        let mut note = Note::default();
+        if words.next() != Some(NOTE) {
+            return None;
+        }
+        number(words.next()?.strip_prefix('F')?)?.clone_into(&mut note.feed);
+        while let Some(word) = words.next() {
+            if word == "was" {
+                note.was = Some(number(words.next()?)?.to_owned());
+            } else if word == "kept" {
+                note.kept = true;
+            } else if let Some(percent) = word.strip_suffix('%') {
+                note.percent = Some(percent.parse().ok()?);
+            } else if let Some(tool) = word.strip_prefix('T') {
+                note.tool = Some(tool.parse().ok()?);
+            } else {
+                note.limit = Some(LimitKind::ALL.into_iter().find(|kind| kind.name() == word)?);
+            }
+        }
+        (note.text() == text).then_some(note)
+    }
+}
+
+fn number(text: &str) -> Option<&str> {
+    super::decimal::Decimal::read(text.as_bytes()).map(|_| text)
+}
+
+/// What a comment of ours says; `None`: it is the user's. `comment` has its delimiters.
+pub fn read(comment: &[u8]) -> Option<Ours> {
+    let text = std::str::from_utf8(comment).ok()?;
+    let inner = match text.strip_prefix('(') {
+        Some(rest) => rest.strip_suffix(')')?,
+        None => text.strip_prefix("; ")?.trim_end(),
+    };
+    let mut words = inner.split(' ');
+    let version = |word: &str| word.bytes().all(|b| b.is_ascii_digit() || b == b'.') && !word.is_empty();
+    if words.next() == Some(HEADER) && words.next().is_some_and(version) && words.eq(["FEEDS", "ONLY"]) {
+        return Some(Ours::Header);
+    }
+    Note::read(inner).map(Ours::Note)
+}
+
+/// Does the program carry our mark?
+pub fn is_ours(program: &Program) -> bool {
+    let found = memchr::memmem::find_iter(program.text(), HEADER.as_bytes());
+    found.map(|at| program.block_at(at as u32)).any(|block| {
+        let tokens = program.tokens(block);
+        tokens.filter(|t| t.kind == TokenKind::Comment).any(|t| read(t.span.of(program.text())) == Some(Ours::Header))
+    })
+}
+
+/// The program without our comments: with the blank before them, and with their line where nothing else stood on it.
+pub fn strip(program: &Program) -> Vec<u8> {
+    let edits = program.blocks().flat_map(|block| {
+        let tokens: Vec<_> = program.tokens(block).collect();
+        let ours = |t: &&crate::nc::Token| t.kind == TokenKind::Comment && read(t.span.of(program.text())).is_some();
+        let empty = |kind| matches!(kind, TokenKind::Blank | TokenKind::LineEnd);
+        if tokens.iter().any(|t| ours(&t)) && tokens.iter().all(|t| ours(&t) || empty(t.kind)) {
+            return vec![Edit::replace(program.span(block), *b"")];
+        }
+        let with_blank = |t: &crate::nc::Token| Edit::replace(with_blank_before(program.text(), t.span), *b"");
+        tokens.iter().filter(ours).map(with_blank).collect()
+    });
+    edit::apply(program.text(), edits.collect())
+}
+
+/// The span, with the blank before it if there is one.
+pub fn with_blank_before(text: &[u8], span: Span) -> Span {
+    let blank = span.start > 0 && text[span.start as usize - 1] == b' ';
+    Span { start: span.start - u32::from(blank), end: span.end }
+}
+
+/// The comment as bytes in the form of the dialect.
+pub fn comment(dialect: Dialect, text: &str) -> Vec<u8> {
+    dialect.comment(text).into_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn our_comments_are_read_back_in_every_dialect() {
+        let note = Note {
+            feed: "1240.5".to_owned(),
+            was: Some("600".to_owned()),
+            limit: Some(LimitKind::Power),
+            percent: Some(98),
+            tool: Some(3),
+            kept: false,
+        };
+        assert_eq!(note.text(), "FW F1240.5 was 600 power 98% T3");
+        for dialect in Dialect::ALL {
+            assert_eq!(read(&comment(dialect, &note.text())), Some(Ours::Note(note.clone())), "{}", dialect.name());
+            assert_eq!(read(&comment(dialect, &header_text())), Some(Ours::Header));
+        }
+    }
+
+    #[test]
+    fn comments_of_the_user_are_not_ours() {
+        for text in [
+            "(FW)",
+            "(FW HELLO)",
+            "(FW F600 power 98% T3 MORE)",
+            "(F1240 power 98% T3)",
+            "(FEEDWRIGHT IS GOOD)",
+            "(fw F600)",
+            "(FW  F600)",
+            "(FW F)",
+        ] {
+            assert_eq!(read(text.as_bytes()), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn stripping_takes_only_what_is_ours() {
+        let text =
+            format!("%\n({})\nG1 X1 F600 (FW F600 was 500 power 98%)\nF5 (FW F5 kept)\n(FW user)\n", header_text());
+        let program = crate::nc::parse(text.into_bytes(), Some(Dialect::Generic));
+        assert!(is_ours(&program));
+        assert_eq!(String::from_utf8(strip(&program)).unwrap(), "%\nG1 X1 F600\nF5\n(FW user)\n");
+    }
+}

@@ -1,0 +1,342 @@
+//! Cutting one block into several. In: a block, its one move, and where along it the feed changes. Out: the text of the
+//! blocks to be written before it, and the edits of the block itself, which becomes the last piece; or nothing, where the
+//! block must stay whole.
+//!
+//! A split point is a point of the control's grid within half an increment of the path, found by trying places near the
+//! one asked for. Under G91 the pieces' increments add up to the original's exactly, in decimal. An arc by its centre gets
+//! its centre computed anew from each rounded point; an arc by its radius keeps the radius and is cut only well below half
+//! a turn.
+
+use crate::ids::{BlockId, MoveId};
+use crate::nc::{Dialect, Move, Program, Toolpath};
+use crate::path::{Arc, Curve, Vec3};
+
+use super::decimal::{Decimal, NumberStyle};
+use super::edit::Edit;
+use super::view::{Manners, Modes, View, Word, number_bytes, number_span};
+
+/// Letters of the axes and of the centre.
+const AXES: [u8; 3] = *b"XYZ";
+const CENTRE: [u8; 3] = *b"IJK";
+/// What words and the interpreted path may disagree by, mm.
+const SAME_MM: f64 = 1e-6;
+/// Largest turn of an arc by its radius that is cut, rad.
+const MOST_R_TURN_RAD: f64 = 2.97;
+/// Places tried on either side of the one asked for, and their spacing in increments.
+const TRIES: i32 = 40;
+const SPACING: f64 = 0.7;
+
+/// A block and what is known of it.
+#[derive(Clone, Copy)]
+pub struct Block<'a> {
+    /// The program.
+    pub program: &'a Program,
+    /// Which block.
+    pub id: BlockId,
+    /// Its text.
+    pub view: &'a View,
+    /// Modes in force in it.
+    pub modes: Modes,
+    /// Manners of the file.
+    pub manners: Manners,
+    /// Its move.
+    pub motion: &'a Move,
+    /// Shift of the programmed zero, mm.
+    pub shift: Vec3,
+}
+
+/// A block in pieces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pieces {
+    /// Words of the blocks written before it, without N, F and line end; each with what stands before it.
+    pub before: Vec<Vec<u8>>,
+    /// Edits that make the block itself the last piece.
+    pub edits: Vec<Edit>,
+}
+
+impl<'a> Block<'a> {
+    /// Gathers what is known of the block of a move.
+    pub fn new(
+        program: &'a Program,
+        toolpath: &'a Toolpath,
+        view: &'a View,
+        modes: Modes,
+        manners: Manners,
+        id: MoveId,
+    ) -> Self {
+        let motion = &toolpath.moves[id.ix()];
+        Self { program, id: motion.block, view, modes, manners, motion, shift: toolpath.shift_at(id) }
+    }
+}
+
+/// Cuts the block at these places (mm along its move, rising, inside it); `None`: it must stay whole.
+pub fn split(block: &Block<'_>, at_mm: &[f64]) -> Option<Pieces> {
+    if !block.motion.splittable || !is_simple(block.view) {
+        return None;
+    }
+    let form = Form::of(block)?;
+    let points = split_points(block, &form, at_mm)?;
+    let mut before = Vec::new();
+    let mut start = Start { at: block.motion.curve.from(), gone: [Decimal::nearest(0.0, 0); 3] };
+    for point in &points {
+        before.push(piece_text(block, &form, &start, point));
+        start = Start { at: point.at, gone: point.gone };
+    }
+    Some(Pieces { before, edits: last_edits(block, &form, &start)? })
+}
+
+/// Only motions, coordinates, feed and number: nothing that would happen twice.
+fn is_simple(view: &View) -> bool {
+    let allowed = |word: &Word| b"NGXYZIJKRF".contains(&word.letter);
+    let motion = |code: u32| matches!(code, 10 | 20 | 30 | 170 | 180 | 190);
+    let once = |letter: u8| view.words.iter().filter(|word| word.letter == letter).count() <= 1;
+    view.plain
+        && !view.delete
+        && view.words.iter().all(allowed)
+        && view.g_codes().all(motion)
+        && b"NXYZIJKRF".iter().all(|&l| once(l))
+}
+
+/// How the words of the block say its geometry.
+struct Form {
+    unit_mm: f64,
+    incremental: bool,
+    /// Axis words with the digits their numbers may have.
+    axes: [Option<(Word, u32)>; 3],
+    centre: Centre,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Centre {
+    None,
+    /// By R.
+    Radius,
+    /// I J K from the start, or from the programmed zero.
+    FromStart,
+    Absolute,
+}
+
+impl Form {
+    fn of(block: &Block<'_>) -> Option<Self> {
+        let unit_mm = block.modes.unit_mm();
+        let dialect = block.program.dialect();
+        let least = dialect.coordinate_digits(block.modes.inch) as u32;
+        let mut axes = [None; 3];
+        for (axis, letter) in AXES.into_iter().enumerate() {
+            let Some(word) = block.view.only(letter) else { continue };
+            let number = number_bytes(block.program, word);
+            let points = number.contains(&b'.') || word.number == 0.0 || !counts_increments(dialect);
+            let digits = Decimal::read(number).filter(|_| points)?.digits();
+            axes[axis] = Some((*word, digits.max(least)));
+        }
+        let form = Self { unit_mm, incremental: block.modes.incremental, axes, centre: Centre::None };
+        form.agrees(block).then_some(())?;
+        match &block.motion.curve {
+            Curve::Line { .. } => no_centre_words(block.view).then_some(form),
+            Curve::Arc(arc) => Some(Self { centre: form.centre_of(block, arc)?, ..form }),
+        }
+    }
+    /// Do the words say where the move goes, up to a shift?
+    fn agrees(&self, block: &Block<'_>) -> bool {
+        let (from, to) = (block.motion.curve.from(), block.motion.curve.to());
+        (0..3).all(|axis| match &self.axes[axis] {
+            None => (to[axis] - from[axis]).abs() <= SAME_MM,
+            Some((word, _)) => {
+                let start = if self.incremental { from[axis] } else { block.shift[axis] };
+                (word.number * self.unit_mm + start - to[axis]).abs() <= SAME_MM
+            }
+        })
+    }
+    fn centre_of(&self, block: &Block<'_>, arc: &Arc) -> Option<Centre> {
+        let (a, b, normal) = arc.plane.axes();
+        if self.axes[a].is_none() || self.axes[b].is_none() || block.view.has(CENTRE[normal]) {
+            return None;
+        }
+        if let Some(radius) = block.view.only(b'R') {
+            return (radius.number > 0.0 && arc.sweep_rad.abs() < MOST_R_TURN_RAD).then_some(Centre::Radius);
+        }
+        let words = [a, b].map(|axis| (axis, block.view.only(CENTRE[axis]).map(|word| word.number * self.unit_mm)));
+        let meets = |absolute: bool| {
+            words.iter().all(|&(axis, word)| {
+                let start = if absolute { block.shift[axis] } else { arc.from[axis] };
+                match word {
+                    Some(value) => (value + start - arc.centre[axis]).abs() <= SAME_MM,
+                    None => (arc.centre[axis] - arc.from[axis]).abs() <= SAME_MM,
+                }
+            })
+        };
+        let both = words.iter().all(|(_, word)| word.is_some());
+        match (meets(false), both && meets(true)) {
+            (true, false) => Some(Centre::FromStart),
+            (false, true) => Some(Centre::Absolute),
+            _ => None,
+        }
+    }
+}
+
+fn no_centre_words(view: &View) -> bool {
+    !b"IJKR".iter().any(|&letter| view.has(letter))
+}
+
+/// Older Fanuc controls read a coordinate without a point in increments.
+fn counts_increments(dialect: Dialect) -> bool {
+    matches!(dialect, Dialect::Fanuc | Dialect::Haas)
+}
+
+/// Where a piece begins: the point, and what the increments before it add up to (units of the program).
+struct Start {
+    at: Vec3,
+    gone: [Decimal; 3],
+}
+
+/// A rounded split point.
+struct Point {
+    at: Vec3,
+    /// Programmed coordinates under G90, sum of the increments under G91.
+    coordinate: [Decimal; 3],
+    gone: [Decimal; 3],
+}
+
+fn split_points(block: &Block<'_>, form: &Form, at_mm: &[f64]) -> Option<Vec<Point>> {
+    let mut points: Vec<Point> = Vec::new();
+    let (mut last, end) = (block.motion.curve.from(), block.motion.curve.to());
+    for &s_mm in at_mm {
+        let point = near_point(block, form, s_mm)?;
+        if (point.at - last).norm() < SAME_MM || (point.at - end).norm() < SAME_MM {
+            return None;
+        }
+        last = point.at;
+        points.push(point);
+    }
+    Some(points)
+}
+
+/// The point of the grid near this place that lies within half an increment of the path; the nearest place first.
+fn near_point(block: &Block<'_>, form: &Form, s_mm: f64) -> Option<Point> {
+    let increment_mm = increment_mm(block);
+    let offsets = (0..=2 * TRIES).map(|i| f64::from(if i % 2 == 0 { i / 2 } else { -(i + 1) / 2 }));
+    let candidates = offsets.map(|k| s_mm + k * SPACING * increment_mm);
+    candidates.map(|s| (s, rounded(block, form, s))).find_map(|(s, point)| {
+        let off_mm = distance(&block.motion.curve, s, point.at, 4.0 * increment_mm);
+        (off_mm <= 0.5 * increment_mm).then_some(point)
+    })
+}
+
+/// The increment of the control, mm.
+pub fn increment_mm(block: &Block<'_>) -> f64 {
+    10f64.powi(-(block.program.dialect().coordinate_digits(block.modes.inch) as i32)) * block.modes.unit_mm()
+}
+
+/// Distance of a point from the part of the curve within `reach_mm` of the place `s_mm`.
+fn distance(curve: &Curve, s_mm: f64, point: Vec3, reach_mm: f64) -> f64 {
+    let mut s = s_mm;
+    for _ in 0..4 {
+        s += (point - curve.point(s)).dot(&curve.tangent(s)).clamp(-reach_mm, reach_mm);
+    }
+    (point - curve.point(s)).norm()
+}
+
+fn rounded(block: &Block<'_>, form: &Form, s_mm: f64) -> Point {
+    let exact = block.motion.curve.point(s_mm);
+    let from = block.motion.curve.from();
+    let mut point = Point { at: exact, coordinate: [Decimal::nearest(0.0, 0); 3], gone: [Decimal::nearest(0.0, 0); 3] };
+    for axis in 0..3 {
+        let Some((_, digits)) = form.axes[axis] else { continue };
+        let zero = if form.incremental { from[axis] } else { block.shift[axis] };
+        let number = Decimal::nearest((exact[axis] - zero) / form.unit_mm, digits);
+        point.at[axis] = zero + number.value() * form.unit_mm;
+        point.coordinate[axis] = number;
+        point.gone[axis] = number;
+    }
+    point
+}
+
+/// The words of a piece before the block itself.
+fn piece_text(block: &Block<'_>, form: &Form, start: &Start, point: &Point) -> Vec<u8> {
+    let mut out = Vec::new();
+    let text = block.program.text();
+    let mut end = block.program.span(block.id).start;
+    for word in &block.view.words {
+        let gap = &text[end as usize..word.span.start as usize];
+        end = word.span.end;
+        if b"NF".contains(&word.letter) {
+            if out.is_empty() && word.letter == b'N' {
+                out.extend_from_slice(gap);
+            }
+            continue;
+        }
+        let replaced = match axis_of(word.letter) {
+            Some(axis) => vec![(
+                AXES[axis],
+                if form.incremental { point.coordinate[axis].minus(start.gone[axis]) } else { point.coordinate[axis] },
+            )],
+            None => centre_numbers(block, form, start, word),
+        };
+        if replaced.is_empty() {
+            out.extend_from_slice(gap);
+            out.extend_from_slice(word.span.of(text));
+        }
+        for (letter, number) in replaced {
+            out.extend_from_slice(gap);
+            out.extend_from_slice(&written(block, word, letter, number));
+        }
+    }
+    out
+}
+
+/// What stands in place of a word of the centre: nothing new (empty), or the word and, where it was left out, its partner.
+fn centre_numbers(block: &Block<'_>, form: &Form, start: &Start, word: &Word) -> Vec<(u8, Decimal)> {
+    let (Curve::Arc(arc), Centre::FromStart) = (&block.motion.curve, form.centre) else { return Vec::new() };
+    let (a, b, _) = arc.plane.axes();
+    if !CENTRE.contains(&word.letter) || (start.at - arc.from).norm() < SAME_MM {
+        return Vec::new();
+    }
+    let least = block.program.dialect().coordinate_digits(block.modes.inch) as u32;
+    let number = |axis: usize| {
+        let digits = block
+            .view
+            .only(CENTRE[axis])
+            .and_then(|w| Decimal::read(number_bytes(block.program, w)))
+            .map_or(0, Decimal::digits);
+        (CENTRE[axis], Decimal::nearest((arc.centre[axis] - start.at[axis]) / form.unit_mm, digits.max(least)))
+    };
+    let own = usize::from(word.letter - b'I');
+    let partner = if own == a { b } else { a };
+    if block.view.has(CENTRE[partner]) { vec![number(own)] } else { vec![number(own), number(partner)] }
+}
+
+fn axis_of(letter: u8) -> Option<usize> {
+    AXES.iter().position(|&axis| axis == letter)
+}
+
+/// A word in the manner of another.
+fn written(block: &Block<'_>, like: &Word, letter: u8, number: Decimal) -> Vec<u8> {
+    let bytes = like.span.of(block.program.text());
+    let own = number_bytes(block.program, like);
+    let mut style = NumberStyle::of(own, block.manners.leading_zero);
+    style.point |= counts_increments(block.program.dialect());
+    let between = &bytes[1..bytes.len() - own.len()];
+    let letter = if bytes[0].is_ascii_lowercase() { letter.to_ascii_lowercase() } else { letter };
+    [&[letter], between, style.write(number).as_bytes()].concat()
+}
+
+/// Edits that let the block begin at the last split point.
+fn last_edits(block: &Block<'_>, form: &Form, start: &Start) -> Option<Vec<Edit>> {
+    let mut edits = Vec::new();
+    for word in &block.view.words {
+        let span = number_span(block.program, word);
+        if let (Some(axis), true) = (axis_of(word.letter), form.incremental) {
+            let whole = Decimal::read(span.of(block.program.text()))?;
+            let text = written(block, word, word.letter, whole.minus(start.gone[axis]));
+            edits.push(Edit::replace(word.span, text));
+        }
+        let words = centre_numbers(block, form, start, word);
+        if words.is_empty() {
+            continue;
+        }
+        let gap: &[u8] = if block.manners.spaced { b" " } else { b"" };
+        let texts: Vec<_> = words.iter().map(|&(letter, number)| written(block, word, letter, number)).collect();
+        edits.push(Edit::replace(word.span, texts.join(gap)));
+    }
+    Some(edits)
+}

@@ -1,0 +1,204 @@
+//! One block of text as the rewriter sees it. In: the tokens of a line. Out: its plain words, its comments (the user's and
+//! ours), where its code ends, and what stands in the way of changing it; and the modes that words set in text order.
+
+use crate::diag::Span;
+use crate::ids::BlockId;
+use crate::nc::{Program, TokenKind};
+
+use super::mark::{self, Ours};
+
+/// A letter with a plain number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Word {
+    /// The letter, upper case.
+    pub letter: u8,
+    /// The number as written.
+    pub number: f64,
+    /// Letter and number.
+    pub span: Span,
+}
+
+/// A line taken apart.
+#[derive(Debug, Clone, Default)]
+pub struct View {
+    /// Plain words in order.
+    pub words: Vec<Word>,
+    /// Comments of ours, with the blank before them.
+    pub ours: Vec<(Span, Ours)>,
+    /// Where the first comment of the user begins.
+    pub user_comment_at: Option<u32>,
+    /// One past the last byte of code (the start of the line where there is none).
+    pub code_end: u32,
+    /// One past the last byte before the line end.
+    pub line_end: u32,
+    /// Stands under the block-delete switch.
+    pub delete: bool,
+    /// Steers the flow: label, call, loop, jump, routine.
+    pub flow: bool,
+    /// May send the control to a numbered block.
+    pub jumps: bool,
+    /// Sets the feed by an expression or a variable.
+    pub computed_feed: bool,
+    /// Everything in it is a plain word, a blank or a comment.
+    pub plain: bool,
+    /// Nothing but comments and blanks.
+    pub empty: bool,
+}
+
+impl View {
+    /// Takes a block apart.
+    pub fn of(program: &Program, block: BlockId) -> Self {
+        let span = program.span(block);
+        let mut view = View { code_end: span.start, line_end: span.end, plain: true, empty: true, ..View::default() };
+        for token in program.tokens(block) {
+            match token.kind {
+                TokenKind::Blank => continue,
+                TokenKind::LineEnd => {
+                    view.line_end = view.line_end.min(token.span.start);
+                    continue;
+                }
+                TokenKind::Comment => {
+                    match mark::read(token.span.of(program.text())) {
+                        Some(ours) => view.ours.push((mark::with_blank_before(program.text(), token.span), ours)),
+                        None => view.user_comment_at = view.user_comment_at.or(Some(token.span.start)),
+                    }
+                    continue;
+                }
+                TokenKind::Word(letter) => view.words.push(Word { letter, number: token.number, span: token.span }),
+                TokenKind::Delete => view.delete = true,
+                kind => {
+                    view.plain = false;
+                    if kind == TokenKind::OpenComment {
+                        view.user_comment_at = view.user_comment_at.or(Some(token.span.start));
+                    }
+                    view.flow |= steers(kind);
+                    view.jumps |= matches!(kind, TokenKind::Name | TokenKind::Label);
+                    view.computed_feed |= kind == TokenKind::Computed(b'F');
+                }
+            }
+            view.empty = false;
+            view.code_end = token.span.end;
+        }
+        view.flow |= view.words.iter().any(calls);
+        view.jumps |=
+            view.words.iter().any(|word| word.letter == b'M' && [97.0, 99.0].contains(&word.number)) && view.has(b'P');
+        view
+    }
+    /// The word with this letter, when there is exactly one.
+    pub fn only(&self, letter: u8) -> Option<&Word> {
+        let mut found = self.words.iter().filter(|word| word.letter == letter);
+        found.next().filter(|_| found.next().is_none())
+    }
+    /// Does it hold a word with this letter?
+    pub fn has(&self, letter: u8) -> bool {
+        self.words.iter().any(|word| word.letter == letter)
+    }
+    /// G codes in tenths: G38.2 is 382.
+    pub fn g_codes(&self) -> impl Iterator<Item = u32> + '_ {
+        self.words.iter().filter(|word| word.letter == b'G').map(|word| (word.number * 10.0).round() as u32)
+    }
+    /// Does it bring a tool into the spindle?
+    pub fn tool_change(&self) -> bool {
+        self.has(b'T') || self.words.iter().any(|word| word.letter == b'M' && word.number == 6.0)
+    }
+    /// Our note, where there is one.
+    pub fn note(&self) -> Option<(&Span, &mark::Note)> {
+        self.ours.iter().find_map(|(span, ours)| match ours {
+            Ours::Note(note) => Some((span, note)),
+            Ours::Header => None,
+        })
+    }
+}
+
+fn steers(kind: TokenKind) -> bool {
+    matches!(kind, TokenKind::Name | TokenKind::Routine | TokenKind::Label | TokenKind::Call)
+}
+
+/// M97, M98, M99, G65 to G67, a program number, and Siemens' L call.
+fn calls(word: &Word) -> bool {
+    match word.letter {
+        b'M' => [97.0, 98.0, 99.0].contains(&word.number),
+        b'G' => [65.0, 66.0, 67.0, 66.1].contains(&word.number),
+        b'O' => true,
+        _ => false,
+    }
+}
+
+/// What words have switched, in text order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Modes {
+    /// Lengths in inches.
+    pub inch: bool,
+    /// G91.
+    pub incremental: bool,
+}
+
+impl Modes {
+    /// The modes from this block on.
+    pub fn after(mut self, view: &View) -> Self {
+        for code in view.g_codes() {
+            match code {
+                200 | 700 | 7000 => self.inch = true,
+                210 | 710 | 7100 => self.inch = false,
+                900 => self.incremental = false,
+                910 => self.incremental = true,
+                _ => {}
+            }
+        }
+        self
+    }
+    /// Millimetres in one unit of length.
+    pub fn unit_mm(self) -> f64 {
+        if self.inch { crate::units::MM_PER_INCH } else { 1.0 }
+    }
+}
+
+/// The bytes of a word's number.
+pub fn number_bytes<'a>(program: &'a Program, word: &Word) -> &'a [u8] {
+    let bytes = word.span.of(program.text());
+    let at = bytes.iter().position(|b| b.is_ascii_digit() || matches!(b, b'.' | b'+' | b'-'));
+    at.map_or(&[], |at| &bytes[at..])
+}
+
+/// Where a word's number stands.
+pub fn number_span(program: &Program, word: &Word) -> Span {
+    Span { start: word.span.end - number_bytes(program, word).len() as u32, end: word.span.end }
+}
+
+/// Manners of the whole file that one word does not show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Manners {
+    /// Are words set apart by blanks?
+    pub spaced: bool,
+    /// Is a zero written before the point?
+    pub leading_zero: bool,
+    /// Letters in lower case?
+    pub lower: bool,
+}
+
+impl Manners {
+    /// The manners of most words in the first 4000 lines.
+    pub fn of(program: &Program) -> Self {
+        let (mut spaced, mut zero, mut lower) = (0_i64, 0_i64, 0_i64);
+        for block in program.blocks().take(4000) {
+            let words = View::of(program, block).words;
+            for pair in words.windows(2) {
+                spaced += if pair[0].span.end < pair[1].span.start { 1 } else { -1 };
+            }
+            for word in &words {
+                let bytes = word.span.of(program.text());
+                lower += if bytes[0].is_ascii_lowercase() { 1 } else { -1 };
+                let number = number_bytes(program, word);
+                let unsigned = number.strip_prefix(b"-").or(number.strip_prefix(b"+")).unwrap_or(number);
+                zero += i64::from(unsigned.starts_with(b"0.")) - i64::from(unsigned.starts_with(b"."));
+            }
+        }
+        Self { spaced: spaced > 0, leading_zero: zero >= 0, lower: lower > 0 }
+    }
+}
+
+/// The line end of the program: that of its first line that has one.
+pub fn line_end(program: &Program) -> &'static [u8] {
+    let first = memchr::memchr(b'\n', program.text());
+    if first.is_some_and(|at| at > 0 && program.text()[at - 1] == b'\r') { b"\r\n" } else { b"\n" }
+}

@@ -1,0 +1,534 @@
+//! Wants → edits. In: the program, what each block wants, and how the file writes. Out: edits that change or insert F
+//! words, put pieces and restated feeds before blocks, and set or replace our comments.
+//!
+//! The writer walks the text in order and knows at each block whether the F in force is still the original's ([`Now`]).
+//! Before a block that is kept, or that steers the flow or hangs on the block-delete switch, a line of its own restates the
+//! original F if it is not in force; so every label, call and jump is passed with the original F, and a block that a jump
+//! may reach states its feed itself.
+
+use crate::ids::BlockId;
+use crate::machine::{Annotate, Job};
+use crate::nc::{Dialect, FeedMode, Program, Syntax, Toolpath};
+
+use super::Stats;
+use super::decimal::NumberStyle;
+use super::edit::Edit;
+use super::fword::{FeedUnit, round_down};
+use super::mark::{self, Note};
+use super::plan::{Piece, Plan, Want};
+use super::split::{self, Block};
+use super::view::{self, Manners, Modes, View, Word};
+
+/// An F number as text and value, with the unit it is in.
+#[derive(Debug, Clone, PartialEq)]
+struct Feed {
+    text: String,
+    value: f64,
+    mode: FeedMode,
+    unit_mm: f64,
+}
+
+impl Feed {
+    fn same(&self, other: &Feed) -> bool {
+        let close = (self.value - other.value).abs() <= 1e-9 * self.value.abs();
+        close && self.mode == other.mode && self.unit_mm == other.unit_mm
+    }
+}
+
+/// What is known of the F in force in the text being written.
+#[derive(Debug, Clone, PartialEq)]
+enum Now {
+    /// The one the original has here.
+    Original,
+    /// One of ours.
+    Ours(Feed),
+    /// Either, because a jump may arrive here.
+    Either,
+}
+
+/// How F words are written: letter with what follows it, and the number.
+#[derive(Debug, Clone)]
+struct Manner {
+    letter: Vec<u8>,
+    style: NumberStyle,
+}
+
+/// The writer's state.
+pub struct Writer<'a> {
+    program: &'a Program,
+    toolpath: &'a Toolpath,
+    job: &'a Job,
+    dialect: Dialect,
+    manners: Manners,
+    most_bytes: usize,
+    line_end: &'static [u8],
+    /// Numbered blocks may be reached by a jump.
+    jumps: bool,
+    modes: Modes,
+    now: Now,
+    /// The original F in force, where it is a plain number.
+    original: Option<Feed>,
+    /// The F of the program that the input was optimised from (the original's, unless a note remembers another).
+    reference: Option<String>,
+    manner: Manner,
+    tool_changed: bool,
+    last_number: Option<f64>,
+    marked: bool,
+    /// What was done.
+    pub edits: Vec<Edit>,
+    /// Counts.
+    pub stats: Stats,
+    /// Blocks left as they are, and why.
+    pub kept: Vec<(u32, String)>,
+}
+
+/// Changes of one block while they are gathered.
+#[derive(Default)]
+struct Change {
+    /// Lines before the block: code and note.
+    before: Vec<(Vec<u8>, Option<Note>)>,
+    /// Edits inside its code.
+    edits: Vec<Edit>,
+    /// Appended to its code.
+    append: Vec<u8>,
+    note: Option<Note>,
+    /// Leave a note that is already there.
+    leave_note: bool,
+}
+
+impl<'a> Writer<'a> {
+    /// A writer at the start of the text.
+    pub fn new(program: &'a Program, toolpath: &'a Toolpath, job: &'a Job) -> Self {
+        let dialect = program.dialect();
+        let manners = Manners::of(program);
+        let letter = vec![if manners.lower { b'f' } else { b'F' }];
+        let style = NumberStyle::of(b"0", manners.leading_zero);
+        Self {
+            program,
+            toolpath,
+            job,
+            dialect,
+            manners,
+            most_bytes: job.machine.max_line_length.unwrap_or(dialect.max_line_length()),
+            line_end: view::line_end(program),
+            jumps: program.blocks().any(|block| View::of(program, block).jumps),
+            modes: Modes { inch: toolpath.inch, incremental: false },
+            now: Now::Original,
+            original: None,
+            reference: None,
+            manner: Manner { letter, style },
+            tool_changed: false,
+            last_number: None,
+            marked: mark::is_ours(program),
+            edits: Vec::new(),
+            stats: Stats::default(),
+            kept: Vec::new(),
+        }
+    }
+
+    /// Writes one block; blocks must come in order.
+    pub fn block(&mut self, id: BlockId, plan: &Plan) {
+        let view = View::of(self.program, id);
+        self.modes = self.modes.after(&view);
+        self.tool_changed |= view.tool_change();
+        self.stats.f_words_before += view.words.iter().filter(|word| word.letter == b'F').count();
+        let numbered = view.only(b'N').map(|word| word.number);
+        if self.jumps && numbered.is_some() && self.now != Now::Original {
+            self.now = Now::Either;
+        }
+        let change = match &plan.want {
+            Want::Feeds(pieces) if !view.flow && !view.delete => self.feeds(id, plan, &view, pieces),
+            Want::Keep(why) => {
+                self.kept.push((self.program.line(id), (*why).to_owned()));
+                self.keep(&view, plan)
+            }
+            Want::Feeds(_) => {
+                self.kept.push((self.program.line(id), "it steers the flow of the program".to_owned()));
+                self.keep(&view, plan)
+            }
+            Want::Nothing if view.flow || view.delete => self.keep(&view, plan),
+            Want::Nothing => self.pass(&view),
+        };
+        self.emit(id, &view, change);
+        self.last_number = numbered.or(self.last_number);
+    }
+
+    /// A block without feed motion: its F word, if any, is the original's.
+    fn pass(&mut self, view: &View) -> Change {
+        self.take_original(view);
+        Change { leave_note: true, ..Change::default() }
+    }
+
+    /// A block that keeps its bytes: the original F is put in force before it.
+    fn keep(&mut self, view: &View, plan: &Plan) -> Change {
+        let mut change = Change { leave_note: true, ..Change::default() };
+        let restates_itself = (view.has(b'F') || view.computed_feed) && !view.delete;
+        if !restates_itself && self.now != Now::Original {
+            let inherited =
+                plan.word.and_then(|(block, span)| self.written_feed(block, span)).or(self.original.clone());
+            match inherited {
+                Some(feed) => {
+                    let note = Note { feed: feed.text.clone(), kept: true, ..Note::default() };
+                    change.before.push((self.f_word(&feed.text), Some(note)));
+                    self.now = Now::Original;
+                }
+                None => self.kept.push((0, "the feed before a kept block could not be restated".to_owned())),
+            }
+        }
+        self.take_original(view);
+        change
+    }
+
+    /// The F of the block comes from the input: the original's feed is in force after it.
+    fn take_original(&mut self, view: &View) {
+        if let Some(word) = view.words.iter().rfind(|word| word.letter == b'F') {
+            let mode = self.original.as_ref().map_or(FeedMode::PerMinute, |feed| feed.mode);
+            self.remember(view, word, mode);
+            if !view.delete {
+                self.now = Now::Original;
+            }
+        } else if view.computed_feed {
+            self.original = None;
+            self.now = Now::Original;
+        }
+    }
+
+    /// Notes the original feed and the manner of an F word of the input.
+    fn remember(&mut self, view: &View, word: &Word, mode: FeedMode) {
+        let number = view::number_bytes(self.program, word);
+        let text = String::from_utf8_lossy(number).into_owned();
+        let bytes = word.span.of(self.program.text());
+        let letter = bytes[..bytes.len() - number.len()].to_vec();
+        self.manner = Manner { letter, style: NumberStyle::of(number, self.manners.leading_zero) };
+        let was = view.note().filter(|(_, note)| note.feed == text).and_then(|(_, note)| note.was.clone());
+        self.reference = Some(was.unwrap_or_else(|| text.clone()));
+        self.original = Some(Feed { text, value: word.number, mode, unit_mm: self.modes.unit_mm() });
+    }
+
+    /// The F word at a place of the input, if its unit is the one in force.
+    fn written_feed(&self, block: BlockId, span: crate::diag::Span) -> Option<Feed> {
+        let view = View::of(self.program, block);
+        let word = view.words.iter().find(|word| word.span == span)?;
+        let text = String::from_utf8_lossy(view::number_bytes(self.program, word)).into_owned();
+        let known = self.original.as_ref()?;
+        Some(Feed { text, value: word.number, mode: known.mode, unit_mm: self.modes.unit_mm() })
+    }
+
+    fn f_word(&self, number: &str) -> Vec<u8> {
+        [self.manner.letter.as_slice(), number.as_bytes()].concat()
+    }
+
+    /// A block with new feeds.
+    fn feeds(&mut self, id: BlockId, plan: &Plan, view: &View, pieces: &[Piece]) -> Change {
+        let Some(first) = plan.first else { return Change::default() };
+        let motion = &self.toolpath.moves[first.ix()];
+        if let Some(word) = view.only(b'F') {
+            self.remember(view, word, motion.feed.mode);
+        } else if let Some((block, span)) = plan.word {
+            self.original = self.inherited(block, span, motion).or(self.original.take());
+        }
+        let usable = self.original.as_ref().is_some_and(|feed| self.explains(feed, motion)) && !view.computed_feed;
+        let numbers: Option<Vec<(Piece, Feed)>> = usable.then(|| self.numbers(pieces, motion)).flatten();
+        let Some(numbers) = numbers else {
+            self.kept.push((self.program.line(id), "its F word does not explain its feed".to_owned()));
+            return self.keep(view, plan);
+        };
+        let splits = numbers.len() > 1 && !(self.jumps && view.has(b'N')) && !plan.repeated && self.may_insert();
+        if splits {
+            let block = Block::new(self.program, self.toolpath, view, self.modes, self.manners, first);
+            let at: Vec<f64> = numbers[..numbers.len() - 1].iter().map(|(piece, _)| piece.to_mm).collect();
+            if let Some(cut) = split::split(&block, &at) {
+                return self.cut(view, plan, &numbers, cut);
+            }
+        }
+        let whole = if numbers.len() > 1 { self.least(pieces, motion) } else { numbers.into_iter().next() };
+        let mut change = Change::default();
+        if let Some((piece, feed)) = whole {
+            self.last_feed(view, plan, &piece, &feed, &mut change);
+        }
+        change
+    }
+
+    fn inherited(&self, block: BlockId, span: crate::diag::Span, motion: &crate::nc::Move) -> Option<Feed> {
+        let word = View::of(self.program, block).words.into_iter().find(|word| word.span == span)?;
+        let text = String::from_utf8_lossy(view::number_bytes(self.program, &word)).into_owned();
+        Some(Feed { text, value: word.number, mode: motion.feed.mode, unit_mm: self.modes.unit_mm() })
+    }
+
+    /// Is this F number, read in its unit, the feed of the move?
+    fn explains(&self, feed: &Feed, motion: &crate::nc::Move) -> bool {
+        let unit = self.unit(motion, motion.curve.length());
+        unit.is_usable() && (unit.f_of(motion.feed.mm_s) - feed.value).abs() <= 1e-6 * feed.value.abs()
+    }
+
+    fn unit(&self, motion: &crate::nc::Move, length_mm: f64) -> FeedUnit {
+        FeedUnit { mode: motion.feed.mode, unit_mm: self.modes.unit_mm(), rps: motion.spin.rps, length_mm }
+    }
+
+    /// Pieces with their F numbers; neighbours with one number are one piece.
+    fn numbers(&self, pieces: &[Piece], motion: &crate::nc::Move) -> Option<Vec<(Piece, Feed)>> {
+        let whole = motion.curve.length();
+        let mut out: Vec<(Piece, Feed)> = Vec::new();
+        let mut from = 0.0;
+        for piece in pieces {
+            let length = piece.to_mm.min(whole) - from;
+            from = piece.to_mm.min(whole);
+            let feed = self.number(piece.feed_mm_s, motion, if pieces.len() == 1 { whole } else { length })?;
+            match out.last_mut() {
+                Some((last, same)) if motion.feed.mode != FeedMode::InverseTime && same.same(&feed) => {
+                    last.to_mm = piece.to_mm;
+                }
+                _ => out.push((*piece, feed)),
+            }
+        }
+        Some(out)
+    }
+
+    fn number(&self, feed_mm_s: f64, motion: &crate::nc::Move, length_mm: f64) -> Option<Feed> {
+        let original = self.original.as_ref()?;
+        let whole = (length_mm - motion.curve.length()).abs() <= 1e-9;
+        let per_block = motion.feed.mode == FeedMode::InverseTime && !whole;
+        if !per_block && (feed_mm_s - motion.feed.mm_s).abs() <= 1e-9 * motion.feed.mm_s {
+            return Some(original.clone());
+        }
+        let mut style = self.manner.style;
+        style.point |= self.dialect.feed_needs_point(self.modes.inch);
+        let number = round_down(feed_mm_s, self.unit(motion, length_mm), style, self.dialect)?;
+        Some(Feed { text: style.write(number), value: number.value(), ..original.clone() })
+    }
+
+    fn least(&self, pieces: &[Piece], motion: &crate::nc::Move) -> Option<(Piece, Feed)> {
+        let piece = pieces.iter().copied().reduce(|a, b| if b.feed_mm_s < a.feed_mm_s { b } else { a })?;
+        let feed = self.number(piece.feed_mm_s, motion, motion.curve.length())?;
+        Some((piece, feed))
+    }
+
+    /// May lines be put in? Heidenhain counts its lines.
+    fn may_insert(&self) -> bool {
+        self.dialect != Dialect::Heidenhain
+    }
+
+    /// A block in pieces.
+    fn cut(&mut self, view: &View, plan: &Plan, numbers: &[(Piece, Feed)], cut: split::Pieces) -> Change {
+        let mut change = Change { edits: cut.edits, ..Change::default() };
+        let sep: &[u8] = if self.manners.spaced { b" " } else { b"" };
+        for ((piece, feed), mut code) in numbers.iter().zip(cut.before) {
+            let mut note = None;
+            if self.must_say(feed, plan) {
+                code.extend_from_slice(sep);
+                code.extend(self.f_word(&feed.text));
+                note = self.note(piece, feed, plan);
+                self.now = self.now_after(feed);
+            }
+            change.before.push((code, note));
+        }
+        if let Some((piece, feed)) = numbers.last() {
+            self.last_feed(view, plan, piece, feed, &mut change);
+        }
+        change
+    }
+
+    fn now_after(&self, feed: &Feed) -> Now {
+        if self.original.as_ref().is_some_and(|original| original.text == feed.text) {
+            Now::Original
+        } else {
+            Now::Ours(feed.clone())
+        }
+    }
+
+    /// Does a block without F need one to run at this feed?
+    fn must_say(&mut self, feed: &Feed, plan: &Plan) -> bool {
+        let said = match &self.now {
+            Now::Original => self.original.as_ref().is_some_and(|original| original.same(feed)) && plan.word.is_some(),
+            Now::Ours(ours) => ours.same(feed) && !self.tool_changed,
+            Now::Either => false,
+        };
+        let says = !said || plan.repeated && self.now != Now::Original || feed.mode == FeedMode::InverseTime;
+        self.tool_changed = false;
+        says
+    }
+
+    /// The feed of the block itself (its last piece).
+    fn last_feed(&mut self, view: &View, plan: &Plan, piece: &Piece, feed: &Feed, change: &mut Change) {
+        if let Some(word) = view.only(b'F') {
+            let span = view::number_span(self.program, word);
+            if span.of(self.program.text()) == feed.text.as_bytes() {
+                change.leave_note = true;
+            } else {
+                change.edits.push(Edit::replace(span, feed.text.as_bytes()));
+                self.stats.f_words_changed += 1;
+            }
+            self.tool_changed = false;
+        } else if self.must_say(feed, plan) {
+            if self.manners.spaced {
+                change.append.push(b' ');
+            }
+            change.append.extend(self.f_word(&feed.text));
+            self.stats.f_words_inserted += 1;
+        } else {
+            if self.job.output.annotate == Annotate::Full {
+                change.note = self.note(piece, feed, plan);
+            }
+            return;
+        }
+        change.note = self.note(piece, feed, plan);
+        self.now = self.now_after(feed);
+    }
+
+    /// The note for a feed, as far as annotation is asked for.
+    fn note(&self, piece: &Piece, feed: &Feed, plan: &Plan) -> Option<Note> {
+        let differs = self.reference.as_ref().is_none_or(|reference| *reference != feed.text);
+        let wanted = match self.job.output.annotate {
+            Annotate::None => false,
+            Annotate::Changes => differs,
+            Annotate::Full => true,
+        };
+        let tool = plan.first.map(|id| self.toolpath.moves[id.ix()].tool).filter(|&tool| tool > 0);
+        wanted.then(|| Note {
+            feed: feed.text.clone(),
+            was: self.reference.clone().filter(|_| differs),
+            limit: Some(piece.limit),
+            percent: None,
+            tool,
+            kept: false,
+        })
+    }
+
+    /// Turns the gathered changes of a block into edits.
+    fn emit(&mut self, id: BlockId, view: &View, mut change: Change) {
+        let start = self.program.span(id).start;
+        let untouched = change.before.is_empty() && change.edits.is_empty() && change.append.is_empty();
+        self.stats.f_words_after += usize::from(view.has(b'F')) + usize::from(!change.append.is_empty());
+        if !self.fits(view, &change, id) && !change.append.is_empty() {
+            let word = change.append.trim_ascii().to_vec();
+            change.before.push((word, change.note.take()));
+            change.append.clear();
+        }
+        self.emit_before(start, view, &change.before);
+        let leave = change.leave_note || (untouched && change.note.is_none());
+        let note = self.note_edit(id, view, &change, leave);
+        if !change.append.is_empty() {
+            self.edits.push(Edit::insert(self.append_at(view), change.append));
+        }
+        self.edits.extend(change.edits);
+        self.edits.extend(note);
+    }
+
+    /// Bytes of the block's line after its edits, without a note.
+    fn new_length(&self, view: &View, change: &Change, id: BlockId) -> usize {
+        let line = (view.line_end - self.program.span(id).start) as usize;
+        let removed: usize = change.edits.iter().map(|edit| edit.span.len()).sum();
+        line + change.append.len() + change.edits.iter().map(|edit| edit.text.len()).sum::<usize>() - removed
+    }
+
+    fn fits(&self, view: &View, change: &Change, id: BlockId) -> bool {
+        self.new_length(view, change, id) <= self.most_bytes
+    }
+
+    /// Where a word is put in: after the code; in plain language before the M functions.
+    fn append_at(&self, view: &View) -> u32 {
+        let m = view.words.iter().find(|word| word.letter == b'M' && self.dialect == Dialect::Heidenhain);
+        m.map_or(view.code_end, |word| mark::with_blank_before(self.program.text(), word.span).start)
+    }
+
+    fn note_edit(&self, id: BlockId, view: &View, change: &Change, leave: bool) -> Option<Edit> {
+        let there = view.note();
+        if leave && (there.is_some() || change.note.is_none()) {
+            return None;
+        }
+        let text =
+            change.note.as_ref().map(|note| [b" ".as_slice(), &mark::comment(self.dialect, &note.text())].concat());
+        let room = self.most_bytes.saturating_sub(self.new_length(view, change, id));
+        let old = there.map_or(0, |(span, _)| span.len());
+        let text = text.filter(|text| text.len() <= room + old && self.may_note(view));
+        match (there, text) {
+            (Some((span, _)), Some(text)) => Some(Edit::replace(*span, text)),
+            (Some((span, _)), None) => Some(Edit::replace(*span, *b"")),
+            (None, Some(text)) => Some(Edit::insert(self.note_at(view), text)),
+            (None, None) => None,
+        }
+    }
+
+    fn note_at(&self, view: &View) -> u32 {
+        if self.dialect.syntax() == Syntax::Rs274 { view.code_end } else { view.line_end }
+    }
+
+    /// A comment that runs to the end of the line can have none after it, and one of ours may not be the last that stands
+    /// after a comment the control acts on.
+    fn may_note(&self, view: &View) -> bool {
+        let inside = view.user_comment_at.is_some_and(|at| at < view.code_end);
+        match self.dialect.syntax() {
+            Syntax::Rs274 => !inside,
+            _ => view.user_comment_at.is_none(),
+        }
+    }
+
+    /// The lines put before a block, numbered where the block is and there is room between the numbers.
+    fn emit_before(&mut self, start: u32, view: &View, lines: &[(Vec<u8>, Option<Note>)]) {
+        if lines.is_empty() {
+            return;
+        }
+        let numbers = self.line_numbers(view, lines.len());
+        let mut out = Vec::new();
+        for (index, (code, note)) in lines.iter().enumerate() {
+            let begin = out.len();
+            if let Some(numbers) = &numbers {
+                out.extend_from_slice(numbers[index].as_bytes());
+                out.extend_from_slice(if self.manners.spaced { b" " } else { b"" });
+            }
+            out.extend_from_slice(code.trim_ascii());
+            let comment = note.as_ref().filter(|_| self.job.output.annotate != Annotate::None);
+            if let Some(note) = comment {
+                let text = mark::comment(self.dialect, &note.text());
+                if out.len() - begin + 1 + text.len() <= self.most_bytes {
+                    out.push(b' ');
+                    out.extend(text);
+                }
+            }
+            out.extend_from_slice(self.line_end);
+            self.stats.f_words_after += usize::from(code.iter().any(|b| b.eq_ignore_ascii_case(&b'F')));
+        }
+        self.stats.blocks_added += lines.len();
+        self.edits.push(Edit::insert(start, out));
+    }
+
+    /// Numbers between the last block's and this one's, evenly spaced; `None` where the program has none, or no room.
+    fn line_numbers(&self, view: &View, count: usize) -> Option<Vec<String>> {
+        let word = view.only(b'N')?;
+        let (last, next) = (self.last_number?, word.number);
+        let step = ((next - last) / (count as f64 + 1.0)).floor();
+        if step < 1.0 || last.fract() != 0.0 || next.fract() != 0.0 {
+            return None;
+        }
+        let number = view::number_bytes(self.program, word);
+        let style = NumberStyle::of(number, true);
+        let bytes = word.span.of(self.program.text());
+        let letter = String::from_utf8_lossy(&bytes[..bytes.len() - number.len()]).into_owned();
+        let text = |k: usize| style.write(super::decimal::Decimal::nearest(last + step * k as f64, 0));
+        Some((1..=count).map(|k| format!("{letter}{}", text(k))).collect())
+    }
+
+    /// Puts the mark of the file in, unless it is there: a line before the first block of code, or in plain language (whose
+    /// lines are counted) at the end of the first motion.
+    pub fn header(&mut self) {
+        if self.marked {
+            return;
+        }
+        let text = mark::comment(self.dialect, &mark::header_text());
+        let views = self.program.blocks().map(|block| (block, View::of(self.program, block)));
+        if self.may_insert() {
+            let mut code = views.filter(|(_, view)| !view.empty && !view.flow && !view.words.is_empty());
+            if let Some((block, _)) = code.next() {
+                let line = [text.as_slice(), self.line_end].concat();
+                self.edits.insert(0, Edit::insert(self.program.span(block).start, line));
+                self.stats.blocks_added += 1;
+            }
+            return;
+        }
+        let mut motions =
+            views.filter(|(_, view)| view.has(b'X') && view.user_comment_at.is_none() && view.ours.is_empty());
+        if let Some((_, view)) = motions.next() {
+            self.edits.push(Edit::insert(view.line_end, [b" ".as_slice(), &text].concat()));
+        }
+    }
+}
