@@ -1,6 +1,20 @@
 //! Cutter–workpiece engagement. In: toolpath, tools, stock. Out: an [`EngagementMap`]: for every feed move the stations,
 //! each with the engaged arcs of the cutter's slices and the removal rate.
+//!
+//! The height field of [`crate::stock`] only nominates earlier moves ([`nominate`]); the arcs are worked out exactly from
+//! what those moves swept ([`arcs`]). [`batch`] runs both over the tiles of the stock, [`stations`] joins sampled points
+//! into stations, [`simulate`] is the loop over the program.
 
+pub mod arcs;
+pub mod batch;
+pub mod cutter;
 pub mod map;
+pub mod nominate;
+pub mod options;
+pub mod simulate;
+pub mod stations;
+pub mod workpiece;
 
 pub use map::{EngagedArc, EngagementMap, Event, EventKind, Station, StationFlags};
+pub use options::{EngageError, Loader, Options};
+pub use simulate::engage;

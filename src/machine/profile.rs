@@ -137,6 +137,34 @@ impl Profile {
     pub fn max_radius(&self) -> f64 {
         self.segments.iter().map(|segment| segment.at(0.0).0[0].max(segment.at(1.0).0[0])).fold(0.0, f64::max)
     }
+    /// Radius of the ball when this is a ball end mill (its arc reaches the full width).
+    pub fn as_ball(&self) -> Option<f64> {
+        match self.segments.first()? {
+            Segment::Arc { centre, radius, from_rad, to_rad } => {
+                let half = centre[0] == 0.0 && *from_rad == -FRAC_PI_2 && *to_rad == 0.0;
+                (half && self.max_radius() <= *radius).then_some(*radius)
+            }
+            Segment::Line { .. } => None,
+        }
+    }
+    /// Radius of the bottom flat and of the corner when this is a bull-nose end mill.
+    pub fn as_bull(&self) -> Option<[f64; 2]> {
+        match self.segments.as_slice() {
+            [Segment::Line { from, to }, Segment::Arc { centre, radius, from_rad, to_rad }, rest @ ..] => {
+                let quarter = *from_rad == -FRAC_PI_2 && *to_rad == 0.0;
+                let foot = from[1] == to[1] && to[0] == centre[0] && (centre[1] - radius).abs() < 1e-12;
+                let wide = rest.iter().all(|segment| segment.at(1.0).0[0] <= centre[0] + radius);
+                (quarter && foot && wide).then_some([to[0], *radius])
+            }
+            _ => None,
+        }
+    }
+    /// True for a flat end mill: a bottom line and a cylindrical side.
+    pub fn is_flat(&self) -> bool {
+        let r = self.max_radius();
+        matches!(self.segments.first(), Some(Segment::Line { from, to }) if from[1] == to[1] && to[0] == r)
+            && self.segments[1..].iter().all(|segment| segment.at(0.0).0[0] == r && segment.at(1.0).0[0] == r)
+    }
     /// Height of the outline, mm.
     pub fn height(&self) -> f64 {
         self.segments.last().map_or(0.0, |segment| segment.at(1.0).0[1])
@@ -146,11 +174,31 @@ impl Profile {
     pub fn height_at(&self, r: f64) -> Option<f64> {
         self.segments.iter().filter_map(|segment| segment_height_at(segment, r)).reduce(f64::min)
     }
+    /// Radius of the disc that the cutter, standing still, keeps clear at height `z` above its tip, counting everything
+    /// below that height (a height field cannot hold what overhangs). `None` below the tip.
+    pub fn radius_below(&self, z: f64) -> Option<f64> {
+        self.segments.iter().filter_map(|segment| segment_radius_below(segment, z)).reduce(f64::max)
+    }
     /// Rings of at most `step_mm` along the outline, from the tip up. The step of each segment is equal.
     pub fn slices(&self, step_mm: f64) -> Vec<Slice> {
+        self.slices_by(|_| step_mm)
+    }
+    /// The rings engagement is worked out for: 24 on a quarter circle (between 0.05 and 0.5 mm each), R/6 (0.1 to 0.5 mm)
+    /// on a cylindrical side, R/8 (0.05 to 1 mm) on a flat bottom, 24 on a cone.
+    pub fn rings(&self) -> Vec<Slice> {
+        let r = self.max_radius();
+        self.slices_by(|segment| match segment {
+            Segment::Arc { radius, .. } => (radius * PI / 48.0).clamp(0.05, 0.5),
+            Segment::Line { from, to } if from[0] == to[0] => (r / 6.0).clamp(0.1, 0.5),
+            Segment::Line { from, to } if from[1] == to[1] => (r / 8.0).clamp(0.05, 1.0),
+            Segment::Line { .. } => (segment.length() / 24.0).clamp(0.05, 0.5),
+        })
+    }
+    fn slices_by(&self, step_mm: impl Fn(&Segment) -> f64) -> Vec<Slice> {
         let mut slices = Vec::new();
         for (index, segment) in self.segments.iter().enumerate() {
             let length = segment.length();
+            let step_mm = step_mm(segment);
             let count = ((length / step_mm - 1e-9).ceil() as usize).max(1);
             if length <= 0.0 {
                 continue;
@@ -162,6 +210,32 @@ impl Profile {
             }
         }
         slices
+    }
+}
+
+fn segment_radius_below(segment: &Segment, z: f64) -> Option<f64> {
+    match segment {
+        Segment::Line { from, to } => {
+            let (low, high) = if from[1] <= to[1] { (from, to) } else { (to, from) };
+            if z < low[1] {
+                None
+            } else if z >= high[1] {
+                Some(low[0].max(high[0]))
+            } else {
+                let t = (z - low[1]) / (high[1] - low[1]);
+                Some(low[0].max(low[0] + t * (high[0] - low[0])))
+            }
+        }
+        Segment::Arc { centre, radius, from_rad, to_rad } => {
+            let (a, b) = (from_rad.min(*to_rad), from_rad.max(*to_rad));
+            let sine = (z - centre[1]) / radius;
+            if sine < a.sin() {
+                return None;
+            }
+            let angle = sine.min(1.0).asin().min(b);
+            let widest = if a <= 0.0 && angle >= 0.0 { 0.0 } else { angle };
+            Some(centre[0] + radius * widest.cos())
+        }
     }
 }
 

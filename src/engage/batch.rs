@@ -1,0 +1,220 @@
+//! One batch of the simulation: nomination and sweeping tile by tile, then arcs sample by sample. In: the fields as they
+//! are before the batch, its elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample.
+//!
+//! Tiles are worked in parallel, each through its own operations in order of execution; what they say about a sample is
+//! merged in the order of the tiles, so the result does not depend on the number of threads.
+
+use super::arcs::{Cut, RawArc, Scene, arcs_at};
+use super::cutter::Cutter;
+use super::nominate::{Mark, Nominations, Sample, Scratch, nominate};
+use crate::stock::{Field, Tile, sweep};
+use rayon::prelude::*;
+
+/// What is known of a sample.
+#[derive(Debug, Clone, Default)]
+pub struct Outcome {
+    /// Its arcs, sorted by slice.
+    pub arcs: Vec<RawArc>,
+    /// Their removal area.
+    pub cut: Cut,
+    /// Nothing stands within the clearance.
+    pub clear: bool,
+}
+
+/// What happened in a batch.
+#[derive(Debug, Default)]
+pub struct BatchResult {
+    /// One outcome per sample.
+    pub outcomes: Vec<Outcome>,
+    /// Volumes removed by the elements that were to be watched: (element, mm³).
+    pub watched: Vec<(u32, f64)>,
+}
+
+/// One step of a tile.
+#[derive(Debug, Clone, Copy)]
+enum Operation {
+    Nominate(u32),
+    Sweep(u32),
+}
+
+/// Simulates the elements `elements` (indices into the scene); `samples` are sorted by element; the volume removed by an
+/// element is measured where `watch(element)`.
+pub fn run(
+    scene: &Scene,
+    fields: &mut [Field],
+    elements: std::ops::Range<u32>,
+    samples: &[Sample],
+    watch: impl Fn(u32) -> bool + Sync,
+) -> BatchResult {
+    let operations = assign(scene, fields, elements, samples);
+    let tiles: Vec<&mut Tile> = fields.iter_mut().flat_map(|field| field.tiles.iter_mut()).collect();
+    let said: Vec<(Nominations, Vec<(u32, f64)>)> = tiles
+        .into_par_iter()
+        .zip(operations)
+        .map(|(tile, operations)| work_tile(scene, tile, samples, &operations, &watch))
+        .collect();
+    let mut watched: Vec<(u32, f64)> = said.iter().flat_map(|(_, watched)| watched.iter().copied()).collect();
+    watched.sort_by_key(|(element, _)| *element);
+    let merged = Merged::new(&said, samples.len());
+    let outcomes = (0..samples.len())
+        .into_par_iter()
+        .with_min_len(64)
+        .map_init(Gathered::default, |gathered, index| {
+            outcome(scene, &samples[index], &said, merged.of(index), gathered)
+        })
+        .collect();
+    BatchResult { outcomes, watched }
+}
+
+/// Operations of every tile, in order of execution.
+fn assign(scene: &Scene, fields: &[Field], elements: std::ops::Range<u32>, samples: &[Sample]) -> Vec<Vec<Operation>> {
+    let count = fields.iter().map(|field| field.tiles.len()).sum();
+    let mut operations: Vec<Vec<Operation>> = vec![Vec::new(); count];
+    let mut put = |low: [f64; 2], high: [f64; 2], bottom: f64, operation: Operation| {
+        let mut first = 0;
+        for field in fields {
+            if bottom < field.extent.max.z {
+                for tile in field.tiles_under(low, high) {
+                    operations[first + tile].push(operation);
+                }
+            }
+            first += field.tiles.len();
+        }
+    };
+    let mut next = 0;
+    for index in elements {
+        let element = &scene.elements[index as usize];
+        let cutter = &scene.cutters[element.cutter as usize];
+        while next < samples.len() && samples[next].element == index {
+            let sample = &samples[next];
+            let reach = cutter.form.radius + sample.clearance_mm.max(cutter.margin);
+            let [x, y] = [sample.tip.x, sample.tip.y];
+            let bottom = sample.tip.z - sample.clearance_mm;
+            put([x - reach, y - reach], [x + reach, y + reach], bottom, Operation::Nominate(next as u32));
+            next += 1;
+        }
+        let (low, high) = element.track.bounds();
+        let reach = cutter.form.radius + cutter.margin;
+        put([low.x - reach, low.y - reach], [high.x + reach, high.y + reach], low.z, Operation::Sweep(index));
+    }
+    operations
+}
+
+fn work_tile(
+    scene: &Scene,
+    tile: &mut Tile,
+    samples: &[Sample],
+    operations: &[Operation],
+    watch: &(impl Fn(u32) -> bool + Sync),
+) -> (Nominations, Vec<(u32, f64)>) {
+    let (mut said, mut watched, mut scratch) = (Nominations::default(), Vec::new(), Scratch::default());
+    for operation in operations {
+        match *operation {
+            Operation::Nominate(number) => {
+                let sample = &samples[number as usize];
+                nominate(tile, number, sample, cutter_of(scene, sample), &mut scratch, &mut said);
+            }
+            Operation::Sweep(index) => {
+                let element = &scene.elements[index as usize];
+                let form = &scene.cutters[element.cutter as usize].form;
+                if watch(index) {
+                    let (low, high) = element.track.bounds();
+                    let r = form.radius;
+                    let window = ([low.x - r, low.y - r], [high.x + r, high.y + r]);
+                    let before = tile.volume_in_mm3(window.0, window.1);
+                    sweep(tile, &element.track, form, index);
+                    let removed = before - tile.volume_in_mm3(window.0, window.1);
+                    if removed > 0.0 {
+                        watched.push((index, removed));
+                    }
+                } else {
+                    sweep(tile, &element.track, form, index);
+                }
+            }
+        }
+    }
+    if !operations.is_empty() {
+        tile.update_highest();
+    }
+    (said, watched)
+}
+
+fn cutter_of<'a>(scene: &'a Scene, sample: &Sample) -> &'a Cutter {
+    &scene.cutters[sample.cutter as usize]
+}
+
+/// Where the tiles speak of each sample.
+struct Merged {
+    first: Vec<u32>,
+    /// (tile, entry, first mark, first candidate)
+    places: Vec<[u32; 4]>,
+}
+
+impl Merged {
+    fn new(said: &[(Nominations, Vec<(u32, f64)>)], samples: usize) -> Self {
+        let mut first = vec![0u32; samples + 1];
+        for entry in said.iter().flat_map(|(said, _)| &said.entries) {
+            first[entry.sample as usize + 1] += 1;
+        }
+        for k in 0..samples {
+            first[k + 1] += first[k];
+        }
+        let mut at = first.clone();
+        let mut places = vec![[0; 4]; first[samples] as usize];
+        for (tile, (said, _)) in said.iter().enumerate() {
+            let (mut marks, mut candidates) = (0, 0);
+            for (index, entry) in said.entries.iter().enumerate() {
+                let slot = &mut at[entry.sample as usize];
+                places[*slot as usize] = [tile as u32, index as u32, marks, candidates];
+                *slot += 1;
+                marks += entry.marks;
+                candidates += entry.candidates;
+            }
+        }
+        Self { first, places }
+    }
+    fn of(&self, sample: usize) -> &[[u32; 4]] {
+        &self.places[self.first[sample] as usize..self.first[sample + 1] as usize]
+    }
+}
+
+/// Working space of [`outcome`].
+#[derive(Default)]
+struct Gathered {
+    marks: Vec<Mark>,
+    candidates: Vec<u32>,
+}
+
+fn outcome(
+    scene: &Scene,
+    sample: &Sample,
+    said: &[(Nominations, Vec<(u32, f64)>)],
+    places: &[[u32; 4]],
+    gathered: &mut Gathered,
+) -> Outcome {
+    gathered.marks.clear();
+    gathered.candidates.clear();
+    let mut clear = scene.clear_of_fixtures(sample);
+    for [tile, index, mark, candidate] in places {
+        let said = &said[*tile as usize].0;
+        let entry = &said.entries[*index as usize];
+        clear &= entry.clear;
+        gathered.marks.extend_from_slice(&said.marks[*mark as usize..(mark + entry.marks) as usize]);
+        let candidates = &said.candidates[*candidate as usize..(candidate + entry.candidates) as usize];
+        gathered.candidates.extend_from_slice(candidates);
+    }
+    gathered.marks.sort_by_key(|mark| mark.band);
+    gathered.marks.dedup_by(|next, kept| {
+        let one = next.band == kept.band;
+        if one {
+            kept.bins |= next.bins;
+            kept.top = kept.top.max(next.top);
+        }
+        one
+    });
+    gathered.candidates.sort_unstable();
+    gathered.candidates.dedup();
+    let mut outcome = Outcome { clear, ..Outcome::default() };
+    outcome.cut = arcs_at(scene, sample, &gathered.marks, &gathered.candidates, &mut outcome.arcs);
+    outcome
+}

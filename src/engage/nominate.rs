@@ -1,0 +1,246 @@
+//! Nomination: what the grid says around one cutter position. In: a tile as it is before the move, a sample. Out: per band
+//! the directions in which material may be met, the elements that lowered the cells there and beside them, and whether
+//! nothing stands within the clearance asked for.
+//!
+//! A cell at distance d from the axis matters to a band when |d − r| is within a cell and a half and the cell stands higher
+//! than the band's lowest point. Directions are kept as 64 bins of the diamond angle from the feed direction.
+
+use super::cutter::Cutter;
+use crate::path::Vec3;
+use crate::stock::{Tile, UNTOUCHED};
+
+/// A point of the path at which engagement is worked out.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// Element it lies on.
+    pub element: u32,
+    /// Distance along the element, mm.
+    pub along_mm: f64,
+    /// Distance along the move, mm.
+    pub s_mm: f64,
+    /// Tip of the tool, mm.
+    pub tip: Vec3,
+    /// Unit horizontal direction of the feed (the last one under a vertical feed).
+    pub dir: [f64; 2],
+    /// Horizontal and vertical part of the unit tangent.
+    pub tangent: [f64; 2],
+    /// Index of its cutter.
+    pub cutter: u16,
+    /// Clearance within which nothing may stand for air feed, mm.
+    pub clearance_mm: f64,
+}
+
+/// Directions in which a band may meet material.
+#[derive(Debug, Clone, Copy)]
+pub struct Mark {
+    /// Band.
+    pub band: u16,
+    /// Highest cell that matters to it, mm.
+    pub top: f32,
+    /// Bins of the diamond angle.
+    pub bins: u64,
+}
+
+/// What one tile says about one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Nomination {
+    /// The sample, by its number in the batch.
+    pub sample: u32,
+    /// Number of its marks.
+    pub marks: u32,
+    /// Number of its candidates.
+    pub candidates: u32,
+    /// Nothing stands within the clearance.
+    pub clear: bool,
+}
+
+/// What one tile says about the samples of a batch, in order.
+#[derive(Debug, Clone, Default)]
+pub struct Nominations {
+    /// One entry a sample.
+    pub entries: Vec<Nomination>,
+    /// Marks, one entry's after the other's.
+    pub marks: Vec<Mark>,
+    /// Candidates likewise.
+    pub candidates: Vec<u32>,
+}
+
+/// Working space of [`nominate`].
+#[derive(Debug, Default)]
+pub struct Scratch {
+    bins: Vec<u64>,
+    tops: Vec<f32>,
+    seen: Vec<u32>,
+    found: Vec<u32>,
+}
+
+/// Height by which a cell may miss the material beside it, as a part of the cell.
+const SLACK: f64 = 0.1;
+
+/// Appends what `tile` says about `sample`.
+pub fn nominate(tile: &Tile, number: u32, sample: &Sample, cutter: &Cutter, work: &mut Scratch, out: &mut Nominations) {
+    let found = mark_cells(tile, sample, cutter, work);
+    let (first_mark, first_candidate) = (out.marks.len(), out.candidates.len());
+    if found {
+        for (band, bins) in work.bins.iter().enumerate() {
+            if *bins != 0 {
+                out.marks.push(Mark { band: band as u16, top: work.tops[band], bins: *bins });
+            }
+        }
+        work.found.sort_unstable();
+        out.candidates.extend_from_slice(&work.found);
+    }
+    out.entries.push(Nomination {
+        sample: number,
+        marks: (out.marks.len() - first_mark) as u32,
+        candidates: (out.candidates.len() - first_candidate) as u32,
+        clear: !found && is_clear(tile, sample, cutter),
+    });
+}
+
+/// Marks the bands; true when there was anything to mark.
+fn mark_cells(tile: &Tile, sample: &Sample, cutter: &Cutter, work: &mut Scratch) -> bool {
+    let [horizontal, vertical] = sample.tangent;
+    if horizontal < 1e-9 && vertical >= 0.0 {
+        return false;
+    }
+    let near = cutter.near(vertical);
+    let slack = (SLACK * cutter.margin / 1.5) as f32;
+    let tip = sample.tip.z as f32;
+    let lowest = near.lowest.iter().copied().fold(f32::INFINITY, f32::min);
+    if tile.highest <= tip + lowest - slack {
+        return false;
+    }
+    work.start(cutter.bands.len());
+    let [inner, outer] = near.range_mm();
+    let behind = if vertical < 0.0 { f64::NEG_INFINITY } else { -cutter.margin };
+    let [columns, rows] =
+        tile.window([sample.tip.x - outer, sample.tip.y - outer], [sample.tip.x + outer, sample.tip.y + outer]);
+    let (rows, columns) = (clip(rows, tile.core[1]), clip(columns, tile.core[0]));
+    let mut found = false;
+    let (inner2, outer2) = ((inner * inner) as f32, (outer * outer) as f32);
+    let dir = sample.dir.map(|d| d as f32);
+    for j in rows {
+        let y = (tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y) as f32;
+        let mut last = usize::MAX;
+        for i in columns.clone() {
+            let height = tile.heights[j * tile.size[0] + i];
+            if height <= tip + lowest - slack {
+                continue;
+            }
+            let x = (tile.first[0] + i as f64 * tile.cell[0] - sample.tip.x) as f32;
+            let d2 = x * x + y * y;
+            let forward = x * dir[0] + y * dir[1];
+            if d2 < inner2 || d2 > outer2 || f64::from(forward) < behind {
+                continue;
+            }
+            let bin = near.bin(d2.sqrt());
+            if height <= tip + near.lowest[bin] - slack {
+                continue;
+            }
+            found = true;
+            work.mark(near.bands(bin), cutter, height, tip - slack, [forward, y * dir[0] - x * dir[1]]);
+            work.gather(tile, i, j, last + 1 == i);
+            last = i;
+        }
+    }
+    found
+}
+
+fn clip(range: std::ops::Range<usize>, core: [usize; 2]) -> std::ops::Range<usize> {
+    range.start.max(core[0])..range.end.min(core[1])
+}
+
+impl Scratch {
+    fn start(&mut self, bands: usize) {
+        self.bins.clear();
+        self.bins.resize(bands, 0);
+        self.tops.clear();
+        self.tops.resize(bands, f32::NEG_INFINITY);
+        self.seen.clear();
+        self.seen.resize(SEEN, UNTOUCHED);
+        self.found.clear();
+    }
+    /// Marks the bands that a cell of this height matters to; `at` is (forward, left).
+    fn mark(&mut self, bands: &[u16], cutter: &Cutter, height: f32, base: f32, at: [f32; 2]) {
+        let bin = (diamond(at) * 16.0) as u32 & 63;
+        for &index in bands {
+            let band = &cutter.bands[index as usize];
+            if height <= base + band.low as f32 {
+                continue;
+            }
+            let spread = (1.5 * cutter.margin / band.radius.max(1e-6) * 16.0).ceil();
+            let bits = if spread >= 31.0 {
+                u64::MAX
+            } else {
+                let spread = spread as u32;
+                ((1u64 << (2 * spread + 1)) - 1).rotate_left((bin + 64 - spread) & 63)
+            };
+            self.bins[index as usize] |= bits;
+            let top = &mut self.tops[index as usize];
+            *top = top.max(height);
+        }
+    }
+    /// Collects the provenance of the 3 × 3 cells about (i, j); only the new column when the cell before was done.
+    fn gather(&mut self, tile: &Tile, i: usize, j: usize, neighbour_done: bool) {
+        let columns = if neighbour_done { i + 1 } else { i.saturating_sub(1) }..(i + 2).min(tile.size[0]);
+        for row in j.saturating_sub(1)..(j + 2).min(tile.size[1]) {
+            for id in &tile.ids[row * tile.size[0]..][columns.start.min(columns.end)..columns.end] {
+                self.collect(*id);
+            }
+        }
+    }
+    fn collect(&mut self, id: u32) {
+        let slot = &mut self.seen[id.wrapping_mul(0x9E37_79B1) as usize >> (32 - SEEN_BITS)];
+        if id == *slot || id == UNTOUCHED {
+            return;
+        }
+        *slot = id;
+        self.found.push(id);
+    }
+}
+
+const SEEN_BITS: u32 = 7;
+const SEEN: usize = 1 << SEEN_BITS;
+
+/// Diamond angle of (forward, left): 0 ahead, 1 left, 2 behind, 3 right.
+pub fn diamond([x, y]: [f32; 2]) -> f32 {
+    let sum = x.abs() + y.abs();
+    if sum == 0.0 {
+        return 0.0;
+    }
+    match (x >= 0.0, y >= 0.0) {
+        (true, true) => y / sum,
+        (false, true) => 1.0 - x / sum,
+        (false, false) => 2.0 - y / sum,
+        (true, false) => 3.0 + x / sum,
+    }
+}
+
+/// True when no cell of the tile stands within the clearance of the cutter.
+fn is_clear(tile: &Tile, sample: &Sample, cutter: &Cutter) -> bool {
+    let grow = sample.clearance_mm;
+    let base = sample.tip.z - grow;
+    if f64::from(tile.highest) <= base {
+        return true;
+    }
+    let reach = cutter.form.radius + grow;
+    let [columns, rows] =
+        tile.window([sample.tip.x - reach, sample.tip.y - reach], [sample.tip.x + reach, sample.tip.y + reach]);
+    let (rows, columns) = (clip(rows, tile.core[1]), clip(columns, tile.core[0]));
+    for j in rows {
+        let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
+        for i in columns.clone() {
+            let height = f64::from(tile.heights[j * tile.size[0] + i]);
+            if height <= base {
+                continue;
+            }
+            let x = tile.first[0] + i as f64 * tile.cell[0] - sample.tip.x;
+            let inside = (x.hypot(y) - grow).max(0.0);
+            if cutter.form.profile.height_at(inside).is_some_and(|h| height > base + h) {
+                return false;
+            }
+        }
+    }
+    true
+}

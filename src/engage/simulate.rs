@@ -1,0 +1,273 @@
+//! The simulation from first move to last. In: the toolpath, the job. Out: the [`EngagementMap`].
+//!
+//! Moves are taken in batches. A feed move near the stock is sampled at its beginning, at its end and in equal steps of at
+//! most `spacing` between; its beginning takes the outcome of the end before it where the path runs on smoothly.
+
+use super::arcs::Scene;
+use super::batch::{BatchResult, Outcome, run};
+use super::cutter::Cutter;
+use super::map::{EngagementMap, Event, EventKind, StationFlags};
+use super::nominate::Sample;
+use super::options::{EngageError, Options};
+use super::stations::{Builder, Point};
+use super::workpiece::{blanks, cell_mm, shift};
+use crate::ids::MoveId;
+use crate::machine::{Box3, Job, Shape};
+use crate::nc::{Move, MoveKind, Toolpath};
+use crate::path::Vec3;
+use crate::stock::{Element, Field, append_elements};
+
+/// Elements in a batch.
+const BATCH: usize = 16384;
+/// Cosine of the bend up to which a path runs on smoothly.
+const SMOOTH: f64 = 0.996;
+/// Volume a rapid may scrape off before it is reported, mm³.
+const SCRAPE_MM3: f64 = 0.05;
+
+/// Simulates the whole toolpath; `progress` hears the fraction done.
+pub fn engage(
+    path: &Toolpath,
+    job: &Job,
+    options: &Options,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<EngagementMap, EngageError> {
+    let blanks = blanks(job, path, options)?;
+    let used: Vec<u32> = numbers_used(path);
+    let smallest = used.iter().filter_map(|number| job.tool(*number)).map(|tool| tool.diameter_mm).fold(10.0, f64::min);
+    let cell = cell_mm(job, options, &blanks, smallest)?;
+    let cutters: Vec<Cutter> = used
+        .iter()
+        .filter_map(|number| job.tool(*number))
+        .filter(|tool| tool.shape != Shape::Probe)
+        .map(|tool| Cutter::new(tool.number, &tool.profile, cell))
+        .collect();
+    let mut fields: Vec<Field> = blanks.iter().map(|blank| blank.field(cell)).collect();
+    let plan = Plan::new(path, job, &cutters, &fields, options);
+    let scene = Scene { elements: &plan.elements, cutters: &cutters, blanks: &blanks, fixtures: &job.fixtures };
+    let mut builder = Builder::default();
+    builder.map.cell_mm = cell;
+    builder.map.slices = cutters.iter().map(|cutter| (cutter.number, cutter.slices.clone())).collect();
+    builder.map.initial_mm3 = fields.iter().map(Field::volume_mm3).sum();
+    simulate(&plan, &scene, &mut fields, &mut builder, progress);
+    let mut map = builder.map;
+    map.remaining_mm3 = fields.iter().map(Field::volume_mm3).sum();
+    map.removed_mm3 = map.initial_mm3 - map.remaining_mm3;
+    Ok(map)
+}
+
+fn numbers_used(path: &Toolpath) -> Vec<u32> {
+    let mut used: Vec<u32> = path.moves.iter().map(|motion| motion.tool).collect();
+    used.sort_unstable();
+    used.dedup();
+    used
+}
+
+/// The toolpath as the simulation takes it.
+struct Plan<'a> {
+    path: &'a Toolpath,
+    elements: Vec<Element>,
+    /// First element of each move, and one past the last.
+    first: Vec<u32>,
+    /// Cutter of each move.
+    cutter: Vec<Option<u16>>,
+    shifts: Vec<(u16, Vec3)>,
+    /// Stock grown by nothing: a move beyond all of them sweeps nothing.
+    extents: Vec<Box3>,
+    fixtures: Vec<Box3>,
+    spacing_mm: f64,
+    /// Clearance asked for beyond half the spacing, mm.
+    clearance_mm: f64,
+}
+
+impl<'a> Plan<'a> {
+    fn new(path: &'a Toolpath, job: &Job, cutters: &[Cutter], fields: &[Field], options: &Options) -> Self {
+        let mut wcs: Vec<u16> = path.moves.iter().map(|motion| motion.wcs).collect();
+        wcs.sort_unstable();
+        wcs.dedup();
+        let uncertainty = job.stocks.iter().map(|stock| stock.uncertainty_mm).fold(0.0, f64::max);
+        let approach = job.air_feed.map_or(0.0, |air| air.approach_mm);
+        let mut plan = Self {
+            path,
+            elements: Vec::with_capacity(path.moves.len()),
+            first: vec![0],
+            cutter: Vec::with_capacity(path.moves.len()),
+            shifts: wcs.iter().map(|number| (*number, shift(job, path, *number))).collect(),
+            extents: fields.iter().map(|field| field.extent).collect(),
+            fixtures: job.fixtures.clone(),
+            spacing_mm: options.spacing_mm,
+            clearance_mm: uncertainty + approach,
+        };
+        for (index, motion) in path.moves.iter().enumerate() {
+            let cutter = cutters.iter().position(|cutter| cutter.number == motion.tool).map(|k| k as u16);
+            plan.cutter.push(cutter);
+            if let Some(cutter) = cutter {
+                let by = plan.shift(motion);
+                append_elements(&mut plan.elements, &motion.curve, by, MoveId(index as u32), cutter);
+            }
+            plan.first.push(plan.elements.len() as u32);
+        }
+        plan
+    }
+    fn shift(&self, motion: &Move) -> Vec3 {
+        self.shifts.iter().find(|(number, _)| *number == motion.wcs).map_or_else(Vec3::zeros, |(_, by)| *by)
+    }
+    fn elements_of(&self, index: usize) -> std::ops::Range<u32> {
+        self.first[index]..self.first[index + 1]
+    }
+    fn clearance(&self) -> f64 {
+        self.clearance_mm + 0.5 * self.spacing_mm
+    }
+    /// Is anything of the stock or the fixtures within reach of the move?
+    fn is_far(&self, motion: &Move, radius: f64) -> bool {
+        let (low, high) = motion.curve.bounds();
+        let by = self.shift(motion);
+        let reach = radius + self.clearance_mm;
+        let away = |body: &Box3| {
+            low.z + by.z - self.clearance_mm >= body.max.z
+                || (0..2).any(|axis| {
+                    low[axis] + by[axis] - reach > body.max[axis] || high[axis] + by[axis] + reach < body.min[axis]
+                })
+        };
+        self.extents.iter().all(away) && self.fixtures.iter().all(away)
+    }
+}
+
+/// How a move of the batch gets its stations.
+enum Way {
+    /// None: a rapid.
+    None,
+    /// One without engagement.
+    Idle(StationFlags),
+    /// From its samples (range in the batch); the first one is the end of the move before where `inherits`.
+    Sampled { samples: std::ops::Range<usize>, inherits: bool },
+}
+
+fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Builder, progress: &(dyn Fn(f64) + Sync)) {
+    let count = plan.path.moves.len();
+    let mut held = Outcome::default();
+    let mut heading = [1.0, 0.0];
+    let mut begin = 0;
+    while begin < count {
+        let limit = plan.first[begin] + BATCH as u32;
+        let end = (begin + BATCH).min(count).min(plan.first.partition_point(|f| *f <= limit).max(begin + 2) - 1);
+        let (mut samples, mut ways) = (Vec::new(), Vec::new());
+        for index in begin..end {
+            ways.push(sample_move(plan, scene, index, &mut heading, &mut samples));
+        }
+        let rapid =
+            |element: u32| plan.path.moves[scene.elements[element as usize].move_id.ix()].kind == MoveKind::Rapid;
+        let result = run(scene, fields, plan.first[begin]..plan.first[end], &samples, rapid);
+        report_rapids(scene, &result, &mut builder.map);
+        for (index, way) in (begin..end).zip(&ways) {
+            enter(plan, scene, index, way, &samples, &result, &mut held, builder);
+        }
+        progress(end as f64 / count as f64);
+        begin = end;
+    }
+}
+
+fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2], samples: &mut Vec<Sample>) -> Way {
+    let motion = &plan.path.moves[index];
+    let length = motion.curve.length();
+    let at_end = motion.curve.tangent(length);
+    let before = *heading;
+    turn(heading, at_end);
+    if motion.kind == MoveKind::Rapid {
+        return Way::None;
+    }
+    let Some(cutter) = plan.cutter[index] else {
+        return Way::Idle(StationFlags { uncertain: true, ..StationFlags::default() });
+    };
+    let radius = scene.cutters[cutter as usize].form.radius;
+    if length <= 0.0 || plan.is_far(motion, radius) {
+        return Way::Idle(StationFlags { clear_air: length > 0.0, ..StationFlags::default() });
+    }
+    let inherits = runs_on(plan, index);
+    let first = samples.len();
+    let count = (length / plan.spacing_mm - 1e-9).ceil().max(1.0) as usize;
+    let elements = plan.elements_of(index);
+    let (by, clearance_mm) = (plan.shift(motion), plan.clearance());
+    let mut element = elements.start;
+    let mut dir = before;
+    for k in usize::from(inherits)..=count {
+        let s_mm = if k == count { length } else { length * k as f64 / count as f64 };
+        while element + 1 < elements.end && plan.elements[element as usize + 1].from_mm <= s_mm {
+            element += 1;
+        }
+        let tangent = motion.curve.tangent(s_mm);
+        turn(&mut dir, tangent);
+        let along_mm = s_mm - plan.elements[element as usize].from_mm;
+        let tangent = [tangent.x.hypot(tangent.y), tangent.z];
+        let tip = motion.curve.point(s_mm) + by;
+        samples.push(Sample { element, along_mm, s_mm, tip, dir, tangent, cutter, clearance_mm });
+    }
+    Way::Sampled { samples: first..samples.len(), inherits }
+}
+
+/// Takes the horizontal direction of a tangent, where it has one.
+fn turn(heading: &mut [f64; 2], tangent: Vec3) {
+    let across = tangent.x.hypot(tangent.y);
+    if across > 1e-6 {
+        *heading = [tangent.x / across, tangent.y / across];
+    }
+}
+
+/// True when the move continues the one before without a bend, with the same tool.
+fn runs_on(plan: &Plan, index: usize) -> bool {
+    if index == 0 {
+        return false;
+    }
+    let (a, b) = (&plan.path.moves[index - 1], &plan.path.moves[index]);
+    let smooth = a.curve.tangent(a.curve.length()).dot(&b.curve.tangent(0.0)) >= SMOOTH;
+    let joined = (a.curve.to() - b.curve.from()).norm() < 1e-6;
+    a.kind == MoveKind::Feed && a.tool == b.tool && a.wcs == b.wcs && smooth && joined
+}
+
+#[allow(clippy::too_many_arguments)] // one step of the loop above, named
+fn enter(
+    plan: &Plan,
+    scene: &Scene,
+    index: usize,
+    way: &Way,
+    samples: &[Sample],
+    result: &BatchResult,
+    held: &mut Outcome,
+    builder: &mut Builder,
+) {
+    let id = MoveId(index as u32);
+    match way {
+        Way::None => {
+            builder.push_none(id);
+            *held = Outcome::default();
+        }
+        Way::Idle(flags) => {
+            builder.push_idle(id, plan.path.moves[index].curve.length(), *flags);
+            *held = Outcome { clear: flags.clear_air, ..Outcome::default() };
+        }
+        Way::Sampled { samples: range, inherits } => {
+            let mut points = Vec::with_capacity(range.len() + 1);
+            if *inherits {
+                points.push(Point { s_mm: 0.0, outcome: &*held });
+            }
+            points.extend(range.clone().map(|k| Point { s_mm: samples[k].s_mm, outcome: &result.outcomes[k] }));
+            let cutter = samples[range.start].cutter;
+            builder.push_move(id, cutter, &scene.cutters[cutter as usize], &points, false);
+            *held = result.outcomes[range.end - 1].clone();
+        }
+    }
+}
+
+fn report_rapids(scene: &Scene, result: &BatchResult, map: &mut EngagementMap) {
+    let mut volumes: Vec<(MoveId, f64)> = Vec::new();
+    for (element, volume) in &result.watched {
+        let id = scene.elements[*element as usize].move_id;
+        match volumes.last_mut() {
+            Some((last, sum)) if *last == id => *sum += volume,
+            _ => volumes.push((id, *volume)),
+        }
+    }
+    for (move_id, volume) in volumes.into_iter().filter(|(_, volume)| *volume > SCRAPE_MM3) {
+        let detail = format!("{volume:.2} mm³ of stock in the way of a rapid");
+        map.events.push(Event { kind: EventKind::CutAtRapid, move_id, detail });
+    }
+}

@@ -1,0 +1,163 @@
+//! Height field with provenance: per cell the height of the stock and the element that last lowered it. In: the extent and
+//! initial heights. Out: tiles that are swept independently of each other, volumes.
+//!
+//! Cells tile the extent exactly (their sides may be a little shorter than asked for). A tile holds its core cells and a
+//! halo of one cell around them, swept twice, so that a 3 × 3 neighbourhood never needs another tile.
+
+use crate::machine::Box3;
+
+/// Provenance of a cell nothing has lowered yet.
+pub const UNTOUCHED: u32 = u32::MAX;
+
+/// Core cells along the side of a tile.
+const TILE: usize = 192;
+
+/// One tile of the field, halo included.
+#[derive(Debug, Clone)]
+pub struct Tile {
+    /// Middle of cell (0, 0) in XY, mm.
+    pub first: [f64; 2],
+    /// Sides of a cell, mm.
+    pub cell: [f64; 2],
+    /// Cells along X and Y.
+    pub size: [usize; 2],
+    /// First core cell along X and Y, and one past the last.
+    pub core: [[usize; 2]; 2],
+    /// Heights, mm, row by row.
+    pub heights: Vec<f32>,
+    /// Element that last lowered each cell.
+    pub ids: Vec<u32>,
+    /// Bottom of the stock, mm.
+    pub floor: f32,
+    /// No height in it exceeds this, mm.
+    pub highest: f32,
+}
+
+/// The field of one piece of stock.
+#[derive(Debug, Clone)]
+pub struct Field {
+    /// Extent, mm.
+    pub extent: Box3,
+    /// Sides of a cell, mm.
+    pub cell: [f64; 2],
+    /// Cells along X and Y.
+    pub size: [usize; 2],
+    /// Tiles along X and Y.
+    pub tiling: [usize; 2],
+    /// Tiles, row by row.
+    pub tiles: Vec<Tile>,
+}
+
+/// Number of cells along each side that `extent` needs at most `cell_mm` wide.
+pub fn cells(extent: &Box3, cell_mm: f64) -> [usize; 2] {
+    let count = |low: f64, high: f64| (((high - low) / cell_mm - 1e-9).ceil() as usize).max(1);
+    [count(extent.min.x, extent.max.x), count(extent.min.y, extent.max.y)]
+}
+
+impl Field {
+    /// Field over `extent` with cells of at most `cell_mm` and the heights that `height(x, y)` gives.
+    pub fn new(extent: Box3, cell_mm: f64, height: impl Fn(f64, f64) -> f64 + Sync) -> Self {
+        let size = cells(&extent, cell_mm);
+        let cell = [(extent.max.x - extent.min.x) / size[0] as f64, (extent.max.y - extent.min.y) / size[1] as f64];
+        let tiling = size.map(|n| n.div_ceil(TILE));
+        let mut tiles = Vec::with_capacity(tiling[0] * tiling[1]);
+        for row in 0..tiling[1] {
+            for column in 0..tiling[0] {
+                tiles.push(tile(&extent, cell, size, [column, row], &height));
+            }
+        }
+        Self { extent, cell, size, tiling, tiles }
+    }
+    /// Indices of the tiles whose cores meet the box from `low` to `high` in XY.
+    pub fn tiles_under(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
+        let [columns, rows] = [0, 1].map(|axis| {
+            let origin = if axis == 0 { self.extent.min.x } else { self.extent.min.y };
+            let side = TILE as f64 * self.cell[axis];
+            let first = ((low[axis] - origin) / side).floor().max(0.0) as usize;
+            let last = ((high[axis] - origin) / side).floor();
+            let end = if last < 0.0 { 0 } else { (last as usize + 1).min(self.tiling[axis]) };
+            first..end.max(first)
+        });
+        let width = self.tiling[0];
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+    }
+    /// Volume of the stock, mm³.
+    pub fn volume_mm3(&self) -> f64 {
+        self.tiles.iter().map(Tile::volume_mm3).sum()
+    }
+    /// Height of the cell under (x, y), `None` outside.
+    pub fn height(&self, x: f64, y: f64) -> Option<f32> {
+        let i = ((x - self.extent.min.x) / self.cell[0]).floor();
+        let j = ((y - self.extent.min.y) / self.cell[1]).floor();
+        if i < 0.0 || j < 0.0 || i >= self.size[0] as f64 || j >= self.size[1] as f64 {
+            return None;
+        }
+        let (i, j) = (i as usize, j as usize);
+        let tile = &self.tiles[(j / TILE) * self.tiling[0] + i / TILE];
+        let (i, j) = (i % TILE + tile.core[0][0], j % TILE + tile.core[1][0]);
+        Some(tile.heights[j * tile.size[0] + i])
+    }
+}
+
+fn tile(
+    extent: &Box3,
+    cell: [f64; 2],
+    cells: [usize; 2],
+    place: [usize; 2],
+    height: &(impl Fn(f64, f64) -> f64 + Sync),
+) -> Tile {
+    let begin = [0, 1].map(|axis| place[axis] * TILE);
+    let end = [0, 1].map(|axis| (begin[axis] + TILE).min(cells[axis]));
+    let low = begin.map(|b| b.saturating_sub(1));
+    let high = [0, 1].map(|axis| (end[axis] + 1).min(cells[axis]));
+    let size = [high[0] - low[0], high[1] - low[1]];
+    let first = [extent.min.x + (low[0] as f64 + 0.5) * cell[0], extent.min.y + (low[1] as f64 + 0.5) * cell[1]];
+    let mut heights = Vec::with_capacity(size[0] * size[1]);
+    for j in 0..size[1] {
+        for i in 0..size[0] {
+            let h = height(first[0] + i as f64 * cell[0], first[1] + j as f64 * cell[1]);
+            heights.push(h.max(extent.min.z) as f32);
+        }
+    }
+    let core = [0, 1].map(|axis| [begin[axis] - low[axis], end[axis] - low[axis]]);
+    let ids = vec![UNTOUCHED; heights.len()];
+    let mut tile = Tile { first, cell, size, core, heights, ids, floor: extent.min.z as f32, highest: f32::INFINITY };
+    tile.update_highest();
+    tile
+}
+
+impl Tile {
+    /// Works out anew what no height exceeds.
+    pub fn update_highest(&mut self) {
+        self.highest = self.heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    }
+    /// Volume above the floor in the core cells, mm³.
+    pub fn volume_mm3(&self) -> f64 {
+        let mut sum = 0.0;
+        for j in self.core[1][0]..self.core[1][1] {
+            let row = &self.heights[j * self.size[0]..][self.core[0][0]..self.core[0][1]];
+            sum += row.iter().map(|&h| f64::from(h) - f64::from(self.floor)).sum::<f64>();
+        }
+        sum * self.cell[0] * self.cell[1]
+    }
+    /// Volume above the floor in the core cells of a window (low, high in XY, mm), mm³.
+    pub fn volume_in_mm3(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
+        let [columns, rows] = self.window(low, high);
+        let mut sum = 0.0;
+        for j in rows.start.max(self.core[1][0])..rows.end.min(self.core[1][1]) {
+            for i in columns.start.max(self.core[0][0])..columns.end.min(self.core[0][1]) {
+                sum += f64::from(self.heights[j * self.size[0] + i]) - f64::from(self.floor);
+            }
+        }
+        sum * self.cell[0] * self.cell[1]
+    }
+    /// Cells (columns, rows) whose middles lie in the box from `low` to `high`.
+    pub fn window(&self, low: [f64; 2], high: [f64; 2]) -> [std::ops::Range<usize>; 2] {
+        [0, 1].map(|axis| {
+            let index = |x: f64| (x - self.first[axis]) / self.cell[axis];
+            let begin = index(low[axis]).ceil().max(0.0) as usize;
+            let end = (index(high[axis]).floor() + 1.0).clamp(0.0, self.size[axis] as f64) as usize;
+            begin.min(end)..end
+        })
+    }
+}

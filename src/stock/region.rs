@@ -1,0 +1,240 @@
+//! What a swept element has cleared at one height, exactly. In: an element's track, its cutter's profile, a height. Out: a
+//! plane [`Region`] with a signed distance g(x, y): negative inside (cleared), positive outside.
+//!
+//! A cutter with radius r(ζ) at height ζ above its tip, moving along c(t), clears at height z the discs
+//! |p − c_xy(t)| < r(z − c_z(t)). g is the least of |p − c_xy(t)| − r(z − c_z(t)) over t (for balls: the distance in space
+//! to the axis of the sweep, less the radius), so its sign is exact and |∇g| ≤ 1: a walk along a circle may step |g|
+//! without missing a boundary. Level moves, arcs, balls, flat ends and cones have closed forms; a torus on a ramp is a
+//! convex function of t and its minimum is bracketed.
+
+use super::element::Track;
+use crate::machine::{Profile, Segment};
+use crate::path::Vec3;
+
+/// Plane region cleared at one height.
+#[derive(Debug, Clone, Copy)]
+pub enum Region<'a> {
+    /// A disc swept along a straight line.
+    Capsule(Capsule),
+    /// A disc swept along an arc.
+    Ring(Ring),
+    /// A ball swept along an inclined line.
+    Ball(Ball),
+    /// Any outline swept along an inclined line.
+    Outline(Outline<'a>),
+}
+
+/// A disc of `radius` swept from `from` along the unit vector `dir` for `length`.
+#[derive(Debug, Clone, Copy)]
+pub struct Capsule {
+    from: [f64; 2],
+    dir: [f64; 2],
+    length: f64,
+    radius: f64,
+}
+
+/// A disc of radius `reach` swept along an arc.
+#[derive(Debug, Clone, Copy)]
+pub struct Ring {
+    centre: [f64; 2],
+    radius: [f64; 2],
+    start: f64,
+    sweep: f64,
+    ends: [[f64; 2]; 2],
+    reach: f64,
+}
+
+/// A ball swept along an inclined line, cut at height `z` (relative to the first centre), everything above it cleared too.
+#[derive(Debug, Clone, Copy)]
+pub struct Ball {
+    from: [f64; 2],
+    dir: [f64; 2],
+    run: f64,
+    rise: f64,
+    length: f64,
+    radius: f64,
+    z: f64,
+}
+
+/// An outline swept along an inclined line, cut at height `z` (relative to the first tip position).
+#[derive(Debug, Clone, Copy)]
+pub struct Outline<'a> {
+    profile: &'a Profile,
+    from: [f64; 2],
+    dir: [f64; 2],
+    run: f64,
+    rise: f64,
+    z: f64,
+}
+
+/// The region that `profile` clears at height `z` on its way along `track`; `None` when it stays above `z`.
+pub fn region<'a>(track: &Track, profile: &'a Profile, z: f64) -> Option<Region<'a>> {
+    match *track {
+        Track::Line { from, to } => line_region(from, to, profile, z),
+        Track::Arc { centre, z: tip, radius, start, sweep } => {
+            let reach = profile.radius_below(z - tip)?;
+            let end = |angle: f64, r: f64| [centre[0] + r * angle.cos(), centre[1] + r * angle.sin()];
+            let ends = [end(start, radius[0]), end(start + sweep, radius[1])];
+            Some(Region::Ring(Ring { centre, radius, start, sweep, ends, reach }))
+        }
+    }
+}
+
+fn line_region(from: Vec3, to: Vec3, profile: &Profile, z: f64) -> Option<Region<'_>> {
+    let delta = to - from;
+    let (run, rise) = (delta.x.hypot(delta.y), delta.z);
+    let dir = if run > 0.0 { [delta.x / run, delta.y / run] } else { [1.0, 0.0] };
+    let start = [from.x, from.y];
+    let lowest = from.z.min(to.z);
+    let radius = profile.radius_below(z - lowest)?;
+    if rise.abs() < 1e-9 || run < 1e-9 {
+        return Some(Region::Capsule(Capsule { from: start, dir, length: run, radius }));
+    }
+    if let Some(ball) = profile.as_ball() {
+        let z = z - from.z - ball;
+        return Some(Region::Ball(Ball { from: start, dir, run, rise, length: run.hypot(rise), radius: ball, z }));
+    }
+    if profile.is_flat() {
+        let (t0, t1) = below(from.z, rise, z);
+        let start = [start[0] + t0 * run * dir[0], start[1] + t0 * run * dir[1]];
+        return Some(Region::Capsule(Capsule { from: start, dir, length: (t1 - t0) * run, radius }));
+    }
+    Some(Region::Outline(Outline { profile, from: start, dir, run, rise, z: z - from.z }))
+}
+
+/// Fractions of a line between which its height `z0 + t·rise` is at most `z` (it is somewhere).
+fn below(z0: f64, rise: f64, z: f64) -> (f64, f64) {
+    let t = ((z - z0) / rise).clamp(0.0, 1.0);
+    if rise > 0.0 { (0.0, t) } else { (t, 1.0) }
+}
+
+impl Region<'_> {
+    /// Signed distance (see the head of the file) at `p`, mm.
+    pub fn distance(&self, p: [f64; 2]) -> f64 {
+        match self {
+            Region::Capsule(capsule) => capsule.distance(p),
+            Region::Ring(ring) => ring.distance(p),
+            Region::Ball(ball) => ball.distance(p),
+            Region::Outline(outline) => outline.distance(p),
+        }
+    }
+}
+
+/// (along, across) of `p` seen from `from` along `dir`.
+fn local(p: [f64; 2], from: [f64; 2], dir: [f64; 2]) -> (f64, f64) {
+    let (x, y) = (p[0] - from[0], p[1] - from[1]);
+    (x * dir[0] + y * dir[1], y * dir[0] - x * dir[1])
+}
+
+fn norm(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
+impl Capsule {
+    fn distance(&self, p: [f64; 2]) -> f64 {
+        let (u, v) = local(p, self.from, self.dir);
+        norm(u - u.clamp(0.0, self.length), v) - self.radius
+    }
+}
+
+impl Ring {
+    fn distance(&self, p: [f64; 2]) -> f64 {
+        let (x, y) = (p[0] - self.centre[0], p[1] - self.centre[1]);
+        let turn = std::f64::consts::TAU;
+        let ahead = ((y.atan2(x) - self.start) * self.sweep.signum()).rem_euclid(turn);
+        let to_end = |end: [f64; 2]| norm(p[0] - end[0], p[1] - end[1]);
+        let mut nearest = to_end(self.ends[0]).min(to_end(self.ends[1]));
+        if ahead <= self.sweep.abs() {
+            let t = ahead / self.sweep.abs();
+            nearest = nearest.min((norm(x, y) - self.radius[0] - t * (self.radius[1] - self.radius[0])).abs());
+        }
+        nearest - self.reach
+    }
+}
+
+impl Ball {
+    fn distance(&self, p: [f64; 2]) -> f64 {
+        let (u, v) = local(p, self.from, self.dir);
+        let level = u.clamp(0.0, self.run);
+        if self.z >= self.rise * level / self.run {
+            return norm(u - level, v) - self.radius;
+        }
+        let (cos, sin) = (self.run / self.length, self.rise / self.length);
+        let along = (u * cos + self.z * sin).clamp(0.0, self.length);
+        let (du, dz) = (u - along * cos, self.z - along * sin);
+        (du * du + v * v + dz * dz).sqrt() - self.radius
+    }
+}
+
+impl Outline<'_> {
+    fn distance(&self, p: [f64; 2]) -> f64 {
+        let (u, v) = local(p, self.from, self.dir);
+        let top = self.profile.height();
+        let column = self.column(u, v, top, self.profile.max_radius());
+        self.profile.segments.iter().map(|segment| self.segment(segment, u, v)).fold(column, f64::min)
+    }
+    /// Range of the run in which the outline's heights `low..high` are at height `z`.
+    fn range(&self, low: f64, high: f64) -> Option<(f64, f64)> {
+        let at = |zeta: f64| (self.z - zeta) / self.rise * self.run;
+        let (a, b) = (at(low), at(high));
+        let (a, b) = (a.min(b).max(0.0), a.max(b).min(self.run));
+        (a <= b).then_some((a, b))
+    }
+    /// A disc of `radius` from height `low` up for ever.
+    fn column(&self, u: f64, v: f64, low: f64, radius: f64) -> f64 {
+        self.range(low, f64::INFINITY).map_or(f64::INFINITY, |(a, b)| norm(u - u.clamp(a, b), v) - radius)
+    }
+    fn segment(&self, segment: &Segment, u: f64, v: f64) -> f64 {
+        match segment {
+            Segment::Line { from, to } => {
+                let ([r0, z0], [r1, z1]) = if from[1] <= to[1] { (*from, *to) } else { (*to, *from) };
+                let widest = self.column(u, v, z1, r0.max(r1));
+                let Some((a, b)) = self.range(z0, z1).filter(|_| z1 > z0) else { return widest };
+                // r(t) = r_a + slope (t − a): the least of hypot(u − t, v) − r(t) is where (t − u) = |v| slope/√(1 − slope²).
+                let per_height = (r1 - r0) / (z1 - z0);
+                let radius = |t: f64| r0 + per_height * (self.z - self.rise * t / self.run - z0);
+                let slope = -per_height * self.rise / self.run;
+                let best = if slope.abs() < 1.0 {
+                    u + v.abs() * slope / (1.0 - slope * slope).sqrt()
+                } else {
+                    slope * f64::INFINITY
+                };
+                let t = best.clamp(a, b);
+                (norm(u - t, v) - radius(t)).min(widest)
+            }
+            Segment::Arc { centre, radius, from_rad, to_rad } => {
+                let low = centre[1] + radius * from_rad.min(*to_rad).sin();
+                let high = centre[1] + radius * from_rad.max(*to_rad).sin();
+                let widest = self.column(u, v, high, segment.at(1.0).0[0].max(segment.at(0.0).0[0]));
+                let Some((a, b)) = self.range(low, high) else { return widest };
+                let gap = |t: f64| {
+                    let h = self.z - self.rise * t / self.run - centre[1];
+                    norm(u - t, v) - centre[0] - (radius * radius - h * h).max(0.0).sqrt()
+                };
+                least_convex(gap, a, b).1.min(widest)
+            }
+        }
+    }
+}
+
+/// Least value of a convex function on an interval: golden section to about 1e-9 of the interval. (argument, value)
+pub fn least_convex(f: impl Fn(f64) -> f64, a: f64, b: f64) -> (f64, f64) {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let (mut lo, mut hi) = (a, b);
+    let (mut x, mut y) = (hi - GOLDEN * (hi - lo), lo + GOLDEN * (hi - lo));
+    let (mut fx, mut fy) = (f(x), f(y));
+    while hi - lo > 1e-9 * (b - a) + 1e-12 {
+        if fx <= fy {
+            (hi, y, fy) = (y, x, fx);
+            x = hi - GOLDEN * (hi - lo);
+            fx = f(x);
+        } else {
+            (lo, x, fx) = (x, y, fy);
+            y = lo + GOLDEN * (hi - lo);
+            fy = f(y);
+        }
+    }
+    [(a, f(a)), (b, f(b)), (x, fx)]
+        .into_iter()
+        .fold((x, f64::INFINITY), |best, new| if new.1 < best.1 { new } else { best })
+}

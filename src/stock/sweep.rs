@@ -1,0 +1,326 @@
+//! Lowers the cells under a cutter that moves along an element. In: a tile, the element, the cutter. Out: the tile with
+//! the heights `min over the track of tip height + outline height at the cell's distance`, and the element as provenance
+//! of every cell it lowered strictly.
+//!
+//! Cells are worked row by row in `f32`, in coordinates along (u) and across (v) the track. With slope tan θ and ball
+//! radius R the lower envelope of a swept ball is z_c + u tan θ − √(R² − v²)/cos θ while the contact lies on the line, and
+//! a sphere at its ends. Outlines without a closed form are minimised over the track (convex for convex outlines).
+
+#![allow(clippy::inline_always)] // the row loops vectorise only when the height of a cell is inlined into them
+
+use super::element::Track;
+use super::field::Tile;
+use super::region::least_convex;
+use crate::machine::Profile;
+use crate::path::Vec3;
+
+/// Outline of a cutter as the sweep needs it.
+#[derive(Debug, Clone)]
+pub struct Form {
+    /// Its profile.
+    pub profile: Profile,
+    /// Largest radius, mm.
+    pub radius: f64,
+    kind: Kind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Flat,
+    Ball,
+    /// Flat of radius `flat`, then a corner of radius `corner`.
+    Bull {
+        flat: f32,
+        corner: f32,
+    },
+    Other,
+}
+
+impl Form {
+    /// The form of a profile.
+    pub fn new(profile: &Profile) -> Self {
+        let kind = if profile.is_flat() {
+            Kind::Flat
+        } else if profile.as_ball().is_some() {
+            Kind::Ball
+        } else if let Some([flat, corner]) = profile.as_bull() {
+            Kind::Bull { flat: flat as f32, corner: corner as f32 }
+        } else {
+            Kind::Other
+        };
+        Self { radius: profile.max_radius(), profile: profile.clone(), kind }
+    }
+}
+
+/// Sweeps `form` along `track`; lowered cells get `id`.
+pub fn sweep(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
+    let (low, high) = track.bounds();
+    if low.z as f32 >= tile.highest {
+        return;
+    }
+    let r = form.radius;
+    let [columns, rows] = tile.window([low.x - r, low.y - r], [high.x + r, high.y + r]);
+    if columns.is_empty() || rows.is_empty() {
+        return;
+    }
+    match *track {
+        Track::Line { from, to } => sweep_line(tile, rows, from, to, form, id),
+        Track::Arc { centre, z, radius, start, sweep } => {
+            let arc = ArcSweep::new(centre, z, 0.5 * (radius[0] + radius[1]), start, sweep);
+            sweep_arc(tile, [columns, rows], &arc, form, id);
+        }
+    }
+}
+
+/// A straight track in the plane: start, unit direction, length, height at the start and rise.
+#[derive(Clone, Copy)]
+struct Line {
+    from: [f64; 2],
+    dir: [f64; 2],
+    run: f64,
+    z: f64,
+    rise: f64,
+}
+
+fn sweep_line(tile: &mut Tile, rows: std::ops::Range<usize>, from: Vec3, to: Vec3, form: &Form, id: u32) {
+    let delta = to - from;
+    let run = delta.x.hypot(delta.y);
+    let dir = if run > 1e-9 { [delta.x / run, delta.y / run] } else { [1.0, 0.0] };
+    let plunge = run <= 1e-9;
+    let z = if plunge { from.z.min(to.z) } else { from.z };
+    let line = Line {
+        from: [from.x, from.y],
+        dir,
+        run: if plunge { 0.0 } else { run },
+        z,
+        rise: if plunge { 0.0 } else { delta.z },
+    };
+    let (run, z, rise, r) = (line.run as f32, z as f32, line.rise as f32, form.radius as f32);
+    let level = line.rise.abs() < 1e-9;
+    let r2 = r * r;
+    match form.kind {
+        Kind::Flat if level => lower_rows(tile, rows, &line, form.radius, id, |u, v| {
+            let du = u - u.max(0.0).min(run);
+            if du * du + v * v <= r2 { z } else { f32::INFINITY }
+        }),
+        Kind::Flat => {
+            let slope = rise / run;
+            lower_rows(tile, rows, &line, form.radius, id, |u, v| {
+                let s = (r2 - v * v).max(0.0).sqrt();
+                let lowest = if slope < 0.0 { (u + s).min(run) } else { (u - s).max(0.0) };
+                let inside = v * v <= r2 && u + s >= 0.0 && u - s <= run;
+                if inside { z + slope * lowest } else { f32::INFINITY }
+            });
+        }
+        Kind::Ball => {
+            let length = run.hypot(rise);
+            let (slope, sin, inv_cos) =
+                if run > 0.0 { (rise / run, rise / length, length / run) } else { (0.0, 0.0, 1.0) };
+            let centre = z + r;
+            lower_rows(tile, rows, &line, form.radius, id, |u, v| {
+                let across = r2 - v * v;
+                let s = across.max(0.0).sqrt();
+                let contact = u - s * sin;
+                let end = contact.max(0.0).min(run);
+                let du = u - end;
+                let left = across - du * du;
+                let on_end = centre + slope * end - left.max(0.0).sqrt();
+                let on_line = centre + slope * u - s * inv_cos;
+                let height = if contact == end { on_line } else { on_end };
+                let inside = across >= 0.0 && (contact == end || left >= 0.0);
+                if inside { height } else { f32::INFINITY }
+            });
+        }
+        Kind::Bull { flat, corner } if level => {
+            let c2 = corner * corner;
+            lower_rows(tile, rows, &line, form.radius, id, |u, v| {
+                let du = u - u.max(0.0).min(run);
+                let d2 = du * du + v * v;
+                let d = (d2.sqrt() - flat).max(0.0);
+                let height = z + corner - (c2 - d * d).max(0.0).sqrt();
+                if d2 <= r2 { height } else { f32::INFINITY }
+            });
+        }
+        Kind::Bull { .. } | Kind::Other => {
+            let profile = &form.profile;
+            lower_rows(tile, rows, &line, form.radius, id, |u, v| {
+                swept_height(profile, &line, f64::from(u), f64::from(v))
+            });
+        }
+    }
+}
+
+/// Least height of an outline along an inclined line at (u, v).
+fn swept_height(profile: &Profile, line: &Line, u: f64, v: f64) -> f32 {
+    let r = profile.max_radius();
+    if v.abs() > r {
+        return f32::INFINITY;
+    }
+    let s = (r * r - v * v).sqrt();
+    let (a, b) = ((u - s).max(0.0), (u + s).min(line.run));
+    if a > b {
+        return f32::INFINITY;
+    }
+    let slope = if line.run > 0.0 { line.rise / line.run } else { 0.0 };
+    let height = |t: f64| profile.height_at((u - t).hypot(v).min(r)).map_or(f64::INFINITY, |h| line.z + slope * t + h);
+    if line.rise == 0.0 { height(u.clamp(a, b)) as f32 } else { least_convex(height, a, b).1 as f32 }
+}
+
+/// Applies `height(u, v)` to every cell within `radius` of the line.
+#[inline(always)]
+fn lower_rows(
+    tile: &mut Tile,
+    rows: std::ops::Range<usize>,
+    line: &Line,
+    radius: f64,
+    id: u32,
+    height: impl Fn(f32, f32) -> f32,
+) {
+    for j in rows {
+        let y = tile.first[1] + j as f64 * tile.cell[1] - line.from[1];
+        let Some((x0, x1)) = row_span(line, radius, y) else { continue };
+        let begin = ((x0 + line.from[0] - tile.first[0]) / tile.cell[0]).ceil().max(0.0) as usize;
+        let end = ((x1 + line.from[0] - tile.first[0]) / tile.cell[0]).floor() + 1.0;
+        let end = end.clamp(0.0, tile.size[0] as f64) as usize;
+        if begin >= end {
+            continue;
+        }
+        let x = tile.first[0] + begin as f64 * tile.cell[0] - line.from[0];
+        let u = (x * line.dir[0] + y * line.dir[1]) as f32;
+        let v = (y * line.dir[0] - x * line.dir[1]) as f32;
+        let (du, dv) = ((tile.cell[0] * line.dir[0]) as f32, (-tile.cell[0] * line.dir[1]) as f32);
+        lower_cells(tile, j, begin..end, id, |k| height(u + k * du, v + k * dv));
+    }
+}
+
+/// Lowers a run of cells of one row; `height` takes the number of the cell in the run.
+#[inline(always)]
+fn lower_cells(tile: &mut Tile, row: usize, run: std::ops::Range<usize>, id: u32, height: impl Fn(f32) -> f32) {
+    let first = row * tile.size[0];
+    let floor = tile.floor;
+    let heights = &mut tile.heights[first..][run.clone()];
+    let ids = &mut tile.ids[first..][run];
+    for (k, (cell, provenance)) in heights.iter_mut().zip(ids).enumerate() {
+        let h = height(k as i32 as f32).max(floor);
+        let lower = h < *cell;
+        *cell = if lower { h } else { *cell };
+        *provenance = if lower { id } else { *provenance };
+    }
+}
+
+/// Range of x (relative to the start) in which the row at `y` lies within `radius` of the line.
+fn row_span(line: &Line, radius: f64, y: f64) -> Option<(f64, f64)> {
+    let [dx, dy] = line.dir;
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for [cx, cy] in [[0.0, 0.0], [line.run * dx, line.run * dy]] {
+        let left = radius * radius - (y - cy) * (y - cy);
+        if left >= 0.0 {
+            let s = left.sqrt();
+            (low, high) = (low.min(cx - s), high.max(cx + s));
+        }
+    }
+    // The strip |v| ≤ R, 0 ≤ u ≤ run between the two discs.
+    let across = slab(y * dx - radius, y * dx + radius, dy);
+    let along = slab(-y * dy, line.run - y * dy, dx);
+    let (a, b) = (across.0.max(along.0), across.1.min(along.1));
+    if a <= b {
+        (low, high) = (low.min(a), high.max(b));
+    }
+    (low <= high).then_some((low, high))
+}
+
+/// x with `low ≤ x·slope ≤ high`.
+fn slab(low: f64, high: f64, slope: f64) -> (f64, f64) {
+    if slope.abs() < 1e-12 {
+        return if low <= 0.0 && high >= 0.0 { (f64::NEG_INFINITY, f64::INFINITY) } else { (1.0, 0.0) };
+    }
+    let (a, b) = (low / slope, high / slope);
+    (a.min(b), a.max(b))
+}
+
+/// A level arc as its sweep needs it.
+struct ArcSweep {
+    centre: [f64; 2],
+    z: f64,
+    radius: f64,
+    /// Unit vectors to start and end, ordered counter-clockwise.
+    first: [f32; 2],
+    last: [f32; 2],
+    angle: f64,
+}
+
+impl ArcSweep {
+    fn new(centre: [f64; 2], z: f64, radius: f64, start: f64, sweep: f64) -> Self {
+        let (a, b) = if sweep >= 0.0 { (start, start + sweep) } else { (start + sweep, start) };
+        let unit = |angle: f64| [angle.cos() as f32, angle.sin() as f32];
+        Self { centre, z, radius, first: unit(a), last: unit(b), angle: sweep.abs() }
+    }
+    /// Distance from the arc of the point (x, y) relative to the centre.
+    #[inline(always)]
+    fn distance(&self, x: f32, y: f32) -> f32 {
+        let radius = self.radius as f32;
+        let after = self.first[0] * y - self.first[1] * x >= 0.0;
+        let before = x * self.last[1] - y * self.last[0] >= 0.0;
+        let within = if self.angle >= std::f64::consts::TAU {
+            true
+        } else if self.angle <= std::f64::consts::PI {
+            after && before
+        } else {
+            after || before
+        };
+        let to = |end: [f32; 2]| {
+            let (dx, dy) = (x - radius * end[0], y - radius * end[1]);
+            (dx * dx + dy * dy).sqrt()
+        };
+        let on_arc = ((x * x + y * y).sqrt() - radius).abs();
+        if within { on_arc } else { to(self.first).min(to(self.last)) }
+    }
+}
+
+fn sweep_arc(tile: &mut Tile, window: [std::ops::Range<usize>; 2], arc: &ArcSweep, form: &Form, id: u32) {
+    let (z, r) = (arc.z as f32, form.radius as f32);
+    match form.kind {
+        Kind::Flat => lower_ring(tile, window, arc, form.radius, id, |d| if d <= r { z } else { f32::INFINITY }),
+        Kind::Ball => lower_ring(tile, window, arc, form.radius, id, |d| {
+            let left = r * r - d * d;
+            if left >= 0.0 { z + r - left.max(0.0).sqrt() } else { f32::INFINITY }
+        }),
+        Kind::Bull { flat, corner } => lower_ring(tile, window, arc, form.radius, id, |d| {
+            let e = (d - flat).max(0.0);
+            let height = z + corner - (corner * corner - e * e).max(0.0).sqrt();
+            if d <= r { height } else { f32::INFINITY }
+        }),
+        Kind::Other => lower_ring(tile, window, arc, form.radius, id, |d| {
+            form.profile.height_at(f64::from(d)).map_or(f32::INFINITY, |h| z + h as f32)
+        }),
+    }
+}
+
+/// Applies `height(distance)` to the cells of the window that lie in the ring about the arc.
+#[inline(always)]
+fn lower_ring(
+    tile: &mut Tile,
+    window: [std::ops::Range<usize>; 2],
+    arc: &ArcSweep,
+    radius: f64,
+    id: u32,
+    height: impl Fn(f32) -> f32,
+) {
+    let [columns, rows] = window;
+    for j in rows {
+        let y = tile.first[1] + j as f64 * tile.cell[1] - arc.centre[1];
+        let half = |r: f64| (r * r - y * y).max(0.0).sqrt();
+        let (outer, inner) = (half(arc.radius + radius), half((arc.radius - radius).max(0.0)));
+        for (low, high) in [(-outer, -inner), (inner, outer)] {
+            let index = |x: f64| (x + arc.centre[0] - tile.first[0]) / tile.cell[0];
+            let begin = (index(low).ceil().max(0.0) as usize).max(columns.start);
+            let end = ((index(high).floor() + 1.0).max(0.0) as usize).min(columns.end);
+            if begin >= end {
+                continue;
+            }
+            let x = (tile.first[0] + begin as f64 * tile.cell[0] - arc.centre[0]) as f32;
+            let (dx, y) = (tile.cell[0] as f32, y as f32);
+            lower_cells(tile, j, begin..end, id, |k| height(arc.distance(x + k * dx, y)));
+        }
+    }
+}

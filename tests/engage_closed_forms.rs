@@ -1,0 +1,124 @@
+//! Engagement against closed forms: slots, side cuts, corners, circles, balls.
+
+#![allow(clippy::unwrap_used)]
+
+mod engage_common;
+use engage_common::*;
+use feedwright::path::Plane;
+use std::f64::consts::PI;
+
+/// Largest and median deviation of the entry and exit angles of `slice 0 mod` stations from (entry, exit).
+fn errors(map: &feedwright::engage::EngagementMap, index: u32, entry: f64, exit: f64, skip: f64) -> Vec<f64> {
+    let all = stations(map, index);
+    let length = all.last().unwrap().to_mm;
+    let mut errors = Vec::new();
+    let middle = |s: &&feedwright::engage::Station| 0.5 * (s.from_mm + s.to_mm);
+    for station in all.iter().filter(|s| middle(s) >= skip && middle(s) <= length - skip) {
+        assert!(station.arc_count > 0, "nothing cut at {}", station.from_mm);
+        for arc in map.arcs_of(station) {
+            errors.push((f64::from(arc.entry_rad) - entry).abs().to_degrees());
+            errors.push((f64::from(arc.exit_rad) - exit).abs().to_degrees());
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    errors
+}
+
+#[test]
+fn a_slot_engages_half_the_circle() {
+    let mut path = Path::from([-10.0, 0.0, -3.2]);
+    path.line([50.0, 0.0, -3.2]);
+    let map = run(&path, &job(vec![flat(10.0)], vec![block([0.0, -20.0, -20.0], [40.0, 20.0, 0.0])]), 0.1, 1.0);
+    let inside = errors(&map, 0, 0.0, PI, 20.0);
+    assert!(inside.last().unwrap() < &0.01, "{:?}", inside.last());
+    let expected = 3.2 * 40.0 * 10.0;
+    assert!((map.removed_mm3 / expected - 1.0).abs() < 1e-3, "{}", map.removed_mm3);
+    assert!((volume_of(&map, 0) / expected - 1.0).abs() < 3e-3, "{}", volume_of(&map, 0));
+}
+
+#[test]
+fn side_cuts_at_any_angle_follow_the_radial_depth() {
+    for degrees in [0.0f64, 17.0, 45.0, 71.5, 90.0, 200.0] {
+        for radial in [0.1, 1.0, 3.0, 4.5] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let at = |u: f64, v: f64| [u * cos - v * sin, u * sin + v * cos, -2.3];
+            // The first cut leaves a wall at v = 0; the second takes `radial` of it with its left side.
+            let mut path = Path::from(at(-60.0, -3.0));
+            path.line(at(60.0, -3.0)).line(at(60.0, -30.0)).line(at(-60.0, -30.0)).line(at(-60.0, -3.0 + radial));
+            path.line(at(60.0, -3.0 + radial));
+            let job = job(vec![flat(6.0)], vec![block([-25.0, -25.0, -10.0], [25.0, 25.0, 0.0])]);
+            let map = run(&path, &job, 0.1, 1.0);
+            let exit = (1.0 - radial / 3.0).acos();
+            let found = errors(&map, 4, 0.0, exit, 45.0);
+            assert!(found.len() >= 2 && found.last().unwrap() < &0.02, "{degrees}° ae {radial}: {:?}", found.last());
+        }
+    }
+}
+
+#[test]
+fn a_circular_slot_and_its_widening() {
+    // A full turn of radius 8 with a 6 mm cutter, then one of radius 9: radial depth 1 on the outside.
+    for sense in [1.0, -1.0] {
+        let mut path = Path::from([8.0, 0.0, 5.0]);
+        path.line([8.0, 0.0, -4.0]).turn([0.0, 0.0], sense * 2.0 * PI, 0.0);
+        path.line([9.0, 0.0, -4.0]).turn([0.0, 0.0], sense * 2.0 * PI, 0.0);
+        let map = run(&path, &job(vec![flat(6.0)], vec![block([-20.0, -20.0, -10.0], [20.0, 20.0, 0.0])]), 0.1, 1.0);
+        // Law of cosines: the wall of radius 11 meets the cutter circle (radius 3 about 9) where
+        // cos θ = (11² − 9² − 3²) / (2·9·3), θ from the outward radius.
+        let theta = ((121.0f64 - 81.0 - 9.0) / 54.0).acos();
+        let (entry, exit) = if sense > 0.0 { (PI - theta, PI) } else { (0.0, theta) };
+        let found = errors(&map, 3, entry, exit, 8.0);
+        let p99 = found[found.len() * 99 / 100];
+        assert!(found.len() >= 2 && p99 < 0.75, "sense {sense}: {found:?}");
+        let ring = PI * (12.0f64 * 12.0 - 5.0 * 5.0) * 4.0;
+        assert!((map.removed_mm3 / ring - 1.0).abs() < 1e-3, "{} {ring}", map.removed_mm3);
+    }
+}
+
+#[test]
+fn a_ball_slot_removes_its_section() {
+    for slope in [0.0f64, 15.0, -15.0, 45.0, -60.0] {
+        let (sin, cos) = slope.to_radians().sin_cos();
+        let at = |u: f64| [u * cos, 0.0, -2.0 + u * sin];
+        let mut path = Path::from(at(-30.0));
+        path.line(at(30.0));
+        let map = run(&path, &job(vec![ball(6.0)], vec![block([-5.0, -10.0, -60.0], [5.0, 10.0, 0.0])]), 0.1, 0.5);
+        let stations: f64 = volume_of(&map, 0);
+        assert!((stations / map.removed_mm3 - 1.0).abs() < 0.01, "{slope}: {stations} against {}", map.removed_mm3);
+    }
+}
+
+#[test]
+fn planes_and_helices_are_swept() {
+    let mut path = Path::from([0.0, 0.0, 10.0]);
+    path.line([5.0, 0.0, 1.0]).turn([0.0, 0.0], 6.0 * PI, -6.0).turn([0.0, 0.0], 2.0 * PI, 0.0);
+    let map = run(&path, &job(vec![flat(6.0)], vec![block([-20.0, -20.0, -10.0], [20.0, 20.0, 0.0])]), 0.1, 0.5);
+    let hole = PI * (64.0 - 4.0) * 5.0;
+    assert!((map.removed_mm3 / hole - 1.0).abs() < 2e-3, "{} {hole}", map.removed_mm3);
+    let sum = volume_of(&map, 1) + volume_of(&map, 2);
+    assert!((sum / map.removed_mm3 - 1.0).abs() < 0.02, "{sum} {}", map.removed_mm3);
+
+    // A quarter turn in ZX, ball: a groove along a curved path.
+    let mut path = Path::from([-10.0, 0.0, 0.0]);
+    path.arc(Plane::Zx, [10.0, 0.0, 0.0], [0.0, 0.0, 0.0], -PI);
+    let ballast = job(vec![ball(6.0)], vec![block([-20.0, -10.0, -20.0], [20.0, 10.0, 5.0])]);
+    let map = run(&path, &ballast, 0.1, 0.5);
+    let sum = volume_of(&map, 0);
+    assert!((sum / map.removed_mm3 - 1.0).abs() < 0.02, "{sum} {}", map.removed_mm3);
+}
+
+#[test]
+fn air_is_clear_only_beyond_the_clearance() {
+    let mut path = Path::from([-10.0, 0.0, 1.0]);
+    path.line([50.0, 0.0, 1.0]).line([50.0, 0.0, 4.0]).line([-10.0, 0.0, 4.0]);
+    let mut job = job(vec![flat(10.0)], vec![block([0.0, -20.0, -20.0], [40.0, 20.0, 0.0])]);
+    job.stocks[0].uncertainty_mm = 2.0;
+    let map = run(&path, &job, 0.2, 1.0);
+    let over: Vec<bool> = stations(&map, 0).iter().map(|s| s.flags.clear_air).collect();
+    assert!(over.contains(&false) && stations(&map, 0).iter().all(|s| s.arc_count == 0));
+    assert!(stations(&map, 2).iter().all(|s| s.flags.clear_air));
+    let shut: f64 =
+        stations(&map, 0).iter().filter(|s| !s.flags.clear_air).map(feedwright::engage::Station::length_mm).sum();
+    assert!((shut - (40.0 + 2.0 * 7.0)).abs() < 3.0, "{shut}");
+    assert_eq!(map.removed_mm3, 0.0);
+}
