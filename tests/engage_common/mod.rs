@@ -134,7 +134,7 @@ impl Path {
             curve,
             feed: Feed { mode: FeedMode::PerMinute, mm_s: 10.0, word: None },
             spin: Spin { rps: 100.0, reverse: false },
-            shared: false,
+            shared: None,
             tool: self.tool,
             wcs: 54,
             path_mode: PathMode::Continuous,
