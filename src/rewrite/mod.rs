@@ -8,10 +8,12 @@ pub mod fword;
 pub mod mark;
 mod plan;
 mod split;
+pub mod verify;
 mod view;
 mod write;
 
 pub use mark::{is_ours, strip};
+pub use verify::{Difference, Proof, verify};
 
 use crate::machine::Job;
 use crate::nc::{Program, Toolpath};

@@ -8,7 +8,7 @@
 //! a turn.
 
 use crate::ids::{BlockId, MoveId};
-use crate::nc::{Dialect, Move, Program, Toolpath};
+use crate::nc::{Dialect, Move, PathMode, Program, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
 
 use super::decimal::{Decimal, NumberStyle};
@@ -71,7 +71,8 @@ impl<'a> Block<'a> {
 
 /// Cuts the block at these places (mm along its move, rising, inside it); `None`: it must stay whole.
 pub fn split(block: &Block<'_>, at_mm: &[f64]) -> Option<Pieces> {
-    if !block.motion.splittable || !is_simple(block.view) {
+    let stops = block.motion.path_mode == PathMode::ExactStop;
+    if !block.motion.splittable || stops || !is_simple(block.view) {
         return None;
     }
     let form = Form::of(block)?;

@@ -1,0 +1,253 @@
+//! The text half of the proof: which line of the original each line of the rewritten program stands for. In: both
+//! programs. Out: a [`Role`] for every line, with the increment of the control there; differences go into the proof.
+
+use crate::ids::BlockId;
+use crate::nc::{Program, TokenKind};
+
+use super::super::decimal::Decimal;
+use super::super::mark;
+use super::super::view::{Modes, View, number_bytes};
+use super::{ENOUGH, Proof};
+
+/// What a line of the rewritten program is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// This line of the original.
+    Same(BlockId),
+    /// A piece before the last one of this block.
+    Piece(BlockId),
+    /// The last piece of this block.
+    Last(BlockId),
+    /// An F word or a comment of ours.
+    Added,
+}
+
+/// Roles of the lines of the rewritten program.
+#[derive(Debug, Clone, Default)]
+pub struct Roles {
+    /// By line.
+    pub of: Vec<Role>,
+    /// Increment of the control on each line of the original, mm.
+    pub increment_mm: Vec<f64>,
+}
+
+/// Most pieces a block may have.
+const MOST_PIECES: usize = 10_000;
+const AXES: [u8; 3] = *b"XYZ";
+
+/// Aligns the two texts.
+pub fn align(original: &Program, rewritten: &Program, proof: &mut Proof) -> Roles {
+    let mut walk = Walk {
+        original,
+        rewritten,
+        i: 0,
+        j: 0,
+        modes: Modes { inch: false, incremental: false },
+        roles: Roles::default(),
+    };
+    while (walk.i < original.len() || walk.j < rewritten.len()) && proof.differences.len() < ENOUGH {
+        walk.step(proof);
+    }
+    let added = |role: &&Role| matches!(role, Role::Added | Role::Piece(_));
+    proof.blocks_added = walk.roles.of.iter().filter(added).count();
+    proof.blocks_split = walk.roles.of.iter().filter(|role| matches!(role, Role::Last(_))).count();
+    walk.roles
+}
+
+struct Walk<'a> {
+    original: &'a Program,
+    rewritten: &'a Program,
+    i: usize,
+    j: usize,
+    modes: Modes,
+    roles: Roles,
+}
+
+impl Walk<'_> {
+    fn step(&mut self, proof: &mut Proof) {
+        let here = (self.i < self.original.len()).then(|| Bare::of(self.original, self.i));
+        let there = (self.j < self.rewritten.len()).then(|| Bare::of(self.rewritten, self.j));
+        match (here, there) {
+            (Some(a), Some(b)) if a.text == b.text && a.pairs_with(&b) => self.pair(Role::Same(BlockId(self.i as u32))),
+            (_, Some(b)) if b.is_added() => self.push(Role::Added),
+            (Some(a), _) if a.is_comment_of_ours() => self.pass_original(),
+            (Some(_), Some(_)) => match self.pieces() {
+                Some(count) => self.push_pieces(count),
+                None => self.differ(proof),
+            },
+            (Some(_), None) => {
+                proof.differ(Some(self.i as u32 + 1), None, "the line is missing");
+                self.pass_original();
+            }
+            (None, Some(_)) => {
+                proof.differ(None, Some(self.j as u32 + 1), "the line is not in the original");
+                self.push(Role::Added);
+            }
+            (None, None) => {}
+        }
+    }
+
+    fn pair(&mut self, role: Role) {
+        self.push(role);
+        self.pass_original();
+    }
+
+    fn push(&mut self, role: Role) {
+        self.roles.of.push(role);
+        self.j += 1;
+    }
+
+    fn pass_original(&mut self) {
+        self.modes = self.modes_here();
+        let digits = self.original.dialect().coordinate_digits(self.modes.inch) as i32;
+        self.roles.increment_mm.push(10f64.powi(-digits) * self.modes.unit_mm());
+        self.i += 1;
+    }
+
+    fn modes_here(&self) -> Modes {
+        self.modes.after(&View::of(self.original, BlockId(self.i as u32)))
+    }
+
+    fn push_pieces(&mut self, count: usize) {
+        let block = BlockId(self.i as u32);
+        for _ in 1..count {
+            self.push(Role::Piece(block));
+        }
+        self.pair(Role::Last(block));
+    }
+
+    /// Number of lines of the rewritten program, from here, that are the pieces of this block; `None`: they are not.
+    fn pieces(&self) -> Option<usize> {
+        let whole = Frame::of(self.original, self.i)?;
+        let incremental = self.modes_here().incremental;
+        let mut sum = [Some(Decimal::nearest(0.0, 0)); 3];
+        let end = self.rewritten.len().min(self.j + MOST_PIECES);
+        for (count, at) in (self.j..end).enumerate() {
+            let piece = Frame::of(self.rewritten, at)?;
+            if piece.code != whole.code {
+                return None;
+            }
+            for (axis, number) in sum.iter_mut().enumerate() {
+                *number = piece.axes[axis].zip(*number).map(|(step, sum)| sum.plus(step));
+            }
+            let ended = if incremental { same(&sum, &whole.axes) } else { same(&piece.axes, &whole.axes) };
+            if ended && count > 0 && piece.rest == whole.rest && piece.number == whole.number {
+                return Some(count + 1);
+            }
+            if !piece.rest.is_empty() {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Reports a difference and finds the next lines that agree.
+    fn differ(&mut self, proof: &mut Proof) {
+        let text = |program: &Program, at: usize| (at < program.len()).then(|| Bare::of(program, at).text);
+        let (line, other) = (self.i as u32 + 1, self.j as u32 + 1);
+        if text(self.original, self.i + 1) == text(self.rewritten, self.j) {
+            proof.differ(Some(line), Some(other), "the line is missing");
+            self.pass_original();
+        } else if text(self.original, self.i) == text(self.rewritten, self.j + 1) {
+            proof.differ(Some(line), Some(other), "the line is not in the original");
+            self.push(Role::Added);
+        } else {
+            proof.differ(Some(line), Some(other), "the line differs in more than its feed");
+            self.pair(Role::Same(BlockId(self.i as u32)));
+        }
+    }
+}
+
+fn same(a: &[Option<Decimal>; 3], b: &[Option<Decimal>; 3]) -> bool {
+    let equal = |(a, b): (&Option<Decimal>, &Option<Decimal>)| match (a, b) {
+        (Some(a), Some(b)) => a.minus(*b).is_zero(),
+        (None, None) => true,
+        _ => false,
+    };
+    a.iter().zip(b).all(equal)
+}
+
+/// A line without its F words and our comments, each with the blank before it.
+struct Bare {
+    text: Vec<u8>,
+    feed: bool,
+    ours: bool,
+    /// Nothing but a block number is left.
+    void: bool,
+}
+
+impl Bare {
+    fn of(program: &Program, line: usize) -> Self {
+        let block = BlockId(line as u32);
+        let span = program.span(block);
+        let mut bare = Self { text: Vec::with_capacity(span.len()), feed: false, ours: false, void: true };
+        let mut at = span.start;
+        for token in program.tokens(block) {
+            let is_feed = token.kind == TokenKind::Word(b'F');
+            let is_ours = token.kind == TokenKind::Comment && mark::read(token.span.of(program.text())).is_some();
+            bare.feed |= is_feed;
+            bare.ours |= is_ours;
+            let blank = matches!(token.kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Word(b'N'));
+            bare.void &= is_feed || is_ours || blank;
+            if is_feed || is_ours {
+                let cut = mark::with_blank_before(program.text(), token.span);
+                bare.text.extend_from_slice(&program.text()[at as usize..cut.start.max(at) as usize]);
+                at = cut.end;
+            }
+        }
+        bare.text.extend_from_slice(&program.text()[at as usize..span.end as usize]);
+        bare
+    }
+    /// A line that the rewriter may have put in.
+    fn is_added(&self) -> bool {
+        self.void && (self.feed || self.ours)
+    }
+    fn is_comment_of_ours(&self) -> bool {
+        self.void && self.ours && !self.feed
+    }
+    /// Lines with nothing left pair only when both or neither could have been put in.
+    fn pairs_with(&self, other: &Self) -> bool {
+        !self.void || self.is_added() == other.is_added()
+    }
+}
+
+/// What pieces of one block have in common, and what tells them apart.
+struct Frame {
+    /// Every word but N, F, axes and centre: letter and number; axes by letter alone.
+    code: Vec<u8>,
+    /// Numbers of X, Y, Z.
+    axes: [Option<Decimal>; 3],
+    /// Comments of the user: only the last piece has them.
+    rest: Vec<u8>,
+    /// Number of the block: the last piece keeps it.
+    number: Option<f64>,
+}
+
+impl Frame {
+    /// `None` for a line that could never be a piece.
+    fn of(program: &Program, line: usize) -> Option<Self> {
+        let block = BlockId(line as u32);
+        let view = View::of(program, block);
+        let motion = |word: &super::super::view::Word| b"NFGXYZIJKR".contains(&word.letter);
+        if !view.plain || view.delete || view.words.is_empty() || !view.words.iter().all(motion) {
+            return None;
+        }
+        let number = view.only(b'N').map(|word| word.number);
+        let mut frame = Self { code: Vec::new(), axes: [None; 3], rest: Vec::new(), number };
+        for word in &view.words {
+            if let Some(axis) = AXES.iter().position(|&letter| letter == word.letter) {
+                frame.axes[axis] = Some(Decimal::read(number_bytes(program, word))?);
+                frame.code.push(word.letter);
+            } else if b"GR".contains(&word.letter) {
+                frame.code.extend_from_slice(word.span.of(program.text()));
+            }
+        }
+        for token in program.tokens(block).filter(|token| token.kind == TokenKind::Comment) {
+            let bytes = token.span.of(program.text());
+            if mark::read(bytes).is_none() {
+                frame.rest.extend_from_slice(bytes);
+            }
+        }
+        Some(frame)
+    }
+}

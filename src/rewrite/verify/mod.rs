@@ -1,0 +1,78 @@
+//! Proof, from two texts alone, that only feeds, split points and our own comments differ. In: the original, the rewritten
+//! program, and the surroundings they are read in. Out: a [`Proof`]; it holds when it lists no difference.
+//!
+//! Two steps, each of which can fail by itself. *Text*: with F words and our comments taken away, every line of the
+//! rewritten program is a line of the original byte for byte, a line of nothing but F, or a piece of a block. *Motion*: both
+//! are interpreted; every event must be the same in the same order, and the pieces of a block must lie on its path, join,
+//! and end where it ends. Feeds of threads and probes must be what they were. Where blocks hang on the block-delete switch,
+//! motions are compared with the switch on and off.
+
+mod align;
+mod motion;
+
+use crate::nc::{Environment, Program, TokenKind, interpret, parse};
+
+/// One difference that must not be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// Line of the original, 1-based.
+    pub original_line: Option<u32>,
+    /// Line of the rewritten program, 1-based.
+    pub rewritten_line: Option<u32>,
+    /// What differs.
+    pub text: String,
+}
+
+/// What was found.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Proof {
+    /// Everything that differs besides feeds, split points and our comments.
+    pub differences: Vec<Difference>,
+    /// Motions compared.
+    pub motions: usize,
+    /// Motions of the original that run at another feed now (one cut into pieces counts once).
+    pub feeds_changed: usize,
+    /// Lines added.
+    pub blocks_added: usize,
+    /// Blocks cut into pieces.
+    pub blocks_split: usize,
+}
+
+impl Proof {
+    /// True when only feeds, split points and our comments differ.
+    pub fn holds(&self) -> bool {
+        self.differences.is_empty()
+    }
+    fn differ(&mut self, original_line: Option<u32>, rewritten_line: Option<u32>, text: impl Into<String>) {
+        self.differences.push(Difference { original_line, rewritten_line, text: text.into() });
+    }
+}
+
+/// Differences after which no more are looked for.
+const ENOUGH: usize = 100;
+
+/// Compares the two; see the head of the file. The rewritten program is read in the dialect of the original.
+pub fn verify(original: &Program, rewritten: &Program, environment: &Environment<'_>) -> Proof {
+    if rewritten.dialect() != original.dialect() {
+        let same = parse(rewritten.text().to_vec(), Some(original.dialect()));
+        return verify(original, &same, environment);
+    }
+    let mut proof = Proof::default();
+    let roles = align::align(original, rewritten, &mut proof);
+    if !proof.holds() {
+        return proof;
+    }
+    let switches: &[bool] = if has_delete(original) { &[false, true] } else { &[false] };
+    for &block_delete in switches {
+        let environment = Environment { block_delete, ..environment.clone() };
+        let before = interpret(original, &environment);
+        let after = interpret(rewritten, &environment);
+        motion::compare(&before, &after, &roles, &mut proof);
+    }
+    proof
+}
+
+fn has_delete(program: &Program) -> bool {
+    let slash = memchr::memchr_iter(b'/', program.text()).map(|at| program.block_at(at as u32));
+    slash.into_iter().any(|block| program.tokens(block).any(|token| token.kind == TokenKind::Delete))
+}

@@ -1,0 +1,250 @@
+//! The motion half of the proof. In: what both programs do, and which line stands for which. Out: differences, and counts.
+//!
+//! Pieces of a block: each begins where the one before ends, the first begins and the last ends where the block did; split
+//! points lie within half an increment of its path, everything between within one increment (an arc's centre is rounded
+//! too), further along at each piece; arcs keep plane and sense, and their turns add up.
+
+use crate::ids::BlockId;
+use crate::nc::{Event, Freeze, Move, MoveKind, Toolpath};
+use crate::path::{Curve, Vec3};
+
+use super::align::{Role, Roles};
+use super::{ENOUGH, Proof};
+
+/// Rounding of sums of coordinates, mm.
+const SAME_MM: f64 = 1e-6;
+/// Relative rounding of feeds.
+const SAME_FEED: f64 = 1e-9;
+
+/// Compares all events in order.
+pub fn compare(before: &Toolpath, after: &Toolpath, roles: &Roles, proof: &mut Proof) {
+    let mut rest = after.events.as_slice();
+    for event in &before.events {
+        if proof.differences.len() >= ENOUGH {
+            return;
+        }
+        let taken = match (event, rest.first()) {
+            (Event::Move(id), Some(Event::Move(first))) => {
+                let whole = &before.moves[id.ix()];
+                let pieces = pieces(whole, rest, after, roles);
+                if pieces.len() > 1 {
+                    compare_pieces(whole, &pieces, roles, proof);
+                } else {
+                    compare_moves(whole, &after.moves[first.ix()], roles, proof);
+                }
+                pieces.len().max(1)
+            }
+            (_, Some(other)) => {
+                compare_events(event, other, roles, proof);
+                1
+            }
+            (_, None) => {
+                proof.differ(Some(line_of(event, before)), None, "the rewritten program ends before this");
+                return;
+            }
+        };
+        rest = &rest[taken..];
+    }
+    if let Some(event) = rest.first() {
+        proof.differ(None, Some(line_of(event, after)), "the rewritten program goes on where the original ends");
+    }
+}
+
+fn line_of(event: &Event, toolpath: &Toolpath) -> u32 {
+    match event {
+        Event::Move(id) => toolpath.moves[id.ix()].line,
+        Event::Dwell { line, .. }
+        | Event::Tool { line, .. }
+        | Event::Spindle { line, .. }
+        | Event::Stop { line, .. } => *line,
+    }
+}
+
+/// Line of the original that a line of the rewritten program stands for.
+fn origin(line: u32, roles: &Roles) -> Option<u32> {
+    match roles.of.get((line as usize).checked_sub(1)?)? {
+        Role::Same(block) | Role::Piece(block) | Role::Last(block) => Some(block.0 + 1),
+        Role::Added => None,
+    }
+}
+
+fn compare_events(a: &Event, b: &Event, roles: &Roles, proof: &mut Proof) {
+    let place = |line: &u32| origin(*line, roles);
+    let (same, lines) = match (a, b) {
+        (Event::Dwell { seconds, line }, Event::Dwell { seconds: other, line: at }) => {
+            (seconds == other, Some((line, at)))
+        }
+        (Event::Tool { number, line }, Event::Tool { number: other, line: at }) => (number == other, Some((line, at))),
+        (Event::Spindle { spin, line }, Event::Spindle { spin: other, line: at }) => (spin == other, Some((line, at))),
+        (Event::Stop { end, line }, Event::Stop { end: other, line: at }) => (end == other, Some((line, at))),
+        _ => (false, None),
+    };
+    if !same || lines.is_none_or(|(line, at)| place(at) != Some(*line)) {
+        proof.differ(lines.map(|l| *l.0), lines.map(|l| *l.1), format!("{} became {}", name(a), name(b)));
+    }
+}
+
+fn name(event: &Event) -> String {
+    match event {
+        Event::Move(_) => "a motion".to_owned(),
+        Event::Dwell { seconds, .. } => format!("a dwell of {seconds} s"),
+        Event::Tool { number, .. } => format!("tool {number}"),
+        Event::Spindle { spin, .. } => {
+            format!("spindle at {} rev/s{}", spin.rps, if spin.reverse { " reversed" } else { "" })
+        }
+        Event::Stop { .. } => "a stop".to_owned(),
+    }
+}
+
+/// The motions that are the pieces of this one: one after the other, all but the last in the role of a piece.
+fn pieces<'a>(whole: &Move, events: &[Event], after: &'a Toolpath, roles: &Roles) -> Vec<&'a Move> {
+    let mut out = Vec::new();
+    for event in events {
+        let Event::Move(id) = event else { break };
+        let motion = &after.moves[id.ix()];
+        out.push(motion);
+        match roles.of.get(motion.block.ix()) {
+            Some(Role::Piece(block)) if block.0 + 1 == whole.line => {}
+            _ => break,
+        }
+    }
+    out
+}
+
+fn compare_moves(a: &Move, b: &Move, roles: &Roles, proof: &mut Proof) {
+    let mut differ = |text: &str| proof.differ(Some(a.line), Some(b.line), text);
+    if origin(b.line, roles) != Some(a.line) || a.kind != b.kind {
+        differ("the motion is another");
+    } else if !same_curve(&a.curve, &b.curve) {
+        differ("the motion goes another way");
+    } else if let Some(text) = other_state(a, b) {
+        differ(text);
+    } else if a.instance != b.instance || a.freeze != b.freeze {
+        differ("the motion is made under other circumstances");
+    }
+    proof.motions += 1;
+    proof.feeds_changed += usize::from(a.kind == MoveKind::Feed && feed_differs(a, b));
+}
+
+/// What besides path and kind must be as it was.
+fn other_state(a: &Move, b: &Move) -> Option<&'static str> {
+    let frozen = matches!(a.freeze, Some(Freeze::Synchronised | Freeze::Probe));
+    if a.spin != b.spin {
+        Some("the spindle runs otherwise")
+    } else if a.tool != b.tool || a.wcs != b.wcs {
+        Some("tool or work offset is another")
+    } else if a.path_mode != b.path_mode {
+        Some("the path mode is another")
+    } else if a.kind == MoveKind::Feed && a.feed.mode != b.feed.mode {
+        Some("the unit of the feed is another")
+    } else if frozen && feed_differs(a, b) {
+        Some("the feed of a thread or probe changed")
+    } else if a.kind == MoveKind::Feed && a.feed.mm_s > 0.0 && b.feed.mm_s <= 0.0 {
+        Some("the motion has no feed any more")
+    } else {
+        None
+    }
+}
+
+fn feed_differs(a: &Move, b: &Move) -> bool {
+    (a.feed.mm_s - b.feed.mm_s).abs() > SAME_FEED * a.feed.mm_s.abs()
+}
+
+fn same_point(a: Vec3, b: Vec3) -> bool {
+    (a - b).amax() <= SAME_MM
+}
+
+fn same_curve(a: &Curve, b: &Curve) -> bool {
+    let arcs = match (a, b) {
+        (Curve::Line { .. }, Curve::Line { .. }) => true,
+        (Curve::Arc(a), Curve::Arc(b)) => {
+            let reach = SAME_MM / a.radius_mm.max(SAME_MM) + 1e-12;
+            a.plane == b.plane && same_point(a.centre, b.centre) && (a.sweep_rad - b.sweep_rad).abs() <= 4.0 * reach
+        }
+        _ => false,
+    };
+    arcs && same_point(a.from(), b.from()) && same_point(a.to(), b.to())
+}
+
+fn compare_pieces(whole: &Move, pieces: &[&Move], roles: &Roles, proof: &mut Proof) {
+    let increment_mm = roles.increment_mm.get(BlockId(whole.line - 1).ix()).copied().unwrap_or(0.0);
+    let line = pieces.first().map(|piece| piece.line);
+    if let Some(text) = wrong_pieces(whole, pieces, increment_mm) {
+        proof.differ(Some(whole.line), line, text);
+    }
+    let last = pieces.last().is_some_and(|piece| matches!(roles.of.get(piece.block.ix()), Some(Role::Last(_))));
+    if !last {
+        proof.differ(Some(whole.line), line, "the pieces of the block do not end it");
+    }
+    proof.motions += 1;
+    proof.feeds_changed += 1;
+}
+
+fn wrong_pieces(whole: &Move, pieces: &[&Move], increment_mm: f64) -> Option<&'static str> {
+    let (first, last) = (pieces.first()?, pieces.last()?);
+    let joined = pieces.windows(2).all(|pair| same_point(pair[0].curve.to(), pair[1].curve.from()));
+    let feeds = pieces.iter().all(|piece| piece.kind == MoveKind::Feed && piece.freeze.is_none());
+    if whole.kind != MoveKind::Feed || whole.freeze.is_some() || !feeds {
+        return Some("a motion that must stay whole is cut");
+    }
+    if !joined || !same_point(first.curve.from(), whole.curve.from()) || !same_point(last.curve.to(), whole.curve.to())
+    {
+        return Some("the pieces of the block do not join");
+    }
+    if let Some(text) = pieces.iter().find_map(|piece| other_state(whole, piece)) {
+        return Some(text);
+    }
+    if !on_path(whole, pieces, increment_mm) {
+        return Some("a piece leaves the path of its block");
+    }
+    None
+}
+
+fn on_path(whole: &Move, pieces: &[&Move], increment_mm: f64) -> bool {
+    let length = whole.curve.length();
+    let mut reached = 0.0;
+    for (index, piece) in pieces.iter().enumerate() {
+        let ends = piece.curve.length();
+        let inside = |k: u32| piece.curve.point(ends * f64::from(k) / 8.0);
+        let along = |point: Vec3, near: f64| foot(&whole.curve, point, near);
+        let near = |k: u32| reached + ends * f64::from(k) / 8.0;
+        if (1..8).any(|k| along(inside(k), near(k)).1 > increment_mm + SAME_MM) {
+            return false;
+        }
+        let (s, off) = along(piece.curve.to(), reached + ends);
+        let is_last = index + 1 == pieces.len();
+        if s <= reached || (!is_last && (off > 0.5 * increment_mm + SAME_MM || s >= length)) {
+            return false;
+        }
+        reached = s;
+    }
+    turns_agree(&whole.curve, pieces, increment_mm)
+}
+
+/// Place along the curve nearest to a point, looked for from `near_mm` on, and the distance there.
+fn foot(curve: &Curve, point: Vec3, near_mm: f64) -> (f64, f64) {
+    let length = curve.length();
+    let mut s = near_mm.clamp(0.0, length);
+    for _ in 0..6 {
+        s = (s + (point - curve.point(s)).dot(&curve.tangent(s))).clamp(0.0, length);
+    }
+    (s, (point - curve.point(s)).norm())
+}
+
+fn turns_agree(whole: &Curve, pieces: &[&Move], increment_mm: f64) -> bool {
+    match whole {
+        Curve::Line { .. } => pieces.iter().all(|piece| matches!(piece.curve, Curve::Line { .. })),
+        Curve::Arc(arc) => {
+            let mut sum = 0.0;
+            for piece in pieces {
+                let Curve::Arc(part) = &piece.curve else { return false };
+                if part.plane != arc.plane || part.sweep_rad.signum() != arc.sweep_rad.signum() {
+                    return false;
+                }
+                sum += part.sweep_rad;
+            }
+            let rounding = 2.0 * (pieces.len() as f64 + 1.0) * increment_mm / arc.radius_mm.max(increment_mm);
+            (sum - arc.sweep_rad).abs() <= rounding + 1e-6
+        }
+    }
+}
