@@ -3,6 +3,7 @@
 
 mod arc;
 mod calls;
+mod cycles;
 mod flow;
 mod labels;
 mod line;
@@ -15,11 +16,13 @@ mod state;
 use std::rc::Rc;
 
 use calls::{Call, Source};
+use cycles::Cycle;
 use flow::After;
 use labels::Labels;
 use line::Line;
 use state::{Frame, Modal};
 
+use super::dialect::Dialect;
 use super::environment::Environment;
 use super::expr::{self, Parameters, Target};
 use super::lex::TokenKind;
@@ -89,6 +92,8 @@ struct Run<'a> {
     repeats: Vec<(usize, u32, u64)>,
     /// Executions of each block of the main text so far; empty until the first jump.
     counts: Vec<u32>,
+    /// The canned cycle in force.
+    cycle: Option<Cycle>,
     /// Feed moves of drilling cycles, each with the block whose F word drives it.
     cycle_moves: Vec<(u32, BlockId)>,
     /// Bytes that may still be executed.
@@ -99,7 +104,8 @@ impl<'a> Run<'a> {
     fn new(program: &'a Program, env: &'a Environment<'a>) -> Self {
         let start = env.start_mm.or(env.home_mm);
         let tool = start.unwrap_or_else(|| Vec3::new(0.0, 0.0, env.clear_z_mm));
-        let modal = Modal { inch: env.inch, ..Modal::default() };
+        let retract_to_r = program.dialect() == Dialect::LinuxCnc;
+        let modal = Modal { inch: env.inch, retract_to_r, ..Modal::default() };
         Self {
             program,
             env,
@@ -127,6 +133,7 @@ impl<'a> Run<'a> {
             calls: Vec::new(),
             repeats: Vec::new(),
             counts: Vec::new(),
+            cycle: None,
             cycle_moves: Vec::new(),
             budget: (program.text().len() + BLOCK_COST * program.len()) as u64 + env.max_repeated_bytes,
         }

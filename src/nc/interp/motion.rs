@@ -14,7 +14,10 @@ impl Run<'_> {
     pub(super) fn motion(&mut self, line: &Line, machine: bool, stated: bool) {
         let arc = matches!(self.modal.motion, Motion::Clockwise | Motion::CounterClockwise);
         let straight = matches!(self.modal.motion, Motion::Rapid | Motion::Feed);
-        let axes = line.has_any(b"XYZABC") || (arc && line.has_any(b"IJKR")) || (stated && straight);
+        let axes = line.has_any(b"XYZABC")
+            || (arc && line.has_any(b"IJKR"))
+            || (stated && straight)
+            || (stated && line.has(b'R'));
         if !axes {
             return;
         }
@@ -33,7 +36,7 @@ impl Run<'_> {
             Motion::Clockwise | Motion::CounterClockwise => self.arc(line, turned),
             Motion::Synchronised => self.frozen_line(line, Freeze::Synchronised),
             Motion::Probe => self.frozen_line(line, Freeze::Probe),
-            Motion::Cycle(_) => self.frozen_line(line, Freeze::NotUnderstood),
+            Motion::Cycle(code) => self.cycle(line, code),
         }
     }
 

@@ -4,6 +4,7 @@ use super::Run;
 use super::line::Line;
 use super::state::{FeedWord, Motion};
 use crate::diag::{Severity, Span};
+use crate::nc::dialect::Dialect;
 use crate::nc::toolpath::{Event, FeedMode, Freeze, PathMode};
 use crate::path::Plane;
 use crate::units::rps_from_rpm;
@@ -33,6 +34,9 @@ impl Run<'_> {
         let path_mode = self.modal.path_mode;
         for &(code, span) in &line.g {
             self.setting(code, span, line, &mut action, &mut stated);
+        }
+        if !matches!(self.modal.motion, Motion::Cycle(_)) {
+            self.cycle = None;
         }
         if let Some(value) = line.get(b'F') {
             self.feed_word(value, line);
@@ -158,8 +162,17 @@ impl Run<'_> {
     }
 
     fn dwell(&mut self, line: &Line) {
-        let seconds = line.get(b'P').or(line.get(b'X')).or(line.get(b'U')).unwrap_or(0.0).max(0.0);
+        let long = self.dwell_seconds(line, b'P').or(line.get(b'X')).or(line.get(b'U'));
+        let seconds = long.unwrap_or(0.0).max(0.0);
         self.event(Event::Dwell { seconds, line: self.line_number() });
+    }
+
+    /// A dwell word in s: Fanuc and Haas count ms where there is no decimal point.
+    pub(super) fn dwell_seconds(&self, line: &Line, letter: u8) -> Option<f64> {
+        let value = line.get(letter)?;
+        let counts_ms = matches!(self.program.dialect(), Dialect::Fanuc | Dialect::Haas);
+        let text = line.span(letter).unwrap_or_default().of(self.source.program().text());
+        Some(if counts_ms && !text.contains(&b'.') { value * 1e-3 } else { value }.max(0.0))
     }
 
     fn stops(&mut self, line: &Line) {

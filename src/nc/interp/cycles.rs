@@ -1,0 +1,238 @@
+//! Canned cycles G73, G74, G76, G81–G89 in the three planes, as the motions they make.
+//!
+//! The drilling axis is the normal of the plane. A cycle begins at the level `il` the tool had when cycles came into
+//! force; with G98 it returns to that level (or to R, if that is higher), with G99 to R. With G91, R counts from `il` and
+//! the depth from R. Words stay in force until the cycle is cancelled.
+
+use super::Run;
+use super::line::Line;
+use crate::diag::Severity;
+use crate::nc::dialect::Dialect;
+use crate::nc::toolpath::{Event, Freeze, MoveKind, Spin};
+use crate::path::Vec3;
+
+/// What G73 withdraws, and how far above the last depth G83 slows down, mm (0.010 inch, as LinuxCNC has it).
+const PECK_CLEARANCE_MM: f64 = 0.254;
+/// Most pecks or repeats of one block that are followed.
+const MAX_REPEATS: f64 = 10_000.0;
+
+/// Words of a cycle that stay in force, mm and s.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cycle {
+    /// Level at which cycles came into force.
+    pub initial: f64,
+    depth: Option<f64>,
+    retract: Option<f64>,
+    peck: Option<f64>,
+    dwell_s: f64,
+    shift: [f64; 2],
+    /// K: where back boring ends.
+    top: Option<f64>,
+}
+
+impl Run<'_> {
+    /// The cycle of a block, once or several times.
+    pub(super) fn cycle(&mut self, line: &Line, code: u16) {
+        let place = line.g.last().map_or_else(|| self.source.program().span(self.block), |g| g.1);
+        if code == 760 && self.program.dialect() == Dialect::LinuxCnc {
+            self.freeze = Some(Freeze::Synchronised);
+            self.say("nc::threading", Severity::Warning, place, "the G76 threading cycle is kept, not simulated", "");
+            return;
+        }
+        let cycle = self.cycle_words(line);
+        let (Some(_), Some(retract)) = (cycle.depth, cycle.retract) else {
+            self.not_understood("nc::cycle", place, "the cycle has no depth or no R plane", "write Z and R");
+            return;
+        };
+        self.freeze = self.freeze.or(match code {
+            740 | 840 => Some(Freeze::Synchronised),
+            730 | 810..=830 => None,
+            _ => Some(Freeze::Cycle),
+        });
+        self.splittable = false;
+        let (_, _, n) = self.modal.plane.axes();
+        let level = if self.modal.incremental { retract + cycle.initial } else { retract };
+        let mut hole = self.target(line);
+        let step = hole - self.programmed;
+        hole = self.programmed;
+        if cycle.initial < level {
+            hole[n] = level;
+            self.line_to(MoveKind::Rapid, hole);
+        }
+        let repeats = self.cycle_repeats(line, code);
+        for count in 0..repeats {
+            for axis in (0..3).filter(|&axis| axis != n) {
+                hole[axis] += if count == 0 || self.modal.incremental { step[axis] } else { 0.0 };
+            }
+            self.one_hole(cycle, code, hole, level);
+        }
+    }
+
+    /// Takes the words of the block into the cycle in force.
+    fn cycle_words(&mut self, line: &Line) -> Cycle {
+        let (a, b, n) = self.modal.plane.axes();
+        let unit = self.modal.unit_mm();
+        let mut cycle = self.cycle.unwrap_or(Cycle { initial: self.programmed[n], ..Cycle::default() });
+        let mm = |letter: u8| line.get(letter).map(|value| value * unit);
+        cycle.depth = mm(b"XYZ"[n]).or(cycle.depth);
+        cycle.retract = mm(b'R').or(cycle.retract);
+        cycle.peck = mm(b'Q').or(cycle.peck);
+        cycle.top = mm(b"IJK"[n]).or(cycle.top);
+        if let Some(seconds) = self.dwell_seconds(line, b'P') {
+            cycle.dwell_s = seconds;
+        }
+        for (place, axis) in [a, b].into_iter().enumerate() {
+            cycle.shift[place] = mm(b"IJK"[axis]).unwrap_or(cycle.shift[place]);
+        }
+        self.cycle = Some(cycle);
+        cycle
+    }
+
+    fn cycle_repeats(&mut self, line: &Line, code: u16) -> u64 {
+        let fanuc = !matches!(self.program.dialect(), Dialect::LinuxCnc | Dialect::Grbl);
+        let k = if fanuc && code != 870 { line.get(b'K') } else { None };
+        let repeats = line.get(b'L').or(k).unwrap_or(1.0).max(0.0);
+        if repeats > MAX_REPEATS {
+            let span = line.span(b'L').or(line.span(b'K')).unwrap_or_default();
+            self.not_understood("nc::cycle", span, "more than 10000 repeats are not followed", "");
+        }
+        repeats.min(MAX_REPEATS) as u64
+    }
+
+    fn one_hole(&mut self, cycle: Cycle, code: u16, mut hole: Vec3, level: f64) {
+        let (_, _, n) = self.modal.plane.axes();
+        let clear = if self.modal.retract_to_r { level } else { level.max(cycle.initial) };
+        let travel = if self.modal.retract_to_r { self.programmed[n] } else { clear };
+        let z = cycle.depth.map_or(level, |z| if self.modal.incremental { level + z } else { z });
+        hole[n] = travel;
+        self.line_to(MoveKind::Rapid, hole);
+        if travel != level {
+            self.axial(MoveKind::Rapid, level);
+        }
+        match code {
+            730 | 830 => self.peck(code == 830, cycle, level, z),
+            870 => return self.back_bore(cycle, z, clear),
+            _ => self.drill_to(z),
+        }
+        if matches!(code, 740 | 760 | 820 | 840 | 860 | 880 | 890) && (cycle.dwell_s > 0.0 || code == 820) {
+            self.event(Event::Dwell { seconds: cycle.dwell_s, line: self.line_number() });
+        }
+        match code {
+            740 | 840 => self.tap_out(level, clear),
+            890 if self.program.dialect() == Dialect::LinuxCnc => self.drill_to(clear),
+            850 | 890 => {
+                self.drill_to(level);
+                if clear != level {
+                    self.axial(MoveKind::Rapid, clear);
+                }
+            }
+            760 => self.shifted_out(cycle, clear),
+            860 | 880 => self.spindle_stopped(|run| run.axial(MoveKind::Rapid, clear)),
+            _ => self.axial(MoveKind::Rapid, clear),
+        }
+    }
+
+    /// Straight along the drilling axis.
+    fn axial(&mut self, kind: MoveKind, level: f64) {
+        let (_, _, n) = self.modal.plane.axes();
+        let mut target = self.programmed;
+        target[n] = level;
+        self.line_to(kind, target);
+    }
+
+    fn drill_to(&mut self, level: f64) {
+        if let Some((block, _)) = self.modal.feed.word {
+            self.cycle_moves.push((self.out.moves.len() as u32, block));
+        }
+        self.axial(MoveKind::Feed, level);
+    }
+
+    fn peck(&mut self, full: bool, cycle: Cycle, level: f64, z: f64) {
+        let way = if z > level { 1.0 } else { -1.0 };
+        let depth = (z - level).abs();
+        let peck = match cycle.peck {
+            Some(q) if q.abs() > 0.0 && depth / q.abs() <= MAX_REPEATS => q.abs(),
+            _ => return self.drill_to(z),
+        };
+        let mut done = peck;
+        while done < depth - 1e-9 {
+            let at = level + way * done;
+            self.drill_to(at);
+            self.axial(MoveKind::Rapid, if full { level } else { at - way * PECK_CLEARANCE_MM });
+            if full {
+                self.axial(MoveKind::Rapid, at - way * PECK_CLEARANCE_MM);
+            }
+            done += peck;
+        }
+        self.drill_to(z);
+    }
+
+    fn tap_out(&mut self, level: f64, clear: f64) {
+        let turning = self.modal.turning;
+        let out = if self.program.dialect() == Dialect::LinuxCnc { clear } else { level };
+        self.turn(-turning);
+        self.axial(MoveKind::Feed, out);
+        self.turn(turning);
+        if clear != out {
+            self.axial(MoveKind::Rapid, clear);
+        }
+    }
+
+    fn turn(&mut self, turning: i8) {
+        let before = self.modal.spin();
+        self.modal.turning = turning;
+        let spin: Spin = self.modal.spin();
+        if spin != before {
+            self.event(Event::Spindle { spin, line: self.line_number() });
+        }
+    }
+
+    fn spindle_stopped(&mut self, mut motion: impl FnMut(&mut Self)) {
+        let turning = self.modal.turning;
+        self.turn(0);
+        motion(self);
+        self.turn(turning);
+    }
+
+    /// Fine boring: the tool steps off the wall, goes out and steps back.
+    fn shifted_out(&mut self, cycle: Cycle, clear: f64) {
+        let (a, b, _) = self.modal.plane.axes();
+        let mut aside = self.programmed;
+        aside[a] += if cycle.shift == [0.0; 2] { cycle.peck.unwrap_or(0.0) } else { cycle.shift[0] };
+        aside[b] += cycle.shift[1];
+        let centre = self.programmed;
+        self.spindle_stopped(|run| {
+            run.line_to(MoveKind::Rapid, aside);
+            run.axial(MoveKind::Rapid, clear);
+            let back =
+                Vec3::from_fn(|axis, _| if axis == a || axis == b { centre[axis] } else { run.programmed[axis] });
+            run.line_to(MoveKind::Rapid, back);
+        });
+    }
+
+    /// G87: aside, down, back to the centre, bore upwards to K, and the same way out.
+    fn back_bore(&mut self, cycle: Cycle, z: f64, clear: f64) {
+        let (a, b, _) = self.modal.plane.axes();
+        let offset = if cycle.shift == [0.0; 2] { [cycle.peck.unwrap_or(0.0), 0.0] } else { cycle.shift };
+        let step = |run: &mut Self, sign: f64| {
+            let mut aside = run.programmed;
+            aside[a] += sign * offset[0];
+            aside[b] += sign * offset[1];
+            run.line_to(MoveKind::Rapid, aside);
+        };
+        self.spindle_stopped(|run| {
+            step(run, 1.0);
+            run.axial(MoveKind::Rapid, z);
+            step(run, -1.0);
+        });
+        if let Some(top) = cycle.top {
+            self.drill_to(top);
+            self.drill_to(z);
+        }
+        self.spindle_stopped(|run| {
+            step(run, 1.0);
+            run.axial(MoveKind::Rapid, clear);
+            step(run, -1.0);
+        });
+    }
+}
