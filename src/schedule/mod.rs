@@ -2,8 +2,11 @@
 //! [`Schedule`]: feeds per piece, what bound them and at what price, realised speeds and times.
 
 pub mod caps;
+pub mod check;
 pub mod cone;
+pub mod convex;
 pub mod corner;
+pub mod optimum;
 pub mod pass;
 pub mod problem;
 pub mod realise;

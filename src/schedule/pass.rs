@@ -17,6 +17,8 @@ pub struct Leg {
     pub cap_b: f64,
     /// Highest tangential acceleration either way, mm/s² (of legs without rows).
     pub accel_mm_s2: f64,
+    /// Highest tangential jerk, mm/s³; infinite where there is no limit.
+    pub jerk_mm_s3: f64,
     /// First row.
     pub first_row: u32,
     /// Number of rows; 0: a straight leg.
@@ -156,7 +158,14 @@ mod tests {
     use super::*;
 
     fn straight(ds_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> Leg {
-        Leg { ds_mm, cap_b: speed_mm_s * speed_mm_s, accel_mm_s2, first_row: 0, row_count: 0 }
+        Leg {
+            ds_mm,
+            cap_b: speed_mm_s * speed_mm_s,
+            accel_mm_s2,
+            jerk_mm_s3: f64::INFINITY,
+            first_row: 0,
+            row_count: 0,
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! From moves to legs. In: the toolpath, the commanded feed of each piece of it, the machine. Out: a [`Track`]: the legs and
 //! points of [`super::pass`], each leg knowing its piece, with rests where the control stops and speeds at the corners.
 
-use super::corner::{Side, along, corner_speed, speed_along};
+use super::corner::{Side, along, corner_speed, jerk_along, speed_along};
 use super::pass::{Chain, Leg, Row};
 use crate::ids::MoveId;
 use crate::machine::Machine;
@@ -125,6 +125,7 @@ impl Builder<'_> {
             ds_mm: span.to_mm - span.from_mm,
             cap_b: cap_mm_s.min(speed_along(axes, tangent)).powi(2),
             accel_mm_s2: along(axes, tangent),
+            jerk_mm_s3: jerk_along(axes, tangent),
             first_row: 0,
             row_count: 0,
         };
@@ -152,7 +153,9 @@ impl Builder<'_> {
         let curvature = curve.curvature(s0_mm).norm();
         let cap_b = cap_mm_s.min(speed).powi(2).min(NORMAL_SHARE * accel / curvature);
         let normal = cap_b * curvature / accel;
-        Leg { ds_mm, cap_b, accel_mm_s2: accel * (1.0 - normal * normal).sqrt(), first_row: 0, row_count: 0 }
+        let accel_mm_s2 = accel * (1.0 - normal * normal).sqrt();
+        let jerk_mm_s3 = jerk_along(&self.machine.axes, curve.tangent(s0_mm));
+        Leg { ds_mm, cap_b, accel_mm_s2, jerk_mm_s3, first_row: 0, row_count: 0 }
     }
 
     /// A leg whose axes may each use all they have: rows t·a + k·b within ± limit at both ends.
@@ -171,7 +174,9 @@ impl Builder<'_> {
                 }
             }
         }
-        Leg { ds_mm, cap_b: speed * speed, accel_mm_s2: 0.0, first_row, row_count: rows.len() as u32 - first_row }
+        let jerk_mm_s3 = ends.iter().map(|(t, _)| jerk_along(&self.machine.axes, *t)).fold(f64::INFINITY, f64::min);
+        let row_count = rows.len() as u32 - first_row;
+        Leg { ds_mm, cap_b: speed * speed, accel_mm_s2: 0.0, jerk_mm_s3, first_row, row_count }
     }
 
     fn push(&mut self, id: MoveId, tag: u32, leg: Leg) {
