@@ -15,6 +15,7 @@ use crate::force::{Cap, Cut, Cutter, LoadLine};
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Mode, Spindle};
 use crate::nc::{Move, MoveKind, Toolpath};
+use crate::units::{mm_s_from_mm_min, nmm_from_nm};
 
 /// Share of the lowest feed asked for below which a load limit counts as impossible to meet.
 pub const LEAST: f64 = 0.1;
@@ -128,7 +129,9 @@ impl Context<'_> {
 
     fn in_air(&self, rule: &Rule, programmed: Bound) -> Bound {
         let wanted = match self.job.air_feed {
-            Some(air) if air.feed_mm_s > programmed.feed_mm_s => bound(air.feed_mm_s, LimitKind::AirFeed),
+            Some(air) if air.feed_mm_s > programmed.feed_mm_s => {
+                Bound { feed_mm_s: air.feed_mm_s, kind: LimitKind::AirFeed, per_unit: mm_s_from_mm_min(1.0) }
+            }
             _ => programmed,
         };
         lesser(wanted, highest_feed(rule))
@@ -143,7 +146,7 @@ impl Context<'_> {
         let floor = lowest_feed(line.as_ref(), rule, programmed);
         let highest = if rule.limits.bounds_a_load() && line.is_some() {
             let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE.1);
-            bound(programmed * most, LimitKind::FeedChange)
+            Bound { feed_mm_s: programmed * most, kind: LimitKind::FeedChange, per_unit: programmed }
         } else {
             bound(programmed, LimitKind::Programmed)
         };
@@ -183,6 +186,8 @@ fn load_cap(line: &LoadLine, rule: &Rule, spindle: &Spindle, rps: f64) -> LoadCa
             Cap::Free => {}
             Cap::Unreachable => return LoadCap::Impossible(kind),
             Cap::Feed { feed_mm_s, per_unit } => {
+                // Prices are told per unit of the report.
+                let per_unit = if kind == LimitKind::Torque { nmm_from_nm(per_unit) } else { per_unit };
                 let found = Bound { feed_mm_s, kind, per_unit };
                 least = Some(least.map_or(found, |known| lesser(known, found)));
             }
@@ -207,7 +212,8 @@ fn lowest_feed(line: Option<&LoadLine>, rule: &Rule, programmed_mm_s: f64) -> Bo
 }
 
 fn highest_feed(rule: &Rule) -> Bound {
-    bound(rule.limits.feed_max_mm_s.unwrap_or(f64::INFINITY), LimitKind::Feed)
+    let feed_mm_s = rule.limits.feed_max_mm_s.unwrap_or(f64::INFINITY);
+    Bound { feed_mm_s, kind: LimitKind::Feed, per_unit: mm_s_from_mm_min(1.0) }
 }
 
 fn plain(id: MoveId, motion: &Move, station: Option<&Station>, cap: Bound) -> Node {

@@ -5,11 +5,15 @@
 //! on changes, e_i ≥ |x_{i+1} − x_i|. Time is Σ 2 ds_i/√S · d_i. Rows: x_i ≤ cap_i/S; |x_{i+1} − x_i| ≤ 2 a ds_i/S or the
 //! rows of an arc; jerk |a_i − a_{i−1}|·√b_i ≤ J·h_i, a_i = (b_{i+1} − b_i)/2ds_i, h_i half the length of both legs. 1/√b is
 //! convex, so its tangent at the reference b̄ lies below it: |a_i − a_{i−1}| ≤ J h_i (3/2 b̄^-1/2 − b/2 b̄^-3/2) is linear
-//! and never admits more jerk than is allowed. Next to rest the leg has b ≤ J²/4·(6 ds/J)^(4/3), a start at constant jerk.
+//! and never admits more jerk than is allowed. Next to rest the leg has b ≤ J²/4·(6 ds/J)^(4/3), a start at constant jerk,
+//! which takes 3 ds/v instead of 2 ds/v.
 //! Points at rest are constants.
 
 use super::cone::{Program, RowId};
 use super::pass::{Chain, Leg};
+
+/// Time of a leg that begins or ends at rest at constant jerk, in units of its length over the speed at its other end.
+pub const REST_FACTOR: f64 = 3.0;
 
 /// What is asked of a window.
 #[derive(Debug, Clone, Copy)]
@@ -91,7 +95,9 @@ fn solve_scaled(window: &Window, scale: f64) -> Option<WindowAnswer> {
     let unit_s = 2.0 * mean_mm / scale.sqrt();
     let caps = points(&mut program, window, &layout, scale);
     for (i, leg) in legs.iter().enumerate() {
-        time(&mut program, &layout, i, leg.ds_mm / mean_mm);
+        let still = layout.x[i].is_none() || layout.x[i + 1].is_none();
+        let factor = if still && leg.jerk_mm_s3.is_finite() { 0.5 * REST_FACTOR } else { 1.0 };
+        time(&mut program, &layout, i, factor * leg.ds_mm / mean_mm);
         accelerate(&mut program, window.chain, leg, &layout, i, scale);
         if charged {
             change(&mut program, &layout, i, window.change_s / unit_s);

@@ -4,10 +4,12 @@
 pub mod caps;
 pub mod check;
 pub mod cone;
+pub mod control;
 pub mod convex;
 pub mod corner;
 pub mod optimum;
 pub mod pass;
+pub mod prices;
 pub mod problem;
 pub mod realise;
 pub mod rules;

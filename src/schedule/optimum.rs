@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use super::check::{Residuals, jerk_share, residuals};
-use super::convex::{Window, WindowAnswer, rest_cap, solve_window};
+use super::convex::{REST_FACTOR, Window, WindowAnswer, rest_cap, solve_window};
 use super::pass::{Chain, Leg, exact_pass, leg_time_s};
 use super::track::Track;
 use crate::ids::MoveId;
@@ -51,7 +51,17 @@ pub struct Optimum {
 impl Optimum {
     /// Time of every leg, s.
     pub fn leg_times(&self) -> Vec<f64> {
-        let time = |(i, leg)| leg_time_s(leg, self.b[i], self.b[i + 1]);
+        let time = |(i, leg): (usize, &Leg)| {
+            let (b0, b1) = (self.b[i], self.b[i + 1]);
+            // Inside a window b is linear along a leg.
+            if self.window_price_s[i].is_nan() || self.window_price_s[i + 1].is_nan() || b0 + b1 <= 0.0 {
+                leg_time_s(leg, b0, b1)
+            } else if b0.min(b1) <= 0.0 && leg.jerk_mm_s3.is_finite() {
+                REST_FACTOR * leg.ds_mm / b0.max(b1).sqrt()
+            } else {
+                2.0 * leg.ds_mm / (b0.sqrt() + b1.sqrt())
+            }
+        };
         self.chain.legs.iter().enumerate().map(time).collect()
     }
 }

@@ -65,24 +65,28 @@ impl Chain {
 
 /// Largest b at every point.
 pub fn exact_pass(chain: &Chain) -> Vec<f64> {
-    let mut b = chain.point_caps();
-    for i in (0..chain.legs.len()).rev() {
-        let leg = &chain.legs[i];
-        let reach = if leg.row_count == 0 {
-            b[i + 1] + 2.0 * leg.accel_mm_s2 * leg.ds_mm
-        } else {
-            largest_start(chain.rows_of(leg), b[i], b[i + 1])
-        };
-        b[i] = b[i].min(reach);
-    }
-    for i in 0..chain.legs.len() {
-        let leg = &chain.legs[i];
+    let mut b = backward(chain, &chain.point_caps());
+    for (i, leg) in chain.legs.iter().enumerate() {
         let reach = if leg.row_count == 0 {
             b[i] + 2.0 * leg.accel_mm_s2 * leg.ds_mm
         } else {
             largest_end(chain.rows_of(leg), b[i])
         };
         b[i + 1] = b[i + 1].min(reach);
+    }
+    b
+}
+
+/// Largest b at every point from which the rest of the path can be done.
+fn backward(chain: &Chain, caps: &[f64]) -> Vec<f64> {
+    let mut b = caps.to_vec();
+    for (i, leg) in chain.legs.iter().enumerate().rev() {
+        let reach = if leg.row_count == 0 {
+            b[i + 1] + 2.0 * leg.accel_mm_s2 * leg.ds_mm
+        } else {
+            largest_start(chain.rows_of(leg), b[i], b[i + 1])
+        };
+        b[i] = b[i].min(reach);
     }
     b
 }
@@ -106,6 +110,81 @@ pub fn leg_time_s(leg: &Leg, b0: f64, b1: f64) -> f64 {
 /// Time of every leg, s.
 pub fn leg_times(chain: &Chain, b: &[f64]) -> Vec<f64> {
     chain.legs.iter().enumerate().map(|(i, leg)| leg_time_s(leg, b[i], b[i + 1])).collect()
+}
+
+/// What one unit more of each cap saves, s per mm²/s².
+#[derive(Debug, Clone, Default)]
+pub struct CapPrices {
+    /// Cap of each point (the least of its own and those of its legs).
+    pub point_s: Vec<f64>,
+    /// Cap inside each leg.
+    pub leg_s: Vec<f64>,
+}
+
+/// Prices of the caps of an exact pass that gave `b`: both sweeps run in reverse, each handing the price of a speed on to
+/// whatever held it down. A rest has no price.
+pub fn cap_prices(chain: &Chain, b: &[f64]) -> CapPrices {
+    let legs = &chain.legs;
+    let caps = chain.point_caps();
+    let reachable = backward(chain, &caps);
+    let mut gradient = vec![0.0; b.len()];
+    let mut leg_s = vec![0.0; legs.len()];
+    for (i, leg) in legs.iter().enumerate() {
+        let [d0, d1, inside] = time_slopes(leg, b[i], b[i + 1]);
+        gradient[i] += d0;
+        gradient[i + 1] += d1;
+        leg_s[i] = -inside;
+    }
+    for i in (0..legs.len()).rev() {
+        if b[i + 1] < reachable[i + 1] * (1.0 - 1e-12) {
+            gradient[i] += gradient[i + 1] * end_slope(chain, &legs[i], b[i]);
+            gradient[i + 1] = 0.0;
+        }
+    }
+    let mut point_s = vec![0.0; b.len()];
+    for i in 0..b.len() {
+        if i < legs.len() && reachable[i] < caps[i] * (1.0 - 1e-12) {
+            gradient[i + 1] += gradient[i] * start_slope(chain, &legs[i], caps[i], reachable[i + 1]);
+        } else if caps[i] > 0.0 {
+            point_s[i] = -gradient[i];
+        }
+    }
+    CapPrices { point_s, leg_s }
+}
+
+/// Derivatives of the time of a leg by both its b and by its cap.
+fn time_slopes(leg: &Leg, b0: f64, b1: f64) -> [f64; 3] {
+    let (v0, v1) = (b0.sqrt(), b1.sqrt());
+    let top = 0.5 * (b0 + b1) + leg.accel_mm_s2 * leg.ds_mm;
+    if leg.ds_mm <= 0.0 || v0 + v1 + top <= 0.0 {
+        return [0.0; 3];
+    }
+    let of = |v: f64, slope: f64| if v > 0.0 { slope } else { 0.0 };
+    if leg.row_count > 0 {
+        let common = -leg.ds_mm / (v0 + v1).powi(2);
+        return [of(v0, common / v0), of(v1, common / v1), 0.0];
+    }
+    let (peak, a) = (top.min(leg.cap_b).max(b0.max(b1)), leg.accel_mm_s2);
+    let slope = |v: f64| of(v, (1.0 / peak.sqrt() - 1.0 / v) / (2.0 * a));
+    let cruise_mm = leg.ds_mm - (2.0 * peak - b0 - b1) / (2.0 * a);
+    [slope(v0), slope(v1), if cruise_mm > 0.0 { -0.5 * cruise_mm / peak.powf(1.5) } else { 0.0 }]
+}
+
+/// d b₁ / d b₀ where the leg holds b₁ down.
+fn end_slope(chain: &Chain, leg: &Leg, b0: f64) -> f64 {
+    let bound = |row: &&Row| (row.r - row.p * b0) / row.q;
+    let rows = chain.rows_of(leg).iter().filter(|row| row.q > 0.0);
+    rows.min_by(|x, y| bound(x).total_cmp(&bound(y))).map_or(1.0, |row| -row.p / row.q)
+}
+
+/// d b₀ / d b₁ where the leg holds b₀ down.
+fn start_slope(chain: &Chain, leg: &Leg, cap0: f64, b1: f64) -> f64 {
+    if leg.row_count == 0 {
+        return 1.0;
+    }
+    let step = 1e-6 * b1.max(1e-6);
+    let rows = chain.rows_of(leg);
+    (largest_start(rows, cap0, b1 + step) - largest_start(rows, cap0, b1)) / step
 }
 
 /// Largest b₁ for a given b₀; b₀ itself when only rounding stands against every b₁.

@@ -10,7 +10,7 @@ pub struct Bound {
     pub feed_mm_s: f64,
     /// What it comes from.
     pub kind: LimitKind,
-    /// d feed / d limit, (mm/s)/unit of the limit; 0 when not known.
+    /// d feed / d limit, (mm/s) per unit of the limit as the report gives it ([`LimitKind::unit`]); 0 when not known.
     pub per_unit: f64,
 }
 

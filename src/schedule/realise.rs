@@ -4,9 +4,9 @@
 //! tolerance in force there), stops at exact stops, dwells, tool changes and changes of spindle speed, and cannot digest
 //! blocks faster than its block time.
 
+use super::control::{Control, Order, plan, stop_losses};
 use super::pass::{exact_pass, leg_times};
 use super::problem::{FeedPiece, Realised};
-use super::track::{ArcLaw, Span, track};
 use crate::ids::MoveId;
 use crate::machine::Machine;
 use crate::nc::{Event, MoveKind, Spin, Toolpath};
@@ -14,19 +14,20 @@ use crate::nc::{Event, MoveKind, Spin, Toolpath};
 /// Time that the program takes with these feeds (pieces in order of execution, as [`as_programmed`] gives them).
 pub fn realise(toolpath: &Toolpath, feeds: &[FeedPiece], machine: &Machine) -> Realised {
     let ranges = pieces_of_moves(feeds, toolpath.moves.len());
-    let track = track(toolpath, machine, ArcLaw::Shared, &mut |id, spans| {
+    let control = Control::of(machine);
+    let plan = plan(toolpath, machine, &control, &mut |id, orders| {
         let range = &ranges[id.ix()];
-        spans.extend(feeds[range.start as usize..range.end as usize].iter().map(|piece| Span {
+        orders.extend(feeds[range.start as usize..range.end as usize].iter().map(|piece| Order {
             from_mm: piece.from_mm,
             to_mm: piece.to_mm,
             feed_mm_s: piece.feed_mm_s,
-            tag: id.0,
         }));
     });
-    let b = exact_pass(&track.chain);
+    let b = exact_pass(&plan.chain);
     let mut move_s = vec![0.0; toolpath.moves.len()];
-    for (time_s, id) in leg_times(&track.chain, &b).into_iter().zip(&track.moves) {
-        move_s[id.ix()] += time_s;
+    let times = leg_times(&plan.chain, &b).into_iter().zip(stop_losses(&plan));
+    for ((time_s, lost_s), id) in times.zip(&plan.moves) {
+        move_s[id.ix()] += time_s + lost_s;
     }
     let by_cause = causes(toolpath, machine, &move_s);
     Realised { total_s: by_cause.iter().map(|(_, seconds)| seconds).sum(), move_s, by_cause }

@@ -2,12 +2,13 @@
 //!
 //! First the continuous optimum: speeds at every node under caps, axes and corners. Then the F words that come nearest to it.
 
-use super::pass::{exact_pass, leg_times};
+use super::optimum::{Optimum, optimum};
+use super::prices::prices;
 use super::problem::{FeedPiece, Problem, Schedule};
 use super::realise::realise;
-use super::track::{ArcLaw, Span, Track, track};
+use super::track::{Span, Track, track};
 use super::units::{Unit, units};
-use super::words::{Grid, Prices, choose};
+use super::words::{Costs, Grid, choose};
 use crate::machine::{Job, LimitKind};
 use crate::nc::{MoveKind, Toolpath};
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min};
@@ -37,31 +38,57 @@ impl Options {
 
 /// Commanded feeds for the whole program.
 pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Options) -> Schedule {
-    let track = node_track(problem, toolpath, job, ArcLaw::PerAxis);
-    let b = exact_pass(&track.chain);
-    let leg_s = leg_times(&track.chain, &b);
+    let optimum = optimum(node_track(problem, toolpath, job), 0.0);
+    let leg_s = optimum.leg_times();
     let mut node_s = vec![0.0; problem.nodes.len()];
-    for (time_s, tag) in leg_s.iter().zip(&track.tags) {
+    for (time_s, tag) in leg_s.iter().zip(&optimum.tags) {
         node_s[*tag as usize] += time_s;
     }
+    let prices = prices(problem, &optimum, &leg_s);
     let units = units(problem, &node_s, toolpath, &job.output);
     let carries = |i: usize| carries_word(&units, i, toolpath);
-    let prices = Prices { word_s: options.word_s, split_s: options.split_s, minimum_change: job.output.minimum_change };
-    let feeds = choose(&units, &options.grid, &prices, &carries);
-    let pieces = pieces(&units, &feeds);
+    let costs = Costs { word_s: options.word_s, split_s: options.split_s, minimum_change: job.output.minimum_change };
+    let feeds = choose(&units, &options.grid, &costs, &carries);
+    let mut pieces = pieces(&units, &feeds);
+    put_prices(&mut pieces, problem, &prices.node_s);
     let continuous_s = realise(toolpath, &continuous_pieces(problem, toolpath), &job.machine).total_s;
-    Schedule {
-        active_s: active_times(problem, &node_s),
-        pieces,
-        continuous_s,
-        shadow_prices: Vec::new(),
-        how: "exact forward-backward pass".to_owned(),
+    let how = how(&optimum);
+    Schedule { pieces, continuous_s, shadow_prices: prices.shadow, active_s: prices.active_s, how }
+}
+
+fn how(optimum: &Optimum) -> String {
+    let (windows, refused) = optimum.windows;
+    let mut text = format!("exact forward-backward pass over {} legs", optimum.chain.legs.len());
+    if windows > 0 {
+        text += &format!("; convex program with jerk in {windows} windows");
+    }
+    if refused > 0 {
+        text += &format!(", {refused} of them refused by the check and left to the exact pass");
+    }
+    if optimum.jerky > 0 {
+        text += &format!("; jerk above its limit at {} points", optimum.jerky);
+    }
+    text
+}
+
+/// Seconds that one percent more of the bound saves, summed over the nodes under each piece.
+fn put_prices(pieces: &mut [FeedPiece], problem: &Problem, node_s: &[f64]) {
+    for piece in pieces {
+        let range = problem.of_move[piece.move_id.ix()].clone();
+        for index in range {
+            let node = &problem.nodes[index as usize];
+            let shared = node.to_mm.min(piece.to_mm) - node.from_mm.max(piece.from_mm);
+            if shared > 0.0 {
+                let share = shared / node.length_mm();
+                piece.price_s += share * 0.01 * node.cap.feed_mm_s * node_s[index as usize];
+            }
+        }
     }
 }
 
 /// The track whose spans are the nodes of the problem with their caps.
-pub fn node_track(problem: &Problem, toolpath: &Toolpath, job: &Job, law: ArcLaw) -> Track {
-    track(toolpath, &job.machine, law, &mut |id, spans| {
+pub fn node_track(problem: &Problem, toolpath: &Toolpath, job: &Job) -> Track {
+    track(toolpath, &job.machine, &mut |id, spans| {
         let range = &problem.of_move[id.ix()];
         spans.extend(range.clone().map(|tag| {
             let node = &problem.nodes[tag as usize];
@@ -87,12 +114,22 @@ fn pieces(units: &[Unit], feeds: &[f64]) -> Vec<FeedPiece> {
                 from_mm: unit.from_mm,
                 to_mm: unit.to_mm,
                 feed_mm_s,
-                limit: if unit.free { unit.cap.kind } else { LimitKind::Programmed },
+                limit: binding(unit, feed_mm_s),
                 price_s: 0.0,
             }),
         }
     }
     pieces
+}
+
+fn binding(unit: &Unit, feed_mm_s: f64) -> LimitKind {
+    if !unit.free {
+        LimitKind::Programmed
+    } else if unit.speed_mm_s < 0.95 * feed_mm_s {
+        LimitKind::Acceleration
+    } else {
+        unit.cap.kind
+    }
 }
 
 /// Every node at its cap: what an unlimited number of F words could do.
@@ -107,12 +144,4 @@ fn continuous_pieces(problem: &Problem, toolpath: &Toolpath) -> Vec<FeedPiece> {
         price_s: 0.0,
     };
     problem.nodes.iter().filter(feed).map(piece).collect()
-}
-
-fn active_times(problem: &Problem, node_s: &[f64]) -> Vec<(LimitKind, f64)> {
-    let mut seconds = [0.0; LimitKind::ALL.len()];
-    for (node, time_s) in problem.nodes.iter().zip(node_s).filter(|(node, _)| node.cutting) {
-        seconds[node.cap.kind as usize] += time_s;
-    }
-    LimitKind::ALL.into_iter().zip(seconds).filter(|(_, time_s)| *time_s > 0.0).collect()
 }

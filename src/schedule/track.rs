@@ -8,8 +8,6 @@ use crate::machine::Machine;
 use crate::nc::{Event, Move, MoveKind, PathMode, Toolpath};
 use crate::path::{Curve, Vec3};
 
-/// Share of the acceleration that a control spends on following an arc; the rest is left for changing speed.
-const NORMAL_SHARE: f64 = 0.866_025_403_784_438_6; // √3/2 leaves half
 /// Largest angle of one leg of an arc, rad.
 const LEG_RAD: f64 = 0.15;
 
@@ -26,15 +24,6 @@ pub struct Span {
     pub tag: u32,
 }
 
-/// How arcs are followed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ArcLaw {
-    /// As controls do: a fixed share of the acceleration for the arc, the rest for the speed.
-    Shared,
-    /// Each axis up to its own limit at every point.
-    PerAxis,
-}
-
 /// Legs of a whole program.
 #[derive(Debug, Clone, Default)]
 pub struct Track {
@@ -47,13 +36,8 @@ pub struct Track {
 }
 
 /// Legs of the whole program. `spans_of` gives the pieces of a feed move; a rapid is one piece with its move's index as tag.
-pub fn track(
-    toolpath: &Toolpath,
-    machine: &Machine,
-    law: ArcLaw,
-    spans_of: &mut dyn FnMut(MoveId, &mut Vec<Span>),
-) -> Track {
-    let mut builder = Builder { track: Track::default(), machine, law, last: None };
+pub fn track(toolpath: &Toolpath, machine: &Machine, spans_of: &mut dyn FnMut(MoveId, &mut Vec<Span>)) -> Track {
+    let mut builder = Builder { track: Track::default(), machine, last: None };
     builder.track.chain.point_b.push(0.0);
     let mut spans = Vec::new();
     for event in &toolpath.events {
@@ -81,7 +65,6 @@ fn rapid_span(id: MoveId, motion: &Move, machine: &Machine) -> Span {
 struct Builder<'a> {
     track: Track,
     machine: &'a Machine,
-    law: ArcLaw,
     /// End of the last move and how the control treats it; `None` at rest.
     last: Option<(Side, PathMode)>,
 }
@@ -139,23 +122,9 @@ impl Builder<'_> {
         let ds_mm = length_mm / count as f64;
         for i in 0..count {
             let s0 = span.from_mm + i as f64 * ds_mm;
-            let leg = match self.law {
-                ArcLaw::Shared => self.shared_leg(curve, s0, ds_mm, cap_mm_s),
-                ArcLaw::PerAxis => self.per_axis_leg(curve, s0, ds_mm, cap_mm_s),
-            };
+            let leg = self.per_axis_leg(curve, s0, ds_mm, cap_mm_s);
             self.push(id, span.tag, leg);
         }
-    }
-
-    /// A leg under the control's own law: v² κ ≤ √3/2 a, and what is left of a changes the speed.
-    fn shared_leg(&self, curve: &Curve, s0_mm: f64, ds_mm: f64, cap_mm_s: f64) -> Leg {
-        let (accel, speed) = in_plane(self.machine, curve, s0_mm, ds_mm);
-        let curvature = curve.curvature(s0_mm).norm();
-        let cap_b = cap_mm_s.min(speed).powi(2).min(NORMAL_SHARE * accel / curvature);
-        let normal = cap_b * curvature / accel;
-        let accel_mm_s2 = accel * (1.0 - normal * normal).sqrt();
-        let jerk_mm_s3 = jerk_along(&self.machine.axes, curve.tangent(s0_mm));
-        Leg { ds_mm, cap_b, accel_mm_s2, jerk_mm_s3, first_row: 0, row_count: 0 }
     }
 
     /// A leg whose axes may each use all they have: rows t·a + k·b within ± limit at both ends.
@@ -185,16 +154,6 @@ impl Builder<'_> {
         self.track.tags.push(tag);
         self.track.moves.push(id);
     }
-}
-
-/// Acceleration and speed that hold in every direction an arc takes over a leg: the least of the axes that move.
-fn in_plane(machine: &Machine, curve: &Curve, s0_mm: f64, ds_mm: f64) -> (f64, f64) {
-    let (t, k) = (curve.tangent(s0_mm), curve.curvature(s0_mm));
-    let moves = |axis: &usize| t[*axis].abs() > 1e-9 || k[*axis].abs() > 1e-12;
-    let least = |limit: &dyn Fn(usize) -> f64| (0..3).filter(moves).map(limit).fold(f64::INFINITY, f64::min);
-    let end = curve.tangent(s0_mm + ds_mm);
-    let speed = speed_along(&machine.axes, t).min(speed_along(&machine.axes, end));
-    (least(&|axis| machine.axes[axis].acceleration_mm_s2), speed)
 }
 
 fn junction_speed(before: Side, after: Side, mode: PathMode, machine: &Machine) -> f64 {

@@ -40,7 +40,7 @@ impl Grid {
 
 /// What an F word costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prices {
+pub struct Costs {
     /// A new F word at the beginning of a block, s.
     pub word_s: f64,
     /// A new block (a split) with its F word, s.
@@ -50,7 +50,7 @@ pub struct Prices {
 }
 
 /// Feed of each unit, mm/s. `carries(i)`: unit i begins a block that has its own F word.
-pub fn choose(units: &[Unit], grid: &Grid, prices: &Prices, carries: &dyn Fn(usize) -> bool) -> Vec<f64> {
+pub fn choose(units: &[Unit], grid: &Grid, costs: &Costs, carries: &dyn Fn(usize) -> bool) -> Vec<f64> {
     let mut feeds: Vec<f64> = units.iter().map(|unit| unit.programmed_mm_s).collect();
     let mut start = 0;
     while start < units.len() {
@@ -60,20 +60,20 @@ pub fn choose(units: &[Unit], grid: &Grid, prices: &Prices, carries: &dyn Fn(usi
         }
         let end = (start..units.len()).find(|&i| !units[i].free).unwrap_or(units.len());
         let run = &units[start..end];
-        let levels = best_levels(run, &|i| change_price(run, i, prices, carries(start + i)));
-        settle(run, &levels, grid, prices.minimum_change, &mut feeds[start..end]);
+        let levels = best_levels(run, &|i| change_price(run, i, costs, carries(start + i)));
+        settle(run, &levels, grid, costs.minimum_change, &mut feeds[start..end]);
         start = end;
     }
     feeds
 }
 
-fn change_price(units: &[Unit], i: usize, prices: &Prices, carries: bool) -> f64 {
+fn change_price(units: &[Unit], i: usize, costs: &Costs, carries: bool) -> f64 {
     if carries {
         0.0
     } else if units[i].from_mm > 0.0 {
-        prices.split_s
+        costs.split_s
     } else {
-        prices.word_s
+        costs.word_s
     }
 }
 
@@ -189,8 +189,8 @@ mod tests {
         let caps = [20.0, 22.0, 55.0, 50.0, 12.0, 13.0, 60.0, 58.0, 40.0, 10.0];
         let units: Vec<Unit> = caps.iter().enumerate().map(|(i, &cap)| unit(i as u32, cap)).collect();
         for word_s in [0.0, 0.005, 0.02, 0.1] {
-            let prices = Prices { word_s, split_s: word_s, minimum_change: 0.0 };
-            let feeds = choose(&units, &Grid { unit_mm_s: 1e-6, decimals: 0 }, &prices, &|_| false);
+            let costs = Costs { word_s, split_s: word_s, minimum_change: 0.0 };
+            let feeds = choose(&units, &Grid { unit_mm_s: 1e-6, decimals: 0 }, &costs, &|_| false);
             let words = feeds.windows(2).filter(|pair| pair[0] != pair[1]).count() as f64;
             let cost = units.iter().zip(&feeds).map(|(unit, &feed)| unit.time_s(feed)).sum::<f64>() + words * word_s;
             assert!(units.iter().zip(&feeds).all(|(unit, &feed)| feed <= unit.cap.feed_mm_s));

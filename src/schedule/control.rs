@@ -1,0 +1,344 @@
+//! A model of the control: how it follows the blocks it is given. In: moves with commanded feeds, machine. Out: a chain of
+//! primitives (what is left of each move, and the arcs that round its corners) whose exact pass is the realised motion.
+//!
+//! Between two primitives the control either stops (exact stop; rapid against feed; a path that turns back), runs through
+//! with a kink (the jump of velocity must fit into one servo period), or rounds the corner with an arc within the path
+//! tolerance, whichever is faster. An arc may use √3/2 of the acceleration to follow its curve and half of it to change
+//! speed. It looks ahead over a number of primitives, from the end of which it must be able to stop.
+//! Facts about rounding, kinks and look-ahead are those of LinuxCNC's planner (`tp.c`, `blendmath.c`), which is published;
+//! with φ the angle turned, δ the tolerance, θ = (π − φ)/2: the arc takes d ≤ δ cos θ / (1 − sin θ) of both moves, at most
+//! half of each, its radius is d tan θ, and it is made only as large as its speed needs.
+
+use super::corner::{SERVO_S, along, speed_along};
+use super::pass::{Chain, Leg};
+use crate::ids::MoveId;
+use crate::machine::Machine;
+use crate::nc::{Event, Move, MoveKind, PathMode, Toolpath};
+use crate::path::{Curve, Vec3};
+
+/// Share of the acceleration for following an arc.
+const NORMAL_SHARE: f64 = 0.866_025_403_784_438_6;
+/// Share that is left for changing speed on it.
+const TANGENT_SHARE: f64 = 0.5;
+/// Share of the acceleration that a kink may take.
+const KINK_SHARE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// A path that turns by more than this cosine says turns back.
+const TURN_BACK: f64 = -0.9987;
+/// Servo periods below which what is left of a line is taken into the arc that follows.
+const GAP_CYCLES: f64 = 4.0;
+/// Servo periods lost at a stop.
+const STOP_CYCLES: f64 = 3.0;
+
+/// What sets one control apart from another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Control {
+    /// Moves it looks ahead; `None`: as many as it needs.
+    pub look_ahead: Option<usize>,
+    /// Does it join short lines within the path tolerance (G64 P) before it plans?
+    pub joins_lines: bool,
+    /// Does a kink take acceleration away from both its moves?
+    pub kink_slows: bool,
+}
+
+impl Control {
+    /// The control of a machine, by its dialect.
+    pub fn of(machine: &Machine) -> Self {
+        let linuxcnc = machine.dialect.as_deref() == Some("linuxcnc");
+        Self { look_ahead: linuxcnc.then_some(50), joins_lines: linuxcnc, kink_slows: linuxcnc }
+    }
+}
+
+/// A move, or a piece of it, with its commanded feed.
+#[derive(Debug, Clone, Copy)]
+pub struct Order {
+    /// Where it begins, mm along the move.
+    pub from_mm: f64,
+    /// Where it ends.
+    pub to_mm: f64,
+    /// Commanded feed, mm/s.
+    pub feed_mm_s: f64,
+}
+
+/// The realised path.
+#[derive(Debug, Clone, Default)]
+pub struct Plan {
+    /// Primitives as legs.
+    pub chain: Chain,
+    /// Move of each leg.
+    pub moves: Vec<MoveId>,
+}
+
+/// One primitive before its corners are known.
+#[derive(Debug, Clone, Copy)]
+struct Primitive {
+    move_id: MoveId,
+    rapid: bool,
+    arc_radius_mm: Option<f64>,
+    start: Vec3,
+    end: Vec3,
+    from: Vec3,
+    nominal_mm: f64,
+    length_mm: f64,
+    feed: f64,
+    speed: f64,
+    accel: f64,
+    mode: PathMode,
+    /// Share of the acceleration that kinks at its ends take.
+    kink: f64,
+}
+
+/// How the control goes from one primitive to the next.
+enum Junction {
+    Stop,
+    Kink { speed: f64, share: f64 },
+    Arc { speed: f64, trim_mm: f64, length_mm: f64 },
+}
+
+/// Plans the whole program. `orders_of` gives the pieces of a feed move.
+pub fn plan(
+    toolpath: &Toolpath,
+    machine: &Machine,
+    control: &Control,
+    orders_of: &mut dyn FnMut(MoveId, &mut Vec<Order>),
+) -> Plan {
+    let mut planner = Planner { machine, control, plan: Plan::default(), run: Vec::new() };
+    planner.plan.chain.point_b.push(0.0);
+    let mut orders = Vec::new();
+    for event in &toolpath.events {
+        let Event::Move(id) = event else {
+            planner.flush();
+            continue;
+        };
+        let motion = &toolpath.moves[id.ix()];
+        orders.clear();
+        match motion.kind {
+            MoveKind::Rapid => {
+                let to_mm = motion.curve.length();
+                orders.push(Order { from_mm: 0.0, to_mm, feed_mm_s: machine.rapid_mm_s });
+            }
+            MoveKind::Feed => orders_of(*id, &mut orders),
+        }
+        planner.add(*id, motion, &orders);
+    }
+    planner.flush();
+    look_ahead(&mut planner.plan, control.look_ahead);
+    planner.plan
+}
+
+struct Planner<'a> {
+    machine: &'a Machine,
+    control: &'a Control,
+    plan: Plan,
+    /// Primitives since the last stop.
+    run: Vec<Primitive>,
+}
+
+impl Planner<'_> {
+    fn add(&mut self, id: MoveId, motion: &Move, orders: &[Order]) {
+        let whole_mm = motion.curve.length();
+        let last = orders.iter().rposition(|order| order.to_mm > order.from_mm);
+        for (i, order) in orders.iter().enumerate().filter(|(_, order)| order.to_mm > order.from_mm) {
+            let mut primitive = self.primitive(id, motion, order, whole_mm);
+            if Some(i) != last && motion.path_mode == PathMode::ExactStop {
+                primitive.mode = PathMode::ExactPath;
+            }
+            if !self.join(&primitive) {
+                self.run.push(primitive);
+            }
+        }
+    }
+
+    fn primitive(&self, id: MoveId, motion: &Move, order: &Order, whole_mm: f64) -> Primitive {
+        let axes = &self.machine.axes;
+        let (start, end) = (motion.curve.tangent(order.from_mm), motion.curve.tangent(order.to_mm));
+        let length_mm = order.to_mm - order.from_mm;
+        let digest = self.machine.block_time_s.max(SERVO_S);
+        let wanted = if order.feed_mm_s > 0.0 { order.feed_mm_s } else { self.machine.rapid_mm_s };
+        let mut primitive = Primitive {
+            move_id: id,
+            rapid: motion.kind == MoveKind::Rapid,
+            arc_radius_mm: None,
+            start,
+            end,
+            from: motion.curve.point(order.from_mm),
+            nominal_mm: length_mm,
+            length_mm,
+            feed: order.feed_mm_s,
+            speed: wanted.min(speed_along(axes, start)).min(whole_mm / digest),
+            accel: along(axes, start),
+            mode: motion.path_mode,
+            kink: 0.0,
+        };
+        if let Curve::Arc(_) = motion.curve {
+            let curvature = motion.curve.curvature(order.from_mm);
+            let moving = |axis: &usize| start[*axis].abs() > 1e-9 || curvature[*axis].abs() > 1e-12;
+            let least = |value: &dyn Fn(usize) -> f64| (0..3).filter(moving).map(value).fold(f64::INFINITY, f64::min);
+            primitive.accel = least(&|axis| axes[axis].acceleration_mm_s2);
+            let radius = 1.0 / curvature.norm().max(1e-12);
+            let cap = (NORMAL_SHARE * primitive.accel * radius).sqrt();
+            primitive.speed = primitive.speed.min(cap).min(least(&|axis| axes[axis].velocity_mm_s));
+            primitive.arc_radius_mm = Some(radius);
+        }
+        primitive
+    }
+
+    /// Joins a short line to the one before it where the control does so.
+    fn join(&mut self, next: &Primitive) -> bool {
+        let Some(last) = self.run.last_mut() else { return false };
+        let PathMode::Tolerance(tolerance_mm) = last.mode else { return false };
+        let lines = last.arc_radius_mm.is_none() && next.arc_radius_mm.is_none() && last.rapid == next.rapid;
+        if !self.control.joins_lines || !lines || last.feed != next.feed || next.rapid {
+            return false;
+        }
+        let corner = last.from + last.start * last.nominal_mm;
+        let to = next.from + next.start * next.nominal_mm;
+        let chord = to - last.from;
+        let along = ((corner - last.from).dot(&chord) / chord.norm_squared()).clamp(0.0, 1.0);
+        let off = (corner - (last.from + chord * along)).norm();
+        // The control tests every point it has joined; a chain of joins is kept well inside by taking half.
+        if chord.norm() <= 0.0 || off > 0.5 * tolerance_mm || (last.end - next.start).norm() > 0.5 {
+            return false;
+        }
+        let length = chord.norm();
+        last.start = chord / length;
+        last.end = last.start;
+        (last.nominal_mm, last.length_mm) = (length, length);
+        (last.move_id, last.mode) = (next.move_id, next.mode);
+        true
+    }
+
+    /// Finishes a run of primitives that ends at a stop.
+    fn flush(&mut self) {
+        let mut run = std::mem::take(&mut self.run);
+        let mut arcs: Vec<Option<(f64, f64, f64)>> = vec![None; run.len()];
+        let mut speeds = vec![0.0; run.len()];
+        for i in 1..run.len() {
+            match self.junction(&run[i - 1], &run[i]) {
+                Junction::Stop => {}
+                Junction::Kink { speed, share } => {
+                    speeds[i] = speed;
+                    if self.control.kink_slows {
+                        run[i - 1].kink = run[i - 1].kink.max(share);
+                        run[i].kink = share;
+                    }
+                }
+                Junction::Arc { speed, trim_mm, length_mm } => {
+                    let accel = TANGENT_SHARE * run[i - 1].accel.min(run[i].accel);
+                    arcs[i] = Some((speed, length_mm, accel));
+                    run[i - 1].length_mm -= trim_mm;
+                    run[i].length_mm -= trim_mm;
+                    if run[i - 1].arc_radius_mm.is_none() && run[i - 1].length_mm < GAP_CYCLES * SERVO_S * speed {
+                        run[i - 1].speed = run[i - 1].speed.min(speed);
+                        run[i - 1].accel *= TANGENT_SHARE;
+                    }
+                    speeds[i] = speed;
+                }
+            }
+        }
+        for (i, primitive) in run.iter().enumerate() {
+            if let Some((speed, length_mm, accel)) = arcs[i] {
+                self.push(primitive.move_id, length_mm, speed, accel, speeds[i]);
+            }
+            let share = if primitive.arc_radius_mm.is_some() { TANGENT_SHARE } else { 1.0 };
+            let accel = primitive.accel * share * (1.0 - primitive.kink);
+            self.push(primitive.move_id, primitive.length_mm.max(0.0), primitive.speed, accel, speeds[i]);
+        }
+        if let Some(b) = self.plan.chain.point_b.last_mut() {
+            *b = 0.0;
+        }
+    }
+
+    /// One leg; `entry` is the highest speed at its beginning.
+    fn push(&mut self, id: MoveId, ds_mm: f64, speed: f64, accel_mm_s2: f64, entry: f64) {
+        if let Some(b) = self.plan.chain.point_b.last_mut() {
+            *b = b.min(entry * entry);
+        }
+        let cap_b = speed * speed;
+        let leg = Leg { ds_mm, cap_b, accel_mm_s2, jerk_mm_s3: f64::INFINITY, first_row: 0, row_count: 0 };
+        self.plan.chain.legs.push(leg);
+        self.plan.chain.point_b.push(f64::INFINITY);
+        self.plan.moves.push(id);
+    }
+
+    fn junction(&self, a: &Primitive, b: &Primitive) -> Junction {
+        let cos = a.end.dot(&b.start);
+        if a.mode == PathMode::ExactStop || a.rapid != b.rapid || cos < TURN_BACK {
+            return Junction::Stop;
+        }
+        let (kink_speed, share) = self.kink(a, b);
+        if share < KINK_SHARE {
+            return Junction::Kink { speed: kink_speed, share };
+        }
+        let tolerance_mm = match a.mode {
+            PathMode::Tolerance(tolerance_mm) => tolerance_mm,
+            PathMode::Continuous => self.machine.corner_tolerance_mm,
+            PathMode::ExactPath | PathMode::ExactStop => return Junction::Stop,
+        };
+        match rounded(a, b, cos, tolerance_mm) {
+            Some((speed, trim_mm, length_mm)) if speed >= kink_speed => Junction::Arc { speed, trim_mm, length_mm },
+            _ => Junction::Kink { speed: kink_speed, share: KINK_SHARE },
+        }
+    }
+
+    /// Speed through a kink and the share of the acceleration it takes (at full speed; [`KINK_SHARE`] when it is slower).
+    fn kink(&self, a: &Primitive, b: &Primitive) -> (f64, f64) {
+        let speed = a.speed.min(b.speed);
+        let change = b.start - a.end;
+        let jump = speed / SERVO_S + b.accel;
+        let axes = &self.machine.axes;
+        let mut share = (0..3).map(|i| change[i].abs() * jump / axes[i].acceleration_mm_s2).fold(0.0, f64::max);
+        if a.arc_radius_mm.or(b.arc_radius_mm).is_some() {
+            share /= TANGENT_SHARE;
+        }
+        if share < KINK_SHARE { (speed, share) } else { (speed * KINK_SHARE / share, KINK_SHARE.max(share)) }
+    }
+}
+
+/// Speed, length taken from both moves, and length of the arc that rounds a corner.
+fn rounded(a: &Primitive, b: &Primitive, cos: f64, tolerance_mm: f64) -> Option<(f64, f64, f64)> {
+    let phi = cos.clamp(-1.0, 1.0).acos();
+    let theta = 0.5 * (std::f64::consts::PI - phi);
+    let tolerance = tolerance_mm.min(0.25 * a.nominal_mm.min(b.nominal_mm));
+    let by_tolerance = tolerance * theta.cos() / (1.0 - theta.sin());
+    let reach = |p: &Primitive, share: f64| match p.arc_radius_mm {
+        Some(radius) => (share * p.nominal_mm).min(theta * radius),
+        None => 0.5 * p.nominal_mm,
+    };
+    let d = by_tolerance.min(reach(a, 2.0 / 3.0).min(a.length_mm)).min(reach(b, 1.0 / 3.0));
+    let radius = d * theta.tan();
+    let accel = a.accel.min(b.accel);
+    let speed = (NORMAL_SHARE * accel * radius).sqrt().min(a.speed.max(b.speed));
+    // As large as the speed needs, or as a parabolic blend of the same moves would take.
+    let slow = 0.5 * accel;
+    let blend = ((2.0 * slow * d).sqrt().min(speed) / slow * speed / phi).min(radius);
+    let radius = (speed * speed / (NORMAL_SHARE * accel)).max(blend);
+    (radius > 1e-6).then(|| (speed, radius / theta.tan(), radius * phi))
+}
+
+/// From any point the control must be able to stop within the moves it has looked at.
+fn look_ahead(plan: &mut Plan, moves: Option<usize>) {
+    let Some(depth) = moves else { return };
+    let legs = &plan.chain.legs;
+    let mut room = vec![0.0; legs.len() + 1];
+    for (i, leg) in legs.iter().enumerate() {
+        room[i + 1] = room[i] + 2.0 * leg.accel_mm_s2 * leg.ds_mm;
+    }
+    let mut blocks = vec![0usize; legs.len() + 1];
+    for i in 0..legs.len() {
+        let new = i == 0 || plan.moves[i] != plan.moves[i - 1] || legs[i].cap_b != legs[i - 1].cap_b;
+        blocks[i + 1] = blocks[i] + usize::from(new);
+    }
+    let mut end = 0;
+    for i in 0..legs.len() {
+        while end < legs.len() && blocks[end] < blocks[i] + depth {
+            end += 1;
+        }
+        plan.chain.point_b[i] = plan.chain.point_b[i].min(room[end] - room[i]);
+    }
+}
+
+/// Time lost at the stops of a plan, by leg that begins with one, s.
+pub fn stop_losses(plan: &Plan) -> Vec<f64> {
+    let stops = &plan.chain.point_b;
+    (0..plan.chain.legs.len()).map(|i| if stops[i] <= 0.0 { STOP_CYCLES * SERVO_S } else { 0.0 }).collect()
+}

@@ -1,0 +1,85 @@
+//! Why: what binds, for how long, and what more of it would save. In: problem, continuous optimum. Out: prices per node, shadow
+//! prices per kind of limit, cutting time by what bounds it.
+//!
+//! The price of a cap on b comes from the reverse sweep of the exact pass, or from the multipliers of the convex program
+//! inside its windows; b = F² makes it a price of the feed, and the cap's own derivative a price of the limit behind it.
+
+use super::optimum::Optimum;
+use super::pass::cap_prices;
+use super::problem::Problem;
+use crate::machine::LimitKind;
+
+/// Speed as a share of the cap from which on the cap, not the machine's dynamics, counts as what binds.
+const AT_CAP: f64 = 0.98;
+
+/// Prices of a continuous optimum.
+#[derive(Debug, Clone, Default)]
+pub struct Prices {
+    /// Seconds that 1 mm/s more of the cap of each node saves.
+    pub node_s: Vec<f64>,
+    /// Seconds that one more unit of a limit changes the time by (negative: it saves time), by kind.
+    pub shadow: Vec<(LimitKind, f64)>,
+    /// Cutting time by what bounds it, s.
+    pub active_s: Vec<(LimitKind, f64)>,
+}
+
+/// Prices; `leg_s` is the time of each leg of the optimum.
+pub fn prices(problem: &Problem, optimum: &Optimum, leg_s: &[f64]) -> Prices {
+    let node_s = node_prices(problem, optimum);
+    let mut shadow = [0.0; LimitKind::ALL.len()];
+    for (node, price_s) in problem.nodes.iter().zip(&node_s) {
+        shadow[node.cap.kind as usize] -= price_s * node.cap.per_unit;
+    }
+    let mut active = [0.0; LimitKind::ALL.len()];
+    for (i, time_s) in leg_s.iter().enumerate() {
+        let node = &problem.nodes[optimum.tags[i] as usize];
+        if node.cutting {
+            active[binding(problem, optimum, i, *time_s) as usize] += time_s;
+        }
+    }
+    let listed = |values: [f64; LimitKind::ALL.len()]| {
+        LimitKind::ALL.into_iter().zip(values).filter(|(_, value)| *value != 0.0).collect()
+    };
+    Prices { node_s, shadow: listed(shadow), active_s: listed(active) }
+}
+
+/// What bounds a leg.
+pub fn binding(problem: &Problem, optimum: &Optimum, leg: usize, time_s: f64) -> LimitKind {
+    let node = &problem.nodes[optimum.tags[leg] as usize];
+    let cap_b = optimum.chain.legs[leg].cap_b;
+    let speed = optimum.chain.legs[leg].ds_mm / time_s;
+    if speed < AT_CAP * cap_b.sqrt() {
+        let in_window = !optimum.window_price_s[leg].is_nan() && !optimum.window_price_s[leg + 1].is_nan();
+        return if in_window { LimitKind::Jerk } else { LimitKind::Acceleration };
+    }
+    if own(node.cap.feed_mm_s, cap_b) { node.cap.kind } else { LimitKind::Velocity }
+}
+
+/// Is the cap of a leg that of its node (and not of an axis)?
+fn own(feed_mm_s: f64, cap_b: f64) -> bool {
+    (feed_mm_s * feed_mm_s - cap_b).abs() <= 1e-9 * cap_b
+}
+
+fn node_prices(problem: &Problem, optimum: &Optimum) -> Vec<f64> {
+    let chain = &optimum.chain;
+    let exact = cap_prices(chain, &optimum.b);
+    let point = |i: usize| {
+        let window = optimum.window_price_s[i];
+        if window.is_nan() { exact.point_s[i] } else { window }
+    };
+    let mut node_s = vec![0.0; problem.nodes.len()];
+    for (i, leg) in chain.legs.iter().enumerate() {
+        let tag = optimum.tags[i] as usize;
+        let feed = problem.nodes[tag].cap.feed_mm_s;
+        if !own(feed, leg.cap_b) {
+            continue;
+        }
+        let inside = if optimum.window_price_s[i].is_nan() { exact.leg_s[i] } else { 0.0 };
+        // A point belongs to the leg whose cap holds it; to the one before it when both do.
+        let first = chain.point_b[i] > leg.cap_b && (i == 0 || chain.legs[i - 1].cap_b > leg.cap_b);
+        let last = chain.point_b[i + 1] > leg.cap_b && chain.legs.get(i + 1).is_none_or(|next| next.cap_b >= leg.cap_b);
+        let ends = [(first, i), (last, i + 1)].iter().filter(|(is, _)| *is).map(|(_, at)| point(*at)).sum::<f64>();
+        node_s[tag] += (ends + inside) * 2.0 * feed;
+    }
+    node_s
+}
