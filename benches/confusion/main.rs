@@ -1,0 +1,86 @@
+//! The confusion matrix of the diagnosis: logs with effects that no setup declares, what `learn` answers, and the rates
+//! against the targets. `cargo bench --bench confusion -- [--seeds A..B] [--noise PERCENT] [--only ROW] [--write DIR]`.
+
+#![allow(clippy::print_stdout)]
+
+mod cases;
+mod cut;
+mod motion;
+mod physics;
+mod programs;
+mod rng;
+mod writer;
+
+use cases::{Case, rows};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// What was asked for on the command line.
+struct Asked {
+    seeds: std::ops::Range<u64>,
+    noise: Vec<f64>,
+    only: Option<String>,
+    write: Option<PathBuf>,
+}
+
+fn main() {
+    let asked = asked(std::env::args().skip(1));
+    if let Some(dir) = &asked.write {
+        write(&asked, dir);
+    }
+}
+
+fn asked(arguments: impl Iterator<Item = String>) -> Asked {
+    let mut asked = Asked { seeds: 0..20, noise: vec![1.0, 3.0, 6.0], only: None, write: None };
+    let mut arguments = arguments.filter(|a| a != "--bench");
+    while let Some(option) = arguments.next() {
+        let value = arguments.next().unwrap_or_else(|| panic!("{option} needs a value"));
+        match option.as_str() {
+            "--seeds" => {
+                let (from, to) = value.split_once("..").expect("--seeds A..B");
+                asked.seeds = from.parse().expect("a seed")..to.parse().expect("a seed");
+            }
+            "--noise" => asked.noise = vec![value.parse().expect("a noise in percent")],
+            "--only" => asked.only = Some(value),
+            "--write" => asked.write = Some(value.into()),
+            _ => panic!("unknown option {option}"),
+        }
+    }
+    asked
+}
+
+/// Cases that were asked for, noise by noise.
+fn asked_cases(asked: &Asked) -> Vec<(&'static str, u64, f64)> {
+    let mut all = Vec::new();
+    for noise in &asked.noise {
+        for row in rows() {
+            if asked.only.as_deref().is_none_or(|only| only == row) {
+                all.extend(asked.seeds.clone().map(|seed| (row, seed, *noise)));
+            }
+        }
+    }
+    all
+}
+
+/// Writes program, setup, log and truth of every case into a folder of its own.
+fn write(asked: &Asked, dir: &Path) {
+    asked_cases(asked).into_par_iter().for_each(|(row, seed, noise)| {
+        let case = Case::new(row, seed);
+        let (log, deviation) = case.log(noise / 100.0);
+        let folder = dir.join(format!("{row}-{seed}-noise{noise}"));
+        let truth = format!(
+            "{:?}\nnames {:?}\n{:?}\nnoise {deviation:.3}\n{:?}\n",
+            case.hidden, case.names, case.truth, case.form
+        );
+        let files = [
+            ("part.nc", &case.part.program),
+            ("part.setup.toml", &case.part.setup),
+            ("log.csv", &log),
+            ("truth.txt", &truth),
+        ];
+        std::fs::create_dir_all(&folder).expect("a folder for the case");
+        for (name, text) in files {
+            std::fs::write(folder.join(name), text).expect("a file of the case");
+        }
+    });
+}

@@ -1,0 +1,514 @@
+//! What the meter reads while a part is milled, and the effects that no setup declares. In: part, coefficients, hidden
+//! effects, times. Out: one reading per time.
+//!
+//! A tooth at φ meets the chip h = f sin φ. On every slice it takes k_c·h + k_e per length of edge, tangentially and
+//! radially. Power is the sum of the tangential force times cutting speed over teeth, slices and angles, plus the tare; a
+//! force reading is the largest resultant in the plane over one turn. Sums are numeric (midpoints).
+//!
+//! Effects, with their own formulas (not those of the program under test):
+//!
+//! | effect | formula |
+//! |---|---|
+//! | flank-wear | k_e·(1 + g·w(x)), w = 0.35(1 − e^(−x/0.08)) + 0.5x + 0.2x⁶ (run-in, steady, end), x = share of the sliding |
+//! | tare-warm-up | tare·(1 + c e^(−t/τ)) |
+//! | tare-speed | tare + c·tare_top·((n/n_top)^p − (n_low/n_top)^p) |
+//! | size-effect | k_tc·(h/0.05)^−m at every angle |
+//! | up-down-asymmetry | k·(1 + c) where the chip grows (φ < π/2), k·(1 − c) where it shrinks |
+//! | runout | tooth i stands out by ρ cos(α − 2πi/N); h is cut down to the deepest of the teeth before it |
+//! | stock-proud, tool-diameter | the engagement is found again |
+//! | corner-feed | the timeline is found again with less acceleration |
+//! | drive-efficiency | η = η₀·(1 − c P/P_top) |
+//! | sensor-lag | T ẏ + y = P |
+//! | hard-zone | k·(1 + c u), u = 1/(1 + ((x−x₀)/a)⁸ + ((y−y₀)/b)⁸), at the place of the cutting edge |
+//! | edge-chipping | from t₀: k_c·(1 + c), k_e·(1 + c/2) |
+//! | coolant-pump (unlisted) | + X while the pump is on, period and duty |
+//! | rolling-direction (unlisted) | k·(1 + c cos 2(γ − γ₀)), γ the direction of the feed |
+//! | chiller (unlisted) | + X sin(2πt/period) |
+
+use super::cut::{Reality, Station, contact_point, stations};
+use super::motion::{Leg, Moment, timeline};
+use super::programs::Part;
+use super::rng::Rng;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// True coefficients.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coefficients {
+    /// N/mm².
+    pub k_tc: f64,
+    /// N/mm².
+    pub k_rc: f64,
+    /// N/mm.
+    pub k_te: f64,
+    /// N/mm.
+    pub k_re: f64,
+    /// True tare over the declared one.
+    pub tare: f64,
+}
+
+impl Coefficients {
+    /// Near the declared ones, but not the same.
+    pub fn draw(part: &Part, rng: &mut Rng) -> Self {
+        let [k_tc, k_rc, _, k_te, k_re, _] = part.shop.declared;
+        Self {
+            k_tc: k_tc * rng.uniform(0.88, 1.12),
+            k_rc: k_rc * rng.uniform(0.88, 1.12),
+            k_te: k_te * rng.uniform(0.85, 1.15),
+            k_re: k_re * rng.uniform(0.85, 1.15),
+            tare: rng.uniform(0.95, 1.05),
+        }
+    }
+}
+
+/// An effect that the setup does not declare; see the head of the file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)]
+pub enum Hidden {
+    FlankWear { growth: f64 },
+    TareWarmUp { excess: f64, tau_s: f64 },
+    TareSpeed { share: f64, power: f64 },
+    SizeEffect { exponent: f64 },
+    UpDown { share: f64 },
+    Runout { offset_mm: f64, angle: f64 },
+    StockProud { top_mm: f64, side_mm: f64 },
+    ToolDiameter { change_mm: f64 },
+    CornerFeed { acceleration: f64 },
+    DriveEfficiency { loss: f64 },
+    SensorLag { time_s: f64 },
+    HardZone { excess: f64, centre: [f64; 2], half: [f64; 2] },
+    EdgeChipping { jump: f64, at_share: f64 },
+    CoolantPump { share: f64, period_s: f64, duty: f64 },
+    RollingDirection { share: f64, angle: f64 },
+    Chiller { share: f64, period_s: f64 },
+}
+
+/// Singles in the list of effects, in the order of the rows.
+pub const LISTED: [&str; 13] = [
+    "flank-wear",
+    "tare-warm-up",
+    "tare-speed",
+    "size-effect",
+    "up-down-asymmetry",
+    "runout",
+    "stock-proud",
+    "tool-diameter",
+    "corner-feed",
+    "drive-efficiency",
+    "sensor-lag",
+    "hard-zone",
+    "edge-chipping",
+];
+
+/// Effects in no list. The last two are kept for checking: nothing was developed against them.
+pub const UNLISTED: [&str; 3] = ["coolant-pump", "rolling-direction", "chiller"];
+
+impl Hidden {
+    /// An effect of this name, of usual size times `strength`.
+    pub fn draw(name: &str, strength: f64, part: &Part, rng: &mut Rng) -> Self {
+        let [length, width, _] = part.stock_mm;
+        let d = part.mill.diameter_mm;
+        let mut size = |low: f64, high: f64| strength * rng.uniform(low, high);
+        match name {
+            "flank-wear" => Self::FlankWear { growth: size(0.8, 1.8) },
+            "tare-warm-up" => Self::TareWarmUp { excess: size(0.3, 0.7), tau_s: rng.uniform(70.0, 180.0) },
+            "tare-speed" => Self::TareSpeed { share: size(0.3, 0.6), power: rng.uniform(1.2, 2.2) },
+            "size-effect" => Self::SizeEffect { exponent: size(0.15, 0.3) },
+            "up-down-asymmetry" => Self::UpDown { share: size(0.06, 0.14) * rng.sign() },
+            "runout" => Self::Runout { offset_mm: size(0.008, 0.02), angle: rng.uniform(0.0, TAU) },
+            "stock-proud" => {
+                let (top, side) = rng.pick(&[(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]);
+                let mm = strength * rng.uniform(0.35, 0.9);
+                Self::StockProud { top_mm: top * mm, side_mm: side * 1.3 * mm }
+            }
+            "tool-diameter" => Self::ToolDiameter { change_mm: -size(0.03, 0.06) * d },
+            "corner-feed" => Self::CornerFeed { acceleration: (rng.uniform(0.03, 0.1) / strength).min(1.0) },
+            "drive-efficiency" => Self::DriveEfficiency { loss: size(0.12, 0.25).min(0.6) },
+            "sensor-lag" => Self::SensorLag { time_s: size(0.4, 1.5) },
+            "hard-zone" => Self::HardZone {
+                excess: size(0.15, 0.35),
+                centre: [length * rng.uniform(0.25, 0.75), width * rng.uniform(0.3, 0.7)],
+                half: [length * rng.uniform(0.14, 0.24), width * rng.uniform(0.16, 0.28)],
+            },
+            "edge-chipping" => Self::EdgeChipping { jump: size(0.12, 0.3), at_share: rng.uniform(0.3, 0.7) },
+            "coolant-pump" => Self::CoolantPump {
+                share: size(0.15, 0.3),
+                period_s: rng.uniform(5.0, 13.0),
+                duty: rng.uniform(0.35, 0.65),
+            },
+            "rolling-direction" => Self::RollingDirection { share: size(0.08, 0.15), angle: rng.uniform(0.0, 0.4) },
+            "chiller" => Self::Chiller { share: size(0.15, 0.3), period_s: rng.uniform(40.0, 90.0) },
+            _ => panic!("no effect is called {name}"),
+        }
+    }
+}
+
+/// What a log measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Channel {
+    /// Spindle power as the meter reads it, W.
+    Power,
+    /// Largest resultant in the plane in the turn about the sample, N.
+    ForceXy,
+}
+
+/// A reading without noise.
+#[derive(Debug, Clone, Copy)]
+pub struct Reading {
+    /// Where the machine is.
+    pub moment: Moment,
+    /// Value, W or N.
+    pub value: f64,
+    /// The part of it that cutting makes, before drive and meter.
+    pub cutting: f64,
+}
+
+/// A part being milled with its hidden effects.
+pub struct Milling<'a> {
+    part: &'a Part,
+    truth: &'a Coefficients,
+    hidden: &'a [Hidden],
+    channel: Channel,
+    legs: Vec<Leg>,
+    stations: Vec<Vec<Station>>,
+    /// Removal and contact terms of every station.
+    terms: Vec<Vec<[f64; 3]>>,
+    radius_mm: f64,
+    /// Sliding of a tooth over the whole program, mm.
+    total_sliding_mm: f64,
+    /// Greatest power of the shaft, W; mean of the cutting power, W.
+    top_w: f64,
+    mean_cutting_w: f64,
+}
+
+/// State that runs along with time.
+#[derive(Debug, Clone, Copy, Default)]
+struct Running {
+    sliding_mm: f64,
+    lagged: Option<f64>,
+}
+
+impl<'a> Milling<'a> {
+    /// Prepares engagement and timeline.
+    pub fn new(part: &'a Part, truth: &'a Coefficients, hidden: &'a [Hidden], channel: Channel) -> Self {
+        let mut reality = Reality::declared(part);
+        let mut acceleration = 1.0;
+        for effect in hidden {
+            match effect {
+                Hidden::StockProud { top_mm, side_mm } => {
+                    (reality.proud_top_mm, reality.proud_side_mm) = (*top_mm, *side_mm);
+                }
+                Hidden::ToolDiameter { change_mm } => reality.diameter_mm += change_mm,
+                Hidden::CornerFeed { acceleration: share } => acceleration = *share,
+                _ => {}
+            }
+        }
+        let stations = stations(part, &reality);
+        let radius_mm = 0.5 * reality.diameter_mm;
+        let terms = stations.iter().map(|s| s.iter().map(|s| terms(s, radius_mm, hidden)).collect()).collect();
+        let legs = timeline(part, acceleration);
+        let mut milling = Self {
+            part,
+            truth,
+            hidden,
+            channel,
+            legs,
+            stations,
+            terms,
+            radius_mm,
+            total_sliding_mm: 1.0,
+            top_w: 1.0,
+            mean_cutting_w: 1.0,
+        };
+        milling.measure_extent();
+        milling
+    }
+
+    /// End of the program, s.
+    pub fn end_s(&self) -> f64 {
+        self.legs.last().map_or(0.0, Leg::end_s)
+    }
+
+    /// Sliding, greatest and mean power, before wear.
+    fn measure_extent(&mut self) {
+        let (step_s, mut now) = (0.05, 0.0);
+        let (mut sliding, mut top, mut sum, mut count) = (0.0, 1.0f64, 0.0, 0.0);
+        let mut leg = 0;
+        while now < self.end_s() {
+            let moment = self.moment(now, &mut leg);
+            let [q, a, slide] = self.terms_at(&moment);
+            sliding += slide * moment.rps * step_s;
+            let cutting = self.power(&moment, q, a, 1.0, 1.0);
+            if cutting > 0.0 {
+                (sum, count) = (sum + cutting, count + 1.0);
+            }
+            top = top.max(cutting + self.part.shop.tare_at(moment.rps));
+            now += step_s;
+        }
+        (self.total_sliding_mm, self.top_w, self.mean_cutting_w) =
+            (f64::max(sliding, 1.0), top, sum / f64::max(count, 1.0));
+    }
+
+    fn moment(&self, t: f64, leg: &mut usize) -> Moment {
+        while *leg + 1 < self.legs.len() && t > self.legs[*leg].end_s() {
+            *leg += 1;
+        }
+        self.legs[*leg].at(t)
+    }
+
+    /// Removal, contact and sliding terms, between the stations about the moment.
+    fn terms_at(&self, moment: &Moment) -> [f64; 3] {
+        let (stations, terms) = (&self.stations[moment.step], &self.terms[moment.step]);
+        let after = stations.partition_point(|s| s.s_mm <= moment.s_mm);
+        match (after, stations.len()) {
+            (_, 0) => [0.0; 3],
+            (k, n) if k == n => terms[n - 1],
+            (k, _) => {
+                let (a, b) = (&stations[k - 1], &stations[k]);
+                let t = (moment.s_mm - a.s_mm) / (b.s_mm - a.s_mm);
+                std::array::from_fn(|i| terms[k - 1][i] + t * (terms[k][i] - terms[k - 1][i]))
+            }
+        }
+    }
+
+    fn feed_per_tooth(&self, moment: &Moment) -> f64 {
+        moment.speed_mm_s / (f64::from(self.part.mill.flutes) * moment.rps.max(1e-9))
+    }
+
+    /// Cutting power, W, with factors on k_tc and k_te.
+    fn power(&self, moment: &Moment, q: f64, a: f64, cutting: f64, edge: f64) -> f64 {
+        if q <= 0.0 && a <= 0.0 {
+            return 0.0;
+        }
+        let exponent = size_exponent(self.hidden);
+        let chip = self.feed_per_tooth(moment).powf(1.0 - exponent) * 0.05f64.powf(exponent);
+        let passes = f64::from(self.part.mill.flutes) * moment.rps;
+        1e-3 * passes * (self.truth.k_tc * cutting * chip * q + self.truth.k_te * edge * a)
+    }
+
+    /// Readings at rising times; `t` counts from the start of the program.
+    pub fn read(&self, times: &[f64]) -> Vec<Reading> {
+        let mut running = Running::default();
+        let (mut now, mut leg) = (0.0, 0);
+        let mut readings = Vec::with_capacity(times.len());
+        for &time in times {
+            // Steps of at most 20 ms carry sliding and lag along.
+            let steps = ((time - now) / 0.02).ceil().max(1.0);
+            let step_s = ((time - now) / steps).max(0.0);
+            let mut last = None;
+            for _ in 0..steps as usize {
+                now += step_s;
+                last = Some(self.step(now, step_s, &mut leg, &mut running));
+            }
+            readings.extend(last);
+        }
+        readings
+    }
+
+    fn step(&self, now: f64, step_s: f64, leg: &mut usize, running: &mut Running) -> Reading {
+        let mut moment = self.moment(now, leg);
+        if now < 0.0 || now > self.end_s() {
+            (moment.rps, moment.speed_mm_s) = (0.0, 0.0);
+        }
+        let [q, a, slide] = self.terms_at(&moment);
+        running.sliding_mm += slide * moment.rps * step_s;
+        let (cutting, edge) = self.factors_in_time(now, running.sliding_mm);
+        let load = match self.channel {
+            Channel::Power => self.power(&moment, q, a, cutting, edge),
+            Channel::ForceXy => self.force_peak(&moment, cutting, edge),
+        };
+        let value = match self.channel {
+            Channel::Power => self.meter(load + self.tare(&moment, now)) + self.aside(now, moment.rps),
+            Channel::ForceXy => load,
+        };
+        Reading { moment, value: self.lagged(value, step_s, running), cutting: load }
+    }
+
+    fn factors_in_time(&self, now: f64, sliding_mm: f64) -> (f64, f64) {
+        let (mut cutting, mut edge) = (1.0, 1.0);
+        for effect in self.hidden {
+            match effect {
+                Hidden::FlankWear { growth } => edge *= 1.0 + growth * wear(sliding_mm / self.total_sliding_mm),
+                Hidden::EdgeChipping { jump, at_share } if now > at_share * self.end_s() => {
+                    cutting *= 1.0 + jump;
+                    edge *= 1.0 + 0.5 * jump;
+                }
+                _ => {}
+            }
+        }
+        (cutting, edge)
+    }
+
+    fn tare(&self, moment: &Moment, now: f64) -> f64 {
+        if moment.rps <= 0.0 {
+            return 0.0;
+        }
+        let declared = self.part.shop.tare_at(moment.rps);
+        let mut tare = self.truth.tare * declared;
+        for effect in self.hidden {
+            match effect {
+                Hidden::TareWarmUp { excess, tau_s } => tare += declared * excess * (-now / tau_s).exp(),
+                Hidden::TareSpeed { share, power } => {
+                    let top = self.part.shop.tare_at(200.0);
+                    tare += share * top * ((moment.rps / 200.0).powf(*power) - 0.2f64.powf(*power));
+                }
+                _ => {}
+            }
+        }
+        // Running up takes the share of the tare that belongs to the speed, and what the mass takes.
+        moment.runup.map_or(tare, |share| share * (tare + 400.0))
+    }
+
+    fn meter(&self, shaft_w: f64) -> f64 {
+        let loss =
+            self.hidden.iter().find_map(|h| if let Hidden::DriveEfficiency { loss } = h { Some(*loss) } else { None });
+        shaft_w / (self.part.shop.efficiency * (1.0 - loss.unwrap_or(0.0) * (shaft_w / self.top_w).min(1.2)))
+    }
+
+    /// What others take on the same line.
+    fn aside(&self, now: f64, rps: f64) -> f64 {
+        let mut sum = 0.0;
+        for effect in self.hidden {
+            match effect {
+                Hidden::CoolantPump { share, period_s, duty }
+                    if rps > 0.0 && (now / period_s).rem_euclid(1.0) < *duty =>
+                {
+                    sum += share * self.mean_cutting_w;
+                }
+                Hidden::Chiller { share, period_s } if rps > 0.0 => {
+                    sum += share * self.mean_cutting_w * (TAU * now / period_s).sin();
+                }
+                _ => {}
+            }
+        }
+        sum
+    }
+
+    fn lagged(&self, value: f64, step_s: f64, running: &mut Running) -> f64 {
+        let time =
+            self.hidden.iter().find_map(|h| if let Hidden::SensorLag { time_s } = h { Some(*time_s) } else { None });
+        let Some(time_s) = time else { return value };
+        let before = running.lagged.unwrap_or(value);
+        let after = value + (before - value) * (-step_s / time_s).exp();
+        running.lagged = Some(after);
+        after
+    }
+
+    /// Largest resultant in the plane over one turn, N.
+    fn force_peak(&self, moment: &Moment, cutting: f64, edge: f64) -> f64 {
+        let stations = &self.stations[moment.step];
+        if stations.is_empty() {
+            return 0.0;
+        }
+        let spacing = stations[stations.len() - 1].s_mm / (stations.len() - 1).max(1) as f64;
+        let station = &stations[((moment.s_mm / spacing.max(1e-9)).round() as usize).min(stations.len() - 1)];
+        if station.arcs.is_empty() {
+            return 0.0;
+        }
+        let chips = self.chips(self.feed_per_tooth(moment));
+        (0..72).map(|k| self.force(station, TAU * f64::from(k) / 72.0, &chips, cutting, edge)).fold(0.0, f64::max)
+    }
+
+    /// For each tooth the chip is f·m·sin φ + r_i − r_(i−m), the least over the m teeth before it: pairs (f m, r_i − r_(i−m)).
+    fn chips(&self, feed_per_tooth: f64) -> Vec<Vec<[f64; 2]>> {
+        let n = self.part.mill.flutes as usize;
+        let stands_out = |i: usize| -> f64 {
+            let of = |h: &Hidden| match h {
+                Hidden::Runout { offset_mm, angle } => offset_mm * (angle - TAU * i as f64 / n as f64).cos(),
+                _ => 0.0,
+            };
+            self.hidden.iter().map(of).sum()
+        };
+        (0..n)
+            .map(|i| {
+                (1..=n).map(|m| [feed_per_tooth * m as f64, stands_out(i) - stands_out((i + n - m) % n)]).collect()
+            })
+            .collect()
+    }
+
+    fn force(&self, station: &Station, turn: f64, chips: &[Vec<[f64; 2]>], cutting: f64, edge: f64) -> f64 {
+        let lag = self.part.mill.helix_deg.to_radians().tan() / self.radius_mm;
+        let (mut x, mut y) = (0.0, 0.0);
+        for arc in &station.arcs {
+            let slices = (arc.dz_mm / 0.4).ceil().max(1.0);
+            let dz = arc.dz_mm / slices;
+            for slice in 0..slices as usize {
+                let z = arc.z_mm + (slice as f64 + 0.5) * dz;
+                for (i, before) in chips.iter().enumerate() {
+                    let phi = (turn + TAU * i as f64 / chips.len() as f64 - lag * z).rem_euclid(TAU);
+                    if phi < arc.phi[0] || phi > arc.phi[1] {
+                        continue;
+                    }
+                    let (sin, cos) = phi.sin_cos();
+                    let h = before.iter().map(|[f, out]| f * sin + out).fold(f64::INFINITY, f64::min);
+                    if h <= 0.0 {
+                        continue;
+                    }
+                    let (c, e) = local_factors(station, phi, self.radius_mm, self.hidden);
+                    let size = (h / 0.05).powf(-size_exponent(self.hidden));
+                    let tangential = dz * (self.truth.k_tc * c * cutting * size * h + self.truth.k_te * e * edge);
+                    let radial = dz * (self.truth.k_rc * c * cutting * size * h + self.truth.k_re * e * edge);
+                    x -= tangential * cos + radial * sin;
+                    y += tangential * sin - radial * cos;
+                }
+            }
+        }
+        x.hypot(y)
+    }
+}
+
+/// Run-in, steady wear, end of life.
+fn wear(x: f64) -> f64 {
+    0.35 * (1.0 - (-x / 0.08).exp()) + 0.5 * x + 0.2 * x.powi(6)
+}
+
+fn size_exponent(hidden: &[Hidden]) -> f64 {
+    hidden.iter().map(|h| if let Hidden::SizeEffect { exponent } = h { *exponent } else { 0.0 }).sum()
+}
+
+/// ∫∫ c·sin^(1−m) φ r dφ dz, ∫∫ e r dφ dz, and the way a tooth slides in one turn (mean over the height).
+fn terms(station: &Station, radius_mm: f64, hidden: &[Hidden]) -> [f64; 3] {
+    const POINTS: usize = 16;
+    let power = 1.0 - size_exponent(hidden);
+    let (mut q, mut a, mut way, mut height) = (0.0, 0.0, 0.0, 0.0);
+    for arc in &station.arcs {
+        // Halves that end at π/2, where a factor may jump.
+        for [from, to] in halves(arc.phi) {
+            let step = (to - from) / POINTS as f64;
+            for k in 0..POINTS {
+                let phi = from + (k as f64 + 0.5) * step;
+                let (c, e) = local_factors(station, phi, radius_mm, hidden);
+                q += c * phi.sin().powf(power) * radius_mm * step * arc.dz_mm;
+                a += e * radius_mm * step * arc.dz_mm;
+            }
+        }
+        way += radius_mm * (arc.phi[1] - arc.phi[0]) * arc.dz_mm;
+        height += arc.dz_mm;
+    }
+    [q, a, if height > 0.0 { way / height } else { 0.0 }]
+}
+
+fn halves([from, to]: [f64; 2]) -> [[f64; 2]; 2] {
+    let middle = FRAC_PI_2.clamp(from, to);
+    [[from, middle], [middle, to]]
+}
+
+/// Factors on the cutting and edge coefficients at one angle of one station.
+fn local_factors(station: &Station, phi: f64, radius_mm: f64, hidden: &[Hidden]) -> (f64, f64) {
+    let mut factor = 1.0;
+    for effect in hidden {
+        match effect {
+            Hidden::UpDown { share } => factor *= 1.0 + share * (FRAC_PI_2 - phi).signum(),
+            Hidden::HardZone { excess, centre, half } => {
+                let p = contact_point(station, phi, radius_mm);
+                let far: f64 = (0..2).map(|k| ((p[k] - centre[k]) / half[k]).powi(8)).sum();
+                factor *= 1.0 + excess / (1.0 + far);
+            }
+            Hidden::RollingDirection { share, angle } => {
+                let [dx, dy] = station.direction;
+                factor *= 1.0 + share * (2.0 * (dy.atan2(dx) - angle)).rem_euclid(2.0 * PI).cos();
+            }
+            _ => {}
+        }
+    }
+    (factor, factor)
+}
