@@ -101,7 +101,7 @@ fn planes_and_helices_are_swept() {
     // A quarter turn in ZX, ball: a groove along a curved path.
     let mut path = Path::from([-10.0, 0.0, 0.0]);
     path.arc(Plane::Zx, [10.0, 0.0, 0.0], [0.0, 0.0, 0.0], -PI);
-    let ballast = job(vec![ball(6.0)], vec![block([-20.0, -10.0, -20.0], [20.0, 10.0, 5.0])]);
+    let ballast = job(vec![ball(6.0)], vec![block([-20.0, -10.0, -20.0], [20.0, 10.0, 0.0])]);
     let map = run(&path, &ballast, 0.1, 0.5);
     let sum = volume_of(&map, 0);
     assert!((sum / map.removed_mm3 - 1.0).abs() < 0.02, "{sum} {}", map.removed_mm3);

@@ -16,9 +16,9 @@ use crate::stock::{Blank, Element, Region, Track, region};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Shortest stretch of a circle that cannot be overlooked, mm.
-const STEP_MM: f64 = 0.02;
+const STEP_MM: f64 = 0.05;
 /// Distance below which a point counts as cleared, mm: rounding of coordinates and f64.
-const TOUCH_MM: f64 = 1e-6;
+const TOUCH_MM: f64 = 1e-7;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
 

@@ -21,6 +21,8 @@ use crate::stock::{Element, Field, append_elements};
 const BATCH: usize = 16384;
 /// Cosine of the bend up to which a path runs on smoothly.
 const SMOOTH: f64 = 0.996;
+/// Where the beginning of a move is looked at: at its very start the end of the move before still fills the whole circle.
+const JUST_AFTER_MM: f64 = 2e-3;
 /// Volume a rapid may scrape off before it is reported, mm³.
 const SCRAPE_MM3: f64 = 0.05;
 
@@ -191,14 +193,15 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2],
     let mut dir = before;
     for k in usize::from(inherits)..=count {
         let s_mm = if k == count { length } else { length * k as f64 / count as f64 };
-        while element + 1 < elements.end && plan.elements[element as usize + 1].from_mm <= s_mm {
+        while element + 1 < elements.end && plan.elements[element as usize + 1].from_mm <= s_mm - JUST_AFTER_MM {
             element += 1;
         }
-        let tangent = motion.curve.tangent(s_mm);
+        let at = if k == 0 { JUST_AFTER_MM.min(0.5 * length) } else { s_mm };
+        let tangent = motion.curve.tangent(at);
         turn(&mut dir, tangent);
-        let along_mm = s_mm - plan.elements[element as usize].from_mm;
+        let along_mm = at - plan.elements[element as usize].from_mm;
         let tangent = [tangent.x.hypot(tangent.y), tangent.z];
-        let tip = motion.curve.point(s_mm) + by;
+        let tip = motion.curve.point(at) + by;
         samples.push(Sample { element, along_mm, s_mm, tip, dir, tangent, cutter, clearance_mm });
     }
     Way::Sampled { samples: first..samples.len(), inherits }
