@@ -3,6 +3,58 @@
 /// Millimetres in one inch.
 pub const MM_PER_INCH: f64 = 25.4;
 
+/// Units that headers of measured data may carry: name, dimension, value in the unit data are kept in.
+const HEADER_UNITS: &[(&str, &str, f64)] = &[
+    ("s", "time", 1.0),
+    ("ms", "time", 1e-3),
+    ("us", "time", 1e-6),
+    ("min", "time", 60.0),
+    ("mm", "length", 1.0),
+    ("um", "length", 1e-3),
+    ("in", "length", MM_PER_INCH),
+    ("inch", "length", MM_PER_INCH),
+    ("mm_min", "feed", 1.0),
+    ("mm_s", "feed", 60.0),
+    ("m_min", "feed", 1e3),
+    ("in_min", "feed", MM_PER_INCH),
+    ("rpm", "speed", 1.0),
+    ("rps", "speed", 60.0),
+    ("w", "power", 1.0),
+    ("kw", "power", 1e3),
+    ("hp", "power", 745.699_871_582_270_2),
+    ("nm", "torque", 1.0),
+    ("nmm", "torque", 1e-3),
+    ("n", "force", 1.0),
+    ("kn", "force", 1e3),
+    ("lbf", "force", 4.448_221_615_260_5),
+    ("a", "current", 1.0),
+    ("ma", "current", 1e-3),
+    ("percent", "load", 1.0),
+    ("pct", "load", 1.0),
+    ("deg", "angle", 1.0),
+    ("rad", "angle", 180.0 / std::f64::consts::PI),
+    ("mm3_s", "removal rate", 1.0),
+    ("mm3_min", "removal rate", 1.0 / 60.0),
+    ("cm3_min", "removal rate", 1e3 / 60.0),
+    ("mm2_s", "contact rate", 1.0),
+    ("mm3", "volume", 1.0),
+    ("mm2", "area", 1.0),
+];
+
+/// What one `from` is in units of `to`, where both are units of a header and measure the same thing.
+pub fn header_factor(from: &str, to: &str) -> Option<f64> {
+    let find = |name: &str| HEADER_UNITS.iter().find(|(unit, _, _)| *unit == name);
+    let ((_, a, from_value), (_, b, to_value)) = (find(from)?, find(to)?);
+    (a == b).then_some(from_value / to_value)
+}
+
+/// Names of the units that headers may carry, longest first.
+pub fn header_units() -> Vec<&'static str> {
+    let mut names: Vec<_> = HEADER_UNITS.iter().map(|(name, _, _)| *name).collect();
+    names.sort_by_key(|name| std::cmp::Reverse(name.len()));
+    names
+}
+
 /// mm/min → mm/s.
 pub fn mm_s_from_mm_min(feed_mm_min: f64) -> f64 {
     feed_mm_min / 60.0

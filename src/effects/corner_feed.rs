@@ -14,6 +14,8 @@ pub const EFFECT: Effect = Effect {
         min: 0.001,
         max: 1.0,
         starts: &[0.05],
+        neutral: None,
+        scanned: false,
         meaning: "true over declared acceleration",
     }],
     change,

@@ -14,6 +14,8 @@ pub const EFFECT: Effect = Effect {
         min: -0.8,
         max: 0.8,
         starts: &[0.0],
+        neutral: None,
+        scanned: false,
         meaning: "exponent of the cutting speed over 1 m/s",
     }],
     change,

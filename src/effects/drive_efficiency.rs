@@ -14,6 +14,8 @@ pub const EFFECT: Effect = Effect {
         min: 0.0,
         max: 1.5,
         starts: &[0.05],
+        neutral: None,
+        scanned: false,
         meaning: "relative excess of the reading at the largest load",
     }],
     change,

@@ -15,6 +15,8 @@ pub const EFFECT: Effect = Effect {
             min: 0.0,
             max: 50.0,
             starts: &[0.5],
+            neutral: None,
+            scanned: false,
             meaning: "relative growth of the edge coefficients after 100 m",
         },
         Parameter {
@@ -23,6 +25,8 @@ pub const EFFECT: Effect = Effect {
             min: 0.4,
             max: 2.5,
             starts: &[1.0],
+            neutral: Some(1.0),
+            scanned: false,
             meaning: "exponent of the distance",
         },
     ],

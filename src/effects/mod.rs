@@ -241,6 +241,10 @@ pub struct Parameter {
     pub max: f64,
     /// Values at which a search begins.
     pub starts: &'static [f64],
+    /// Value at which it adds nothing; a simpler form of the effect leaves it there. `None`: always fitted.
+    pub neutral: Option<f64>,
+    /// True when it is found by scanning (a place, an instant) because the load does not vary smoothly with it.
+    pub scanned: bool,
     /// What it is.
     pub meaning: &'static str,
 }

@@ -14,6 +14,8 @@ pub const EFFECT: Effect = Effect {
         min: 0.0,
         max: 0.2,
         starts: &[0.01],
+        neutral: None,
+        scanned: false,
         meaning: "added to the chip of the most loaded tooth",
     }],
     change,

@@ -14,6 +14,8 @@ pub const EFFECT: Effect = Effect {
         min: 0.005,
         max: 20.0,
         starts: &[0.05, 0.2, 0.8, 3.0],
+        neutral: None,
+        scanned: false,
         meaning: "of a first-order lag",
     }],
     change,

@@ -14,6 +14,8 @@ pub const EFFECT: Effect = Effect {
         min: 0.0,
         max: 0.9,
         starts: &[0.2],
+        neutral: None,
+        scanned: false,
         meaning: "exponent of the mean chip thickness over 0.05 mm",
     }],
     change,

@@ -15,6 +15,8 @@ pub const EFFECT: Effect = Effect {
             min: -0.8,
             max: 5.0,
             starts: &[0.3],
+            neutral: None,
+            scanned: false,
             meaning: "relative excess of the tare when cold",
         },
         Parameter {
@@ -23,6 +25,8 @@ pub const EFFECT: Effect = Effect {
             min: 5.0,
             max: 20000.0,
             starts: &[60.0, 200.0, 800.0],
+            neutral: None,
+            scanned: false,
             meaning: "of the warming",
         },
     ],

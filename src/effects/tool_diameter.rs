@@ -14,6 +14,8 @@ pub const EFFECT: Effect = Effect {
         min: -2.0,
         max: 2.0,
         starts: &[0.0],
+        neutral: None,
+        scanned: false,
         meaning: "true minus declared diameter",
     }],
     change,

@@ -15,6 +15,8 @@ pub const EFFECT: Effect = Effect {
             min: -0.6,
             max: 0.6,
             starts: &[0.0],
+            neutral: Some(0.0),
+            scanned: false,
             meaning: "relative difference of the cutting coefficients, half of up minus climb",
         },
         Parameter {
@@ -23,6 +25,8 @@ pub const EFFECT: Effect = Effect {
             min: -1.0,
             max: 1.0,
             starts: &[0.0],
+            neutral: Some(0.0),
+            scanned: false,
             meaning: "the same of the edge coefficients",
         },
     ],

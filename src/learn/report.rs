@@ -1,0 +1,169 @@
+//! What a diagnosis answers: plain data, one to one with the JSON report of `learn` and `learn-table`.
+
+/// Errors of a model on some samples.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Errors {
+    /// Root mean square, unit of the reading.
+    pub rmse: f64,
+    /// Mean |error| / |reading|, percent, over readings above 5 % of the largest.
+    pub mape: f64,
+    /// 1 − Σ r² / Σ (y − ȳ)².
+    pub r2: f64,
+}
+
+/// A value with its standard error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Value {
+    /// Name.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Standard error; infinite where the data cannot tell.
+    pub std_error: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// An effect that was added.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Added {
+    /// Name, as in `library effects`.
+    pub name: String,
+    /// Its parameters.
+    pub parameters: Vec<Value>,
+    /// Chance of as much improvement without it.
+    pub p_value: f64,
+    /// Held-out error before.
+    pub test_rmse_before: f64,
+    /// Held-out error after.
+    pub test_rmse_after: f64,
+    /// Why it was believed, one sentence.
+    pub evidence: String,
+}
+
+/// An effect that was looked at and not added.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rejected {
+    /// Name.
+    pub name: String,
+    /// One clause.
+    pub why: String,
+}
+
+/// Effects that explain the data equally well.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Confounded {
+    /// Their names, the one in the model first.
+    pub names: Vec<String>,
+    /// One clause.
+    pub why: String,
+    /// The cuts that would separate them.
+    pub experiment: String,
+}
+
+/// Structure that no effect explains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unexplained {
+    /// Share of the residual's variance that its strongest correlate predicts on blocks it was not learned on.
+    pub test_r2_of_residual_structure: f64,
+    /// The strongest correlate.
+    pub largest_correlate: String,
+}
+
+/// How well the model does on a kind of cut it was not fitted on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transfer {
+    /// Kind of cut.
+    pub kind: String,
+    /// Samples.
+    pub samples: usize,
+    /// Error of the base model.
+    pub rmse_before: f64,
+    /// Error of the final model.
+    pub rmse_after: f64,
+}
+
+/// How a log was tied to its program.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Alignment {
+    /// Log time at which the program starts, s.
+    pub offset_s: f64,
+    /// Log seconds per predicted second.
+    pub stretch: f64,
+    /// position, line, block or load.
+    pub method: String,
+    /// Standard uncertainty of where a sample belongs, s.
+    pub uncertainty_s: f64,
+    /// Pauses found: (time in the log, length), s.
+    pub pauses: Vec<(f64, f64)>,
+}
+
+/// A coefficient in one window of time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Window {
+    /// Start and end, s.
+    pub time_s: [f64; 2],
+    /// Cutting coefficients over those of the whole, with standard error.
+    pub cutting: [f64; 2],
+    /// Edge coefficients over those of the whole, with standard error.
+    pub edge: [f64; 2],
+}
+
+/// The whole answer.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LearnReport {
+    /// Samples read.
+    pub samples: usize,
+    /// Samples with weight.
+    pub used: usize,
+    /// Samples with reduced weight.
+    pub down_weighted: usize,
+    /// Samples in the fit, and in the judgement.
+    pub train: usize,
+    /// Samples in the judgement.
+    pub test: usize,
+    /// How they were split.
+    pub how: String,
+    /// Alignment, for logs.
+    pub alignment: Option<Alignment>,
+    /// Base parameters.
+    pub base: Vec<Value>,
+    /// Condition number of the base fit.
+    pub condition: f64,
+    /// Errors of the base model.
+    pub base_train: Errors,
+    /// Errors of the base model on held-out data.
+    pub base_test: Errors,
+    /// Effects added, in order.
+    pub effects: Vec<Added>,
+    /// Effects not added.
+    pub rejected: Vec<Rejected>,
+    /// Effects that could stand for each other.
+    pub confounded: Vec<Confounded>,
+    /// What is left; `None`: nothing.
+    pub unexplained: Option<Unexplained>,
+    /// Errors of the final model.
+    pub final_train: Errors,
+    /// Errors of the final model on held-out data.
+    pub final_test: Errors,
+    /// Base parameters of the final model.
+    pub final_base: Vec<Value>,
+    /// Covariance of the final base parameters.
+    pub covariance: Vec<Vec<f64>>,
+    /// Noise of neighbouring readings, unit of the reading; `None` where it cannot be told.
+    pub noise_floor: Option<f64>,
+    /// Other kinds of cut.
+    pub transfer: Vec<Transfer>,
+    /// Coefficients over time.
+    pub windows: Vec<Window>,
+    /// What the windows say, if anything.
+    pub wear: Option<String>,
+    /// What was noticed about the data.
+    pub warnings: Vec<String>,
+    /// Models that were fitted.
+    pub variants_tried: usize,
+    /// False where the data do not support a model file.
+    pub supports_model: bool,
+    /// One sentence.
+    pub verdict: String,
+}

@@ -1,0 +1,302 @@
+//! What is left in a residual: in samples and residuals, out how far it is from white noise, along which covariate it has
+//! a pattern that holds on data it was not seen in, and how much of it that is.
+//!
+//! *Inflation* φ = 1 + 2 Σ ρ_k (k while the autocorrelation ρ_k stays above its noise) says how many neighbouring samples
+//! count as one; in tables it is the design effect 1 + (m − 1)·ICC of the set-ups. *Noise floor*: √(Σ d²/2m) over the
+//! differences d of neighbouring samples of equal state, which slow structure does not touch. *Pattern*: bin means along
+//! a covariate, learned on the even blocks and scored on the odd ones and the other way round (R²), against the same
+//! score when whole blocks are given the covariate of another block.
+
+use super::chance::Chance;
+use super::samples::Data;
+use crate::effects::{Covariate, State};
+
+/// A pattern found in a residual.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pattern {
+    /// Covariate along which it runs, or "time, every … s".
+    pub along: String,
+    /// Share of the residual's variance that it predicts in blocks it was not learned on.
+    pub test_r2: f64,
+    /// Chance of as much without a pattern.
+    pub p_value: f64,
+}
+
+/// Root of the weighted mean square.
+pub fn rmse(data: &Data, residual: &[f64]) -> f64 {
+    let (mut squares, mut weight) = (0.0, 0.0);
+    for i in data.used() {
+        squares += data.weight[i] * residual[i] * residual[i];
+        weight += data.weight[i];
+    }
+    (squares / weight.max(1e-300)).sqrt()
+}
+
+/// φ; see the head of the file. At least 1.
+pub fn inflation(data: &Data, residual: &[f64]) -> f64 {
+    if is_series(data) { series_inflation(data, residual) } else { group_inflation(data, residual) }
+}
+
+/// Are there runs of samples that follow each other?
+pub fn is_series(data: &Data) -> bool {
+    data.run.windows(2).filter(|pair| pair[0] == pair[1]).count() * 2 > data.len()
+}
+
+/// Autocorrelation at a lag, within runs.
+pub fn autocorrelation(data: &Data, residual: &[f64], lag: usize) -> f64 {
+    let mean = data.used().map(|i| residual[i]).sum::<f64>() / data.used().count().max(1) as f64;
+    let (mut product, mut pairs, mut square, mut count) = (0.0, 0.0, 0.0, 0.0);
+    for i in data.used() {
+        let r = residual[i] - mean;
+        square += r * r;
+        count += 1.0;
+        let j = i + lag;
+        if j < data.len() && data.run[j] == data.run[i] && data.weight[j] > 0.0 {
+            product += r * (residual[j] - mean);
+            pairs += 1.0;
+        }
+    }
+    if pairs < 8.0 || square <= 0.0 { 0.0 } else { (product / pairs) / (square / count) }
+}
+
+fn series_inflation(data: &Data, residual: &[f64]) -> f64 {
+    let noise = 2.0 / (data.used().count().max(4) as f64).sqrt();
+    let mut sum = 1.0;
+    for lag in 1..(data.len() / 4).min(400) {
+        let rho = autocorrelation(data, residual, lag);
+        if rho < noise {
+            break;
+        }
+        sum += 2.0 * rho;
+    }
+    sum
+}
+
+fn group_inflation(data: &Data, residual: &[f64]) -> f64 {
+    let blocks = block_names(data);
+    let n = data.used().count() as f64;
+    let k = blocks.len() as f64;
+    if k < 3.0 || n - k < 2.0 {
+        return 1.0;
+    }
+    let mean = data.used().map(|i| residual[i]).sum::<f64>() / n;
+    let (mut between, mut within) = (0.0, 0.0);
+    for block in &blocks {
+        let members: Vec<f64> = data.used().filter(|i| data.block[*i] == *block).map(|i| residual[i]).collect();
+        let own = members.iter().sum::<f64>() / members.len() as f64;
+        between += members.len() as f64 * (own - mean).powi(2);
+        within += members.iter().map(|r| (r - own).powi(2)).sum::<f64>();
+    }
+    let (between, within) = (between / (k - 1.0), within / (n - k));
+    let size = n / k;
+    if size < 1.5 || within <= 0.0 {
+        return 1.0;
+    }
+    let share = ((between - within) / (between + (size - 1.0) * within)).clamp(0.0, 1.0);
+    1.0 + (size - 1.0) * share
+}
+
+/// Standard deviation of the noise from neighbouring samples; `None` for tables.
+pub fn noise_floor(data: &Data, residual: &[f64]) -> Option<f64> {
+    let mut squares: Vec<f64> = Vec::new();
+    for i in 1..data.len() {
+        if data.run[i] == data.run[i - 1] && data.weight[i] > 0.0 && data.weight[i - 1] > 0.0 {
+            squares.push(0.5 * (residual[i] - residual[i - 1]).powi(2));
+        }
+    }
+    if squares.len() < 20 {
+        return None;
+    }
+    // The largest twentieth are steps of the load, not noise.
+    squares.sort_by(f64::total_cmp);
+    squares.truncate(squares.len() * 19 / 20);
+    Some((squares.iter().sum::<f64>() / squares.len() as f64 / 0.7587).sqrt())
+}
+
+/// Blocks that have samples with weight, in order.
+pub fn block_names(data: &Data) -> Vec<usize> {
+    let mut names: Vec<usize> = data.used().map(|i| data.block[i]).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
+/// Value of a covariate in a state.
+pub fn value_of(covariate: Covariate, state: &State) -> f64 {
+    match covariate {
+        Covariate::Time => state.time_s,
+        Covariate::Sliding => state.sliding_mm,
+        Covariate::Volume => state.volume_mm3,
+        Covariate::FeedPerTooth => state.feed_per_tooth_mm,
+        Covariate::ChipThickness => state.chip_thickness_mm,
+        Covariate::CuttingSpeed => state.cutting_speed_mm_s,
+        Covariate::SpindleSpeed => state.rps,
+        Covariate::AxialDepth => state.axial_depth_mm,
+        Covariate::RadialDepth => state.radial_depth_mm,
+        Covariate::UpShare => state.up_share,
+        Covariate::X => state.position.x,
+        Covariate::Y => state.position.y,
+        Covariate::Z => state.position.z,
+        Covariate::DirectionX => state.direction.x,
+        Covariate::DirectionY => state.direction.y,
+        Covariate::Curvature => state.curvature_per_mm,
+        Covariate::EdgePosition => state.edge_position_mm,
+        _ => f64::NAN,
+    }
+}
+
+const COVARIATES: [Covariate; 17] = [
+    Covariate::Time,
+    Covariate::Sliding,
+    Covariate::Volume,
+    Covariate::FeedPerTooth,
+    Covariate::ChipThickness,
+    Covariate::CuttingSpeed,
+    Covariate::SpindleSpeed,
+    Covariate::AxialDepth,
+    Covariate::RadialDepth,
+    Covariate::UpShare,
+    Covariate::X,
+    Covariate::Y,
+    Covariate::Z,
+    Covariate::DirectionX,
+    Covariate::DirectionY,
+    Covariate::Curvature,
+    Covariate::EdgePosition,
+];
+
+/// Every pattern with a chance below 5 %, strongest first.
+pub fn patterns(data: &Data, residual: &[f64], load: &[f64], seed: u64) -> Vec<Pattern> {
+    let mut found = Vec::new();
+    for covariate in COVARIATES {
+        let values: Vec<f64> = data.state.iter().map(|state| value_of(covariate, state)).collect();
+        found.extend(along(data, residual, &values, covariate.name(), seed));
+    }
+    found.extend(along(data, residual, load, Covariate::Load.name(), seed));
+    if is_series(data) {
+        found.extend(in_time(data, residual));
+    }
+    found.retain(|p| p.p_value < 0.05 && p.test_r2 > 0.0);
+    found.sort_by(|a, b| b.test_r2.total_cmp(&a.test_r2));
+    found
+}
+
+/// Pattern along one covariate; `None` when it does not vary or blocks are too few.
+fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -> Option<Pattern> {
+    let used: Vec<usize> = data.used().filter(|i| values[*i].is_finite()).collect();
+    let blocks = block_names(data);
+    if used.len() < 8 || blocks.len() < 4 {
+        return None;
+    }
+    let bins = bins_of(&used, values, (used.len() / 6).clamp(2, 12))?;
+    let half: Vec<bool> = used.iter().map(|i| blocks.binary_search(&data.block[*i]).unwrap_or(0) % 2 == 0).collect();
+    let score = |bins: &[usize]| cross_r2(&used, bins, &half, residual, data);
+    let test_r2 = score(&bins);
+    if test_r2 <= 0.005 {
+        return None;
+    }
+    const ROUNDS: usize = 99;
+    let mut chance = Chance::new(seed);
+    let beaten = (0..ROUNDS).filter(|_| score(&permuted(data, &used, &bins, &blocks, &mut chance)) >= test_r2).count();
+    Some(Pattern { along: name.to_owned(), test_r2, p_value: (beaten + 1) as f64 / (ROUNDS + 1) as f64 })
+}
+
+/// Bin of each used sample, by quantiles; `None` when there is only one.
+fn bins_of(used: &[usize], values: &[f64], count: usize) -> Option<Vec<usize>> {
+    let mut sorted: Vec<f64> = used.iter().map(|i| values[*i]).collect();
+    sorted.sort_by(f64::total_cmp);
+    let mut edges: Vec<f64> = (1..count).map(|k| sorted[k * sorted.len() / count]).collect();
+    edges.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * b.abs().max(1e-9));
+    edges.retain(|edge| *edge > sorted[0] + 1e-9 * sorted[0].abs().max(1e-9));
+    if edges.is_empty() {
+        return None;
+    }
+    Some(used.iter().map(|i| edges.partition_point(|edge| *edge <= values[*i] * (1.0 + 1e-12))).collect())
+}
+
+/// R² of bin means learned on one half of the blocks and scored on the other.
+fn cross_r2(used: &[usize], bins: &[usize], half: &[bool], residual: &[f64], data: &Data) -> f64 {
+    let count = bins.iter().max().map_or(1, |m| m + 1);
+    let (mut sums, mut weights) = (vec![[0.0; 2]; count], vec![[0.0; 2]; count]);
+    for (k, &i) in used.iter().enumerate() {
+        let side = usize::from(half[k]);
+        sums[bins[k]][side] += data.weight[i] * residual[i];
+        weights[bins[k]][side] += data.weight[i];
+    }
+    let (mut before, mut after) = (0.0, 0.0);
+    for (k, &i) in used.iter().enumerate() {
+        let other = 1 - usize::from(half[k]);
+        let weight = weights[bins[k]][other];
+        let guess = if weight > 0.0 { sums[bins[k]][other] / weight } else { 0.0 };
+        before += data.weight[i] * residual[i].powi(2);
+        after += data.weight[i] * (residual[i] - guess).powi(2);
+    }
+    1.0 - after / before.max(1e-300)
+}
+
+/// Gives whole blocks the bins of other blocks, in their order.
+fn permuted(data: &Data, used: &[usize], bins: &[usize], blocks: &[usize], chance: &mut Chance) -> Vec<usize> {
+    let mut members: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
+    for (k, &i) in used.iter().enumerate() {
+        if let Ok(b) = blocks.binary_search(&data.block[i]) {
+            members[b].push(k);
+        }
+    }
+    members.retain(|m| !m.is_empty());
+    let mut order: Vec<usize> = (0..members.len()).collect();
+    chance.shuffle(&mut order);
+    let mut out = vec![0; bins.len()];
+    for (target, &source) in members.iter().zip(&order) {
+        let from = &members[source];
+        for (j, &k) in target.iter().enumerate() {
+            out[k] = bins[from[j * from.len() / target.len()]];
+        }
+    }
+    out
+}
+
+/// Structure in time that no covariate shows: persistence from sample to sample, or a period.
+fn in_time(data: &Data, residual: &[f64]) -> Vec<Pattern> {
+    let rho = autocorrelation(data, residual, 1);
+    let n = data.used().count() as f64;
+    let z = rho * n.sqrt();
+    if z < 4.0 || rho < 0.1 {
+        return Vec::new();
+    }
+    let span = data.used().map(|i| data.span_s[i]).sum::<f64>() / n;
+    let lasts = (1..400).find(|k| autocorrelation(data, residual, *k) < 0.37 * rho).unwrap_or(400);
+    let mut found = vec![Pattern {
+        along: format!("time (persists over about {:.1} s)", lasts as f64 * span),
+        test_r2: rho * rho,
+        p_value: (-0.5 * z * z).exp().max(1e-12),
+    }];
+    if let Some((period_s, r2)) = period(data, residual, span) {
+        found.push(Pattern { along: format!("time (repeats every {period_s:.2} s)"), test_r2: r2, p_value: 1e-6 });
+    }
+    found
+}
+
+/// Best period on one half of the time, scored by folded bin means on the other half.
+fn period(data: &Data, residual: &[f64], span: f64) -> Option<(f64, f64)> {
+    let used: Vec<usize> = data.used().filter(|i| data.state[*i].time_s.is_finite()).collect();
+    let (first, last) = (data.state[*used.first()?].time_s, data.state[*used.last()?].time_s);
+    let length = last - first;
+    let (low, high) = (3.0 / length, 0.25 / span.max(1e-6));
+    let count = ((high - low) * length * 3.0).clamp(10.0, 4000.0) as usize;
+    let power = |f: f64| {
+        let (mut c, mut s) = (0.0, 0.0);
+        for &i in &used {
+            let (sin, cos) = (std::f64::consts::TAU * f * data.state[i].time_s).sin_cos();
+            c += data.weight[i] * residual[i] * cos;
+            s += data.weight[i] * residual[i] * sin;
+        }
+        c * c + s * s
+    };
+    let frequency = |k: usize| low + (high - low) * k as f64 / count as f64;
+    let best = (0..count).map(|k| (power(frequency(k)), frequency(k))).max_by(|a, b| a.0.total_cmp(&b.0))?.1;
+    let bins: Vec<usize> =
+        used.iter().map(|i| ((data.state[*i].time_s * best).rem_euclid(1.0) * 10.0) as usize % 10).collect();
+    let blocks = block_names(data);
+    let half: Vec<bool> = used.iter().map(|i| blocks.binary_search(&data.block[*i]).unwrap_or(0) % 2 == 0).collect();
+    Some((1.0 / best, cross_r2(&used, &bins, &half, residual, data)))
+}

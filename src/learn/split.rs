@@ -1,0 +1,101 @@
+//! Which samples a model is fitted on, chosen on, and finally judged on. Always whole blocks (set-ups, parts, passes or
+//! stretches of time), never neighbouring samples.
+
+use super::fit::{Use, fit};
+use super::residual::block_names;
+use super::samples::Data;
+
+/// A split of the samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Split {
+    /// Kept for the final judgement; all false: there are too few blocks, the judgement is by leaving out one block at a
+    /// time.
+    pub test: Vec<bool>,
+    /// Fold of each sample for choosing between models.
+    pub fold: Vec<usize>,
+    /// Number of folds.
+    pub folds: usize,
+    /// One clause for the report.
+    pub how: String,
+}
+
+/// Fewest blocks that can spare some for the final judgement.
+const ENOUGH_BLOCKS: usize = 15;
+
+/// Every fifth block is kept for the judgement where there are enough of them; the rest go to five folds in turn.
+/// With fewer blocks every block is a fold. `what` names the blocks ("set-up", "stretch of time").
+pub fn by_blocks(data: &Data, what: &str) -> Split {
+    let blocks = block_names(data);
+    let rank = |i: usize| blocks.binary_search(&data.block[i]).unwrap_or(0);
+    if blocks.len() < ENOUGH_BLOCKS {
+        return Split {
+            test: vec![false; data.len()],
+            fold: (0..data.len()).map(rank).collect(),
+            folds: blocks.len(),
+            how: format!("leaving out one {what} at a time ({} of them)", blocks.len()),
+        };
+    }
+    Split {
+        test: (0..data.len()).map(|i| rank(i) % 5 == 2).collect(),
+        fold: (0..data.len()).map(|i| (rank(i) / 5 + rank(i)) % 5).collect(),
+        folds: 5,
+        how: format!("every fifth {what} held out; chosen by five folds of whole {what}s"),
+    }
+}
+
+/// Trains on the samples of one kind only and keeps the named blocks of it for the judgement.
+pub fn by_kind(data: &Data, kind: usize, what: &str) -> Split {
+    let blocks = block_names(data);
+    let rank = |i: usize| blocks.binary_search(&data.block[i]).unwrap_or(0);
+    Split {
+        test: (0..data.len()).map(|i| data.kind[i] != kind).collect(),
+        fold: (0..data.len()).map(rank).collect(),
+        folds: blocks.len(),
+        how: format!("fitted on {}, by leaving out one {what} at a time", data.kind_names[kind]),
+    }
+}
+
+/// Weights with the samples that `out` names left out.
+pub fn without(data: &Data, out: impl Fn(usize) -> bool) -> Vec<f64> {
+    (0..data.len()).map(|i| if out(i) { 0.0 } else { data.weight[i] }).collect()
+}
+
+/// Residual of every sample that counts under a model that has not seen its fold; parameters begin at `effects`.
+pub fn held_out_residuals(data: &Data, effects: &[Use], split: &Split) -> Vec<f64> {
+    let mut residuals = vec![f64::NAN; data.len()];
+    for fold in 0..split.folds {
+        let held: Vec<usize> = data.used().filter(|i| split.fold[*i] == fold).collect();
+        if held.is_empty() {
+            continue;
+        }
+        let others = data.with_weights(without(data, |i| split.fold[i] == fold));
+        let Some(fitted) = fit(&others, effects, 8) else { continue };
+        for i in held {
+            residuals[i] = data.reading[i] - fitted.predicted[i];
+        }
+    }
+    residuals
+}
+
+/// Per block: Σ w r² before minus after, over samples that both have.
+pub fn improvement_by_block(data: &Data, before: &[f64], after: &[f64]) -> Vec<f64> {
+    let blocks = block_names(data);
+    let mut sums = vec![0.0; blocks.len()];
+    for i in data.used().filter(|i| before[*i].is_finite() && after[*i].is_finite()) {
+        if let Ok(b) = blocks.binary_search(&data.block[i]) {
+            sums[b] += data.weight[i] * (before[i].powi(2) - after[i].powi(2));
+        }
+    }
+    sums
+}
+
+/// Mean over its standard error.
+pub fn t_statistic(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    if n < 2.0 {
+        return 0.0;
+    }
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    if variance > 0.0 { mean / (variance / n).sqrt() } else { 0.0 }
+}

@@ -1,0 +1,350 @@
+//! Tables of steady cuts: CSV rows into [`SteadyRow`]s with their removal and contact rate, and into [`Data`] for the
+//! diagnosis. The geometry comes from the depths in closed form ([`crate::force::closed`]) unless the table brings the
+//! rates itself.
+//!
+//! The model of a row: power = tare + (k_tc Q + k_te A)·1e-3 W; torque = the same over 2πn; load in percent = the same in
+//! percent of an unknown rating. Straight geometry is the base, the path's curvature an effect.
+
+use super::columns::{DataError, Frame};
+use super::samples::{Base, Class, Data, Variant, VariantColumns};
+use crate::effects::State;
+use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
+use crate::machine::Shape;
+use crate::units::{mm_s_from_mm_min, rps_from_rpm};
+use std::f64::consts::{PI, TAU};
+
+/// Side of the cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Conventional.
+    Up,
+    /// Climb.
+    Down,
+    /// Full slot.
+    Slot,
+    /// A wall on both sides or none, narrower than the tool.
+    Centre,
+}
+
+/// What a table says of the tool where it does not say it itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TableTool {
+    /// Number.
+    pub number: u32,
+    /// Diameter, mm.
+    pub diameter_mm: f64,
+    /// Teeth.
+    pub flutes: u32,
+    /// Flat or ball.
+    pub shape: Shape,
+}
+
+/// One steady cut.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SteadyRow {
+    /// Set-up or part.
+    pub group: String,
+    /// Operation.
+    pub kind: String,
+    /// Place in the order of the tests.
+    pub order: f64,
+    /// The cut in closed form, straight or curved as the table says.
+    pub cut: SteadyCut,
+    /// Which side.
+    pub side: Side,
+    /// Rates that the table brings itself.
+    pub given: Option<Rates>,
+    /// Layer height above the tip, mm.
+    pub layer_height_mm: Option<f64>,
+    /// Duration, s, where it is given.
+    pub duration_s: f64,
+}
+
+/// Rows of a table.
+pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataError> {
+    let column = |name: &str| frame.numbers(name).unwrap_or_else(|| vec![f64::NAN; frame.rows]);
+    let given = frame.numbers("removal_rate_mm3_s").zip(frame.numbers("contact_rate_mm2_s"));
+    let tool_number = column("tool");
+    let (diameter, flutes) = (column("diameter_mm"), column("flutes"));
+    let (feed, per_tooth, rpm) = (column("feed_mm_min"), column("feed_per_tooth_mm"), column("spindle_rpm"));
+    let (axial, radial) = (column("axial_depth_mm"), column("radial_depth_mm"));
+    let (entry, exit) = (column("entry_deg"), column("exit_deg"));
+    let (path, layer) = (column("path_radius_mm"), frame.numbers("layer_height_mm"));
+    let (order, duration) = (column("order"), column("duration_s"));
+    let text = |name: &str, i: usize| frame.text(name).map_or(String::new(), |t| t[i].clone());
+    let group_name = ["group", "part", "set_up", "setup"].into_iter().find(|name| frame.text(name).is_some());
+    let shape_text = frame.text("shape");
+    (0..frame.rows)
+        .map(|i| {
+            let known = tools.iter().find(|t| f64::from(t.number) == tool_number[i]).or(tools.first());
+            let diameter_mm = or(diameter[i], known.map_or(f64::NAN, |t| t.diameter_mm));
+            let teeth = or(flutes[i], known.map_or(f64::NAN, |t| f64::from(t.flutes)));
+            let rps = rps_from_rpm(rpm[i]);
+            let side = side_of(&text("side", i), radial[i], diameter_mm);
+            let from_angles = 0.5 * diameter_mm * (1.0 - (exit[i] - entry[i]).abs().to_radians().cos());
+            let ball =
+                shape_text.map_or(known.is_some_and(|t| t.shape == Shape::Ball), |t| t[i].eq_ignore_ascii_case("ball"));
+            let row = SteadyRow {
+                group: group_name.map_or_else(|| "all".to_owned(), |name| text(name, i)),
+                kind: text("operation", i),
+                order: or(order[i], i as f64),
+                cut: SteadyCut {
+                    diameter_mm,
+                    shape: if ball { Shape::Ball } else { Shape::Flat },
+                    axial_depth_mm: axial[i],
+                    radial_depth_mm: if side == Side::Slot && radial[i].is_nan() {
+                        diameter_mm
+                    } else {
+                        or(radial[i], from_angles)
+                    },
+                    path_radius_mm: path[i].is_finite().then_some(path[i]),
+                    feed_mm_s: or(mm_s_from_mm_min(feed[i]), per_tooth[i] * teeth * rps),
+                    flutes: teeth.max(1.0) as u32,
+                    rps,
+                },
+                side,
+                given: given.as_ref().map(|(q, a)| Rates { removal_rate_mm3_s: q[i], contact_rate_mm2_s: a[i] }),
+                layer_height_mm: layer.as_ref().map(|l| l[i]).filter(|l| l.is_finite()),
+                duration_s: duration[i],
+            };
+            complete(&row, i).map(|()| row)
+        })
+        .collect()
+}
+
+fn or(value: f64, other: f64) -> f64 {
+    if value.is_finite() { value } else { other }
+}
+
+fn complete(row: &SteadyRow, i: usize) -> Result<(), DataError> {
+    let c = &row.cut;
+    let geometry = [
+        ("diameter_mm (or a setup with the tool)", c.diameter_mm),
+        ("axial_depth_mm", c.axial_depth_mm),
+        ("radial_depth_mm (or entry_deg, exit_deg)", c.radial_depth_mm),
+        ("feed_mm_min (or feed_per_tooth_mm)", c.feed_mm_s),
+        ("spindle_rpm", c.rps),
+    ];
+    if row.given.is_some_and(|g| g.removal_rate_mm3_s.is_finite() && g.contact_rate_mm2_s.is_finite()) {
+        return Ok(());
+    }
+    match geometry.iter().find(|(_, value)| !value.is_finite()) {
+        Some((name, _)) => Err(DataError::Unfit(format!("row {}: {name} is missing", i + 1))),
+        None => Ok(()),
+    }
+}
+
+fn side_of(text: &str, radial: f64, diameter: f64) -> Side {
+    match text.to_lowercase().as_str() {
+        t if t.starts_with("up") || t.starts_with("conv") => Side::Up,
+        t if t.starts_with("down") || t.starts_with("climb") => Side::Down,
+        t if t.starts_with("slot") => Side::Slot,
+        t if t.starts_with("both") || t.starts_with("cent") => Side::Centre,
+        _ if radial >= 0.999 * diameter => Side::Slot,
+        _ => Side::Down,
+    }
+}
+
+/// Rates of a row on its path, or on a straight path of the same depths.
+pub fn row_rates(row: &SteadyRow, straight: bool) -> Rates {
+    if let Some(given) = row.given {
+        return given;
+    }
+    rates(&if straight { SteadyCut { path_radius_mm: None, ..row.cut } } else { row.cut })
+}
+
+/// What is measured, and how base columns are scaled for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// W.
+    Power,
+    /// N·m.
+    Torque,
+    /// Percent of an unknown rating, or amperes.
+    Relative,
+}
+
+/// The measured quantity of a frame: its column name, kind and unit.
+pub fn measured_quantity(frame: &Frame) -> Result<(&'static str, Quantity, &'static str), DataError> {
+    [
+        ("spindle_power_w", Quantity::Power, "W"),
+        ("spindle_torque_nm", Quantity::Torque, "N·m"),
+        ("spindle_load_percent", Quantity::Relative, "%"),
+        ("spindle_current_a", Quantity::Relative, "A"),
+    ]
+    .into_iter()
+    .find(|(name, ..)| frame.numbers(name).is_some_and(|v| v.iter().any(|x| x.is_finite())))
+    .ok_or_else(|| DataError::NoColumn {
+        missing: "spindle_power_w (or torque, load, current)".into(),
+        present: frame.names().join(", "),
+    })
+}
+
+/// The three base coefficients of a spindle reading.
+pub fn spindle_base(quantity: Quantity, unit: &str) -> Vec<Base> {
+    let base = |name: &str, unit: String, class| Base { name: name.into(), unit, class, prior: None };
+    match quantity {
+        Quantity::Relative => vec![
+            base("tare", unit.to_owned(), Class::Tare),
+            base("k_tc", format!("{unit}/(1000 mm³/s)"), Class::Cutting),
+            base("k_te", format!("{unit}/(1000 mm²/s)"), Class::Edge),
+        ],
+        Quantity::Torque => vec![
+            base("tare", unit.to_owned(), Class::Tare),
+            base("k_tc", "N/mm²".into(), Class::Cutting),
+            base("k_te", "N/mm".into(), Class::Edge),
+        ],
+        Quantity::Power => vec![
+            base("tare", "W".into(), Class::Tare),
+            base("k_tc", "N/mm²".into(), Class::Cutting),
+            base("k_te", "N/mm".into(), Class::Edge),
+        ],
+    }
+}
+
+/// Factor from mm³/s (mm²/s) to the column of `quantity` at this spindle speed: N/mm² · mm³/s is mW.
+pub fn column_factor(quantity: Quantity, rps: f64) -> f64 {
+    match quantity {
+        Quantity::Power | Quantity::Relative => 1e-3,
+        Quantity::Torque => 1e-3 / (TAU * rps.max(1e-9)),
+    }
+}
+
+/// Data for the diagnosis. `to_shaft` turns a meter reading into the quantity at the motor shaft.
+pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -> Result<Data, DataError> {
+    let (name, quantity, unit) = measured_quantity(frame)?;
+    let reading: Vec<f64> = frame.needed(name)?.into_iter().map(to_shaft).collect();
+    let n = table.len();
+    let columns_of = |rates_of: &dyn Fn(&SteadyRow) -> Rates| -> Vec<Vec<f64>> {
+        let mut columns = vec![vec![1.0; n], vec![0.0; n], vec![0.0; n]];
+        for (i, row) in table.iter().enumerate() {
+            let r = rates_of(row);
+            let factor = column_factor(quantity, row.cut.rps);
+            columns[1][i] = factor * r.removal_rate_mm3_s;
+            columns[2][i] = factor * r.contact_rate_mm2_s;
+        }
+        columns
+    };
+    let straight = columns_of(&|row| row_rates(row, true));
+    let change = |variant, of: &dyn Fn(&SteadyRow) -> Rates, size: f64| VariantColumns {
+        variant,
+        columns: difference(&columns_of(of), &straight, size),
+    };
+    let mut variants = vec![
+        change(Variant::Curved, &|row| row_rates(row, false), 1.0),
+        change(Variant::Diameter, &|row| resized(row, 0.05), 0.05),
+    ];
+    if table.iter().all(|row| row.given.is_none()) {
+        variants.push(change(Variant::StockTop, &|row| deeper(row, 0.05, 0.0), 0.05));
+        variants.push(change(Variant::StockSide, &|row| deeper(row, 0.0, 0.05), 0.05));
+    } else {
+        variants.clear();
+    }
+    let (block, _) = numbered(table.iter().map(|row| row.group.as_str()));
+    let (kind, kind_names) = numbered(table.iter().map(|row| row.kind.as_str()));
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|a, b| table[*a].order.total_cmp(&table[*b].order));
+    let weight = reading.iter().map(|y| if y.is_finite() { 1.0 } else { 0.0 }).collect();
+    let single_group = block.iter().all(|b| *b == 0);
+    Ok(Data {
+        base: spindle_base(quantity, unit),
+        columns: straight,
+        reading: reading.iter().map(|y| if y.is_finite() { *y } else { 0.0 }).collect(),
+        weight,
+        state: states(table, &order),
+        span_s: vec![0.0; n],
+        run: (0..n).collect(),
+        channel: vec![0; n],
+        block: if single_group { (0..n).collect() } else { block },
+        kind,
+        kind_names,
+        channel_names: vec![name.to_owned()],
+        variants,
+        slower: Vec::new(),
+    })
+}
+
+fn difference(changed: &[Vec<f64>], plain: &[Vec<f64>], size: f64) -> Vec<Vec<f64>> {
+    changed.iter().zip(plain).map(|(c, p)| c.iter().zip(p).map(|(c, p)| (c - p) / size).collect()).collect()
+}
+
+/// The wall stays where it is: a larger tool of the same path cuts deeper into it on both counts.
+fn resized(row: &SteadyRow, by: f64) -> Rates {
+    let slot = row.cut.radial_depth_mm >= 0.999 * row.cut.diameter_mm;
+    let more = if slot { by } else { 0.5 * by };
+    let cut = SteadyCut {
+        diameter_mm: row.cut.diameter_mm + by,
+        radial_depth_mm: row.cut.radial_depth_mm + more,
+        path_radius_mm: None,
+        ..row.cut
+    };
+    rates(&cut)
+}
+
+fn deeper(row: &SteadyRow, top: f64, side: f64) -> Rates {
+    let slot = row.cut.radial_depth_mm >= 0.999 * row.cut.diameter_mm;
+    let cut = SteadyCut {
+        axial_depth_mm: row.cut.axial_depth_mm + top,
+        radial_depth_mm: row.cut.radial_depth_mm + if slot { 0.0 } else { side },
+        path_radius_mm: None,
+        ..row.cut
+    };
+    rates(&cut)
+}
+
+/// Numbers the distinct names in order of appearance.
+pub fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> (Vec<usize>, Vec<String>) {
+    let mut known: Vec<String> = Vec::new();
+    let numbers = names
+        .map(|name| {
+            known.iter().position(|k| k == name).unwrap_or_else(|| {
+                known.push(name.to_owned());
+                known.len() - 1
+            })
+        })
+        .collect();
+    (numbers, known)
+}
+
+/// States in the order of the rows; what accumulates runs in the order of the tests.
+fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
+    let mut states = vec![State::default(); table.len()];
+    let reference = table.first().map_or(1.0, |row| row.cut.rps);
+    let (mut volume, mut sliding, mut clock) = (0.0, 0.0, 0.0);
+    for &i in order {
+        let (row, c) = (&table[i], &table[i].cut);
+        let r = row_rates(row, true);
+        let lasts = or(row.duration_s, 1.0);
+        let theta = immersion_rad(0.5 * c.diameter_mm, c.radial_depth_mm, None);
+        states[i] = State {
+            time_s: if row.duration_s.is_finite() { clock } else { row.order },
+            sliding_mm: if row.duration_s.is_finite() { sliding } else { f64::NAN },
+            volume_mm3: if row.duration_s.is_finite() { volume } else { f64::NAN },
+            rps: c.rps,
+            reference_rps: reference,
+            feed_per_tooth_mm: c.feed_mm_s / (f64::from(c.flutes) * c.rps),
+            chip_thickness_mm: r.removal_rate_mm3_s / r.contact_rate_mm2_s,
+            cutting_speed_mm_s: PI * c.diameter_mm * c.rps,
+            axial_depth_mm: c.axial_depth_mm,
+            radial_depth_mm: c.radial_depth_mm,
+            up_share: up_share(row, theta),
+            curvature_per_mm: c.path_radius_mm.map_or(0.0, |radius| 1.0 / radius),
+            edge_position_mm: row.layer_height_mm.unwrap_or(0.5 * c.axial_depth_mm),
+            ..State::default()
+        };
+        clock += lasts;
+        volume += r.removal_rate_mm3_s * lasts;
+        sliding += 0.5 * c.diameter_mm * theta * c.rps * lasts;
+    }
+    states
+}
+
+/// Share of the engaged arc in the up half minus that in the climb half; a cut beyond half the diameter has both.
+fn up_share(row: &SteadyRow, theta: f64) -> f64 {
+    let one_sided = if theta <= 0.5 * PI { 1.0 } else { (PI - theta) / theta };
+    match row.side {
+        Side::Up => one_sided,
+        Side::Down => -one_sided,
+        Side::Slot | Side::Centre => 0.0,
+    }
+}
