@@ -148,8 +148,10 @@ pub struct State {
     pub axial_depth_mm: f64,
     /// Radial depth, mm.
     pub radial_depth_mm: f64,
-    /// −1 all climb … +1 all up.
+    /// −1 all climb … +1 all up, by contact.
     pub up_share: f64,
+    /// The same by chip thickness.
+    pub up_share_chip: f64,
     /// Tool tip in work coordinates, mm.
     pub position: Vec3,
     /// Unit vector of the feed.
@@ -175,6 +177,7 @@ impl Default for State {
             axial_depth_mm: nan,
             radial_depth_mm: nan,
             up_share: nan,
+            up_share_chip: nan,
             position: Vec3::repeat(nan),
             direction: Vec3::repeat(nan),
             curvature_per_mm: nan,

@@ -35,5 +35,5 @@ pub const EFFECT: Effect = Effect {
 };
 
 fn change(p: &[f64], state: &State) -> Change {
-    Change { cutting: 1.0 + p[0] * state.up_share, edge: 1.0 + p[1] * state.up_share, ..Change::default() }
+    Change { cutting: 1.0 + p[0] * state.up_share_chip, edge: 1.0 + p[1] * state.up_share, ..Change::default() }
 }

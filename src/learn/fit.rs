@@ -44,7 +44,7 @@ pub struct Fitted {
     pub model: Model,
     /// Prediction of every sample, also of those with no weight.
     pub predicted: Vec<f64>,
-    /// Σ w (y − ŷ)².
+    /// Σ w (y − ŷ)², and what the priors add.
     pub squares: f64,
     /// Covariance of (β, θ) for unit weight variance, times σ².
     pub covariance: DMatrix<f64>,
@@ -113,9 +113,11 @@ fn combined_change(effects: &[Use], data: &Data, i: usize) -> Change {
     let mut sum = Change::default();
     for each in effects {
         let one = (each.effect.change)(&each.values, &data.state[i]);
-        sum.tare *= one.tare;
-        sum.cutting *= one.cutting;
-        sum.edge *= one.edge;
+        // In air a covariate of the cut is not known, and nothing is there to change.
+        let known = |factor: f64| if factor.is_finite() { factor } else { 1.0 };
+        sum.tare *= known(one.tare);
+        sum.cutting *= known(one.cutting);
+        sum.edge *= known(one.edge);
         sum.peak_chip_mm += one.peak_chip_mm;
         sum.stock_top_mm += one.stock_top_mm;
         sum.stock_side_mm += one.stock_side_mm;
@@ -367,7 +369,7 @@ impl Search<'_> {
         let (normal, _) = self.normal_equations();
         let model = Model { base: self.base.clone(), effects: self.theta.clone() };
         let predicted = predict(self.data, &model);
-        let squares = self.squares(&predicted);
+        let squares = self.squares(&predicted) + self.prior(&self.base);
         let seen = (0..normal.nrows()).filter(|&k| normal[(k, k)] > 0.0).count();
         let freedom = self.used.len().saturating_sub(seen).max(1) as f64;
         let covariance = pseudo_inverse(&normal) * (squares / freedom);

@@ -328,6 +328,7 @@ fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
             axial_depth_mm: c.axial_depth_mm,
             radial_depth_mm: c.radial_depth_mm,
             up_share: up_share(row, theta),
+            up_share_chip: up_share_chip(row, theta),
             curvature_per_mm: c.path_radius_mm.map_or(0.0, |radius| 1.0 / radius),
             edge_position_mm: row.layer_height_mm.unwrap_or(0.5 * c.axial_depth_mm),
             ..State::default()
@@ -342,6 +343,16 @@ fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
 /// Share of the engaged arc in the up half minus that in the climb half; a cut beyond half the diameter has both.
 fn up_share(row: &SteadyRow, theta: f64) -> f64 {
     let one_sided = if theta <= 0.5 * PI { 1.0 } else { (PI - theta) / theta };
+    match row.side {
+        Side::Up => one_sided,
+        Side::Down => -one_sided,
+        Side::Slot | Side::Centre => 0.0,
+    }
+}
+
+/// The same weighted with the chip thickness: sin φ over the arc.
+fn up_share_chip(row: &SteadyRow, theta: f64) -> f64 {
+    let one_sided = if theta <= 0.5 * PI { 1.0 } else { (1.0 + theta.cos()) / (1.0 - theta.cos()) };
     match row.side {
         Side::Up => one_sided,
         Side::Down => -one_sided,

@@ -1,0 +1,220 @@
+//! Ties the samples of a log to the program. In: log, timeline. Out: for every sample the predicted time of the program at
+//! which the machine is where it was, NaN where it is outside the program.
+//!
+//! By position: the tool is followed along the path, never backwards, taking the nearest point within what it can have
+//! moved; standing still is spread over the dwells and changes that belong there. By line: runs of equal lines are matched
+//! to the spots of those lines in order, each run spread over its spots. By load: see [`super::matching`].
+
+use super::log::Log;
+use super::timeline::{Doing, Timeline};
+use crate::path::Vec3;
+
+/// How a log was tied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Aligned {
+    /// Predicted program time of each sample, s; NaN outside.
+    pub program_s: Vec<f64>,
+    /// position, line or load.
+    pub method: &'static str,
+    /// Standard uncertainty of that time, s.
+    pub uncertainty_s: f64,
+    /// Share of the samples that could not be placed well.
+    pub misfit: f64,
+}
+
+/// Distance at which a position counts as off the path, mm.
+const OFF_PATH_MM: f64 = 1.0;
+
+/// Follows the tool along the path.
+pub fn by_position(log: &Log, timeline: &Timeline) -> Option<Aligned> {
+    let axes = log.position_mm.as_ref()?;
+    let points: Vec<Vec3> = (0..log.time_s.len()).map(|i| Vec3::new(axes[0][i], axes[1][i], axes[2][i])).collect();
+    let spots = &timeline.spots;
+    let fastest = spots.iter().map(super::timeline::Spot::speed_mm_s).filter(|v| v.is_finite()).fold(1.0, f64::max);
+    let (mut spot, mut share, mut reach, mut off) = (0, 0.0, f64::INFINITY, 0);
+    let mut program_s = Vec::with_capacity(points.len());
+    for (i, p) in points.iter().enumerate() {
+        let step_s = if i == 0 { 0.0 } else { log.time_s[i] - log.time_s[i - 1] };
+        let most = if i == 0 { 500.0 } else { 1.5 * fastest * step_s + 1.0 };
+        reach = if reach.is_finite() { f64::max(reach, most) } else { most };
+        let found = nearest(spots, spot, share, reach, p);
+        if found.distance < OFF_PATH_MM {
+            (spot, share, reach) = (found.spot, found.share, most);
+        } else {
+            off += 1;
+            reach *= 1.2;
+        }
+        program_s.push(spots[spot].start_s + share * (spots[spot].end_s - spots[spot].start_s));
+    }
+    spread_standing(&mut program_s, log, timeline);
+    let moved = moves(&points);
+    leave_ends(&mut program_s, &moved, timeline);
+    let rate_s = median_step(&log.time_s);
+    Some(Aligned {
+        program_s,
+        method: "position",
+        uncertainty_s: 0.1 * rate_s,
+        misfit: off as f64 / points.len().max(1) as f64,
+    })
+}
+
+struct Found {
+    spot: usize,
+    share: f64,
+    distance: f64,
+}
+
+fn nearest(spots: &[super::timeline::Spot], spot: usize, share: f64, reach: f64, p: &Vec3) -> Found {
+    let mut best = Found { spot, share, distance: f64::INFINITY };
+    let (mut cost, mut ahead) = (f64::INFINITY, -share * spots[spot].length_mm);
+    for (k, each) in spots.iter().enumerate().skip(spot) {
+        if ahead > reach {
+            break;
+        }
+        let along = each.to - each.from;
+        let squared = along.norm_squared();
+        let least = if k == spot { share } else { 0.0 };
+        let t = if squared > 0.0 { ((p - each.from).dot(&along) / squared).clamp(least, 1.0) } else { 1.0 };
+        let distance = (p - each.from - along * t).norm();
+        let total = distance.powi(2) + (1e-4 * (ahead + t * each.length_mm)).powi(2);
+        if total < cost - 1e-12 {
+            cost = total;
+            best = Found { spot: k, share: t, distance };
+        }
+        ahead += each.length_mm;
+    }
+    best
+}
+
+/// Samples that stand still where the program waits are spread over the waiting.
+fn spread_standing(program_s: &mut [f64], log: &Log, timeline: &Timeline) {
+    let n = program_s.len();
+    let mut i = 0;
+    while i < n {
+        let mut j = i;
+        while j + 1 < n && program_s[j + 1] - program_s[i] < 1e-6 {
+            j += 1;
+        }
+        let waits = waiting_after(timeline, program_s[i]);
+        if j > i && waits > program_s[i] {
+            let (from, to) = (log.time_s[i], log.time_s[j]);
+            let begin = program_s[i];
+            // Waits take as long as they should; what is left belongs to their end.
+            for k in i..=j {
+                let t = log.time_s[k] - from;
+                program_s[k] =
+                    begin + (t * ((waits - begin) / (to - from).max(1e-9)).max(1.0)).min(waits - begin - 1e-6);
+            }
+        }
+        i = j + 1;
+    }
+}
+
+/// End of the waiting that begins at a program time; the time itself when nothing waits there.
+fn waiting_after(timeline: &Timeline, time_s: f64) -> f64 {
+    let Some(mut k) = timeline.at(time_s) else { return time_s };
+    if timeline.spots[k].end_s <= time_s + 1e-6 {
+        k += 1;
+    } else if !is_wait(timeline.spots[k].doing) {
+        return time_s;
+    }
+    while k < timeline.spots.len() && is_wait(timeline.spots[k].doing) {
+        k += 1;
+    }
+    if k == 0 { time_s } else { timeline.spots[k - 1].end_s.max(time_s) }
+}
+
+fn is_wait(doing: Doing) -> bool {
+    matches!(doing, Doing::Dwell | Doing::ToolChange | Doing::RunUp)
+}
+
+fn moves(points: &[Vec3]) -> Vec<bool> {
+    (0..points.len()).map(|i| i > 0 && (points[i] - points[i - 1]).norm() > 1e-4).collect()
+}
+
+/// Samples before the first motion and after the last are outside, unless the program waits there.
+fn leave_ends(program_s: &mut [f64], moved: &[bool], timeline: &Timeline) {
+    let n = program_s.len();
+    let first = moved.iter().position(|m| *m).unwrap_or(n);
+    let last = moved.iter().rposition(|m| *m).unwrap_or(0);
+    let end = timeline.total_s();
+    for (i, time) in program_s.iter_mut().enumerate() {
+        let at_end = i > last + 1 && *time >= end - 1e-3;
+        let at_start = i + 1 < first && *time <= 1e-3;
+        if at_end || at_start {
+            *time = f64::NAN;
+        }
+    }
+}
+
+fn median_step(time: &[f64]) -> f64 {
+    let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    super::linear::median(&steps)
+}
+
+/// Matches runs of equal lines to the spots of those lines, in order.
+pub fn by_line(log: &Log, timeline: &Timeline) -> Option<Aligned> {
+    let lines = log.line.as_ref()?;
+    let legs = legs(timeline);
+    let mut program_s = vec![f64::NAN; lines.len()];
+    let (mut next, mut i, mut lost) = (0, 0, 0);
+    while i < lines.len() {
+        let mut j = i;
+        while j + 1 < lines.len() && lines[j + 1] == lines[i] {
+            j += 1;
+        }
+        match legs[next..].iter().position(|leg| f64::from(leg.line) == lines[i]) {
+            Some(k) => {
+                let leg = &legs[next + k];
+                next += k;
+                let before = if i > 0 { 0.5 * (log.time_s[i] + log.time_s[i - 1]) } else { log.time_s[i] };
+                let after = if j + 1 < lines.len() { 0.5 * (log.time_s[j] + log.time_s[j + 1]) } else { log.time_s[j] };
+                let ends = (i == 0, j + 1 == lines.len());
+                place(&mut program_s[i..=j], &log.time_s[i..=j], leg, [before, after], ends);
+            }
+            None => lost += j - i + 1,
+        }
+        i = j + 1;
+    }
+    let rate_s = median_step(&log.time_s);
+    Some(Aligned {
+        program_s,
+        method: "line",
+        uncertainty_s: 0.3 * rate_s,
+        misfit: lost as f64 / lines.len().max(1) as f64,
+    })
+}
+
+/// Stretch of spots of one line.
+struct Leg {
+    line: u32,
+    start_s: f64,
+    end_s: f64,
+}
+
+fn legs(timeline: &Timeline) -> Vec<Leg> {
+    let mut legs: Vec<Leg> = Vec::new();
+    for spot in &timeline.spots {
+        match legs.last_mut() {
+            Some(leg) if leg.line == spot.line => leg.end_s = spot.end_s,
+            _ => legs.push(Leg { line: spot.line, start_s: spot.start_s, end_s: spot.end_s }),
+        }
+    }
+    legs
+}
+
+/// Spreads samples over a leg. At the ends of the log the leg may be cut off: it is then placed by its length.
+fn place(out: &mut [f64], time: &[f64], leg: &Leg, [before, after]: [f64; 2], (first, last): (bool, bool)) {
+    let planned = leg.end_s - leg.start_s;
+    let taken = (after - before).max(1e-9);
+    for (slot, t) in out.iter_mut().zip(time) {
+        let share = match (first, last) {
+            (true, _) => 1.0 - (after - t) / planned.max(1e-9),
+            (false, true) => (t - before) / planned.max(1e-9),
+            _ => (t - before) / taken,
+        };
+        if (0.0..=1.0).contains(&share) {
+            *slot = leg.start_s + share * planned;
+        }
+    }
+}

@@ -1,0 +1,411 @@
+//! From aligned samples to [`Data`]: what was cut at every sample, averaged over cells of a few samples.
+//!
+//! The columns of a power sample are tare(n)/tare(n₀), section·speed and contact·n (times 1e-3: N·mm/s is mW); those of a
+//! peak force its derivatives by k_tc, k_rc, k_te, k_re. Samples where a small error of the alignment makes a large error
+//! of the load are weighted down by 1/(1 + (e/σ)²), e being that error; run-ups count next to nothing.
+
+use super::align::Aligned;
+use super::linear::median;
+use super::log::Log;
+use super::samples::{Base, Class, Data, SlowerMachine, Variant, VariantColumns};
+use super::table::{Quantity, column_factor, spindle_base};
+use super::timeline::{Doing, Engaged, Spot, Timeline};
+use crate::effects::State;
+use crate::machine::Job;
+use crate::machine::material::{ForceModel, LinearEdge};
+use std::f64::consts::PI;
+
+/// Most cells that a log is averaged into.
+const MOST_CELLS: usize = 3000;
+/// Stretches of time that are left out or kept as a whole.
+const BLOCKS: f64 = 60.0;
+/// Weight of samples while the spindle runs up, or changes tools.
+const RUN_UP_WEIGHT: f64 = 1e-3;
+/// Standard deviation of a base coefficient about the declared value, relative: power, forces.
+const PRIOR: [f64; 2] = [0.5, 0.25];
+
+/// The engagement of the spots under another geometry.
+#[derive(Debug, Clone)]
+pub struct OtherGeometry {
+    /// Which.
+    pub variant: Variant,
+    /// Size of the change, mm.
+    pub size_mm: f64,
+    /// Engagement, spot by spot.
+    pub engaged: Vec<Engaged>,
+}
+
+/// Everything that is known of the spots.
+pub struct Known<'a> {
+    /// The job.
+    pub job: &'a Job,
+    /// The program in time.
+    pub timeline: &'a Timeline,
+    /// Other geometries.
+    pub others: Vec<OtherGeometry>,
+    /// Speed over declared speed on slower machines, spot by spot: (factor, ratios).
+    pub slower: Vec<(f64, Vec<f64>)>,
+}
+
+/// What the log measures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Channels {
+    /// A spindle quantity: index into the measured ones, kind and unit.
+    pub spindle: Option<(usize, Quantity, &'static str)>,
+    /// Peak force in the plane: index into the measured ones.
+    pub force_xy: Option<usize>,
+}
+
+/// Which of the measured quantities are used.
+pub fn channels(log: &Log) -> Channels {
+    let find = |name: &str| log.measured.iter().position(|(n, _)| *n == name);
+    let spindle = [
+        ("spindle_power_w", Quantity::Power, "W"),
+        ("spindle_torque_nm", Quantity::Torque, "N·m"),
+        ("spindle_load_percent", Quantity::Relative, "%"),
+        ("spindle_current_a", Quantity::Relative, "A"),
+    ]
+    .into_iter()
+    .find_map(|(name, kind, unit)| find(name).map(|k| (k, kind, unit)));
+    Channels { spindle, force_xy: find("force_xy_n") }
+}
+
+/// Data of a log, and how many samples were weighted down.
+pub fn cells(log: &Log, aligned: &Aligned, known: &Known, channels: &Channels) -> (Data, usize) {
+    let spots = &known.timeline.spots;
+    let mut data = Data { kind_names: tool_names(spots), ..Data::default() };
+    data.base = base(known.job, channels);
+    data.columns = vec![Vec::new(); data.base.len()];
+    data.variants = known
+        .others
+        .iter()
+        .map(|o| o.variant)
+        .chain(channels.force_xy.map(|_| Variant::PeakChip))
+        .map(|variant| VariantColumns { variant, columns: vec![Vec::new(); data.base.len()] })
+        .collect();
+    data.slower = known.slower.iter().map(|(factor, _)| SlowerMachine { factor: *factor, ratio: Vec::new() }).collect();
+    let path = Along::new(log, aligned, known);
+    let mut lowered = 0;
+    if let Some((k, quantity, unit)) = channels.spindle {
+        data.channel_names.push(format!("{} ({unit})", log.measured[k].0));
+        lowered += path.channel(&mut data, k, Some(quantity), 0);
+    }
+    if let Some(k) = channels.force_xy {
+        data.channel_names.push("force_xy_n".into());
+        lowered += path.channel(&mut data, k, None, usize::from(channels.spindle.is_some()));
+    }
+    (data, lowered)
+}
+
+fn tool_names(spots: &[Spot]) -> Vec<String> {
+    let mut tools: Vec<u32> = spots.iter().map(|s| s.tool).collect();
+    tools.sort_unstable();
+    tools.dedup();
+    tools.iter().map(|t| format!("tool {t}")).collect()
+}
+
+fn declared(job: &Job) -> Option<LinearEdge> {
+    let material = job.tools.iter().find_map(|tool| job.material(tool))?;
+    match (&job.process.base, &material.model) {
+        (Some(ForceModel::LinearEdge(k)), _) | (None, ForceModel::LinearEdge(k)) => Some(*k),
+        _ => None,
+    }
+}
+
+/// Base coefficients: tare, k_tc, k_te for the spindle, and k_rc, k_re beside them for forces.
+fn base(job: &Job, channels: &Channels) -> Vec<Base> {
+    let mut all = channels.spindle.map_or_else(Vec::new, |(_, quantity, unit)| spindle_base(quantity, unit));
+    let k = declared(job);
+    let relative = channels.spindle.is_some_and(|(_, quantity, _)| quantity == Quantity::Relative);
+    let prior = |value: f64, force: bool| {
+        (value.abs() > 0.0 && !relative).then(|| (value, PRIOR[usize::from(force)] * value.abs()))
+    };
+    if let Some(k) = k {
+        for each in &mut all {
+            each.prior = match each.name.as_str() {
+                "k_tc" => prior(k.k_tc, false),
+                "k_te" => prior(k.k_te, false),
+                _ => None,
+            };
+        }
+    }
+    if channels.force_xy.is_some() {
+        let k = k.unwrap_or_default();
+        let force = |name: &str, unit: &str, class, value| Base {
+            name: name.into(),
+            unit: unit.into(),
+            class,
+            prior: prior(value, true),
+        };
+        if all.is_empty() {
+            all.push(force("k_tc", "N/mm²", Class::Cutting, k.k_tc));
+            all.push(force("k_te", "N/mm", Class::Edge, k.k_te));
+        }
+        all.push(force("k_rc", "N/mm²", Class::Cutting, k.k_rc));
+        all.push(force("k_re", "N/mm", Class::Edge, k.k_re));
+    }
+    all
+}
+
+/// The samples laid along the program.
+struct Along<'a> {
+    log: &'a Log,
+    known: &'a Known<'a>,
+    aligned: &'a Aligned,
+    /// Spot of each sample.
+    spot: Vec<Option<usize>>,
+    /// Cumulated sliding and volume at the start of each spot.
+    cumulated: Vec<[f64; 2]>,
+    reference_rps: f64,
+    tools: Vec<u32>,
+}
+
+impl<'a> Along<'a> {
+    fn new(log: &'a Log, aligned: &'a Aligned, known: &'a Known<'a>) -> Self {
+        let spots = &known.timeline.spots;
+        let mut tools: Vec<u32> = spots.iter().map(|s| s.tool).collect();
+        tools.sort_unstable();
+        tools.dedup();
+        let cutting: Vec<f64> = spots.iter().filter(|s| s.engaged.section_mm2 > 0.0).map(|s| s.rps).collect();
+        Self {
+            log,
+            known,
+            aligned,
+            spot: aligned.program_s.iter().map(|t| known.timeline.at(*t)).collect(),
+            cumulated: cumulated(spots, &tools),
+            reference_rps: median(&cutting).max(1e-3),
+            tools,
+        }
+    }
+
+    fn rps(&self, i: usize, spot: &Spot) -> f64 {
+        self.log.rps.as_ref().map_or(spot.rps, |n| n[i])
+    }
+
+    /// Column values of one sample.
+    fn columns(
+        &self,
+        i: usize,
+        spot: &Spot,
+        engaged: &Engaged,
+        quantity: Option<Quantity>,
+        names: &[Base],
+    ) -> Vec<f64> {
+        let rps = self.rps(i, spot);
+        names
+            .iter()
+            .map(|base| match (quantity, base.name.as_str()) {
+                (Some(_), "tare") => self.tare_shape(rps),
+                (Some(q), "k_tc") => column_factor(q, rps) * engaged.section_mm2 * spot.speed_mm_s(),
+                (Some(q), "k_te") => column_factor(q, rps) * engaged.contact_mm2 * rps,
+                (None, "k_tc") => engaged.peak[0],
+                (None, "k_rc") => engaged.peak[1],
+                (None, "k_te") => engaged.peak[2],
+                (None, "k_re") => engaged.peak[3],
+                _ => 0.0,
+            })
+            .collect()
+    }
+
+    fn tare_shape(&self, rps: f64) -> f64 {
+        let tare = &self.known.job.machine.spindle.tare_w;
+        let reference = tare.at(self.reference_rps);
+        if rps < 0.02 * self.reference_rps {
+            0.0
+        } else if reference > 0.0 {
+            tare.at(rps) / reference
+        } else {
+            1.0
+        }
+    }
+
+    /// Adds the cells of one measured quantity.
+    fn channel(&self, data: &mut Data, k: usize, quantity: Option<Quantity>, channel: usize) -> usize {
+        let values = &self.log.measured[k].1;
+        let valid: Vec<usize> =
+            (0..values.len()).filter(|i| values[*i].is_finite() && self.spot[*i].is_some()).collect();
+        let load = self.rough_load(quantity, &data.base);
+        let sigma = noise(&valid, values);
+        let size = valid.len().div_ceil(MOST_CELLS).max(1);
+        let gap = 5.0 * median(&self.log.time_s.windows(2).map(|p| p[1] - p[0]).collect::<Vec<f64>>());
+        let offset = data.run.last().map_or(0, |r| r + 1);
+        let (mut run, mut lowered, mut last) = (offset, 0, f64::NEG_INFINITY);
+        let span = self.known.timeline.total_s();
+        for members in valid.chunks(size) {
+            let begin = self.log.time_s[members[0]];
+            run += usize::from(begin - last > gap && last.is_finite());
+            last = self.log.time_s[members[members.len() - 1]];
+            let weight = self.weight(members, &load, sigma);
+            lowered += if weight < 0.5 * members.len() as f64 { members.len() } else { 0 };
+            self.cell(data, members, quantity, values, channel);
+            data.weight.push(weight);
+            data.span_s.push((last - begin) * size as f64 / (size as f64 - 1.0).max(1.0));
+            data.run.push(run);
+            let middle = self.aligned.program_s[members[members.len() / 2]];
+            data.block.push((middle / (span / BLOCKS).max(1.0)) as usize);
+        }
+        fill_spans(&mut data.span_s, &data.state);
+        lowered
+    }
+
+    /// Averages of one cell.
+    fn cell(&self, data: &mut Data, members: &[usize], quantity: Option<Quantity>, values: &[f64], channel: usize) {
+        let n = members.len() as f64;
+        let p = data.base.len();
+        let mut columns = vec![0.0; p];
+        let mut variants = vec![vec![0.0; p]; data.variants.len()];
+        let mut ratios = vec![0.0; data.slower.len()];
+        let mut reading = 0.0;
+        for &i in members {
+            let index = self.spot[i].unwrap_or(0);
+            let spot = &self.known.timeline.spots[index];
+            let plain = self.columns(i, spot, &spot.engaged, quantity, &data.base);
+            columns.iter_mut().zip(&plain).for_each(|(c, x)| *c += x / n);
+            for (sum, other) in variants.iter_mut().zip(&self.known.others) {
+                let changed = self.columns(i, spot, &other.engaged[index], quantity, &data.base);
+                for b in 0..p {
+                    sum[b] += (changed[b] - plain[b]) / other.size_mm / n;
+                }
+            }
+            if quantity.is_none() {
+                peak_chip(variants.last_mut(), &plain, &data.base, n);
+            }
+            ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += all[index] / n);
+            reading += self.at_shaft(values[i], quantity) / n;
+        }
+        data.columns.iter_mut().zip(columns).for_each(|(c, x)| c.push(x));
+        for (variant, sums) in data.variants.iter_mut().zip(variants) {
+            variant.columns.iter_mut().zip(sums).for_each(|(c, x)| c.push(x));
+        }
+        data.slower.iter_mut().zip(ratios).for_each(|(s, r)| s.ratio.push(r));
+        data.reading.push(reading);
+        data.channel.push(channel);
+        let middle = members[members.len() / 2];
+        let spot = self.spot[middle].unwrap_or(0);
+        data.kind.push(self.tools.binary_search(&self.known.timeline.spots[spot].tool).unwrap_or(0));
+        data.state.push(self.state(middle, spot));
+    }
+
+    /// A meter reading as the power at the motor shaft that the setup makes of it.
+    fn at_shaft(&self, reading: f64, quantity: Option<Quantity>) -> f64 {
+        if quantity == Some(Quantity::Power) {
+            reading * self.known.job.machine.spindle.efficiency.at(reading)
+        } else {
+            reading
+        }
+    }
+
+    fn state(&self, i: usize, index: usize) -> State {
+        let spot = &self.known.timeline.spots[index];
+        let e = &spot.engaged;
+        let rps = self.rps(i, spot);
+        let tool = self.known.job.tool(spot.tool);
+        let program_s = self.aligned.program_s[i];
+        let share = ((program_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
+        let mut state = State {
+            time_s: self.log.time_s[i],
+            sliding_mm: self.cumulated[index][0] + share * (e.way_mm * rps * (spot.end_s - spot.start_s)),
+            volume_mm3: self.cumulated[index][1] + share * e.section_mm2 * spot.length_mm,
+            rps,
+            reference_rps: self.reference_rps,
+            ..State::default()
+        };
+        let Some(tool) = tool.filter(|_| e.section_mm2 > 1e-6 && rps > 0.0) else { return state };
+        let left = crate::path::Vec3::new(-spot.direction.y, spot.direction.x, 0.0);
+        let speed = spot.speed_mm_s();
+        state.feed_per_tooth_mm = speed / (f64::from(tool.flutes) * rps);
+        state.chip_thickness_mm = e.section_mm2 * speed / (e.contact_mm2 * rps).max(1e-12);
+        state.cutting_speed_mm_s = PI * tool.diameter_mm * rps;
+        state.axial_depth_mm = e.axial_mm;
+        state.radial_depth_mm = e.section_mm2 / e.axial_mm.max(1e-6);
+        state.up_share = e.up_share;
+        state.up_share_chip = e.up_share_chip;
+        state.position =
+            spot.from + (spot.to - spot.from) * share + spot.direction * e.contact_mm[0] + left * e.contact_mm[1];
+        state.direction = spot.direction;
+        state.curvature_per_mm = spot.curvature_per_mm;
+        state.edge_position_mm = 0.5 * e.axial_mm;
+        state
+    }
+
+    /// Load of each sample by the declared coefficients, for weights only.
+    fn rough_load(&self, quantity: Option<Quantity>, base: &[Base]) -> Vec<f64> {
+        let value = |b: &Base| b.prior.map_or(if b.class == Class::Tare { 0.0 } else { 1.0 }, |(mean, _)| mean);
+        (0..self.spot.len())
+            .map(|i| {
+                let Some(index) = self.spot[i] else { return 0.0 };
+                let spot = &self.known.timeline.spots[index];
+                let columns = self.columns(i, spot, &spot.engaged, quantity, base);
+                columns.iter().zip(base).map(|(x, b)| x * value(b)).sum()
+            })
+            .collect()
+    }
+
+    /// Weight of a cell: that of its samples together.
+    fn weight(&self, members: &[usize], load: &[f64], sigma: f64) -> f64 {
+        let share = if self.aligned.method == "load" { 0.3 } else { 0.1 };
+        members
+            .iter()
+            .map(|&i| {
+                let around = i.saturating_sub(1)..(i + 2).min(load.len());
+                let (lo, hi) = load[around]
+                    .iter()
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+                let spot = self.spot[i].map(|s| &self.known.timeline.spots[s]);
+                let running = spot.is_some_and(|s| {
+                    let rps = self.rps(i, s);
+                    matches!(s.doing, Doing::RunUp | Doing::ToolChange) || (rps - s.rps).abs() > 0.02 * s.rps
+                });
+                let doubt = 1.0 / (1.0 + (share * (hi - lo) / sigma).powi(2));
+                if running { RUN_UP_WEIGHT } else { doubt }
+            })
+            .sum()
+    }
+}
+
+/// A tooth that stands out by δ cuts k_c·δ per length of edge all along its arc: what an edge coefficient does.
+fn peak_chip(variant: Option<&mut Vec<f64>>, plain: &[f64], base: &[Base], n: f64) {
+    let Some(sum) = variant else { return };
+    let column = |name: &str| base.iter().position(|b| b.name == name);
+    for (cutting, edge) in [("k_tc", "k_te"), ("k_rc", "k_re")] {
+        if let (Some(c), Some(e)) = (column(cutting), column(edge)) {
+            sum[c] += plain[e] / n;
+        }
+    }
+}
+
+fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 2]> {
+    let mut sums = vec![[0.0; 2]; tools.len()];
+    spots
+        .iter()
+        .map(|spot| {
+            let sum = &mut sums[tools.binary_search(&spot.tool).unwrap_or(0)];
+            let before = *sum;
+            sum[0] += spot.engaged.way_mm * spot.rps * (spot.end_s - spot.start_s);
+            sum[1] += spot.engaged.section_mm2 * spot.length_mm;
+            before
+        })
+        .collect()
+}
+
+/// Noise of neighbouring samples.
+fn noise(valid: &[usize], values: &[f64]) -> f64 {
+    let steps: Vec<f64> = valid.windows(2).map(|p| (values[p[1]] - values[p[0]]).abs()).collect();
+    (median(&steps) / 0.954).max(1e-9)
+}
+
+/// Cells of one sample stand for the time to the next.
+fn fill_spans(spans: &mut [f64], state: &[State]) {
+    for i in 0..spans.len() {
+        if spans[i] <= 0.0 {
+            let next = if i + 1 < state.len() { state[i + 1].time_s - state[i].time_s } else { 0.0 };
+            spans[i] = if next > 0.0 {
+                next
+            } else if i > 0 {
+                spans[i - 1]
+            } else {
+                0.0
+            };
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Reads a measured log: CSV or MTConnect adapter output (SHDR) into columns over time, and says what is odd about it.
+//!
+//! In: bytes. Out: [`Log`]: rising times in s from the first sample, positions, lines or blocks, feed, speed, tool, and the
+//! measured quantities; missing values are NaN. Stamps that run backwards are sorted, repeated ones merged, and both are
+//! counted. SHDR lines `timestamp|item|value|item|value…` are sampled at every stamp with the last value of each item.
+
+use super::columns::{DataError, Frame, read};
+
+/// What a log says, sample by sample.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Log {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Position, mm, each axis.
+    pub position_mm: Option<[Vec<f64>; 3]>,
+    /// Physical line, 1-based.
+    pub line: Option<Vec<f64>>,
+    /// Feed along the path, mm/s.
+    pub feed_mm_s: Option<Vec<f64>>,
+    /// Spindle speed, rev/s.
+    pub rps: Option<Vec<f64>>,
+    /// Tool.
+    pub tool: Option<Vec<f64>>,
+    /// Measured quantities: name and values.
+    pub measured: Vec<(&'static str, Vec<f64>)>,
+    /// What was noticed.
+    pub warnings: Vec<String>,
+}
+
+/// Measured quantities that are understood.
+pub const MEASURED: [&str; 8] = [
+    "spindle_power_w",
+    "spindle_torque_nm",
+    "spindle_current_a",
+    "spindle_load_percent",
+    "force_xy_n",
+    "force_x_n",
+    "force_y_n",
+    "force_z_n",
+];
+
+/// Reads a log; `mapping` renames columns (theirs, ours).
+pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataError> {
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(DataError::Empty("the log has no samples"));
+    }
+    let frame = if is_shdr(bytes) { shdr(bytes, mapping)? } else { read(bytes, mapping)? };
+    from_frame(&frame)
+}
+
+/// A log from columns.
+pub fn from_frame(frame: &Frame) -> Result<Log, DataError> {
+    let time = frame.needed("time_s")?;
+    let mut warnings = frame.warnings.clone();
+    let order = ordered(&time, &mut warnings)?;
+    let take = |name: &str| frame.numbers(name).map(|values| order.iter().map(|i| values[*i]).collect::<Vec<f64>>());
+    let known = |values: &Vec<f64>| values.iter().any(|v| v.is_finite());
+    let axes = ["x_mm", "y_mm", "z_mm"].map(take);
+    let measured: Vec<(&'static str, Vec<f64>)> =
+        MEASURED.iter().filter_map(|name| take(name).filter(known).map(|values| (*name, values))).collect();
+    if measured.is_empty() {
+        return Err(DataError::NoColumn { missing: MEASURED.join(" or "), present: frame.names().join(", ") });
+    }
+    let start = time[order[0]];
+    let one_based = |lines: Vec<f64>| lines.into_iter().map(|l| l + 1.0).collect();
+    let position = match axes {
+        [Some(x), Some(y), Some(z)] if known(&x) && known(&y) && known(&z) => Some([x, y, z]),
+        _ => None,
+    };
+    Ok(Log {
+        time_s: order.iter().map(|i| time[*i] - start).collect(),
+        position_mm: position.map(|axes| axes.map(carried)),
+        line: take("line").or_else(|| take("block").map(one_based)).filter(known).map(carried),
+        feed_mm_s: take("feed_mm_min")
+            .filter(known)
+            .map(|f| f.into_iter().map(crate::units::mm_s_from_mm_min).collect()),
+        rps: take("spindle_rpm")
+            .filter(known)
+            .map(|n| carried(n.into_iter().map(|n| crate::units::rps_from_rpm(n.abs())).collect())),
+        tool: take("tool").filter(known).map(carried),
+        measured,
+        warnings,
+    })
+}
+
+/// Missing values take the one before.
+fn carried(mut values: Vec<f64>) -> Vec<f64> {
+    let mut last = values.iter().copied().find(|v| v.is_finite()).unwrap_or(f64::NAN);
+    for value in &mut values {
+        if value.is_finite() {
+            last = *value;
+        } else {
+            *value = last;
+        }
+    }
+    values
+}
+
+/// Order of rising time, without repeated stamps.
+fn ordered(time: &[f64], warnings: &mut Vec<String>) -> Result<Vec<usize>, DataError> {
+    let mut order: Vec<usize> = (0..time.len()).filter(|i| time[*i].is_finite()).collect();
+    let missing = time.len() - order.len();
+    if missing > 0 {
+        warnings.push(format!("{missing} of {} rows have no time and are left out", time.len()));
+    }
+    if order.len() < 20 {
+        return Err(DataError::Unfit(format!(
+            "the log has only {} samples with a time; 20 are the least",
+            order.len()
+        )));
+    }
+    let backwards = order.windows(2).filter(|pair| time[pair[1]] < time[pair[0]]).count();
+    if backwards > 0 {
+        if backwards * 2 > order.len() {
+            return Err(DataError::Unfit("the clock of the log runs backwards: its times fall from row to row".into()));
+        }
+        warnings.push(format!("the clock steps backwards {backwards} times; the rows were sorted by time"));
+        order.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
+    }
+    let before = order.len();
+    order.dedup_by(|b, a| time[*a] == time[*b]);
+    if order.len() < before {
+        warnings.push(format!("{} rows repeat the time of the row before and are left out", before - order.len()));
+    }
+    if order.len() < 20 {
+        return Err(DataError::Unfit("the clock of the log stands still".into()));
+    }
+    Ok(order)
+}
+
+fn is_shdr(bytes: &[u8]) -> bool {
+    let first = bytes.split(|b| *b == b'\n').find(|l| !l.is_empty() && l[0] != b'*').unwrap_or(&[]);
+    first.iter().filter(|b| **b == b'|').count() >= 2 && !first.contains(&b',')
+}
+
+/// Items of adapters and our names.
+const ITEMS: [(&str, &str); 14] = [
+    ("block_number", "block"),
+    ("block", "block"),
+    ("line", "line"),
+    ("linenumber", "line"),
+    ("feed_rate", "feed_mm_min"),
+    ("path_feedrate", "feed_mm_min"),
+    ("spindle_speed", "spindle_rpm"),
+    ("current_tool", "tool"),
+    ("tool_number", "tool"),
+    ("spindle_load", "spindle_load_percent"),
+    ("spindle_power", "spindle_power_w"),
+    ("xabs", "x_mm"),
+    ("yabs", "y_mm"),
+    ("zabs", "z_mm"),
+];
+
+/// Adapter output as columns, one row per stamp, values held until they change.
+pub fn shdr(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataError> {
+    let text = String::from_utf8_lossy(bytes);
+    let name_of = |item: &str| {
+        let lower = item.to_lowercase();
+        let mapped = mapping.iter().find(|(theirs, _)| theirs.eq_ignore_ascii_case(item)).map(|(_, ours)| ours.clone());
+        mapped.unwrap_or_else(|| ITEMS.iter().find(|(i, _)| *i == lower).map_or(lower, |(_, ours)| (*ours).to_owned()))
+    };
+    let mut names: Vec<String> = Vec::new();
+    let mut rows: Vec<(f64, Vec<(usize, f64)>)> = Vec::new();
+    for line in text.lines() {
+        let mut fields = line.trim().split('|');
+        let Some(stamp) = fields.next().and_then(stamp_s) else { continue };
+        if rows.last().is_none_or(|(t, _)| *t != stamp) {
+            rows.push((stamp, Vec::new()));
+        }
+        while let (Some(item), Some(value)) = (fields.next(), fields.next()) {
+            let Ok(value) = value.trim().parse::<f64>() else { continue };
+            let name = name_of(item.trim());
+            let k = names.iter().position(|n| *n == name).unwrap_or_else(|| {
+                names.push(name);
+                names.len() - 1
+            });
+            if let Some((_, changes)) = rows.last_mut() {
+                changes.push((k, value));
+            }
+        }
+    }
+    if rows.is_empty() {
+        return Err(DataError::Empty("no line of the adapter output has a stamp"));
+    }
+    let mut held = vec![f64::NAN; names.len()];
+    let mut columns = vec![Vec::with_capacity(rows.len()); names.len() + 1];
+    for (stamp, changes) in &rows {
+        for (k, value) in changes {
+            held[*k] = *value;
+        }
+        columns[0].push(*stamp);
+        held.iter().enumerate().for_each(|(k, value)| columns[k + 1].push(*value));
+    }
+    let names = std::iter::once("time_s".to_owned()).chain(names);
+    Ok(Frame::from_numbers(names.zip(columns).collect()))
+}
+
+/// Seconds from a stamp: a number, or `YYYY-MM-DDThh:mm:ss.fffZ`.
+pub fn stamp_s(text: &str) -> Option<f64> {
+    if let Ok(seconds) = text.parse::<f64>() {
+        return Some(seconds);
+    }
+    let (date, clock) = text.trim_end_matches('Z').split_once('T')?;
+    let mut parts = date.split('-').map(|p| p.parse::<i64>().ok());
+    let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
+    let mut parts = clock.split(':');
+    let hours: f64 = parts.next()?.parse().ok()?;
+    let minutes: f64 = parts.next()?.parse().ok()?;
+    let seconds: f64 = parts.next()?.parse().ok()?;
+    // Days since 1970 (civil calendar, years from March).
+    let (y, m) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let era = y.div_euclid(400);
+    let of_era = y.rem_euclid(400);
+    let days = era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + (153 * m + 2) / 5 + day - 1 - 719_468;
+    Some(days as f64 * 86_400.0 + hours * 3600.0 + minutes * 60.0 + seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn adapter_lines_hold_their_values() {
+        let text = "2017-02-02T19:03:08.5Z|Block_Number|3|Spindle_power|10\n2017-02-02T19:03:09.0Z|Spindle_power|12\n";
+        let frame = shdr(text.as_bytes(), &[]).unwrap();
+        assert_eq!(frame.numbers("block").unwrap(), [3.0, 3.0]);
+        assert_eq!(frame.numbers("spindle_power_w").unwrap(), [10.0, 12.0]);
+        let time = frame.numbers("time_s").unwrap();
+        assert!((time[1] - time[0] - 0.5).abs() < 1e-6);
+        assert_eq!(stamp_s("1970-01-02T00:00:01Z"), Some(86_401.0));
+        assert_eq!(stamp_s("2000-03-01T00:00:00Z"), Some(951_868_800.0));
+    }
+
+    #[test]
+    fn odd_clocks_are_said() {
+        let rows = |times: &[f64]| {
+            let body: String = times.iter().map(|t| format!("{t},5\n")).collect();
+            read_log(format!("time_s,spindle_power_w\n{body}").as_bytes(), &[])
+        };
+        let rising: Vec<f64> = (0..40).map(f64::from).collect();
+        assert!(rows(&rising).unwrap().warnings.is_empty());
+        let falling: Vec<f64> = rising.iter().rev().copied().collect();
+        assert!(rows(&falling).unwrap_err().to_string().contains("backwards"));
+        let mut swapped = rising.clone();
+        swapped.swap(10, 11);
+        assert_eq!(rows(&swapped).unwrap().time_s, rising);
+        assert!(rows(&[1.0; 30]).unwrap_err().to_string().contains("stands still"));
+        assert!(rows(&[]).is_err());
+    }
+}

@@ -1,0 +1,187 @@
+//! Ties a log to the program by its load alone: with only time and a load, the predicted load must be found in the
+//! measured one.
+//!
+//! Both are put on a grid of Δ. The lag d(t) = log time − program time is found by dynamic programming over the grid of
+//! lags: cost Σ ((y(t) − a − b·P(t − d))/s)² + λ per step of the lag + μ per jump (a pause, only towards larger lags),
+//! robust in the residual (capped at 9), with a, b from robust regression at the present alignment, twice. Offset and
+//! stretch are read off the path; a change of feed override is a run of steps.
+
+use super::linear::{Loss, robust, scale_of};
+use nalgebra::DMatrix;
+
+/// Measured load tied to the predicted one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Match {
+    /// Program time of each measured grid point, s; NaN outside the program.
+    pub program_s: Vec<f64>,
+    /// Mean cost per grid point: about 1 for a perfect match.
+    pub cost: f64,
+    /// Correlation of measured and predicted load where they overlap.
+    pub correlation: f64,
+    /// Grid, s.
+    pub step_s: f64,
+}
+
+const STEP_COST: f64 = 6.0;
+const JUMP_COST: f64 = 60.0;
+const CAP: f64 = 9.0;
+
+/// Matches `measured` to `predicted`, both on a grid of `step_s`, with lags up to `reach_s` either way beyond the
+/// difference in length.
+pub fn match_load(measured: &[f64], predicted: &[f64], step_s: f64, reach_s: f64) -> Option<Match> {
+    if measured.len() < 50 || predicted.len() < 50 {
+        return None;
+    }
+    let extra = (measured.len() as f64 - predicted.len() as f64) * step_s;
+    let low = ((extra.min(0.0) - reach_s) / step_s).floor() as i64;
+    let high = ((extra.max(0.0) + reach_s) / step_s).ceil() as i64;
+    let start = best_constant(measured, predicted, low, high);
+    let mut lags = vec![start; measured.len()];
+    let mut cost = f64::INFINITY;
+    for _ in 0..3 {
+        let (a, b, s) = regression(measured, predicted, &lags)?;
+        let scaled: Vec<f64> = predicted.iter().map(|p| a + b * p).collect();
+        let standing = measured_floor(measured);
+        (lags, cost) = viterbi(measured, &scaled, s, low, high, standing);
+    }
+    let program_s: Vec<f64> = lags
+        .iter()
+        .enumerate()
+        .map(|(i, lag)| {
+            let k = i as i64 - lag;
+            if k >= 0 && (k as usize) < predicted.len() { k as f64 * step_s } else { f64::NAN }
+        })
+        .collect();
+    let correlation = correlation(measured, predicted, &program_s, step_s);
+    Some(Match { program_s, cost, correlation, step_s })
+}
+
+/// Reading outside the program: the spindle stands.
+fn measured_floor(measured: &[f64]) -> f64 {
+    let mut sorted = measured.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted[sorted.len() / 100]
+}
+
+/// Lag of the best correlation without any warp.
+fn best_constant(measured: &[f64], predicted: &[f64], low: i64, high: i64) -> i64 {
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (my, mp) = (mean(measured), mean(predicted));
+    let score = |lag: i64| -> f64 {
+        let mut sum = 0.0;
+        for (i, y) in measured.iter().enumerate() {
+            let k = i as i64 - lag;
+            if k >= 0 && (k as usize) < predicted.len() {
+                sum += (y - my) * (predicted[k as usize] - mp);
+            }
+        }
+        sum
+    };
+    (low..=high).max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(0)
+}
+
+/// y ≈ a + b P at these lags, and the robust deviation.
+fn regression(measured: &[f64], predicted: &[f64], lags: &[i64]) -> Option<(f64, f64, f64)> {
+    let pairs: Vec<(f64, f64)> = (0..measured.len())
+        .filter_map(|i| {
+            let k = i as i64 - lags[i];
+            (k >= 0 && (k as usize) < predicted.len()).then(|| (predicted[k as usize], measured[i]))
+        })
+        .collect();
+    let x = DMatrix::from_fn(pairs.len(), 2, |i, j| if j == 0 { 1.0 } else { pairs[i].0 });
+    let y: Vec<f64> = pairs.iter().map(|p| p.1).collect();
+    let fit = robust(&x, &y, &vec![1.0; y.len()], Loss::Tukey)?;
+    let top = y.iter().copied().fold(0.0, f64::max);
+    Some((fit.coefficients[0], fit.coefficients[1].max(1e-9), scale_of(&fit.residuals).max(0.01 * top).max(1e-9)))
+}
+
+/// Cheapest path of lags.
+fn viterbi(measured: &[f64], scaled: &[f64], s: f64, low: i64, high: i64, standing: f64) -> (Vec<i64>, f64) {
+    let states = (high - low + 1) as usize;
+    let n = measured.len();
+    let emission = |i: usize, d: usize| {
+        let k = i as i64 - (low + d as i64);
+        let expected = if k >= 0 && (k as usize) < scaled.len() { scaled[k as usize] } else { standing };
+        ((measured[i] - expected) / s).powi(2).min(CAP)
+    };
+    let mut cost: Vec<f64> = (0..states).map(|d| emission(0, d)).collect();
+    // 0 stay, 1 from one less (the machine is slower), 2 from one more; beyond: jump from state − 3.
+    let mut from = vec![0u32; n * states];
+    let mut next = vec![0.0; states];
+    for i in 1..n {
+        let mut least = (f64::INFINITY, 0);
+        for d in 0..states {
+            let mut best = (cost[d], 0u32);
+            if d > 0 && cost[d - 1] + STEP_COST < best.0 {
+                best = (cost[d - 1] + STEP_COST, 1);
+            }
+            if d + 1 < states && cost[d + 1] + STEP_COST < best.0 {
+                best = (cost[d + 1] + STEP_COST, 2);
+            }
+            if least.0 + JUMP_COST < best.0 {
+                best = (least.0 + JUMP_COST, 3 + least.1);
+            }
+            if cost[d] < least.0 {
+                least = (cost[d], d as u32);
+            }
+            next[d] = best.0 + emission(i, d);
+            from[i * states + d] = best.1;
+        }
+        std::mem::swap(&mut cost, &mut next);
+    }
+    let mut d = (0..states).min_by(|a, b| cost[*a].total_cmp(&cost[*b])).unwrap_or(0);
+    let total = cost[d] / n as f64;
+    let mut lags = vec![0; n];
+    for i in (0..n).rev() {
+        lags[i] = low + d as i64;
+        d = match from[i * states + d] {
+            0 => d,
+            1 => d - 1,
+            2 => d + 1,
+            jump => (jump - 3) as usize,
+        };
+    }
+    (lags, total)
+}
+
+fn correlation(measured: &[f64], predicted: &[f64], program_s: &[f64], step_s: f64) -> f64 {
+    let pairs: Vec<(f64, f64)> = measured
+        .iter()
+        .zip(program_s)
+        .filter(|(_, t)| t.is_finite())
+        .map(|(y, t)| (*y, predicted[((t / step_s).round() as usize).min(predicted.len() - 1)]))
+        .collect();
+    let n = pairs.len().max(1) as f64;
+    let (my, mp) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
+    let (mut yy, mut pp, mut yp) = (0.0, 0.0, 0.0);
+    for (y, p) in pairs {
+        yy += (y - my).powi(2);
+        pp += (p - mp).powi(2);
+        yp += (y - my) * (p - mp);
+    }
+    if yy > 0.0 && pp > 0.0 { yp / (yy * pp).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pulses(n: usize) -> Vec<f64> {
+        (0..n).map(|i| if (i / 17 + i / 41) % 2 == 0 { 0.0 } else { 100.0 + ((i / 41) % 5) as f64 * 30.0 }).collect()
+    }
+
+    #[test]
+    fn finds_offset_and_a_pause() {
+        let predicted = pulses(600);
+        let mut measured = vec![0.0; 25];
+        measured.extend(&predicted[..300]);
+        measured.extend([predicted[299]; 12]);
+        measured.extend(&predicted[300..]);
+        let noisy: Vec<f64> =
+            measured.iter().enumerate().map(|(i, y)| y * 1.3 + 40.0 + ((i * 7919) % 13) as f64 - 6.0).collect();
+        let m = match_load(&noisy, &predicted, 0.1, 5.0).unwrap();
+        assert!((m.program_s[125] - 10.0).abs() < 0.11, "{}", m.program_s[125]);
+        assert!((m.program_s[437] - 40.0).abs() < 0.11, "{}", m.program_s[437]);
+        assert!(m.correlation > 0.95);
+    }
+}

@@ -1,0 +1,314 @@
+//! The whole of `learn`: a program, a job and a measured log in; a [`LearnReport`] and the process model out.
+
+use super::align::{Aligned, by_line, by_position};
+use super::cells::{Channels, Known, OtherGeometry, cells, channels};
+use super::columns::DataError;
+use super::diagnose::{Options, diagnose};
+use super::log::{Log, read_log};
+use super::matching::match_load;
+use super::report::{Alignment, LearnReport};
+use super::samples::{Data, Variant};
+use super::split::by_blocks;
+use super::table::Quantity;
+use super::timeline::{Spot, Timeline, engaged_otherwise, speed_ratios, timeline};
+use crate::engage::{EngageError, EngagementMap, engage};
+use crate::machine::material::ForceModel;
+use crate::machine::{Job, Profile, Segment, Shape, Stock, StockShape, Tool};
+use crate::nc::{Environment, Toolpath, interpret, parse};
+use crate::path::Vec3;
+use rayon::prelude::*;
+
+/// How a log is learned from.
+#[derive(Debug, Clone, Default)]
+pub struct LogOptions {
+    /// Columns renamed: (theirs, ours).
+    pub mapping: Vec<(String, String)>,
+    /// The diagnosis.
+    pub diagnosis: Options,
+}
+
+/// Why nothing can be learned.
+#[derive(Debug, thiserror::Error)]
+pub enum LearnError {
+    /// The log.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// The simulation.
+    #[error(transparent)]
+    Engage(#[from] EngageError),
+}
+
+/// What belongs to a program and a job, whatever the log says.
+pub struct Prepared {
+    path: Toolpath,
+    map: EngagementMap,
+    timeline: Timeline,
+    others: Vec<OtherGeometry>,
+    slower: Vec<(f64, Vec<f64>)>,
+}
+
+/// Longest spot between two engagements, mm.
+const SPACING_MM: f64 = 0.5;
+/// Accelerations tried, over the declared one.
+const SLOWER: [f64; 7] = [0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.007];
+/// How much the stock is grown, mm, and the tool shrunk, to see what that changes.
+const GROWN_MM: f64 = 0.5;
+const SHRUNK: f64 = 0.04;
+
+/// Simulates the program as declared and with each geometry that an effect may ask for.
+pub fn prepare(program: &[u8], job: &Job, with_forces: bool) -> Result<Prepared, LearnError> {
+    let program = parse(program.to_vec(), None);
+    let path = interpret(&program, &Environment::from_job(job));
+    let options = crate::engage::Options { spacing_mm: SPACING_MM, ..crate::engage::Options::default() };
+    let map = engage(&path, job, &options, &|_| ())?;
+    let timeline = timeline(&path, &map, job, with_forces);
+    let jobs = [
+        (Variant::StockTop, GROWN_MM, Some(with_stock(job, |s| grown(s, GROWN_MM, 0.0)))),
+        (Variant::StockSide, GROWN_MM, Some(with_stock(job, |s| grown(s, 0.0, GROWN_MM)))),
+        (Variant::Diameter, -SHRUNK * typical_diameter(job), shrunk(job)),
+    ];
+    let others = jobs
+        .into_par_iter()
+        .filter_map(|(variant, size_mm, other)| {
+            let other = other?;
+            let changed = engage(&path, &other, &options, &|_| ()).ok()?;
+            let engaged = engaged_otherwise(&path, &changed, &other, &timeline, with_forces);
+            Some(OtherGeometry { variant, size_mm, engaged })
+        })
+        .collect();
+    let slower = SLOWER.iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
+    Ok(Prepared { path, map, timeline, others, slower })
+}
+
+/// Learns from a log in CSV or adapter output.
+pub fn run(program: &[u8], job: &Job, log: &[u8], options: &LogOptions) -> Result<LearnReport, LearnError> {
+    let log = read_log(log, &options.mapping)?;
+    let channels = channels(&log);
+    let prepared = prepare(program, job, channels.force_xy.is_some())?;
+    learn(&prepared, job, &log, &channels, options)
+}
+
+/// Learns from a log that was read, with what was prepared for its program.
+pub fn learn(
+    prepared: &Prepared,
+    job: &Job,
+    log: &Log,
+    channels: &Channels,
+    options: &LogOptions,
+) -> Result<LearnReport, LearnError> {
+    let (data, aligned, lowered) = data_of(prepared, job, log, channels)?;
+    let split = by_blocks(&data, "stretch of time");
+    let mut report = diagnose(&data, &split, &options.diagnosis)
+        .ok_or_else(|| DataError::Unfit("too few samples of the log belong to the program".into()))?;
+    report.samples = log.time_s.len();
+    report.down_weighted = lowered;
+    report.alignment = Some(described(&aligned, log));
+    report.warnings.extend(log.warnings.iter().cloned());
+    Ok(report)
+}
+
+/// The aligned data of a log.
+pub fn data_of(
+    prepared: &Prepared,
+    job: &Job,
+    log: &Log,
+    channels: &Channels,
+) -> Result<(Data, Aligned, usize), LearnError> {
+    let aligned = by_position(log, &prepared.timeline)
+        .or_else(|| by_line(log, &prepared.timeline))
+        .map_or_else(|| by_load(prepared, job, log, channels), Ok)?;
+    let known =
+        Known { job, timeline: &prepared.timeline, others: prepared.others.clone(), slower: prepared.slower.clone() };
+    let (data, lowered) = cells(log, &aligned, &known, channels);
+    Ok((data, aligned, lowered))
+}
+
+/// Predicted spindle power, or peak force, of a spot by the declared coefficients.
+fn rough(spot: &Spot, job: &Job, force: bool) -> f64 {
+    let Some(tool) = job.tool(spot.tool) else { return 0.0 };
+    let k = match job.material(tool).map(|m| &m.model) {
+        Some(ForceModel::LinearEdge(k)) => *k,
+        _ => crate::machine::material::LinearEdge { k_tc: 1000.0, k_te: 15.0, ..Default::default() },
+    };
+    if force {
+        let peak = spot.engaged.peak;
+        return peak[0] * k.k_tc + peak[1] * k.k_rc + peak[2] * k.k_te + peak[3] * k.k_re;
+    }
+    let tare = if spot.rps > 0.0 { job.machine.spindle.tare_w.at(spot.rps) } else { 0.0 };
+    tare + 1e-3 * (k.k_tc * spot.engaged.section_mm2 * spot.speed_mm_s() + k.k_te * spot.engaged.contact_mm2 * spot.rps)
+}
+
+/// The log found in the program by its load.
+fn by_load(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
+    let (index, force) = match (channels.spindle, channels.force_xy) {
+        (Some((k, quantity, _)), _) => (k, matches!(quantity, Quantity::Relative) && false),
+        (None, Some(k)) => (k, true),
+        _ => return Err(DataError::Unfit("the log measures nothing that a load can be compared with".into()).into()),
+    };
+    let end = log.time_s.last().copied().unwrap_or(0.0);
+    let step = (end / 5000.0).max(0.1);
+    let measured = gridded(&log.time_s, &log.measured[index].1, step);
+    let mut best: Option<(f64, Aligned)> = None;
+    for factor in std::iter::once(1.0).chain([0.25, 0.06, 0.03]) {
+        let times = slowed(prepared, factor);
+        let predicted = predicted_grid(prepared, &times, job, force, step);
+        let Some(found) = match_load(&measured, &predicted, step, 20.0) else { continue };
+        let better = best.as_ref().is_none_or(|(cost, _)| found.cost < 0.93 * cost);
+        if better {
+            let program_s =
+                log.time_s.iter().map(|t| declared_time(&found.program_s, step, *t, &times, prepared)).collect();
+            let aligned = Aligned {
+                program_s,
+                method: "load",
+                uncertainty_s: 0.5 * step,
+                misfit: (1.0 - found.correlation).clamp(0.0, 1.0),
+            };
+            best = Some((found.cost, aligned));
+        }
+    }
+    best.map(|(_, aligned)| aligned)
+        .ok_or_else(|| DataError::Unfit("the log is too short to be found in the program".into()).into())
+}
+
+/// Start of every spot, and the end, on a machine with `factor` of the declared acceleration.
+fn slowed(prepared: &Prepared, factor: f64) -> Vec<f64> {
+    let ratios = prepared.slower.iter().find(|(f, _)| *f == factor).map(|(_, r)| r);
+    let mut now = 0.0;
+    let mut times = vec![0.0];
+    for (k, spot) in prepared.timeline.spots.iter().enumerate() {
+        now += (spot.end_s - spot.start_s) / ratios.map_or(1.0, |r| r[k].max(1e-3));
+        times.push(now);
+    }
+    times
+}
+
+fn predicted_grid(prepared: &Prepared, times: &[f64], job: &Job, force: bool, step: f64) -> Vec<f64> {
+    let loads: Vec<f64> = prepared.timeline.spots.iter().map(|s| rough(s, job, force)).collect();
+    let count = (times.last().copied().unwrap_or(0.0) / step) as usize;
+    let mut k = 0;
+    (0..count)
+        .map(|i| {
+            let t = (i as f64 + 0.5) * step;
+            while k + 1 < loads.len() && times[k + 1] < t {
+                k += 1;
+            }
+            loads[k]
+        })
+        .collect()
+}
+
+/// Means of a signal over a grid; gaps take the value before.
+fn gridded(time: &[f64], values: &[f64], step: f64) -> Vec<f64> {
+    let count = (time.last().copied().unwrap_or(0.0) / step) as usize + 1;
+    let (mut sums, mut counts) = (vec![0.0; count], vec![0.0; count]);
+    for (t, v) in time.iter().zip(values).filter(|(_, v)| v.is_finite()) {
+        let k = ((t / step) as usize).min(count - 1);
+        sums[k] += v;
+        counts[k] += 1.0;
+    }
+    let mut last = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
+    (0..count)
+        .map(|k| {
+            if counts[k] > 0.0 {
+                last = sums[k] / counts[k];
+            }
+            last
+        })
+        .collect()
+}
+
+/// Program time on the declared machine of a log time that was matched on a slower one.
+fn declared_time(matched: &[f64], step: f64, log_s: f64, times: &[f64], prepared: &Prepared) -> f64 {
+    let k = ((log_s / step) as usize).min(matched.len() - 1);
+    let on_slow = matched[k] + (log_s - k as f64 * step);
+    if !on_slow.is_finite() || on_slow > times[times.len() - 1] {
+        return f64::NAN;
+    }
+    let spot = (times.partition_point(|t| *t <= on_slow)).clamp(1, times.len() - 1) - 1;
+    let share = (on_slow - times[spot]) / (times[spot + 1] - times[spot]).max(1e-9);
+    let s = &prepared.timeline.spots[spot];
+    s.start_s + share.clamp(0.0, 1.0) * (s.end_s - s.start_s)
+}
+
+fn described(aligned: &Aligned, log: &Log) -> Alignment {
+    let pairs: Vec<(f64, f64)> =
+        log.time_s.iter().zip(&aligned.program_s).filter(|(_, p)| p.is_finite()).map(|(t, p)| (*t, *p)).collect();
+    let (first, last) = (pairs.first().copied().unwrap_or_default(), pairs.last().copied().unwrap_or_default());
+    Alignment {
+        offset_s: first.0 - first.1,
+        stretch: (last.0 - first.0) / (last.1 - first.1).max(1e-9),
+        method: aligned.method.to_owned(),
+        uncertainty_s: aligned.uncertainty_s,
+        pauses: Vec::new(),
+    }
+}
+
+fn with_stock(job: &Job, change: impl Fn(&StockShape) -> StockShape) -> Job {
+    let stocks = job.stocks.iter().map(|stock| Stock { shape: change(&stock.shape), ..stock.clone() }).collect();
+    Job { stocks, ..job.clone() }
+}
+
+fn grown(shape: &StockShape, top: f64, side: f64) -> StockShape {
+    match shape {
+        StockShape::Box(b) => StockShape::Box(crate::machine::Box3 {
+            min: b.min - Vec3::new(side, side, 0.0),
+            max: b.max + Vec3::new(side, side, top),
+        }),
+        StockShape::Cylinder { centre, diameter_mm, z_mm } => StockShape::Cylinder {
+            centre: *centre,
+            diameter_mm: diameter_mm + 2.0 * side,
+            z_mm: [z_mm[0].min(z_mm[1]), z_mm[0].max(z_mm[1]) + top],
+        },
+        other => other.clone(),
+    }
+}
+
+fn typical_diameter(job: &Job) -> f64 {
+    super::linear::median(&job.tools.iter().map(|t| t.diameter_mm).collect::<Vec<f64>>())
+}
+
+/// The job with smaller end mills; `None` when there is none whose shape is known how to shrink.
+fn shrunk(job: &Job) -> Option<Job> {
+    let by = SHRUNK * typical_diameter(job);
+    let mut any = false;
+    let tools = job
+        .tools
+        .iter()
+        .map(|tool| {
+            let diameter = tool.diameter_mm - by;
+            let height = tool.profile.height();
+            let profile = match tool.shape {
+                Shape::Flat => Profile::flat(diameter, height),
+                Shape::Ball => Profile::ball(diameter, height),
+                Shape::Bull => Profile::bull(diameter, corner_of(&tool.profile), height),
+                _ => return tool.clone(),
+            };
+            any = true;
+            Tool { profile, diameter_mm: diameter, ..tool.clone() }
+        })
+        .collect();
+    any.then(|| Job { tools, ..job.clone() })
+}
+
+fn corner_of(profile: &Profile) -> f64 {
+    profile
+        .segments
+        .iter()
+        .find_map(|s| if let Segment::Arc { radius, .. } = s { Some(*radius) } else { None })
+        .unwrap_or(0.0)
+}
+
+impl Prepared {
+    /// Moves of the program.
+    pub fn toolpath(&self) -> &Toolpath {
+        &self.path
+    }
+    /// Its engagement as declared.
+    pub fn engagement(&self) -> &EngagementMap {
+        &self.map
+    }
+    /// Its spots in time.
+    pub fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+}
