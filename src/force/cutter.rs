@@ -149,7 +149,8 @@ impl Cutter {
         events.sort_unstable_by(|a, b| a.theta.total_cmp(&b.theta));
         let mut from = (0.0, C::new(1.0, 0.0));
         let end = self.teeth.period_rad;
-        line.spans.reserve(events.len() + 1);
+        line.spans.reserve(events.len() + 8);
+        line.wall.reserve(events.iter().filter(|event| event.leaves_wall).count());
         for event in &events {
             push_spans(from, (event.theta, event.turn), &sums, [c, tz], line);
             let tooth = &self.rings[event.slice as usize].teeth[event.tooth as usize];
@@ -185,18 +186,18 @@ impl Cutter {
                 let shift = ring.lag_rad - self.teeth.lead_rad[group];
                 let mut place = |end: usize| {
                     let at = piece.angle[end] + shift;
-                    let steps = (at / period).floor();
-                    let tooth = self.tooth_index(group, steps as i64);
+                    let steps = floor(at / period);
+                    let tooth = self.tooth_index(group, steps);
                     let turn = C::new(piece.cos[end], piece.sin[end]) * ring.teeth[tooth].turn;
                     events.push(Event {
-                        theta: at - steps * period,
+                        theta: at - steps as f64 * period,
                         turn,
                         slice: piece.slice as u32,
                         tooth: tooth as u32,
                         enters: end == 0,
                         leaves_wall: on_wall(piece.angle[end], end),
                     });
-                    steps as i64
+                    steps
                 };
                 let (first, last) = (place(0), place(1));
                 for step in first + 1..=last {
@@ -218,18 +219,13 @@ fn push_spans(from: (f64, C), to: (f64, C), sums: &Sums, [c, tz]: [f64; 2], line
     if length < SHORTEST_SPAN_RAD {
         return;
     }
-    let parts = (length / LONGEST_SPAN_RAD).ceil().max(1.0);
+    let parts = if length > LONGEST_SPAN_RAD { (length / LONGEST_SPAN_RAD).ceil() } else { 1.0 };
     let step = length / parts;
     let advance = if parts > 1.0 { C::from_polar(1.0, step) } else { C::default() };
     let mut turn = from.1;
     for part in 1..=parts as u32 {
         let next = if f64::from(part) == parts { to.1 } else { turn * advance };
         line.spans.push(Span::new(turn, next, step, sums, c, tz));
-        let torque = sinusoid(sums.t_c * tz, sums.t_s * c, turn, next);
-        line.torque_peaks.push(Affine { base: sums.t_e, slope: torque[1] });
-        for slope in sinusoid(sums.z_c * tz, sums.z_s * c, turn, next) {
-            line.axial_peaks.push(Affine { base: sums.z_e, slope });
-        }
         turn = next;
     }
 }
@@ -247,7 +243,13 @@ struct Event {
 /// Up-milling leaves the wall where an edge enters at φ = 0, climb where it leaves at φ = π.
 fn on_wall(angle: f64, end: usize) -> bool {
     let offset = if end == 0 { angle } else { angle - PI };
-    (offset - TAU * (offset / TAU).round()).abs() < 1e-6
+    offset.abs() < 1e-6 || (offset - TAU).abs() < 1e-6
+}
+
+/// Greatest whole number not above `x` (without the call that a baseline processor needs for `f64::floor`).
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole - i64::from((whole as f64) > x)
 }
 
 /// Largest chip thickness per feed on a piece, a sin φ + b.
@@ -255,17 +257,4 @@ fn thickest(piece: &Piece, a: f64, b: f64) -> f64 {
     let top = FRAC_PI_2 + TAU * ((piece.angle[0] - FRAC_PI_2) / TAU).ceil();
     let sin = if top <= piece.angle[1] { 1.0 } else { piece.sin[0].max(piece.sin[1]) };
     a * sin + b
-}
-
-/// Least and largest of `base + Im(s e^{iθ})` from `from` to `to` (less than half a turn apart).
-fn sinusoid(base: f64, s: C, from: C, to: C) -> [f64; 2] {
-    let (a, b) = (s * from, s * to);
-    let (mut low, mut high) = (a.im.min(b.im), a.im.max(b.im));
-    // The derivative is the real part: it changes sign where the sine peaks.
-    if a.re > 0.0 && b.re < 0.0 {
-        high = s.norm();
-    } else if a.re < 0.0 && b.re > 0.0 {
-        low = -s.norm();
-    }
-    [base + low, base + high]
 }

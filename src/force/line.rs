@@ -57,20 +57,29 @@ pub(super) struct Span {
     pub c2: C,
     /// B and B′ at both ends.
     pub ends: [[C; 2]; 2],
+    /// Largest torque, N·mm.
+    pub torque: Affine,
+    /// Axial force where its cutting part is least and where it is largest.
+    pub axial: [Affine; 2],
 }
 
 impl Span {
+    #[inline]
     pub(super) fn new(start: C, end: C, length: f64, sums: &Sums, c: f64, tz: f64) -> Self {
         let (c0, c1, c2) = (sums.c0 * c, sums.c1 * tz, sums.c2 * c);
-        let mut span = Self { start, length, edge: sums.edge, c0, c1, c2, ends: [[C::default(); 2]; 2] };
-        span.ends = [span.ellipse(start), span.ellipse(end)];
-        span
-    }
-    /// B and B′ where e^{iθ} = `turn`.
-    fn ellipse(&self, turn: C) -> [C; 2] {
-        let (ahead, behind) = (self.c0 * turn, self.c2 * turn.conj());
-        let d = ahead - behind;
-        [ahead + self.c1 + behind, C::new(-d.im, d.re)]
+        let torque = sinusoid(sums.t_c * tz, sums.t_s * c, start, end)[1];
+        let axial = sinusoid(sums.z_c * tz, sums.z_s * c, start, end);
+        Self {
+            start,
+            length,
+            edge: sums.edge,
+            c0,
+            c1,
+            c2,
+            ends: [ellipse(start, c0, c1, c2), ellipse(end, c0, c1, c2)],
+            torque: Affine { base: sums.t_e, slope: torque },
+            axial: axial.map(|slope| Affine { base: sums.z_e, slope }),
+        }
     }
     /// Largest |E + f B|² inside the span, given that its derivative falls from positive to negative across it; also B there.
     fn inner_peak(&self, f: f64, slopes: [f64; 2]) -> (f64, C) {
@@ -79,7 +88,7 @@ impl Span {
         let mut best = (0.0, C::default());
         for _ in 0..20 {
             let turn = self.start * C::from_polar(1.0, x);
-            let [b, slope] = self.ellipse(turn);
+            let [b, slope] = ellipse(turn, self.c0, self.c1, self.c2);
             let w = self.edge + b * f;
             best = (w.norm_sqr(), b);
             let d = dot(w, slope);
@@ -99,6 +108,26 @@ impl Span {
     }
 }
 
+/// B and B′ where e^{iθ} = `turn`.
+fn ellipse(turn: C, c0: C, c1: C, c2: C) -> [C; 2] {
+    let (ahead, behind) = (c0 * turn, c2 * turn.conj());
+    let d = ahead - behind;
+    [ahead + c1 + behind, C::new(-d.im, d.re)]
+}
+
+/// Least and largest of `base + Im(s e^{iθ})` from `from` to `to` (less than half a turn apart).
+fn sinusoid(base: f64, s: C, from: C, to: C) -> [f64; 2] {
+    let (a, b) = (s * from, s * to);
+    let (mut low, mut high) = (a.im.min(b.im), a.im.max(b.im));
+    // The derivative is the real part: it changes sign where the sine peaks.
+    if a.re > 0.0 && b.re < 0.0 {
+        high = s.norm();
+    } else if a.re < 0.0 && b.re > 0.0 {
+        low = -s.norm();
+    }
+    [base + low, base + high]
+}
+
 fn dot(a: C, b: C) -> f64 {
     a.re * b.re + a.im * b.im
 }
@@ -111,10 +140,6 @@ pub struct LoadLine {
     pub(super) mean: [Affine; 3],
     /// Mean torque, N·mm.
     pub(super) torque: Affine,
-    /// Candidates for the peak torque, N·mm, one per span.
-    pub(super) torque_peaks: Vec<Affine>,
-    /// Candidates for the peak axial force, two per span.
-    pub(super) axial_peaks: Vec<Affine>,
     /// Normal force at the moments that leave the wall, times the radial part of the wall's normal.
     pub(super) wall: Vec<Affine>,
     /// Chip thickness per feed per tooth.
@@ -143,12 +168,12 @@ impl LoadLine {
             force_xy_peak_n: peak,
             force_xy_mean_n: mean[0].hypot(mean[1]),
             force_normal_mean_n: mean[1].abs(),
-            force_axial_peak_n: largest(&self.axial_peaks, f),
+            force_axial_peak_n: largest(self.spans.iter().flat_map(|span| span.axial), f),
             torque_nm: nm_from_nmm(self.torque.at(f)),
-            torque_peak_nm: nm_from_nmm(largest(&self.torque_peaks, f)),
+            torque_peak_nm: nm_from_nmm(largest(self.spans.iter().map(|span| span.torque), f)),
             power_w: self.tare_w + watts_from_n_mm_s(TAU * self.rps * self.torque.at(f)),
             deflection_mm: self.compliance[0] * peak,
-            surface_error_mm: self.compliance[0] * largest(&self.wall, f),
+            surface_error_mm: self.compliance[0] * largest(self.wall.iter().copied(), f),
             bending_stress_mpa: self.compliance[1] * peak,
             chip_thickness_max_mm: self.chip * f,
             feed_per_tooth_mm: f,
@@ -162,12 +187,12 @@ impl LoadLine {
         let per_tooth = match kind {
             LimitKind::ForceXy => self.cap_xy(limit, 1.0),
             LimitKind::ForceNormalMean => self.mean[1].cap(limit),
-            LimitKind::ForceAxial => least(&self.axial_peaks, limit),
+            LimitKind::ForceAxial => least(self.spans.iter().flat_map(|span| span.axial), limit),
             LimitKind::Power => self.cap_power(limit),
             LimitKind::Torque => self.torque.cap(limit),
             LimitKind::Deflection => self.cap_xy(limit, self.compliance[0]),
             LimitKind::SurfaceError => {
-                scaled(least(&self.wall, limit / self.compliance[0]), 1.0, self.compliance[0].recip())
+                scaled(least(self.wall.iter().copied(), limit / self.compliance[0]), 1.0, self.compliance[0].recip())
             }
             LimitKind::BendingStress => self.cap_xy(limit, self.compliance[1]),
             LimitKind::ChipThickness => Affine { base: 0.0, slope: self.chip }.cap(limit),
@@ -246,11 +271,11 @@ impl LoadLine {
     }
 }
 
-fn largest(candidates: &[Affine], f: f64) -> f64 {
-    candidates.iter().map(|line| line.at(f).abs()).fold(0.0, f64::max)
+fn largest(candidates: impl Iterator<Item = Affine>, f: f64) -> f64 {
+    candidates.map(|line| line.at(f).abs()).fold(0.0, f64::max)
 }
 
-fn least(candidates: &[Affine], limit: f64) -> Cap {
+fn least(candidates: impl Iterator<Item = Affine>, limit: f64) -> Cap {
     let mut least = Cap::Free;
     for line in candidates {
         least = lower(least, line.cap(limit));
