@@ -138,7 +138,7 @@ fn cases() -> Vec<Case> {
 #[test]
 fn means_and_peaks_agree_with_the_sum_over_angles() {
     for (name, tool, slices, arcs, tangent_z) in cases() {
-        let cut = Cut { arcs: &arcs, tangent_z };
+        let cut = Cut { arcs: &arcs, tangent_z, ..Cut::default() };
         let cutter = cutter(&tool, &slices);
         for feed in [0.0, 4.0, 16.0] {
             let loads = cutter.loads(&cut, feed);
@@ -183,7 +183,7 @@ fn caps_give_back_their_limit_and_its_derivative() {
         LimitKind::FeedPerTooth,
     ];
     for (name, tool, slices, arcs, tangent_z) in cases() {
-        let cut = Cut { arcs: &arcs, tangent_z };
+        let cut = Cut { arcs: &arcs, tangent_z, ..Cut::default() };
         let line = cutter(&tool, &slices).line(&cut);
         for kind in kinds {
             let limit = line.loads(9.0).bounded_by(kind).unwrap();
@@ -228,7 +228,7 @@ fn a_plunge_presses_on_the_bottom_only() {
     let tool = tool(Profile::flat(10.0, 22.0), 10.0, 3, 30.0);
     let slices = tool.profile.slices(0.25);
     let arcs = arcs(&slices, 5.0, 0.0, TAU);
-    let loads = cutter(&tool, &slices).loads(&Cut { arcs: &arcs, tangent_z: -1.0 }, 3.0);
+    let loads = cutter(&tool, &slices).loads(&Cut { arcs: &arcs, tangent_z: -1.0, ..Cut::default() }, 3.0);
     let h = 3.0 / (3.0 * RPS);
     assert!((loads.force_axial_peak_n / (3.0 * 5.0 * (K.k_rc * h + K.k_re)) - 1.0).abs() < 1e-9);
     let torque = 3.0 * (K.k_tc * h + K.k_te) * 12.5;

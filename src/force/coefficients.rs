@@ -1,59 +1,92 @@
-//! Coefficients of the linear edge model for every segment of a cutter, from a material and the process model on top of it.
+//! Coefficients of the linear edge model for every part of a cutter, from a material's model.
 
 use super::ForceError;
-use crate::machine::material::{ForceModel, LinearEdge, Material, Process};
+use super::models::{LINEAR_EDGE, POWER, Values};
+use crate::machine::Slice;
+use crate::machine::material::LinearEdge;
 
-/// Coefficients as the rings take them.
-pub(super) type Coefficients = LinearEdge;
+/// Parts of a cutter that may have their own coefficients.
+const PARTS: [&str; 4] = ["bottom", "corner", "cone", "side"];
 
-/// Normal to tangential coefficients where only power was calibrated (model `power`), measured by Xu, Jerard, Fussell on
-/// 6061-T6: cutting and edge.
-const NORMAL_SHARE: [f64; 2] = [0.395, 0.566];
-/// Axial to tangential: half of the normal ones; power does not depend on it.
-const AXIAL_SHARE: [f64; 2] = [0.2, 0.28];
+/// Linear edge coefficients by part of the cutter, in the order of [`PARTS`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ByPart([LinearEdge; 4]);
 
-/// The linear edge coefficients of a material under a process, where its model is one of that kind.
-pub(super) fn linear_edge(material: &Material, process: &Process) -> Result<LinearEdge, ForceError> {
-    match process.base.as_ref().unwrap_or(&material.model) {
-        ForceModel::LinearEdge(k) => checked(*k),
-        ForceModel::Named { name, parameters } if name == "linear-edge" || name == "power" => {
-            checked(from_parameters(parameters))
+impl ByPart {
+    /// The same everywhere.
+    pub(super) fn same(k: &LinearEdge) -> Result<Self, ForceError> {
+        let given = |name: &str, value: f64| (name.to_owned(), value);
+        linear_edge(&[
+            given("k_tc", k.k_tc),
+            given("k_te", k.k_te),
+            given("k_rc", k.k_rc),
+            given("k_re", k.k_re),
+            given("k_ac", k.k_ac),
+            given("k_ae", k.k_ae),
+        ])
+        .map(|k| Self([k; 4]))
+    }
+    /// From the parameters of `linear-edge`, `power` or `linear-edge-by-part`; `None` for other models.
+    pub(super) fn named(name: &str, given: &[(String, f64)]) -> Option<Result<Self, ForceError>> {
+        match name {
+            "linear-edge" => Some(linear_edge(given).map(|k| Self([k; 4]))),
+            "power" => Some(power(given).map(|k| Self([k; 4]))),
+            "linear-edge-by-part" => Some(by_part(given)),
+            _ => None,
         }
-        ForceModel::Named { name, .. } => Err(ForceError::UnknownModel { name: name.clone() }),
+    }
+    /// Coefficients of the part that a ring belongs to; `curved` is true on an arc of the profile.
+    pub(super) fn of(&self, slice: &Slice, curved: bool) -> &LinearEdge {
+        let part = match () {
+            () if curved => 1,
+            () if slice.normal_z < -0.999 => 0,
+            () if slice.normal_r > 0.999 => 3,
+            () => 2,
+        };
+        &self.0[part]
     }
 }
 
-fn from_parameters(parameters: &[(String, f64)]) -> LinearEdge {
-    let get = |key: &str| parameters.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
-    let (k_tc, k_te) = (get("k_tc").unwrap_or(0.0), get("k_te").unwrap_or(0.0));
-    LinearEdge {
+fn linear_edge(given: &[(String, f64)]) -> Result<LinearEdge, ForceError> {
+    let k = Values::checked(&LINEAR_EDGE, given)?;
+    Ok(LinearEdge {
+        k_tc: k.get("k_tc"),
+        k_te: k.get("k_te"),
+        k_rc: k.get("k_rc"),
+        k_re: k.get("k_re"),
+        k_ac: k.get("k_ac"),
+        k_ae: k.get("k_ae"),
+    })
+}
+
+fn power(given: &[(String, f64)]) -> Result<LinearEdge, ForceError> {
+    let k = Values::checked(&POWER, given)?;
+    let (k_tc, k_te) = (k.get("k_tc"), k.get("k_te"));
+    Ok(LinearEdge {
         k_tc,
-        k_rc: get("k_rc").unwrap_or(NORMAL_SHARE[0] * k_tc),
-        k_ac: get("k_ac").unwrap_or(AXIAL_SHARE[0] * k_tc),
         k_te,
-        k_re: get("k_re").unwrap_or(NORMAL_SHARE[1] * k_te),
-        k_ae: get("k_ae").unwrap_or(AXIAL_SHARE[1] * k_te),
-    }
+        k_rc: k.get("normal_cutting_share") * k_tc,
+        k_re: k.get("normal_edge_share") * k_te,
+        k_ac: k.get("axial_cutting_share") * k_tc,
+        k_ae: k.get("axial_edge_share") * k_te,
+    })
 }
 
-/// Highest sensible cutting coefficient, N/mm²: above any metal at chip thicknesses that are cut.
-const CUTTING_MAX: f64 = 50_000.0;
-/// Highest sensible edge coefficient, N/mm.
-const EDGE_MAX: f64 = 1_000.0;
-
-fn checked(k: LinearEdge) -> Result<LinearEdge, ForceError> {
-    let entries = [
-        ("k_tc", k.k_tc, 0.0, CUTTING_MAX),
-        ("k_te", k.k_te, 0.0, EDGE_MAX),
-        ("k_rc", k.k_rc, -CUTTING_MAX, CUTTING_MAX),
-        ("k_re", k.k_re, -EDGE_MAX, EDGE_MAX),
-        ("k_ac", k.k_ac, -CUTTING_MAX, CUTTING_MAX),
-        ("k_ae", k.k_ae, -EDGE_MAX, EDGE_MAX),
-    ];
-    for (key, value, low, high) in entries {
-        if !(low..=high).contains(&value) {
-            return Err(ForceError::OutOfRange { key: key.to_owned(), value, low, high });
+fn by_part(given: &[(String, f64)]) -> Result<ByPart, ForceError> {
+    let part_of = |key: &str| PARTS.iter().position(|part| key.strip_prefix(part).is_some_and(|k| k.starts_with('_')));
+    let mut parts = [LinearEdge::default(); 4];
+    for (index, part) in PARTS.iter().enumerate() {
+        let mut own: Vec<(String, f64)> = given
+            .iter()
+            .filter(|(key, _)| part_of(key) == Some(index))
+            .map(|(key, value)| (key[part.len() + 1..].to_owned(), *value))
+            .collect();
+        for (key, value) in given.iter().filter(|(key, _)| part_of(key).is_none()) {
+            if own.iter().all(|(known, _)| known != key) {
+                own.push((key.clone(), *value));
+            }
         }
+        parts[index] = linear_edge(&own)?;
     }
-    Ok(k)
+    Ok(ByPart(parts))
 }

@@ -5,15 +5,23 @@
 //! of the peak; means are closed integrals over the engaged arcs.
 
 use super::ForceError;
+use super::affine::{Affine, Span, Spans};
 use super::beam::Beam;
-use super::coefficients::linear_edge;
-use super::line::{Affine, LoadLine, Span};
+use super::coefficients::ByPart;
+use super::laws::{Conditions, Kienzle, Law, Polynomial, Sigmoid};
+use super::line::{Engine, LoadLine, Station};
 use super::loads::{Cap, Loads};
-use super::rings::{C, Ring, Sums, Teeth};
+use super::models::{KIENZLE, LAYER, POLYNOMIAL, RESPONSE, SIGMOID, Values};
+use super::modifiers::Effects;
+use super::rings::{C, Ring, Sums, Teeth, ToothRing};
+use super::scan::{ANGLES_PER_TURN, Before, Edge, Scan};
+use super::summary::{Formula, Layer, Summary};
 use super::zone::{Piece, Zone, clip};
+use crate::effects::State;
 use crate::engage::EngagedArc;
-use crate::machine::material::{Material, Process};
-use crate::machine::{LimitKind, Slice, Spindle, Tool};
+use crate::machine::material::{ForceModel, LinearEdge, Material, Process};
+use crate::machine::{LimitKind, Segment, Slice, Spindle, Tool};
+use crate::units::rpm_from_rps;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Longest span without a candidate angle, rad: short enough that |F|², a trigonometric polynomial of degree four, has at
@@ -29,18 +37,38 @@ pub struct Cut<'a> {
     pub arcs: &'a [EngagedArc],
     /// Vertical part of the unit feed direction (−1: straight down).
     pub tangent_z: f64,
+    /// What effects look at: time, distance slid, position … Speed, chip thickness, depths and the share of up-milling are
+    /// filled in from the engagement.
+    pub state: State,
+}
+
+/// How forces follow from chips.
+#[derive(Debug, Clone, PartialEq)]
+enum Kind {
+    /// Affine in feed.
+    Exact,
+    /// Sampled.
+    Sampled { law: Law, bends: bool },
+    /// The resultant alone.
+    Summed { formula: Formula, normal_share: f64 },
 }
 
 /// A tool at one speed in one material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cutter {
+    kind: Kind,
     rings: Vec<Ring>,
+    /// Teeth of each ring.
+    ring_teeth: Vec<Vec<ToothRing>>,
     teeth: Teeth,
+    /// For each tooth, what it meets of those before it.
+    before: Vec<Vec<Before>>,
     flutes: f64,
-    largest_share: f64,
+    radius_mm: f64,
     rps: f64,
     tare_w: f64,
     beam: Beam,
+    effects: Effects,
 }
 
 impl Cutter {
@@ -55,16 +83,26 @@ impl Cutter {
     ) -> Result<Self, ForceError> {
         super::check::tool(tool)?;
         super::check::speed(spindle, rps)?;
-        let k = linear_edge(material, process)?;
+        let model = process.base.as_ref().unwrap_or(&material.model);
+        let (kind, coefficients) = kind_of(model, tool)?;
         let teeth = Teeth::of(tool);
+        let curved =
+            |slice: &Slice| matches!(tool.profile.segments.get(slice.segment as usize), Some(Segment::Arc { .. }));
+        let rings: Vec<Ring> =
+            slices.iter().map(|slice| Ring::new(slice, coefficients.of(slice, curved(slice)), tool)).collect();
+        let exact = kind == Kind::Exact && tool.runout.is_none_or(|runout| runout.offset_mm == 0.0);
         Ok(Self {
-            rings: slices.iter().map(|slice| Ring::new(slice, &k, tool, &teeth)).collect(),
-            largest_share: teeth.share.iter().copied().fold(0.0, f64::max),
+            kind: if kind == Kind::Exact && !exact { Kind::Sampled { law: Law::Rings, bends: false } } else { kind },
+            ring_teeth: rings.iter().map(|ring| ring.teeth(&teeth)).collect(),
+            rings,
+            before: before(tool),
             teeth,
             flutes: f64::from(tool.flutes),
+            radius_mm: tool.radius_mm(),
             rps,
             tare_w: process.tare_w.unwrap_or_else(|| spindle.tare_w.at(rps)),
             beam: Beam::of(tool),
+            effects: Effects::of(process)?,
         })
     }
 
@@ -81,17 +119,46 @@ impl Cutter {
     /// All loads of one station as functions of feed.
     pub fn line(&self, cut: &Cut) -> LoadLine {
         let tz = cut.tangent_z.clamp(-1.0, 1.0);
-        let c = (1.0 - tz * tz).max(0.0).sqrt();
+        let direction = [(1.0 - tz * tz).max(0.0).sqrt(), tz];
         let pieces = self.pieces(cut.arcs, tz);
-        let mut line = LoadLine {
+        let mean = self.means(&pieces, direction);
+        let station = Station {
             rps: self.rps,
             per_feed: 1.0 / (self.flutes * self.rps),
             tare_w: self.tare_w,
-            ..LoadLine::default()
+            compliance: [self.beam.tip_mm_per_n(mean.height_mm), self.beam.stress_mpa_per_n(mean.height_mm)],
         };
-        self.means(&pieces, c, tz, &mut line);
-        self.sweep(&pieces, c, tz, &mut line);
-        line
+        LoadLine {
+            modifiers: self.effects.at(&self.state(cut, &mean), mean.chip_mm()),
+            removal_area_mm2: mean.removal_mm2,
+            contact_mm2_per_rev: mean.contact_mm2 * self.flutes,
+            engine: match &self.kind {
+                Kind::Exact => Engine::Spans(self.sweep(&pieces, direction, &mean)),
+                Kind::Sampled { law, bends } => {
+                    Engine::Scan(Box::new(self.scan(&pieces, direction, &mean, law, (*bends, &station))))
+                }
+                Kind::Summed { formula, normal_share } => Engine::Summary(Summary {
+                    formula: formula.clone(),
+                    normal_share: *normal_share,
+                    flutes: self.flutes,
+                    layers: self.layers(&pieces),
+                }),
+            },
+            station,
+        }
+    }
+
+    /// What effects see of this station.
+    fn state(&self, cut: &Cut, mean: &Means) -> State {
+        State {
+            rps: self.rps,
+            cutting_speed_mm_s: TAU * self.radius_mm * self.rps,
+            axial_depth_mm: mean.depth_mm,
+            radial_depth_mm: mean.radial_depth_mm,
+            up_share: mean.up_share,
+            edge_position_mm: mean.height_mm,
+            ..cut.state
+        }
     }
 
     fn pieces(&self, arcs: &[EngagedArc], tz: f64) -> Vec<Piece> {
@@ -106,66 +173,154 @@ impl Cutter {
 
     /// Averages over a revolution: N/2π ∫ over each piece. With J₀ = ∫ e^{−iφ} = i[e^{−iφ}] and
     /// J₁ = ∫ sin φ e^{−iφ} = Δφ/2i − [e^{−2iφ}]/4 the mean of w is Σ q_e J₀ + f q_c (c n_r J₁ + t_z n_z J₀).
-    fn means(&self, pieces: &[Piece], c: f64, tz: f64, line: &mut LoadLine) {
+    fn means(&self, pieces: &[Piece], [c, tz]: [f64; 2]) -> Means {
+        let mut mean = Means::default();
         let (mut w_e, mut w_c) = (C::default(), C::default());
-        let (mut z, mut torque) = (Affine::default(), Affine::default());
-        let (mut area, mut contact, mut height, mut weight) = (0.0, 0.0, 0.0, 0.0);
+        let (mut weight, mut up) = (0.0, 0.0);
         for piece in pieces {
             let ring = &self.rings[piece.slice];
             let (a, b) = (c * ring.n_r, tz * ring.n_z);
             let length = piece.angle[1] - piece.angle[0];
-            let ends = [C::new(piece.cos[0], -piece.sin[0]), C::new(piece.cos[1], -piece.sin[1])];
-            let j0 = C::new(0.0, 1.0) * (ends[1] - ends[0]);
-            let j1 = C::new(0.0, -0.5 * length) - (ends[1] * ends[1] - ends[0] * ends[0]) * 0.25;
+            let (j0, j1) = piece.harmonics();
             let chip = a * (piece.cos[0] - piece.cos[1]) + b * length;
             w_e += ring.q_e * j0;
             w_c += ring.q_c * (j1 * a + j0 * b);
-            z.base += ring.axial_e * length;
-            z.slope += ring.axial_c * chip;
-            torque.base += ring.tangential_e * ring.radius_mm * length;
-            torque.slope += ring.tangential_c * ring.radius_mm * chip;
-            area += ring.edge_mm * ring.radius_mm * chip;
-            contact += ring.edge_mm * ring.radius_mm * length;
-            height += ring.height_mm * ring.edge_mm * length;
+            mean.axial.base += ring.axial_e * length;
+            mean.axial.slope += ring.axial_c * chip;
+            mean.torque.base += ring.tangential_e * ring.radius_mm * length;
+            mean.torque.slope += ring.tangential_c * ring.radius_mm * chip;
+            mean.removal_mm2 += ring.edge_mm * ring.radius_mm * chip;
+            mean.contact_mm2 += ring.edge_mm * ring.radius_mm * length;
+            mean.height_mm += ring.height_mm * ring.edge_mm * length;
+            mean.depth_mm = mean.depth_mm.max(ring.height_mm + 0.5 * ring.edge_mm * ring.n_r);
+            mean.radial_depth_mm = mean.radial_depth_mm.max(ring.radius_mm * (piece.cos[0] - piece.cos[1]));
             weight += ring.edge_mm * length;
-            line.chip = line.chip.max(thickest(piece, a, b));
+            up += ring.edge_mm * piece.up_less_climb();
+            mean.chip = mean.chip.max(thickest(piece, a, b));
         }
         let share = self.flutes / TAU;
-        line.mean[0] = Affine { base: w_e.re, slope: w_c.re }.scaled(share);
-        line.mean[1] = Affine { base: w_e.im, slope: w_c.im }.scaled(share);
-        line.mean[2] = z.scaled(share);
-        line.torque = torque.scaled(share);
-        line.chip *= self.largest_share;
-        line.removal_area_mm2 = area;
-        line.contact_mm2_per_rev = contact * self.flutes;
-        let at = if weight > 0.0 { height / weight } else { 0.0 };
-        line.compliance = [self.beam.tip_mm_per_n(at), self.beam.stress_mpa_per_n(at)];
+        mean.plane = [Affine { base: w_e.re, slope: w_c.re }, Affine { base: w_e.im, slope: w_c.im }];
+        mean.plane = mean.plane.map(|component| component.scaled(share));
+        mean.axial = mean.axial.scaled(share);
+        mean.torque = mean.torque.scaled(share);
+        mean.chip *= self.teeth.share.iter().copied().fold(0.0, f64::max);
+        if weight > 0.0 {
+            mean.height_mm /= weight;
+            mean.up_share = up / weight;
+        }
+        mean
     }
 
     /// One period of rotation, from entry to exit to entry.
-    fn sweep(&self, pieces: &[Piece], c: f64, tz: f64, line: &mut LoadLine) {
+    fn sweep(&self, pieces: &[Piece], direction: [f64; 2], mean: &Means) -> Spans {
         let mut sums = Sums::default();
         let mut events = self.events(pieces, &mut sums);
         events.sort_unstable_by(|a, b| a.theta.total_cmp(&b.theta));
+        let mut spans = Vec::with_capacity(events.len() + 8);
+        let mut wall = Vec::with_capacity(events.iter().filter(|event| event.leaves_wall).count());
         let mut from = (0.0, C::new(1.0, 0.0));
         let end = self.teeth.period_rad;
-        line.spans.reserve(events.len() + 8);
-        line.wall.reserve(events.iter().filter(|event| event.leaves_wall).count());
         for event in &events {
-            push_spans(from, (event.theta, event.turn), &sums, [c, tz], line);
-            let tooth = &self.rings[event.slice as usize].teeth[event.tooth as usize];
+            push_spans(from, (event.theta, event.turn), &sums, direction, &mut spans);
+            let tooth = &self.ring_teeth[event.slice as usize][event.tooth as usize];
             if event.enters {
                 sums.add(&tooth.sums);
             }
             if event.leaves_wall {
-                line.wall.push(self.wall_force(event, &sums, [c, tz]));
+                wall.push(self.wall_force(event, &sums, direction));
             }
             if !event.enters {
                 sums.subtract(&tooth.sums);
             }
             from = (event.theta, event.turn);
         }
-        push_spans(from, (end, C::from_polar(1.0, end)), &sums, [c, tz], line);
+        push_spans(from, (end, C::from_polar(1.0, end)), &sums, direction, &mut spans);
+        let [x, y] = mean.plane;
+        Spans { list: spans, mean: [x, y, mean.axial], torque: mean.torque, wall, chip: mean.chip }
+    }
+
+    /// The station sampled over a pitch, or over a turn where the teeth differ.
+    fn scan(
+        &self,
+        pieces: &[Piece],
+        [c, tz]: [f64; 2],
+        mean: &Means,
+        law: &Law,
+        (bends, station): (bool, &Station),
+    ) -> Scan {
+        let differ = self.before.iter().any(|paths| paths.len() > 1) || self.teeth.groups() > 1;
+        let per_tooth = ANGLES_PER_TURN.div_ceil(self.flutes as usize);
+        let angles = if differ { per_tooth * self.flutes as usize } else { per_tooth };
+        let step = TAU / (per_tooth as f64 * self.flutes);
+        let mut scan = Scan {
+            rings: self.rings.clone(),
+            law: law.clone(),
+            edges: Vec::new(),
+            starts: vec![0],
+            before: self.before.clone(),
+            angles_per_tooth: if bends && differ && self.teeth.groups() == 1 { per_tooth } else { 0 },
+            compliance_mm_n: station.compliance[0],
+            conditions: Conditions {
+                axial_depth_mm: mean.depth_mm,
+                radial_depth_mm: mean.radial_depth_mm,
+                rpm: rpm_from_rps(self.rps),
+                ..Conditions::default()
+            },
+            chip: mean.chip,
+        };
+        for angle in 0..angles {
+            let theta = (angle as f64 + 0.5) * step;
+            for piece in pieces {
+                self.edges(piece, theta, step, [c, tz], &mut scan.edges);
+            }
+            scan.starts.push(scan.edges.len() as u32);
+        }
+        scan
+    }
+
+    /// The teeth that cut on a piece at rotation θ.
+    fn edges(&self, piece: &Piece, theta: f64, step: f64, [c, tz]: [f64; 2], out: &mut Vec<Edge>) {
+        let ring = &self.rings[piece.slice];
+        for group in 0..self.teeth.groups() {
+            for tooth in 0..self.teeth.per_group {
+                let lead = self.teeth.lead_rad[group] + tooth as f64 * self.teeth.period_rad;
+                let phi = theta + lead - ring.lag_rad;
+                let phi = phi - TAU * floor((phi - piece.angle[0]) / TAU) as f64;
+                if phi > piece.angle[1] {
+                    continue;
+                }
+                let (sin, cos) = phi.sin_cos();
+                let near = |end: usize| on_wall(piece.angle[end], end) && (phi - piece.angle[end]).abs() <= 0.5 * step;
+                out.push(Edge {
+                    ring: piece.slice as u16,
+                    tooth: self.order(group, tooth) as u16,
+                    on_wall: near(0) || near(1),
+                    sin,
+                    cos,
+                    chip: c * ring.n_r * sin + tz * ring.n_z,
+                });
+            }
+        }
+    }
+
+    /// Place of a tooth in the order in which they pass, tooth 1 being 0.
+    fn order(&self, group: usize, tooth: usize) -> usize {
+        if self.teeth.groups() > 1 { group } else { (self.teeth.per_group - tooth) % self.teeth.per_group }
+    }
+
+    fn layers(&self, pieces: &[Piece]) -> Vec<Layer> {
+        let layer = |piece: &Piece| {
+            let ring = &self.rings[piece.slice];
+            Layer {
+                height_mm: ring.edge_mm * ring.n_r,
+                radius_mm: ring.radius_mm,
+                contact_mm: ring.radius_mm * (piece.angle[1] - piece.angle[0]),
+                sin: thickest(piece, 1.0, 0.0),
+                chip: piece.cos[0] - piece.cos[1],
+                direction: piece.harmonics().1,
+            }
+        };
+        pieces.iter().map(layer).collect()
     }
 
     /// Normal force in the plane, F_y = Im(e^{−iθ} (E + f B)), at an event that leaves the wall.
@@ -181,14 +336,14 @@ impl Cutter {
         let period = self.teeth.period_rad;
         let mut events = Vec::with_capacity(2 * pieces.len() * self.teeth.groups());
         for piece in pieces {
-            let ring = &self.rings[piece.slice];
+            let (ring, teeth) = (&self.rings[piece.slice], &self.ring_teeth[piece.slice]);
             for group in 0..self.teeth.groups() {
                 let shift = ring.lag_rad - self.teeth.lead_rad[group];
                 let mut place = |end: usize| {
                     let at = piece.angle[end] + shift;
                     let steps = floor(at / period);
                     let tooth = self.tooth_index(group, steps);
-                    let turn = C::new(piece.cos[end], piece.sin[end]) * ring.teeth[tooth].turn;
+                    let turn = C::new(piece.cos[end], piece.sin[end]) * teeth[tooth].turn;
                     events.push(Event {
                         theta: at - steps as f64 * period,
                         turn,
@@ -201,7 +356,7 @@ impl Cutter {
                 };
                 let (first, last) = (place(0), place(1));
                 for step in first + 1..=last {
-                    sums.add(&ring.teeth[self.tooth_index(group, step)].sums);
+                    sums.add(&teeth[self.tooth_index(group, step)].sums);
                 }
             }
         }
@@ -214,7 +369,7 @@ impl Cutter {
 }
 
 /// Adds the spans from one event to the next.
-fn push_spans(from: (f64, C), to: (f64, C), sums: &Sums, [c, tz]: [f64; 2], line: &mut LoadLine) {
+fn push_spans(from: (f64, C), to: (f64, C), sums: &Sums, [c, tz]: [f64; 2], out: &mut Vec<Span>) {
     let length = to.0 - from.0;
     if length < SHORTEST_SPAN_RAD {
         return;
@@ -225,9 +380,82 @@ fn push_spans(from: (f64, C), to: (f64, C), sums: &Sums, [c, tz]: [f64; 2], line
     let mut turn = from.1;
     for part in 1..=parts as u32 {
         let next = if f64::from(part) == parts { to.1 } else { turn * advance };
-        line.spans.push(Span::new(turn, next, step, sums, c, tz));
+        out.push(Span::new(turn, next, step, sums, c, tz));
         turn = next;
     }
+}
+
+/// Averages over a revolution, per feed per tooth where they depend on feed.
+#[derive(Debug, Clone, Copy, Default)]
+struct Means {
+    plane: [Affine; 2],
+    axial: Affine,
+    torque: Affine,
+    /// Largest chip thickness.
+    chip: f64,
+    removal_mm2: f64,
+    /// Swept by one edge in one revolution.
+    contact_mm2: f64,
+    /// Mean height of the engaged edges.
+    height_mm: f64,
+    depth_mm: f64,
+    radial_depth_mm: f64,
+    /// −1 all climb, +1 all up.
+    up_share: f64,
+}
+
+impl Means {
+    /// Chip thickness averaged over the contact, per feed per tooth.
+    fn chip_mm(&self) -> f64 {
+        if self.contact_mm2 > 0.0 { self.removal_mm2 / self.contact_mm2 } else { 0.0 }
+    }
+}
+
+/// The kind of a model, and the coefficients of the rings where it has such.
+fn kind_of(model: &ForceModel, tool: &Tool) -> Result<(Kind, ByPart), ForceError> {
+    let none = ByPart::same(&LinearEdge::default())?;
+    let (name, given) = match model {
+        ForceModel::LinearEdge(k) => return Ok((Kind::Exact, ByPart::same(k)?)),
+        ForceModel::Named { name, parameters } => (name.as_str(), parameters.as_slice()),
+    };
+    if let Some(found) = ByPart::named(name, given) {
+        return found.map(|by_part| (Kind::Exact, by_part));
+    }
+    let sampled = |law: Law, bends: bool| Ok((Kind::Sampled { law, bends }, none));
+    match name {
+        "kienzle" => sampled(Law::Kienzle(Kienzle::new(&Values::checked(&KIENZLE, given)?)), false),
+        "sigmoid" => {
+            let values = Values::checked(&SIGMOID, given)?;
+            sampled(Law::Sigmoid(Sigmoid::new(&values, tool)), values.get("deflection") > 0.0)
+        }
+        "polynomial" => sampled(Law::Polynomial(Polynomial::new(&Values::checked(&POLYNOMIAL, given)?)), false),
+        "response" => {
+            let values = Values::checked(&RESPONSE, given)?;
+            let normal_share = values.get("normal_share");
+            Ok((Kind::Summed { formula: Formula::response(&values), normal_share }, none))
+        }
+        "layer" => {
+            let values = Values::checked(&LAYER, given)?;
+            let normal_share = values.get("normal_share");
+            Ok((Kind::Summed { formula: Formula::layer(&values), normal_share }, none))
+        }
+        _ => Err(ForceError::UnknownModel { name: name.to_owned() }),
+    }
+}
+
+/// What every tooth meets of those before it: one entry where all teeth are alike, else one for each tooth before it.
+fn before(tool: &Tool) -> Vec<Vec<Before>> {
+    let n = tool.flutes as usize;
+    let runout = tool.runout.filter(|runout| runout.offset_mm != 0.0);
+    let pitch = |i: usize| if tool.pitch_rad.is_empty() { TAU / n as f64 } else { tool.pitch_rad[i % n] };
+    let behind: Vec<f64> = (0..n).map(|i| (0..i).map(pitch).sum()).collect();
+    let radius = |i: usize| runout.map_or(0.0, |r| r.offset_mm * (r.angle_rad - behind[i % n]).cos());
+    let paths = if runout.is_some() { n } else { 1 };
+    let meets = |i: usize, m: usize| {
+        let turned: f64 = (1..=m).map(|k| pitch(i + n - k)).sum();
+        Before { feeds: turned * n as f64 / TAU, radius_mm: radius(i) - radius(i + n - m) }
+    };
+    (0..n).map(|i| (1..=paths).map(|m| meets(i, m)).collect()).collect()
 }
 
 /// An edge enters or leaves the material.

@@ -4,14 +4,21 @@
 //! [`Cutter`] holds what belongs to a tool at one speed; [`Cutter::line`] gives a station's [`LoadLine`], from which loads
 //! at any feed and caps for any limit follow without looking at the engagement again.
 
+mod affine;
 pub mod beam;
+mod cap;
 mod check;
 pub mod closed;
 mod coefficients;
 pub mod cutter;
+mod laws;
 pub mod line;
 pub mod loads;
+pub mod models;
+mod modifiers;
 mod rings;
+mod scan;
+mod summary;
 mod zone;
 
 pub use cutter::{Cut, Cutter};
@@ -36,6 +43,28 @@ pub enum ForceError {
     /// The spindle stands still.
     #[error("the spindle stands still while the tool cuts: give a speed (S) and start it (M3) before this block")]
     SpindleStopped,
+    /// A parameter that the model does not have.
+    #[error("{key} is no parameter of the force model {model}: `feedwright library models` lists them")]
+    UnknownParameter {
+        /// Its key.
+        key: String,
+        /// Name of the model.
+        model: &'static str,
+    },
+    /// A parameter without which the model says nothing.
+    #[error("{model} needs {key}: `feedwright library models` and `library effects` say what it is")]
+    MissingParameter {
+        /// Its key.
+        key: &'static str,
+        /// Name of the model or effect.
+        model: &'static str,
+    },
+    /// No such effect.
+    #[error("unknown effect {name:?}: `feedwright library effects` lists those there are")]
+    UnknownEffect {
+        /// Its name.
+        name: String,
+    },
     /// No such force model.
     #[error("unknown force model {name:?}: `feedwright library models` lists those there are")]
     UnknownModel {

@@ -14,7 +14,7 @@
 //! w e^{iθ} = E + f (c C₀ e^{iθ} + t_z C₁ + c C₂ e^{−iθ}): E = Σ q_e e^{is}, C₀ = Σ q_c n_r/2i, C₁ = Σ q_c n_z e^{is},
 //! C₂ = −Σ q_c n_r e^{2is}/2i, summed over the teeth in cut. These sums are all that a peak needs.
 
-use super::coefficients::Coefficients;
+use crate::machine::material::LinearEdge;
 use crate::machine::{Slice, Tool};
 use nalgebra::Complex;
 use std::f64::consts::TAU;
@@ -106,8 +106,8 @@ pub(super) struct ToothRing {
     pub sums: Sums,
 }
 
-/// One ring; forces per feed per tooth (`_c`, N/mm) and edge forces (`_e`, N) of one edge.
-#[derive(Debug, Clone, PartialEq)]
+/// One ring; forces of one edge per mm of chip thickness along the normal (`_c`) and at none (`_e`), N.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ring {
     pub lag_rad: f64,
     pub radius_mm: f64,
@@ -115,21 +115,20 @@ pub(super) struct Ring {
     pub edge_mm: f64,
     pub n_r: f64,
     pub n_z: f64,
+    /// −t + i p per mm of chip thickness.
     pub q_c: C,
     pub q_e: C,
     pub axial_c: f64,
     pub axial_e: f64,
     pub tangential_c: f64,
     pub tangential_e: f64,
-    /// Index group·per_group + tooth.
-    pub teeth: Vec<ToothRing>,
 }
 
 impl Ring {
-    pub(super) fn new(slice: &Slice, k: &Coefficients, tool: &Tool, teeth: &Teeth) -> Self {
+    pub(super) fn new(slice: &Slice, k: &LinearEdge, tool: &Tool) -> Self {
         let (n_r, n_z, du) = (slice.normal_r, slice.normal_z, slice.edge_mm);
         let radius = tool.radius_mm();
-        let mut ring = Self {
+        Self {
             lag_rad: if radius > 0.0 { slice.z_mm * tool.helix_rad.tan() / radius } else { 0.0 },
             radius_mm: slice.radius_mm,
             height_mm: slice.z_mm,
@@ -142,16 +141,14 @@ impl Ring {
             axial_e: (-n_z * k.k_re - n_r * k.k_ae) * du,
             tangential_c: k.k_tc * du,
             tangential_e: k.k_te * du,
-            teeth: Vec::with_capacity(tool.flutes as usize),
-        };
-        for group in 0..teeth.groups() {
-            for tooth in 0..teeth.per_group {
-                let lead = teeth.lead_rad[group] + tooth as f64 * teeth.period_rad;
-                let entry = ring.tooth(ring.lag_rad - lead, teeth.share[group]);
-                ring.teeth.push(entry);
-            }
         }
-        ring
+    }
+
+    /// All teeth on this ring, by index group·per_group + tooth.
+    pub(super) fn teeth(&self, teeth: &Teeth) -> Vec<ToothRing> {
+        let places = (0..teeth.groups()).flat_map(|group| (0..teeth.per_group).map(move |tooth| (group, tooth)));
+        let lead = |(group, tooth): (usize, usize)| teeth.lead_rad[group] + tooth as f64 * teeth.period_rad;
+        places.map(|place| self.tooth(self.lag_rad - lead(place), teeth.share[place.0])).collect()
     }
 
     fn tooth(&self, s: f64, share: f64) -> ToothRing {

@@ -2,7 +2,8 @@
 //! c = √(1 − t_z²) and vertical part t_z, the chip thickness per feed per tooth is g(φ) = c n_r sin φ + t_z n_z. An engaged
 //! arc cuts only where g > 0; in: arcs from the engagement; out: pieces with their sines and cosines.
 
-use std::f64::consts::{PI, TAU};
+use super::rings::C;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// A stretch of one ring that cuts, with the trigonometry every integral over it needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +16,22 @@ pub(super) struct Piece {
     pub sin: [f64; 2],
     /// Their cosines.
     pub cos: [f64; 2],
+}
+
+impl Piece {
+    /// J₀ = ∫ e^{−iφ} dφ and J₁ = ∫ sin φ e^{−iφ} dφ.
+    pub(super) fn harmonics(&self) -> (C, C) {
+        let length = self.angle[1] - self.angle[0];
+        let ends = [C::new(self.cos[0], -self.sin[0]), C::new(self.cos[1], -self.sin[1])];
+        let j0 = C::new(0.0, 1.0) * (ends[1] - ends[0]);
+        let j1 = C::new(0.0, -0.5 * length) - (ends[1] * ends[1] - ends[0] * ends[0]) * 0.25;
+        (j0, j1)
+    }
+    /// Length of the piece before φ = π/2 (up-milling) less that after it (climb), within one turn.
+    pub(super) fn up_less_climb(&self) -> f64 {
+        let [from, to] = self.angle.map(|angle| angle.clamp(0.0, PI) - FRAC_PI_2);
+        from.min(0.0).abs() - to.min(0.0).abs() - (to.max(0.0) - from.max(0.0))
+    }
 }
 
 /// Angles with g > 0.

@@ -85,7 +85,7 @@ fn cutter(number: u32, rps: f64, map: &EngagementMap, job: &Job) -> Option<Cutte
 /// What is cut at a station.
 pub fn cut_at<'a>(map: &'a EngagementMap, motion: &Move, station: &Station) -> Cut<'a> {
     let tangent_z = motion.curve.tangent(0.5 * (station.from_mm + station.to_mm)).z;
-    Cut { arcs: map.arcs_of(station), tangent_z }
+    Cut { arcs: map.arcs_of(station), tangent_z, ..Cut::default() }
 }
 
 struct Context<'a> {

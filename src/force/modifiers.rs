@@ -1,0 +1,117 @@
+//! What the load effects of the process model do at one station: factors on cutting forces, edge forces and tare, and what
+//! the most loaded tooth cuts more. Effects on geometry, motion and the measuring chain are applied elsewhere.
+
+use super::ForceError;
+use crate::effects::{Effect, State, named};
+use crate::machine::material::Process;
+
+/// Factors at one feed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Factors {
+    pub cutting: f64,
+    pub edge: f64,
+    pub tare: f64,
+    /// Added to the feed per tooth where a peak is asked for, mm.
+    pub peak_feed_mm: f64,
+}
+
+impl Default for Factors {
+    fn default() -> Self {
+        Self { cutting: 1.0, edge: 1.0, tare: 1.0, peak_feed_mm: 0.0 }
+    }
+}
+
+/// The effects of a process model with their parameter values.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Effects(Vec<(&'static Effect, Vec<f64>)>);
+
+impl PartialEq for Effects {
+    fn eq(&self, other: &Self) -> bool {
+        let named =
+            |effects: &Self| effects.0.iter().map(|(effect, values)| (effect.name, values.clone())).collect::<Vec<_>>();
+        named(self) == named(other)
+    }
+}
+
+impl Effects {
+    /// Those of a process model, checked against the list.
+    pub(super) fn of(process: &Process) -> Result<Self, ForceError> {
+        let mut effects = Vec::new();
+        for used in &process.effects {
+            let unknown = || ForceError::UnknownEffect { name: used.name.clone() };
+            let effect = named(&used.name).ok_or_else(unknown)?;
+            let mut values = Vec::new();
+            for parameter in effect.parameters {
+                let found = used.parameters.iter().find(|(name, _)| name == parameter.name);
+                let (_, value) =
+                    found.ok_or(ForceError::MissingParameter { key: parameter.name, model: effect.name })?;
+                super::check::range(parameter.name, *value, parameter.min, parameter.max)?;
+                values.push(*value);
+            }
+            effects.push((effect, values));
+        }
+        Ok(Self(effects))
+    }
+
+    /// At a station whose state has no feed in it yet; `chip_per_feed` is the mean chip thickness per feed per tooth.
+    pub(super) fn at(&self, state: &State, chip_per_feed: f64) -> Modifiers {
+        if self.0.is_empty() {
+            return Modifiers::Constant(Factors::default());
+        }
+        let moving = Moving { effects: self.clone(), state: *state, chip_per_feed };
+        let (thin, thick) = (moving.at(0.01), moving.at(0.3));
+        if thin == thick { Modifiers::Constant(thin) } else { Modifiers::Moving(Box::new(moving)) }
+    }
+}
+
+/// Factors as a function of feed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Modifiers {
+    Constant(Factors),
+    Moving(Box<Moving>),
+}
+
+/// Effects of which at least one depends on feed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Moving {
+    effects: Effects,
+    state: State,
+    chip_per_feed: f64,
+}
+
+impl Modifiers {
+    /// The factors when they do not depend on feed.
+    pub(super) fn constant(&self) -> Option<Factors> {
+        match self {
+            Modifiers::Constant(factors) => Some(*factors),
+            Modifiers::Moving(_) => None,
+        }
+    }
+    /// At a feed per tooth.
+    pub(super) fn at(&self, f: f64) -> Factors {
+        match self {
+            Modifiers::Constant(factors) => *factors,
+            Modifiers::Moving(moving) => moving.at(f),
+        }
+    }
+}
+
+impl Moving {
+    fn at(&self, f: f64) -> Factors {
+        let state = State { feed_per_tooth_mm: f, chip_thickness_mm: self.chip_per_feed * f, ..self.state };
+        let mut factors = Factors::default();
+        for (effect, values) in &self.effects.0 {
+            let change = (effect.change)(values, &state);
+            factors.cutting *= known(change.cutting);
+            factors.edge *= known(change.edge);
+            factors.tare *= known(change.tare);
+            factors.peak_feed_mm += if change.peak_chip_mm.is_finite() { change.peak_chip_mm } else { 0.0 };
+        }
+        factors
+    }
+}
+
+/// A factor that rests on something unknown here is left out.
+fn known(factor: f64) -> f64 {
+    if factor.is_finite() { factor } else { 1.0 }
+}

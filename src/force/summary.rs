@@ -1,0 +1,109 @@
+//! Models that give the resultant in the tool plane alone: the response model (Kakino, Ibaraki) and the layer model of ball
+//! ends (Nishida). In: for each layer its height, radius, length of contact L and largest chip thickness t_m. Out: the
+//! resultant by the model; torque, means and normal force follow from it with the model's `normal_share` s, taking the force
+//! as proportional to chip thickness over the arc: F_t = F/√(1+s²), F_n = s F_t. These models say nothing of axial force.
+//!
+//! On an arc from 0 to α (or π − α to π) t_m is f sin α with Ibaraki (Eq. 4) and r − √(r² + f² − 2 r f sin α) with Nishida,
+//! α at most a right angle.
+
+use super::line::Forces;
+use super::models::Values;
+use super::modifiers::Factors;
+use super::rings::C;
+
+/// Millimetres in a micrometre: the layer model takes chip thickness in µm.
+const UM_PER_MM: f64 = 1e3;
+
+/// The formula of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Formula {
+    /// b0, b_l, b_t, b_ll, b_tt, b_lt: force of the whole cut, N.
+    Response([f64; 6]),
+    /// C0…C3: force per mm of height, N/mm.
+    Layer([f64; 4]),
+}
+
+impl Formula {
+    pub(super) fn response(values: &Values) -> Self {
+        Self::Response(["b0", "b_l", "b_t", "b_ll", "b_tt", "b_lt"].map(|name| values.get(name)))
+    }
+    pub(super) fn layer(values: &Values) -> Self {
+        Self::Layer(["c0", "c1", "c2", "c3"].map(|name| values.get(name)))
+    }
+}
+
+/// A layer in contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Layer {
+    pub height_mm: f64,
+    pub radius_mm: f64,
+    /// Length of contact along the circle, mm.
+    pub contact_mm: f64,
+    /// Largest sin φ.
+    pub sin: f64,
+    /// ∫ sin φ dφ and ∫ sin φ e^{−iφ} dφ over the contact.
+    pub chip: f64,
+    pub direction: C,
+}
+
+/// A station under such a model.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Summary {
+    pub formula: Formula,
+    pub normal_share: f64,
+    pub flutes: f64,
+    pub layers: Vec<Layer>,
+}
+
+impl Summary {
+    /// Forces at feed per tooth `f`.
+    pub(super) fn forces(&self, f: f64, factors: &Factors) -> Forces {
+        let along = (1.0 + self.normal_share * self.normal_share).sqrt().recip();
+        let mut forces = Forces::default();
+        let mut mean = C::default();
+        for (layer, resultant) in self.cutting_layers().zip(self.resultants(f + factors.peak_feed_mm)) {
+            let peak = (resultant * factors.cutting).max(0.0);
+            let (t, n) = (peak * along, peak * along * self.normal_share);
+            forces.xy_peak += peak;
+            forces.torque_peak += t * layer.radius_mm;
+            forces.wall += n;
+            let per_turn = self.flutes / (std::f64::consts::TAU * layer.sin);
+            mean += C::new(-t, -n) * layer.direction * per_turn;
+            forces.torque += t * layer.radius_mm * layer.chip * per_turn;
+            forces.chip = forces.chip.max(f * layer.sin);
+        }
+        forces.mean = [mean.re, mean.im, 0.0];
+        forces
+    }
+
+    /// The layers that the formula speaks of: all, or the one with the longest contact.
+    fn cutting_layers(&self) -> impl Iterator<Item = &Layer> {
+        let one = matches!(self.formula, Formula::Response(_));
+        let longest = self
+            .layers
+            .iter()
+            .enumerate()
+            .fold(0, |best, (k, layer)| if layer.contact_mm > self.layers[best].contact_mm { k } else { best });
+        let chosen = if one && !self.layers.is_empty() { longest..longest + 1 } else { 0..self.layers.len() };
+        self.layers[chosen].iter().filter(|layer| layer.sin > 0.0)
+    }
+
+    fn resultants(&self, f: f64) -> impl Iterator<Item = f64> {
+        self.cutting_layers().map(move |layer| match &self.formula {
+            Formula::Response([b0, b_l, b_t, b_ll, b_tt, b_lt]) => {
+                let (l, t) = (layer.contact_mm, f * layer.sin);
+                b0 + b_l * l + b_t * t + b_ll * l * l + b_tt * t * t + b_lt * l * t
+            }
+            Formula::Layer([c0, c1, c2, c3]) => {
+                let (l, t) = (layer.contact_mm, UM_PER_MM * chip_of_paths(layer.radius_mm, f, layer.sin));
+                layer.height_mm * (c0 + c1 * l + c2 * t + c3 * l * t)
+            }
+        })
+    }
+}
+
+/// Largest chip thickness between two circular paths of radius `r`, a feed `f` apart, where `sin` is that of the
+/// contact angle: r − √(r² + f² − 2 r f sin α), mm.
+pub fn chip_of_paths(r: f64, f: f64, sin: f64) -> f64 {
+    (r - (r * r + f * f - 2.0 * r * f * sin).max(0.0).sqrt()).max(0.0)
+}
