@@ -1,8 +1,71 @@
-//! The command line. In: arguments. Out: files, text, and the exit code.
+//! The command line. In: arguments. Out: files, text, and the exit code: 0 done; 1 done, but a limit cannot be met or
+//! `verify` found a difference; 2 bad usage or bad input, nothing written. One file per command.
 
-/// Runs the program.
-#[allow(clippy::print_stdout)]
-pub fn run() -> std::process::ExitCode {
-    print!("{}", crate::setup::schema());
-    std::process::ExitCode::SUCCESS
+mod args;
+mod dump;
+mod error;
+mod input;
+mod library;
+mod limits;
+mod optimize;
+mod output;
+mod screen;
+mod toolpath;
+mod verify;
+mod work;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+use args::{Arguments, Command, Global};
+use error::CliError;
+use screen::Screen;
+
+/// How a command ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    /// Done.
+    Done,
+    /// Done, but a limit cannot be met, or a difference was found.
+    Unmet,
+}
+
+/// Reads the arguments of the process, does what they say.
+pub fn run() -> ExitCode {
+    let arguments = Arguments::parse();
+    let screen = Screen::new(&arguments.global);
+    match dispatch(&arguments, screen) {
+        Ok(Outcome::Done) | Err(CliError::ClosedPipe) => ExitCode::SUCCESS,
+        Ok(Outcome::Unmet) => ExitCode::from(1),
+        Err(error) => {
+            screen.fail(&error);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> {
+    let global = &arguments.global;
+    threads(global)?;
+    match &arguments.command {
+        Command::Optimize(command) => optimize::optimize(command, global, screen),
+        Command::Simulate(command) => optimize::simulate(command, global, screen),
+        Command::Verify(command) => verify::verify(command, global, screen),
+        Command::Toolpath(command) => toolpath::toolpath(command, global, screen),
+        Command::Limits(command) => limits::limits(command, global, screen),
+        Command::Dump(command) => dump::dump(command, global, screen),
+        Command::Library(command) => library::library(command),
+        Command::Schema => screen::put(crate::setup::schema().as_bytes()).map(|()| Outcome::Done),
+    }
+}
+
+fn threads(global: &Global) -> Result<(), CliError> {
+    let Some(count) = global.threads else { return Ok(()) };
+    if count == 0 || count > 1024 {
+        return Err(CliError::new(format!("--threads {count} makes no sense"), "give a number from 1 to 1024"));
+    }
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build_global()
+        .map_err(|error| CliError::new(format!("cannot start {count} threads: {error}"), "give a smaller --threads"))
 }

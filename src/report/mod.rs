@@ -1,1 +1,34 @@
-//! JSON, CSV, tables and pictures of a finished run.
+//! What a run found, as other people and programs read it: JSON with the keys of the interface, CSV, tables on the screen,
+//! an SVG picture. In: a [`Run`]. Out: text.
+
+mod blocks;
+mod figures;
+mod html;
+mod json;
+mod picture;
+pub mod run;
+mod stations;
+mod summary;
+mod table;
+
+pub use figures::{Distribution, Figures, distributions, figures};
+pub use html::html;
+pub use json::{Extras, json};
+pub use picture::picture;
+pub use run::{Check, Infeasible, Run, Written};
+pub use stations::{StationLoads, each_station};
+pub use summary::{short, summary};
+pub use table::csv;
+
+/// Value of the JSON key `written_by`.
+pub const WRITTEN_BY: &str = concat!("feedwright ", env!("CARGO_PKG_VERSION"));
+/// Stands in the head of every SVG, HTML and TOML file that is written.
+pub const MARK: &str = "ritten by feedwright";
+/// The first columns of the CSV table.
+pub const CSV_HEAD: &str = "line,motion,s_mm,time_before_s,time_after_s,x_mm,y_mm,z_mm,feed_before_mm_min";
+
+/// Time above that of the continuous optimum, %.
+fn loss_percent(written: &Written) -> f64 {
+    let best = written.schedule.continuous_s;
+    if best > 0.0 { 100.0 * (written.realised_after.total_s / best - 1.0) } else { 0.0 }
+}

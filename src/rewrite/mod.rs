@@ -7,12 +7,14 @@ pub mod edit;
 pub mod fword;
 pub mod mark;
 mod plan;
+mod reference;
 mod split;
 pub mod verify;
 mod view;
 mod write;
 
 pub use mark::{is_ours, strip};
+pub use reference::references;
 pub use verify::{Difference, Proof, verify};
 
 use crate::machine::Job;

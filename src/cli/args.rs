@@ -1,0 +1,248 @@
+//! The command line as clap reads it. In: the process's arguments. Out: plain structures; nothing is opened yet.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Off-line feedrate optimiser for NC milling programs: simulates what the cutter meets, predicts forces and power,
+/// solves for the feeds, rewrites only the feeds, and proves it.
+#[derive(Debug, Parser)]
+#[command(
+    name = "feedwright",
+    version,
+    max_term_width = 100,
+    subcommand_required = true,
+    arg_required_else_help = true
+)]
+#[command(
+    after_help = "Exit codes: 0 done; 1 done, but a limit cannot be met or verify found a difference; 2 bad usage or input, nothing written."
+)]
+pub struct Arguments {
+    /// Options that make sense everywhere.
+    #[command(flatten)]
+    pub global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options of every command.
+#[derive(Debug, Args, Clone)]
+#[command(next_help_heading = "Options of every command")]
+pub struct Global {
+    /// Print nothing but errors.
+    #[arg(long, global = true)]
+    pub quiet: bool,
+    /// No colours, whatever the terminal can do.
+    #[arg(long, global = true)]
+    pub no_color: bool,
+    /// Threads to use; the result is the same for any number.
+    #[arg(long, global = true, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Cell of the height field of the stock, in place of the setup's choice.
+    #[arg(long, global = true, value_name = "MM")]
+    pub resolution: Option<f64>,
+    /// Dialect of the program, in place of the setup's or the one recognised.
+    #[arg(long, global = true, value_name = "NAME", value_parser = crate::setup::DIALECTS)]
+    pub dialect: Option<String>,
+    /// Process model, as `calibrate` and `learn` write it.
+    #[arg(long, global = true, value_name = "model.toml")]
+    pub model: Option<PathBuf>,
+    /// Most memory the height field may take, like 500M or 2G.
+    #[arg(long, global = true, value_name = "BYTES", value_parser = bytes)]
+    pub max_memory: Option<u64>,
+    /// Refuse every default that was not written down in the setup.
+    #[arg(long, global = true)]
+    pub strict: bool,
+    /// Replace existing outputs that Feedwright did not write.
+    #[arg(long, global = true)]
+    pub force: bool,
+    /// Report time per stage and peak memory.
+    #[arg(long, global = true)]
+    pub timings: bool,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Rewrite the feeds of a program
+    Optimize(Optimize),
+    /// Predict loads and time as programmed, change nothing
+    Simulate(Work),
+    /// Prove that only feeds differ between two programs
+    Verify(Verify),
+    /// Print the motions as interpreted
+    Toolpath(Toolpath),
+    /// Distribution of loads per tool, and suggested reference limits
+    Limits(Limits),
+    /// Print any stage of the pipeline
+    Dump(Dump),
+    /// List what is built in
+    Library(Library),
+    /// Print the JSON Schema of the setup file
+    Schema,
+}
+
+/// Program, setup and reports.
+#[derive(Debug, Args)]
+pub struct Work {
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// Setup file; without it PROGRAM.setup.toml beside the program.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Write the report as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+    /// With the blocks in the JSON report.
+    #[arg(long)]
+    pub json_blocks: bool,
+    /// Write the report as one HTML file.
+    #[arg(long, value_name = "R.html")]
+    pub report: Option<PathBuf>,
+    /// Write one row per station.
+    #[arg(long, value_name = "R.csv")]
+    pub csv: Option<PathBuf>,
+    /// Draw feed and load along the path.
+    #[arg(long, value_name = "R.svg")]
+    pub svg: Option<PathBuf>,
+}
+
+/// `optimize`.
+#[derive(Debug, Args)]
+pub struct Optimize {
+    /// Program, setup and reports.
+    #[command(flatten)]
+    pub work: Work,
+    /// Where the program goes; without it PROGRAM.fw.EXT beside the program; - is standard output.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    /// Write the program even if limits cannot be met on more than a fifth of the cutting length.
+    #[arg(long)]
+    pub accept_infeasible: bool,
+}
+
+/// `verify`.
+#[derive(Debug, Args)]
+pub struct Verify {
+    /// The program as it was.
+    pub original: PathBuf,
+    /// The program with its feeds rewritten.
+    pub rewritten: PathBuf,
+    /// Setup file: offsets, home, what compensation means.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Write the proof as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+}
+
+/// `toolpath`.
+#[derive(Debug, Args)]
+pub struct Toolpath {
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// Setup file: offsets, home, what compensation means.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Write the motions as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+}
+
+/// `limits`.
+#[derive(Debug, Args)]
+pub struct Limits {
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// Setup file; without it PROGRAM.setup.toml beside the program.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Write the figures as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+}
+
+/// A stage of the pipeline.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Stage {
+    /// Tokens with their bytes
+    Tokens,
+    /// Blocks
+    Blocks,
+    /// Motions with feed, tool and freeze
+    Moves,
+    /// Engaged arcs at every station
+    Engagement,
+    /// Loads at every station at the programmed feed
+    Loads,
+    /// What the schedule is asked
+    Problem,
+}
+
+/// `dump`.
+#[derive(Debug, Args)]
+pub struct Dump {
+    /// Which stage.
+    pub stage: Stage,
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// Setup file; without it PROGRAM.setup.toml beside the program.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+}
+
+/// A shelf of the library.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Shelf {
+    /// Tool presets
+    Tools,
+    /// Materials with their coefficients
+    Materials,
+    /// Machines
+    Machines,
+    /// Effects that diagnosis may name
+    Effects,
+    /// Force models
+    Models,
+}
+
+/// `library`.
+#[derive(Debug, Args)]
+pub struct Library {
+    /// Which shelf; all of them when absent.
+    pub shelf: Option<Shelf>,
+}
+
+fn bytes(text: &str) -> Result<u64, String> {
+    let text = text.trim().trim_end_matches(['B', 'b']).trim_end_matches('i');
+    let (number, factor) = match text.chars().last() {
+        Some('k' | 'K') => (&text[..text.len() - 1], 1u64 << 10),
+        Some('m' | 'M') => (&text[..text.len() - 1], 1 << 20),
+        Some('g' | 'G') => (&text[..text.len() - 1], 1 << 30),
+        _ => (text, 1),
+    };
+    let value: f64 = number.trim().parse().map_err(|_| "write a number of bytes, like 500M or 2G".to_owned())?;
+    if value > 0.0 && value.is_finite() {
+        Ok((value * factor as f64) as u64)
+    } else {
+        Err("it must be positive".into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn memory_is_read_with_its_unit() {
+        assert_eq!(bytes("2G"), Ok(2 << 30));
+        assert_eq!(bytes("1.5 MiB"), Ok(3 << 19));
+        assert!(bytes("lots").is_err() && bytes("-1").is_err());
+    }
+}

@@ -1,0 +1,60 @@
+//! What stops a command, and how it is shown. Every message says what to do; the exit code is 2 and nothing is written.
+
+use crate::diag::Diagnostic;
+use std::path::Path;
+
+/// Cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// One sentence, and what to do.
+    #[error("{text}")]
+    Message {
+        /// What is wrong.
+        text: String,
+        /// The remedy.
+        help: String,
+    },
+    /// Something in a text, drawn with its place.
+    #[error("{file} cannot be used")]
+    Drawn {
+        /// Name of the file.
+        file: String,
+        /// Its bytes.
+        text: Vec<u8>,
+        /// What is wrong in it.
+        diagnostics: Vec<Diagnostic>,
+    },
+    /// Whoever read standard output went away: that is success.
+    #[error("standard output was closed")]
+    ClosedPipe,
+}
+
+impl CliError {
+    /// A message with its remedy.
+    pub fn new(text: impl Into<String>, help: impl Into<String>) -> Self {
+        CliError::Message { text: text.into(), help: help.into() }
+    }
+
+    /// A file that cannot be read or written.
+    pub fn file(doing: &str, path: &Path, error: &std::io::Error) -> Self {
+        let why = match error.kind() {
+            std::io::ErrorKind::NotFound => "there is no such file or folder".to_owned(),
+            std::io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+            _ => error.to_string(),
+        };
+        CliError::new(
+            format!("cannot {doing} {}: {why}", path.display()),
+            "check the path and the permissions of its folder",
+        )
+    }
+}
+
+impl From<std::io::Error> for CliError {
+    /// For writing to standard output only: files are reported with their path.
+    fn from(error: std::io::Error) -> Self {
+        if error.kind() == std::io::ErrorKind::BrokenPipe {
+            return CliError::ClosedPipe;
+        }
+        CliError::new(format!("cannot write to standard output: {error}"), "write to a file with -o instead")
+    }
+}

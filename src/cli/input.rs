@@ -1,0 +1,182 @@
+//! Reading what a command works on. In: paths. Out: bytes, refused with a clear message where they cannot be a program.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::args::Global;
+use super::error::CliError;
+use crate::machine::Job;
+use crate::nc::{self, Dialect, Program};
+use crate::setup::{self, Assumption};
+
+/// A program with its name.
+#[derive(Debug)]
+pub struct Source {
+    /// Name to show.
+    pub name: String,
+    /// Where it lies; `None`: standard input.
+    pub path: Option<PathBuf>,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// Reads a program; `-` is standard input.
+pub fn program(path: &Path) -> Result<Source, CliError> {
+    let source = if path == Path::new("-") {
+        let mut bytes = Vec::new();
+        std::io::stdin().read_to_end(&mut bytes).map_err(|error| CliError::file("read", path, &error))?;
+        Source { name: "standard input".into(), path: None, bytes }
+    } else {
+        Source { name: path.display().to_string(), path: Some(path.to_owned()), bytes: file(path)? }
+    };
+    check(&source)?;
+    Ok(source)
+}
+
+/// Reads a file.
+pub fn file(path: &Path) -> Result<Vec<u8>, CliError> {
+    if path.is_dir() {
+        return Err(CliError::new(format!("{} is a folder", path.display()), "give one file"));
+    }
+    std::fs::read(path).map_err(|error| CliError::file("read", path, &error))
+}
+
+/// Reads a text file.
+pub fn text(path: &Path) -> Result<String, CliError> {
+    let bytes = file(path)?;
+    String::from_utf8(bytes).map_err(|_| {
+        CliError::new(format!("{} is not UTF-8 text", path.display()), "setup and model files are TOML in UTF-8")
+    })
+}
+
+fn check(source: &Source) -> Result<(), CliError> {
+    let Source { name, bytes, .. } = source;
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(CliError::new(format!("{name} is empty"), "give an NC program with at least one motion"));
+    }
+    if bytes.len() > nc::MAX_TEXT {
+        return Err(CliError::new(format!("{name} is larger than 4 GiB"), "split the program"));
+    }
+    if looks_binary(bytes) {
+        return Err(CliError::new(
+            format!("{name} is not a text file"),
+            "give an NC program as plain text (ASCII, Latin-1 or UTF-8, not UTF-16)",
+        ));
+    }
+    Ok(())
+}
+
+/// Control characters are rare in a program, though a tape may begin with NUL.
+fn looks_binary(bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(1 << 16)];
+    let nul = memchr::memchr_iter(0, head).count();
+    let strange = |byte: &&u8| matches!(byte, 1..=8 | 14..=25 | 27..=31 | 127);
+    let control = head.iter().filter(strange).count();
+    nul * 5 > head.len() || control * 100 > head.len()
+}
+
+/// Takes the program apart; the dialect is that of the command line, else of the setup, else recognised.
+pub fn parse(source: &Source, global: &Global, job: Option<&Job>) -> Program {
+    let named = global.dialect.as_deref().or_else(|| job.and_then(|job| job.machine.dialect.as_deref()));
+    nc::parse(source.bytes.clone(), named.and_then(Dialect::from_name))
+}
+
+/// A setup with what it assumes.
+pub struct Setup {
+    /// The job.
+    pub job: Job,
+    /// Defaults in force.
+    pub assumptions: Vec<Assumption>,
+    /// The file it comes from.
+    pub path: Option<PathBuf>,
+}
+
+/// The setup of a program: as given, else `PROGRAM.setup.toml` beside it.
+pub fn setup(given: Option<&Path>, source: &Source, global: &Global) -> Result<Setup, CliError> {
+    let found = given.map(Path::to_owned).or_else(|| beside(source));
+    let mut setup = match found {
+        Some(path) => load(&path)?,
+        None => from_comments(source, global)?,
+    };
+    if let Some(model) = &global.model {
+        let text = text(model)?;
+        setup.job.process = setup::load_model(&text).map_err(|error| drawn(model, text, &error))?;
+    }
+    if let Some(cell_mm) = global.resolution {
+        if !(cell_mm > 0.0 && cell_mm.is_finite()) {
+            return Err(CliError::new(
+                format!("--resolution {cell_mm} makes no sense"),
+                "give a positive number of mm",
+            ));
+        }
+        setup.job.cell_mm = Some(cell_mm);
+    }
+    if let Some(name) = &global.dialect {
+        setup.job.machine.dialect = Some(name.clone());
+    }
+    if global.strict && !setup.assumptions.is_empty() {
+        return Err(strict(&setup));
+    }
+    Ok(setup)
+}
+
+/// The setup of a command that can do without.
+pub fn setup_if_any(given: Option<&Path>, source: &Source, global: &Global) -> Result<Option<Setup>, CliError> {
+    if given.is_none() && beside(source).is_none() {
+        return Ok(None);
+    }
+    setup(given, source, global).map(Some)
+}
+
+fn load(path: &Path) -> Result<Setup, CliError> {
+    let text = text(path)?;
+    let dir = path.parent().unwrap_or(Path::new("."));
+    match setup::load(&text, dir) {
+        Ok((job, assumptions)) => Ok(Setup { job, assumptions, path: Some(path.to_owned()) }),
+        Err(error) => Err(drawn(path, text, &error)),
+    }
+}
+
+fn drawn(path: &Path, text: String, error: &setup::SetupError) -> CliError {
+    CliError::Drawn { file: path.display().to_string(), text: text.into_bytes(), diagnostics: error.diagnostics() }
+}
+
+/// `part.setup.toml` beside `part.nc`, and beside `part.fw.nc` too.
+fn beside(source: &Source) -> Option<PathBuf> {
+    let path = source.path.as_ref()?;
+    let stem = path.file_stem()?.to_str()?;
+    let names = [Some(stem), stem.strip_suffix(".fw")];
+    names
+        .into_iter()
+        .flatten()
+        .map(|stem| path.with_file_name(format!("{stem}.setup.toml")))
+        .find(|path| path.is_file())
+}
+
+fn from_comments(source: &Source, _global: &Global) -> Result<Setup, CliError> {
+    Err(CliError::new(format!("no setup for {}", source.name), "give one with --setup"))
+}
+
+fn strict(setup: &Setup) -> CliError {
+    let file = setup.path.as_ref().map_or_else(|| "the setup".to_owned(), |path| path.display().to_string());
+    let list: Vec<_> = setup.assumptions.iter().map(|a| format!("  {} = {} ({})", a.key, a.value, a.source)).collect();
+    CliError::new(
+        format!("{file} leaves {} values to defaults:\n{}", list.len(), list.join("\n")),
+        "write them down, or leave --strict out",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_are_text_even_with_a_leader_of_nul() {
+        let mut tape = vec![0; 20];
+        tape.extend_from_slice(&b"%\nO1 (\xe4\xf6\xfc)\nG0 X1\n".repeat(20));
+        assert!(!looks_binary(&tape));
+        assert!(looks_binary(b"\x7fELF\x02\x01\x01\0\0\0\0\0\0\0\0\0\x03\0>\0\x01\0\0\0"));
+        assert!(looks_binary(b"G\x000\0 \0X\x001\0"));
+        assert!(!looks_binary(b"G0 X1"));
+    }
+}

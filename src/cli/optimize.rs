@@ -1,0 +1,145 @@
+//! `optimize` and `simulate`.
+
+use std::path::{Path, PathBuf};
+
+use super::Outcome;
+use super::args::{Global, Optimize, Work};
+use super::error::CliError;
+use super::input::{self, Source};
+use super::output::{Kind, Output, Outputs};
+use super::screen::Screen;
+use super::work::{Done, inputs, peak_memory, run};
+use crate::diag::Severity;
+use crate::job;
+use crate::report::{self, Extras, Run};
+
+/// Share of the cutting length on which limits may be impossible to meet before the program is held back.
+const HELD_BACK: f64 = 0.2;
+
+/// Rewrites the feeds.
+pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let source = input::program(&command.work.program)?;
+    let mut outputs = Outputs::new(inputs(&source, command.work.setup.as_deref(), global), global.force);
+    let target = target(command.output.as_deref(), &source);
+    let program = outputs.open(&target, Kind::Program)?;
+    let reports = Reports::open(&command.work, &mut outputs)?;
+    let done = run(source, command.work.setup.as_deref(), job::optimize, global, screen)?;
+    let written = done.run.written.as_ref().expect("optimize always writes");
+    let held_back = done.run.infeasible_share() > HELD_BACK && !command.accept_infeasible;
+    let to_stdout = program.is_stdout() || reports.uses_stdout();
+    if !written.check.identical {
+        return Err(CliError::new(
+            format!(
+                "the rewritten program would not be the same but for its feeds: {}",
+                written.check.differences.join("; ")
+            ),
+            "nothing was written; leave the block out with [output] exclude, and please report it",
+        ));
+    }
+    reports.write(&done, global, screen, to_stdout)?;
+    if held_back {
+        screen.say("nothing was written; with --accept-infeasible the program is written all the same");
+        return Ok(Outcome::Unmet);
+    }
+    program.write(&written.bytes)?;
+    if !to_stdout {
+        screen.say(&format!("written   {}", target.display()));
+    }
+    Ok(outcome(&done.run, true))
+}
+
+/// Predicts, changes nothing.
+pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let source = input::program(&command.program)?;
+    let mut outputs = Outputs::new(inputs(&source, command.setup.as_deref(), global), global.force);
+    let reports = Reports::open(command, &mut outputs)?;
+    let done = run(source, command.setup.as_deref(), job::simulate, global, screen)?;
+    let to_stdout = reports.uses_stdout();
+    reports.write(&done, global, screen, to_stdout)?;
+    Ok(outcome(&done.run, false))
+}
+
+/// A contact with a fixture, or a limit that cannot be met by the program that was written.
+fn outcome(run: &Run, rewritten: bool) -> Outcome {
+    let collision = run.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
+    let unmet = rewritten && run.problem.nodes.iter().any(|node| node.infeasible.is_some());
+    if collision || unmet { Outcome::Unmet } else { Outcome::Done }
+}
+
+/// `part.nc` → `part.fw.nc`; a program that was optimised before keeps its name's `.fw` once.
+fn target(given: Option<&Path>, source: &Source) -> PathBuf {
+    if let Some(path) = given {
+        return path.to_owned();
+    }
+    let Some(path) = &source.path else { return PathBuf::from("-") };
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = match path.extension() {
+        Some(extension) => format!("{stem}.fw.{}", extension.to_string_lossy()),
+        None => format!("{stem}.fw"),
+    };
+    path.with_file_name(name)
+}
+
+/// Where the reports go, each ready before the work begins.
+struct Reports {
+    json: Option<Output>,
+    json_blocks: bool,
+    html: Option<Output>,
+    csv: Option<Output>,
+    svg: Option<Output>,
+}
+
+impl Reports {
+    fn open(command: &Work, outputs: &mut Outputs) -> Result<Self, CliError> {
+        let mut open = |path: &Option<PathBuf>, kind| path.as_deref().map(|path| outputs.open(path, kind)).transpose();
+        Ok(Self {
+            json: open(&command.json, Kind::Json)?,
+            json_blocks: command.json_blocks,
+            html: open(&command.report, Kind::Markup)?,
+            csv: open(&command.csv, Kind::Csv)?,
+            svg: open(&command.svg, Kind::Markup)?,
+        })
+    }
+
+    fn uses_stdout(&self) -> bool {
+        [&self.json, &self.html, &self.csv, &self.svg].into_iter().flatten().any(Output::is_stdout)
+    }
+
+    /// Files as asked for; the summary to standard output, or to standard error where that is taken.
+    fn write(self, done: &Done, global: &Global, screen: Screen, stdout_taken: bool) -> Result<(), CliError> {
+        let Done { source, run } = done;
+        let figures = report::figures(run);
+        screen.diagnostics(&source.name, &source.bytes, &run.diagnostics);
+        let summary = report::summary(run, &figures, &source.name);
+        if stdout_taken {
+            screen.say(&summary);
+        } else {
+            screen.show(&summary)?;
+        }
+        if global.timings {
+            screen.say(&timings(run));
+        }
+        if let Some(output) = self.json {
+            let extras = Extras { blocks: self.json_blocks, timings: global.timings.then(peak_memory) };
+            output.write(report::json(run, &figures, &source.name, extras).as_bytes())?;
+        }
+        if let Some(output) = self.csv {
+            output.write_with(|out| report::csv(run, out))?;
+        }
+        if let Some(output) = self.svg {
+            output.write(report::picture(run, &figures, &source.name).as_bytes())?;
+        }
+        if let Some(output) = self.html {
+            output.write(report::html(run, &figures, &source.name).as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+fn timings(run: &Run) -> String {
+    let [parse, simulate, schedule, rewrite, check] = run.stage_s;
+    let memory = peak_memory().map_or(String::new(), |bytes| format!(", peak memory {} MiB", bytes >> 20));
+    format!(
+        "stages    parse {parse:.2} s, simulate {simulate:.2} s, schedule {schedule:.2} s, rewrite {rewrite:.2} s, check {check:.2} s{memory}"
+    )
+}

@@ -1,0 +1,174 @@
+//! Where text goes: results to standard output, everything else to standard error; colours and progress only on a
+//! terminal.
+
+use annotate_snippets::renderer::DecorStyle;
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal, Write};
+
+use super::args::Global;
+use super::error::CliError;
+use crate::diag::{Diagnostic, Severity};
+
+/// How often one kind of warning is drawn before the rest is only counted.
+const DRAWN_PER_CODE: usize = 3;
+
+/// Settings of the output.
+#[derive(Debug, Clone, Copy)]
+pub struct Screen {
+    quiet: bool,
+    colour: bool,
+}
+
+impl Screen {
+    /// From the options and the terminal.
+    pub fn new(global: &Global) -> Self {
+        let colour = !global.no_color && std::env::var_os("NO_COLOR").is_none() && std::io::stderr().is_terminal();
+        Self { quiet: global.quiet, colour }
+    }
+
+    /// A summary, to standard output; not when quiet.
+    pub fn show(self, text: &str) -> Result<(), CliError> {
+        if self.quiet { Ok(()) } else { put(text.as_bytes()) }
+    }
+
+    /// Something worth knowing, to standard error; not when quiet.
+    pub fn say(self, text: &str) {
+        if !self.quiet {
+            to_stderr(text);
+        }
+    }
+
+    /// The error that ends the command.
+    pub fn fail(self, error: &CliError) {
+        match error {
+            CliError::ClosedPipe => {}
+            CliError::Message { text, help } => {
+                let mut group = Level::ERROR.primary_title(text.as_str()).elements(None::<annotate_snippets::Message>);
+                if !help.is_empty() {
+                    group = group.element(Level::HELP.message(help.as_str()));
+                }
+                to_stderr(&self.renderer().render(&[group]));
+            }
+            CliError::Drawn { file, text, diagnostics } => {
+                for diagnostic in diagnostics {
+                    to_stderr(&self.drawn(file, text, diagnostic));
+                }
+            }
+        }
+    }
+
+    /// Diagnostics about a text: each kind a few times, the rest counted.
+    pub fn diagnostics(self, file: &str, text: &[u8], diagnostics: &[Diagnostic]) {
+        if self.quiet {
+            return;
+        }
+        let mut counts: Vec<(&str, usize)> = Vec::new();
+        for diagnostic in diagnostics {
+            let at = counts.iter().position(|(code, _)| *code == diagnostic.code).unwrap_or_else(|| {
+                counts.push((diagnostic.code, 0));
+                counts.len() - 1
+            });
+            counts[at].1 += 1;
+            if counts[at].1 <= DRAWN_PER_CODE {
+                to_stderr(&self.drawn(file, text, diagnostic));
+            }
+        }
+        for (code, count) in counts.into_iter().filter(|(_, count)| *count > DRAWN_PER_CODE) {
+            to_stderr(&format!("… and {} more of {code}; --json lists them all", count - DRAWN_PER_CODE));
+        }
+    }
+
+    fn drawn(self, file: &str, text: &[u8], diagnostic: &Diagnostic) -> String {
+        let level = match diagnostic.severity {
+            Severity::Note => Level::NOTE,
+            Severity::Warning => Level::WARNING,
+            Severity::Error => Level::ERROR,
+        };
+        let title = level.primary_title(diagnostic.text.as_str()).id(diagnostic.code);
+        let place = place(text, diagnostic);
+        let mut group: Group = match &place {
+            Some(Place { source, line, marked }) => title.element(
+                Snippet::source(source.as_str())
+                    .line_start(*line)
+                    .path(file)
+                    .annotation(AnnotationKind::Primary.span(marked.clone())),
+            ),
+            None => title.elements(None::<annotate_snippets::Message>),
+        };
+        if !diagnostic.help.is_empty() {
+            group = group.element(Level::HELP.message(diagnostic.help.as_str()));
+        }
+        self.renderer().render(&[group])
+    }
+
+    fn renderer(self) -> Renderer {
+        let renderer = if self.colour { Renderer::styled() } else { Renderer::plain() };
+        renderer.decor_style(DecorStyle::Ascii)
+    }
+
+    /// A bar from 0 to 1 on a terminal, nothing elsewhere.
+    pub fn progress(self, what: &'static str) -> ProgressBar {
+        let bar = ProgressBar::new(1000);
+        let shown = !self.quiet && std::io::stderr().is_terminal();
+        bar.set_draw_target(if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() });
+        let style = ProgressStyle::with_template("{msg:>10} [{wide_bar}] {percent:>3} % {eta}");
+        bar.set_style(style.expect("the template is right").progress_chars("=> "));
+        bar.set_message(what);
+        bar
+    }
+}
+
+/// A result, to standard output.
+pub fn put(text: &[u8]) -> Result<(), CliError> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(text)?;
+    Ok(out.flush()?)
+}
+
+fn to_stderr(text: &str) {
+    // Nobody can be told when standard error is closed.
+    let _ = writeln!(std::io::stderr().lock(), "{}", text.trim_end());
+}
+
+/// The line a diagnostic points to, as text that can be shown, and the bytes of it to underline.
+struct Place {
+    source: String,
+    line: usize,
+    marked: std::ops::Range<usize>,
+}
+
+fn place(text: &[u8], diagnostic: &Diagnostic) -> Option<Place> {
+    let line = diagnostic.line?;
+    let span = diagnostic.span.filter(|span| (span.start as usize) < text.len().max(1));
+    let start = match span {
+        Some(span) => memchr::memrchr(b'\n', &text[..span.start as usize]).map_or(0, |at| at + 1),
+        None => memchr::memchr_iter(b'\n', text).nth((line as usize).checked_sub(2)?).map_or(0, |at| at + 1),
+    };
+    let end = memchr::memchr(b'\n', &text[start..]).map_or(text.len(), |at| start + at);
+    let bytes = text[start..end].trim_ascii_end();
+    let shown = |bytes: &[u8]| match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().map(|byte| *byte as char).collect(),
+    };
+    let utf8 = std::str::from_utf8(bytes).is_ok();
+    let width = |bytes: &[u8]| if utf8 { bytes.len() } else { shown(bytes).len() };
+    let offset = |at: u32| width(&bytes[..(at as usize).saturating_sub(start).min(bytes.len())]);
+    let marked = span.map_or(0..width(bytes), |span| offset(span.start)..offset(span.end).max(offset(span.start)));
+    Some(Place { source: shown(bytes), line: line as usize, marked })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diag::Span;
+
+    #[test]
+    fn the_offending_bytes_are_found_in_any_encoding() {
+        let text = b"G0 X1\n(\xe4) G77 X2\r\n";
+        let diagnostic = Diagnostic::new("nc::x", Severity::Warning, "what").at(2, Span { start: 10, end: 13 });
+        let place = place(text, &diagnostic).unwrap();
+        assert_eq!(place.source, "(ä) G77 X2");
+        assert_eq!(&place.source[place.marked], "G77");
+    }
+}

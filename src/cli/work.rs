@@ -1,0 +1,103 @@
+//! What `optimize`, `simulate`, `limits` and `dump` share: reading, running the pipeline with progress and clock, and
+//! turning its errors into messages that say what to do.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use super::args::Global;
+use super::error::CliError;
+use super::input::{self, Source};
+use super::screen::Screen;
+use crate::engage;
+use crate::job::{JobError, Task, Watch};
+use crate::report::Run;
+
+/// Runs the pipeline: `simulate` or `optimize` of [`crate::job`].
+pub type Pipeline = fn(Task, &Watch) -> Result<Run, JobError>;
+
+/// A run with the source it belongs to.
+pub struct Done {
+    /// The program as it was read.
+    pub source: Source,
+    /// What was found.
+    pub run: Run,
+}
+
+/// The files a run reads, so that no output takes the place of one.
+pub fn inputs(source: &Source, setup: Option<&Path>, global: &Global) -> Vec<PathBuf> {
+    [source.path.clone(), setup.map(Path::to_owned), global.model.clone()].into_iter().flatten().collect()
+}
+
+/// Reads the setup and runs the pipeline over a program.
+pub fn run(
+    source: Source,
+    setup: Option<&Path>,
+    pipeline: Pipeline,
+    global: &Global,
+    screen: Screen,
+) -> Result<Done, CliError> {
+    let found = input::setup(setup, &source, global)?;
+    let program = input::parse(&source, global, Some(&found.job));
+    let task = Task { program, job: found.job, assumptions: found.assumptions };
+    let bar = screen.progress("");
+    let start = Instant::now();
+    let folder = source.path.as_deref().and_then(Path::parent).map(Path::to_owned);
+    let watch = Watch {
+        progress: &|stage, done| {
+            bar.set_message(stage);
+            bar.set_position((1000.0 * done) as u64);
+        },
+        clock: &|| start.elapsed().as_secs_f64(),
+        subprograms: &|name| subprogram(folder.as_deref(), name),
+        engage: engage::Options {
+            max_memory_bytes: global.max_memory,
+            loader: Some(&|path| std::fs::read(path)),
+            ..engage::Options::default()
+        },
+    };
+    let result = pipeline(task, &watch);
+    bar.finish_and_clear();
+    match result {
+        Ok(run) => Ok(Done { source, run }),
+        Err(error) => Err(explain(&error, &source.name)),
+    }
+}
+
+/// A subprogram beside the program: as it is named, and with the usual endings.
+pub fn subprogram(folder: Option<&Path>, name: &str) -> Option<Vec<u8>> {
+    let safe = !name.is_empty()
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c))
+        && !name.starts_with('.');
+    let folder = folder.filter(|_| safe)?;
+    ["", ".ngc", ".nc", ".NC", ".SPF", ".MPF", ".H", ".txt"]
+        .iter()
+        .map(|ending| folder.join(format!("{name}{ending}")))
+        .find_map(|path| std::fs::read(path).ok())
+}
+
+fn explain(error: &JobError, file: &str) -> CliError {
+    match error {
+        JobError::NoMotion => {
+            CliError::new(format!("{file}: {error}"), "give an NC program; if it is one, name its --dialect")
+        }
+        JobError::UnknownTools(tools) => {
+            let tables: Vec<String> = tools.iter().map(|(number, _)| tool_table(*number)).collect();
+            CliError::new(
+                format!("{file} cuts with tools that the setup does not describe: {error}"),
+                format!("add to the setup, with the sizes of your tool:\n{}", tables.join("\n")),
+            )
+        }
+        JobError::Engage(_) => CliError::new(format!("{file}: {error}"), ""),
+    }
+}
+
+fn tool_table(number: u32) -> String {
+    format!("[[tool]]\nnumber = {number}\nshape = \"flat\"\ndiameter = 10\nflutes = 4\n")
+}
+
+/// Largest memory the process ever had, bytes, where the system tells.
+pub fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}

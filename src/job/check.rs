@@ -1,0 +1,211 @@
+//! The written file is what counts: read back, proved to differ in feeds only, simulated again at a finer spacing. In: the
+//! run so far and the written text. Out: the worst ratio of a load to its limit on commanded feeds, and the places where
+//! it is above [`MET`] with the cap they should have had.
+//!
+//! Places that are infeasible, frozen or were kept by the rewriting stay apart: their feed is not ours to choose.
+
+use rayon::prelude::*;
+
+use super::follow::{Origin, feeds, follow};
+use super::{JobError, MET, SPACING_MM, Watch, engagement, environment};
+use crate::engage::{EngagementMap, Station};
+use crate::force::{Cap, LoadLine};
+use crate::machine::LimitKind;
+use crate::nc::{Program, Toolpath};
+use crate::report::{Check, Run};
+use crate::rewrite::{Rewritten, verify};
+use crate::schedule::caps::{Cutters, cut_at};
+use crate::schedule::rules::{Rules, rules};
+use crate::schedule::{FeedPiece, Node, Problem};
+
+/// A place whose load is above its limit in the written program, on the original's path.
+#[derive(Debug, Clone, Copy)]
+pub struct Breach {
+    /// Where.
+    pub origin: Origin,
+    /// The limit.
+    pub kind: LimitKind,
+    /// The feed it should have had; `None`: there is none.
+    pub cap_mm_s: Option<f64>,
+}
+
+/// What the check found.
+pub struct Found {
+    /// Numbers for the report.
+    pub check: Check,
+    /// Written feeds on the original's moves.
+    pub after: Vec<FeedPiece>,
+    /// Loads above their limits.
+    pub breaches: Vec<Breach>,
+}
+
+/// Reads back, verifies, simulates.
+pub fn check(run: &Run, rewritten: &Rewritten, reread: &Program, watch: &Watch) -> Result<Found, JobError> {
+    let environment = environment(&run.job, watch);
+    let proof = verify(&run.program, reread, &environment);
+    let differences: Vec<String> = proof.differences.iter().map(|difference| difference.text.clone()).collect();
+    let mut written = crate::nc::interpret(reread, &environment);
+    super::look::freeze_tools(&mut written, &run.job);
+    let mut check =
+        Check { identical: differences.is_empty(), differences, spacing_mm: SPACING_MM[1], ..Check::default() };
+    let Some(origins) = follow(&run.toolpath, &written) else {
+        check.identical = false;
+        check.differences.push("the written path does not run along the original".into());
+        return Ok(Found { check, after: run.before.clone(), breaches: Vec::new() });
+    };
+    let map = engagement(&written, &run.job, watch, "check", SPACING_MM[1])?;
+    let kept: Vec<u32> = rewritten.kept.iter().map(|(line, _)| *line).collect();
+    let ratios = Ratios {
+        run,
+        written: &written,
+        map: &map,
+        origins: &origins,
+        cutters: Cutters::new(&written, &map, &run.job),
+        rules: rules(&run.toolpath, &run.map, &run.job),
+        kept,
+    };
+    let (worst, p99, breaches) = ratios.all();
+    check.worst_ratio = worst;
+    check.p99_ratio = p99;
+    Ok(Found { check, after: feeds(&written, &origins), breaches })
+}
+
+struct Ratios<'a> {
+    run: &'a Run,
+    written: &'a Toolpath,
+    map: &'a EngagementMap,
+    origins: &'a [Origin],
+    cutters: Cutters,
+    /// Of the original: operations are chosen by its lines.
+    rules: Rules,
+    /// Lines of the original that the rewriting kept, sorted.
+    kept: Vec<u32>,
+}
+
+/// Ratio of the load nearest to its limit, and the length it holds for.
+#[derive(Clone, Copy)]
+struct Ratio {
+    value: f64,
+    length_mm: f64,
+    breach: Option<Breach>,
+}
+
+impl Ratios<'_> {
+    fn all(&self) -> (f64, f64, Vec<Breach>) {
+        let found: Vec<Ratio> = self.map.stations.par_iter().filter_map(|station| self.at(station)).collect();
+        let worst = found.iter().map(|ratio| ratio.value).fold(0.0, f64::max);
+        let breaches = found.iter().filter_map(|ratio| ratio.breach).collect();
+        (worst, p99(found.iter().map(|ratio| (ratio.value, ratio.length_mm)).collect()), breaches)
+    }
+
+    /// `None` where nothing is cut, or the feed was not ours to choose.
+    fn at(&self, station: &Station) -> Option<Ratio> {
+        if station.arc_count == 0 {
+            return None;
+        }
+        let motion = &self.written.moves[station.move_id.ix()];
+        let origin = self.on_original(station);
+        if self.is_apart(&origin) {
+            return None;
+        }
+        let line = self.cutters.of(station.move_id)?.line(&cut_at(self.map, motion, station));
+        let loads = line.loads(motion.feed.mm_s);
+        let mut worst = Ratio { value: 0.0, length_mm: station.length_mm(), breach: None };
+        let mut kind = LimitKind::Programmed;
+        for (each, limit) in self.limits(&origin, motion.spin.rps) {
+            let ratio = loads.bounded_by(each).unwrap_or(0.0) / limit;
+            if ratio > worst.value {
+                worst.value = ratio;
+                kind = each;
+            }
+        }
+        if worst.value > MET {
+            worst.breach = Some(Breach { origin, kind, cap_mm_s: self.cap(&line, &origin, motion.spin.rps) });
+        }
+        Some(worst)
+    }
+
+    /// Load limits in force, those of the spindle's curves included.
+    fn limits(&self, origin: &Origin, rps: f64) -> impl Iterator<Item = (LimitKind, f64)> + '_ {
+        let spindle = &self.run.job.machine.spindle;
+        let power = spindle.power_w.as_ref().map(|table| (LimitKind::Power, table.at(rps)));
+        let torque = spindle.torque_nmm.as_ref().map(|table| (LimitKind::Torque, table.at(rps)));
+        self.rules.of(origin.move_id).loads.iter().copied().chain(power).chain(torque)
+    }
+
+    /// Largest feed that meets every limit.
+    fn cap(&self, line: &LoadLine, origin: &Origin, rps: f64) -> Option<f64> {
+        let mut least = f64::INFINITY;
+        for (kind, limit) in self.limits(origin, rps) {
+            match line.cap(kind, limit) {
+                Cap::Free => {}
+                Cap::Feed { feed_mm_s, .. } => least = least.min(feed_mm_s),
+                Cap::Unreachable => return None,
+            }
+        }
+        Some(least)
+    }
+
+    fn on_original(&self, station: &Station) -> Origin {
+        let Origin { move_id, from_mm, to_mm } = self.origins[station.move_id.ix()];
+        let whole = self.written.moves[station.move_id.ix()].curve.length();
+        let scale = if whole > 0.0 { (to_mm - from_mm) / whole } else { 0.0 };
+        Origin { move_id, from_mm: from_mm + scale * station.from_mm, to_mm: from_mm + scale * station.to_mm }
+    }
+
+    fn is_apart(&self, origin: &Origin) -> bool {
+        let motion = &self.run.toolpath.moves[origin.move_id.ix()];
+        let frozen = motion.freeze.is_some() || self.kept.binary_search(&motion.line).is_ok();
+        let nodes = self.run.problem.nodes_of(origin.move_id);
+        frozen || nodes.iter().any(|node| (node.infeasible.is_some() || !node.free) && overlaps(node, origin))
+    }
+}
+
+fn overlaps(node: &Node, origin: &Origin) -> bool {
+    let slack = 1e-6;
+    node.from_mm < origin.to_mm - slack && node.to_mm > origin.from_mm + slack
+        || origin.to_mm - origin.from_mm <= slack && node.from_mm <= origin.to_mm && node.to_mm >= origin.from_mm
+}
+
+/// The value that 99 % of the length stays below.
+fn p99(mut found: Vec<(f64, f64)>) -> f64 {
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let all: f64 = found.iter().map(|(_, length)| length).sum();
+    let mut below = 0.0;
+    let at = found.iter().find(|(_, length)| {
+        below += length;
+        below >= 0.99 * all
+    });
+    at.map_or(0.0, |(value, _)| *value)
+}
+
+/// Takes the breaches into the caps. `last`: no round is left, so they are listed as infeasible.
+pub fn tighten(problem: &mut Problem, breaches: &[Breach], last: bool) {
+    for breach in breaches {
+        let range = problem.of_move[breach.origin.move_id.ix()].clone();
+        for node in &mut problem.nodes[range.start as usize..range.end as usize] {
+            if overlaps(node, &breach.origin) {
+                tighten_node(node, breach, last);
+            }
+        }
+    }
+}
+
+fn tighten_node(node: &mut Node, breach: &Breach, last: bool) {
+    let lowest = node.floor.feed_mm_s.min(node.programmed_mm_s);
+    match breach.cap_mm_s {
+        Some(cap) if cap >= crate::schedule::caps::LEAST * lowest => {
+            node.cap.feed_mm_s = node.cap.feed_mm_s.min(cap);
+            node.cap.kind = breach.kind;
+            node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
+            if last {
+                node.infeasible = Some(breach.kind);
+            }
+        }
+        _ => {
+            node.cap.feed_mm_s = lowest;
+            node.cap.kind = breach.kind;
+            node.infeasible = Some(breach.kind);
+        }
+    }
+}

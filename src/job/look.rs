@@ -1,0 +1,99 @@
+//! What is to be said about a program before and after it is simulated: tools that the setup does not know, things that
+//! must not happen.
+
+use crate::diag::{Diagnostic, Severity};
+use crate::engage::{EngagementMap, EventKind};
+use crate::machine::Job;
+use crate::nc::{Freeze, MoveKind, Toolpath};
+use crate::setup::Assumption;
+
+/// Where the program calls no tool and the setup has just one, that one is meant: it takes the number 0.
+pub fn tool_assumption(toolpath: &Toolpath, job: &mut Job) -> Option<Assumption> {
+    let called = toolpath.moves.iter().any(|motion| motion.tool != 0 && motion.kind == MoveKind::Feed);
+    let [only] = job.tools.as_mut_slice() else { return None };
+    if called || only.number == 0 {
+        return None;
+    }
+    let number = std::mem::replace(&mut only.number, 0);
+    Some(Assumption {
+        key: "tool".into(),
+        value: format!("T{number} for every move (listed as T0)"),
+        source: "the program calls no tool, the setup has one".into(),
+    })
+}
+
+/// Tools of feed moves that the setup does not describe, each with the first line that needs it.
+pub fn unknown_tools(toolpath: &Toolpath, job: &Job) -> Vec<(u32, u32)> {
+    let mut unknown: Vec<(u32, u32)> = Vec::new();
+    for motion in toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed) {
+        let known = job.tool(motion.tool).is_some() || unknown.iter().any(|(number, _)| *number == motion.tool);
+        if !known {
+            unknown.push((motion.tool, motion.line));
+        }
+    }
+    unknown
+}
+
+/// Taps, reamers and probes keep their feeds.
+pub fn freeze_tools(toolpath: &mut Toolpath, job: &Job) {
+    for motion in toolpath.moves.iter_mut().filter(|motion| motion.kind == MoveKind::Feed) {
+        if motion.freeze.is_none() && job.tool(motion.tool).is_some_and(crate::machine::Tool::is_frozen) {
+            motion.freeze = Some(Freeze::Tool);
+        }
+    }
+}
+
+/// Collisions and other things that must not happen, as diagnostics.
+pub fn events(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
+    let one = |event: &crate::engage::Event| {
+        let (code, severity, text, help) = words(event.kind);
+        let motion = &toolpath.moves[event.move_id.ix()];
+        let detail = if event.detail.is_empty() { String::new() } else { format!(": {}", event.detail) };
+        Diagnostic::new(code, severity, format!("{text}{detail}")).on_line(motion.line).help(help)
+    };
+    map.events.iter().map(one).collect()
+}
+
+fn words(kind: EventKind) -> (&'static str, Severity, &'static str, &'static str) {
+    match kind {
+        EventKind::CutAtRapid => (
+            "engage::cut-at-rapid",
+            Severity::Warning,
+            "the cutter removes material at rapid",
+            "check the stock and the retract heights",
+        ),
+        EventKind::ShankContact => {
+            ("engage::shank", Severity::Warning, "the shank meets stock", "check flute_length, or use a longer tool")
+        }
+        EventKind::HolderContact => (
+            "engage::holder",
+            Severity::Warning,
+            "the holder meets stock",
+            "check overhang and holder, or use a longer tool",
+        ),
+        EventKind::FixtureContact => (
+            "engage::fixture",
+            Severity::Error,
+            "the tool touches a fixture",
+            "check the [[fixture]] boxes and the program before cutting",
+        ),
+        EventKind::PlungeNotCentreCutting => (
+            "engage::plunge",
+            Severity::Warning,
+            "a tool that does not cut at its centre plunges into material",
+            "ramp in, or drill a pilot hole",
+        ),
+        EventKind::Undercut => (
+            "engage::undercut",
+            Severity::Warning,
+            "the stock model cannot show an undercut here; the feed is not raised",
+            "",
+        ),
+        EventKind::SpindleStopped => (
+            "engage::spindle-stopped",
+            Severity::Warning,
+            "the tool cuts while the spindle stands still",
+            "check the S word and M3/M4 before this line",
+        ),
+    }
+}

@@ -1,0 +1,178 @@
+//! The pipeline as one readable function. In: a program and a job. Out: a [`Run`] with everything the report needs.
+//!
+//! ```text
+//! interpret → engage → problem → [ solve → rewrite → read back, verify, simulate again at a finer spacing ]
+//!                                  ▲                                    │ loads above 1.01 of their limit
+//!                                  └────────── caps tightened ──────────┘
+//! ```
+//! The loop ends when no commanded feed exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does
+//! then is listed as infeasible, and runs at the lowest feed that was tried.
+
+mod check;
+mod follow;
+mod look;
+
+pub use look::{events, tool_assumption, unknown_tools};
+
+use crate::diag::Diagnostic;
+use crate::engage::{self, EngageError, EngagementMap};
+use crate::machine::Job;
+use crate::nc::{self, Environment, Program, Toolpath};
+use crate::report::{Check, Run, Written};
+use crate::rewrite;
+use crate::schedule::{self, Problem};
+use crate::setup::Assumption;
+
+/// How often caps are tightened at most.
+pub const ROUNDS: usize = 5;
+/// Load over limit that counts as met in the simulation of the written file.
+pub const MET: f64 = 1.01;
+/// Spacing of the stations that the solver uses, and the finer one of the check, mm.
+pub const SPACING_MM: [f64; 2] = [1.0, 0.6];
+
+/// Why a run cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum JobError {
+    /// Nothing in the text moves.
+    #[error("there is no motion in it")]
+    NoMotion,
+    /// Feed moves with a tool that the setup does not describe: number and first line.
+    #[error("{}", .0.iter().map(|(tool, line)| format!("T{tool} (line {line})")).collect::<Vec<_>>().join(", "))]
+    UnknownTools(Vec<(u32, u32)>),
+    /// The stock cannot be simulated.
+    #[error(transparent)]
+    Engage(#[from] EngageError),
+}
+
+/// What the pipeline is told by the outside world.
+pub struct Watch<'a> {
+    /// Hears the stage and the fraction of it that is done.
+    pub progress: &'a (dyn Fn(&'static str, f64) + Sync),
+    /// Seconds since some moment.
+    pub clock: &'a dyn Fn() -> f64,
+    /// Reads subprograms.
+    pub subprograms: nc::environment::Loader<'a>,
+    /// Settings of the simulation; its spacing is that of [`SPACING_MM`].
+    pub engage: engage::Options<'a>,
+}
+
+/// A program with its setup.
+pub struct Task {
+    /// The program.
+    pub program: Program,
+    /// Its setup.
+    pub job: Job,
+    /// What the setup assumes.
+    pub assumptions: Vec<Assumption>,
+}
+
+/// Predicts loads and time as programmed.
+pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
+    let Task { program, mut job, mut assumptions } = task;
+    let start = (watch.clock)();
+    let mut toolpath = interpret(&program, &job, watch);
+    if toolpath.moves.is_empty() {
+        return Err(JobError::NoMotion);
+    }
+    assumptions.extend(tool_assumption(&toolpath, &mut job));
+    let unknown = unknown_tools(&toolpath, &job);
+    if !unknown.is_empty() {
+        return Err(JobError::UnknownTools(unknown));
+    }
+    look::freeze_tools(&mut toolpath, &job);
+    let parsed = (watch.clock)();
+    let map = engagement(&toolpath, &job, watch, "simulate", SPACING_MM[0])?;
+    let simulated = (watch.clock)();
+    let problem = asked(&program, &toolpath, &map, &job);
+    let before = schedule::as_programmed(&toolpath);
+    let realised_before = schedule::realise(&toolpath, &before, &job.machine);
+    let mut diagnostics: Vec<Diagnostic> = std::mem::take(&mut toolpath.diagnostics);
+    diagnostics.extend(events(&map, &toolpath));
+    let scheduled = (watch.clock)();
+    let stage_s = [parsed - start, simulated - parsed, scheduled - simulated, 0.0, 0.0];
+    Ok(Run {
+        program,
+        job,
+        assumptions,
+        toolpath,
+        map,
+        problem,
+        before,
+        realised_before,
+        diagnostics,
+        written: None,
+        stage_s,
+    })
+}
+
+/// Rewrites the feeds, and closes the loop over the written file.
+pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
+    let mut run = simulate(task, watch)?;
+    let options = schedule::Options::of(&run.toolpath);
+    for round in 0..=ROUNDS {
+        let start = (watch.clock)();
+        (watch.progress)("schedule", 0.0);
+        let schedule = schedule::solve(&run.problem, &run.toolpath, &run.job, &options);
+        let solved = (watch.clock)();
+        let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
+        let wrote = (watch.clock)();
+        let reread = nc::parse(rewritten.bytes.clone(), Some(run.program.dialect()));
+        let found = check::check(&run, &rewritten, &reread, watch)?;
+        let realised_after = schedule::realise(&run.toolpath, &found.after, &run.job.machine);
+        let checked = (watch.clock)();
+        run.written = Some(Written {
+            bytes: rewritten.bytes,
+            after: found.after,
+            realised_after,
+            schedule,
+            stats: rewritten.stats,
+            kept: rewritten.kept,
+            check: Check { rounds: round, ..found.check },
+        });
+        run.stage_s[2] += solved - start;
+        run.stage_s[3] += wrote - solved;
+        run.stage_s[4] += checked - wrote;
+        if found.breaches.is_empty() {
+            break;
+        }
+        check::tighten(&mut run.problem, &found.breaches, round == ROUNDS);
+    }
+    Ok(run)
+}
+
+/// Reads the moves of a program as the setup says.
+fn interpret(program: &Program, job: &Job, watch: &Watch) -> Toolpath {
+    nc::interpret(program, &environment(job, watch))
+}
+
+fn environment<'a>(job: &Job, watch: &Watch<'a>) -> Environment<'a> {
+    Environment { load: watch.subprograms, ..Environment::from_job(job) }
+}
+
+fn engagement(
+    toolpath: &Toolpath,
+    job: &Job,
+    watch: &Watch,
+    stage: &'static str,
+    spacing_mm: f64,
+) -> Result<EngagementMap, EngageError> {
+    let options = engage::Options { spacing_mm, ..watch.engage };
+    engage::engage(toolpath, job, &options, &|done| (watch.progress)(stage, done))
+}
+
+/// Caps and floors relative to the feeds that the program was written for: where our own notes remember them, the F
+/// words of an earlier run are not taken for the user's.
+fn asked(program: &Program, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
+    if !rewrite::is_ours(program) {
+        return schedule::problem(toolpath, map, job);
+    }
+    let mut original = toolpath.clone();
+    for (motion, feed_mm_s) in original.moves.iter_mut().zip(rewrite::references(program, toolpath)) {
+        motion.feed.mm_s = feed_mm_s;
+    }
+    let mut problem = schedule::problem(&original, map, job);
+    for node in &mut problem.nodes {
+        node.programmed_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;
+    }
+    problem
+}

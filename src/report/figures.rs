@@ -1,0 +1,384 @@
+//! The numbers of the report. In: a run. Out: per limit the largest loads before and after, how constant they are, what a
+//! tool did, what bounds the feed and at what price.
+
+use super::run::Run;
+use super::stations::{StationLoads, each_station};
+use crate::force::Loads;
+use crate::machine::{LimitKind, Limits};
+use crate::nc::MoveKind;
+use crate::schedule::rules::{Rules, load_limits, rules};
+use crate::units::{mm_min_from_mm_s, nm_from_nmm};
+
+/// One limit, for one tool where it is a load.
+#[derive(Debug, Clone)]
+pub struct LimitFigure {
+    /// Which.
+    pub kind: LimitKind,
+    /// Its value in the unit of [`LimitKind::unit`]; `None` where it is not one number.
+    pub limit: Option<f64>,
+    /// The tool it holds for; `None`: all.
+    pub tool: Option<u32>,
+    /// Largest load as programmed.
+    pub before_max: Option<f64>,
+    /// Largest load as written.
+    pub after_max: Option<f64>,
+    /// The load that 99 % of the cut length stays below, as written.
+    pub after_p99: Option<f64>,
+    /// Share of the time in which it holds the feed down, %.
+    pub active_time_percent: f64,
+    /// Seconds saved per unit more of it.
+    pub shadow_price: Option<f64>,
+    /// Share of the cut length within 5 % of the limit.
+    pub within_5_percent: f64,
+    /// Share of the cut length within 10 % of the limit.
+    pub within_10_percent: f64,
+}
+
+/// What one tool did.
+#[derive(Debug, Clone)]
+pub struct ToolFigure {
+    /// Number.
+    pub number: u32,
+    /// Largest power as written, W.
+    pub power_max_w: f64,
+    /// Power limit in force, or what 95 % of its cut length stays below as programmed, W.
+    pub power_ref_w: f64,
+    /// Largest resultant as written, N.
+    pub force_peak_n: f64,
+    /// Time in cuts as written, s.
+    pub cut_time_s: f64,
+    /// Length of its cuts, mm.
+    pub cut_length_mm: f64,
+}
+
+/// All numbers.
+#[derive(Debug, Clone, Default)]
+pub struct Figures {
+    /// Limits, loads first, in the order of [`LimitKind::ALL`].
+    pub limits: Vec<LimitFigure>,
+    /// Tools, by number.
+    pub tools: Vec<ToolFigure>,
+    /// Length over commanded feed, rapids at rapid, dwells, s.
+    pub programmed_s: f64,
+}
+
+/// Loads along the cuts of one tool as programmed.
+#[derive(Debug, Clone)]
+pub struct Distribution {
+    /// Tool number.
+    pub number: u32,
+    /// Length of its cuts, mm.
+    pub cut_length_mm: f64,
+    /// For each load what 50, 90, 95, 99 and 100 % of the length stays below, in the unit of [`LimitKind::unit`].
+    pub loads: Vec<(LimitKind, [f64; 5])>,
+}
+
+/// Loads that [`distributions`] looks at.
+const DISTRIBUTED: [LimitKind; 7] = [
+    LimitKind::ForceXy,
+    LimitKind::ForceNormalMean,
+    LimitKind::ForceAxial,
+    LimitKind::Power,
+    LimitKind::Torque,
+    LimitKind::Deflection,
+    LimitKind::ChipThickness,
+];
+
+/// Distribution of loads per tool as programmed.
+pub fn distributions(run: &Run) -> Vec<Distribution> {
+    let mut tools: Vec<(u32, f64, [Weighted; DISTRIBUTED.len()])> = Vec::new();
+    each_station(run, &mut |found| {
+        let number = run.toolpath.moves[found.station.move_id.ix()].tool;
+        if found.station.arc_count == 0 {
+            return;
+        }
+        let at = tools.iter().position(|(known, ..)| *known == number).unwrap_or_else(|| {
+            tools.push((number, 0.0, std::array::from_fn(|_| Weighted::default())));
+            tools.len() - 1
+        });
+        let length = found.station.length_mm();
+        tools[at].1 += length;
+        for (values, kind) in tools[at].2.iter_mut().zip(DISTRIBUTED) {
+            values.push(in_report_unit(kind, bounded(&found.before, kind)), length);
+        }
+    });
+    tools.sort_by_key(|(number, ..)| *number);
+    let one = |(number, cut_length_mm, values): (u32, f64, [Weighted; DISTRIBUTED.len()])| {
+        let shares = [0.5, 0.9, 0.95, 0.99, 1.0];
+        let loads = values
+            .into_iter()
+            .zip(DISTRIBUTED)
+            .map(|(mut values, kind)| (kind, shares.map(|share| values.quantile(share).unwrap_or(0.0))));
+        Distribution { number, cut_length_mm, loads: loads.collect() }
+    };
+    tools.into_iter().map(one).collect()
+}
+
+/// A limit's value in the unit of the report.
+pub fn in_report_unit(kind: LimitKind, value: f64) -> f64 {
+    match kind {
+        LimitKind::Torque => nm_from_nmm(value),
+        LimitKind::Feed
+        | LimitKind::FeedMin
+        | LimitKind::AirFeed
+        | LimitKind::Programmed
+        | LimitKind::Ramp
+        | LimitKind::Velocity => mm_min_from_mm_s(value),
+        _ => value,
+    }
+}
+
+/// The numbers of a run.
+pub fn figures(run: &Run) -> Figures {
+    let rules = rules(&run.toolpath, &run.map, &run.job);
+    let mut tallies = Tallies::default();
+    each_station(run, &mut |found| tallies.add(run, &rules, found));
+    let mut limits: Vec<LimitFigure> = tallies.limits.into_iter().map(LimitTally::figure).collect();
+    limits.sort_by_key(|figure| (figure.kind, figure.tool));
+    share_active_time(run, &mut limits);
+    let mut tools: Vec<ToolFigure> = tallies.tools.into_iter().map(|tally| tally.figure(run)).collect();
+    tools.sort_by_key(|tool| tool.number);
+    Figures { limits, tools, programmed_s: programmed_s(run) }
+}
+
+/// Quantities with a weight each: a weighted quantile is asked of them at the end.
+#[derive(Debug, Default)]
+struct Weighted(Vec<(f32, f32)>);
+
+impl Weighted {
+    fn push(&mut self, value: f64, weight: f64) {
+        self.0.push((value as f32, weight as f32));
+    }
+    /// The least value that at least `share` of the weight does not exceed.
+    fn quantile(&mut self, share: f64) -> Option<f64> {
+        self.0.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let all: f64 = self.0.iter().map(|(_, weight)| f64::from(*weight)).sum();
+        let mut below = 0.0;
+        let found = self.0.iter().find(|(_, weight)| {
+            below += f64::from(*weight);
+            below >= share * all
+        });
+        found.map(|(value, _)| f64::from(*value))
+    }
+}
+
+#[derive(Debug)]
+struct LimitTally {
+    kind: LimitKind,
+    tool: u32,
+    limit: f64,
+    before_max: f64,
+    after_max: f64,
+    after: Weighted,
+    length: f64,
+    within_5: f64,
+    within_10: f64,
+}
+
+impl LimitTally {
+    fn add(&mut self, found: &StationLoads) {
+        let length = found.station.length_mm();
+        let (before, after) = (bounded(&found.before, self.kind), bounded(&found.after, self.kind));
+        self.before_max = self.before_max.max(before);
+        self.after_max = self.after_max.max(after);
+        self.after.push(after, length);
+        self.length += length;
+        let off = (after / self.limit - 1.0).abs();
+        self.within_5 += if off <= 0.05 { length } else { 0.0 };
+        self.within_10 += if off <= 0.10 { length } else { 0.0 };
+    }
+    fn figure(mut self) -> LimitFigure {
+        let shown = |value| in_report_unit(self.kind, value);
+        let share = |part: f64| if self.length > 0.0 { part / self.length } else { 0.0 };
+        LimitFigure {
+            kind: self.kind,
+            limit: Some(shown(self.limit)),
+            tool: Some(self.tool),
+            before_max: Some(shown(self.before_max)),
+            after_max: Some(shown(self.after_max)),
+            within_5_percent: share(self.within_5),
+            within_10_percent: share(self.within_10),
+            after_p99: self.after.quantile(0.99).map(shown),
+            active_time_percent: 0.0,
+            shadow_price: None,
+        }
+    }
+}
+
+fn bounded(loads: &Loads, kind: LimitKind) -> f64 {
+    loads.bounded_by(kind).unwrap_or(0.0)
+}
+
+#[derive(Debug)]
+struct ToolTally {
+    number: u32,
+    power_max_w: f64,
+    power_before: Weighted,
+    force_peak_n: f64,
+    cut_time_s: f64,
+    cut_length_mm: f64,
+}
+
+impl ToolTally {
+    fn add(&mut self, found: &StationLoads) {
+        let length = found.station.length_mm();
+        self.power_max_w = self.power_max_w.max(found.after.power_w);
+        self.force_peak_n = self.force_peak_n.max(found.after.force_xy_peak_n);
+        self.power_before.push(found.before.power_w, length);
+        self.cut_time_s += length / found.feed_after_mm_s.max(f64::MIN_POSITIVE);
+        self.cut_length_mm += length;
+    }
+    fn figure(mut self, run: &Run) -> ToolFigure {
+        let limits = limits_of_tool(run, self.number);
+        ToolFigure {
+            number: self.number,
+            power_max_w: self.power_max_w,
+            power_ref_w: limits.power_w.or_else(|| self.power_before.quantile(0.95)).unwrap_or(0.0),
+            force_peak_n: self.force_peak_n,
+            cut_time_s: self.cut_time_s,
+            cut_length_mm: self.cut_length_mm,
+        }
+    }
+}
+
+fn limits_of_tool(run: &Run, number: u32) -> Limits {
+    run.job.tool(number).map_or(run.job.limits, |tool| run.job.limits.overridden_by(&tool.limits))
+}
+
+#[derive(Debug, Default)]
+struct Tallies {
+    limits: Vec<LimitTally>,
+    tools: Vec<ToolTally>,
+}
+
+impl Tallies {
+    fn add(&mut self, run: &Run, rules: &Rules, found: &StationLoads) {
+        if found.station.arc_count == 0 {
+            return;
+        }
+        let number = run.toolpath.moves[found.station.move_id.ix()].tool;
+        for &(kind, limit) in &rules.of(found.station.move_id).loads {
+            self.limit(kind, number, limit).add(found);
+        }
+        self.tool(number).add(found);
+    }
+    fn limit(&mut self, kind: LimitKind, tool: u32, limit: f64) -> &mut LimitTally {
+        let known = self.limits.iter().position(|t| t.kind == kind && t.tool == tool && t.limit == limit);
+        let at = known.unwrap_or_else(|| {
+            let zero = 0.0;
+            self.limits.push(LimitTally {
+                kind,
+                tool,
+                limit,
+                before_max: zero,
+                after_max: zero,
+                after: Weighted::default(),
+                length: zero,
+                within_5: zero,
+                within_10: zero,
+            });
+            self.limits.len() - 1
+        });
+        &mut self.limits[at]
+    }
+    fn tool(&mut self, number: u32) -> &mut ToolTally {
+        let known = self.tools.iter().position(|t| t.number == number);
+        let at = known.unwrap_or_else(|| {
+            self.tools.push(ToolTally {
+                number,
+                power_max_w: 0.0,
+                power_before: Weighted::default(),
+                force_peak_n: 0.0,
+                cut_time_s: 0.0,
+                cut_length_mm: 0.0,
+            });
+            self.tools.len() - 1
+        });
+        &mut self.tools[at]
+    }
+}
+
+/// Active time and price of every limit; limits on motion get rows of their own.
+fn share_active_time(run: &Run, limits: &mut Vec<LimitFigure>) {
+    let Some(written) = &run.written else { return };
+    let schedule = &written.schedule;
+    let whole: f64 = schedule.active_s.iter().map(|(_, s)| s).sum();
+    for &(kind, seconds) in &schedule.active_s {
+        let percent = if whole > 0.0 { 100.0 * seconds / whole } else { 0.0 };
+        let price = schedule.shadow_prices.iter().find(|(k, _)| *k == kind).map(|(_, price)| *price);
+        // A price is per unit of the limit as the library holds it.
+        let price = price.map(|price| price / in_report_unit(kind, 1.0));
+        let rows = limits.iter().filter(|figure| figure.kind == kind).count();
+        if rows == 0 {
+            limits.push(motion_row(run, kind));
+        }
+        let length: Vec<f64> = tool_lengths(run, limits, kind);
+        let all: f64 = length.iter().sum();
+        for (figure, own) in limits.iter_mut().filter(|figure| figure.kind == kind).zip(length) {
+            figure.active_time_percent = if all > 0.0 { percent * own / all } else { percent };
+            figure.shadow_price = price;
+        }
+    }
+    limits.sort_by_key(|figure| (figure.kind, figure.tool));
+}
+
+/// Time at the commanded feed of the pieces that a limit holds, for each row of that limit.
+fn tool_lengths(run: &Run, limits: &[LimitFigure], kind: LimitKind) -> Vec<f64> {
+    let rows: Vec<Option<u32>> = limits.iter().filter(|figure| figure.kind == kind).map(|figure| figure.tool).collect();
+    let mut times = vec![0.0; rows.len()];
+    if rows.len() < 2 {
+        return times;
+    }
+    let Some(written) = &run.written else { return times };
+    for piece in written.schedule.pieces.iter().filter(|piece| piece.limit == kind) {
+        let tool = run.toolpath.moves[piece.move_id.ix()].tool;
+        if let Some(row) = rows.iter().position(|row| *row == Some(tool)) {
+            times[row] += (piece.to_mm - piece.from_mm) / piece.feed_mm_s.max(f64::MIN_POSITIVE);
+        }
+    }
+    times
+}
+
+fn motion_row(run: &Run, kind: LimitKind) -> LimitFigure {
+    let machine = &run.job.machine;
+    let limits = &run.job.limits;
+    let least = |value: fn(&crate::machine::Axis) -> f64| machine.axes.iter().map(value).fold(f64::INFINITY, f64::min);
+    let value = match kind {
+        LimitKind::Velocity => Some(least(|axis| axis.velocity_mm_s)),
+        LimitKind::Acceleration => Some(least(|axis| axis.acceleration_mm_s2)),
+        LimitKind::Jerk => Some(least(|axis| axis.jerk_mm_s3.unwrap_or(f64::INFINITY))).filter(|jerk| jerk.is_finite()),
+        LimitKind::Corner => Some(machine.corner_tolerance_mm),
+        LimitKind::BlockTime => Some(machine.block_time_s),
+        LimitKind::Feed => limits.feed_max_mm_s,
+        LimitKind::FeedMin => limits.feed_min_mm_s,
+        LimitKind::FeedChange => limits.feed_change_max,
+        LimitKind::AirFeed => run.job.air_feed.map(|air| air.feed_mm_s),
+        LimitKind::ChipThicknessMin => limits.chip_thickness_min_mm,
+        _ => load_limits(limits).into_iter().find(|(k, _)| *k == kind).map(|(_, value)| value),
+    };
+    LimitFigure {
+        kind,
+        limit: value.map(|value| in_report_unit(kind, value)),
+        tool: None,
+        before_max: None,
+        after_max: None,
+        after_p99: None,
+        active_time_percent: 0.0,
+        shadow_price: None,
+        within_5_percent: 0.0,
+        within_10_percent: 0.0,
+    }
+}
+
+fn programmed_s(run: &Run) -> f64 {
+    let rapid = run.job.machine.rapid_mm_s;
+    let moves = run.toolpath.moves.iter().map(|motion| {
+        let speed = if motion.kind == MoveKind::Rapid { rapid } else { motion.feed.mm_s };
+        if speed > 0.0 { motion.curve.length() / speed } else { 0.0 }
+    });
+    let dwells = run.toolpath.events.iter().map(|event| match event {
+        crate::nc::Event::Dwell { seconds, .. } => *seconds,
+        _ => 0.0,
+    });
+    moves.sum::<f64>() + dwells.sum::<f64>()
+}

@@ -1,0 +1,128 @@
+//! The report as one HTML file that needs nothing else: the picture, then the tables.
+
+use std::fmt::Write;
+
+use super::figures::Figures;
+use super::picture::picture;
+use super::run::Run;
+use super::summary::{clock, short};
+
+const STYLE: &str = "body{font:15px/1.45 Helvetica,Arial,sans-serif;color:#202020;max-width:1000px;margin:24px auto;padding:0 16px}\
+h1{font-size:22px}h2{font-size:17px;margin-top:28px}table{border-collapse:collapse}\
+td,th{padding:3px 12px;text-align:right;border-bottom:1px solid #e0e0e0}\
+td.l,th.l{text-align:left}td.bad{color:#c02020;font-weight:bold}svg{max-width:100%;height:auto}\
+details{margin-top:10px}summary{cursor:pointer}";
+
+/// The report as text.
+pub fn html(run: &Run, figures: &Figures, file: &str) -> String {
+    let name = escaped(file);
+    let mut page = format!(
+        "<!doctype html>\n<!-- w{} {} -->\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}</title><style>{STYLE}</style></head><body>\n<h1>{name}</h1>\n",
+        super::MARK,
+        env!("CARGO_PKG_VERSION")
+    );
+    page += &times(run);
+    page += &picture(run, figures, file);
+    page += &limits(figures);
+    page += &tools(figures);
+    page += &places(run);
+    page + "</body></html>\n"
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn times(run: &Run) -> String {
+    let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
+    let Some(written) = &run.written else { return format!("<p>Time as programmed: {}.</p>\n", clock(before)) };
+    let check = &written.check;
+    format!(
+        "<p>Time {} → {} ({:+.1} %). {}; simulated again from the written file: largest load {:.3} of its limit.</p>\n",
+        clock(before),
+        clock(after),
+        100.0 * (after / before.max(f64::MIN_POSITIVE) - 1.0),
+        if check.identical { "Only feeds differ" } else { "More than feeds differ" },
+        check.worst_ratio
+    )
+}
+
+/// A table with a head; cells that begin with `<` stay as they are.
+fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut text = format!("<h2>{title}</h2>\n<table><tr>");
+    for (index, name) in head.iter().enumerate() {
+        let _ = write!(text, "<th{}>{name}</th>", if index == 0 { " class=\"l\"" } else { "" });
+    }
+    text += "</tr>\n";
+    for row in rows {
+        text += "<tr>";
+        for (index, cell) in row.iter().enumerate() {
+            let _ = write!(text, "<td{}>{}</td>", if index == 0 { " class=\"l\"" } else { "" }, escaped(cell));
+        }
+        text += "</tr>\n";
+    }
+    text + "</table>\n"
+}
+
+fn limits(figures: &Figures) -> String {
+    let number = |value: Option<f64>| value.map_or_else(String::new, short);
+    let row = |figure: &super::figures::LimitFigure| {
+        vec![
+            figure.kind.name().to_owned(),
+            figure.tool.map_or_else(String::new, |tool| format!("T{tool}")),
+            format!("{} {}", number(figure.limit), figure.kind.unit()),
+            number(figure.before_max),
+            number(figure.after_max),
+            number(figure.after_p99),
+            format!("{:.1} %", figure.active_time_percent),
+            figure.shadow_price.map_or_else(String::new, |price| format!("{price:+.3}")),
+        ]
+    };
+    let head = ["limit", "tool", "value", "largest before", "largest after", "99 % below", "binds", "s per unit"];
+    table("Limits", &head, &figures.limits.iter().map(row).collect::<Vec<_>>())
+}
+
+fn tools(figures: &Figures) -> String {
+    let row = |tool: &super::figures::ToolFigure| {
+        vec![
+            format!("T{}", tool.number),
+            format!("{} W", short(tool.power_max_w)),
+            format!("{} N", short(tool.force_peak_n)),
+            clock(tool.cut_time_s),
+            format!("{} mm", short(tool.cut_length_mm)),
+        ]
+    };
+    let rows: Vec<_> = figures.tools.iter().map(row).collect();
+    table("Tools", &["tool", "largest power", "largest force", "cutting time", "cutting length"], &rows)
+}
+
+fn places(run: &Run) -> String {
+    let infeasible: Vec<Vec<String>> = run
+        .infeasible()
+        .into_iter()
+        .map(|place| vec![place.line.to_string(), place.limit.name().into(), format!("{} mm", short(place.length_mm))])
+        .collect();
+    let frozen: Vec<Vec<String>> = run.frozen().into_iter().map(|(line, why)| vec![line.to_string(), why]).collect();
+    let warnings: Vec<Vec<String>> = run
+        .diagnostics
+        .iter()
+        .map(|d| vec![d.line.map_or_else(String::new, |line| line.to_string()), d.code.into(), d.text.clone()])
+        .collect();
+    let assumptions: Vec<Vec<String>> =
+        run.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.source.clone()]).collect();
+    folded("Limits that cannot be met", &["line", "limit", "length"], &infeasible)
+        + &folded("Blocks that keep their feed", &["line", "why"], &frozen)
+        + &folded("Warnings", &["line", "code", "what"], &warnings)
+        + &folded("Assumptions", &["key", "value", "source"], &assumptions)
+}
+
+fn folded(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let inner = table(title, head, rows);
+    format!("<details><summary>{title}: {}</summary>{inner}</details>\n", rows.len())
+}

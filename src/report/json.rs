@@ -1,0 +1,320 @@
+//! The JSON report of `optimize` and `simulate`, with the keys of the interface in their order. Metric whatever the
+//! program's unit; feeds in mm/min.
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+
+use super::WRITTEN_BY;
+use super::blocks::{BlockRow, blocks};
+use super::figures::{Figures, LimitFigure};
+use super::run::{Run, Written};
+use crate::diag::Severity;
+
+/// What the caller asks for besides the figures.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Extras {
+    /// With one entry per block.
+    pub blocks: bool,
+    /// With time per stage; peak memory in bytes where it is known.
+    pub timings: Option<Option<u64>>,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    written_by: &'static str,
+    program: ProgramPart<'a>,
+    time: TimePart<'a>,
+    limits: Vec<LimitPart>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    blocks: Option<Vec<BlockRow>>,
+    constancy: Vec<ConstancyPart>,
+    check: Option<CheckPart<'a>>,
+    infeasible: Vec<InfeasiblePart>,
+    infeasible_length_percent: f64,
+    output: Option<OutputPart>,
+    stock: StockPart,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    performance: Option<PerformancePart>,
+    assumptions: Vec<AssumptionPart<'a>>,
+    frozen: Vec<FrozenPart>,
+    warnings: Vec<WarningPart<'a>>,
+    tool: Vec<ToolPart>,
+}
+
+#[derive(Serialize)]
+struct ProgramPart<'a> {
+    file: &'a str,
+    blocks: usize,
+    motions: usize,
+    dialect: &'static str,
+    sha256: String,
+}
+
+#[derive(Serialize)]
+struct TimePart<'a> {
+    programmed_s: f64,
+    realised_before_s: f64,
+    realised_after_s: f64,
+    saved_percent: f64,
+    by_cause: BTreeMap<&'a str, f64>,
+}
+
+#[derive(Serialize)]
+struct LimitPart {
+    name: &'static str,
+    unit: &'static str,
+    limit: Option<f64>,
+    tool: Option<u32>,
+    before_max: Option<f64>,
+    after_max: Option<f64>,
+    after_p99: Option<f64>,
+    active_time_percent: f64,
+    shadow_price: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct ConstancyPart {
+    name: &'static str,
+    tool: Option<u32>,
+    reference: f64,
+    within_5_percent: f64,
+    within_10_percent: f64,
+}
+
+#[derive(Serialize)]
+struct CheckPart<'a> {
+    geometry_identical: bool,
+    differences: &'a [String],
+    resimulated_worst_ratio: f64,
+    resimulated_p99_ratio: f64,
+    rounds: usize,
+    spacing_mm: f64,
+}
+
+#[derive(Serialize)]
+struct InfeasiblePart {
+    line: u32,
+    limit: &'static str,
+    reason: String,
+    length_mm: f64,
+}
+
+#[derive(Serialize)]
+struct OutputPart {
+    f_words_before: usize,
+    f_words_after: usize,
+    f_words_changed: usize,
+    f_words_inserted: usize,
+    blocks_added: usize,
+    bytes_before: usize,
+    bytes_after: usize,
+    loss_vs_continuous_percent: f64,
+    solved_by: String,
+}
+
+#[derive(Serialize)]
+struct StockPart {
+    initial_mm3: f64,
+    removed_mm3: f64,
+    remaining_mm3: f64,
+    cell_mm: f64,
+}
+
+#[derive(Serialize)]
+struct PerformancePart {
+    stage_s: StagePart,
+    peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Serialize)]
+struct StagePart {
+    parse: f64,
+    simulate: f64,
+    schedule: f64,
+    rewrite: f64,
+    check: f64,
+}
+
+#[derive(Serialize)]
+struct AssumptionPart<'a> {
+    key: &'a str,
+    value: &'a str,
+    source: &'a str,
+}
+
+#[derive(Serialize)]
+struct FrozenPart {
+    line: u32,
+    why: String,
+}
+
+#[derive(Serialize)]
+struct WarningPart<'a> {
+    line: Option<u32>,
+    code: &'static str,
+    severity: &'static str,
+    text: &'a str,
+}
+
+#[derive(Serialize)]
+struct ToolPart {
+    number: u32,
+    power_max_w: f64,
+    power_ref_w: f64,
+    force_peak_n: f64,
+    cut_time_s: f64,
+    cut_length_mm: f64,
+}
+
+/// The report as text.
+pub fn json(run: &Run, figures: &Figures, file: &str, extras: Extras) -> String {
+    let report = Report {
+        written_by: WRITTEN_BY,
+        program: program(run, file),
+        time: time(run, figures),
+        limits: figures.limits.iter().map(limit).collect(),
+        blocks: extras.blocks.then(|| blocks(run)),
+        constancy: figures.limits.iter().filter_map(constancy).collect(),
+        check: run.written.as_ref().map(check),
+        infeasible: infeasible(run),
+        infeasible_length_percent: 100.0 * run.infeasible_share(),
+        output: run.written.as_ref().map(|written| output(run, written)),
+        stock: stock(run),
+        performance: extras.timings.map(|peak_memory_bytes| performance(run, peak_memory_bytes)),
+        assumptions: assumptions(run),
+        frozen: run.frozen().into_iter().map(|(line, why)| FrozenPart { line, why }).collect(),
+        warnings: warnings(run),
+        tool: tools(figures),
+    };
+    serde_json::to_string_pretty(&report).expect("the report is plain data") + "\n"
+}
+
+fn program<'a>(run: &Run, file: &'a str) -> ProgramPart<'a> {
+    let digest = Sha256::digest(run.program.text());
+    ProgramPart {
+        file,
+        blocks: run.program.len(),
+        motions: run.toolpath.moves.len(),
+        dialect: run.program.dialect().name(),
+        sha256: digest.iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}")),
+    }
+}
+
+fn time<'a>(run: &'a Run, figures: &Figures) -> TimePart<'a> {
+    let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
+    TimePart {
+        programmed_s: figures.programmed_s,
+        realised_before_s: before,
+        realised_after_s: after,
+        saved_percent: if before > 0.0 { 100.0 * (1.0 - after / before) } else { 0.0 },
+        by_cause: run.realised_after().by_cause.iter().copied().collect(),
+    }
+}
+
+fn limit(figure: &LimitFigure) -> LimitPart {
+    LimitPart {
+        name: figure.kind.name(),
+        unit: figure.kind.unit(),
+        limit: figure.limit,
+        tool: figure.tool,
+        before_max: figure.before_max,
+        after_max: figure.after_max,
+        after_p99: figure.after_p99,
+        active_time_percent: figure.active_time_percent,
+        shadow_price: figure.shadow_price,
+    }
+}
+
+fn constancy(figure: &LimitFigure) -> Option<ConstancyPart> {
+    figure.after_max?;
+    Some(ConstancyPart {
+        name: figure.kind.name(),
+        tool: figure.tool,
+        reference: figure.limit?,
+        within_5_percent: figure.within_5_percent,
+        within_10_percent: figure.within_10_percent,
+    })
+}
+
+fn check(written: &Written) -> CheckPart<'_> {
+    let check = &written.check;
+    CheckPart {
+        geometry_identical: check.identical,
+        differences: &check.differences,
+        resimulated_worst_ratio: check.worst_ratio,
+        resimulated_p99_ratio: check.p99_ratio,
+        rounds: check.rounds,
+        spacing_mm: check.spacing_mm,
+    }
+}
+
+fn infeasible(run: &Run) -> Vec<InfeasiblePart> {
+    let part = |place: super::Infeasible| InfeasiblePart {
+        line: place.line,
+        limit: place.limit.name(),
+        reason: format!("{} is exceeded even at the lowest feed allowed", place.limit.name()),
+        length_mm: place.length_mm,
+    };
+    run.infeasible().into_iter().map(part).collect()
+}
+
+fn output(run: &Run, written: &Written) -> OutputPart {
+    OutputPart {
+        f_words_before: written.stats.f_words_before,
+        f_words_after: written.stats.f_words_after,
+        f_words_changed: written.stats.f_words_changed,
+        f_words_inserted: written.stats.f_words_inserted,
+        blocks_added: written.stats.blocks_added,
+        bytes_before: run.program.text().len(),
+        bytes_after: written.bytes.len(),
+        loss_vs_continuous_percent: super::loss_percent(written),
+        solved_by: written.schedule.how.clone(),
+    }
+}
+
+fn stock(run: &Run) -> StockPart {
+    StockPart {
+        initial_mm3: run.map.initial_mm3,
+        removed_mm3: run.map.removed_mm3,
+        remaining_mm3: run.map.remaining_mm3,
+        cell_mm: run.map.cell_mm,
+    }
+}
+
+fn performance(run: &Run, peak_memory_bytes: Option<u64>) -> PerformancePart {
+    let [parse, simulate, schedule, rewrite, check] = run.stage_s;
+    PerformancePart { stage_s: StagePart { parse, simulate, schedule, rewrite, check }, peak_memory_bytes }
+}
+
+fn assumptions(run: &Run) -> Vec<AssumptionPart<'_>> {
+    run.assumptions.iter().map(|a| AssumptionPart { key: &a.key, value: &a.value, source: &a.source }).collect()
+}
+
+fn warnings(run: &Run) -> Vec<WarningPart<'_>> {
+    run.diagnostics
+        .iter()
+        .map(|d| WarningPart {
+            line: d.line,
+            code: d.code,
+            severity: match d.severity {
+                Severity::Note => "note",
+                Severity::Warning => "warning",
+                Severity::Error => "error",
+            },
+            text: &d.text,
+        })
+        .collect()
+}
+
+fn tools(figures: &Figures) -> Vec<ToolPart> {
+    let part = |tool: &super::figures::ToolFigure| ToolPart {
+        number: tool.number,
+        power_max_w: tool.power_max_w,
+        power_ref_w: tool.power_ref_w,
+        force_peak_n: tool.force_peak_n,
+        cut_time_s: tool.cut_time_s,
+        cut_length_mm: tool.cut_length_mm,
+    };
+    figures.tools.iter().map(part).collect()
+}

@@ -1,0 +1,131 @@
+//! Everything a run found: plain data, filled by [`crate::job`].
+
+use crate::diag::Diagnostic;
+use crate::engage::EngagementMap;
+use crate::machine::{Job, LimitKind};
+use crate::nc::{Program, Toolpath};
+use crate::rewrite::Stats;
+use crate::schedule::{FeedPiece, Problem, Realised, Schedule};
+use crate::setup::Assumption;
+
+/// A run over one program.
+#[derive(Debug)]
+pub struct Run {
+    /// The program as it was read.
+    pub program: Program,
+    /// Machine, tools, stock, limits.
+    pub job: Job,
+    /// Defaults in force.
+    pub assumptions: Vec<Assumption>,
+    /// What the program does.
+    pub toolpath: Toolpath,
+    /// What the cutter meets.
+    pub map: EngagementMap,
+    /// Caps and floors.
+    pub problem: Problem,
+    /// Feeds as programmed.
+    pub before: Vec<FeedPiece>,
+    /// Time as programmed.
+    pub realised_before: Realised,
+    /// What was said about the input and the cuts.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The new feeds; `None` for a simulation.
+    pub written: Option<Written>,
+    /// Time of each stage, s: parse, simulate, schedule, rewrite, check.
+    pub stage_s: [f64; 5],
+}
+
+/// The rewritten program.
+#[derive(Debug)]
+pub struct Written {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// Feeds it commands, on the moves of the original.
+    pub after: Vec<FeedPiece>,
+    /// Time it takes.
+    pub realised_after: Realised,
+    /// The answer it was written from.
+    pub schedule: Schedule,
+    /// F words and blocks.
+    pub stats: Stats,
+    /// Lines that kept their feed although it might have changed, and why.
+    pub kept: Vec<(u32, String)>,
+    /// What reading it back and simulating it again gave.
+    pub check: Check,
+}
+
+/// What reading the written program back gave.
+#[derive(Debug, Clone, Default)]
+pub struct Check {
+    /// Only feeds, split points and our comments differ.
+    pub identical: bool,
+    /// What else differs, one sentence each.
+    pub differences: Vec<String>,
+    /// Largest load over its limit, on commanded feeds, infeasible and frozen places apart.
+    pub worst_ratio: f64,
+    /// The ratio that 99 % of the cut length stays below.
+    pub p99_ratio: f64,
+    /// How often caps were tightened after simulating again.
+    pub rounds: usize,
+    /// Spacing of the stations it was simulated with, mm.
+    pub spacing_mm: f64,
+}
+
+/// A place where a limit cannot be met.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Infeasible {
+    /// Line of the original.
+    pub line: u32,
+    /// The limit.
+    pub limit: LimitKind,
+    /// Length of the place, mm.
+    pub length_mm: f64,
+}
+
+impl Run {
+    /// Feeds after: those written, or the programmed ones.
+    pub fn after(&self) -> &[FeedPiece] {
+        self.written.as_ref().map_or(&self.before, |written| &written.after)
+    }
+    /// Time after: as written, or as programmed.
+    pub fn realised_after(&self) -> &Realised {
+        self.written.as_ref().map_or(&self.realised_before, |written| &written.realised_after)
+    }
+    /// Places where a limit cannot be met, one entry per line and limit.
+    pub fn infeasible(&self) -> Vec<Infeasible> {
+        let mut found: Vec<Infeasible> = Vec::new();
+        for node in &self.problem.nodes {
+            let Some(limit) = node.infeasible else { continue };
+            let line = self.toolpath.moves[node.move_id.ix()].line;
+            match found.iter_mut().rev().take(4).find(|known| known.line == line && known.limit == limit) {
+                Some(known) => known.length_mm += node.length_mm(),
+                None => found.push(Infeasible { line, limit, length_mm: node.length_mm() }),
+            }
+        }
+        found
+    }
+    /// Share of the cutting length where a limit cannot be met.
+    pub fn infeasible_share(&self) -> f64 {
+        let cutting = self.problem.nodes.iter().filter(|node| node.cutting);
+        let (all, bad) = cutting.fold((0.0, 0.0), |(all, bad), node| {
+            let length = node.length_mm();
+            (all + length, bad + if node.infeasible.is_some() { length } else { 0.0 })
+        });
+        if all > 0.0 { bad / all } else { 0.0 }
+    }
+    /// Lines whose feed was left alone, and why: frozen by what they are, or kept by the rewriting.
+    pub fn frozen(&self) -> Vec<(u32, String)> {
+        let mut frozen: Vec<(u32, String)> = Vec::new();
+        for motion in &self.toolpath.moves {
+            if let Some(why) = motion.freeze
+                && frozen.last().is_none_or(|(line, _)| *line != motion.line)
+            {
+                frozen.push((motion.line, why.why().to_owned()));
+            }
+        }
+        frozen.extend(self.written.iter().flat_map(|written| written.kept.iter().cloned()));
+        frozen.sort();
+        frozen.dedup_by_key(|(line, _)| *line);
+        frozen
+    }
+}

@@ -1,0 +1,109 @@
+//! Loads at every station, before and after. In: a run. Out: one record per station in order, worked out in parallel by
+//! chunks and handed over one after the other, so that a long program needs no table of all of them.
+
+use rayon::prelude::*;
+
+use super::run::Run;
+use crate::engage::Station;
+use crate::force::Loads;
+use crate::schedule::FeedPiece;
+use crate::schedule::caps::{Cutters, cut_at};
+use crate::schedule::realise::pieces_of_moves;
+
+/// Stations worked out at once.
+const CHUNK: usize = 1 << 15;
+
+/// How far a split point may lie from the station it was meant for, mm.
+const SLACK_MM: f64 = 0.02;
+
+/// One station with its loads.
+#[derive(Debug, Clone, Copy)]
+pub struct StationLoads<'a> {
+    /// Index of the station; the node of the problem has its own order.
+    pub index: usize,
+    /// The station.
+    pub station: &'a Station,
+    /// Highest feed commanded here as programmed, mm/s.
+    pub feed_before_mm_s: f64,
+    /// Highest feed commanded here as written, mm/s.
+    pub feed_after_mm_s: f64,
+    /// Loads as programmed.
+    pub before: Loads,
+    /// Loads as written.
+    pub after: Loads,
+}
+
+/// Calls `visit` for every station in order.
+pub fn each_station(run: &Run, visit: &mut dyn FnMut(&StationLoads)) {
+    let cutters = Cutters::new(&run.toolpath, &run.map, &run.job);
+    let before = Feeds::new(&run.before, run.toolpath.moves.len());
+    let after = Feeds::new(run.after(), run.toolpath.moves.len());
+    let stations = &run.map.stations;
+    for (chunk, first) in stations.chunks(CHUNK).zip((0..).step_by(CHUNK)) {
+        let found: Vec<StationLoads> = chunk
+            .par_iter()
+            .enumerate()
+            .map(|(offset, station)| loads_at(run, &cutters, &before, &after, first + offset, station))
+            .collect();
+        found.iter().for_each(&mut *visit);
+    }
+}
+
+fn loads_at<'a>(
+    run: &Run,
+    cutters: &Cutters,
+    before: &Feeds,
+    after: &Feeds,
+    index: usize,
+    station: &'a Station,
+) -> StationLoads<'a> {
+    let (feed_before_mm_s, feed_after_mm_s) = (before.highest(station), after.highest(station));
+    let mut found = StationLoads {
+        index,
+        station,
+        feed_before_mm_s,
+        feed_after_mm_s,
+        before: Loads::default(),
+        after: Loads::default(),
+    };
+    if let Some(cutter) = cutters.of(station.move_id).filter(|_| station.arc_count > 0) {
+        let motion = &run.toolpath.moves[station.move_id.ix()];
+        let line = cutter.line(&cut_at(&run.map, motion, station));
+        found.before = line.loads(feed_before_mm_s);
+        found.after = line.loads(feed_after_mm_s);
+    }
+    found
+}
+
+/// Commanded feeds by move.
+pub struct Feeds<'a> {
+    pieces: &'a [FeedPiece],
+    of_move: Vec<std::ops::Range<u32>>,
+}
+
+impl<'a> Feeds<'a> {
+    /// Pieces in order of execution.
+    pub fn new(pieces: &'a [FeedPiece], moves: usize) -> Self {
+        Self { pieces, of_move: pieces_of_moves(pieces, moves) }
+    }
+    /// Pieces of the move of a station.
+    pub fn of(&self, station: &Station) -> &'a [FeedPiece] {
+        let range = &self.of_move[station.move_id.ix()];
+        &self.pieces[range.start as usize..range.end as usize]
+    }
+    /// Highest feed commanded anywhere on a station, mm/s. Split points are rounded to the increment of the control, so a
+    /// piece that only reaches in by that much does not count.
+    pub fn highest(&self, station: &Station) -> f64 {
+        let slack = (0.25 * station.length_mm()).min(SLACK_MM);
+        let overlaps =
+            |piece: &&FeedPiece| piece.from_mm < station.to_mm - slack && piece.to_mm > station.from_mm + slack;
+        let pieces = self.of(station);
+        let highest = pieces.iter().filter(overlaps).map(|piece| piece.feed_mm_s).fold(0.0, f64::max);
+        if highest > 0.0 { highest } else { pieces.first().map_or(0.0, |piece| piece.feed_mm_s) }
+    }
+    /// Time to run a station at its commanded feeds, s, corners and ramps left out.
+    pub fn time_s(&self, station: &Station) -> f64 {
+        let length = |piece: &FeedPiece| (piece.to_mm.min(station.to_mm) - piece.from_mm.max(station.from_mm)).max(0.0);
+        self.of(station).iter().map(|piece| length(piece) / piece.feed_mm_s.max(f64::MIN_POSITIVE)).sum()
+    }
+}

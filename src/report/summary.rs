@@ -1,0 +1,249 @@
+//! The summary on the screen, at most 100 columns wide: time before and after, the worst ratio to each limit before and
+//! after, what bounds the feed and at what price, what was left alone, what was assumed.
+
+use super::figures::{Figures, LimitFigure};
+use super::run::{Run, Written};
+use crate::diag::Severity;
+
+/// The summary as text.
+pub fn summary(run: &Run, figures: &Figures, file: &str) -> String {
+    let mut text = String::new();
+    if run.infeasible_share() > 0.2 {
+        text += &hopeless(run);
+    }
+    text += &head(run, file);
+    text += &times(run);
+    text += &loads(run, figures);
+    text += &bounds(figures);
+    text += &output(run);
+    text += &apart(run);
+    text
+}
+
+fn hopeless(run: &Run) -> String {
+    format!(
+        "Limits cannot be met on {:.0} % of the cutting length, even at the lowest feed allowed: they are\nprobably wrong. See `infeasible` in the report, or ask `feedwright limits`.\n\n",
+        100.0 * run.infeasible_share()
+    )
+}
+
+fn head(run: &Run, file: &str) -> String {
+    format!(
+        "{file}: {} blocks, {} motions, {}, {}; stock {:.0} mm³ removed of {:.0}, cell {:.3} mm\n",
+        run.program.len(),
+        run.toolpath.moves.len(),
+        run.program.dialect().name(),
+        if run.toolpath.inch { "inch" } else { "mm" },
+        run.map.removed_mm3,
+        run.map.initial_mm3,
+        run.map.cell_mm
+    )
+}
+
+fn times(run: &Run) -> String {
+    let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
+    let mut text = match &run.written {
+        Some(_) => format!(
+            "time      {} → {}   {} by {:.1} %\n",
+            clock(before),
+            clock(after),
+            if after <= before { "shorter" } else { "longer" },
+            100.0 * (after / before.max(f64::MIN_POSITIVE) - 1.0).abs()
+        ),
+        None => format!("time      {}\n", clock(before)),
+    };
+    let causes = &run.realised_after().by_cause;
+    let whole = after.max(f64::MIN_POSITIVE);
+    let shares: Vec<String> = causes
+        .iter()
+        .filter(|(_, seconds)| *seconds > 0.0005 * whole)
+        .map(|(name, seconds)| format!("{name} {}", clock(*seconds)))
+        .collect();
+    text += &wrapped("          ", &shares);
+    text
+}
+
+/// Seconds as people read them.
+pub fn clock(seconds: f64) -> String {
+    if seconds < 60.0 {
+        return format!("{seconds:.1} s");
+    }
+    let whole = seconds.round() as u64;
+    let (hours, minutes, rest) = (whole / 3600, whole / 60 % 60, whole % 60);
+    if hours > 0 { format!("{hours}:{minutes:02}:{rest:02} h") } else { format!("{minutes}:{rest:02} min") }
+}
+
+/// Items joined by commas, folded at 96 columns.
+fn wrapped(indent: &str, items: &[String]) -> String {
+    let mut text = String::new();
+    let mut line = String::new();
+    for item in items {
+        if !line.is_empty() && indent.chars().count() + line.chars().count() + item.chars().count() + 2 > 96 {
+            text += &format!("{indent}{line},\n");
+            line.clear();
+        }
+        if !line.is_empty() {
+            line += ", ";
+        }
+        line += item;
+    }
+    if line.is_empty() { text } else { text + &format!("{indent}{line}\n") }
+}
+
+fn loads(run: &Run, figures: &Figures) -> String {
+    let rows: Vec<&LimitFigure> = figures.limits.iter().filter(|figure| figure.before_max.is_some()).collect();
+    if rows.is_empty() {
+        return "no load limit is in force: feeds in cuts are never raised\n".into();
+    }
+    let mut text = format!(
+        "\n{:<20}{:>5}{:>14}{:>12}{:>12}{:>9}{:>9}\n",
+        "largest load", "tool", "limit", "before", "after", "before", "after"
+    );
+    for figure in rows {
+        text += &load_row(figure, run.written.is_some());
+    }
+    text
+}
+
+fn load_row(figure: &LimitFigure, rewritten: bool) -> String {
+    let limit = figure.limit.unwrap_or(f64::NAN);
+    let (before, after) = (figure.before_max.unwrap_or(0.0), figure.after_max.unwrap_or(0.0));
+    let tool = figure.tool.map_or(String::new(), |tool| format!("T{tool}"));
+    let percent = |value: f64| format!("{:.0} %", 100.0 * value / limit);
+    let unit = figure.kind.unit();
+    let mut row = format!(
+        "{:<20}{tool:>5}{:>14}{:>12}{:>12}{:>9}{:>9}",
+        figure.kind.name(),
+        format!("{} {unit}", short(limit)),
+        short(before),
+        if rewritten { short(after) } else { String::new() },
+        percent(before),
+        if rewritten { percent(after) } else { String::new() }
+    );
+    row.truncate(row.trim_end().len());
+    row + "\n"
+}
+
+/// Four significant digits.
+pub fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value:.0}");
+    }
+    let digits = (3 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+fn bounds(figures: &Figures) -> String {
+    let mut active: Vec<(&'static str, f64)> = Vec::new();
+    for figure in figures.limits.iter().filter(|figure| figure.active_time_percent > 0.0) {
+        match active.iter_mut().find(|(name, _)| *name == figure.kind.name()) {
+            Some((_, percent)) => *percent += figure.active_time_percent,
+            None => active.push((figure.kind.name(), figure.active_time_percent)),
+        }
+    }
+    if active.is_empty() {
+        return String::new();
+    }
+    active.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let items: Vec<String> = active
+        .iter()
+        .filter(|(_, p)| *p >= 0.5)
+        .map(|(name, percent)| format!("{name} {percent:.0} % of the time"))
+        .collect();
+    format!("\nwhat bounds the feed\n{}{}", wrapped("          ", &items), prices(figures))
+}
+
+fn prices(figures: &Figures) -> String {
+    let mut seen: Vec<&'static str> = Vec::new();
+    let mut items = Vec::new();
+    for figure in &figures.limits {
+        let (Some(price), Some(limit)) = (figure.shadow_price, figure.limit) else { continue };
+        if seen.contains(&figure.kind.name()) || price.abs() * limit.abs() < 0.05 {
+            continue;
+        }
+        seen.push(figure.kind.name());
+        let tenth = 0.1 * limit;
+        items.push(format!("{} +{} {}: {:+.1} s", figure.kind.name(), short(tenth), figure.kind.unit(), price * tenth));
+    }
+    if items.is_empty() { String::new() } else { format!("a tenth more of a limit\n{}", wrapped("          ", &items)) }
+}
+
+fn output(run: &Run) -> String {
+    let Some(written) = &run.written else { return String::new() };
+    let stats = &written.stats;
+    let check = &written.check;
+    format!(
+        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}\nchecked   {}; read back and simulated at {} mm: largest load {:.3} of its limit{}\n",
+        stats.f_words_after,
+        stats.f_words_before,
+        stats.f_words_changed,
+        stats.f_words_inserted,
+        stats.blocks_added,
+        loss(written),
+        if check.identical { "only feeds differ" } else { "MORE THAN FEEDS DIFFERS" },
+        short(check.spacing_mm),
+        check.worst_ratio,
+        if check.rounds > 0 { format!(" (caps tightened {} times)", check.rounds) } else { String::new() }
+    )
+}
+
+fn loss(written: &Written) -> String {
+    format!("{:.1} % over the continuous optimum", super::loss_percent(written))
+}
+
+fn apart(run: &Run) -> String {
+    let mut text = String::new();
+    let infeasible = run.infeasible();
+    if !infeasible.is_empty() {
+        let length: f64 = infeasible.iter().map(|place| place.length_mm).sum();
+        let lines: Vec<u32> = infeasible.iter().map(|place| place.line).collect();
+        text += &format!(
+            "infeasible {} places, {} mm ({:.1} % of the cutting length), {}: lowest feed allowed\n",
+            infeasible.len(),
+            short(length),
+            100.0 * run.infeasible_share(),
+            some_lines(&lines)
+        );
+    }
+    let frozen = run.frozen();
+    if !frozen.is_empty() {
+        let lines: Vec<u32> = frozen.iter().map(|(line, _)| *line).collect();
+        text +=
+            &format!("frozen    {} blocks keep their feed, {}: {}\n", frozen.len(), some_lines(&lines), frozen[0].1);
+    }
+    let warnings = run.diagnostics.iter().filter(|d| d.severity >= Severity::Warning).count();
+    if warnings > 0 {
+        text += &format!("warnings  {warnings}\n");
+    }
+    if !run.assumptions.is_empty() {
+        text += &format!(
+            "assumed   {} values that the setup does not give; the report lists them\n",
+            run.assumptions.len()
+        );
+    }
+    text
+}
+
+fn some_lines(lines: &[u32]) -> String {
+    let mut shown: Vec<String> = Vec::new();
+    for line in lines {
+        if shown.last() != Some(&line.to_string()) {
+            shown.push(line.to_string());
+        }
+    }
+    let more = if shown.len() > 4 { " …" } else { "" };
+    let word = if shown.len() == 1 { "line" } else { "lines" };
+    format!("{word} {}{more}", shown[..shown.len().min(4)].join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!([short(1234.56), short(0.030), short(12.0), short(0.0)], ["1235", "0.03", "12", "0"]);
+        assert_eq!([clock(12.34), clock(406.7), clock(7384.0)], ["12.3 s", "6:47 min", "2:03:04 h"]);
+    }
+}
