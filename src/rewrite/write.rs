@@ -222,6 +222,7 @@ impl<'a> Writer<'a> {
     fn feeds(&mut self, id: BlockId, plan: &Plan, view: &View, pieces: &[Piece]) -> Change {
         let Some(first) = plan.first else { return Change::default() };
         let motion = &self.toolpath.moves[first.ix()];
+        let earlier = self.original.clone();
         if let Some(word) = view.only(b'F') {
             self.remember(view, word, motion.feed.mode);
         } else if let Some((block, span)) = plan.word {
@@ -238,6 +239,9 @@ impl<'a> Writer<'a> {
             let block = Block::new(self.program, self.toolpath, view, self.modes, self.manners, first);
             let at: Vec<f64> = numbers[..numbers.len() - 1].iter().map(|(piece, _)| piece.to_mm).collect();
             if let Some(cut) = split::split(&block, &at) {
+                if view.has(b'F') && self.now == Now::Original {
+                    self.now = earlier.map_or(Now::Either, Now::Ours);
+                }
                 return self.cut(view, plan, &numbers, cut);
             }
         }

@@ -75,6 +75,7 @@ impl Run<'_> {
             let Some(value) = line.get(letter) else { continue };
             if !self.known[axis] {
                 self.known[axis] = true;
+                self.splittable = false;
                 if self.modal.incremental {
                     self.assume_zero(axis);
                     target[axis] = self.programmed[axis];

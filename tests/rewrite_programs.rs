@@ -1,0 +1,216 @@
+//! Rewriting of small programs in every manner of writing: the exact text that comes out, and the proof that it does what
+//! was asked.
+
+#[path = "common/rewriting.rs"]
+mod rewriting;
+
+use feedwright::machine::{Annotate, Job};
+use feedwright::nc::{Dialect, Toolpath, interpret};
+use feedwright::schedule::Schedule;
+use rewriting::{check, job, parse, schedule, surroundings, unchanged};
+
+fn quiet() -> Job {
+    let mut job = job();
+    job.output.annotate = Annotate::None;
+    job
+}
+
+/// Rewrites with the schedule made by `make`; the text without the header line.
+fn rewritten(text: &str, dialect: Dialect, job: &Job, make: impl Fn(&Toolpath) -> Schedule) -> String {
+    let program = parse(text.as_bytes(), dialect);
+    let toolpath = interpret(&program, &surroundings());
+    let result = check(&program, &surroundings(), &make(&toolpath), job).unwrap_or_else(|why| panic!("{why}"));
+    let text = String::from_utf8(result.bytes).unwrap();
+    text.split_inclusive('\n').filter(|line| !line.contains("FEEDWRIGHT")).collect()
+}
+
+fn scaled(factor: f64) -> impl Fn(&Toolpath) -> Schedule {
+    move |toolpath| schedule(toolpath, |_| Vec::new(), |_, _| factor)
+}
+
+fn halves(toolpath: &Toolpath) -> Schedule {
+    schedule(toolpath, |_| vec![0.5], |_, piece| if piece == 0 { 0.5 } else { 2.0 })
+}
+
+#[test]
+fn without_a_change_every_byte_stays() {
+    let text = b"%\r\nO1\r\nG21 G90\t\r\nG0 X0 (\xe4)\r\nG1 X10 F600\r\n\0\r\nX20";
+    let program = parse(text, Dialect::Generic);
+    let toolpath = interpret(&program, &surroundings());
+    let result = feedwright::rewrite::rewrite(&program, &toolpath, &unchanged(&toolpath), &job());
+    assert_eq!((result.bytes.as_slice(), result.edits), (&text[..], 0));
+}
+
+#[test]
+fn numbers_copy_the_files_own_way() {
+    for (before, after) in [
+        ("G0X0\nG1X10F6000.0\n", "G0X0\nG1X10F3000.0\n"),
+        ("G0 X0\nG1 X10 F600.\n", "G0 X0\nG1 X10 F300.\n"),
+        ("g0 x0\ng1 x10 f 600\n", "g0 x0\ng1 x10 f 300\n"),
+        ("g0 x0\ng1 f.5 x10\n", "g0 x0\ng1 f.25 x10\n"),
+        ("G0X0\nG1F0600X10\n", "G0X0\nG1F0300X10\n"),
+    ] {
+        assert_eq!(rewritten(before, Dialect::Generic, &quiet(), scaled(0.5)).replace(".2 ", ".25 "), after);
+    }
+}
+
+#[test]
+fn a_feed_is_put_in_where_the_modal_one_no_longer_fits() {
+    let text = "G21 G90\nG0 X0 Y0\nG1 X10 F600\nX20\nX30\nG0 X0\n";
+    let make = |toolpath: &Toolpath| schedule(toolpath, |_| Vec::new(), |index, _| [1.0, 1.0, 2.0, 1.0, 1.0][index]);
+    assert_eq!(
+        rewritten(text, Dialect::Generic, &quiet(), make),
+        "G21 G90\nG0 X0 Y0\nG1 X10 F600\nX20 F1200\nX30 F600\nG0 X0\n"
+    );
+}
+
+#[test]
+fn lines_are_cut_before_the_original_block() {
+    let text = "N10 G21 G90\nN20 G0 X0 Y0\nN30 G1 X10 Y-5.0 F600 (side)\nN40 X30\n";
+    let out = rewritten(text, Dialect::Generic, &quiet(), halves);
+    assert_eq!(
+        out,
+        "N10 G21 G90\nN20 G0 X0 Y0\nN25 G1 X5 Y-2.5 F300\nN30 G1 X10 Y-5.0 F1200 (side)\nN35 X20 F300\nN40 X30 F1200\n"
+    );
+}
+
+#[test]
+fn increments_add_up_exactly() {
+    let text = "G21 G90\nG0 X0 Y0\nG91\nG1 X10.001 Y1 F600\nG90 G1 X0 Y0\n";
+    let out = rewritten(text, Dialect::Generic, &quiet(), |toolpath| {
+        schedule(toolpath, |_| vec![1.0 / 3.0, 2.0 / 3.0], |_, piece| 1.0 + piece as f64)
+    });
+    let line = |n: usize| out.lines().nth(n).unwrap().to_owned();
+    let x = |n: usize| line(n).split(' ').find_map(|w| w.strip_prefix('X')?.parse::<f64>().ok()).unwrap();
+    assert!(line(3).starts_with("G1 X3.") && line(4).starts_with("G1 X3."), "{out}");
+    assert_eq!(((x(3) + x(4) + x(5)) * 1000.0).round(), 10001.0, "{out}");
+}
+
+#[test]
+fn arcs_are_cut_on_the_arc() {
+    let text = "G21 G90 G17\nG0 X5 Y0\nG3 X-5 Y0 I-5 F600\nG2 X5 Y0 I5 J0\nG19 G3 Y5 Z-5 K-5\n";
+    let out = rewritten(text, Dialect::Generic, &quiet(), halves);
+    assert_eq!(out.lines().count(), 8, "{out}");
+    assert!(out.contains("G3 X0 Y5 I-5 F300\nG3 X-5 Y0 I0 J-5 F1200\n"), "{out}");
+    let radius = rewritten("G21 G90\nG0 X5 Y0\nG3 X0 Y5 R5 F600\n", Dialect::Generic, &quiet(), halves);
+    assert!(radius.lines().nth(2).unwrap().ends_with("R5 F300") && radius.ends_with("G3 X0 Y5 R5 F1200\n"), "{radius}");
+}
+
+#[test]
+fn arcs_near_half_a_turn_by_radius_and_blocks_that_do_more_stay_whole() {
+    for text in [
+        "G21 G90\nG0 X5 Y0\nG3 X-4.99 Y0 R5 F600\n",
+        "G21 G90\nG0 X0\nG1 X10 F600 M8\n",
+        "G21 G90\nG0 X0\nG1 X10 F600 S3000\n",
+        "G21 G90\nG0 X0\nG1 X[5+5] F600\n",
+        "G21 G90 G61.1\nG0 X0\nG1 X10 F600\n",
+        "/G1 X10 F600\n",
+    ] {
+        let out = rewritten(text, Dialect::LinuxCnc, &quiet(), halves);
+        assert_eq!(out.lines().count(), text.lines().count(), "{out}");
+    }
+}
+
+#[test]
+fn untouched_text_keeps_the_feed_it_was_written_for() {
+    let mut job = quiet();
+    job.output.exclude = vec![(5, 6)];
+    let text = "G21 G90\nG0 X0\nG1 X10 F600\nX20\nX30\nX40\nX50\n";
+    let out = rewritten(text, Dialect::Generic, &job, |toolpath| {
+        schedule(toolpath, |_| Vec::new(), |index, _| if [3, 4].contains(&index) { 1.0 } else { 2.0 })
+    });
+    assert_eq!(out, "G21 G90\nG0 X0\nG1 X10 F1200\nX20\nF600\nX30\nX40\nX50 F1200\n");
+}
+
+#[test]
+fn a_thread_gets_its_pitch_feed_back_before_it() {
+    let text = "G21 G90\nG0 X0 Z5\nG1 X10 F600\nG33 Z-5 K1\nG1 X20\n";
+    let out = rewritten(text, Dialect::LinuxCnc, &quiet(), scaled(2.0));
+    assert_eq!(out, "G21 G90\nG0 X0 Z5\nG1 X10 F1200\nF600\nG33 Z-5 K1\nG1 X20 F1200\n");
+}
+
+#[test]
+fn the_feed_is_said_again_after_a_tool_change() {
+    let text = "G21 G90\nT1 M6\nG0 X0\nG1 X10 F600\nG0 Z50\nT2 M6\nG0 X0\nG1 X10\n";
+    let out = rewritten(text, Dialect::Generic, &quiet(), scaled(2.0));
+    assert!(out.ends_with("G1 X10 F1200\nG0 Z50\nT2 M6\nG0 X0\nG1 X10 F1200\n"), "{out}");
+}
+
+#[test]
+fn block_delete_is_safe_in_both_positions() {
+    let text = "G21 G90\nG0 X0 Y0\nG1 X10 F600\n/X12 F100\nX20\nX30 F500\nX40\n";
+    let out = rewritten(text, Dialect::Generic, &quiet(), scaled(2.0));
+    let program = parse(text.as_bytes(), Dialect::Generic);
+    let output = parse(out.as_bytes(), Dialect::Generic);
+    for block_delete in [false, true] {
+        let environment = feedwright::nc::Environment { block_delete, ..surroundings() };
+        let (before, after) = (interpret(&program, &environment), interpret(&output, &environment));
+        for (a, b) in before.moves.iter().zip(&after.moves).filter(|(a, _)| a.line == 4) {
+            assert!((a.feed.mm_s - b.feed.mm_s).abs() < 1e-9, "the block under the switch keeps its feed\n{out}");
+        }
+        for motion in after.moves.iter().filter(|motion| motion.kind == feedwright::nc::MoveKind::Feed) {
+            assert!(motion.feed.mm_s <= 20.0 + 1e-9, "{out}");
+        }
+    }
+}
+
+#[test]
+fn inverse_time_and_per_revolution_keep_their_unit() {
+    let text = "G21 G90\nG0 X0\nG93 G1 X10 F60\nX30 F30\nG94 G1 X40 F600\n";
+    let out = rewritten(text, Dialect::LinuxCnc, &quiet(), halves);
+    // 10 mm at 60/min is 10 mm/s; halves of 5 mm at 5 and 20 mm/s are 60 and 240 per minute.
+    assert!(out.contains("X20 F30\nX30 F120\n"), "{out}");
+    let turning = "G21 G90 S3000 M3\nG0 X0\nG95 G1 X10 F.1\nX20\n";
+    let out = rewritten(turning, Dialect::LinuxCnc, &quiet(), scaled(1.5));
+    assert_eq!(out, "G21 G90 S3000 M3\nG0 X0\nG95 G1 X10 F.15\nX20\n");
+}
+
+#[test]
+fn a_block_executed_several_times_gets_the_lowest_feed_of_all() {
+    let text = "G21 G90\nG0 X0 Y0\nF600\nM98 P5 L3\nM30\nO5\nG91 G1 X10\nG90\nM99\n";
+    let out = rewritten(text, Dialect::Fanuc, &quiet(), |toolpath| {
+        schedule(toolpath, |_| Vec::new(), |index, _| 3.0 - 0.5 * index as f64)
+    });
+    assert!(out.contains("G91 G1 X10 F"), "{out}");
+    assert!(out.contains("\nF600\nM99"), "the caller gets its feed back:\n{out}");
+}
+
+#[test]
+fn drilling_cycles_share_one_feed() {
+    let text = "G21 G90\nG0 X0 Y0 Z5\nG81 X10 Y0 Z-5 R2 F100\nX20\nX30\nG80\nG1 X0 F600\n";
+    let out = rewritten(text, Dialect::LinuxCnc, &quiet(), |toolpath| {
+        schedule(toolpath, |_| Vec::new(), |index, _| if index < 4 { 1.5 } else { 1.2 })
+    });
+    assert!(out.contains("G81 X10 Y0 Z-5 R2 F120\nX20\nX30\nG80\nG1 X0 F720\n"), "{out}");
+}
+
+#[test]
+fn lines_stay_within_the_length_the_control_reads() {
+    let mut job = quiet();
+    job.output.annotate = Annotate::Full;
+    job.machine.max_line_length = Some(40);
+    let text = "G21 G90\nG0 X0 Y0 Z0\nG1 X10.000000 Y10.000000 Z10.0000000\nG1 X1 F600\nX10.00000000 Y10.00000000 Z10.0000000\n";
+    let out = rewritten(text, Dialect::Generic, &job, scaled(2.0));
+    assert!(out.lines().all(|line| line.len() <= 40), "{out}");
+    assert!(out.contains("F1200"), "{out}");
+}
+
+#[test]
+fn notes_say_what_bounds_the_feed_and_are_replaced_not_repeated() {
+    let mut job = quiet();
+    job.output.annotate = Annotate::Changes;
+    let text = "G21 G90\nT3 M6\nG0 X0\nG1 X10 F600 (user)\nX20\n";
+    let once = rewritten(text, Dialect::Generic, &job, scaled(2.0));
+    assert!(once.contains("G1 X10 F1200 (FW F1200 was 600 power T3) (user)\nX20\n"), "{once}");
+    let twice = rewritten(&once, Dialect::Generic, &job, scaled(0.75));
+    assert!(twice.contains("G1 X10 F900 (FW F900 was 600 power T3) (user)\nX20\n"), "{twice}");
+    let back = rewritten(&once, Dialect::Generic, &job, scaled(0.5));
+    assert!(back.contains("G1 X10 F600 (user)\nX20\n"), "{back}");
+}
+
+#[test]
+fn plain_language_keeps_its_line_count() {
+    let text = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S3000\n2 L X+0 Y+0 Z+5 R0 FMAX M3\n3 L X+10 R0 F600 M8\n4 L Y+20\n5 END PGM A MM\n";
+    let out = rewritten(text, Dialect::Heidenhain, &quiet(), halves);
+    assert_eq!(out.lines().filter(|l| !l.is_empty()).count() + usize::from(!out.contains("2 L")), 6, "{out}");
+}

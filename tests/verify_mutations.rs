@@ -1,0 +1,157 @@
+//! `verify` must find every change that is not a feed: each test makes one.
+
+#[path = "common/rewriting.rs"]
+mod rewriting;
+
+use feedwright::nc::{Dialect, interpret};
+use feedwright::rewrite::{Proof, rewrite, verify};
+use rewriting::{job, parse, schedule, surroundings};
+
+const ORIGINAL: &str = "%
+O1000 (PART)
+N10 G21 G90 G17
+N20 T1 M6
+N30 S3000 M3
+N40 G0 X0 Y0 Z5
+N50 G1 Z-1 F200
+N60 X30 Y10.5 F600
+N70 M8
+N80 G3 X20 Y20.5 I-10
+N90 G91
+N100 G1 X10.5 Y2.25
+N110 G90
+N120 G4 P0.5
+N130 G33 Z5 K1.5
+N140 G38.2 Z-5 F50
+N150 G1 X0 Y0 F600 (home)
+N160 M9
+N170 M30
+%
+";
+
+/// The original rewritten: every block that may be is cut in two, with other feeds.
+fn rewritten() -> String {
+    let program = parse(ORIGINAL.as_bytes(), Dialect::LinuxCnc);
+    let toolpath = interpret(&program, &surroundings());
+    let asked = schedule(&toolpath, |_| vec![0.5], |_, piece| [0.5, 1.5][piece]);
+    String::from_utf8(rewrite(&program, &toolpath, &asked, &job()).bytes).unwrap()
+}
+
+fn proof(changed: &str) -> Proof {
+    verify(
+        &parse(ORIGINAL.as_bytes(), Dialect::LinuxCnc),
+        &parse(changed.as_bytes(), Dialect::LinuxCnc),
+        &surroundings(),
+    )
+}
+
+#[track_caller]
+fn found(from: &str, to: &str) -> Proof {
+    let good = rewritten();
+    assert!(good.contains(from), "{from:?} is not in\n{good}");
+    let proof = proof(&good.replacen(from, to, 1));
+    assert!(!proof.holds(), "{from:?} → {to:?} was not found in\n{good}");
+    proof
+}
+
+#[test]
+fn what_we_wrote_ourselves_holds() {
+    let good = rewritten();
+    let proof = proof(&good);
+    assert!(proof.holds(), "{:?}\n{good}", proof.differences);
+    assert_eq!((proof.blocks_split, proof.feeds_changed), (5, 5), "{good}");
+}
+
+#[test]
+fn each_change_that_is_not_a_feed_is_found() {
+    let good = rewritten();
+    for (from, to) in [
+        ("X30 Y10.5", "X30.001 Y10.5"),
+        ("N70 M8\n", ""),
+        ("(home)", "(Home)"),
+        ("(PART)", "()"),
+        ("K1.5", "K1.4"),
+        ("Z5 K", "Z5  K"),
+        ("S3000", "S3001"),
+        ("T1 M6", "T2 M6"),
+        ("P0.5", "P0.6"),
+        ("N110 G90", "N110 G91"),
+        ("N120 G4", "N121 G4"),
+        ("N160 M9\nN170 M30", "N170 M30\nN160 M9"),
+        ("M30\n%\n", "M30\n"),
+        ("N20 T1 M6\n", "N20 T1 M6\nM8\n"),
+        ("N20 T1 M6\n", "N20 T1 M6\n(FW someone)\n"),
+        ("N20 T1 M6\n", "N20 T1 M6\nG1 X1 F100\n"),
+        ("G3 X20", "G2 X20"),
+        ("G17", "G18"),
+        ("F50", "F51"),
+        ("M3\n", "M3 \n"),
+    ] {
+        assert!(good.contains(from), "{from:?} is not in\n{good}");
+        let changed = good.replacen(from, to, 1);
+        assert!(!proof(&changed).holds(), "{from:?} → {to:?} was not found in\n{changed}");
+    }
+}
+
+#[test]
+fn differences_name_the_lines_of_both_files() {
+    let proof = found("N70 M8\n", "");
+    let first = &proof.differences[0];
+    assert_eq!(first.original_line, Some(9));
+    assert!(first.rewritten_line.is_some() && first.text.contains("missing"), "{first:?}");
+}
+
+/// Every coordinate of every line, changed in its last place.
+#[test]
+fn a_shifted_split_point_is_found_wherever_it_is() {
+    let good = rewritten();
+    let mut tried = 0;
+    for (index, line) in good.lines().enumerate().filter(|(_, line)| line.starts_with('N')) {
+        for letter in ['X', 'Y', 'Z', 'I', 'J', 'K'] {
+            let Some(at) = line.find(&format!(" {letter}")) else { continue };
+            let end = line[at + 1..].find(' ').map_or(line.len(), |end| at + 1 + end);
+            let value: f64 = line[at + 2..end].parse().unwrap();
+            let changed = format!("{} {letter}{:.3}{}", &line[..at], value + 0.003, &line[end..]);
+            let text: Vec<&str> =
+                good.lines().enumerate().map(|(k, l)| if k == index { changed.as_str() } else { l }).collect();
+            assert!(!proof(&(text.join("\n") + "\n")).holds(), "{changed}");
+            tried += 1;
+        }
+    }
+    assert!(tried > 20, "{tried}");
+}
+
+/// Every line taken out, doubled, or swapped with the next, unless it holds nothing but what is ours.
+#[test]
+fn a_line_missing_doubled_or_moved_is_found() {
+    let good = rewritten();
+    let lines: Vec<&str> = good.split_inclusive('\n').collect();
+    let bare = |line: &str| line.contains("FEEDWRIGHT") || line.starts_with('F');
+    for at in (0..lines.len()).filter(|&at| !bare(lines[at])) {
+        let mut without = lines.clone();
+        without.remove(at);
+        assert!(!proof(&without.concat()).holds(), "without {:?}", lines[at]);
+        let mut doubled = lines.clone();
+        doubled.insert(at, lines[at]);
+        assert!(!proof(&doubled.concat()).holds(), "twice {:?}", lines[at]);
+        if at + 1 < lines.len() && !bare(lines[at + 1]) {
+            let mut moved = lines.clone();
+            moved.swap(at, at + 1);
+            assert!(!proof(&moved.concat()).holds(), "swapped {:?}", lines[at]);
+        }
+    }
+}
+
+#[test]
+fn feeds_of_threads_and_probes_may_not_change_even_by_way_of_a_line_before() {
+    let changed = rewritten().replacen("F600 (FW F600 kept)\n", "F500\n", 1);
+    assert_ne!(changed, rewritten(), "{changed}");
+    let proof = proof(&changed);
+    assert!(proof.differences.iter().any(|d| d.text.contains("thread or probe")), "{:?}", proof.differences);
+}
+
+#[test]
+fn the_same_program_holds_without_any_change() {
+    let proof = proof(ORIGINAL);
+    assert!(proof.holds() && proof.feeds_changed == 0 && proof.blocks_added == 0);
+}
