@@ -7,7 +7,7 @@ mod rewriting;
 use feedwright::machine::{Annotate, Job};
 use feedwright::nc::{Dialect, Toolpath, interpret};
 use feedwright::schedule::Schedule;
-use rewriting::{check, job, parse, schedule, surroundings, unchanged};
+use rewriting::{check, job, parse, schedule, surroundings, toolpath, unchanged};
 
 fn quiet() -> Job {
     let mut job = job();
@@ -18,7 +18,7 @@ fn quiet() -> Job {
 /// Rewrites with the schedule made by `make`; the text without the header line.
 fn rewritten(text: &str, dialect: Dialect, job: &Job, make: impl Fn(&Toolpath) -> Schedule) -> String {
     let program = parse(text.as_bytes(), dialect);
-    let toolpath = interpret(&program, &surroundings());
+    let toolpath = toolpath(&program, &surroundings(), job);
     let result = check(&program, &surroundings(), &make(&toolpath), job).unwrap_or_else(|why| panic!("{why}"));
     let text = String::from_utf8(result.bytes).unwrap();
     text.split_inclusive('\n').filter(|line| !line.contains("FEEDWRIGHT")).collect()

@@ -5,9 +5,9 @@
 mod rewriting;
 
 use feedwright::machine::Annotate;
-use feedwright::nc::{Dialect, interpret};
+use feedwright::nc::Dialect;
 use proptest::prelude::*;
-use rewriting::{check, job, parse, schedule, surroundings};
+use rewriting::{check, job, parse, schedule, surroundings, toolpath};
 
 /// How a program is written.
 #[derive(Debug, Clone, Copy)]
@@ -179,9 +179,9 @@ proptest! {
     ) {
         let text = write(&blocks, manner);
         let program = parse(text.as_bytes(), dialect);
-        let toolpath = interpret(&program, &surroundings());
         let mut job = job();
         job.output.annotate = [Annotate::None, Annotate::Changes, Annotate::Full][usize::from(manner.annotate)];
+        let toolpath = toolpath(&program, &surroundings(), &job);
         let cuts = |index: usize| {
             let pieces = (mixed(seed, index, 100) * 4.0) as usize;
             (1..pieces).map(|k| k as f64 / pieces as f64).collect::<Vec<_>>()

@@ -4,6 +4,7 @@
 
 pub mod decimal;
 pub mod edit;
+mod freeze;
 pub mod fword;
 pub mod mark;
 mod plan;
@@ -13,6 +14,7 @@ pub mod verify;
 mod view;
 mod write;
 
+pub use freeze::freeze;
 pub use mark::{is_ours, strip};
 pub use reference::references;
 pub use verify::{Difference, Proof, verify};
@@ -49,7 +51,8 @@ pub struct Rewritten {
     pub kept: Vec<(u32, String)>,
 }
 
-/// Writes the schedule's feeds into the program. Where nothing changes, the bytes come back as they are.
+/// Writes the schedule's feeds into the program. Where nothing changes, the bytes come back as they are. A schedule made
+/// after [`freeze`] asks for nothing that cannot be written; one made without it is obeyed as far as the text allows.
 pub fn rewrite(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &Job) -> Rewritten {
     let plans = plan::plan(program, toolpath, schedule, job);
     let mut writer = write::Writer::new(program, toolpath, job);

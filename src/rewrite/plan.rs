@@ -1,17 +1,13 @@
-//! What each block of text wants: nothing, its original feed, or new feeds. In: the moves and the schedule's pieces. Out: a
-//! want for every block, with everything doubtful turned into "keep".
-//!
-//! A block that sets no F itself lives in the *modal span* of the F word its moves name. Where a block is reached with
-//! different F words in force (a subprogram called twice), what it inherits cannot be restated by one line before it, so
-//! nothing in those modal spans changes.
+//! What each block of text wants: nothing, its original feed, or new feeds. In: the moves, why some must keep their feed, and
+//! the schedule's pieces. Out: a want for every block, with everything doubtful turned into "keep".
 
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
 use crate::machine::{Job, LimitKind};
-use crate::nc::{MoveKind, Program, Toolpath};
+use crate::nc::{Freeze, Move, MoveKind, Program, Toolpath};
 use crate::schedule::{FeedPiece, Schedule};
 
-use super::view::View;
+use super::freeze::freezes;
 
 /// One feed on one stretch of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,16 +41,13 @@ pub struct Plan {
     pub first: Option<MoveId>,
     /// Executed several times.
     pub repeated: bool,
-    /// Makes more than one motion (a cycle, compensation).
-    pub several: bool,
     /// The F word its moves run at.
     pub word: Option<(BlockId, Span)>,
-    /// Its moves run at different F words.
-    pub mixed: bool,
 }
 
 /// The plan of every block.
 pub fn plan(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &Job) -> Vec<Plan> {
+    let frozen = freezes(program, toolpath, job);
     let mut plans = vec![Plan::default(); program.len()];
     let shared = shared_feeds(toolpath, &schedule.pieces);
     let mut rest = schedule.pieces.as_slice();
@@ -65,18 +58,14 @@ pub fn plan(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &J
         let Some(plan) = plans.get_mut(motion.block.ix()) else { continue };
         plan.repeated |= motion.instance > 0;
         if motion.kind == MoveKind::Rapid {
-            plan.several |= plan.first.is_some();
             continue;
         }
-        plan.several |= plan.first.is_some();
         plan.first = plan.first.or(Some(id));
-        plan.mixed |= plan.first != Some(id) && plan.word != motion.feed.word;
         plan.word = motion.feed.word;
         let common = motion.shared.and_then(|number| shared.get(number as usize).copied().flatten());
-        add(plan, motion, pieces, common);
+        add(plan, motion, frozen[id.ix()], pieces, common);
     }
     exclude(&mut plans, job);
-    keep_spans(&mut plans, program, toolpath);
     plans
 }
 
@@ -99,12 +88,12 @@ fn lower(known: Option<Piece>, piece: &FeedPiece) -> Piece {
     known.filter(|known| known.feed_mm_s <= new.feed_mm_s).unwrap_or(new)
 }
 
-fn add(plan: &mut Plan, motion: &crate::nc::Move, pieces: &[FeedPiece], common: Option<Piece>) {
+fn add(plan: &mut Plan, motion: &Move, frozen: Option<Freeze>, pieces: &[FeedPiece], common: Option<Piece>) {
     let length = motion.curve.length();
     if let Want::Keep(_) = plan.want {
         return;
     }
-    if let Some(why) = motion.freeze {
+    if let Some(why) = frozen {
         plan.want = Want::Keep(why.why());
         return;
     }
@@ -145,32 +134,7 @@ fn exclude(plans: &mut [Plan], job: &Job) {
     for &(first, last) in &job.output.exclude {
         let range = (first.max(1) as usize - 1).min(plans.len())..(last as usize).min(plans.len());
         for plan in plans.get_mut(range).unwrap_or_default() {
-            plan.want = Want::Keep("the setup excludes it");
-        }
-    }
-}
-
-/// Keeps everything in the modal spans of a block that is reached with different F words in force: what it inherits cannot
-/// be restated. Blocks that make several moves, or are executed several times, must be plain words.
-fn keep_spans(plans: &mut [Plan], program: &Program, toolpath: &Toolpath) {
-    let feeds = || toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed);
-    let mixed = |block: BlockId| plans.get(block.ix()).is_some_and(|plan| plan.mixed);
-    let mut words: Vec<_> =
-        feeds().filter(|motion| mixed(motion.block)).filter_map(|motion| motion.feed.word).collect();
-    words.sort_by_key(|(_, span)| span.start);
-    words.dedup();
-    for motion in feeds() {
-        let shared =
-            motion.feed.word.is_some_and(|(_, span)| words.binary_search_by_key(&span.start, |w| w.1.start).is_ok());
-        if let Some(plan) =
-            plans.get_mut(motion.block.ix()).filter(|plan| shared && matches!(plan.want, Want::Feeds(_)))
-        {
-            plan.want = Want::Keep("its F word is shared with a block that is reached with different feeds");
-        }
-    }
-    for (plan, block) in plans.iter_mut().zip(program.blocks()) {
-        if matches!(plan.want, Want::Feeds(_)) && (plan.repeated || plan.several) && !View::of(program, block).plain {
-            plan.want = Want::Keep("its text is more than plain words");
+            plan.want = Want::Keep(Freeze::Excluded.why());
         }
     }
 }

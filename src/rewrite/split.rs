@@ -69,13 +69,21 @@ impl<'a> Block<'a> {
     }
 }
 
+/// Can the block be cut at all?
+pub fn can_be_cut(block: &Block<'_>) -> bool {
+    form(block).is_some()
+}
+
+fn form(block: &Block<'_>) -> Option<Form> {
+    let stops = block.motion.path_mode == PathMode::ExactStop;
+    let counted = block.program.dialect() == Dialect::Heidenhain;
+    let may = block.motion.splittable && !stops && !counted && is_simple(block.view);
+    may.then(|| Form::of(block)).flatten()
+}
+
 /// Cuts the block at these places (mm along its move, rising, inside it); `None`: it must stay whole.
 pub fn split(block: &Block<'_>, at_mm: &[f64]) -> Option<Pieces> {
-    let stops = block.motion.path_mode == PathMode::ExactStop;
-    if !block.motion.splittable || stops || !is_simple(block.view) {
-        return None;
-    }
-    let form = Form::of(block)?;
+    let form = form(block)?;
     let points = split_points(block, &form, at_mm)?;
     let mut before = Vec::new();
     let mut start = Start { at: block.motion.curve.from(), gone: [Decimal::nearest(0.0, 0); 3] };

@@ -164,8 +164,8 @@ impl<'a> Writer<'a> {
         let mut change = Change { leave_note: true, ..Change::default() };
         let restates_itself = (view.has(b'F') || view.computed_feed) && !view.delete;
         if !restates_itself && self.now != Now::Original {
-            let inherited =
-                plan.word.and_then(|(block, span)| self.written_feed(block, span)).or(self.original.clone());
+            let word = plan.word.filter(|_| !view.has(b'F'));
+            let inherited = word.and_then(|(block, span)| self.written_feed(block, span)).or(self.original.clone());
             match inherited {
                 Some(feed) => {
                     let note = Note { feed: feed.text.clone(), kept: true, ..Note::default() };
@@ -228,13 +228,12 @@ impl<'a> Writer<'a> {
         } else if let Some((block, span)) = plan.word {
             self.original = self.inherited(block, span, motion).or(self.original.take());
         }
-        let usable = self.original.as_ref().is_some_and(|feed| self.explains(feed, motion)) && !view.computed_feed;
-        let numbers: Option<Vec<(Piece, Feed)>> = usable.then(|| self.numbers(pieces, motion)).flatten();
+        let numbers = if view.computed_feed { None } else { self.numbers(pieces, motion) };
         let Some(numbers) = numbers else {
-            self.kept.push((self.program.line(id), "its F word does not explain its feed".to_owned()));
+            self.kept.push((self.program.line(id), "its feed cannot be written as an F word".to_owned()));
             return self.keep(view, plan);
         };
-        let splits = numbers.len() > 1 && !(self.jumps && view.has(b'N')) && !plan.repeated && self.may_insert();
+        let splits = numbers.len() > 1 && !(self.jumps && view.has(b'N')) && !plan.repeated;
         if splits {
             let block = Block::new(self.program, self.toolpath, view, self.modes, self.manners, first);
             let at: Vec<f64> = numbers[..numbers.len() - 1].iter().map(|(piece, _)| piece.to_mm).collect();
@@ -257,12 +256,6 @@ impl<'a> Writer<'a> {
         let word = View::of(self.program, block).words.into_iter().find(|word| word.span == span)?;
         let text = String::from_utf8_lossy(view::number_bytes(self.program, &word)).into_owned();
         Some(Feed { text, value: word.number, mode: motion.feed.mode, unit_mm: self.modes.unit_mm() })
-    }
-
-    /// Is this F number, read in its unit, the feed of the move?
-    fn explains(&self, feed: &Feed, motion: &crate::nc::Move) -> bool {
-        let unit = self.unit(motion, motion.curve.length());
-        unit.is_usable() && (unit.f_of(motion.feed.mm_s) - feed.value).abs() <= 1e-6 * feed.value.abs()
     }
 
     fn unit(&self, motion: &crate::nc::Move, length_mm: f64) -> FeedUnit {
@@ -317,7 +310,8 @@ impl<'a> Writer<'a> {
         let mut change = Change { edits: cut.edits, ..Change::default() };
         let sep: &[u8] = if self.manners.spaced { b" " } else { b"" };
         for ((piece, feed), mut code) in numbers.iter().zip(cut.before) {
-            let mut note = None;
+            let full = self.job.output.annotate == Annotate::Full;
+            let mut note = self.note(piece, feed, plan).filter(|_| full);
             if self.must_say(feed, plan) {
                 code.extend_from_slice(sep);
                 code.extend(self.f_word(&feed.text));
@@ -409,7 +403,8 @@ impl<'a> Writer<'a> {
             change.append.clear();
         }
         self.emit_before(start, view, &change.before);
-        let leave = change.leave_note || (untouched && change.note.is_none());
+        let same = |note: &Note| view.note().is_some_and(|(_, there)| there.feed == note.feed && there.was == note.was);
+        let leave = change.leave_note || (untouched && change.note.as_ref().is_none_or(same));
         let note = self.note_edit(id, view, &change, leave);
         if !change.append.is_empty() {
             self.edits.push(Edit::insert(self.append_at(view), change.append));

@@ -1,4 +1,5 @@
 //! Rewriting under test: random schedules, and what the written program must do.
+#![allow(dead_code)] // each test file uses its own part of it
 
 use feedwright::ids::MoveId;
 use feedwright::machine::{Job, LimitKind};
@@ -19,6 +20,13 @@ pub fn surroundings() -> Environment<'static> {
 
 pub fn parse(text: &[u8], dialect: nc::Dialect) -> Program {
     nc::parse(text.to_vec(), Some(dialect))
+}
+
+/// What the program does, with what the text forbids marked.
+pub fn toolpath(program: &Program, environment: &Environment<'_>, job: &Job) -> Toolpath {
+    let mut toolpath = nc::interpret(program, environment);
+    rewrite::freeze(program, &mut toolpath, job);
+    toolpath
 }
 
 /// Every feed move in pieces: `cuts(move)` gives fractions of its length, `factor(move, piece)` the change of its feed.
@@ -60,7 +68,7 @@ pub fn check(
     schedule: &Schedule,
     job: &Job,
 ) -> Result<Rewritten, String> {
-    let toolpath = nc::interpret(program, environment);
+    let toolpath = toolpath(program, environment, job);
     let rewritten = rewrite::rewrite(program, &toolpath, schedule, job);
     let output = nc::parse(rewritten.bytes.clone(), Some(program.dialect()));
     let text = || String::from_utf8_lossy(&rewritten.bytes).into_owned();

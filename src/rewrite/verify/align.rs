@@ -71,7 +71,7 @@ impl Walk<'_> {
             (Some(a), Some(b)) if a.text == b.text && a.pairs_with(&b) => self.pair(Role::Same(BlockId(self.i as u32))),
             (_, Some(b)) if b.is_added() => self.push(Role::Added),
             (Some(a), _) if a.is_comment_of_ours() => self.pass_original(),
-            (Some(_), Some(_)) => match self.pieces() {
+            (Some(_), Some(_)) => match self.pieces(self.i, self.j) {
                 Some(count) => self.push_pieces(count),
                 None => self.differ(proof),
             },
@@ -116,13 +116,13 @@ impl Walk<'_> {
         self.pair(Role::Last(block));
     }
 
-    /// Number of lines of the rewritten program, from here, that are the pieces of this block; `None`: they are not.
-    fn pieces(&self) -> Option<usize> {
-        let whole = Frame::of(self.original, self.i)?;
+    /// Number of lines of the rewritten program, from `j` on, that are the pieces of block `i`; `None`: they are not.
+    fn pieces(&self, i: usize, j: usize) -> Option<usize> {
+        let whole = Frame::of(self.original, i)?;
         let incremental = self.modes_here().incremental;
         let mut sum = [Some(Decimal::nearest(0.0, 0)); 3];
-        let end = self.rewritten.len().min(self.j + MOST_PIECES);
-        for (count, at) in (self.j..end).enumerate() {
+        let end = self.rewritten.len().min(j + MOST_PIECES);
+        for (count, at) in (j..end).enumerate() {
             let piece = Frame::of(self.rewritten, at)?;
             if piece.code != whole.code {
                 return None;
@@ -141,14 +141,21 @@ impl Walk<'_> {
         None
     }
 
+    /// Could line `j` stand for line `i`?
+    fn agree(&self, i: usize, j: usize) -> bool {
+        if i >= self.original.len() || j >= self.rewritten.len() {
+            return i >= self.original.len() && j >= self.rewritten.len();
+        }
+        Bare::of(self.original, i).text == Bare::of(self.rewritten, j).text || self.pieces(i, j).is_some()
+    }
+
     /// Reports a difference and finds the next lines that agree.
     fn differ(&mut self, proof: &mut Proof) {
-        let text = |program: &Program, at: usize| (at < program.len()).then(|| Bare::of(program, at).text);
         let (line, other) = (self.i as u32 + 1, self.j as u32 + 1);
-        if text(self.original, self.i + 1) == text(self.rewritten, self.j) {
+        if self.agree(self.i + 1, self.j) {
             proof.differ(Some(line), Some(other), "the line is missing");
             self.pass_original();
-        } else if text(self.original, self.i) == text(self.rewritten, self.j + 1) {
+        } else if self.agree(self.i, self.j + 1) {
             proof.differ(Some(line), Some(other), "the line is not in the original");
             self.push(Role::Added);
         } else {

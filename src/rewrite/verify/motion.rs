@@ -2,11 +2,11 @@
 //!
 //! Pieces of a block: each begins where the one before ends, the first begins and the last ends where the block did; split
 //! points lie within half an increment of its path, everything between within one increment (an arc's centre is rounded
-//! too), further along at each piece; arcs keep plane and sense, and their turns add up.
+//! too), further along at each piece; arcs keep plane, sense, and centre (rounded) or radius, and their turns add up.
 
 use crate::ids::BlockId;
 use crate::nc::{Event, Freeze, Move, MoveKind, Toolpath};
-use crate::path::{Curve, Vec3};
+use crate::path::{Arc, Curve, Vec3};
 
 use super::align::{Role, Roles};
 use super::{ENOUGH, Proof};
@@ -238,7 +238,8 @@ fn turns_agree(whole: &Curve, pieces: &[&Move], increment_mm: f64) -> bool {
             let mut sum = 0.0;
             for piece in pieces {
                 let Curve::Arc(part) = &piece.curve else { return false };
-                if part.plane != arc.plane || part.sweep_rad.signum() != arc.sweep_rad.signum() {
+                let turned = part.plane != arc.plane || part.sweep_rad.signum() != arc.sweep_rad.signum();
+                if turned || !about_the_same(arc, part, increment_mm) {
                     return false;
                 }
                 sum += part.sweep_rad;
@@ -247,4 +248,11 @@ fn turns_agree(whole: &Curve, pieces: &[&Move], increment_mm: f64) -> bool {
             (sum - arc.sweep_rad).abs() <= rounding + 1e-6
         }
     }
+}
+
+/// Is the centre that of the whole arc, rounded to the increment in each axis? An arc by its radius keeps that instead.
+fn about_the_same(whole: &Arc, part: &Arc, increment_mm: f64) -> bool {
+    let (a, b, _) = whole.plane.axes();
+    let off = (part.centre[a] - whole.centre[a]).abs().max((part.centre[b] - whole.centre[b]).abs());
+    off <= 0.5 * increment_mm + SAME_MM || (part.radius_mm - whole.radius_mm).abs() <= SAME_MM
 }

@@ -1,0 +1,143 @@
+//! What the text itself forbids, known before any feed is chosen. In: the program, its moves, the excluded lines. Out: for
+//! every move why its feed must stay, and whether its block can be cut, so that the schedule asks for nothing that cannot be
+//! written.
+//!
+//! A block that sets no F itself lives in the *modal span* of the F word its moves name. Where a block is reached with
+//! different F words in force (a subprogram called twice), what it inherits cannot be restated by one line before it, so
+//! nothing in those modal spans changes; nor does what inherits its feed from a block under the block-delete switch.
+
+use crate::diag::Span;
+use crate::ids::{BlockId, MoveId};
+use crate::machine::Job;
+use crate::nc::{FeedMode, Freeze, Move, MoveKind, Program, Toolpath};
+
+use super::fword::FeedUnit;
+use super::split::{self, Block};
+use super::view::{Manners, Modes, View};
+
+/// Marks the moves whose feed must stay ([`Move::freeze`]) and those that cannot be cut ([`Move::splittable`]).
+pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
+    let found = freezes(program, toolpath, job);
+    let whole = uncuttable(program, toolpath);
+    for (index, motion) in toolpath.moves.iter_mut().enumerate() {
+        motion.freeze = found[index];
+        motion.splittable &= !whole[index];
+    }
+}
+
+/// Why each move must keep its feed, by move index: what the interpreter found, then what the text forbids.
+pub fn freezes(program: &Program, toolpath: &Toolpath, job: &Job) -> Vec<Option<Freeze>> {
+    let modes = modes_by_block(program, toolpath);
+    let spans = mixed_spans(program, toolpath);
+    let mut text = Text::default();
+    let of_move = |(_, motion): (MoveId, &Move)| {
+        if motion.freeze.is_some() || motion.kind == MoveKind::Rapid || motion.block.ix() >= program.len() {
+            return motion.freeze;
+        }
+        let excluded = job.output.exclude.iter().any(|&(first, last)| (first..=last).contains(&motion.line));
+        let shared = motion.feed.word.is_some_and(|word| spans.binary_search(&start(word)).is_ok());
+        if excluded {
+            Some(Freeze::Excluded)
+        } else if shared {
+            Some(Freeze::Repeated)
+        } else {
+            text.read(program, motion);
+            text.forbids(motion, modes[motion.block.ix()])
+        }
+    };
+    toolpath.iter_moves().map(of_move).collect()
+}
+
+fn start((_, span): (BlockId, Span)) -> u32 {
+    span.start
+}
+
+/// Modes in force in each block, in text order.
+fn modes_by_block(program: &Program, toolpath: &Toolpath) -> Vec<Modes> {
+    let mut modes = Modes { inch: toolpath.inch, incremental: false };
+    let mut next = |block| {
+        modes = modes.after(&View::of(program, block));
+        modes
+    };
+    program.blocks().map(&mut next).collect()
+}
+
+/// Starts of the F words, sorted, in whose spans a block is reached that another F word reaches too.
+fn mixed_spans(program: &Program, toolpath: &Toolpath) -> Vec<u32> {
+    let feeds =
+        || toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed && motion.block.ix() < program.len());
+    let mut first: Vec<Option<Option<u32>>> = vec![None; program.len()];
+    let mut mixed = vec![false; program.len()];
+    for motion in feeds() {
+        let word = motion.feed.word.map(start);
+        let known = first[motion.block.ix()].get_or_insert(word);
+        mixed[motion.block.ix()] |= *known != word;
+    }
+    let mut words: Vec<u32> =
+        feeds().filter(|motion| mixed[motion.block.ix()]).filter_map(|motion| motion.feed.word.map(start)).collect();
+    words.sort_unstable();
+    words.dedup();
+    words
+}
+
+/// The block and the F word that were read last: neighbours share them.
+#[derive(Default)]
+struct Text {
+    block: Option<(BlockId, View)>,
+    word: Option<((BlockId, Span), f64, bool)>,
+}
+
+impl Text {
+    fn read(&mut self, program: &Program, motion: &Move) {
+        if self.block.as_ref().is_none_or(|(block, _)| *block != motion.block) {
+            self.block = Some((motion.block, View::of(program, motion.block)));
+        }
+        let Some(word) = motion.feed.word else { return };
+        if self.word.is_none_or(|(known, ..)| known != word) {
+            let view = View::of(program, word.0);
+            let number = view.words.iter().find(|w| w.span == word.1).map_or(f64::NAN, |w| w.number);
+            self.word = Some((word, number, view.delete));
+        }
+    }
+
+    fn forbids(&self, motion: &Move, modes: Modes) -> Option<Freeze> {
+        let (_, view) = self.block.as_ref()?;
+        let (_, number, deleted) = self.word.filter(|(word, ..)| motion.feed.word == Some(*word))?;
+        let twice = view.words.iter().filter(|word| word.letter == b'F').count() > 1;
+        if deleted || view.delete {
+            Some(Freeze::BlockDelete)
+        } else if view.flow || (!view.plain && (motion.instance > 0 || motion.shared.is_some())) {
+            Some(Freeze::Repeated)
+        } else if view.computed_feed {
+            Some(Freeze::Expression)
+        } else if twice || !explains(number, motion, modes) {
+            Some(Freeze::NotUnderstood)
+        } else {
+            None
+        }
+    }
+}
+
+/// Is this F number, read in the modes in force, the feed of the move? (In inverse time a cycle's moves have their own.)
+fn explains(number: f64, motion: &Move, modes: Modes) -> bool {
+    let length_mm = motion.curve.length();
+    let unit = FeedUnit { mode: motion.feed.mode, unit_mm: modes.unit_mm(), rps: motion.spin.rps, length_mm };
+    let empty = motion.feed.mode == FeedMode::InverseTime && length_mm == 0.0;
+    empty || unit.is_usable() && (unit.f_of(motion.feed.mm_s) - number).abs() <= 1e-6 * number.abs()
+}
+
+/// Which moves belong to a block that cannot be cut, by move index.
+fn uncuttable(program: &Program, toolpath: &Toolpath) -> Vec<bool> {
+    let modes = modes_by_block(program, toolpath);
+    let manners = Manners::of(program);
+    let jumps = program.blocks().any(|block| View::of(program, block).jumps);
+    let of_move = |(id, motion): (MoveId, &Move)| {
+        if !motion.splittable || motion.kind == MoveKind::Rapid || motion.block.ix() >= program.len() {
+            return true;
+        }
+        let view = View::of(program, motion.block);
+        let block = Block::new(program, toolpath, &view, modes[motion.block.ix()], manners, id);
+        (jumps && view.has(b'N')) || !split::can_be_cut(&block)
+    };
+    toolpath.iter_moves().map(of_move).collect()
+}
