@@ -4,7 +4,7 @@
 //! The writer walks the text in order and knows at each block whether the F in force is still the original's ([`Now`]).
 //! Before a block that is kept, or that steers the flow or hangs on the block-delete switch, a line of its own restates the
 //! original F if it is not in force; so every label, call and jump is passed with the original F, and a block that a jump
-//! may reach states its feed itself.
+//! may reach states its feed itself. In a file of ours, blocks that are left as they are gain no notes.
 
 use crate::ids::BlockId;
 use crate::machine::{Annotate, Job};
@@ -52,6 +52,9 @@ struct Manner {
     letter: Vec<u8>,
     style: NumberStyle,
 }
+
+/// Room for the block number and the F word of a piece, bytes.
+const MOST_N_AND_F: usize = 20;
 
 /// The writer's state.
 pub struct Writer<'a> {
@@ -237,7 +240,9 @@ impl<'a> Writer<'a> {
         if splits {
             let block = Block::new(self.program, self.toolpath, view, self.modes, self.manners, first);
             let at: Vec<f64> = numbers[..numbers.len() - 1].iter().map(|(piece, _)| piece.to_mm).collect();
-            if let Some(cut) = split::split(&block, &at) {
+            let short =
+                |cut: &split::Pieces| cut.before.iter().all(|code| code.len() + MOST_N_AND_F <= self.most_bytes);
+            if let Some(cut) = split::split(&block, &at).filter(short) {
                 if view.has(b'F') && self.now == Now::Original {
                     self.now = earlier.map_or(Now::Either, Now::Ours);
                 }
@@ -403,7 +408,8 @@ impl<'a> Writer<'a> {
             change.append.clear();
         }
         self.emit_before(start, view, &change.before);
-        let same = |note: &Note| view.note().is_some_and(|(_, there)| there.feed == note.feed && there.was == note.was);
+        let there = view.note().map(|(_, note)| note);
+        let same = |note: &Note| there.map_or(self.marked, |old| old.feed == note.feed && old.was == note.was);
         let leave = change.leave_note || (untouched && change.note.as_ref().is_none_or(same));
         let note = self.note_edit(id, view, &change, leave);
         if !change.append.is_empty() {
@@ -432,20 +438,28 @@ impl<'a> Writer<'a> {
 
     fn note_edit(&self, id: BlockId, view: &View, change: &Change, leave: bool) -> Option<Edit> {
         let there = view.note();
-        if leave && (there.is_some() || change.note.is_none()) {
+        if leave {
             return None;
         }
-        let text =
-            change.note.as_ref().map(|note| [b" ".as_slice(), &mark::comment(self.dialect, &note.text())].concat());
-        let room = self.most_bytes.saturating_sub(self.new_length(view, change, id));
         let old = there.map_or(0, |(span, _)| span.len());
-        let text = text.filter(|text| text.len() <= room + old && self.may_note(view));
+        let room = self.most_bytes.saturating_sub(self.new_length(view, change, id)) + old;
+        let note = change.note.as_ref().filter(|_| self.may_note(view));
+        let text = note.and_then(|note| self.fitting(note, room));
         match (there, text) {
             (Some((span, _)), Some(text)) => Some(Edit::replace(*span, text)),
             (Some((span, _)), None) => Some(Edit::replace(*span, *b"")),
             (None, Some(text)) => Some(Edit::insert(self.note_at(view), text)),
             (None, None) => None,
         }
+    }
+
+    /// The note as text of at most `room` bytes: without tool and limit where they do not fit, never without the feed it
+    /// remembers.
+    fn fitting(&self, note: &Note, room: usize) -> Option<Vec<u8>> {
+        let short = Note { tool: None, ..note.clone() };
+        let shorter = Note { limit: None, percent: None, ..short.clone() };
+        let text = |note: &Note| [b" ".as_slice(), &mark::comment(self.dialect, &note.text())].concat();
+        [note, &short, &shorter].into_iter().map(text).find(|text| text.len() <= room)
     }
 
     fn note_at(&self, view: &View) -> u32 {
@@ -477,13 +491,8 @@ impl<'a> Writer<'a> {
             }
             out.extend_from_slice(code.trim_ascii());
             let comment = note.as_ref().filter(|_| self.job.output.annotate != Annotate::None);
-            if let Some(note) = comment {
-                let text = mark::comment(self.dialect, &note.text());
-                if out.len() - begin + 1 + text.len() <= self.most_bytes {
-                    out.push(b' ');
-                    out.extend(text);
-                }
-            }
+            let room = self.most_bytes.saturating_sub(out.len() - begin);
+            out.extend(comment.and_then(|note| self.fitting(note, room)).unwrap_or_default());
             out.extend_from_slice(self.line_end);
             self.stats.f_words_after += usize::from(code.iter().any(|b| b.eq_ignore_ascii_case(&b'F')));
         }
