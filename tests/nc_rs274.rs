@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use feedwright::machine::Compensation;
 use feedwright::nc::{self, Environment, Event, MoveKind, Toolpath};
 use feedwright::path::{Curve, Plane, Vec3};
 use feedwright::units::{MM_PER_INCH, rpm_from_rps};
@@ -178,7 +179,7 @@ fn verdict(file: &Path, scratch: &Path) -> String {
         Err(complaint) => format!("rejected by rs274: {complaint}{note}"),
         Ok(canon) => {
             let program = nc::parse(text, None);
-            let environment = Environment::default();
+            let environment = rs274_environment();
             let mine = ours(&nc::interpret(&program, &environment));
             let reference = theirs(&canon);
             match difference(&mine, &reference) {
@@ -186,6 +187,15 @@ fn verdict(file: &Path, scratch: &Path) -> String {
                 Some(what) => format!("DIFFERS: {what}{note}"),
             }
         }
+    }
+}
+
+/// The tool table that `canon.sh` uses: every tool 0.2362 inch thick.
+fn rs274_environment() -> Environment<'static> {
+    Environment {
+        diameters_mm: (1..=99).map(|number| (number, 0.2362 * MM_PER_INCH)).collect(),
+        compensation: Some(Compensation::Control),
+        ..Environment::default()
     }
 }
 

@@ -47,9 +47,13 @@ impl Run<'_> {
 
     /// Makes an arc given in programmed coordinates.
     fn arc_to(&mut self, plane: Plane, target: Vec3, centre: Vec3, sweep: f64) {
-        self.programmed = target;
-        let (to, centre) = (self.frame.apply(target), self.frame.apply(centre));
+        let centre = self.frame.apply(centre);
         let sweep = if self.frame.mirrors(plane) { -sweep } else { sweep };
+        if self.compensated(MoveKind::Feed, target, Some((centre, sweep))) {
+            return;
+        }
+        self.programmed = target;
+        let to = self.frame.apply(target);
         self.tool_to(MoveKind::Feed, Curve::Arc(Arc::new(plane, self.tool, to, centre, sweep)));
     }
 

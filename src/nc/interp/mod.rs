@@ -3,6 +3,7 @@
 
 mod arc;
 mod calls;
+mod compensation;
 mod cycles;
 mod flow;
 mod labels;
@@ -16,6 +17,7 @@ mod state;
 use std::rc::Rc;
 
 use calls::{Call, Source};
+use compensation::{Active, Contour};
 use cycles::Cycle;
 use flow::After;
 use labels::Labels;
@@ -40,11 +42,11 @@ const BLOCK_COST: usize = 32;
 /// Interprets a program; never fails. What is not understood is diagnosed, and the feed of its block frozen.
 pub fn interpret(program: &Program, environment: &Environment<'_>) -> Toolpath {
     let mut run = Run::new(program, environment);
-    run.out.moves.reserve(program.len());
-    run.out.events.reserve(program.len());
-    let mut line = Line::default();
-    while !run.ended {
-        run.step(&mut line);
+    run.execute_all();
+    if run.undecided {
+        let refused = std::mem::take(&mut run.refused);
+        run = Run { refused_before: refused, deciding: true, ..Run::new(program, environment) };
+        run.execute_all();
     }
     run.finish()
 }
@@ -92,6 +94,19 @@ struct Run<'a> {
     repeats: Vec<(usize, u32, u64)>,
     /// Executions of each block of the main text so far; empty until the first jump.
     counts: Vec<u32>,
+    /// Radius compensation in force.
+    compensation: Option<Active>,
+    /// G41/G42 is in force but moves nothing aside.
+    contour_only: Contour,
+    /// G41/G42 ranges seen so far.
+    ranges: usize,
+    /// Ranges a control would have to refuse in this pass, and in the one before.
+    refused: Vec<usize>,
+    refused_before: Vec<usize>,
+    /// A range was read as if the control offset it, only to see whether it could.
+    undecided: bool,
+    /// The second pass, in which that is known.
+    deciding: bool,
     /// The canned cycle in force.
     cycle: Option<Cycle>,
     /// Feed moves of drilling cycles, each with the block whose F word drives it.
@@ -133,9 +148,25 @@ impl<'a> Run<'a> {
             calls: Vec::new(),
             repeats: Vec::new(),
             counts: Vec::new(),
+            compensation: None,
+            contour_only: Contour::Off,
+            ranges: 0,
+            refused: Vec::new(),
+            refused_before: Vec::new(),
+            undecided: false,
+            deciding: false,
             cycle: None,
             cycle_moves: Vec::new(),
             budget: (program.text().len() + BLOCK_COST * program.len()) as u64 + env.max_repeated_bytes,
+        }
+    }
+
+    fn execute_all(&mut self) {
+        self.out.moves.reserve(self.program.len());
+        self.out.events.reserve(self.program.len());
+        let mut line = Line::default();
+        while !self.ended {
+            self.step(&mut line);
         }
     }
 

@@ -111,6 +111,9 @@ impl Run<'_> {
 
     /// Goes straight to a programmed point.
     pub(super) fn line_to(&mut self, kind: MoveKind, target: Vec3) {
+        if self.compensated(kind, target, None) {
+            return;
+        }
         self.programmed = target;
         let to = self.frame.apply(target);
         self.tool_to(kind, Curve::Line { from: self.tool, to });

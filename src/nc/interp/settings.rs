@@ -96,7 +96,10 @@ impl Run<'_> {
             930 => self.feed_mode(FeedMode::InverseTime),
             940 => self.feed_mode(FeedMode::PerMinute),
             950 => self.feed_mode(FeedMode::PerRev),
-            970 | 110 | 490 | 430 | 431 | 432 | 400 | 150 | 500 | 690 => {}
+            400 => self.switch_compensation(0.0, false, line, span),
+            410 | 411 => self.switch_compensation(1.0, code == 411, line, span),
+            420 | 421 => self.switch_compensation(-1.0, code == 421, line, span),
+            970 | 110 | 490 | 430 | 431 | 432 | 150 | 500 | 690 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.source.program().text())).into_owned();

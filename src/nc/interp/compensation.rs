@@ -1,0 +1,431 @@
+//! Cutter radius compensation (G40, G41, G42, G41.1, G42.1): from the programmed contour to the path of the tool.
+//!
+//! In the plane of the work, with side s = +1 left of the contour (G41) and −1 right of it, the tool runs on the contour
+//! moved by s·r along its left normal. At a corner where the contour turns away from the tool by more than 0.05 rad an
+//! arc about the corner is put in (straight at rapid); where it turns towards the tool by more than that, the element
+//! before is cut back to the intersection of the two moved elements. Entry ends square to its own end. This is how
+//! LinuxCNC 2.9 does it; other controls differ by the threshold. What cannot be reached without gouging is refused.
+
+use super::Run;
+use super::arc::sweep;
+use super::line::Line;
+use crate::diag::{Severity, Span};
+use crate::machine::Compensation;
+use crate::nc::dialect::Dialect;
+use crate::nc::toolpath::{Freeze, MoveKind};
+use crate::path::{Arc, Curve, Vec3};
+
+/// Change of direction below which two elements are simply joined, rad.
+const JOINED_RAD: f64 = 0.05;
+/// Slack in lengths and angles, mm and rad.
+const SLACK: f64 = 1e-6;
+
+type Point = [f64; 2];
+
+/// An element of the contour after it was moved aside.
+#[derive(Debug, Clone, Copy)]
+enum Moved {
+    /// Through a point, along a unit direction.
+    Line(Point, Point),
+    /// Centre and radius.
+    Circle(Point, f64),
+}
+
+/// G41/G42 in force without moving the tool aside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Contour {
+    /// It is not.
+    Off,
+    /// The path is written as the tool runs; the wear value is taken as zero.
+    AsWritten,
+    /// What it means is not known: feeds are kept.
+    Unknown,
+}
+
+/// Compensation in force.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Active {
+    /// +1: the tool is left of the contour, −1: right.
+    side: f64,
+    radius: f64,
+    /// Where it was switched on: its ordinal in the program.
+    range: usize,
+    before: Option<Before>,
+}
+
+/// The element before the corner.
+#[derive(Debug, Clone, Copy)]
+struct Before {
+    moved: Moved,
+    /// Direction of the contour at its end.
+    direction: Point,
+    /// Its move; those after it only rise or sink.
+    index: usize,
+    /// +1 when it bends counter-clockwise, −1 clockwise, 0 straight.
+    bend: f64,
+}
+
+/// An element of the contour that is to be followed, in coordinates of the work offset.
+#[derive(Debug, Clone, Copy)]
+struct Element {
+    from: Vec3,
+    to: Vec3,
+    /// Centre and angle turned of an arc.
+    arc: Option<(Vec3, f64)>,
+}
+
+/// Why a control would stop.
+type Refusal = &'static str;
+
+impl Run<'_> {
+    /// G41, G42 and their variants with the diameter in D (`inline`), or G40 with `side` 0.
+    pub(super) fn switch_compensation(&mut self, side: f64, inline: bool, line: &Line, place: Span) {
+        self.compensation = None;
+        self.contour_only = Contour::Off;
+        if side == 0.0 {
+            return;
+        }
+        let range = self.ranges;
+        self.ranges += 1;
+        let diameter = self.compensation_diameter(inline, line);
+        let refused = self.refused_before.contains(&range);
+        let meaning = match self.env.compensation {
+            Some(meaning) => Some(meaning),
+            None if inline || self.program.dialect() == Dialect::LinuxCnc => Some(Compensation::Control),
+            None if refused => Some(Compensation::Wear),
+            None => None,
+        };
+        match (meaning, diameter) {
+            (Some(Compensation::Wear | Compensation::InverseWear), _) => self.contour_only = Contour::AsWritten,
+            (Some(Compensation::Control), Some(diameter)) => {
+                let side = side * diameter.signum();
+                if diameter != 0.0 {
+                    self.compensation = Some(Active { side, radius: 0.5 * diameter.abs(), range, before: None });
+                }
+            }
+            (None, Some(diameter)) if !self.deciding => {
+                // A first look: would the control have to refuse the contour? Then it cannot be meant that way.
+                self.undecided = true;
+                self.compensation = Some(Active { side, radius: 0.5 * diameter, range, before: None });
+            }
+            _ => {
+                self.contour_only = Contour::Unknown;
+                let what = if diameter.is_none() { "the radius of the tool" } else { "what G41/G42 means here" };
+                let text = format!("{what} is not known: the feeds up to G40 are kept");
+                let help = "set compensation = \"control\" or \"wear\" under [machine], and give the tool";
+                self.say("nc::compensation", Severity::Warning, place, text, help);
+            }
+        }
+    }
+
+    /// Diameter that the D word, or the tool, stands for, mm.
+    fn compensation_diameter(&self, inline: bool, line: &Line) -> Option<f64> {
+        let value = line.get(b'D');
+        if inline {
+            return Some(value.unwrap_or(0.0) * self.modal.unit_mm());
+        }
+        let number = value.filter(|d| *d != 0.0 && d.fract() == 0.0).map_or(self.modal.tool, |d| d as u32);
+        let table = self.env.diameter_mm(number).or_else(|| self.env.diameter_mm(self.modal.tool));
+        if value.is_some_and(|d| d.fract() != 0.0) {
+            return self.env.diameter_mm(self.modal.tool);
+        }
+        table.or((self.modal.tool == 0 && value.is_none()).then_some(0.0))
+    }
+
+    /// Follows a line (or an arc about `arc`'s centre) of the contour; false when compensation is off.
+    pub(super) fn compensated(&mut self, kind: MoveKind, target: Vec3, arc: Option<(Vec3, f64)>) -> bool {
+        self.splittable &= self.contour_only == Contour::Off;
+        if self.contour_only == Contour::Unknown {
+            self.freeze = self.freeze.or(Some(Freeze::Compensation));
+        }
+        let Some(mut active) = self.compensation else { return false };
+        let (from, to) = (self.frame.apply(self.programmed), self.frame.apply(target));
+        if self.frame.mirrors(self.modal.plane) {
+            active.side = -active.side;
+        }
+        let element = Element { from, to, arc };
+        self.splittable = false;
+        self.programmed = target;
+        match self.follow(active, kind, element) {
+            Ok(before) => {
+                if let Some(active) = &mut self.compensation {
+                    active.before = before;
+                }
+            }
+            Err(why) => self.refuse(active.range, kind, element, why),
+        }
+        true
+    }
+
+    fn refuse(&mut self, range: usize, kind: MoveKind, element: Element, why: Refusal) {
+        self.refused.push(range);
+        let span = self.source.program().span(self.block);
+        if !self.undecided {
+            let help = "correct the contour or the radius; set compensation = \"wear\" if the path is already offset";
+            self.say("nc::compensation", Severity::Error, span, why, help);
+        }
+        self.freeze = self.freeze.or(Some(Freeze::Compensation));
+        if let Some(active) = &mut self.compensation {
+            active.before = None;
+        }
+        let curve = match element.arc {
+            Some((centre, sweep)) if (self.tool - element.from).norm() < SLACK => {
+                Curve::Arc(Arc::new(self.modal.plane, self.tool, element.to, centre, sweep))
+            }
+            _ => Curve::Line { from: self.tool, to: element.to },
+        };
+        self.tool_to(kind, curve);
+    }
+
+    fn follow(&mut self, active: Active, kind: MoveKind, element: Element) -> Result<Option<Before>, Refusal> {
+        let (a, b, _) = self.modal.plane.axes();
+        let flat = |p: Vec3| [p[a], p[b]];
+        let (p, q) = (flat(element.from), flat(element.to));
+        if element.arc.is_none() && distance(p, q) < 1e-9 {
+            let to = self.lift(flat(self.tool), element.to);
+            self.tool_to(kind, Curve::Line { from: self.tool, to });
+            return Ok(active.before);
+        }
+        let Some(before) = active.before else { return self.enter_contour(active, kind, element).map(Some) };
+        let (start, end) = directions(element, flat);
+        let moved = moved_element(active, element, flat)?;
+        let turn = active.side * cross(before.direction, start).atan2(dot(before.direction, start));
+        let reversal = turn.abs() > std::f64::consts::PI - JOINED_RAD;
+        // Where the contour turns right back, its curvature says which way: towards the tool if it bends away from it.
+        let bend = element.arc.map_or(0.0, |(_, angle)| angle.signum());
+        let towards = if reversal { active.side * (before.bend + bend) < 0.0 } else { turn > JOINED_RAD };
+        if towards {
+            let corner = offset(p, start, active);
+            let meeting = meet(before.moved, moved, corner, p)?;
+            self.cut_back(before, meeting)?;
+        } else if turn < -JOINED_RAD || reversal {
+            self.round_corner(active, kind, element.from, offset(p, start, active), -active.side * turn.abs());
+        }
+        let index = self.out.moves.len();
+        self.follow_moved(active, kind, element, moved)?;
+        Ok(Some(Before { moved, direction: end, index, bend }))
+    }
+
+    /// Puts plane coordinates and the height of `at` together.
+    fn lift(&self, plane: Point, at: Vec3) -> Vec3 {
+        let (a, b, _) = self.modal.plane.axes();
+        let mut point = at;
+        (point[a], point[b]) = (plane[0], plane[1]);
+        point
+    }
+
+    /// The first element: from where the tool is to square to the end.
+    fn enter_contour(&mut self, active: Active, kind: MoveKind, element: Element) -> Result<Before, Refusal> {
+        let (a, b, _) = self.modal.plane.axes();
+        let flat = |p: Vec3| [p[a], p[b]];
+        let (from, q) = (flat(self.tool), flat(element.to));
+        if distance(from, q) <= active.radius {
+            return Err("the entry move of radius compensation is not longer than the tool radius");
+        }
+        let index = self.out.moves.len();
+        let Some((centre, angle)) = element.arc else {
+            let direction = unit([q[0] - from[0], q[1] - from[1]]);
+            let end = offset(q, direction, active);
+            self.tool_to(kind, Curve::Line { from: self.tool, to: self.lift(end, element.to) });
+            return Ok(Before { moved: Moved::Line(end, direction), direction, index, bend: 0.0 });
+        };
+        let (_, direction) = directions(element, flat);
+        moved_element(active, element, flat)?;
+        let end = offset(q, direction, active);
+        // The centre of the entry arc lies on the normal at its end, as far from there as from the start.
+        let normal = unit([flat(centre)[0] - end[0], flat(centre)[1] - end[1]]);
+        let back = [from[0] - end[0], from[1] - end[1]];
+        let along = dot(back, normal);
+        if along.abs() < SLACK {
+            return Err("the entry arc of radius compensation cannot be made");
+        }
+        let length = dot(back, back) / (2.0 * along);
+        let middle = [end[0] + length * normal[0], end[1] + length * normal[1]];
+        let (to, middle3) = (self.lift(end, element.to), self.lift(middle, self.tool));
+        let turned = sweep(self.modal.plane, self.tool, to, middle3, angle < 0.0, 1.0);
+        self.tool_to(kind, Curve::Arc(Arc::new(self.modal.plane, self.tool, to, middle3, turned)));
+        Ok(Before { moved: Moved::Circle(middle, length.abs()), direction, index, bend: angle.signum() })
+    }
+
+    fn round_corner(&mut self, active: Active, kind: MoveKind, corner: Vec3, to: Point, angle: f64) {
+        let to = self.lift(to, self.tool);
+        let centre = corner;
+        let curve = if kind == MoveKind::Rapid || active.radius < 1e-9 {
+            Curve::Line { from: self.tool, to }
+        } else {
+            Curve::Arc(Arc::new(self.modal.plane, self.tool, to, centre, angle))
+        };
+        self.tool_to(kind, curve);
+    }
+
+    fn follow_moved(&mut self, active: Active, kind: MoveKind, element: Element, moved: Moved) -> Result<(), Refusal> {
+        let (a, b, _) = self.modal.plane.axes();
+        let flat = |p: Vec3| [p[a], p[b]];
+        let plane = self.modal.plane;
+        let (_, end_direction) = directions(element, flat);
+        let end = self.lift(offset(flat(element.to), end_direction, active), element.to);
+        let curve = match (moved, element.arc) {
+            (Moved::Circle(centre, _), Some((_, angle))) => {
+                let centre = self.lift(centre, self.tool);
+                let mut turned = sweep(plane, self.tool, end, centre, angle < 0.0, 1.0);
+                turned += (angle.abs() / std::f64::consts::TAU - 1e-9).floor().max(0.0)
+                    * std::f64::consts::TAU.copysign(angle);
+                if turned.abs() > angle.abs() + 0.1 + JOINED_RAD {
+                    return Err(GOUGE);
+                }
+                Curve::Arc(Arc::new(plane, self.tool, end, centre, turned))
+            }
+            (Moved::Line(_, direction), _) => {
+                let (from, to) = (flat(self.tool), flat(end));
+                if dot([to[0] - from[0], to[1] - from[1]], direction) < -SLACK {
+                    return Err(GOUGE);
+                }
+                Curve::Line { from: self.tool, to: end }
+            }
+            (Moved::Circle(..), None) => Curve::Line { from: self.tool, to: end },
+        };
+        self.tool_to(kind, curve);
+        Ok(())
+    }
+
+    /// Ends the element before the corner at `meeting`, and takes what follows it (moves in height only) there.
+    fn cut_back(&mut self, before: Before, meeting: Point) -> Result<(), Refusal> {
+        let (a, b, _) = self.modal.plane.axes();
+        let shift = |p: Vec3| {
+            let mut p = p;
+            (p[a], p[b]) = (meeting[0], meeting[1]);
+            p
+        };
+        for (offset, motion) in self.out.moves[before.index..].iter_mut().enumerate() {
+            motion.curve = match (motion.curve, before.moved) {
+                (Curve::Line { to, .. }, _) if offset > 0 => Curve::Line { from: shift(to), to: shift(to) },
+                (Curve::Line { from, to }, Moved::Line(_, direction)) => {
+                    if dot([meeting[0] - from[a], meeting[1] - from[b]], direction) < -SLACK {
+                        return Err(GOUGE);
+                    }
+                    Curve::Line { from, to: shift(to) }
+                }
+                (Curve::Arc(arc), _) => {
+                    let turned = sweep(arc.plane, arc.from, shift(arc.to), arc.centre, arc.sweep_rad < 0.0, 1.0);
+                    if turned.abs() > arc.sweep_rad.abs() + SLACK {
+                        return Err(GOUGE);
+                    }
+                    Curve::Arc(Arc::new(arc.plane, arc.from, shift(arc.to), arc.centre, turned))
+                }
+                (line, _) => line,
+            };
+        }
+        self.chain_heights(before.index);
+        self.tool = shift(self.tool);
+        Ok(())
+    }
+
+    /// Joins the moves in height after `first` end to end.
+    fn chain_heights(&mut self, first: usize) {
+        for index in first + 1..self.out.moves.len() {
+            let start = self.out.moves[index - 1].curve.to();
+            if let Curve::Line { from, .. } = &mut self.out.moves[index].curve {
+                *from = start;
+            }
+        }
+    }
+}
+
+const GOUGE: Refusal = "the contour cannot be followed with this tool radius without gouging";
+
+fn cross(u: Point, v: Point) -> f64 {
+    u[0] * v[1] - u[1] * v[0]
+}
+
+fn dot(u: Point, v: Point) -> f64 {
+    u[0] * v[0] + u[1] * v[1]
+}
+
+fn distance(p: Point, q: Point) -> f64 {
+    (p[0] - q[0]).hypot(p[1] - q[1])
+}
+
+fn unit(v: Point) -> Point {
+    let length = v[0].hypot(v[1]).max(f64::MIN_POSITIVE);
+    [v[0] / length, v[1] / length]
+}
+
+/// A point of the contour, moved aside where the contour runs along `direction`.
+fn offset(p: Point, direction: Point, active: Active) -> Point {
+    let by = active.side * active.radius;
+    [p[0] - by * direction[1], p[1] + by * direction[0]]
+}
+
+/// Directions of an element at its start and end.
+fn directions(element: Element, flat: impl Fn(Vec3) -> Point) -> (Point, Point) {
+    let (p, q) = (flat(element.from), flat(element.to));
+    match element.arc {
+        None => {
+            let direction = unit([q[0] - p[0], q[1] - p[1]]);
+            (direction, direction)
+        }
+        Some((centre, sweep)) => {
+            let c = flat(centre);
+            let tangent = |at: Point| {
+                let radial = unit([at[0] - c[0], at[1] - c[1]]);
+                if sweep > 0.0 { [-radial[1], radial[0]] } else { [radial[1], -radial[0]] }
+            };
+            (tangent(p), tangent(q))
+        }
+    }
+}
+
+fn moved_element(active: Active, element: Element, flat: impl Fn(Vec3) -> Point) -> Result<Moved, Refusal> {
+    let (start, _) = directions(element, &flat);
+    match element.arc {
+        None => Ok(Moved::Line(offset(flat(element.from), start, active), start)),
+        Some((centre, sweep)) => {
+            let radius = distance(flat(centre), flat(element.from));
+            let inside = (sweep > 0.0) == (active.side > 0.0);
+            if inside && radius <= active.radius {
+                return Err("the arc is smaller than the tool");
+            }
+            Ok(Moved::Circle(flat(centre), if inside { radius - active.radius } else { radius + active.radius }))
+        }
+    }
+}
+
+/// Where two moved elements meet, nearest to the corner of the contour.
+fn meet(before: Moved, after: Moved, near: Point, corner: Point) -> Result<Point, Refusal> {
+    let candidates = match (before, after) {
+        (Moved::Line(p, u), Moved::Line(q, v)) => {
+            let sine = cross(u, v);
+            let t = cross([q[0] - p[0], q[1] - p[1]], v) / sine;
+            if sine == 0.0 { Vec::new() } else { vec![[p[0] + t * u[0], p[1] + t * u[1]]] }
+        }
+        (Moved::Line(p, u), Moved::Circle(c, r)) | (Moved::Circle(c, r), Moved::Line(p, u)) => line_circle(p, u, c, r),
+        (Moved::Circle(c, r), Moved::Circle(d, s)) => circles(c, r, d, s),
+    };
+    let far = |p: &Point| distance(*p, near) + distance(*p, corner);
+    candidates.into_iter().min_by(|p, q| far(p).total_cmp(&far(q))).ok_or(GOUGE)
+}
+
+fn line_circle(p: Point, u: Point, c: Point, r: f64) -> Vec<Point> {
+    let w = [c[0] - p[0], c[1] - p[1]];
+    let (along, height) = (dot(w, u), cross(u, w));
+    let square = r * r - height * height;
+    if square < 0.0 {
+        return Vec::new();
+    }
+    [-1.0, 1.0].map(|sign| along + sign * square.sqrt()).map(|t| [p[0] + t * u[0], p[1] + t * u[1]]).to_vec()
+}
+
+fn circles(c: Point, r: f64, d: Point, s: f64) -> Vec<Point> {
+    let apart = distance(c, d);
+    if apart < 1e-12 {
+        return Vec::new();
+    }
+    let along = (apart * apart + r * r - s * s) / (2.0 * apart);
+    let square = r * r - along * along;
+    if square < 0.0 {
+        return Vec::new();
+    }
+    let u = unit([d[0] - c[0], d[1] - c[1]]);
+    let foot = [c[0] + along * u[0], c[1] + along * u[1]];
+    [-1.0, 1.0].map(|sign| sign * square.sqrt()).map(|h| [foot[0] - h * u[1], foot[1] + h * u[0]]).to_vec()
+}
