@@ -141,19 +141,20 @@ fn difference(ours: &[Motion], theirs: &[Motion]) -> Option<String> {
                 return Some(format!("{place}: {:?} here, {:?} there", a.centre, b.centre));
             }
         }
-        if a.tool != b.tool {
-            return Some(format!("{place}: tool {} here, {} there", a.tool, b.tool));
-        }
         if (a.rpm - b.rpm).abs() > 1e-3 {
             return Some(format!("{place}: spindle {} here, {} there", a.rpm, b.rpm));
         }
+    }
+    let other_tool = ours.iter().zip(theirs).find(|(a, b)| a.tool != b.tool);
+    if let Some((a, b)) = other_tool.filter(|_| ours.len() == theirs.len()) {
+        return Some(format!("all {} motions alike, but the tool is {} here, {} there", ours.len(), a.tool, b.tool));
     }
     (ours.len() != theirs.len()).then(|| format!("{} motions here, {} there", ours.len(), theirs.len()))
 }
 
 /// Canonical calls of rs274, or its complaint.
-fn run_rs274(program: &Path) -> Result<String, String> {
-    let output = Command::new("bash").arg("../shared/linuxcnc/canon.sh").arg(program).output().unwrap();
+fn run_rs274(program: &Path, tools: &Path) -> Result<String, String> {
+    let output = Command::new("bash").arg("../shared/linuxcnc/canon.sh").arg(program).arg(tools).output().unwrap();
     let complaint = String::from_utf8_lossy(&output.stderr);
     let first = complaint.lines().find(|line| !line.trim().is_empty()).unwrap_or("").to_owned();
     if output.status.success() && first.is_empty() {
@@ -169,17 +170,19 @@ fn verdict(file: &Path, scratch: &Path) -> String {
     let copy = scratch.join("program.ngc");
     fs::write(&copy, &text).unwrap();
     let mut note = "";
-    let mut canon = run_rs274(&copy);
+    let own = Path::new("../shared/linuxcnc/tbl").join(format!("{}.tbl", file.file_name().unwrap().to_string_lossy()));
+    let tools = if own.exists() { own } else { PathBuf::from("../shared/linuxcnc/generic.tbl") };
+    let mut canon = run_rs274(&copy, &tools);
     if canon.as_ref().is_err_and(|complaint| complaint.contains("ended with no percent")) {
         note = " (M2 appended for rs274)";
         fs::write(&copy, [&text[..], b"\nM2\n"].concat()).unwrap();
-        canon = run_rs274(&copy);
+        canon = run_rs274(&copy, &tools);
     }
     match canon {
         Err(complaint) => format!("rejected by rs274: {complaint}{note}"),
         Ok(canon) => {
             let program = nc::parse(text, None);
-            let environment = rs274_environment();
+            let environment = rs274_environment(&tools);
             let mine = ours(&nc::interpret(&program, &environment));
             let reference = theirs(&canon);
             match difference(&mine, &reference) {
@@ -190,13 +193,14 @@ fn verdict(file: &Path, scratch: &Path) -> String {
     }
 }
 
-/// The tool table that `canon.sh` uses: every tool 0.2362 inch thick.
-fn rs274_environment() -> Environment<'static> {
-    Environment {
-        diameters_mm: (1..=99).map(|number| (number, 0.2362 * MM_PER_INCH)).collect(),
-        compensation: Some(Compensation::Control),
-        ..Environment::default()
-    }
+/// A control just switched on, with the diameters (inch) of a LinuxCNC tool table.
+fn rs274_environment(tools: &Path) -> Environment<'static> {
+    let table = fs::read_to_string(tools).unwrap();
+    let field = |row: &str, letter: char| {
+        row.split_whitespace().find_map(|word| word.strip_prefix(letter)).and_then(|value| value.parse::<f64>().ok())
+    };
+    let rows = table.lines().filter_map(|row| Some((field(row, 'T')? as u32, field(row, 'D')? * MM_PER_INCH)));
+    Environment { diameters_mm: rows.collect(), compensation: Some(Compensation::Control), ..Environment::default() }
 }
 
 fn programs(folder: &str) -> Vec<PathBuf> {

@@ -4,16 +4,18 @@
 pub mod dialect;
 pub mod environment;
 mod expr;
+mod heidenhain_lex;
 mod interp;
 pub mod lex;
 mod number;
 pub mod print;
 pub mod program;
+mod siemens_lex;
 pub mod toolpath;
 
 pub use dialect::{Dialect, Syntax};
 pub use environment::Environment;
-pub use interp::interpret;
+pub use interp::{interpret, interpret_each};
 pub use lex::{Token, TokenKind};
 pub use number::decimal;
 pub use program::{MAX_TEXT, Program, parse};

@@ -3,6 +3,7 @@
 
 use super::dialect::{Dialect, Syntax};
 use super::lex::{self, Token, TokenKind};
+use super::{heidenhain_lex, siemens_lex};
 use crate::diag::Span;
 use crate::ids::BlockId;
 
@@ -108,9 +109,9 @@ impl Iterator for Tokens<'_> {
             return None;
         }
         let token = match self.syntax {
-            Syntax::Rs274 | Syntax::Siemens | Syntax::Heidenhain => {
-                lex::token(self.line, self.at, self.base, self.first)
-            }
+            Syntax::Rs274 => lex::token(self.line, self.at, self.base, self.first),
+            Syntax::Siemens => siemens_lex::token(self.line, self.at, self.base, self.first),
+            Syntax::Heidenhain => heidenhain_lex::token(self.line, self.at, self.base, self.first),
         };
         self.at = (token.span.end - self.base) as usize;
         self.first &= token.kind == TokenKind::Blank;

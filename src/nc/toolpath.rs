@@ -200,6 +200,10 @@ impl Toolpath {
         let after = self.shifts.partition_point(|(from, _)| *from <= id);
         if after == 0 { Vec3::zeros() } else { self.shifts[after - 1].1 }
     }
+    /// Bytes it occupies in memory.
+    pub fn memory_bytes(&self) -> usize {
+        self.moves.capacity() * size_of::<Move>() + self.events.capacity() * size_of::<Event>()
+    }
     /// The motions, in order.
     pub fn iter_moves(&self) -> impl Iterator<Item = (MoveId, &Move)> {
         self.moves.iter().enumerate().map(|(index, motion)| (MoveId(index as u32), motion))

@@ -68,7 +68,9 @@ impl Run<'_> {
         let mut centre = from;
         for (axis, word) in [a, b].into_iter().zip(words) {
             match word {
-                Some(value) if self.modal.absolute_centres => centre[axis] = value * unit,
+                Some(value) if self.modal.absolute_centres || line.is_absolute(b"IJK"[axis]) => {
+                    centre[axis] = value * unit;
+                }
                 Some(value) => centre[axis] += value * unit,
                 None => {}
             }

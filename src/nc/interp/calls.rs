@@ -77,7 +77,7 @@ impl Run<'_> {
     fn call_local(&mut self, line: &Line, repeats: u64, span: Span) {
         let target = line.get(b'P').and_then(|p| self.labels().numbered(p as u32, self.block.0));
         match target {
-            Some(block) => self.enter(self.source.clone(), self.source_id, block as usize, repeats, None),
+            Some(block) => self.enter(self.source_id, block as usize, repeats, None),
             None => self.no_routine(span, "its N number"),
         }
     }
@@ -105,6 +105,12 @@ impl Run<'_> {
         }
     }
 
+    /// Calls what begins at a block of the same text.
+    pub(super) fn call_block(&mut self, start: usize, repeats: u64) {
+        self.enter(self.source_id, start, repeats, None);
+    }
+
+    /// Says that a subprogram is missing.
     pub(super) fn no_routine(&mut self, span: Span, what: &str) {
         let text = format!("{what} is neither in the text nor in a file beside it");
         self.not_understood("nc::no-routine", span, text, "put the subprogram beside the program");
@@ -114,7 +120,7 @@ impl Run<'_> {
     pub(super) fn call_by_name(&mut self, label: &str, repeats: u64, arguments: Option<Vec<(u32, f64)>>) -> bool {
         if let Some(line) = self.labels().routine(label) {
             let block = line.block as usize + 1;
-            self.enter(self.source.clone(), self.source_id, block, repeats, arguments);
+            self.enter(self.source_id, block, repeats, arguments);
             return true;
         }
         let Some(id) = self.file(label) else { return false };
@@ -122,9 +128,8 @@ impl Run<'_> {
         let keep = (self.source.clone(), self.source_id);
         (self.source, self.source_id) = (Source::File(program), id + 1);
         let start = self.labels().routine(label).map_or(0, |line| line.block as usize + 1);
-        let file = (self.source.clone(), self.source_id);
         (self.source, self.source_id) = keep;
-        self.enter(file.0, file.1, start, repeats, arguments);
+        self.enter(id + 1, start, repeats, arguments);
         true
     }
 
@@ -134,7 +139,13 @@ impl Run<'_> {
             return Some(index);
         }
         let number: Option<u32> = label.parse().ok();
-        let mut names = vec![format!("{label}.ngc"), format!("{label}.nc"), label.to_owned(), format!("{label}.spf")];
+        let mut names = vec![
+            format!("{label}.ngc"),
+            format!("{label}.nc"),
+            label.to_owned(),
+            format!("{label}.spf"),
+            format!("{label}.SPF"),
+        ];
         if let Some(number) = number {
             names.extend(["", ".nc", ".NC", ".ngc", ".tap"].map(|ending| format!("O{number:04}{ending}")));
         }
@@ -144,14 +155,7 @@ impl Run<'_> {
         Some(self.files.len() - 1)
     }
 
-    fn enter(
-        &mut self,
-        source: Source<'_>,
-        source_id: usize,
-        start: usize,
-        repeats: u64,
-        arguments: Option<Vec<(u32, f64)>>,
-    ) {
+    fn enter(&mut self, source_id: usize, start: usize, repeats: u64, arguments: Option<Vec<(u32, f64)>>) {
         if repeats == 0 {
             return;
         }
@@ -181,10 +185,8 @@ impl Run<'_> {
             self.parameters.numbered.extend(arguments);
             self.parameters.depth += 1;
         }
-        // A file's source outlives the run: it is one of `files`.
         self.source =
             if source_id == 0 { Source::Main(self.program) } else { Source::File(self.files[source_id - 1].1.clone()) };
-        drop(source);
         self.source_id = source_id;
         self.at = start;
     }

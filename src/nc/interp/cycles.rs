@@ -21,13 +21,18 @@ const MAX_REPEATS: f64 = 10_000.0;
 pub(super) struct Cycle {
     /// Level at which cycles came into force.
     pub initial: f64,
-    depth: Option<f64>,
-    retract: Option<f64>,
-    peck: Option<f64>,
-    dwell_s: f64,
-    shift: [f64; 2],
+    /// Depth.
+    pub depth: Option<f64>,
+    /// R
+    pub retract: Option<f64>,
+    /// Q
+    pub peck: Option<f64>,
+    /// P
+    pub dwell_s: f64,
+    /// I, J: how far a boring tool steps aside.
+    pub shift: [f64; 2],
     /// K: where back boring ends.
-    top: Option<f64>,
+    pub top: Option<f64>,
 }
 
 impl Run<'_> {
@@ -99,7 +104,8 @@ impl Run<'_> {
         repeats.min(MAX_REPEATS) as u64
     }
 
-    fn one_hole(&mut self, cycle: Cycle, code: u16, mut hole: Vec3, level: f64) {
+    /// One hole at `hole`, its rapid approach ending at `level`.
+    pub(super) fn one_hole(&mut self, cycle: Cycle, code: u16, mut hole: Vec3, level: f64) {
         let (_, _, n) = self.modal.plane.axes();
         let clear = if self.modal.retract_to_r { level } else { level.max(cycle.initial) };
         let travel = if self.modal.retract_to_r { self.programmed[n] } else { clear };

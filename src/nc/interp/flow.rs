@@ -243,7 +243,13 @@ impl Run<'_> {
     /// Value of an expression token; `None` with a diagnostic when it has none.
     pub(super) fn value(&mut self, token: Token, text: &[u8]) -> Option<f64> {
         let bytes = token.span.of(text);
-        let bytes = if matches!(token.kind, TokenKind::Computed(_)) { &bytes[1..] } else { bytes };
+        let skip = match token.kind {
+            TokenKind::Computed(letter) if letter >= 0x80 => 2,
+            TokenKind::Computed(_) => 1,
+            _ => 0,
+        };
+        let bytes = bytes[skip..].trim_ascii_start();
+        let bytes = bytes.strip_prefix(b"=").unwrap_or(bytes);
         self.predefine(bytes);
         match expr::evaluate(bytes, &self.parameters) {
             Ok(value) => Some(value),

@@ -26,6 +26,8 @@ pub struct Labels {
     pub n_blocks: BTreeMap<u32, Vec<u32>>,
     /// `END m` and `WHILE … DO m` of Macro B: block, m, true for END.
     pub loops: Vec<(u32, u32, bool)>,
+    /// Named labels (`NAME:` of Siemens, `LBL 1` of Heidenhain) in upper case, and their blocks.
+    pub names: Vec<(String, u32)>,
 }
 
 impl Labels {
@@ -41,6 +43,7 @@ impl Labels {
     fn read(&mut self, program: &Program, block: BlockId) {
         let text = program.text();
         let mut name = String::new();
+        let mut called = false;
         for token in program.tokens(block) {
             match token.kind {
                 TokenKind::Word(b'N') => self.n_blocks.entry(token.number as u32).or_default().push(block.0),
@@ -49,12 +52,20 @@ impl Labels {
                     self.o_lines.push(OLine { block: block.0, label, keyword: String::new() });
                 }
                 TokenKind::Name => {
+                    called |= name == "CALL";
                     name = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
                     if let Some(line) = self.o_lines.last_mut().filter(|line| line.block == block.0)
                         && line.keyword.is_empty()
                     {
                         line.keyword.clone_from(&name);
                     }
+                }
+                TokenKind::Label => {
+                    let label = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
+                    self.names.push((label.trim_end_matches(':').trim().to_owned(), block.0));
+                }
+                TokenKind::Expression if name == "LBL" && !called => {
+                    self.names.push((format!("LBL {}", token.number as u32), block.0));
                 }
                 TokenKind::Expression if name == "DO" || name == "END" => {
                     let number = crate::nc::decimal(token.span.of(text)).map_or(0, |(value, _)| value as u32);

@@ -11,6 +11,9 @@ pub type Code = (u16, Span);
 pub struct Line {
     present: u32,
     computed: u32,
+    /// Incremental and absolute whatever G90/G91 says (IX, IC, AC).
+    incremental: u32,
+    absolute: u32,
     values: [f64; 26],
     spans: [Span; 26],
     /// G codes in order.
@@ -38,6 +41,8 @@ impl Line {
     pub fn clear(&mut self) {
         self.present = 0;
         self.computed = 0;
+        self.incremental = 0;
+        self.absolute = 0;
         self.g.clear();
         self.m.clear();
         self.delete = false;
@@ -64,6 +69,27 @@ impl Line {
             }
         }
     }
+    /// Takes a word out again.
+    pub fn remove(&mut self, letter: u8) {
+        self.present &= !(1 << index(letter));
+    }
+    /// Marks a word as incremental (true) or absolute (false) by itself.
+    pub fn force(&mut self, letter: u8, incremental: bool) {
+        let bit = 1 << index(letter);
+        if incremental {
+            self.incremental |= bit;
+        } else {
+            self.absolute |= bit;
+        }
+    }
+    /// Is it incremental by itself?
+    pub fn is_incremental(&self, letter: u8) -> bool {
+        self.incremental & (1 << index(letter)) != 0
+    }
+    /// Is it absolute by itself?
+    pub fn is_absolute(&self, letter: u8) -> bool {
+        self.absolute & (1 << index(letter)) != 0
+    }
     /// Puts a token in that needs no evaluation; `false` for one that does.
     #[inline]
     pub fn take(&mut self, token: Token) -> bool {
@@ -72,6 +98,10 @@ impl Line {
             TokenKind::Word(b'O') => {
                 self.flow = true;
                 self.put(b'O', token.number, token.span, false);
+            }
+            TokenKind::Word(letter) if letter >= 0x80 => {
+                self.put(letter & 0x5f, token.number, token.span, false);
+                self.force(letter & 0x5f, true);
             }
             TokenKind::Word(letter) => self.put(letter, token.number, token.span, false),
             TokenKind::Delete => self.delete = true,

@@ -6,12 +6,14 @@ mod calls;
 mod compensation;
 mod cycles;
 mod flow;
+mod heidenhain;
 mod labels;
 mod line;
 mod motion;
 mod offsets;
 mod settings;
 mod shared;
+mod siemens;
 mod state;
 
 use std::rc::Rc;
@@ -22,12 +24,13 @@ use cycles::Cycle;
 use flow::After;
 use labels::Labels;
 use line::Line;
+use siemens::ModalCall;
 use state::{Frame, Modal};
 
-use super::dialect::Dialect;
+use super::dialect::{Dialect, Syntax};
 use super::environment::Environment;
 use super::expr::{self, Parameters, Target};
-use super::lex::TokenKind;
+use super::lex::{Token, TokenKind};
 use super::program::Program;
 use super::toolpath::{Event, Freeze, Toolpath};
 use crate::diag::{Diagnostic, Severity, Span};
@@ -36,6 +39,8 @@ use crate::path::Vec3;
 
 /// Diagnostics of one code that are kept; further ones are only counted.
 const SAME_CODE: u32 = 100;
+/// Moves of a chunk of [`interpret_each`].
+const CHUNK: usize = 4096;
 /// What executing a block costs besides its bytes.
 const BLOCK_COST: usize = 32;
 
@@ -49,6 +54,23 @@ pub fn interpret(program: &Program, environment: &Environment<'_>) -> Toolpath {
         run.execute_all();
     }
     run.finish()
+}
+
+/// As [`interpret`], but hands the toolpath out in chunks as it grows, so that a program of any length takes little
+/// memory. Ids count from 0 in each chunk; [`super::Move::shared`] needs the whole program and is not set.
+pub fn interpret_each(program: &Program, environment: &Environment<'_>, mut chunk: impl FnMut(&Toolpath)) {
+    let mut run = Run::new(program, environment);
+    let mut line = Line::default();
+    while !run.ended {
+        run.step(&mut line);
+        if run.out.moves.len() >= CHUNK && run.compensation.is_none() {
+            chunk(&run.out);
+            run.out.moves.clear();
+            run.out.events.clear();
+            run.cycle_moves.clear();
+        }
+    }
+    chunk(&run.out);
 }
 
 /// An interpretation under way.
@@ -107,6 +129,15 @@ struct Run<'a> {
     undecided: bool,
     /// The second pass, in which that is known.
     deciding: bool,
+    /// Siemens: the cycle MCALL repeats.
+    modal_call: Option<ModalCall>,
+    /// Heidenhain: centre of circles, cycle defined last, whether it is called at the end of this block, side of R.
+    pole: Vec3,
+    cycle_number: u32,
+    call_after: bool,
+    compensation_side: u16,
+    /// Radius of polar coordinates (G16), mm, and angle, rad, as last written.
+    polar: Option<(f64, f64)>,
     /// The canned cycle in force.
     cycle: Option<Cycle>,
     /// Feed moves of drilling cycles, each with the block whose F word drives it.
@@ -155,6 +186,12 @@ impl<'a> Run<'a> {
             refused_before: Vec::new(),
             undecided: false,
             deciding: false,
+            modal_call: None,
+            pole: Vec3::zeros(),
+            cycle_number: 0,
+            call_after: false,
+            compensation_side: 400,
+            polar: None,
             cycle: None,
             cycle_moves: Vec::new(),
             budget: (program.text().len() + BLOCK_COST * program.len()) as u64 + env.max_repeated_bytes,
@@ -177,6 +214,7 @@ impl<'a> Run<'a> {
             return;
         }
         let block = BlockId(self.at as u32);
+        let dialect = self.program.dialect();
         self.at += 1;
         self.block = block;
         if !self.pay(block) {
@@ -194,9 +232,16 @@ impl<'a> Run<'a> {
             return;
         }
         self.begin(line);
-        if line.flow && self.flow(block) == After::Done {
+        let after = match dialect.syntax() {
+            Syntax::Rs274 if line.flow => self.flow(block),
+            Syntax::Rs274 => After::Words,
+            Syntax::Siemens => self.siemens(block, line),
+            Syntax::Heidenhain => self.heidenhain(block, line),
+        };
+        if after == After::Done {
             return;
         }
+        self.complain(line);
         if line.any {
             self.began = true;
             self.execute(line);
@@ -241,11 +286,8 @@ impl<'a> Run<'a> {
                 continue;
             }
             match token.kind {
-                TokenKind::Computed(letter) => {
-                    if let Some(value) = self.value(token, program.text()) {
-                        line.put(letter, value, token.span, true);
-                    }
-                }
+                TokenKind::Computed(letter) => self.computed_word(letter, token, program.text(), line),
+                _ if program.dialect().syntax() != Syntax::Rs274 => line.flow = true,
                 TokenKind::Assignment => {
                     self.predefine(token.span.of(program.text()));
                     match expr::assignment(token.span.of(program.text()), &self.parameters) {
@@ -259,6 +301,22 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// A word whose value is an expression; `=` before it, `AC(…)`, `IC(…)` and a leading I (as 0x80) are other dialects'.
+    fn computed_word(&mut self, letter: u8, token: Token, text: &[u8], line: &mut Line) {
+        let Some(value) = self.value(token, text) else { return };
+        let bytes = token.span.of(text);
+        let value_text =
+            bytes[1..].trim_ascii_start().trim_ascii_start().strip_prefix(b"=").unwrap_or(&bytes[1..]).trim_ascii();
+        let plain = letter & 0x7f;
+        line.put(plain.to_ascii_uppercase(), value, token.span, true);
+        let starts = |mark: &[u8]| value_text.len() > 3 && value_text[..3].eq_ignore_ascii_case(mark);
+        if letter >= 0x80 || starts(b"IC(") {
+            line.force(plain.to_ascii_uppercase(), true);
+        } else if starts(b"AC(") {
+            line.force(plain, false);
+        }
+    }
+
     fn begin(&mut self, line: &Line) {
         self.apply_assignments();
         if line.delete {
@@ -268,6 +326,10 @@ impl<'a> Run<'a> {
             self.freeze = Some(Freeze::OtherFile);
         }
         self.splittable = self.calls.is_empty() && !line.has_any(b"ST") && line.m.is_empty();
+    }
+
+    /// Diagnoses what could not be read in a block.
+    fn complain(&mut self, line: &Line) {
         for &(kind, span) in &line.bad {
             self.complain_about(kind, span);
         }

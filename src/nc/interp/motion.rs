@@ -73,16 +73,35 @@ impl Run<'_> {
         let mut target = self.programmed;
         for (axis, letter) in AXES.into_iter().enumerate() {
             let Some(value) = line.get(letter) else { continue };
+            let incremental =
+                if self.modal.incremental { !line.is_absolute(letter) } else { line.is_incremental(letter) };
             if !self.known[axis] {
                 self.known[axis] = true;
                 self.splittable = false;
-                if self.modal.incremental {
+                if incremental {
                     self.assume_zero(axis);
                     target[axis] = self.programmed[axis];
                 }
             }
-            target[axis] = if self.modal.incremental { target[axis] + value * unit } else { value * unit };
+            target[axis] = if incremental { target[axis] + value * unit } else { value * unit };
         }
+        if self.polar.is_some() { self.polar_target(line, target) } else { target }
+    }
+
+    /// G16: the first axis of the plane is a radius about the zero (about the position with G91), the second an angle.
+    fn polar_target(&mut self, line: &Line, mut target: Vec3) -> Vec3 {
+        let (a, b, _) = self.modal.plane.axes();
+        let (mut radius, mut angle) = self.polar.unwrap_or_default();
+        if !line.has(AXES[a]) && !line.has(AXES[b]) {
+            return target;
+        }
+        let increment = |value: f64, before: f64| if self.modal.incremental { before + value } else { value };
+        radius = line.get(AXES[a]).map_or(radius, |value| value * self.modal.unit_mm());
+        angle = line.get(AXES[b]).map_or(angle, |value| increment(value.to_radians(), angle));
+        self.polar = Some((radius, angle));
+        let centre = if self.modal.incremental { [self.programmed[a], self.programmed[b]] } else { [0.0; 2] };
+        target[a] = centre[0] + radius * angle.cos();
+        target[b] = centre[1] + radius * angle.sin();
         target
     }
 

@@ -3,6 +3,7 @@
 use super::Run;
 use super::line::Line;
 use crate::diag::Severity;
+use crate::nc::dialect::Dialect;
 use crate::nc::toolpath::MoveKind;
 use crate::path::{Curve, Vec3};
 
@@ -55,9 +56,54 @@ impl Run<'_> {
             921 => (self.frame.g92, self.frame.g92_aside) = (Vec3::zeros(), Vec3::zeros()),
             922 => self.frame.g92 = Vec3::zeros(),
             923 => self.frame.g92 = self.frame.g92_aside,
+            680 => self.rotate(line, words),
+            690 => self.frame.rotation = None,
+            510 => self.scale(line, words),
+            511 => self.mirror(words, -1.0),
+            501 => self.mirror(words, 1.0),
+            500 => self.frame.scale = None,
             _ => self.g10(line, words),
         }
         self.reframe();
+    }
+
+    /// G68: turns the coordinates about a point of the plane (where the tool is, if none is named).
+    fn rotate(&mut self, line: &Line, words: [Option<f64>; 3]) {
+        let plane = self.modal.plane;
+        let (a, b, _) = plane.axes();
+        let mut centre = self.programmed;
+        for axis in [a, b] {
+            centre[axis] = words[axis].unwrap_or(centre[axis]);
+        }
+        let degrees = line.get(b'R').unwrap_or(0.0);
+        let before = self.frame.rotation.map_or(0.0, |(_, _, angle)| if self.modal.incremental { angle } else { 0.0 });
+        self.frame.rotation = Some((plane, centre, before + degrees.to_radians()));
+    }
+
+    /// G51: scales about a point, by P (in thousandths on a Fanuc when it has no decimal point) or by I, J, K.
+    fn scale(&mut self, line: &Line, words: [Option<f64>; 3]) {
+        let centre = Vec3::from_fn(|axis, _| words[axis].unwrap_or(0.0));
+        let factor = |letter: u8| {
+            let value = line.get(letter)?;
+            let text = line.span(letter).unwrap_or_default().of(self.source.program().text());
+            let thousandths = self.program.dialect() == Dialect::Fanuc && !text.contains(&b'.');
+            Some(if thousandths { value * 1e-3 } else { value }).filter(|value| *value != 0.0)
+        };
+        let whole = factor(b'P').unwrap_or(1.0);
+        let factors = Vec3::from_fn(|axis, _| factor(b"IJK"[axis]).unwrap_or(whole));
+        self.frame.scale = Some((centre, factors));
+    }
+
+    /// G51.1, G50.1: mirrors the named axes about the named point, or stops it.
+    fn mirror(&mut self, words: [Option<f64>; 3], sign: f64) {
+        let (mut centre, mut factor) = self.frame.scale.unwrap_or((Vec3::zeros(), Vec3::repeat(1.0)));
+        for (axis, word) in words.into_iter().enumerate() {
+            if let Some(at) = word {
+                centre[axis] = at;
+                factor[axis] = sign * factor[axis].abs();
+            }
+        }
+        self.frame.scale = Some((centre, factor));
     }
 
     fn g10(&mut self, line: &Line, words: [Option<f64>; 3]) {

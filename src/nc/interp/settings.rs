@@ -38,12 +38,17 @@ impl Run<'_> {
         if !matches!(self.modal.motion, Motion::Cycle(_)) {
             self.cycle = None;
         }
-        if let Some(value) = line.get(b'F') {
+        if let Some(value) = line.get(b'F')
+            && action != Action::Dwell
+        {
             self.feed_word(value, line);
         }
         self.speed_and_tool(line);
         match action {
-            Action::Move | Action::Machine => self.motion(line, action == Action::Machine, stated),
+            Action::Move | Action::Machine => {
+                self.motion(line, action == Action::Machine, stated);
+                self.modal_cycle(line);
+            }
             Action::Home(code) => self.home(line, code),
             Action::Offset(code) => self.offset(line, code),
             Action::Dwell => self.dwell(line),
@@ -52,11 +57,17 @@ impl Run<'_> {
         if line.has_g(90) {
             self.modal.path_mode = path_mode;
         }
+        if std::mem::take(&mut self.call_after) {
+            self.call_cycle(self.source.program().span(self.block));
+        }
         self.stops(line);
         self.call_words(line);
     }
 
     fn setting(&mut self, code: u16, span: Span, line: &Line, action: &mut Action, stated: &mut bool) {
+        if self.program.dialect() == Dialect::Siemens && self.siemens_setting(code) {
+            return;
+        }
         let modal = &mut self.modal;
         let mut motion = |kind: Motion| {
             modal.motion = kind;
@@ -82,7 +93,7 @@ impl Run<'_> {
             200 | 210 => modal.inch = code == 200,
             280 | 300 => *action = Action::Home(code),
             530 => *action = Action::Machine,
-            100 | 520 | 920..=923 => *action = Action::Offset(code),
+            100 | 520 | 920..=923 | 680 | 690 | 510 | 511 | 500 | 501 => *action = Action::Offset(code),
             281 | 301 | 650 => *action = Action::Keep,
             540..=593 => self.select_wcs(code, line),
             610 => modal.path_mode = PathMode::ExactPath,
@@ -99,14 +110,22 @@ impl Run<'_> {
             400 => self.switch_compensation(0.0, false, line, span),
             410 | 411 => self.switch_compensation(1.0, code == 411, line, span),
             420 | 421 => self.switch_compensation(-1.0, code == 421, line, span),
-            970 | 110 | 490 | 430 | 431 | 432 | 150 | 500 | 690 => {}
+            150 => self.polar = None,
+            160 => self.polar = self.polar.or(Some((0.0, 0.0))),
+            70 => self.refuse_lathe(span),
+            80 | 110 | 430 | 431 | 432 | 434 | 440 | 490 | 620 | 660 | 670 | 960 | 970 | 1030 | 1870 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.source.program().text())).into_owned();
-                self.not_understood("nc::unknown-g", span, format!("{text} is not known here"), "its block is kept");
-                *action = Action::Keep;
+                self.not_understood("nc::unknown-g", span, format!("{text} is not known here"), "its feed is kept");
             }
         }
+    }
+
+    fn refuse_lathe(&mut self, span: Span) {
+        let text = "G7 (diameter mode) belongs to a lathe";
+        self.say("nc::lathe", Severity::Error, span, text, "this is not read as a milling program would be");
+        self.freeze = Some(Freeze::NotUnderstood);
     }
 
     fn feed_mode(&mut self, mode: FeedMode) {
@@ -143,6 +162,7 @@ impl Run<'_> {
             match code {
                 30 => self.modal.turning = 1,
                 40 => self.modal.turning = -1,
+                610 => self.modal.tool = line.get(b'Q').map_or(self.modal.tool, |q| q.max(0.0) as u32),
                 50 => self.modal.turning = 0,
                 60 => {
                     if !line.has_m(30) && !line.has_m(40) {
@@ -165,7 +185,7 @@ impl Run<'_> {
     }
 
     fn dwell(&mut self, line: &Line) {
-        let long = self.dwell_seconds(line, b'P').or(line.get(b'X')).or(line.get(b'U'));
+        let long = self.dwell_seconds(line, b'P').or(line.get(b'X')).or(line.get(b'U')).or(line.get(b'F'));
         let seconds = long.unwrap_or(0.0).max(0.0);
         self.event(Event::Dwell { seconds, line: self.line_number() });
     }

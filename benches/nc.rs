@@ -1,0 +1,81 @@
+//! How fast a program of a million blocks is read: line scan with memchr, parse, lex, interpret; and what it costs in
+//! memory. `cargo bench --bench nc`
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use feedwright::nc::{self, Environment};
+
+const BLOCKS: usize = 1_000_000;
+const REPEATS: usize = 5;
+
+fn main() {
+    let text = program();
+    let megabytes = text.len() as f64 / 1e6;
+    println!("{BLOCKS} blocks, {megabytes:.1} MB; best of {REPEATS}");
+    let show = |name: &str, seconds: f64| {
+        println!("{name:<28} {:>8.1} MB/s {:>8.2} M blocks/s", megabytes / seconds, BLOCKS as f64 / 1e6 / seconds);
+    };
+    show("memchr line scan", best(|| memchr::memchr_iter(b'\n', black_box(&text)).count()));
+    let program = nc::parse(text.clone(), None);
+    show("parse (lines, dialect)", best(|| nc::parse(text.clone(), None).len()));
+    show("lex every token", best(|| program.blocks().map(|block| program.tokens(block).count()).sum()));
+    let environment = Environment::default();
+    show(
+        "parse + interpret, streamed",
+        best(|| {
+            let program = nc::parse(text.clone(), None);
+            let mut moves = 0;
+            nc::interpret_each(&program, &environment, |path| moves += path.moves.len());
+            moves
+        }),
+    );
+    show(
+        "parse + interpret, collected",
+        best(|| {
+            let program = nc::parse(text.clone(), None);
+            nc::interpret(&program, &environment).moves.len()
+        }),
+    );
+    let path = nc::interpret(&program, &environment);
+    let per_block = |bytes: usize| bytes as f64 / BLOCKS as f64;
+    println!(
+        "memory: program {:.1} bytes/block, of which text {:.1}",
+        per_block(program.memory_bytes()),
+        per_block(text.len())
+    );
+    println!("memory: collected toolpath {:.1} bytes/block more", per_block(path.memory_bytes()));
+}
+
+fn best(mut run: impl FnMut() -> usize) -> f64 {
+    let mut shortest = f64::INFINITY;
+    for _ in 0..REPEATS {
+        let start = Instant::now();
+        black_box(run());
+        shortest = shortest.min(start.elapsed().as_secs_f64());
+    }
+    shortest
+}
+
+/// A finishing raster: N words, coordinates with three decimals, an F or an arc now and then.
+fn program() -> Vec<u8> {
+    use std::fmt::Write;
+    let mut text = String::with_capacity(BLOCKS * 34);
+    text.push_str("%\nG21 G90 G17\nT1 M6\nS12000 M3\nG0 Z5.\nG1 Z0. F800.\n");
+    let mut state = 1_u32;
+    for k in text.lines().count()..BLOCKS {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let x = f64::from(k as u32 % 4000) * 0.025;
+        let y = (k / 4000) as f64 * 0.2;
+        let z = -f64::from(state >> 22) * 0.002;
+        let written = match k % 50 {
+            0 => writeln!(text, "N{k} G1 X{x:.3} Y{y:.3} Z{z:.3} F{}", 600 + state % 300),
+            25 => writeln!(text, "N{k} G3 X{x:.3} Y{y:.3} I0.2 J{:.3}", 0.1),
+            26 => writeln!(text, "N{k} G1 X{x:.3} Y{y:.3} Z{z:.3}"),
+            _ => writeln!(text, "N{k} X{x:.3} Y{y:.3} Z{z:.3}"),
+        };
+        written.unwrap();
+    }
+    text.into_bytes()
+}

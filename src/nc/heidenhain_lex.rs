@@ -1,0 +1,78 @@
+//! Lexer of Heidenhain plain language. In: the bytes of a line and a position. Out: the token there; tokens tile the line.
+//!
+//! A leading number is the block number (a word N); `X+10`, `IX-5`, `F500` are words, `X+Q1` a computed one, `Q1 = expr` an
+//! assignment, everything else made of letters a name. `;` begins a comment, `~` at the end continues the block.
+
+use super::lex::{self, Token, TokenKind, blanks, length_of, to_line_end};
+use super::number::decimal;
+use crate::diag::Span;
+
+/// The token of `line` at `at`; `base` is where the line begins in the text.
+pub(super) fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
+    let rest = &line[at..];
+    let (kind, length, number) = scan(rest, first);
+    if kind == TokenKind::Bad && matches!(rest[0], b' ' | b'\t' | b'\n' | b'\r' | b';') {
+        return lex::token(line, at, base, false);
+    }
+    let start = base + at as u32;
+    Token { kind, span: Span { start, end: start + length.max(1) as u32 }, number }
+}
+
+fn scan(rest: &[u8], first: bool) -> (TokenKind, usize, f64) {
+    let letter = rest[0].to_ascii_uppercase();
+    match letter {
+        b'*' => (TokenKind::Comment, length_of(to_line_end, rest), 0.0),
+        b'~' | b':' => (TokenKind::Blank, 1, 0.0),
+        b'/' if first => (TokenKind::Delete, 1, 0.0),
+        b'/' => (TokenKind::Name, 1, 0.0),
+        b'"' => {
+            let end =
+                rest[1..].iter().position(|byte| matches!(byte, b'"' | b'\n' | b'\r')).map_or(rest.len(), |e| e + 1);
+            (TokenKind::Expression, end + usize::from(rest.get(end) == Some(&b'"')), 0.0)
+        }
+        b'0'..=b'9' | b'+' | b'-' | b'.' => match decimal(rest) {
+            Some((number, length)) if first => (TokenKind::Word(b'N'), length, number),
+            Some((number, length)) => (TokenKind::Expression, length, number),
+            None => (TokenKind::Bad, 1, 0.0),
+        },
+        b'A'..=b'Z' => word(rest, letter),
+        _ => (TokenKind::Bad, 1, 0.0),
+    }
+}
+
+fn word(rest: &[u8], letter: u8) -> (TokenKind, usize, f64) {
+    if letter == b'Q'
+        && let length @ 1.. = assignment(rest)
+    {
+        return (TokenKind::Assignment, length, 0.0);
+    }
+    let letters = rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+    let incremental = letters == 2 && letter == b'I';
+    let after = &rest[letters..];
+    if letters == 1 || incremental {
+        if let Some((number, length)) = decimal(after) {
+            return (TokenKind::Word(if incremental { rest[1] | 0x80 } else { letter }), letters + length, number);
+        }
+        let sign = usize::from(matches!(after.first(), Some(b'+' | b'-')));
+        let digits = after.get(sign + 1..).map_or(0, |d| d.iter().take_while(|byte| byte.is_ascii_digit()).count());
+        if after.get(sign).is_some_and(|byte| byte.eq_ignore_ascii_case(&b'Q')) && digits > 0 {
+            let kind = TokenKind::Computed(if incremental { rest[1] | 0x80 } else { letter });
+            return (kind, letters + sign + 1 + digits, 0.0);
+        }
+    }
+    let signed = rest[..letters].eq_ignore_ascii_case(b"DR")
+        && matches!(after.first(), Some(b'+' | b'-'))
+        && !after.get(1).is_some_and(u8::is_ascii_digit);
+    (TokenKind::Name, letters + usize::from(signed), 0.0)
+}
+
+/// Length of `Q1 = …` up to a comment or the line end; 0 when it is none.
+fn assignment(rest: &[u8]) -> usize {
+    let digits = rest[1..].iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let gap = length_of(blanks, &rest[1 + digits..]);
+    if digits == 0 || rest.get(1 + digits + gap) != Some(&b'=') {
+        return 0;
+    }
+    let end = rest.iter().position(|byte| matches!(byte, b';' | b'~' | b'\n' | b'\r')).unwrap_or(rest.len());
+    rest[..end].iter().rposition(|byte| !byte.is_ascii_whitespace()).map_or(0, |last| last + 1)
+}
