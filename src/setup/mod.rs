@@ -5,6 +5,7 @@
 //! text ─serde─▶ file::SetupFile (as written) ─read::Reader─▶ Job + assumptions, or diagnostics with their place
 //! ```
 
+mod comments;
 mod error;
 mod file;
 mod forms;
@@ -18,6 +19,7 @@ mod read;
 mod stock;
 mod tool;
 
+pub use comments::{Sketch, sketch};
 pub use error::SetupError;
 pub use machine::DIALECTS;
 pub use process::{load as load_model, write as write_model};
