@@ -11,7 +11,7 @@ use super::{JobError, MET, SPACING_MM, Watch, engagement, environment};
 use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, LoadLine};
 use crate::machine::LimitKind;
-use crate::nc::{Program, Toolpath};
+use crate::nc::{Freeze, Program, Toolpath};
 use crate::report::{Check, Run};
 use crate::rewrite::{Rewritten, verify};
 use crate::schedule::caps::{Cutters, cut_at};
@@ -37,12 +37,15 @@ pub struct Found {
     pub after: Vec<FeedPiece>,
     /// Loads above their limits.
     pub breaches: Vec<Breach>,
+    /// Lines of the original that the proof objects to.
+    pub doubtful: Vec<u32>,
 }
 
 /// Reads back, verifies, simulates.
 pub fn check(run: &Run, rewritten: &Rewritten, reread: &Program, watch: &Watch) -> Result<Found, JobError> {
     let environment = environment(&run.job, watch);
     let proof = verify(&run.program, reread, &environment);
+    let doubtful: Vec<u32> = proof.differences.iter().filter_map(|difference| difference.original_line).collect();
     let differences: Vec<String> = proof.differences.iter().map(|difference| difference.text.clone()).collect();
     let mut written = crate::nc::interpret(reread, &environment);
     super::look::freeze_tools(&mut written, &run.job);
@@ -51,7 +54,7 @@ pub fn check(run: &Run, rewritten: &Rewritten, reread: &Program, watch: &Watch) 
     let Some(origins) = follow(&run.toolpath, &written) else {
         check.identical = false;
         check.differences.push("the written path does not run along the original".into());
-        return Ok(Found { check, after: run.before.clone(), breaches: Vec::new() });
+        return Ok(Found { check, after: run.before.clone(), breaches: Vec::new(), doubtful });
     };
     let map = engagement(&written, &run.job, watch, "check", SPACING_MM[1])?;
     let kept: Vec<u32> = rewritten.kept.iter().map(|(line, _)| *line).collect();
@@ -67,7 +70,7 @@ pub fn check(run: &Run, rewritten: &Rewritten, reread: &Program, watch: &Watch) 
     let (worst, p99, breaches) = ratios.all();
     check.worst_ratio = worst;
     check.p99_ratio = p99;
-    Ok(Found { check, after: feeds(&written, &origins), breaches })
+    Ok(Found { check, after: feeds(&written, &origins), breaches, doubtful })
 }
 
 struct Ratios<'a> {
@@ -177,6 +180,19 @@ fn p99(mut found: Vec<(f64, f64)>) -> f64 {
         below >= 0.99 * all
     });
     at.map_or(0.0, |(value, _)| *value)
+}
+
+/// Blocks that the proof objects to keep their feed from now on.
+pub fn leave_alone(run: &mut Run, lines: &[u32]) {
+    for node in &mut run.problem.nodes {
+        let motion = &mut run.toolpath.moves[node.move_id.ix()];
+        if lines.contains(&motion.line) {
+            node.free = false;
+            node.cap =
+                crate::schedule::Bound { feed_mm_s: node.programmed_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
+            motion.freeze = motion.freeze.or(Some(Freeze::NotUnderstood));
+        }
+    }
 }
 
 /// Takes the breaches into the caps. `last`: no round is left, so they are listed as infeasible.

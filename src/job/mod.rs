@@ -6,7 +6,8 @@
 //!                                  └────────── caps tightened ──────────┘
 //! ```
 //! The loop ends when no commanded feed exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does
-//! then is listed as infeasible, and runs at the lowest feed that was tried.
+//! then is listed as infeasible, and runs at the lowest feed that was tried. A block that the proof objects to goes back to
+//! its original bytes and feed.
 
 mod check;
 mod follow;
@@ -80,6 +81,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
         return Err(JobError::UnknownTools(unknown));
     }
     look::freeze_tools(&mut toolpath, &job);
+    rewrite::freeze(&program, &mut toolpath, &job);
     let parsed = (watch.clock)();
     let map = engagement(&toolpath, &job, watch, "simulate", SPACING_MM[0])?;
     let simulated = (watch.clock)();
@@ -132,9 +134,10 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         run.stage_s[2] += solved - start;
         run.stage_s[3] += wrote - solved;
         run.stage_s[4] += checked - wrote;
-        if found.breaches.is_empty() {
+        if found.breaches.is_empty() && found.doubtful.is_empty() {
             break;
         }
+        check::leave_alone(&mut run, &found.doubtful);
         check::tighten(&mut run.problem, &found.breaches, round == ROUNDS);
     }
     Ok(run)

@@ -362,7 +362,7 @@ impl Forces<'_> {
         }
         let probe = self.known.iter().find(|(k, _)| *k == key).and_then(|(_, probe)| probe.as_ref());
         let Some(probe) = probe else { return [0.0; 4] };
-        let cut = Cut { arcs: self.map.arcs_of(station), tangent_z };
+        let cut = Cut { arcs: self.map.arcs_of(station), tangent_z, ..Cut::default() };
         let peak = |cutter: &Cutter| cutter.loads(&cut, speed_mm_s).force_xy_peak_n;
         let nominal = peak(&probe.nominal);
         std::array::from_fn(|k| (peak(&probe.larger[k].0) - nominal) / probe.larger[k].1)
