@@ -39,7 +39,7 @@ pub struct Global {
     #[arg(long, global = true, value_name = "N")]
     pub threads: Option<usize>,
     /// Cell of the height field of the stock, in place of the setup's choice.
-    #[arg(long, global = true, value_name = "MM")]
+    #[arg(long, global = true, value_name = "MM", allow_negative_numbers = true)]
     pub resolution: Option<f64>,
     /// Dialect of the program, in place of the setup's or the one recognised.
     #[arg(long, global = true, value_name = "NAME", value_parser = crate::setup::DIALECTS)]

@@ -142,7 +142,7 @@ fn drawn(path: &Path, text: String, error: &setup::SetupError) -> CliError {
 }
 
 /// `part.setup.toml` beside `part.nc`, and beside `part.fw.nc` too.
-fn beside(source: &Source) -> Option<PathBuf> {
+pub fn beside(source: &Source) -> Option<PathBuf> {
     let path = source.path.as_ref()?;
     let stem = path.file_stem()?.to_str()?;
     let names = [Some(stem), stem.strip_suffix(".fw")];
@@ -153,8 +153,34 @@ fn beside(source: &Source) -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-fn from_comments(source: &Source, _global: &Global) -> Result<Setup, CliError> {
-    Err(CliError::new(format!("no setup for {}", source.name), "give one with --setup"))
+/// Tool and stock comments of the program, where they suffice; else the smallest setup to write.
+fn from_comments(source: &Source, global: &Global) -> Result<Setup, CliError> {
+    let program = parse(source, global, None);
+    let path = nc::interpret(&program, &nc::Environment::default());
+    let sketch = setup::sketch(&program, &path, &[]);
+    if sketch.missing.is_empty() {
+        let loaded = setup::load(&sketch.text, Path::new("."));
+        let (job, mut assumptions) =
+            loaded.map_err(|error| drawn(Path::new("setup from comments"), sketch.text.clone(), &error))?;
+        let told = Assumption {
+            key: "tool, stock".into(),
+            value: "as the comments of the program tell".into(),
+            source: "no setup file".into(),
+        };
+        assumptions.insert(0, told);
+        return Ok(Setup { job, assumptions, path: None });
+    }
+    let place = match &source.path {
+        Some(path) => path.with_extension("setup.toml").display().to_string(),
+        None => "a file and name it with --setup".into(),
+    };
+    Err(CliError::new(
+        format!("there is no setup for {}, and its comments do not tell: {}", source.name, sketch.missing.join(", ")),
+        format!(
+            "write to {place}, with your values:\n\n{}\n[limits]\nforce_xy = 300  # N, and others: see `feedwright schema`",
+            sketch.text
+        ),
+    ))
 }
 
 fn strict(setup: &Setup) -> CliError {

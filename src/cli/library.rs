@@ -20,14 +20,31 @@ pub fn library(command: &Library) -> Result<Outcome, CliError> {
 fn list(shelf: Shelf) -> String {
     match shelf {
         Shelf::Effects => effects(),
-        _ => String::new(),
+        Shelf::Models => models(),
+        Shelf::Tools | Shelf::Materials | Shelf::Machines => String::new(),
     }
 }
 
 fn effects() -> String {
     let mut text = String::new();
     for effect in crate::effects::ALL {
-        text += &format!("{:<20} {:<10} {}\n", effect.name, effect.acts.name(), effect.meaning);
+        text += &format!("{}  (acts on {})\n    {}\n", effect.name, effect.acts.name(), effect.meaning);
+        for parameter in effect.parameters {
+            text += &format!("    {} [{}]: {}\n", parameter.name, parameter.unit, parameter.meaning);
+        }
+    }
+    text
+}
+
+fn models() -> String {
+    let mut text = String::new();
+    for model in crate::force::models::ALL {
+        text += &format!("{}\n    {}\n    {}\n", model.name, model.meaning, model.source);
+        for parameter in model.parameters {
+            let default =
+                parameter.default.map_or_else(|| "must be given".to_owned(), |value| format!("default {value}"));
+            text += &format!("    {} [{}]: {}; {default}\n", parameter.name, parameter.unit, parameter.meaning);
+        }
     }
     text
 }

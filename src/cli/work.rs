@@ -25,7 +25,8 @@ pub struct Done {
 
 /// The files a run reads, so that no output takes the place of one.
 pub fn inputs(source: &Source, setup: Option<&Path>, global: &Global) -> Vec<PathBuf> {
-    [source.path.clone(), setup.map(Path::to_owned), global.model.clone()].into_iter().flatten().collect()
+    let setup = setup.map(Path::to_owned).or_else(|| input::beside(source));
+    [source.path.clone(), setup, global.model.clone()].into_iter().flatten().collect()
 }
 
 /// Reads the setup and runs the pipeline over a program.

@@ -125,7 +125,8 @@ fn head(run: &Run, file: &str) -> String {
         Some(_) => format!("{} → {}", clock(before), clock(after)),
         None => clock(before),
     };
-    let file: String = file.chars().map(|c| if "<>&\"".contains(c) { '_' } else { c }).collect();
+    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+    let file: String = name.chars().map(|c| if "<>&\"".contains(c) { '_' } else { c }).collect();
     format!(
         concat!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} 540\" width=\"{w}\" height=\"540\" ",

@@ -1,0 +1,277 @@
+//! Reports and streams: the keys of the interface, standard input and output, the same bytes for any number of threads.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+const PROGRAM: &str =
+    "%\nG21 G90\nT1 M6\nS8000 M3\nG0 X-10 Y5 Z2\nG1 Z-2 F300\nG1 X50 F900\nY12\nX-10\nG0 Z10\nM30\n%\n";
+const SETUP: &str = r#"
+resolution = 0.5
+[machine]
+dialect = "linuxcnc"
+[stock]
+box = { min = [0, 0, -10], max = [40, 20, 0] }
+[material]
+k_tc = 800
+k_te = 14
+[[tool]]
+number = 1
+shape = "flat"
+diameter = 6
+flutes = 3
+[limits]
+force_xy = 100
+power = 2000
+air_feed = 3000
+"#;
+
+fn bench() -> TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("part.nc"), PROGRAM).unwrap();
+    fs::write(dir.path().join("part.setup.toml"), SETUP).unwrap();
+    dir
+}
+
+fn feedwright(dir: &Path) -> Command {
+    let mut command = Command::cargo_bin("feedwright").unwrap();
+    command.current_dir(dir);
+    command
+}
+
+fn keys(value: &Value) -> Vec<&str> {
+    let mut keys: Vec<&str> = value.as_object().unwrap().keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    keys
+}
+
+fn has(value: &Value, wanted: &[&str]) {
+    let found = keys(value);
+    for key in wanted {
+        assert!(found.contains(key), "{key} is not among {found:?}");
+    }
+}
+
+#[test]
+fn the_json_report_has_the_keys_of_the_interface() {
+    let dir = bench();
+    let arguments = ["optimize", "part.nc", "--json", "r.json", "--json-blocks", "--timings"];
+    feedwright(dir.path()).args(arguments).assert().code(0);
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+    has(
+        &report,
+        &[
+            "program",
+            "time",
+            "limits",
+            "blocks",
+            "constancy",
+            "check",
+            "infeasible",
+            "output",
+            "stock",
+            "performance",
+            "assumptions",
+            "frozen",
+            "warnings",
+            "tool",
+        ],
+    );
+    has(&report["program"], &["file", "blocks", "motions", "dialect", "sha256"]);
+    has(&report["time"], &["programmed_s", "realised_before_s", "realised_after_s", "saved_percent", "by_cause"]);
+    has(
+        &report["limits"][0],
+        &[
+            "name",
+            "unit",
+            "limit",
+            "tool",
+            "before_max",
+            "after_max",
+            "after_p99",
+            "active_time_percent",
+            "shadow_price",
+        ],
+    );
+    has(
+        &report["blocks"][0],
+        &[
+            "line",
+            "motion",
+            "length_mm",
+            "feed_before",
+            "feed_after",
+            "realised_before",
+            "realised_after",
+            "active_limit",
+            "price_s",
+            "before",
+            "after",
+        ],
+    );
+    has(&report["blocks"][0]["after"], &["force_xy_peak_n", "power_w", "deflection_mm", "feed_per_tooth_mm"]);
+    has(&report["constancy"][0], &["name", "reference", "within_5_percent", "within_10_percent"]);
+    has(&report["check"], &["geometry_identical", "resimulated_worst_ratio", "resimulated_p99_ratio"]);
+    has(
+        &report["output"],
+        &[
+            "f_words_before",
+            "f_words_after",
+            "blocks_added",
+            "bytes_before",
+            "bytes_after",
+            "loss_vs_continuous_percent",
+        ],
+    );
+    has(&report["stock"], &["initial_mm3", "removed_mm3", "remaining_mm3", "cell_mm"]);
+    has(&report["performance"]["stage_s"], &["parse", "simulate", "schedule", "rewrite", "check"]);
+    has(&report["assumptions"][0], &["key", "value", "source"]);
+    has(&report["tool"][0], &["number", "power_max_w", "power_ref_w", "force_peak_n", "cut_time_s", "cut_length_mm"]);
+    assert_eq!(report["program"]["dialect"], "linuxcnc");
+    assert_eq!(report["stock"]["initial_mm3"].as_f64().unwrap().round(), 8000.0);
+    assert_eq!(report["check"]["geometry_identical"], true);
+    let force = &report["limits"].as_array().unwrap().iter().find(|limit| limit["name"] == "force_xy").unwrap();
+    assert!(force["before_max"].as_f64() > force["limit"].as_f64(), "the limit does not bind as programmed: {force}");
+    assert!(report["check"]["resimulated_worst_ratio"].as_f64().unwrap() <= 1.01);
+    assert!(report["time"]["realised_after_s"].as_f64().unwrap() > 0.0);
+    let seconds: f64 = report["time"]["by_cause"].as_object().unwrap().values().filter_map(Value::as_f64).sum();
+    assert!((seconds - report["time"]["realised_after_s"].as_f64().unwrap()).abs() < 1e-6);
+}
+
+#[test]
+fn the_table_has_one_row_per_station_and_the_columns_of_the_interface() {
+    let dir = bench();
+    feedwright(dir.path()).args(["optimize", "part.nc", "--csv", "r.csv"]).assert().code(0);
+    let mut table = csv::Reader::from_path(dir.path().join("r.csv")).unwrap();
+    let head = table.headers().unwrap().clone();
+    let first = "line,motion,s_mm,time_before_s,time_after_s,x_mm,y_mm,z_mm,feed_before_mm_min,feed_after_mm_min,spindle_rpm,tool,removal_area_mm2,contact_area_mm2_per_rev,entry_deg,exit_deg,axial_depth_mm";
+    assert_eq!(head.iter().take(17).collect::<Vec<_>>().join(","), first);
+    let column = |name: &str| head.iter().position(|known| known == name).unwrap_or_else(|| panic!("no {name}"));
+    let (force, line, feed) = (column("force_xy_peak_n_after"), column("line"), column("feed_after_mm_min"));
+    column("power_w_before");
+    let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+    let number = |row: &csv::StringRecord, at: usize| row[at].parse::<f64>().unwrap();
+    assert!(rows.iter().all(|row| number(row, force) <= 101.0), "a load is above its limit");
+    assert!(rows.iter().any(|row| number(row, force) > 60.0), "nothing is cut");
+    assert!(rows.iter().any(|row| number(row, line) == 7.0 && number(row, feed) > 0.0));
+    let times: Vec<f64> = rows.iter().map(|row| number(row, column("time_after_s"))).collect();
+    assert!(times.windows(2).all(|pair| pair[0] <= pair[1] + 1e-9), "time runs backwards");
+}
+
+#[test]
+fn streams_take_the_place_of_files() {
+    let dir = bench();
+    feedwright(dir.path()).args(["optimize", "part.nc", "--quiet"]).assert().code(0).stdout("").stderr("");
+    let written = fs::read(dir.path().join("part.fw.nc")).unwrap();
+    let piped = feedwright(dir.path())
+        .args(["optimize", "-", "--setup", "part.setup.toml"])
+        .write_stdin(PROGRAM)
+        .output()
+        .unwrap();
+    assert_eq!(piped.status.code(), Some(0));
+    assert!(piped.stdout == written, "standard output differs from the file");
+    assert!(String::from_utf8_lossy(&piped.stderr).contains("time"), "no summary beside the program");
+    let json = feedwright(dir.path()).args(["simulate", "part.nc", "--json", "-"]).output().unwrap();
+    let report: Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert!(report["output"].is_null() && report["check"].is_null());
+    assert_eq!(report["time"]["saved_percent"], 0.0);
+}
+
+#[test]
+fn the_summary_fits_the_screen() {
+    let dir = bench();
+    let output = feedwright(dir.path()).args(["optimize", "part.nc"]).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    for word in ["time", "force_xy", "power", "limit", "what bounds the feed", "F words", "checked", "assumed"] {
+        assert!(text.contains(word), "no {word} in\n{text}");
+    }
+    for line in text.lines().skip(1) {
+        assert!(line.chars().count() <= 120, "too wide: {line}");
+    }
+    assert!(
+        !text.contains('\u{1b}') && !String::from_utf8(output.stderr).unwrap().contains('\u{1b}'),
+        "colours in a pipe"
+    );
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let dir = bench();
+    let run = |threads: &str| {
+        let arguments =
+            ["optimize", "part.nc", "--json", "r.json", "--csv", "r.csv", "--svg", "r.svg", "--threads", threads];
+        feedwright(dir.path()).args(arguments).assert().code(0);
+        ["part.fw.nc", "r.json", "r.csv", "r.svg"].map(|name| fs::read(dir.path().join(name)).unwrap())
+    };
+    let one = run("1");
+    assert!(one == run("2") && one == run("7"));
+}
+
+#[test]
+fn the_picture_and_the_page_are_complete_in_themselves() {
+    let dir = bench();
+    feedwright(dir.path()).args(["optimize", "part.nc", "--svg", "r.svg", "--report", "r.html"]).assert().code(0);
+    let svg = fs::read_to_string(dir.path().join("r.svg")).unwrap();
+    assert!(svg.starts_with("<svg xmlns=") && svg.ends_with("</svg>\n") && svg.contains("limit 100 N"));
+    let html = fs::read_to_string(dir.path().join("r.html")).unwrap();
+    assert!(html.contains("<svg") && html.contains("</html>") && html.contains("force_xy"));
+    for text in [svg, html] {
+        assert!(!text.contains("href=") && !text.contains("src="), "it needs another file");
+    }
+}
+
+#[test]
+fn verify_finds_what_was_tampered_with() {
+    let dir = bench();
+    feedwright(dir.path()).args(["optimize", "part.nc"]).assert().code(0);
+    feedwright(dir.path()).args(["verify", "part.nc", "part.fw.nc"]).assert().code(0);
+    let text = fs::read_to_string(dir.path().join("part.fw.nc")).unwrap();
+    fs::write(dir.path().join("moved.nc"), text.replace("Y12", "Y13")).unwrap();
+    let output = feedwright(dir.path()).args(["verify", "part.nc", "moved.nc", "--json", "v.json"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("v.json")).unwrap()).unwrap();
+    assert_eq!(report["identical"], false);
+    assert!(!report["differences"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn a_limit_that_cannot_be_met_is_said_first_and_nothing_is_written() {
+    let dir = bench();
+    fs::write(dir.path().join("tight.toml"), SETUP.replace("force_xy = 100", "force_xy = 1")).unwrap();
+    let run = |more: &[&str]| {
+        feedwright(dir.path()).args(["optimize", "part.nc", "--setup", "tight.toml"]).args(more).output().unwrap()
+    };
+    let held = run(&[]);
+    assert_eq!(held.status.code(), Some(1));
+    let said = String::from_utf8(held.stdout).unwrap();
+    assert!(said.starts_with("Limits cannot be met on"), "{said}");
+    assert!(!dir.path().join("part.fw.nc").exists());
+    assert_eq!(run(&["--accept-infeasible"]).status.code(), Some(1));
+    assert!(dir.path().join("part.fw.nc").exists());
+}
+
+#[test]
+fn every_stage_can_be_dumped() {
+    let dir = bench();
+    for stage in ["tokens", "blocks", "moves", "engagement", "loads", "problem"] {
+        let output = feedwright(dir.path()).args(["dump", stage, "part.nc"]).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{stage}");
+        assert!(output.stdout.iter().filter(|byte| **byte == b'\n').count() > 4, "{stage} says nothing");
+    }
+    for shelf in ["tools", "materials", "machines", "effects", "models"] {
+        let output = feedwright(dir.path()).args(["library", shelf]).output().unwrap();
+        assert!(output.status.success() && output.stdout.len() > 50, "{shelf} is empty");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let dir = bench();
+    let shell = format!("{} dump tokens part.nc | head -1; exit ${{PIPESTATUS[0]}}", env!("CARGO_BIN_EXE_feedwright"));
+    let long = PROGRAM.repeat(4000);
+    fs::write(dir.path().join("part.nc"), long).unwrap();
+    let output = std::process::Command::new("bash").arg("-c").arg(shell).current_dir(dir.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
