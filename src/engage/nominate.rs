@@ -140,7 +140,7 @@ fn mark_cells(tile: &Tile, sample: &Sample, cutter: &Cutter, work: &mut Scratch)
             }
             found = true;
             work.mark(near.bands(bin), cutter, height, tip - slack, [forward, y * dir[0] - x * dir[1]]);
-            work.gather(tile, i, j, last + 1 == i);
+            work.gather(tile, i, j, last.checked_add(1) == Some(i));
             last = i;
         }
     }
