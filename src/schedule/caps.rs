@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 
 use super::problem::{Bound, Conflict, Node, Problem};
+use super::ramps;
 use super::rules::{Rule, Rules, rules};
 use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, Cut, Cutter, LoadLine};
@@ -45,7 +46,9 @@ pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
         .enumerate()
         .filter_map(|(node, (_, conflict))| conflict.map(|(floor, cap)| Conflict { node, floor, cap }))
         .collect();
-    Problem { nodes: answers.into_iter().map(|(node, _)| node).collect(), of_move, conflicts }
+    let mut problem = Problem { nodes: answers.into_iter().map(|(node, _)| node).collect(), of_move, conflicts };
+    ramps::apply(&mut problem, toolpath, &rules, job);
+    problem
 }
 
 /// One cutter per tool and spindle speed, and the cutter of each move.

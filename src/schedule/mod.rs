@@ -1,19 +1,25 @@
 //! From caps to feeds. In: a [`Problem`] (the path with its caps, floors and programmed feeds) and the machine. Out: a
 //! [`Schedule`]: feeds per piece, what bound them and at what price, realised speeds and times.
 
+pub mod budget;
 pub mod caps;
 pub mod check;
 pub mod cone;
 pub mod control;
 pub mod convex;
 pub mod corner;
+pub mod cycle;
+pub mod marks;
 pub mod optimum;
 pub mod pass;
 pub mod prices;
 pub mod problem;
+pub mod ramps;
 pub mod realise;
+pub mod reference;
 pub mod rules;
 pub mod solve;
+pub mod stress;
 pub mod track;
 pub mod units;
 pub mod words;

@@ -21,9 +21,9 @@ const OVERLAP: usize = 60;
 /// Points kept between a broken jerk limit and the end of its window.
 const MARGIN: usize = 8;
 /// Most pieces that the run-up (or run-down) of a leg is cut into.
-const PIECES: usize = 8;
+const PIECES: usize = 4;
 /// Rounds of linearising the jerk.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 /// Residual of a cap or an acceleration that is accepted, as a share of the largest b of the window.
 pub const ACCEPTED: f64 = 1e-6;
 /// Jerk above its limit that is accepted, as a share: it is a comfort, not a load.
@@ -177,7 +177,7 @@ fn rounds(chain: &Chain, caps: &[f64], exact: &[f64], range: &Range, change_s: f
         }
         let moved = (0..reference.len()).map(|i| (answer.b[i] - reference[i]).abs()).fold(0.0, f64::max);
         reference.clone_from(&answer.b);
-        let done = moved <= 1e-3 * reference.iter().copied().fold(0.0, f64::max);
+        let done = moved <= 1e-2 * reference.iter().copied().fold(0.0, f64::max);
         best = Some(answer);
         if done {
             break;

@@ -13,6 +13,11 @@ use crate::machine::{Job, LimitKind};
 use crate::nc::{MoveKind, Toolpath};
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min};
 
+/// Loss against the continuous optimum above which F words are made cheaper.
+const LOSS: f64 = 0.008;
+/// How often they are made cheaper, by a factor of four each time.
+const CHEAPER: usize = 4;
+
 /// What the caller may choose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
@@ -47,11 +52,18 @@ pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
     let prices = prices(problem, &optimum, &leg_s);
     let units = units(problem, &node_s, toolpath, &job.output);
     let carries = |i: usize| carries_word(&units, i, toolpath);
-    let costs = Costs { word_s: options.word_s, split_s: options.split_s, minimum_change: job.output.minimum_change };
-    let feeds = choose(&units, &options.grid, &costs, &carries);
-    let mut pieces = pieces(&units, &feeds);
-    put_prices(&mut pieces, problem, &prices.node_s);
     let continuous_s = realise(toolpath, &continuous_pieces(problem, toolpath), &job.machine).total_s;
+    let mut costs =
+        Costs { word_s: options.word_s, split_s: options.split_s, minimum_change: job.output.minimum_change };
+    let mut pieces = pieces(&units, &choose(&units, &options.grid, &costs, &carries));
+    for _ in 0..CHEAPER {
+        if realise(toolpath, &pieces, &job.machine).total_s <= (1.0 + LOSS) * continuous_s {
+            break;
+        }
+        (costs.word_s, costs.split_s) = (0.25 * costs.word_s, 0.25 * costs.split_s);
+        pieces = self::pieces(&units, &choose(&units, &options.grid, &costs, &carries));
+    }
+    put_prices(&mut pieces, problem, &prices.node_s);
     let how = how(&optimum);
     Schedule { pieces, continuous_s, shadow_prices: prices.shadow, active_s: prices.active_s, how }
 }

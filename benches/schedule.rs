@@ -1,0 +1,116 @@
+//! How fast the schedule is and how near its F words come to the continuous optimum. Without arguments: synthetic paths
+//! (exact pass, convex program); with the path of a program that has a setup: that program. A setup is sought beside it.
+
+use std::path::Path;
+use std::time::Instant;
+
+use feedwright::engage::{self, engage};
+use feedwright::ids::MoveId;
+use feedwright::nc::{Environment, MoveKind, interpret, parse};
+use feedwright::schedule::optimum::optimum;
+use feedwright::schedule::pass::{Chain, Leg, exact_pass};
+use feedwright::schedule::track::Track;
+use feedwright::schedule::{Options, as_programmed, problem, realise, solve};
+
+fn main() {
+    let programs: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    for program in &programs {
+        real(Path::new(program));
+    }
+    if programs.is_empty() {
+        synthetic();
+    }
+}
+
+fn leg(ds_mm: f64, speed: f64, jerk_mm_s3: f64) -> Leg {
+    Leg { ds_mm, cap_b: speed * speed, accel_mm_s2: 500.0, jerk_mm_s3, first_row: 0, row_count: 0 }
+}
+
+/// A finishing raster: stations of 0.3 mm, caps that wander, a turn every 200 stations.
+fn raster(stations: usize, jerk_mm_s3: f64, turn: usize) -> Track {
+    let mut track = Track { chain: Chain { point_b: vec![0.0], ..Chain::default() }, ..Track::default() };
+    for i in 0..stations {
+        let wander = 50.0 + 30.0 * (i as f64 * 0.11).sin() * (i as f64 * 0.017).cos();
+        track.chain.legs.push(leg(0.3, wander, jerk_mm_s3));
+        track.chain.point_b.push(if (i + 1) % turn == 0 { 4.0 } else { 1e9 });
+        track.tags.push(i as u32);
+        track.moves.push(MoveId(i as u32));
+    }
+    *track.chain.point_b.last_mut().unwrap() = 0.0;
+    track
+}
+
+fn synthetic() {
+    let stations = 1_000_000;
+    let track = raster(stations, f64::INFINITY, 200);
+    let start = Instant::now();
+    let b = exact_pass(&track.chain);
+    let ns = start.elapsed().as_secs_f64() * 1e9 / stations as f64;
+    println!("exact pass: {ns:.1} ns a station ({stations} stations, last b {:.1})", b[stations]);
+    for turn in [200, 2000] {
+        let stations = 100_000;
+        let start = Instant::now();
+        let answer = optimum(raster(stations, 20000.0, turn), 0.0);
+        let us = start.elapsed().as_secs_f64() * 1e6 / stations as f64;
+        println!(
+            "with jerk, a turn every {turn}: {us:.1} us a station wall, {} legs, {} windows ({} refused), {} jerky points",
+            answer.chain.legs.len(),
+            answer.windows.0,
+            answer.windows.1,
+            answer.jerky
+        );
+    }
+    println!("peak memory {} MB", peak_memory_bytes() / 1_000_000);
+}
+
+fn peak_memory_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").trim().parse::<u64>().ok()).map_or(0, |kb| kb * 1024)
+}
+
+fn real(path: &Path) {
+    let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
+    let beside = [format!("{stem}.setup.toml"), format!("setups/{stem}.toml")];
+    let folder = path.parent().unwrap();
+    let shared = Path::new("../shared/programs/setups").join(format!("{stem}.toml"));
+    let setup = beside.iter().map(|name| folder.join(name)).find(|path| path.exists()).unwrap_or(shared);
+    let text = std::fs::read_to_string(&setup).unwrap();
+    let (job, _) = feedwright::setup::load(&text, setup.parent().unwrap()).unwrap();
+    let program = parse(std::fs::read(path).unwrap(), None);
+    let toolpath = interpret(&program, &Environment::from_job(&job));
+    let start = Instant::now();
+    let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
+    let engaged = start.elapsed();
+    let start = Instant::now();
+    let problem = problem(&toolpath, &map, &job);
+    let capped = start.elapsed();
+    let start = Instant::now();
+    let schedule = solve(&problem, &toolpath, &job, &Options::of(&toolpath));
+    let solved = start.elapsed();
+    let before = realise(&toolpath, &as_programmed(&toolpath), &job.machine).total_s;
+    let after = realise(&toolpath, &schedule.pieces, &job.machine).total_s;
+    let feeds: Vec<f64> = schedule.pieces.iter().map(|piece| piece.feed_mm_s).collect();
+    let words = feeds.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let moves = toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).count();
+    println!(
+        "{stem}: {} moves, {} nodes, {} infeasible",
+        toolpath.moves.len(),
+        problem.nodes.len(),
+        problem.nodes.iter().filter(|node| node.infeasible.is_some()).count()
+    );
+    println!("  engage {engaged:.1?}, caps {capped:.1?}, solve {solved:.1?}: {}", schedule.how);
+    println!(
+        "  {before:.1} s -> {after:.1} s, continuous {:.1} s, loss {:.2} %; {words} feed changes, {} pieces of {moves} feed moves, growth {:.2}",
+        schedule.continuous_s,
+        100.0 * (after / schedule.continuous_s - 1.0),
+        schedule.pieces.len(),
+        schedule.pieces.len() as f64 / moves as f64
+    );
+    for (kind, seconds) in &schedule.active_s {
+        println!("    {:20} {seconds:8.1} s", kind.name());
+    }
+    for (kind, price) in &schedule.shadow_prices {
+        println!("    price of {:16} {price:+.5} s per {}", kind.name(), kind.unit());
+    }
+}

@@ -1,0 +1,132 @@
+//! A budget over the whole program: wear, or energy. In: a problem, a rate per length that rises with the feed, and the most
+//! that may be used. Out: the problem with caps that keep the budget, and the price of one more unit.
+//!
+//! Time and wear of a piece of length ds at speed v are ds/v and c·v^p·ds (0 < p < 2; c belongs to the piece). With one price
+//! λ (s per unit) for the whole program, ds/v + λ c v^p ds falls up to v* = (1/(λ c p))^(1/(p+1)) and rises beyond: v* is a
+//! cap, and the budget costs one bisection over λ. The budget is checked at the caps; where the control stays below
+//! them less is used, so it holds. The answer is local in the sense that run-ups are not traded against it.
+
+use super::problem::{Bound, Problem};
+use crate::machine::LimitKind;
+
+/// A budget.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// Exponent p of the speed.
+    pub exponent: f64,
+    /// Most that may be used in all cuts together.
+    pub most: f64,
+}
+
+/// Outcome of [`keep`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kept {
+    /// The caps alone keep the budget.
+    Slack {
+        /// What is used.
+        used: f64,
+    },
+    /// Caps were lowered.
+    Bound {
+        /// What is used.
+        used: f64,
+        /// Seconds that one more unit would save.
+        price_s: f64,
+    },
+    /// Not even the lowest feeds keep it; caps are at the floors.
+    Impossible {
+        /// What is used at the floors.
+        used: f64,
+    },
+}
+
+/// Lowers the caps of the cutting nodes so that Σ c·v^p·ds ≤ `budget.most`. `rate[i]` is c of node i.
+pub fn keep(problem: &mut Problem, rate: &[f64], budget: &Budget) -> Kept {
+    let used_at = |price_s: f64| -> f64 {
+        let of = |(i, c): (usize, &f64)| {
+            let node = &problem.nodes[i];
+            let counts = node.cutting && node.free && *c > 0.0;
+            if counts {
+                c * speed(problem, i, *c, price_s, budget).powf(budget.exponent) * node.length_mm()
+            } else {
+                0.0
+            }
+        };
+        rate.iter().enumerate().map(of).sum()
+    };
+    let free = used_at(0.0);
+    if free <= budget.most {
+        return Kept::Slack { used: free };
+    }
+    let lowest = used_at(f64::INFINITY);
+    let price_s = if lowest > budget.most { f64::INFINITY } else { bisect(&used_at, budget.most) };
+    let used = used_at(price_s);
+    for (i, c) in rate.iter().enumerate() {
+        let node = problem.nodes[i];
+        if node.cutting && node.free && *c > 0.0 {
+            let feed_mm_s = speed(problem, i, *c, price_s, budget);
+            if feed_mm_s < node.cap.feed_mm_s {
+                problem.nodes[i].cap = Bound { feed_mm_s, kind: LimitKind::Budget, per_unit: 0.0 };
+            }
+        }
+    }
+    if lowest > budget.most { Kept::Impossible { used } } else { Kept::Bound { used, price_s } }
+}
+
+/// Speed of a node at a price: v*, between its floor and its cap.
+fn speed(problem: &Problem, i: usize, c: f64, price_s: f64, budget: &Budget) -> f64 {
+    let node = &problem.nodes[i];
+    let wanted = (1.0 / (price_s * c * budget.exponent)).powf(1.0 / (budget.exponent + 1.0));
+    wanted.max(node.floor.feed_mm_s).min(node.cap.feed_mm_s)
+}
+
+/// The lowest price at which no more than `most` is used.
+fn bisect(used_at: &dyn Fn(f64) -> f64, most: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1e-9);
+    while used_at(high) > most && high < 1e300 {
+        (low, high) = (high, high * 10.0);
+    }
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if used_at(middle) > most { low = middle } else { high = middle }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::MoveId;
+    use crate::schedule::problem::Node;
+
+    #[test]
+    fn a_bound_budget_is_used_up_and_its_price_is_the_slope() {
+        let bound = |feed_mm_s| Bound { feed_mm_s, kind: LimitKind::Power, per_unit: 0.0 };
+        let node = |i: u32, cap: f64| Node {
+            move_id: MoveId(i),
+            from_mm: 0.0,
+            to_mm: 10.0,
+            cap: bound(cap),
+            floor: bound(1.0),
+            programmed_mm_s: 10.0,
+            cutting: true,
+            free: true,
+            uncertain: false,
+            final_surface: false,
+            infeasible: None,
+        };
+        let fresh = Problem { nodes: vec![node(0, 50.0), node(1, 20.0), node(2, 80.0)], ..Problem::default() };
+        let rate = [1e-3, 2e-3, 5e-4];
+        let solve = |most: f64| {
+            let mut problem = fresh.clone();
+            let kept = keep(&mut problem, &rate, &Budget { exponent: 1.5, most });
+            (problem.nodes.iter().map(|node| 10.0 / node.cap.feed_mm_s).sum::<f64>(), kept)
+        };
+        assert!(matches!(solve(1e9).1, Kept::Slack { .. }));
+        let (time, Kept::Bound { used, price_s }) = solve(4.0) else { panic!("binds") };
+        assert!((used - 4.0).abs() < 1e-9);
+        let slope = (solve(3.999).0 - solve(4.001).0) / 0.002;
+        assert!((slope / price_s - 1.0).abs() < 1e-3, "{time} {slope} {price_s}");
+        assert!(matches!(solve(1e-9).1, Kept::Impossible { .. }));
+    }
+}
