@@ -155,9 +155,9 @@ fn settings() -> DefaultSettings<f64> {
     DefaultSettings {
         verbose: false,
         max_iter: 100,
-        tol_gap_abs: 1e-9,
-        tol_gap_rel: 1e-9,
-        tol_feas: 1e-10,
+        tol_gap_abs: 1e-8,
+        tol_gap_rel: 1e-8,
+        tol_feas: 1e-9,
         presolve_enable: false,
         max_threads: 1,
         ..DefaultSettings::default()

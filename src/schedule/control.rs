@@ -26,6 +26,8 @@ const KINK_SHARE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const TURN_BACK: f64 = -0.9987;
 /// Servo periods below which what is left of a line is taken into the arc that follows.
 const GAP_CYCLES: f64 = 4.0;
+/// Most points that are joined into one line.
+const JOINED: usize = 100;
 /// Servo periods lost at a stop.
 const STOP_CYCLES: f64 = 3.0;
 
@@ -101,7 +103,7 @@ pub fn plan(
     control: &Control,
     orders_of: &mut dyn FnMut(MoveId, &mut Vec<Order>),
 ) -> Plan {
-    let mut planner = Planner { machine, control, plan: Plan::default(), run: Vec::new() };
+    let mut planner = Planner { machine, control, plan: Plan::default(), run: Vec::new(), joined: Vec::new() };
     planner.plan.chain.point_b.push(0.0);
     let mut orders = Vec::new();
     for event in &toolpath.events {
@@ -131,6 +133,8 @@ struct Planner<'a> {
     plan: Plan,
     /// Primitives since the last stop.
     run: Vec<Primitive>,
+    /// Points inside the last primitive, where it was joined.
+    joined: Vec<Vec3>,
 }
 
 impl Planner<'_> {
@@ -143,6 +147,7 @@ impl Planner<'_> {
                 primitive.mode = PathMode::ExactPath;
             }
             if !self.join(&primitive) {
+                self.joined.clear();
                 self.run.push(primitive);
             }
         }
@@ -182,28 +187,33 @@ impl Planner<'_> {
         primitive
     }
 
-    /// Joins a short line to the one before it where the control does so.
+    /// Joins a line to the one before it where the control does so: every point joined so far stays within the tolerance of
+    /// the line from the first to the new end, and at most [`JOINED`] are kept.
     fn join(&mut self, next: &Primitive) -> bool {
         let Some(last) = self.run.last_mut() else { return false };
         let PathMode::Tolerance(tolerance_mm) = last.mode else { return false };
-        let lines = last.arc_radius_mm.is_none() && next.arc_radius_mm.is_none() && last.rapid == next.rapid;
-        if !self.control.joins_lines || !lines || last.feed != next.feed || next.rapid {
+        let lines = last.arc_radius_mm.is_none() && next.arc_radius_mm.is_none() && !last.rapid && !next.rapid;
+        if !self.control.joins_lines || !lines || last.feed != next.feed || self.joined.len() >= JOINED {
             return false;
         }
         let corner = last.from + last.start * last.nominal_mm;
-        let to = next.from + next.start * next.nominal_mm;
-        let chord = to - last.from;
-        let along = ((corner - last.from).dot(&chord) / chord.norm_squared()).clamp(0.0, 1.0);
-        let off = (corner - (last.from + chord * along)).norm();
-        // The control tests every point it has joined; a chain of joins is kept well inside by taking half.
-        if chord.norm() <= 0.0 || off > 0.5 * tolerance_mm || (last.end - next.start).norm() > 0.5 {
+        let chord = next.from + next.start * next.nominal_mm - last.from;
+        let off = |point: &Vec3| {
+            let along = ((point - last.from).dot(&chord) / chord.norm_squared()).clamp(0.0, 1.0);
+            (point - last.from - chord * along).norm()
+        };
+        let length = chord.norm();
+        if length <= 0.0 || self.joined.iter().chain([&corner]).any(|point| off(point) > tolerance_mm) {
             return false;
         }
-        let length = chord.norm();
-        last.start = chord / length;
-        last.end = last.start;
+        self.joined.push(corner);
+        (last.start, last.end) = (chord / length, chord / length);
         (last.nominal_mm, last.length_mm) = (length, length);
         (last.move_id, last.mode) = (next.move_id, next.mode);
+        let axes = &self.machine.axes;
+        let digest = self.machine.block_time_s.max(SERVO_S);
+        last.speed = last.feed.min(speed_along(axes, last.start)).min(length / digest);
+        last.accel = along(axes, last.start);
         true
     }
 
@@ -239,9 +249,12 @@ impl Planner<'_> {
             if let Some((speed, length_mm, accel)) = arcs[i] {
                 self.push(primitive.move_id, length_mm, speed, accel, speeds[i]);
             }
-            let share = if primitive.arc_radius_mm.is_some() { TANGENT_SHARE } else { 1.0 };
-            let accel = primitive.accel * share * (1.0 - primitive.kink);
-            self.push(primitive.move_id, primitive.length_mm.max(0.0), primitive.speed, accel, speeds[i]);
+            let accel = primitive.accel * (1.0 - primitive.kink);
+            let (speed, accel) = match primitive.arc_radius_mm {
+                Some(radius) => (primitive.speed.min((NORMAL_SHARE * accel * radius).sqrt()), TANGENT_SHARE * accel),
+                None => (primitive.speed, accel),
+            };
+            self.push(primitive.move_id, primitive.length_mm.max(0.0), speed, accel, speeds[i]);
         }
         if let Some(b) = self.plan.chain.point_b.last_mut() {
             *b = 0.0;

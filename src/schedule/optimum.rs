@@ -177,7 +177,7 @@ fn rounds(chain: &Chain, caps: &[f64], exact: &[f64], range: &Range, change_s: f
         }
         let moved = (0..reference.len()).map(|i| (answer.b[i] - reference[i]).abs()).fold(0.0, f64::max);
         reference.clone_from(&answer.b);
-        let done = moved <= 1e-2 * reference.iter().copied().fold(0.0, f64::max);
+        let done = moved <= 0.05 * reference.iter().copied().fold(0.0, f64::max);
         best = Some(answer);
         if done {
             break;
@@ -219,11 +219,14 @@ fn refined(track: Track, b: &[f64]) -> Track {
 fn pieces(leg: &Leg, b0: f64, b1: f64) -> Vec<f64> {
     let a = leg.accel_mm_s2;
     let peak = (0.5 * (b0 + b1) + a * leg.ds_mm).min(leg.cap_b);
-    if leg.row_count > 0 || !leg.jerk_mm_s3.is_finite() || peak <= 0.0 || (peak - b0).max(peak - b1) <= 1e-9 * peak {
-        return vec![leg.ds_mm];
-    }
     // The jerk-limited change of speed takes longer than the exact one by v·a/J.
     let blend_mm = peak.sqrt() * a / leg.jerk_mm_s3;
+    let steady = peak <= 0.0 || (peak - b0).max(peak - b1) <= 1e-9 * peak;
+    // A leg that is short against that distance, between legs that are as short, is fine as it is.
+    let short = leg.ds_mm < blend_mm && b0 > 0.0 && b1 > 0.0;
+    if leg.row_count > 0 || !leg.jerk_mm_s3.is_finite() || steady || short {
+        return vec![leg.ds_mm];
+    }
     let room = |b: f64| if b < peak { (peak - b) / (2.0 * a) + blend_mm } else { 0.0 };
     let (mut up, mut down) = (room(b0), room(b1));
     if up + down > leg.ds_mm {
@@ -231,7 +234,7 @@ fn pieces(leg: &Leg, b0: f64, b1: f64) -> Vec<f64> {
         (up, down) = (up * share, down * share);
     }
     let count =
-        |length: f64| if length > 0.0 { ((4.0 * length / blend_mm).ceil() as usize).clamp(1, PIECES) } else { 0 };
+        |length: f64| if length > 0.0 { ((2.0 * length / blend_mm).ceil() as usize).clamp(1, PIECES) } else { 0 };
     let mut out = vec![up / count(up).max(1) as f64; count(up)];
     let middle = leg.ds_mm - up - down;
     if middle > 1e-6 * leg.ds_mm {

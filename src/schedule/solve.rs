@@ -4,7 +4,7 @@
 
 use super::optimum::{Optimum, optimum};
 use super::prices::prices;
-use super::problem::{FeedPiece, Problem, Schedule};
+use super::problem::{Bound, FeedPiece, Problem, Schedule};
 use super::realise::realise;
 use super::track::{Span, Track, track};
 use super::units::{Unit, units};
@@ -15,8 +15,10 @@ use crate::units::{MM_PER_INCH, mm_s_from_mm_min};
 
 /// Loss against the continuous optimum above which F words are made cheaper.
 const LOSS: f64 = 0.008;
-/// How often they are made cheaper, by a factor of four each time.
-const CHEAPER: usize = 4;
+/// Growth of the program, in blocks, above which splits are made dearer.
+const GROWTH: f64 = 1.5;
+/// How often prices are changed.
+const ROUNDS: usize = 6;
 
 /// What the caller may choose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,16 +54,25 @@ pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
     let prices = prices(problem, &optimum, &leg_s);
     let units = units(problem, &node_s, toolpath, &job.output);
     let carries = |i: usize| carries_word(&units, i, toolpath);
-    let continuous_s = realise(toolpath, &continuous_pieces(problem, toolpath), &job.machine).total_s;
+    let continuous_s = realise(toolpath, &continuous_pieces(problem, &units), &job.machine).total_s;
+    let choice = |costs: &Costs| pieces(&units, &choose(&units, &options.grid, costs, &carries));
     let mut costs =
         Costs { word_s: options.word_s, split_s: options.split_s, minimum_change: job.output.minimum_change };
-    let mut pieces = pieces(&units, &choose(&units, &options.grid, &costs, &carries));
-    for _ in 0..CHEAPER {
-        if realise(toolpath, &pieces, &job.machine).total_s <= (1.0 + LOSS) * continuous_s {
+    let mut pieces = choice(&costs);
+    for _ in 0..ROUNDS {
+        let loss = realise(toolpath, &pieces, &job.machine).total_s / continuous_s - 1.0;
+        if growth(toolpath, &pieces) > GROWTH {
+            costs.split_s *= 2.0;
+        } else if loss > LOSS {
+            (costs.word_s, costs.split_s) = (0.25 * costs.word_s, (0.5 * costs.split_s).max(costs.word_s));
+            let more = choice(&costs);
+            if growth(toolpath, &more) > GROWTH {
+                break;
+            }
+        } else {
             break;
         }
-        (costs.word_s, costs.split_s) = (0.25 * costs.word_s, 0.25 * costs.split_s);
-        pieces = self::pieces(&units, &choose(&units, &options.grid, &costs, &carries));
+        pieces = choice(&costs);
     }
     put_prices(&mut pieces, problem, &prices.node_s);
     let how = how(&optimum);
@@ -144,16 +155,35 @@ fn binding(unit: &Unit, feed_mm_s: f64) -> LimitKind {
     }
 }
 
-/// Every node at its cap: what an unlimited number of F words could do.
-fn continuous_pieces(problem: &Problem, toolpath: &Toolpath) -> Vec<FeedPiece> {
-    let feed = |node: &&super::problem::Node| toolpath.moves[node.move_id.ix()].kind == MoveKind::Feed;
-    let piece = |node: &super::problem::Node| FeedPiece {
-        move_id: node.move_id,
-        from_mm: node.from_mm,
-        to_mm: node.to_mm,
-        feed_mm_s: node.cap.feed_mm_s,
-        limit: node.cap.kind,
+/// Blocks after splitting over blocks before.
+fn growth(toolpath: &Toolpath, pieces: &[FeedPiece]) -> f64 {
+    let feed_moves = toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).count();
+    let moves = toolpath.moves.len().max(1) as f64;
+    (moves + (pieces.len() - feed_moves.min(pieces.len())) as f64) / moves
+}
+
+/// What an unlimited number of F words could do: every node at its cap where the move may be split, else the move at its own.
+fn continuous_pieces(problem: &Problem, units: &[Unit]) -> Vec<FeedPiece> {
+    let piece = |unit: &Unit, from_mm: f64, to_mm: f64, cap: &Bound| FeedPiece {
+        move_id: unit.move_id,
+        from_mm,
+        to_mm,
+        feed_mm_s: if unit.free { cap.feed_mm_s } else { unit.programmed_mm_s },
+        limit: cap.kind,
         price_s: 0.0,
     };
-    problem.nodes.iter().filter(feed).map(piece).collect()
+    let mut pieces = Vec::with_capacity(problem.nodes.len());
+    for unit in units {
+        if !unit.splittable {
+            pieces.push(piece(unit, unit.from_mm, unit.to_mm, &unit.cap));
+            continue;
+        }
+        for node in problem.nodes_of(unit.move_id) {
+            let (from_mm, to_mm) = (node.from_mm.max(unit.from_mm), node.to_mm.min(unit.to_mm));
+            if to_mm > from_mm {
+                pieces.push(piece(unit, from_mm, to_mm, &node.cap));
+            }
+        }
+    }
+    pieces
 }

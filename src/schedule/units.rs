@@ -31,6 +31,8 @@ pub struct Unit {
     pub programmed_mm_s: f64,
     /// May its feed change?
     pub free: bool,
+    /// May its move be split?
+    pub splittable: bool,
 }
 
 impl Unit {
@@ -58,6 +60,9 @@ pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, output: &Ou
         pieces.extend(problem.nodes[range.clone()].iter().zip(&node_s[range.clone()]).map(|(node, &s)| unit(node, s)));
         let alone = output.split && motion.splittable && groups[index].is_none();
         if alone && problem.nodes[range].iter().all(|node| node.free && !node.uncertain) {
+            for piece in &mut pieces {
+                piece.splittable = true;
+            }
             join_equal(&mut pieces);
             lengthen(&mut pieces, output.minimum_length_mm);
         } else {
@@ -80,6 +85,7 @@ fn unit(node: &Node, time_s: f64) -> Unit {
         speed_mm_s: if time_s > 0.0 { length_mm / time_s } else { node.cap.feed_mm_s.max(f64::MIN_POSITIVE) },
         programmed_mm_s: node.programmed_mm_s,
         free: node.free,
+        splittable: false,
     }
 }
 

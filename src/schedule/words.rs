@@ -162,7 +162,17 @@ mod tests {
         let cap = Bound { feed_mm_s: cap, kind: LimitKind::Power, per_unit: 0.0 };
         let (from_mm, to_mm) = (0.0, 1.0);
         let (floor_mm_s, speed_mm_s, programmed_mm_s) = (0.0, 1e9, 7.77);
-        Unit { move_id: MoveId(index), from_mm, to_mm, cap, floor_mm_s, speed_mm_s, programmed_mm_s, free: true }
+        Unit {
+            move_id: MoveId(index),
+            from_mm,
+            to_mm,
+            cap,
+            floor_mm_s,
+            speed_mm_s,
+            programmed_mm_s,
+            free: true,
+            splittable: true,
+        }
     }
 
     /// Least cost over all 2ⁿ⁻¹ ways to cut a run of n units into pieces, each at its least cap.
