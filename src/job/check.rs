@@ -46,7 +46,7 @@ pub fn check(run: &Run, rewritten: &Rewritten, reread: &Program, watch: &Watch) 
     let environment = environment(&run.job, watch);
     let proof = verify(&run.program, reread, &environment);
     let doubtful: Vec<u32> = proof.differences.iter().filter_map(|difference| difference.original_line).collect();
-    let differences: Vec<String> = proof.differences.iter().map(|difference| difference.text.clone()).collect();
+    let differences: Vec<String> = proof.differences.iter().map(ToString::to_string).collect();
     let mut written = crate::nc::interpret(reread, &environment);
     super::look::freeze_tools(&mut written, &run.job);
     let mut check =

@@ -29,16 +29,18 @@ pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
 pub fn freezes(program: &Program, toolpath: &Toolpath, job: &Job) -> Vec<Option<Freeze>> {
     let modes = modes_by_block(program, toolpath);
     let spans = mixed_spans(program, toolpath);
+    let uneven = uneven_groups(toolpath);
     let mut text = Text::default();
     let of_move = |(_, motion): (MoveId, &Move)| {
         if motion.freeze.is_some() || motion.kind == MoveKind::Rapid || motion.block.ix() >= program.len() {
             return motion.freeze;
         }
         let excluded = job.output.exclude.iter().any(|&(first, last)| (first..=last).contains(&motion.line));
+        let one_f = !motion.shared.is_some_and(|number| uneven[number as usize]);
         let shared = motion.feed.word.is_some_and(|word| spans.binary_search(&start(word)).is_ok());
         if excluded {
             Some(Freeze::Excluded)
-        } else if shared {
+        } else if shared || !one_f {
             Some(Freeze::Repeated)
         } else {
             text.read(program, motion);
@@ -78,6 +80,22 @@ fn mixed_spans(program: &Program, toolpath: &Toolpath) -> Vec<u32> {
     words.sort_unstable();
     words.dedup();
     words
+}
+
+/// For each number of [`Move::shared`]: does one F mean different feeds in its moves? So it is in inverse time, and per
+/// revolution at different speeds.
+fn uneven_groups(toolpath: &Toolpath) -> Vec<bool> {
+    let mut groups: Vec<(Option<f64>, bool)> = Vec::new();
+    for motion in &toolpath.moves {
+        let Some(number) = motion.shared else { continue };
+        if groups.len() <= number as usize {
+            groups.resize(number as usize + 1, (None, false));
+        }
+        let (rps, uneven) = &mut groups[number as usize];
+        let other = *rps.get_or_insert(motion.spin.rps) != motion.spin.rps;
+        *uneven |= motion.feed.mode == FeedMode::InverseTime || motion.feed.mode == FeedMode::PerRev && other;
+    }
+    groups.into_iter().map(|(_, uneven)| uneven).collect()
 }
 
 /// The block and the F word that were read last: neighbours share them.

@@ -23,6 +23,17 @@ pub struct Difference {
     pub text: String,
 }
 
+impl std::fmt::Display for Difference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self.original_line, self.rewritten_line) {
+            (Some(line), Some(other)) => write!(f, "line {line} (rewritten {other}): {}", self.text),
+            (Some(line), None) => write!(f, "line {line}: {}", self.text),
+            (None, Some(other)) => write!(f, "rewritten line {other}: {}", self.text),
+            (None, None) => f.write_str(&self.text),
+        }
+    }
+}
+
 /// What was found.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Proof {

@@ -1,0 +1,134 @@
+//! Every program of the corpus under hard schedules: feeds that change in every block and inside it. The output proves, does
+//! what was asked, comes back unchanged from a second run, and rs274 reads the same motions in it.
+
+#[path = "common/corpus.rs"]
+mod corpus;
+#[path = "common/rewriting.rs"]
+mod rewriting;
+
+use corpus::{LISTED, canon, programs, rs274_is_there, shared};
+use feedwright::machine::Annotate;
+use feedwright::nc::{self, Environment, Program};
+use feedwright::rewrite::rewrite;
+use rewriting::{check, job, schedule, surroundings, toolpath, unchanged};
+
+fn everything() -> Vec<std::path::PathBuf> {
+    let mut files = programs();
+    files.extend(LISTED.iter().filter_map(|(file, _)| shared(file)));
+    files.sort();
+    files.dedup();
+    files
+}
+
+fn read(file: &std::path::Path) -> Program {
+    nc::parse(std::fs::read(file).unwrap(), None)
+}
+
+#[test]
+fn feeds_as_programmed_give_back_every_byte() {
+    for file in everything() {
+        let program = read(&file);
+        let toolpath = toolpath(&program, &surroundings(), &job());
+        let result = rewrite(&program, &toolpath, &unchanged(&toolpath), &job());
+        assert!(result.bytes == program.text(), "{} came back changed", file.display());
+    }
+}
+
+/// Feeds that jump from block to block, every seventh block in three pieces.
+fn hard(program: &Program, environment: &Environment<'_>, annotate: Annotate) -> Result<Vec<u8>, String> {
+    let mut job = job();
+    job.output.annotate = annotate;
+    let toolpath = toolpath(program, environment, &job);
+    let long = |index: usize| toolpath.moves[index].curve.length() > 3.0;
+    let cuts = |index: usize| if index % 7 == 3 && long(index) { vec![0.31, 0.62] } else { Vec::new() };
+    let asked = schedule(&toolpath, cuts, |index, piece| [0.4, 1.0, 0.8, 1.7, 1.0][(index / 2 + piece) % 5]);
+    check(program, environment, &asked, &job).map(|rewritten| rewritten.bytes)
+}
+
+#[test]
+fn hard_schedules_prove_on_every_program() {
+    let mut wrong = Vec::new();
+    for file in everything() {
+        let program = read(&file);
+        for annotate in [Annotate::None, Annotate::Changes] {
+            if let Err(why) = hard(&program, &surroundings(), annotate) {
+                wrong.push(format!("{}: {}", file.display(), why.chars().take(600).collect::<String>()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n---\n"));
+}
+
+/// Canonical calls without feeds, comments, lines and block numbers; a plane selected again is not said again.
+fn motions(canon: &str) -> Vec<String> {
+    let mut plane = String::new();
+    let mut kept = Vec::new();
+    for (row, at) in canon.lines().filter_map(|row| row.find('(').map(|at| (row, at))) {
+        let name = row[..at].rsplit(char::is_whitespace).next().unwrap_or_default();
+        let call = format!("{name}{}", &row[at..]);
+        let again = name == "SELECT_PLANE" && std::mem::replace(&mut plane, call.clone()) == call;
+        if !again && !["SET_FEED_RATE", "COMMENT", "MESSAGE", "SET_FEED_MODE"].contains(&name) {
+            kept.push(call);
+        }
+    }
+    kept
+}
+
+#[test]
+fn rs274_reads_the_same_motions_in_what_was_written() {
+    if !rs274_is_there() {
+        return;
+    }
+    let mut read_alike = 0;
+    let mut wrong = Vec::new();
+    for file in everything() {
+        let program = read(&file);
+        let Ok(before) = canon(program.text()) else { continue };
+        let Ok(written) = hard(&program, &surroundings(), Annotate::Changes) else { continue };
+        let after = canon(&written).map_err(|why| format!("rs274 refuses: {why}"));
+        if let Err(why) = after.and_then(|after| same_motions(&motions(&before), &motions(&after))) {
+            wrong.push(format!("{}: {why}", file.display()));
+        }
+        read_alike += 1;
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(read_alike > 10 || everything().is_empty(), "only {read_alike} programs were compared");
+}
+
+/// Name and numbers of a call.
+fn call(text: &str) -> (&str, Vec<f64>) {
+    let (name, rest) = text.split_once('(').unwrap_or((text, ""));
+    (name, rest.trim_end_matches(')').split(',').filter_map(|number| number.trim().parse().ok()).collect())
+}
+
+/// The same calls in the same order, but that a motion of the first may be several of the second: their ends advance to its
+/// end, and arcs keep plane, sense and centre.
+fn same_motions(before: &[String], after: &[String]) -> Result<(), String> {
+    let mut rest = after.iter();
+    for whole in before {
+        let (name, numbers) = call(whole);
+        loop {
+            let part = rest.next().ok_or_else(|| format!("{whole} is missing"))?;
+            if part == whole {
+                break;
+            }
+            let (part_name, part_numbers) = call(part);
+            let motion = ["STRAIGHT_FEED", "ARC_FEED"].contains(&name);
+            if !motion || part_name != name || part_numbers.len() != numbers.len() {
+                return Err(format!("{part} where {whole} was"));
+            }
+            if name == "ARC_FEED" {
+                let centre = (numbers[2] - part_numbers[2]).abs().max((numbers[3] - part_numbers[3]).abs());
+                let sense = (numbers[4] > 0.0) == (part_numbers[4] > 0.0);
+                if centre > 0.0015 || !sense {
+                    return Err(format!("{part} is no piece of {whole}"));
+                }
+                let end = [0, 1, 5].iter().all(|&k| (numbers[k] - part_numbers[k]).abs() < 1.5e-4);
+                if end {
+                    break;
+                }
+            }
+        }
+    }
+    rest.next().map_or(Ok(()), |extra| Err(format!("{extra} goes beyond the original")))
+}
