@@ -1,8 +1,8 @@
 //! The tool as a stepped cantilever: flutes of 0.8 D up to the flute length, then the shank up to the collet, and the
 //! holder as a spring.
 //!
-//! With x from the tip and a force F at x = a, the moment is M = F (x − a) for x > a. Tip deflection per force (virtual
-//! work) is ∫ (x − a) x / (E I) dx + 1/k_holder, bending stress per force the largest (x − a)·32/(π d³) at the end of each
+//! With x from the tip and a force F at x = a, the moment is M = F (x − a) for x > a. Deflection at z per force (virtual
+//! work) is ∫ (x − a)(x − z) / (E I) dx + 1/k_holder, bending stress per force the largest (x − a)·32/(π d³) at the end of each
 //! step. Units mm, N, MPa.
 
 use crate::machine::Tool;
@@ -35,12 +35,19 @@ impl Beam {
 
     /// Deflection of the tip under a force of 1 N at the height `at_mm` above the tip, mm/N.
     pub fn tip_mm_per_n(&self, at_mm: f64) -> f64 {
+        self.at_mm_per_n(0.0, at_mm)
+    }
+
+    /// Deflection at the height `z_mm` under a force of 1 N at the height `at_mm`, mm/N: ∫ (x − z)(x − a)/(E I) dx over x
+    /// above both, plus the holder.
+    pub fn at_mm_per_n(&self, z_mm: f64, at_mm: f64) -> f64 {
+        let above = z_mm.max(at_mm);
         let bend = |[from, to, d]: &[f64; 3]| {
-            let from = from.max(at_mm);
+            let from = from.max(above);
             if *to <= from {
                 return 0.0;
             }
-            let integral = |x: f64| x * x * (x / 3.0 - 0.5 * at_mm);
+            let integral = |x: f64| x * (x * x / 3.0 - 0.5 * x * (z_mm + at_mm) + z_mm * at_mm);
             (integral(*to) - integral(from)) / (self.modulus_mpa * PI * d.powi(4) / 64.0)
         };
         self.steps.iter().map(bend).sum::<f64>() + self.holder_mm_per_n

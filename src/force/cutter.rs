@@ -14,8 +14,9 @@ use super::loads::{Cap, Loads};
 use super::models::{KIENZLE, LAYER, POLYNOMIAL, RESPONSE, SIGMOID, Values};
 use super::modifiers::Effects;
 use super::rings::{C, Ring, Sums, Teeth, ToothRing};
-use super::scan::{ANGLES_PER_TURN, Before, Edge, Scan};
+use super::scan::{ANGLES_PER_TURN, Before, Edge, GAUSS, Node, Scan};
 use super::summary::{Formula, Layer, Summary};
+use super::surface::{self, Moment, WallPoint};
 use super::zone::{Piece, Zone, clip};
 use crate::effects::State;
 use crate::engage::EngagedArc;
@@ -63,6 +64,8 @@ pub struct Cutter {
     teeth: Teeth,
     /// For each tooth, what it meets of those before it.
     before: Vec<Vec<Before>>,
+    /// How far each tooth stands out by runout, mm, in the order in which they pass.
+    radii: Vec<f64>,
     flutes: f64,
     radius_mm: f64,
     rps: f64,
@@ -96,6 +99,7 @@ impl Cutter {
             ring_teeth: rings.iter().map(|ring| ring.teeth(&teeth)).collect(),
             rings,
             before: before(tool),
+            radii: radii(tool),
             teeth,
             flutes: f64::from(tool.flutes),
             radius_mm: tool.radius_mm(),
@@ -135,7 +139,8 @@ impl Cutter {
             engine: match &self.kind {
                 Kind::Exact => Engine::Spans(self.sweep(&pieces, direction, &mean)),
                 Kind::Sampled { law, bends } => {
-                    Engine::Scan(Box::new(self.scan(&pieces, direction, &mean, law, (*bends, &station))))
+                    let bends = bends.then_some(station.compliance[0]);
+                    Engine::Scan(Box::new(self.scan(&pieces, direction, &mean, law, bends)))
                 }
                 Kind::Summed { formula, normal_share } => Engine::Summary(Summary {
                     formula: formula.clone(),
@@ -146,6 +151,61 @@ impl Cutter {
             },
             station,
         }
+    }
+
+    /// The wall that the teeth leave at a feed, by height; empty where no edge leaves one.
+    pub fn wall(&self, cut: &Cut, feed_mm_s: f64) -> Vec<WallPoint> {
+        let tz = cut.tangent_z.clamp(-1.0, 1.0);
+        let direction = [(1.0 - tz * tz).max(0.0).sqrt(), tz];
+        let pieces = self.pieces(cut.arcs, tz);
+        let mean = self.means(&pieces, direction);
+        let law = match &self.kind {
+            Kind::Sampled { law, .. } => law.clone(),
+            Kind::Exact => Law::Rings,
+            Kind::Summed { .. } => return Vec::new(),
+        };
+        let scan = self.scan(&pieces, direction, &mean, &law, None);
+        let moments = self.moments(&pieces, direction);
+        surface::wall(&scan, &moments, &self.beam, feed_mm_s / (self.flutes * self.rps))
+    }
+
+    /// Every moment in a turn at which an edge of the side leaves the wall.
+    fn moments(&self, pieces: &[Piece], direction: [f64; 2]) -> Vec<Moment> {
+        let mut moments = Vec::new();
+        for piece in pieces.iter().filter(|piece| self.rings[piece.slice].n_r > 0.999) {
+            for end in [0, 1] {
+                if !on_wall(piece.angle[end], end) {
+                    continue;
+                }
+                for (group, tooth) in self.all_teeth() {
+                    let theta = piece.angle[end] + self.rings[piece.slice].lag_rad - self.lead(group, tooth);
+                    // Just inside the material, where the edge still cuts.
+                    let theta = if end == 0 { theta + 1e-9 } else { theta - 1e-9 };
+                    let mut edges = Vec::new();
+                    for other in pieces {
+                        self.edges(other, theta, 0.0, direction, &mut edges);
+                    }
+                    let radius_mm = self.radii[self.order(group, tooth)];
+                    moments.push(Moment {
+                        ring: piece.slice,
+                        radius_mm,
+                        side: if end == 0 { -1.0 } else { 1.0 },
+                        edges,
+                    });
+                }
+            }
+        }
+        moments
+    }
+
+    fn all_teeth(&self) -> impl Iterator<Item = (usize, usize)> {
+        let per_group = self.teeth.per_group;
+        (0..self.teeth.groups()).flat_map(move |group| (0..per_group).map(move |tooth| (group, tooth)))
+    }
+
+    /// Angle by which a tooth leads tooth 1.
+    fn lead(&self, group: usize, tooth: usize) -> f64 {
+        self.teeth.lead_rad[group] + tooth as f64 * self.teeth.period_rad
     }
 
     /// What effects see of this station.
@@ -239,15 +299,9 @@ impl Cutter {
         Spans { list: spans, mean: [x, y, mean.axial], torque: mean.torque, wall, chip: mean.chip }
     }
 
-    /// The station sampled over a pitch, or over a turn where the teeth differ.
-    fn scan(
-        &self,
-        pieces: &[Piece],
-        [c, tz]: [f64; 2],
-        mean: &Means,
-        law: &Law,
-        (bends, station): (bool, &Station),
-    ) -> Scan {
+    /// The station sampled over a pitch, or over a turn where the teeth differ; `bends` is the compliance of a tool whose
+    /// deflection changes the chip.
+    fn scan(&self, pieces: &[Piece], [c, tz]: [f64; 2], mean: &Means, law: &Law, bends: Option<f64>) -> Scan {
         let differ = self.before.iter().any(|paths| paths.len() > 1) || self.teeth.groups() > 1;
         let per_tooth = ANGLES_PER_TURN.div_ceil(self.flutes as usize);
         let angles = if differ { per_tooth * self.flutes as usize } else { per_tooth };
@@ -256,10 +310,11 @@ impl Cutter {
             rings: self.rings.clone(),
             law: law.clone(),
             edges: Vec::new(),
+            nodes: pieces.iter().flat_map(|piece| self.nodes(piece, [c, tz])).collect(),
             starts: vec![0],
             before: self.before.clone(),
-            angles_per_tooth: if bends && differ && self.teeth.groups() == 1 { per_tooth } else { 0 },
-            compliance_mm_n: station.compliance[0],
+            angles_per_tooth: if bends.is_some() && differ && self.teeth.groups() == 1 { per_tooth } else { 0 },
+            compliance_mm_n: bends.unwrap_or(0.0),
             conditions: Conditions {
                 axial_depth_mm: mean.depth_mm,
                 radial_depth_mm: mean.radial_depth_mm,
@@ -281,26 +336,35 @@ impl Cutter {
     /// The teeth that cut on a piece at rotation θ.
     fn edges(&self, piece: &Piece, theta: f64, step: f64, [c, tz]: [f64; 2], out: &mut Vec<Edge>) {
         let ring = &self.rings[piece.slice];
-        for group in 0..self.teeth.groups() {
-            for tooth in 0..self.teeth.per_group {
-                let lead = self.teeth.lead_rad[group] + tooth as f64 * self.teeth.period_rad;
-                let phi = theta + lead - ring.lag_rad;
-                let phi = phi - TAU * floor((phi - piece.angle[0]) / TAU) as f64;
-                if phi > piece.angle[1] {
-                    continue;
-                }
-                let (sin, cos) = phi.sin_cos();
-                let near = |end: usize| on_wall(piece.angle[end], end) && (phi - piece.angle[end]).abs() <= 0.5 * step;
-                out.push(Edge {
-                    ring: piece.slice as u16,
-                    tooth: self.order(group, tooth) as u16,
-                    on_wall: near(0) || near(1),
-                    sin,
-                    cos,
-                    chip: c * ring.n_r * sin + tz * ring.n_z,
-                });
+        for (group, tooth) in self.all_teeth() {
+            let phi = theta + self.lead(group, tooth) - ring.lag_rad;
+            let phi = phi - TAU * floor((phi - piece.angle[0]) / TAU) as f64;
+            if phi > piece.angle[1] {
+                continue;
             }
+            let (sin, cos) = phi.sin_cos();
+            let near = |end: usize| on_wall(piece.angle[end], end) && (phi - piece.angle[end]).abs() <= 0.5 * step;
+            out.push(Edge {
+                ring: piece.slice as u16,
+                tooth: self.order(group, tooth) as u16,
+                on_wall: near(0) || near(1),
+                sin,
+                cos,
+                chip: c * ring.n_r * sin + tz * ring.n_z,
+            });
         }
+    }
+
+    /// Quadrature over a piece.
+    fn nodes(&self, piece: &Piece, [c, tz]: [f64; 2]) -> [Node; 8] {
+        let ring = &self.rings[piece.slice];
+        let (middle, half) = (0.5 * (piece.angle[0] + piece.angle[1]), 0.5 * (piece.angle[1] - piece.angle[0]));
+        GAUSS.map(|[x, weight]| {
+            let (sin, cos) = (middle + half * x).sin_cos();
+            let chip = c * ring.n_r * sin + tz * ring.n_z;
+            let edge = Edge { ring: piece.slice as u16, tooth: 0, on_wall: false, sin, cos, chip };
+            Node { edge, weight: half * weight }
+        })
     }
 
     /// Place of a tooth in the order in which they pass, tooth 1 being 0.
@@ -446,16 +510,26 @@ fn kind_of(model: &ForceModel, tool: &Tool) -> Result<(Kind, ByPart), ForceError
 /// What every tooth meets of those before it: one entry where all teeth are alike, else one for each tooth before it.
 fn before(tool: &Tool) -> Vec<Vec<Before>> {
     let n = tool.flutes as usize;
-    let runout = tool.runout.filter(|runout| runout.offset_mm != 0.0);
-    let pitch = |i: usize| if tool.pitch_rad.is_empty() { TAU / n as f64 } else { tool.pitch_rad[i % n] };
-    let behind: Vec<f64> = (0..n).map(|i| (0..i).map(pitch).sum()).collect();
-    let radius = |i: usize| runout.map_or(0.0, |r| r.offset_mm * (r.angle_rad - behind[i % n]).cos());
-    let paths = if runout.is_some() { n } else { 1 };
+    let radii = radii(tool);
+    let paths = if radii.iter().any(|radius| *radius != 0.0) { n } else { 1 };
     let meets = |i: usize, m: usize| {
-        let turned: f64 = (1..=m).map(|k| pitch(i + n - k)).sum();
-        Before { feeds: turned * n as f64 / TAU, radius_mm: radius(i) - radius(i + n - m) }
+        let turned: f64 = (1..=m).map(|k| pitch(tool, i + n - k)).sum();
+        Before { feeds: turned * n as f64 / TAU, radius_mm: radii[i] - radii[(i + n - m) % n] }
     };
     (0..n).map(|i| (1..=paths).map(|m| meets(i, m)).collect()).collect()
+}
+
+/// R_i = ρ cos(α − ψ_i) of every tooth, in the order in which they pass.
+fn radii(tool: &Tool) -> Vec<f64> {
+    let behind = |i: u32| (0..i as usize).map(|k| pitch(tool, k)).sum::<f64>();
+    let radius = |i: u32| tool.runout.map_or(0.0, |runout| runout.offset_mm * (runout.angle_rad - behind(i)).cos());
+    (0..tool.flutes).map(radius).collect()
+}
+
+/// Angle between a tooth and the next.
+fn pitch(tool: &Tool, tooth: usize) -> f64 {
+    let n = tool.flutes as usize;
+    if tool.pitch_rad.is_empty() { TAU / n as f64 } else { tool.pitch_rad[tooth % n] }
 }
 
 /// An edge enters or leaves the material.

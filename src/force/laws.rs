@@ -151,7 +151,7 @@ impl Sigmoid {
         let area = rake.cos() / helix.cos();
         let tangential = c1 * rake.cos() + friction * (c4 * rake.sin() + c3);
         let outward = c1 * rake.sin() - friction * c4 * rake.cos();
-        let up = -c2 * rake.cos() + friction * c5;
+        let up = -c2 + friction * c5; // C2 alone, as the paper prints it: the components of its normal are not of unit length
         Self {
             a1: values.get("a1"),
             a2: values.get("a2"),

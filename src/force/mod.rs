@@ -19,11 +19,13 @@ mod modifiers;
 mod rings;
 mod scan;
 mod summary;
+pub mod surface;
 mod zone;
 
 pub use cutter::{Cut, Cutter};
 pub use line::LoadLine;
 pub use loads::{Cap, Loads};
+pub use summary::chip_of_paths;
 
 /// Why there are no loads.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

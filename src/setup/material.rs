@@ -3,6 +3,7 @@
 
 use super::error::suggest;
 use super::forms::MaterialTable;
+use super::library;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
 use crate::machine::Material;
@@ -30,11 +31,13 @@ pub fn material(reader: &mut Reader, key: &str, table: &MaterialTable) -> Materi
 
 /// A material of the library.
 pub fn named_material(reader: &mut Reader, key: &str, name: &str) -> Option<Material> {
-    reader.complain(
-        key,
-        format!("the library has no material \"{name}\""),
-        "write a [material] table with k_tc and k_te",
-    );
+    let entries = library::materials();
+    if let Some(entry) = entries.iter().find(|entry| entry.name == name) {
+        reader.assume(key, format!("{name}, forces ±{:.0} %", 100.0 * entry.uncertainty), "library");
+        return Some(material(reader, key, &entry.table()));
+    }
+    let known: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
+    reader.complain(key, format!("the library has no material \"{name}\""), suggest(name, &known));
     None
 }
 

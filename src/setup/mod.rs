@@ -9,6 +9,7 @@ mod comments;
 mod error;
 mod file;
 mod forms;
+pub mod library;
 mod limits;
 mod machine;
 mod material;
@@ -103,7 +104,14 @@ fn machine_table(reader: &mut Reader, written: Option<&NameOr<MachineTable>>) ->
     match written {
         Some(NameOr::Table(table)) => (**table).clone(),
         Some(NameOr::Name(name)) => {
-            reader.complain("machine", format!("the library has no machine \"{name}\""), "write a [machine] table");
+            let entries = library::machines();
+            if let Some(entry) = entries.iter().find(|entry| entry.name == *name) {
+                reader.assume("machine", &entry.meaning, "library");
+                return entry.machine.clone();
+            }
+            let known: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
+            let help = error::suggest(name, &known);
+            reader.complain("machine", format!("the library has no machine \"{name}\""), help);
             MachineTable::default()
         }
         None => {

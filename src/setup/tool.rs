@@ -3,6 +3,7 @@
 
 use super::file::{RunoutTable, ToolTable};
 use super::forms::NameOr;
+use super::library;
 use super::limits::limits;
 use super::material::{material, named_material};
 use super::outline::{self, Sizes};
@@ -25,9 +26,6 @@ const SHAPES: [(&str, Shape); 12] = [
     ("reamer", Shape::Reamer),
     ("probe", Shape::Probe),
 ];
-
-/// Young's modulus of tool materials, MPa: tungsten carbide grades lie between 530 and 650 GPa, steels at 200 to 220 GPa.
-const TOOL_MATERIALS: [(&str, f64); 4] = [("carbide", 600e3), ("hss", 207e3), ("cobalt", 215e3), ("ceramic", 310e3)];
 
 /// One tool, or `None` when it has no number.
 pub fn tool(reader: &mut Reader, table: &ToolTable, position: usize) -> Option<Tool> {
@@ -178,11 +176,13 @@ fn youngs_modulus(reader: &mut Reader, name: &str, table: &ToolTable) -> f64 {
         return reader.value(&format!("{name}.youngs_modulus"), written, Dimension::Stress, Sense::Positive);
     }
     let key = format!("{name}.material");
+    let entries = library::tool_materials();
     let Some(word) = &table.material else {
-        reader.assume(&key, "carbide", "default");
-        return TOOL_MATERIALS[0].1;
+        reader.assume(&key, &entries[0].name, "default");
+        return entries[0].youngs_modulus_mpa;
     };
-    reader.choice(&key, word, &TOOL_MATERIALS).unwrap_or(TOOL_MATERIALS[0].1)
+    let known: Vec<(&str, f64)> = entries.iter().map(|entry| (entry.name.as_str(), entry.youngs_modulus_mpa)).collect();
+    reader.choice(&key, word, &known).unwrap_or(known[0].1)
 }
 
 fn holder(reader: &mut Reader, key: &str, rings: &[[Quantity; 2]]) -> Vec<(f64, f64)> {

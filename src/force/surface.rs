@@ -1,0 +1,58 @@
+//! The machined wall: how far the tool stands off where its teeth leave the surface.
+//!
+//! Tooth i leaves the wall at height z at the rotation angle at which its edge there is at φ = 0 (up) or φ = π (climb). The
+//! tool is then bent by the forces of all edges in the material, each at its own height: δ(z) = Σ F_y,k G(z, z_k), with G
+//! the deflection of the cantilever at z under a unit force at z_k. The point it leaves stands δ(z) away from the wall, less
+//! R_i where runout pushes the tooth out; of all teeth the deepest forms the surface (Ko, Yun, Cho 2002). Positive: material
+//! is left. Holder compliance shifts all heights alike.
+
+use super::beam::Beam;
+use super::modifiers::Factors;
+use super::scan::{Edge, Scan};
+
+/// One height of the wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallPoint {
+    /// Height above the tip, mm.
+    pub z_mm: f64,
+    /// Material left beyond the ideal wall (negative: cut too deep), mm.
+    pub error_mm: f64,
+}
+
+/// Highest less lowest error, mm.
+pub fn peak_to_valley_mm(wall: &[WallPoint]) -> f64 {
+    let errors = wall.iter().map(|point| point.error_mm);
+    errors.clone().fold(f64::NEG_INFINITY, f64::max) - errors.fold(f64::INFINITY, f64::min)
+}
+
+/// A moment at which an edge leaves the wall, with all edges in the material then.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Moment {
+    /// Ring that leaves the wall.
+    pub ring: usize,
+    /// R_i of its tooth towards the wall, mm.
+    pub radius_mm: f64,
+    /// +1 where the wall is on the −y side (climb), −1 on the +y side (up).
+    pub side: f64,
+    pub edges: Vec<Edge>,
+}
+
+/// The wall left at feed per tooth `f`, by height.
+pub(super) fn wall(scan: &Scan, moments: &[Moment], beam: &Beam, f: f64) -> Vec<WallPoint> {
+    let mut points: Vec<WallPoint> = Vec::new();
+    for moment in moments {
+        let z_mm = scan.rings[moment.ring].height_mm;
+        let bent: f64 = scan
+            .forces_of(&moment.edges, f, &Factors::default())
+            .iter()
+            .map(|(z, force_y)| force_y * beam.at_mm_per_n(z_mm, *z))
+            .sum();
+        let error_mm = moment.side * bent - moment.radius_mm;
+        match points.iter_mut().find(|point| point.z_mm == z_mm) {
+            Some(point) => point.error_mm = point.error_mm.min(error_mm),
+            None => points.push(WallPoint { z_mm, error_mm }),
+        }
+    }
+    points.sort_by(|a, b| a.z_mm.total_cmp(&b.z_mm));
+    points
+}

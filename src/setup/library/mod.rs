@@ -1,0 +1,127 @@
+//! The built-in library: materials, machines, tool materials, each with its source and the uncertainty it states.
+//!
+//! In: the TOML files beside this one, embedded. Out: entries for the `library` commands, and what the setup file asks for by
+//! name. A published specific cutting force k = k_c1.1 h^(−m_c) becomes the tangent of the force k_c1.1 h^(1−m_c) at
+//! [`TANGENT_MM`]: k_tc = (1 − m_c) k_c1.1 h₀^(−m_c), k_te = m_c k_c1.1 h₀^(1−m_c). The force is concave in h, so the line lies above it.
+
+use super::file::MachineTable;
+use super::forms::MaterialTable;
+use super::quantity::Quantity;
+use serde::Deserialize;
+
+/// Chip thickness at which a linear edge model touches Kienzle's curve, mm.
+pub const TANGENT_MM: f64 = 0.05;
+/// Radial over tangential force where only the tangential one is published (conservative end of what is measured).
+const NORMAL_SHARE: f64 = 0.7;
+/// Axial over tangential force likewise.
+const AXIAL_SHARE: f64 = 0.3;
+
+/// A material.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialEntry {
+    /// Name in the setup file.
+    pub name: String,
+    /// What it is.
+    pub meaning: String,
+    /// Where the numbers come from.
+    pub source: String,
+    /// Relative standard uncertainty of forces.
+    pub uncertainty: f64,
+    coefficients: Option<MaterialTable>,
+    k_c11: Option<f64>,
+    m_c: Option<f64>,
+}
+
+/// A machine.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineEntry {
+    /// Name in the setup file.
+    pub name: String,
+    /// What it is.
+    pub meaning: String,
+    /// Where the numbers come from.
+    pub source: String,
+    /// Relative uncertainty of what is assumed.
+    pub uncertainty: f64,
+    pub(super) machine: MachineTable,
+}
+
+/// A tool material.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ToolMaterialEntry {
+    /// Name in the setup file.
+    pub name: String,
+    /// What it is.
+    pub meaning: String,
+    /// Young's modulus, MPa.
+    pub youngs_modulus_mpa: f64,
+    /// Bending stress that is safe to allow, MPa.
+    pub bending_stress_mpa: f64,
+    /// Where the numbers come from.
+    pub source: String,
+    /// Relative uncertainty of the modulus.
+    pub uncertainty: f64,
+}
+
+impl MaterialEntry {
+    /// Its `[material]` table.
+    pub(super) fn table(&self) -> MaterialTable {
+        let mut table = match (&self.coefficients, self.k_c11.zip(self.m_c)) {
+            (Some(coefficients), _) => coefficients.clone(),
+            (None, Some((k_c11, m_c))) => tangent(k_c11, m_c),
+            (None, None) => MaterialTable::default(),
+        };
+        table.0.insert("name".to_owned(), Quantity::Text(self.name.clone()));
+        table.0.insert("uncertainty".to_owned(), Quantity::Number(self.uncertainty));
+        table
+    }
+}
+
+/// Linear edge model that touches Kienzle's curve at [`TANGENT_MM`].
+fn tangent(k_c11: f64, m_c: f64) -> MaterialTable {
+    let k_tc = (1.0 - m_c) * k_c11 * TANGENT_MM.powf(-m_c);
+    let k_te = m_c * k_c11 * TANGENT_MM.powf(1.0 - m_c);
+    let entries = [
+        ("k_tc", k_tc),
+        ("k_te", k_te),
+        ("k_rc", NORMAL_SHARE * k_tc),
+        ("k_re", NORMAL_SHARE * k_te),
+        ("k_ac", AXIAL_SHARE * k_tc),
+        ("k_ae", AXIAL_SHARE * k_te),
+    ];
+    MaterialTable(entries.map(|(key, value)| (key.to_owned(), Quantity::Number(value))).into())
+}
+
+/// Every material.
+pub fn materials() -> Vec<MaterialEntry> {
+    #[derive(Deserialize)]
+    struct File {
+        material: Vec<MaterialEntry>,
+    }
+    let file: File = toml::from_str(include_str!("materials.toml")).expect("the built-in materials are well formed");
+    file.material
+}
+
+/// Every machine.
+pub fn machines() -> Vec<MachineEntry> {
+    #[derive(Deserialize)]
+    struct File {
+        machine: Vec<MachineEntry>,
+    }
+    let file: File = toml::from_str(include_str!("machines.toml")).expect("the built-in machines are well formed");
+    file.machine
+}
+
+/// Every tool material.
+pub fn tool_materials() -> Vec<ToolMaterialEntry> {
+    #[derive(Deserialize)]
+    struct File {
+        tool_material: Vec<ToolMaterialEntry>,
+    }
+    let file: File =
+        toml::from_str(include_str!("tool_materials.toml")).expect("the built-in tool materials are well formed");
+    file.tool_material
+}

@@ -1,0 +1,174 @@
+//! Laws that are not affine, runout, coefficients by part, effects, and nonsense that is refused.
+
+mod common {
+    pub mod mills;
+}
+
+use common::mills::{cutter, mill, named, side_arcs, spindle, try_cutter};
+use feedwright::effects::State;
+use feedwright::engage::EngagedArc;
+use feedwright::force::{Cap, Cut, Cutter, ForceError};
+use feedwright::machine::material::{EffectUse, ForceModel, LinearEdge, Material, Process};
+use feedwright::machine::{LimitKind, Profile, Runout, Slice, Tool};
+use std::f64::consts::{PI, TAU};
+
+const K: LinearEdge = LinearEdge { k_tc: 842.0, k_rc: 300.0, k_ac: 150.0, k_te: 15.0, k_re: 12.0, k_ae: 2.0 };
+const RPS: f64 = 40.0;
+
+fn flat(flutes: u32, helix_deg: f64) -> (Tool, Vec<Slice>) {
+    let tool = mill(Profile::flat(10.0, 20.0), 10.0, flutes, helix_deg);
+    let slices = tool.profile.slices(0.25);
+    (tool, slices)
+}
+
+fn cut(arcs: &[EngagedArc]) -> Cut<'_> {
+    Cut { arcs, ..Cut::default() }
+}
+
+#[test]
+fn sampling_agrees_with_the_exact_spans() {
+    let (mut tool, slices) = flat(4, 30.0);
+    let arcs = side_arcs(&slices, 6.0, 1.7, PI);
+    let exact = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).loads(&cut(&arcs), 12.0);
+    tool.runout = Some(Runout { offset_mm: 1e-12, angle_rad: 0.3 });
+    let sampled = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).loads(&cut(&arcs), 12.0);
+    for axis in 0..3 {
+        assert!((exact.mean_force_n[axis] - sampled.mean_force_n[axis]).abs() < 1e-5 * exact.force_xy_peak_n);
+    }
+    assert!((exact.power_w - sampled.power_w).abs() < 1e-4);
+    let ratio = sampled.force_xy_peak_n / exact.force_xy_peak_n;
+    assert!(ratio > 0.99 && ratio <= 1.0 + 1e-9, "{ratio}");
+}
+
+#[test]
+fn a_tooth_left_idle_by_runout_leaves_its_chip_to_the_other() {
+    let (mut tool, slices) = flat(2, 0.0);
+    let arcs = side_arcs(&slices, 4.0, 0.0, PI);
+    let feed = 2.0 * RPS * 0.02;
+    let even = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).loads(&cut(&arcs), feed);
+    tool.runout = Some(Runout { offset_mm: 0.05, angle_rad: 0.0 });
+    let line = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).line(&cut(&arcs));
+    let one = line.loads(feed);
+    assert!((one.chip_thickness_max_mm - 0.04).abs() < 1e-4, "{}", one.chip_thickness_max_mm);
+    // Removal, and so cutting torque, stays; only one edge rubs.
+    let edge = 2.0 / TAU * K.k_te * 4.0 * PI * 5.0;
+    assert!((even.torque_nm * 1e3 - one.torque_nm * 1e3 - 0.5 * edge).abs() < 1e-3 * edge);
+    assert!(one.force_xy_peak_n > even.force_xy_peak_n);
+    // The largest feed below which every sampled load is within the limit.
+    let Cap::Feed { feed_mm_s, .. } = line.cap(LimitKind::ForceXy, 250.0) else { panic!("in reach") };
+    for part in 1..=20 {
+        assert!(line.loads(feed_mm_s * f64::from(part) / 20.0).force_xy_peak_n <= 250.0 * (1.0 + 1e-9));
+    }
+    assert!((line.loads(feed_mm_s).force_xy_peak_n / 250.0 - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn kienzle_torque_is_the_integral_of_its_power_law() {
+    let (tool, slices) = flat(3, 30.0);
+    let arcs = side_arcs(&slices, 5.0, 0.0, 1.2);
+    let model = named("kienzle", &[("k_c11", 1500.0), ("m_c", 0.25)]);
+    let line = cutter(&tool, &slices, model, RPS).line(&cut(&arcs));
+    let ft: f64 = 0.08;
+    let steps = 200_000;
+    let integral: f64 = (0..steps).map(|k| ((f64::from(k) + 0.5) * 1.2 / f64::from(steps)).sin().powf(0.75)).sum();
+    let torque = 3.0 / TAU * 5.0 * 5.0 * 1500.0 * ft.powf(0.75) * integral * 1.2 / f64::from(steps);
+    let found = line.loads(ft * 3.0 * RPS).torque_nm * 1e3;
+    assert!((found / torque - 1.0).abs() < 2e-3, "{found} {torque}");
+    let Cap::Feed { feed_mm_s, per_unit } = line.cap(LimitKind::Power, 300.0) else { panic!("in reach") };
+    assert!((line.loads(feed_mm_s).power_w - 300.0).abs() < 1e-5 && per_unit > 0.0);
+}
+
+#[test]
+fn a_response_that_falls_again_is_capped_at_its_first_crossing() {
+    let (tool, slices) = flat(2, 30.0);
+    let arcs = side_arcs(&slices, 5.0, 0.0, PI / 2.0);
+    let model = named("response", &[("b0", 10.0), ("b_l", 0.0), ("b_t", 1000.0), ("b_tt", -1000.0)]);
+    let line = cutter(&tool, &slices, model, RPS).line(&cut(&arcs));
+    // 10 + 1000 t − 1000 t² = 170 at t = 0.2 and, falling, at 0.8.
+    let Cap::Feed { feed_mm_s, .. } = line.cap(LimitKind::ForceXy, 170.0) else { panic!("in reach") };
+    assert!((feed_mm_s / (2.0 * RPS) - 0.2).abs() < 1e-6);
+    assert_eq!(line.cap(LimitKind::ForceXy, 5.0), Cap::Unreachable);
+    assert_eq!(line.cap(LimitKind::ForceXy, 1000.0), Cap::Free);
+}
+
+#[test]
+fn the_bottom_may_have_its_own_coefficients() {
+    let (tool, slices) = flat(3, 30.0);
+    let own = [("k_tc", 800.0), ("k_te", 15.0), ("k_rc", 300.0), ("bottom_k_rc", 900.0)];
+    let same = [("k_tc", 800.0), ("k_te", 15.0), ("k_rc", 300.0)];
+    let all: Vec<EngagedArc> =
+        (0..slices.len()).map(|k| EngagedArc { slice: k as u16, entry_rad: 0.0, exit_rad: TAU as f32 }).collect();
+    let side = side_arcs(&slices, 5.0, 1.0, PI);
+    let loads =
+        |name: &str, keys: &[(&str, f64)], cut: &Cut| cutter(&tool, &slices, named(name, keys), RPS).loads(cut, 3.0);
+    let plunge = Cut { arcs: &all, tangent_z: -1.0, ..Cut::default() };
+    let ratio = loads("linear-edge-by-part", &own, &plunge).force_axial_peak_n
+        / loads("linear-edge", &same, &plunge).force_axial_peak_n;
+    assert!((ratio - 3.0).abs() < 1e-9, "{ratio}");
+    assert_eq!(loads("linear-edge-by-part", &own, &cut(&side)), loads("linear-edge", &same, &cut(&side)));
+}
+
+fn with_effect(name: &str, parameters: &[(&str, f64)]) -> Process {
+    let parameters = parameters.iter().map(|(key, value)| ((*key).to_owned(), *value)).collect();
+    Process { effects: vec![EffectUse { name: name.to_owned(), parameters }], ..Process::default() }
+}
+
+#[test]
+fn effects_of_the_process_model_act_on_loads_and_caps() {
+    let (tool, slices) = flat(3, 30.0);
+    let arcs = side_arcs(&slices, 5.0, 1.9, PI);
+    let base = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).line(&cut(&arcs));
+    let worn = with_effect("flank-wear", &[("growth_per_100m", 1.0), ("exponent", 1.0)]);
+    let state = State { sliding_mm: 1e5, ..State::default() };
+    let cutter = try_cutter(&tool, &slices, ForceModel::LinearEdge(K), &worn, RPS).expect("a known effect");
+    let line = cutter.line(&Cut { state, ..cut(&arcs) });
+    assert!((line.loads(0.0).torque_nm / base.loads(0.0).torque_nm - 2.0).abs() < 1e-9, "edge forces twice");
+    let extra = base.loads(0.0).torque_nm;
+    assert!((line.loads(9.0).torque_nm - base.loads(9.0).torque_nm - extra).abs() < 1e-9);
+    let caps = [LimitKind::ForceXy, LimitKind::Power, LimitKind::Deflection];
+    for kind in caps {
+        let limit = 2.0 * line.loads(0.0).bounded_by(kind).expect("a load");
+        let Cap::Feed { feed_mm_s, .. } = line.cap(kind, limit) else { panic!("in reach") };
+        assert!((line.loads(feed_mm_s).bounded_by(kind).expect("a load") / limit - 1.0).abs() < 1e-9, "{kind:?}");
+    }
+    // An effect of chip thickness makes loads bend: caps come from the first crossing.
+    let thin = with_effect("size-effect", &[("exponent", 0.3)]);
+    let sized =
+        try_cutter(&tool, &slices, ForceModel::LinearEdge(K), &thin, RPS).expect("a known effect").line(&cut(&arcs));
+    let Cap::Feed { feed_mm_s, .. } = sized.cap(LimitKind::ForceXy, 300.0) else { panic!("in reach") };
+    assert!((sized.loads(feed_mm_s).force_xy_peak_n / 300.0 - 1.0).abs() < 1e-8);
+    assert!(sized.loads(0.5).force_xy_peak_n > base.loads(0.5).force_xy_peak_n);
+}
+
+fn refused(change: impl Fn(&mut Tool), model: ForceModel, process: &Process, rps: f64) -> String {
+    let (mut tool, slices) = flat(3, 30.0);
+    change(&mut tool);
+    try_cutter(&tool, &slices, model, process, rps).expect_err("nonsense").to_string()
+}
+
+#[test]
+fn nonsense_is_refused_with_its_key_and_the_sensible_range() {
+    let sound = || ForceModel::LinearEdge(K);
+    let none = Process::default();
+    let cases = [
+        (refused(|tool| tool.flutes = 0, sound(), &none, RPS), "flutes = 0"),
+        (refused(|tool| tool.helix_rad = PI / 2.0, sound(), &none, RPS), "helix = 90"),
+        (refused(|_| {}, ForceModel::LinearEdge(LinearEdge { k_tc: -1.0, ..K }), &none, RPS), "k_tc = -1"),
+        (refused(|_| {}, ForceModel::LinearEdge(LinearEdge { k_te: 1e5, ..K }), &none, RPS), "between 0 and 1000"),
+        (refused(|_| {}, ForceModel::LinearEdge(LinearEdge { k_rc: f64::NAN, ..K }), &none, RPS), "k_rc"),
+        (refused(|_| {}, sound(), &none, 0.0), "spindle stands still"),
+        (refused(|_| {}, sound(), &none, 2000.0), "S = 120000"),
+        (refused(|_| {}, named("sigmoid", &[("a1", 12.0)]), &none, RPS), "sigmoid needs a2"),
+        (refused(|_| {}, named("guess", &[]), &none, RPS), "guess"),
+        (refused(|_| {}, named("kienzle", &[("k_c11", 9.0), ("m_c", 0.2), ("mc", 0.2)]), &none, RPS), "mc"),
+        (refused(|_| {}, sound(), &with_effect("gremlins", &[]), RPS), "gremlins"),
+        (refused(|tool| tool.pitch_rad = vec![1.0; 3], sound(), &none, RPS), "pitch"),
+    ];
+    for (message, part) in cases {
+        assert!(message.contains(part), "{message:?} does not say {part:?}");
+    }
+    let (tool, slices) = flat(3, 30.0);
+    let nothing = Material { name: "x".into(), model: named("guess", &[]), uncertainty: None };
+    let error = Cutter::new(&tool, &nothing, &spindle(), &none, &slices, RPS).expect_err("unknown");
+    assert_eq!(error, ForceError::UnknownModel { name: "guess".into() });
+}
