@@ -1,6 +1,6 @@
 //! Whole programs: volumes against an independent figure, and what the simulation says about them.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod engage_common;
 use engage_common::*;

@@ -12,13 +12,17 @@
 use super::cutter::{Band, Cutter};
 use super::nominate::{Mark, Sample};
 use crate::machine::Box3;
-use crate::stock::{Blank, Element, Region, Track, region};
+use crate::stock::{Blank, Element, Region, Swept, Track};
+use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::LazyLock;
 
 /// Shortest stretch of a circle that cannot be overlooked, mm.
 const STEP_MM: f64 = 0.05;
 /// Distance below which a point counts as cleared, mm: rounding of coordinates and f64.
 const TOUCH_MM: f64 = 1e-7;
+/// Deep enough inside the region that covered the point before to ask no other, mm.
+const DEEP_MM: f64 = 0.03;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
 
@@ -80,10 +84,10 @@ struct SubRing {
 /// Appends the arcs at a sample, sorted by slice.
 pub fn arcs_at(scene: &Scene, sample: &Sample, marks: &[Mark], candidates: &[u32], out: &mut Vec<RawArc>) -> Cut {
     let cutter = &scene.cutters[sample.cutter as usize];
-    let own = own_sweep(scene, sample, cutter);
-    let work = Work { scene, sample, cutter, candidates, own };
+    let swept = if marks.is_empty() { Vec::new() } else { swept(scene, sample, cutter, candidates) };
+    let work = Work { scene, sample, cutter, swept };
     let begin = out.len();
-    let levels = if marks.is_empty() { Vec::new() } else { work.levels() };
+    let levels = work.levels();
     for mark in marks {
         work.band(mark, &levels, out);
     }
@@ -96,14 +100,40 @@ pub fn arcs_at(scene: &Scene, sample: &Sample, marks: &[Mark], candidates: &[u32
     cut
 }
 
-/// What the current move itself has cleared so far, where that can matter: on arcs, but for the last stretch, which only
-/// clears what is behind the cutter.
-fn own_sweep(scene: &Scene, sample: &Sample, cutter: &Cutter) -> Option<Track> {
+/// What may have cleared material here: the candidates, and on arcs what the current move itself has swept so far, but
+/// for the last stretch, which only clears what is behind the cutter.
+fn swept<'a>(scene: &'a Scene, sample: &Sample, cutter: &'a Cutter, candidates: &[u32]) -> Vec<Swept<'a>> {
+    let mut swept: Vec<Swept> = candidates
+        .iter()
+        .map(|id| {
+            let element = &scene.elements[*id as usize];
+            Swept::new(&element.track, &scene.cutters[element.cutter as usize].form)
+        })
+        .collect();
     let element = &scene.elements[sample.element as usize];
     let length = sample.along_mm - 0.25 * cutter.form.radius;
-    match element.track {
-        Track::Arc { .. } if length > 0.0 => Some(element.track.until(length)),
-        _ => None,
+    if matches!(element.track, Track::Arc { .. }) && length > 0.0 {
+        swept.push(Swept::new(&element.track.until(length), &cutter.form));
+    }
+    swept
+}
+
+/// A region with its distance where it was last asked; it cannot have come nearer than by the way gone since.
+struct Known<'a> {
+    region: Region<'a>,
+    value: Cell<f64>,
+    at: Cell<f64>,
+}
+
+impl Known<'_> {
+    fn ask(&self, q: [f64; 2], beta: f64) -> f64 {
+        let distance = self.region.distance(q);
+        self.value.set(distance);
+        self.at.set(beta);
+        distance
+    }
+    fn bound(&self, beta: f64, radius: f64) -> f64 {
+        self.value.get() - radius * (beta - self.at.get()).abs()
     }
 }
 
@@ -111,8 +141,7 @@ struct Work<'a> {
     scene: &'a Scene<'a>,
     sample: &'a Sample,
     cutter: &'a Cutter,
-    candidates: &'a [u32],
-    own: Option<Track>,
+    swept: Vec<Swept<'a>>,
 }
 
 type Angles = Vec<[f64; 2]>;
@@ -130,15 +159,7 @@ impl Work<'_> {
                 Blank::Heights(_) => None,
             })
             .collect();
-        for id in self.candidates {
-            let element = &self.scene.elements[*id as usize];
-            let (low, high) = element.track.bounds();
-            if high.z - low.z < 1e-9
-                && self.scene.cutters[element.cutter as usize].bands.first().is_some_and(|b| b.bottom)
-            {
-                levels.push(low.z);
-            }
-        }
+        levels.extend(self.swept.iter().filter(|swept| swept.leaves_floor()).map(Swept::lowest));
         levels.sort_unstable_by(f64::total_cmp);
         levels.dedup_by(|a, b| *a - *b < 1e-6);
         levels
@@ -242,35 +263,53 @@ impl Work<'_> {
     /// Engaged intervals of one ring, angles from the feed direction, counter-clockwise.
     fn ring(&self, ring: &SubRing, windows: &[[f64; 2]]) -> Angles {
         let centre = [self.sample.tip.x, self.sample.tip.y];
-        let mut regions: Vec<Region> = Vec::with_capacity(self.candidates.len() + 1);
-        for id in self.candidates {
-            let element = &self.scene.elements[*id as usize];
-            let form = &self.scene.cutters[element.cutter as usize].form;
-            regions.extend(region(&element.track, &form.profile, ring.z));
-        }
-        regions.extend(self.own.as_ref().and_then(|track| region(track, &self.cutter.form.profile, ring.z)));
-        let mut covered = false;
-        regions.retain(|region| {
-            let distance = region.distance(centre);
-            covered |= distance < -ring.radius - TOUCH_MM;
-            distance < ring.radius + TOUCH_MM
-        });
+        let Some(regions) = self.regions(ring, centre) else { return Angles::new() };
         let mut angles = Angles::new();
-        if covered {
-            return angles;
-        }
         let dir = self.sample.dir;
+        let last = Cell::new(0);
         let depth = |beta: f64| {
             let (sin, cos) = beta.sin_cos();
             let (x, y) = (ring.radius * (cos * dir[0] - sin * dir[1]), ring.radius * (cos * dir[1] + sin * dir[0]));
             let q = [centre[0] + x, centre[1] + y];
+            let mut least = f64::INFINITY;
+            if let Some(known) = regions.get(last.get()) {
+                least = known.ask(q, beta);
+                if least < -DEEP_MM {
+                    return least;
+                }
+            }
             let beside = self.scene.blanks.iter().map(|blank| blank.distance(q, ring.z)).fold(f64::INFINITY, f64::min);
-            regions.iter().map(|region| region.distance(q)).fold(-beside, f64::min) - TOUCH_MM
+            least = least.min(-beside);
+            for (index, known) in regions.iter().enumerate() {
+                if known.bound(beta, ring.radius) < least {
+                    let distance = known.ask(q, beta);
+                    if distance < least {
+                        least = distance;
+                        last.set(index);
+                    }
+                }
+            }
+            least - TOUCH_MM
         };
         for window in windows {
             walk(&depth, *window, ring.radius, &mut angles);
         }
         angles
+    }
+
+    /// What reaches a ring; `None` when something covers all of it.
+    fn regions(&self, ring: &SubRing, centre: [f64; 2]) -> Option<Vec<Known<'_>>> {
+        let mut regions = Vec::with_capacity(self.swept.len());
+        for region in self.swept.iter().filter_map(|swept| swept.at(ring.z)) {
+            let distance = region.distance(centre);
+            if distance < -ring.radius - TOUCH_MM {
+                return None;
+            }
+            if distance < ring.radius + TOUCH_MM {
+                regions.push(Known { region, value: Cell::new(f64::NEG_INFINITY), at: Cell::new(0.0) });
+            }
+        }
+        Some(regions)
     }
 
     fn area(&self, arc: &RawArc) -> f64 {
@@ -294,11 +333,12 @@ fn same(a: &Angles, b: &Angles) -> bool {
 fn windows(bins: u64, zone: f64) -> Angles {
     let mut windows = Angles::new();
     let ordered = bins.rotate_left(32); // from straight behind, counter-clockwise
+    let edges = &*BIN_EDGES;
     for k in 0..64 {
         if ordered >> k & 1 == 0 {
             continue;
         }
-        let (from, to) = (bin_edge(k).max(-zone), bin_edge(k + 1).min(zone));
+        let (from, to) = (edges[k].max(-zone), edges[k + 1].min(zone));
         if from >= to {
             continue;
         }
@@ -310,11 +350,13 @@ fn windows(bins: u64, zone: f64) -> Angles {
     windows
 }
 
-/// Angle from −π of the beginning of the k-th bin of the diamond angle, counted from straight behind.
-fn bin_edge(k: u32) -> f64 {
-    let x = f64::from(k % 16) / 16.0;
-    f64::from(k / 16) * FRAC_PI_2 + x.atan2(1.0 - x) - PI
-}
+/// Angles from −π of the edges of the 64 bins of the diamond angle, counted from straight behind.
+static BIN_EDGES: LazyLock<[f64; 65]> = LazyLock::new(|| {
+    std::array::from_fn(|k| {
+        let x = (k % 16) as f64 / 16.0;
+        (k / 16) as f64 * FRAC_PI_2 + x.atan2(1.0 - x) - PI
+    })
+});
 
 /// Appends the intervals of `window` in which `depth` is positive.
 fn walk(depth: &impl Fn(f64) -> f64, window: [f64; 2], radius: f64, out: &mut Angles) {
@@ -345,16 +387,16 @@ fn close(out: &mut Angles, from: f64, to: f64) {
     }
 }
 
-/// Root of a function that changes sign on an interval: regula falsi (Illinois), to 1e-7 rad.
+/// Root of a function that changes sign on an interval: regula falsi (Illinois), to 1e-6 rad.
 fn root(f: &impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2], [mut fa, mut fb]: [f64; 2]) -> f64 {
     let mut side = 0;
     for _ in 0..60 {
-        if b - a < 1e-7 {
+        if b - a < 1e-6 {
             break;
         }
         let x = ((a * fb - b * fa) / (fb - fa)).clamp(a, b);
         let fx = f(x);
-        if fx.abs() < 1e-9 {
+        if fx.abs() < 2e-8 {
             return x;
         }
         if (fx > 0.0) == (fb > 0.0) {

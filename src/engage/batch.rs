@@ -19,6 +19,10 @@ pub struct Outcome {
     pub cut: Cut,
     /// Nothing stands within the clearance.
     pub clear: bool,
+    /// How far stock stands into the shank and into the holder, mm.
+    pub struck: [f32; 2],
+    /// Stock stands above the neck of the tool where it cuts: the field cannot hold what remains.
+    pub undercut: bool,
 }
 
 /// What happened in a batch.
@@ -29,6 +33,9 @@ pub struct BatchResult {
     /// Volumes removed by the elements that were to be watched: (element, mm³).
     pub watched: Vec<(u32, f64)>,
 }
+
+/// Height of stock above the neck of an undercutting tool that is put down to rounding, mm.
+const UNDERCUT_MM: f64 = 0.01;
 
 /// One step of a tile.
 #[derive(Debug, Clone, Copy)]
@@ -87,7 +94,7 @@ fn assign(scene: &Scene, fields: &[Field], elements: std::ops::Range<u32>, sampl
         let cutter = &scene.cutters[element.cutter as usize];
         while next < samples.len() && samples[next].element == index {
             let sample = &samples[next];
-            let reach = cutter.form.radius + sample.clearance_mm.max(cutter.margin);
+            let reach = (cutter.form.radius + sample.clearance_mm.max(cutter.margin)).max(cutter.widest_body());
             let [x, y] = [sample.tip.x, sample.tip.y];
             let bottom = sample.tip.z - sample.clearance_mm;
             put([x - reach, y - reach], [x + reach, y + reach], bottom, Operation::Nominate(next as u32));
@@ -195,10 +202,12 @@ fn outcome(
     gathered.marks.clear();
     gathered.candidates.clear();
     let mut clear = scene.clear_of_fixtures(sample);
+    let mut struck = [0.0f32; 2];
     for [tile, index, mark, candidate] in places {
         let said = &said[*tile as usize].0;
         let entry = &said.entries[*index as usize];
         clear &= entry.clear;
+        struck = [struck[0].max(entry.struck[0]), struck[1].max(entry.struck[1])];
         gathered.marks.extend_from_slice(&said.marks[*mark as usize..(mark + entry.marks) as usize]);
         let candidates = &said.candidates[*candidate as usize..(candidate + entry.candidates) as usize];
         gathered.candidates.extend_from_slice(candidates);
@@ -214,7 +223,9 @@ fn outcome(
     });
     gathered.candidates.sort_unstable();
     gathered.candidates.dedup();
-    let mut outcome = Outcome { clear, ..Outcome::default() };
+    let neck = cutter_of(scene, sample).neck_mm.map_or(f64::INFINITY, |neck| sample.tip.z + neck);
+    let undercut = gathered.marks.iter().any(|mark| f64::from(mark.top) > neck + UNDERCUT_MM);
+    let mut outcome = Outcome { clear, struck, undercut, ..Outcome::default() };
     outcome.cut = arcs_at(scene, sample, &gathered.marks, &gathered.candidates, &mut outcome.arcs);
     outcome
 }

@@ -4,7 +4,7 @@
 //! A band is one ring, or all the rings of a cylindrical side: above each other with one radius, their engaged arcs can
 //! only shrink with height, which saves most of the work.
 
-use crate::machine::{Profile, Slice};
+use crate::machine::{Slice, Tool};
 use crate::stock::Form;
 
 /// Rings worked on together.
@@ -18,6 +18,17 @@ pub struct Band {
     pub low: f64,
     /// Looks straight down: leads only in a descending move.
     pub bottom: bool,
+}
+
+/// A part of the tool that must not touch stock: the shank, or a cylinder of the holder.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Body {
+    /// Holder, or shank?
+    pub holder: bool,
+    /// Radius, mm.
+    pub radius: f64,
+    /// Its lower end above the tip, mm.
+    pub low: f64,
 }
 
 /// Which bands pass at a distance from the axis.
@@ -44,23 +55,62 @@ pub struct Cutter {
     pub bands: Vec<Band>,
     /// Bands by distance: for level and rising moves, and with the bottom for descending ones.
     pub near: [Near; 2],
+    /// Shank and holder, from below.
+    pub bodies: Vec<Body>,
+    /// Height at which the outline begins to narrow: above it a height field cannot hold what is cut.
+    pub neck_mm: Option<f64>,
+    /// May it plunge into material?
+    pub centre_cutting: bool,
     /// Distance by which a cell may stand for a point of a ring, mm.
     pub margin: f64,
 }
 
 impl Cutter {
     /// Tables of a tool for cells whose longer side is `cell_mm`.
-    pub fn new(number: u32, profile: &Profile, cell_mm: f64) -> Self {
+    pub fn new(tool: &Tool, cell_mm: f64) -> Self {
+        let profile = &tool.profile;
         let slices = profile.rings();
         let bands = bands(&slices);
         let margin = 1.5 * cell_mm;
         let near = [false, true].map(|bottom| Near::new(&bands, profile.max_radius(), margin, cell_mm, bottom));
-        Self { number, form: Form::new(profile), slices, bands, near, margin }
+        Self {
+            number: tool.number,
+            form: Form::new(profile),
+            slices,
+            bands,
+            near,
+            bodies: bodies(tool),
+            neck_mm: profile.neck(),
+            centre_cutting: tool.centre_cutting,
+            margin,
+        }
+    }
+    /// Height above the tip of the lowest body; infinite without one.
+    pub fn lowest_body(&self) -> f64 {
+        self.bodies.iter().map(|body| body.low).fold(f64::INFINITY, f64::min)
+    }
+    /// Widest radius of the bodies, mm.
+    pub fn widest_body(&self) -> f64 {
+        self.bodies.iter().map(|body| body.radius).fold(0.0, f64::max)
     }
     /// Bands by distance for a move whose unit tangent rises by `tangent_z`.
     pub fn near(&self, tangent_z: f64) -> &Near {
         &self.near[usize::from(tangent_z < 0.0)]
     }
+}
+
+fn bodies(tool: &Tool) -> Vec<Body> {
+    let mut bodies = Vec::new();
+    let flutes = tool.flute_length_mm.max(tool.profile.height());
+    if tool.overhang_mm > flutes && tool.shank_diameter_mm > 0.0 {
+        bodies.push(Body { holder: false, radius: 0.5 * tool.shank_diameter_mm, low: flutes });
+    }
+    let mut low = tool.overhang_mm;
+    for (diameter, length) in &tool.holder {
+        bodies.push(Body { holder: true, radius: 0.5 * diameter, low });
+        low += length;
+    }
+    bodies
 }
 
 fn bands(slices: &[Slice]) -> Vec<Band> {

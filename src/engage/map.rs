@@ -101,6 +101,8 @@ pub struct EngagementMap {
     pub slices: Vec<(u32, Vec<Slice>)>,
     /// What must not happen.
     pub events: Vec<Event>,
+    /// What was repaired or assumed in the files of the stock, one sentence each.
+    pub notes: Vec<String>,
     /// Volume of the stock before, mm³.
     pub initial_mm3: f64,
     /// Volume removed, mm³.

@@ -7,7 +7,10 @@
 
 pub mod arcs;
 pub mod batch;
+pub mod cache;
 pub mod cutter;
+pub mod finish;
+pub mod hazards;
 pub mod map;
 pub mod nominate;
 pub mod options;
@@ -17,4 +20,4 @@ pub mod workpiece;
 
 pub use map::{EngagedArc, EngagementMap, Event, EventKind, Station, StationFlags};
 pub use options::{EngageError, Loader, Options};
-pub use simulate::engage;
+pub use simulate::{engage, engage_and_keep};

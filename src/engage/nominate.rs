@@ -52,6 +52,8 @@ pub struct Nomination {
     pub candidates: u32,
     /// Nothing stands within the clearance.
     pub clear: bool,
+    /// How far stock stands above the lower end of the shank and of the holder within their radius, mm.
+    pub struck: [f32; 2],
 }
 
 /// What one tile says about the samples of a batch, in order.
@@ -95,6 +97,7 @@ pub fn nominate(tile: &Tile, number: u32, sample: &Sample, cutter: &Cutter, work
         marks: (out.marks.len() - first_mark) as u32,
         candidates: (out.candidates.len() - first_candidate) as u32,
         clear: !found && is_clear(tile, sample, cutter),
+        struck: struck(tile, sample, cutter),
     });
 }
 
@@ -215,6 +218,38 @@ pub fn diamond([x, y]: [f32; 2]) -> f32 {
         (false, false) => 2.0 - y / sum,
         (true, false) => 3.0 + x / sum,
     }
+}
+
+/// How far cells of the tile stand into the shank and into the holder. Under the cutter's own width only what lies ahead
+/// counts: behind it this move has been.
+fn struck(tile: &Tile, sample: &Sample, cutter: &Cutter) -> [f32; 2] {
+    let mut worst = [0.0f32; 2];
+    for body in &cutter.bodies {
+        let low = (sample.tip.z + body.low) as f32;
+        // A cell beside the circle may stand within it by half its width.
+        let reach = body.radius - cutter.margin / 1.5;
+        if tile.highest <= low || reach <= 0.0 {
+            continue;
+        }
+        let around = [sample.tip.x, sample.tip.y];
+        let [columns, rows] = tile.window(around.map(|x| x - reach), around.map(|x| x + reach));
+        for j in clip(rows, tile.core[1]) {
+            let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
+            for i in clip(columns.clone(), tile.core[0]) {
+                let above = tile.heights[j * tile.size[0] + i] - low;
+                let x = tile.first[0] + i as f64 * tile.cell[0] - sample.tip.x;
+                if above <= worst[usize::from(body.holder)] || x * x + y * y > reach * reach {
+                    continue;
+                }
+                let forward = x * sample.dir[0] + y * sample.dir[1];
+                let left = y * sample.dir[0] - x * sample.dir[1];
+                if forward > 0.0 || left.abs() > cutter.form.radius + cutter.margin {
+                    worst[usize::from(body.holder)] = above;
+                }
+            }
+        }
+    }
+    worst
 }
 
 /// True when no cell of the tile stands within the clearance of the cutter.

@@ -6,11 +6,13 @@
 use super::arcs::Scene;
 use super::batch::{BatchResult, Outcome, run};
 use super::cutter::Cutter;
-use super::map::{EngagementMap, Event, EventKind, StationFlags};
+use super::finish::mark_final_surface;
+use super::hazards::{report, report_fixtures, report_rapids};
+use super::map::{EngagementMap, StationFlags};
 use super::nominate::Sample;
 use super::options::{EngageError, Options};
 use super::stations::{Builder, Point};
-use super::workpiece::{blanks, cell_mm, shift};
+use super::workpiece::{blanks, cell_mm, shift, sources};
 use crate::ids::MoveId;
 use crate::machine::{Box3, Job, Shape};
 use crate::nc::{Move, MoveKind, Toolpath};
@@ -23,8 +25,6 @@ const BATCH: usize = 16384;
 const SMOOTH: f64 = 0.996;
 /// Where the beginning of a move is looked at: at its very start the end of the move before still fills the whole circle.
 const JUST_AFTER_MM: f64 = 2e-3;
-/// Volume a rapid may scrape off before it is reported, mm³.
-const SCRAPE_MM3: f64 = 0.05;
 
 /// Simulates the whole toolpath; `progress` hears the fraction done.
 pub fn engage(
@@ -33,28 +33,42 @@ pub fn engage(
     options: &Options,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<EngagementMap, EngageError> {
-    let blanks = blanks(job, path, options)?;
+    engage_and_keep(path, job, options, progress).map(|(map, _)| map)
+}
+
+/// As [`engage`], with the stock as the program leaves it: one field per piece of stock, in the common frame.
+pub fn engage_and_keep(
+    path: &Toolpath,
+    job: &Job,
+    options: &Options,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<(EngagementMap, Vec<Field>), EngageError> {
+    let mut notes = Vec::new();
+    let sources = sources(job, path, options, &mut notes)?;
     let used: Vec<u32> = numbers_used(path);
     let smallest = used.iter().filter_map(|number| job.tool(*number)).map(|tool| tool.diameter_mm).fold(10.0, f64::min);
-    let cell = cell_mm(job, options, &blanks, smallest)?;
+    let cell = cell_mm(job, options, &sources, smallest)?;
+    let blanks = blanks(sources, cell, &mut notes)?;
     let cutters: Vec<Cutter> = used
         .iter()
         .filter_map(|number| job.tool(*number))
         .filter(|tool| tool.shape != Shape::Probe)
-        .map(|tool| Cutter::new(tool.number, &tool.profile, cell))
+        .map(|tool| Cutter::new(tool, cell))
         .collect();
     let mut fields: Vec<Field> = blanks.iter().map(|blank| blank.field(cell)).collect();
     let plan = Plan::new(path, job, &cutters, &fields, options);
     let scene = Scene { elements: &plan.elements, cutters: &cutters, blanks: &blanks, fixtures: &job.fixtures };
     let mut builder = Builder::default();
     builder.map.cell_mm = cell;
+    builder.map.notes = notes;
     builder.map.slices = cutters.iter().map(|cutter| (cutter.number, cutter.slices.clone())).collect();
     builder.map.initial_mm3 = fields.iter().map(Field::volume_mm3).sum();
     simulate(&plan, &scene, &mut fields, &mut builder, progress);
     let mut map = builder.map;
     map.remaining_mm3 = fields.iter().map(Field::volume_mm3).sum();
     map.removed_mm3 = map.initial_mm3 - map.remaining_mm3;
-    Ok(map)
+    mark_final_surface(&mut map, &plan.elements, &fields);
+    Ok((map, fields))
 }
 
 fn numbers_used(path: &Toolpath) -> Vec<u32> {
@@ -65,8 +79,9 @@ fn numbers_used(path: &Toolpath) -> Vec<u32> {
 }
 
 /// The toolpath as the simulation takes it.
-struct Plan<'a> {
-    path: &'a Toolpath,
+pub(super) struct Plan<'a> {
+    /// The toolpath.
+    pub path: &'a Toolpath,
     elements: Vec<Element>,
     /// First element of each move, and one past the last.
     first: Vec<u32>,
@@ -75,7 +90,8 @@ struct Plan<'a> {
     shifts: Vec<(u16, Vec3)>,
     /// Stock grown by nothing: a move beyond all of them sweeps nothing.
     extents: Vec<Box3>,
-    fixtures: Vec<Box3>,
+    /// Keep-out boxes.
+    pub fixtures: Vec<Box3>,
     spacing_mm: f64,
     /// Clearance asked for beyond half the spacing, mm.
     clearance_mm: f64,
@@ -113,18 +129,20 @@ impl<'a> Plan<'a> {
     fn shift(&self, motion: &Move) -> Vec3 {
         self.shifts.iter().find(|(number, _)| *number == motion.wcs).map_or_else(Vec3::zeros, |(_, by)| *by)
     }
-    fn elements_of(&self, index: usize) -> std::ops::Range<u32> {
+    /// Elements of a move.
+    pub fn elements_of(&self, index: usize) -> std::ops::Range<u32> {
         self.first[index]..self.first[index + 1]
     }
     fn clearance(&self) -> f64 {
         self.clearance_mm + 0.5 * self.spacing_mm
     }
     /// Is anything of the stock or the fixtures within reach of the move?
-    fn is_far(&self, motion: &Move, radius: f64) -> bool {
+    fn is_far(&self, motion: &Move, cutter: &Cutter) -> bool {
         let (low, high) = motion.curve.bounds();
         let by = self.shift(motion);
-        let reach = radius + self.clearance_mm;
         let away = |body: &Box3| {
+            let deep = low.z + by.z + cutter.lowest_body() < body.max.z;
+            let reach = (cutter.form.radius + self.clearance_mm).max(if deep { cutter.widest_body() } else { 0.0 });
             low.z + by.z - self.clearance_mm >= body.max.z
                 || (0..2).any(|axis| {
                     low[axis] + by[axis] - reach > body.max[axis] || high[axis] + by[axis] + reach < body.min[axis]
@@ -160,6 +178,7 @@ fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Buil
             |element: u32| plan.path.moves[scene.elements[element as usize].move_id.ix()].kind == MoveKind::Rapid;
         let result = run(scene, fields, plan.first[begin]..plan.first[end], &samples, rapid);
         report_rapids(scene, &result, &mut builder.map);
+        report_fixtures(plan, scene, begin..end, &mut builder.map);
         for (index, way) in (begin..end).zip(&ways) {
             enter(plan, scene, index, way, &samples, &result, &mut held, builder);
         }
@@ -180,8 +199,7 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2],
     let Some(cutter) = plan.cutter[index] else {
         return Way::Idle(StationFlags { uncertain: true, ..StationFlags::default() });
     };
-    let radius = scene.cutters[cutter as usize].form.radius;
-    if length <= 0.0 || plan.is_far(motion, radius) {
+    if length <= 0.0 || plan.is_far(motion, &scene.cutters[cutter as usize]) {
         return Way::Idle(StationFlags { clear_air: length > 0.0, ..StationFlags::default() });
     }
     let inherits = runs_on(plan, index);
@@ -254,23 +272,12 @@ fn enter(
             }
             points.extend(range.clone().map(|k| Point { s_mm: samples[k].s_mm, outcome: &result.outcomes[k] }));
             let cutter = samples[range.start].cutter;
-            builder.push_move(id, cutter, &scene.cutters[cutter as usize], &points, false);
+            let tool = &scene.cutters[cutter as usize];
+            let motion = &plan.path.moves[index];
+            let uncertain = points.iter().any(|point| point.outcome.undercut);
+            report(&mut builder.map, id, motion, tool, &samples[range.clone()], &result.outcomes[range.clone()]);
+            builder.push_move(id, cutter, tool, &points, uncertain);
             *held = result.outcomes[range.end - 1].clone();
         }
-    }
-}
-
-fn report_rapids(scene: &Scene, result: &BatchResult, map: &mut EngagementMap) {
-    let mut volumes: Vec<(MoveId, f64)> = Vec::new();
-    for (element, volume) in &result.watched {
-        let id = scene.elements[*element as usize].move_id;
-        match volumes.last_mut() {
-            Some((last, sum)) if *last == id => *sum += volume,
-            _ => volumes.push((id, *volume)),
-        }
-    }
-    for (move_id, volume) in volumes.into_iter().filter(|(_, volume)| *volume > SCRAPE_MM3) {
-        let detail = format!("{volume:.2} mm³ of stock in the way of a rapid");
-        map.events.push(Event { kind: EventKind::CutAtRapid, move_id, detail });
     }
 }

@@ -2,10 +2,11 @@
 //! of each work offset, the cell that fits.
 
 use super::options::{EngageError, Options};
-use crate::machine::{Box3, Job, StockShape};
+use crate::machine::{Box3, Job, Stock, StockShape};
 use crate::nc::Toolpath;
 use crate::path::Vec3;
-use crate::stock::{Blank, field};
+use crate::stock::{Blank, Mesh, field, read_stl, saved};
+use std::path::Path;
 
 /// Bytes a cell of the field takes: height and provenance.
 const CELL_BYTES: u64 = 8;
@@ -24,40 +25,95 @@ fn home_offset(job: &Job, path: &Toolpath) -> u16 {
     own.or_else(|| path.moves.first().map(|motion| motion.wcs)).unwrap_or(54)
 }
 
-/// The blanks in the common frame.
-pub fn blanks(job: &Job, path: &Toolpath, _options: &Options) -> Result<Vec<Blank>, EngageError> {
+/// Shift of a piece of stock from its own coordinates into the common frame.
+pub fn stock_shift(job: &Job, path: &Toolpath, stock: &Stock) -> Vec3 {
+    shift(job, path, stock.offset.unwrap_or_else(|| home_offset(job, path)))
+}
+
+/// Extents of the pieces of stock in the common frame, with what was read from their files.
+pub fn sources(
+    job: &Job,
+    path: &Toolpath,
+    options: &Options,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Source>, EngageError> {
     if job.stocks.is_empty() {
         return Err(EngageError::NoStock);
     }
-    job.stocks
-        .iter()
-        .map(|stock| {
-            let by = shift(job, path, stock.offset.unwrap_or_else(|| home_offset(job, path)));
-            let blank = match &stock.shape {
-                StockShape::Box(extent) => Blank::Box(Box3 { min: extent.min + by, max: extent.max + by }),
-                StockShape::Cylinder { centre, diameter_mm, z_mm } => Blank::Cylinder {
-                    centre: [centre[0] + by.x, centre[1] + by.y],
-                    radius: 0.5 * diameter_mm,
-                    z: [z_mm[0] + by.z, z_mm[1] + by.z],
-                },
-                StockShape::Stl(path) | StockShape::Saved(path) => {
-                    return Err(EngageError::StockFile {
-                        path: path.display().to_string(),
-                        why: "stock from files is not read yet: describe it as a box".into(),
-                    });
-                }
-            };
-            let size = blank.extent().max - blank.extent().min;
-            let solid = (0..3).all(|axis| size[axis] > 0.0 && size[axis].is_finite());
-            solid.then_some(blank).ok_or(EngageError::EmptyStock)
+    job.stocks.iter().map(|stock| source(stock, stock_shift(job, path, stock), options, notes)).collect()
+}
+
+/// A piece of stock before the resolution is known.
+pub enum Source {
+    /// A shape with a formula, or heights with cells of their own.
+    Blank(Blank),
+    /// A mesh and the name of its file.
+    Mesh(Mesh, String),
+}
+
+impl Source {
+    fn extent(&self) -> Box3 {
+        match self {
+            Source::Blank(blank) => blank.extent(),
+            Source::Mesh(mesh, _) => mesh.extent(),
+        }
+    }
+}
+
+fn source(stock: &Stock, by: Vec3, options: &Options, notes: &mut Vec<String>) -> Result<Source, EngageError> {
+    let source = match &stock.shape {
+        StockShape::Box(extent) => Source::Blank(Blank::Box(Box3 { min: extent.min + by, max: extent.max + by })),
+        StockShape::Cylinder { centre, diameter_mm, z_mm } => Source::Blank(Blank::Cylinder {
+            centre: [centre[0] + by.x, centre[1] + by.y],
+            radius: 0.5 * diameter_mm,
+            z: [z_mm[0] + by.z, z_mm[1] + by.z],
+        }),
+        StockShape::Stl(file) => {
+            let (mesh, repaired) = read_stl(&read(file, options)?).map_err(|why| stock_file(file, &why.to_string()))?;
+            notes.extend(repaired.into_iter().map(|note| format!("{}: {note}", file.display())));
+            Source::Mesh(mesh.shifted(by), file.display().to_string())
+        }
+        StockShape::Saved(file) => {
+            let why = "it is no stock saved by this program, or was cut short: save it again, or describe it as a box";
+            let field = saved::from_bytes(&read(file, options)?, by).ok_or_else(|| stock_file(file, why))?;
+            Source::Blank(Blank::Heights(Box::new(field)))
+        }
+    };
+    let size = source.extent().max - source.extent().min;
+    let solid = (0..3).all(|axis| size[axis] > 0.0 && size[axis].is_finite());
+    if solid { Ok(source) } else { Err(EngageError::EmptyStock) }
+}
+
+fn read(file: &Path, options: &Options) -> Result<Vec<u8>, EngageError> {
+    let load = options.loader.ok_or_else(|| stock_file(file, "nothing here can read files"))?;
+    load(file).map_err(|error| stock_file(file, &error.to_string()))
+}
+
+fn stock_file(file: &Path, why: &str) -> EngageError {
+    EngageError::StockFile { path: file.display().to_string(), why: why.to_owned() }
+}
+
+/// The blanks at their resolution.
+pub fn blanks(sources: Vec<Source>, cell_mm: f64, notes: &mut Vec<String>) -> Result<Vec<Blank>, EngageError> {
+    sources
+        .into_iter()
+        .map(|source| match source {
+            Source::Blank(blank) => Ok(blank),
+            Source::Mesh(mesh, file) => {
+                let mut said = Vec::new();
+                let field = mesh.field(cell_mm, &mut said);
+                notes.extend(said.into_iter().map(|note| format!("{file}: {note}")));
+                let field = field.map_err(|why| EngageError::StockFile { path: file, why: why.to_string() })?;
+                Ok(Blank::Heights(Box::new(field)))
+            }
         })
         .collect()
 }
 
 /// Cell of the field: as asked for, else a thirtieth of the smallest tool (0.05 to 0.5 mm) within a bounded number of
 /// cells.
-pub fn cell_mm(job: &Job, options: &Options, blanks: &[Blank], smallest_diameter: f64) -> Result<f64, EngageError> {
-    let extents: Vec<Box3> = blanks.iter().map(Blank::extent).collect();
+pub fn cell_mm(job: &Job, options: &Options, sources: &[Source], smallest_diameter: f64) -> Result<f64, EngageError> {
+    let extents: Vec<Box3> = sources.iter().map(Source::extent).collect();
     let area: f64 = extents.iter().map(|e| (e.max.x - e.min.x) * (e.max.y - e.min.y)).sum();
     let automatic = || (smallest_diameter / 30.0).clamp(0.05, 0.5).max((area / AUTO_CELLS).sqrt());
     let cell = options.cell_mm.or(job.cell_mm).unwrap_or_else(automatic);

@@ -165,6 +165,18 @@ impl Profile {
         matches!(self.segments.first(), Some(Segment::Line { from, to }) if from[1] == to[1] && to[0] == r)
             && self.segments[1..].iter().all(|segment| segment.at(0.0).0[0] == r && segment.at(1.0).0[0] == r)
     }
+    /// Height at which the outline begins to narrow upward (lollipop, T-slot, dovetail); `None` for ordinary cutters.
+    pub fn neck(&self) -> Option<f64> {
+        let narrowing = |segment: &&Segment| match segment {
+            Segment::Line { from, to } => to[0] < from[0] - 1e-9,
+            Segment::Arc { to_rad, .. } => *to_rad > 1e-9,
+        };
+        self.segments.iter().find(narrowing).map(|segment| match segment {
+            Segment::Line { from, .. } => from[1],
+            Segment::Arc { centre, from_rad, .. } if *from_rad <= 0.0 => centre[1],
+            Segment::Arc { .. } => segment.at(0.0).0[1],
+        })
+    }
     /// Height of the outline, mm.
     pub fn height(&self) -> f64 {
         self.segments.last().map_or(0.0, |segment| segment.at(1.0).0[1])
@@ -183,12 +195,12 @@ impl Profile {
     pub fn slices(&self, step_mm: f64) -> Vec<Slice> {
         self.slices_by(|_| step_mm)
     }
-    /// The rings engagement is worked out for: 24 on a quarter circle (between 0.05 and 0.5 mm each), R/6 (0.1 to 0.5 mm)
+    /// The rings engagement is worked out for: 16 on a quarter circle (between 0.05 and 0.5 mm each), R/6 (0.1 to 0.5 mm)
     /// on a cylindrical side, R/8 (0.05 to 1 mm) on a flat bottom, 24 on a cone.
     pub fn rings(&self) -> Vec<Slice> {
         let r = self.max_radius();
         self.slices_by(|segment| match segment {
-            Segment::Arc { radius, .. } => (radius * PI / 48.0).clamp(0.05, 0.5),
+            Segment::Arc { radius, .. } => (radius * PI / 32.0).clamp(0.05, 0.5),
             Segment::Line { from, to } if from[0] == to[0] => (r / 6.0).clamp(0.1, 0.5),
             Segment::Line { from, to } if from[1] == to[1] => (r / 8.0).clamp(0.05, 1.0),
             Segment::Line { .. } => (segment.length() / 24.0).clamp(0.05, 0.5),

@@ -51,7 +51,7 @@ impl Blank {
     /// Its field of cells of at most `cell_mm`.
     pub fn field(&self, cell_mm: f64) -> Field {
         match self {
-            Blank::Heights(field) => Field::clone(field),
+            Blank::Heights(field) if fits(field, cell_mm) => Field::clone(field),
             _ => Field::new(self.extent(), cell_mm, |x, y| self.height(x, y)),
         }
     }
@@ -78,6 +78,11 @@ impl Blank {
             }
         }
     }
+}
+
+/// Are these the cells asked for?
+fn fits(field: &Field, cell_mm: f64) -> bool {
+    field.size == super::field::cells(&field.extent, cell_mm)
 }
 
 fn outside_box(x: f64, y: f64) -> f64 {

@@ -63,6 +63,16 @@ impl Track {
             Track::Arc { centre, z, radius, start, sweep } => arc_bounds(centre, z, radius, start, sweep),
         }
     }
+    /// Point at a distance along it.
+    pub fn point(&self, along_mm: f64) -> Vec3 {
+        match self.until(along_mm) {
+            Track::Line { to, .. } => to,
+            Track::Arc { centre, z, radius, start, sweep } => {
+                let (sin, cos) = (start + sweep).sin_cos();
+                Vec3::new(centre[0] + radius[1] * cos, centre[1] + radius[1] * sin, z)
+            }
+        }
+    }
     /// The beginning of the track, up to `length_mm` along it.
     pub fn until(&self, length_mm: f64) -> Self {
         let whole = self.length();

@@ -58,7 +58,13 @@ impl Field {
     /// Field over `extent` with cells of at most `cell_mm` and the heights that `height(x, y)` gives.
     pub fn new(extent: Box3, cell_mm: f64, height: impl Fn(f64, f64) -> f64 + Sync) -> Self {
         let size = cells(&extent, cell_mm);
-        let cell = [(extent.max.x - extent.min.x) / size[0] as f64, (extent.max.y - extent.min.y) / size[1] as f64];
+        let cell = [0, 1].map(|axis| (extent.max[axis] - extent.min[axis]) / size[axis] as f64);
+        let middle = |axis: usize, k: usize| extent.min[axis] + (k as f64 + 0.5) * cell[axis];
+        Self::from_rows(extent, size, |i, j| height(middle(0, i), middle(1, j)))
+    }
+    /// Field of `size` cells over `extent` with the heights that `height(column, row)` gives.
+    pub fn from_rows(extent: Box3, size: [usize; 2], height: impl Fn(usize, usize) -> f64 + Sync) -> Self {
+        let cell = [0, 1].map(|axis| (extent.max[axis] - extent.min[axis]) / size[axis] as f64);
         let tiling = size.map(|n| n.div_ceil(TILE));
         let mut tiles = Vec::with_capacity(tiling[0] * tiling[1]);
         for row in 0..tiling[1] {
@@ -67,6 +73,15 @@ impl Field {
             }
         }
         Self { extent, cell, size, tiling, tiles }
+    }
+    /// Heights row by row.
+    pub fn rows(&self) -> impl Iterator<Item = f32> + '_ {
+        (0..self.size[1]).flat_map(move |j| (0..self.size[0]).map(move |i| self.at(i, j)))
+    }
+    fn at(&self, i: usize, j: usize) -> f32 {
+        let tile = &self.tiles[(j / TILE) * self.tiling[0] + i / TILE];
+        let (i, j) = (i % TILE + tile.core[0][0], j % TILE + tile.core[1][0]);
+        tile.heights[j * tile.size[0] + i]
     }
     /// Indices of the tiles whose cores meet the box from `low` to `high` in XY.
     pub fn tiles_under(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
@@ -92,10 +107,7 @@ impl Field {
         if i < 0.0 || j < 0.0 || i >= self.size[0] as f64 || j >= self.size[1] as f64 {
             return None;
         }
-        let (i, j) = (i as usize, j as usize);
-        let tile = &self.tiles[(j / TILE) * self.tiling[0] + i / TILE];
-        let (i, j) = (i % TILE + tile.core[0][0], j % TILE + tile.core[1][0]);
-        Some(tile.heights[j * tile.size[0] + i])
+        Some(self.at(i as usize, j as usize))
     }
 }
 
@@ -104,7 +116,7 @@ fn tile(
     cell: [f64; 2],
     cells: [usize; 2],
     place: [usize; 2],
-    height: &(impl Fn(f64, f64) -> f64 + Sync),
+    height: &(impl Fn(usize, usize) -> f64 + Sync),
 ) -> Tile {
     let begin = [0, 1].map(|axis| place[axis] * TILE);
     let end = [0, 1].map(|axis| (begin[axis] + TILE).min(cells[axis]));
@@ -115,7 +127,7 @@ fn tile(
     let mut heights = Vec::with_capacity(size[0] * size[1]);
     for j in 0..size[1] {
         for i in 0..size[0] {
-            let h = height(first[0] + i as f64 * cell[0], first[1] + j as f64 * cell[1]);
+            let h = height(low[0] + i, low[1] + j);
             heights.push(h.max(extent.min.z) as f32);
         }
     }

@@ -8,6 +8,7 @@
 //! convex function of t and its minimum is bracketed.
 
 use super::element::Track;
+use super::sweep::Form;
 use crate::machine::{Profile, Segment};
 use crate::path::Vec3;
 
@@ -67,39 +68,97 @@ pub struct Outline<'a> {
     z: f64,
 }
 
-/// The region that `profile` clears at height `z` on its way along `track`; `None` when it stays above `z`.
-pub fn region<'a>(track: &Track, profile: &'a Profile, z: f64) -> Option<Region<'a>> {
-    match *track {
-        Track::Line { from, to } => line_region(from, to, profile, z),
-        Track::Arc { centre, z: tip, radius, start, sweep } => {
-            let reach = profile.radius_below(z - tip)?;
-            let end = |angle: f64, r: f64| [centre[0] + r * angle.cos(), centre[1] + r * angle.sin()];
-            let ends = [end(start, radius[0]), end(start + sweep, radius[1])];
-            Some(Region::Ring(Ring { centre, radius, start, sweep, ends, reach }))
+/// What one element sweeps, prepared for the question of what it clears at a height.
+#[derive(Debug, Clone, Copy)]
+pub enum Swept<'a> {
+    /// Along a straight line.
+    Line {
+        /// Its cutter.
+        form: &'a Form,
+        /// Start of the tip.
+        from: Vec3,
+        /// Unit direction in the plane.
+        dir: [f64; 2],
+        /// Length in the plane, mm.
+        run: f64,
+        /// Rise of the tip, mm.
+        rise: f64,
+    },
+    /// Along a level arc, cleared by discs of some radius at the height asked for.
+    Arc {
+        /// Its cutter.
+        form: &'a Form,
+        /// Height of the tip, mm.
+        z: f64,
+        /// The ring; its reach is filled in for each height.
+        ring: Ring,
+    },
+}
+
+impl<'a> Swept<'a> {
+    /// Prepares an element.
+    pub fn new(track: &Track, form: &'a Form) -> Self {
+        match *track {
+            Track::Line { from, to } => {
+                let delta = to - from;
+                let run = norm(delta.x, delta.y);
+                let dir = if run > 0.0 { [delta.x / run, delta.y / run] } else { [1.0, 0.0] };
+                Swept::Line { form, from, dir, run, rise: delta.z }
+            }
+            Track::Arc { centre, z, radius, start, sweep } => {
+                let end = |angle: f64, r: f64| [centre[0] + r * angle.cos(), centre[1] + r * angle.sin()];
+                let ends = [end(start, radius[0]), end(start + sweep, radius[1])];
+                Swept::Arc { form, z, ring: Ring { centre, radius, start, sweep, ends, reach: 0.0 } }
+            }
+        }
+    }
+    /// Lowest height of its tip, mm.
+    pub fn lowest(&self) -> f64 {
+        match self {
+            Swept::Line { from, rise, .. } => from.z + rise.min(0.0),
+            Swept::Arc { z, .. } => *z,
+        }
+    }
+    /// True when its cutter has a flat bottom and stays level: it leaves a floor.
+    pub fn leaves_floor(&self) -> bool {
+        match self {
+            Swept::Line { form, rise, .. } => form.flat_bottom && rise.abs() < 1e-9,
+            Swept::Arc { form, .. } => form.flat_bottom,
+        }
+    }
+    /// The region it clears at height `z`; `None` when it stays above `z`.
+    pub fn at(&self, z: f64) -> Option<Region<'a>> {
+        match *self {
+            Swept::Arc { form, z: tip, mut ring } => {
+                ring.reach = form.profile.radius_below(z - tip)?;
+                Some(Region::Ring(ring))
+            }
+            Swept::Line { form, from, dir, run, rise } => line_region(form, from, dir, [run, rise], z),
         }
     }
 }
 
-fn line_region(from: Vec3, to: Vec3, profile: &Profile, z: f64) -> Option<Region<'_>> {
-    let delta = to - from;
-    let (run, rise) = (delta.x.hypot(delta.y), delta.z);
-    let dir = if run > 0.0 { [delta.x / run, delta.y / run] } else { [1.0, 0.0] };
+fn line_region(form: &Form, from: Vec3, dir: [f64; 2], [run, rise]: [f64; 2], z: f64) -> Option<Region<'_>> {
     let start = [from.x, from.y];
-    let lowest = from.z.min(to.z);
-    let radius = profile.radius_below(z - lowest)?;
+    let zeta = z - (from.z + rise.min(0.0));
+    if zeta < 0.0 {
+        return None;
+    }
     if rise.abs() < 1e-9 || run < 1e-9 {
+        let radius = form.radius_below(zeta)?;
         return Some(Region::Capsule(Capsule { from: start, dir, length: run, radius }));
     }
-    if let Some(ball) = profile.as_ball() {
-        let z = z - from.z - ball;
-        return Some(Region::Ball(Ball { from: start, dir, run, rise, length: run.hypot(rise), radius: ball, z }));
+    if form.is_ball() {
+        let (radius, z) = (form.radius, z - from.z - form.radius);
+        return Some(Region::Ball(Ball { from: start, dir, run, rise, length: norm(run, rise), radius, z }));
     }
-    if profile.is_flat() {
+    if form.is_flat() {
         let (t0, t1) = below(from.z, rise, z);
         let start = [start[0] + t0 * run * dir[0], start[1] + t0 * run * dir[1]];
-        return Some(Region::Capsule(Capsule { from: start, dir, length: (t1 - t0) * run, radius }));
+        return Some(Region::Capsule(Capsule { from: start, dir, length: (t1 - t0) * run, radius: form.radius }));
     }
-    Some(Region::Outline(Outline { profile, from: start, dir, run, rise, z: z - from.z }))
+    form.profile.radius_below(zeta)?;
+    Some(Region::Outline(Outline { profile: &form.profile, from: start, dir, run, rise, z: z - from.z }))
 }
 
 /// Fractions of a line between which its height `z0 + t·rise` is at most `z` (it is somewhere).

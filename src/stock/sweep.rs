@@ -11,7 +11,7 @@
 use super::element::Track;
 use super::field::Tile;
 use super::region::least_convex;
-use crate::machine::Profile;
+use crate::machine::{Profile, Segment};
 use crate::path::Vec3;
 
 /// Outline of a cutter as the sweep needs it.
@@ -21,6 +21,10 @@ pub struct Form {
     pub profile: Profile,
     /// Largest radius, mm.
     pub radius: f64,
+    /// Its lowest part is flat.
+    pub flat_bottom: bool,
+    /// Height at which the outline begins to narrow; cells that stand above it are left as they are.
+    neck: f32,
     kind: Kind,
 }
 
@@ -48,7 +52,27 @@ impl Form {
         } else {
             Kind::Other
         };
-        Self { radius: profile.max_radius(), profile: profile.clone(), kind }
+        let flat_bottom = matches!(profile.segments.first(), Some(Segment::Line { from, to }) if from[1] == to[1]);
+        let neck = profile.neck().map_or(f32::INFINITY, |neck| neck as f32);
+        Self { radius: profile.max_radius(), flat_bottom, neck, profile: profile.clone(), kind }
+    }
+    /// A flat end mill?
+    pub fn is_flat(&self) -> bool {
+        self.kind == Kind::Flat
+    }
+    /// A ball end mill?
+    pub fn is_ball(&self) -> bool {
+        self.kind == Kind::Ball
+    }
+    /// Radius kept clear at height `z` above the tip ([`Profile::radius_below`]).
+    pub fn radius_below(&self, z: f64) -> Option<f64> {
+        match self.kind {
+            _ if z < 0.0 => None,
+            Kind::Flat => Some(self.radius),
+            Kind::Ball if z >= self.radius => Some(self.radius),
+            Kind::Ball => Some((z * (2.0 * self.radius - z)).sqrt()),
+            Kind::Bull { .. } | Kind::Other => self.profile.radius_below(z),
+        }
     }
 }
 
@@ -63,11 +87,33 @@ pub fn sweep(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
     if columns.is_empty() || rows.is_empty() {
         return;
     }
+    if (low.z as f32) + form.neck < tile.highest {
+        sweep_under(tile, track, form, id, [columns, rows]);
+        return;
+    }
     match *track {
         Track::Line { from, to } => sweep_line(tile, rows, from, to, form, id),
         Track::Arc { centre, z, radius, start, sweep } => {
             let arc = ArcSweep::new(centre, z, 0.5 * (radius[0] + radius[1]), start, sweep);
             sweep_arc(tile, [columns, rows], &arc, form, id);
+        }
+    }
+}
+
+/// As [`sweep`] for an outline that narrows upward: a cell that stands above the neck would be undercut, which a height
+/// field cannot hold, so it stays.
+fn sweep_under(tile: &mut Tile, track: &Track, form: &Form, id: u32, [columns, rows]: [std::ops::Range<usize>; 2]) {
+    let open = Form { neck: f32::INFINITY, ..form.clone() };
+    let (before, ids) = (tile.heights.clone(), tile.ids.clone());
+    let highest = std::mem::replace(&mut tile.highest, f32::INFINITY);
+    sweep(tile, track, &open, id);
+    tile.highest = highest;
+    let limit = track.bounds().0.z as f32 + form.neck;
+    for j in rows {
+        for k in j * tile.size[0] + columns.start..j * tile.size[0] + columns.end {
+            if before[k] > limit {
+                (tile.heights[k], tile.ids[k]) = (before[k], ids[k]);
+            }
         }
     }
 }

@@ -1,0 +1,269 @@
+//! The engagement map as bytes, so that changing a limit, a coefficient or an output setting does not simulate again. In:
+//! a map and the key of what it was made from. Out: bytes, and back.
+//!
+//! Layout, little endian: mark, key (32 bytes), sections (each a count and its records), SHA-256 of all before it. The key
+//! is the SHA-256 of everything the map depends on: moves, tools, stock (with the bytes of its files), fixtures, offsets,
+//! clearance, resolution, spacing, version. A damaged or stale cache is told by one of the two hashes.
+
+use super::map::{EngagedArc, EngagementMap, Event, EventKind, Station, StationFlags};
+use super::options::Options;
+use crate::ids::MoveId;
+use crate::machine::{Job, Slice, StockShape};
+use crate::nc::Toolpath;
+use sha2::{Digest, Sha256};
+
+/// First bytes of a cache; the number changes with the layout or the mathematics.
+const MARK: &[u8; 8] = b"FWENGM02";
+
+/// Key of the simulation of a toolpath.
+pub type Key = [u8; 32];
+
+/// Why a cache cannot be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unusable {
+    /// Not a cache of this version, cut short, or changed since.
+    Damaged,
+    /// Made from another program, setup or resolution.
+    Stale,
+}
+
+/// Key of what [`super::engage()`] would be asked.
+pub fn key(path: &Toolpath, job: &Job, options: &Options) -> Key {
+    let mut hash = Sha256::new();
+    put(
+        &mut hash,
+        &format!(
+            "{} {:?} {:?} {:?}",
+            env!("CARGO_PKG_VERSION"),
+            MARK,
+            options.cell_mm.or(job.cell_mm),
+            options.spacing_mm
+        ),
+    );
+    put(
+        &mut hash,
+        &format!("{:?} {:?} {:?}", job.machine.offsets, job.fixtures, job.air_feed.map(|air| air.approach_mm)),
+    );
+    for tool in &job.tools {
+        let outside = (tool.overhang_mm, tool.shank_diameter_mm, &tool.holder, tool.centre_cutting);
+        put(
+            &mut hash,
+            &format!("{} {:?} {:?} {:?} {:?}", tool.number, tool.shape, tool.profile, tool.flute_length_mm, outside),
+        );
+    }
+    for stock in &job.stocks {
+        put(&mut hash, &format!("{:?} {:?} {:?}", stock.shape, stock.offset, stock.uncertainty_mm));
+        if let (StockShape::Stl(file) | StockShape::Saved(file), Some(load)) = (&stock.shape, options.loader) {
+            hash.update(load(file).unwrap_or_default());
+        }
+    }
+    for motion in &path.moves {
+        hash.update(motion.tool.to_le_bytes());
+        hash.update(motion.wcs.to_le_bytes());
+        hash.update([motion.kind as u8, u8::from(motion.spin.rps == 0.0)]);
+        curve(&mut hash, &motion.curve);
+    }
+    hash.finalize().into()
+}
+
+fn put(hash: &mut Sha256, text: &str) {
+    hash.update((text.len() as u64).to_le_bytes());
+    hash.update(text.as_bytes());
+}
+
+fn curve(hash: &mut Sha256, curve: &crate::path::Curve) {
+    use crate::path::Curve;
+    let mut put = |values: &[f64]| values.iter().for_each(|value| hash.update(value.to_bits().to_le_bytes()));
+    match curve {
+        Curve::Line { from, to } => put(&[0.0, from.x, from.y, from.z, to.x, to.y, to.z]),
+        Curve::Arc(arc) => {
+            let plane = arc.plane.axes().2 as f64;
+            put(&[1.0, plane, arc.from.x, arc.from.y, arc.from.z, arc.to.x, arc.to.y, arc.to.z]);
+            put(&[arc.centre.x, arc.centre.y, arc.centre.z, arc.sweep_rad]);
+        }
+    }
+}
+
+/// The map as bytes.
+pub fn to_bytes(map: &EngagementMap, key: &Key) -> Vec<u8> {
+    let mut out = Vec::with_capacity(64 + map.stations.len() * 34 + map.arcs.len() * 10);
+    out.extend_from_slice(MARK);
+    out.extend_from_slice(key);
+    for value in [map.initial_mm3, map.removed_mm3, map.remaining_mm3, map.cell_mm] {
+        out.extend_from_slice(&value.to_le_bytes());
+    }
+    count(&mut out, map.slices.len());
+    for (tool, slices) in &map.slices {
+        out.extend_from_slice(&tool.to_le_bytes());
+        count(&mut out, slices.len());
+        for s in slices {
+            for value in [s.z_mm, s.radius_mm, s.edge_mm, s.normal_r, s.normal_z] {
+                out.extend_from_slice(&value.to_le_bytes());
+            }
+            out.push(s.segment);
+        }
+    }
+    count(&mut out, map.of_move.len());
+    for range in &map.of_move {
+        out.extend_from_slice(&(range.end - range.start).to_le_bytes());
+    }
+    count(&mut out, map.stations.len());
+    for s in &map.stations {
+        out.extend_from_slice(&s.move_id.0.to_le_bytes());
+        out.extend_from_slice(&s.from_mm.to_le_bytes());
+        out.extend_from_slice(&s.to_mm.to_le_bytes());
+        out.extend_from_slice(&s.removal_area_mm2.to_le_bytes());
+        out.extend_from_slice(&s.axial_depth_mm.to_le_bytes());
+        out.extend_from_slice(&s.arc_count.to_le_bytes());
+        let flags = [s.flags.clear_air, s.flags.uncertain, s.flags.final_surface];
+        out.push(flags.iter().enumerate().map(|(bit, set)| u8::from(*set) << bit).sum());
+    }
+    count(&mut out, map.arcs.len());
+    for arc in &map.arcs {
+        out.extend_from_slice(&arc.slice.to_le_bytes());
+        out.extend_from_slice(&arc.entry_rad.to_le_bytes());
+        out.extend_from_slice(&arc.exit_rad.to_le_bytes());
+    }
+    count(&mut out, map.events.len());
+    for event in &map.events {
+        out.push(event.kind as u8);
+        out.extend_from_slice(&event.move_id.0.to_le_bytes());
+        count(&mut out, event.detail.len());
+        out.extend_from_slice(event.detail.as_bytes());
+    }
+    count(&mut out, map.notes.len());
+    for note in &map.notes {
+        count(&mut out, note.len());
+        out.extend_from_slice(note.as_bytes());
+    }
+    let sum: [u8; 32] = Sha256::digest(&out).into();
+    out.extend_from_slice(&sum);
+    out
+}
+
+fn count(out: &mut Vec<u8>, n: usize) {
+    out.extend_from_slice(&(n as u64).to_le_bytes());
+}
+
+/// The map back from bytes, if they are whole and were made for `key`.
+pub fn from_bytes(bytes: &[u8], key: &Key) -> Result<EngagementMap, Unusable> {
+    let body = bytes.len().checked_sub(32).ok_or(Unusable::Damaged)?;
+    let (body, sum) = bytes.split_at(body);
+    let whole: [u8; 32] = Sha256::digest(body).into();
+    if !body.starts_with(MARK) || whole != sum {
+        return Err(Unusable::Damaged);
+    }
+    let mut reader = Reader { rest: &body[MARK.len()..] };
+    if reader.take(32).ok_or(Unusable::Damaged)? != key {
+        return Err(Unusable::Stale);
+    }
+    reader.map().ok_or(Unusable::Damaged)
+}
+
+struct Reader<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, n: usize) -> Option<&'a [u8]> {
+        let (head, rest) = self.rest.split_at_checked(n)?;
+        self.rest = rest;
+        Some(head)
+    }
+    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.take(N)?.try_into().ok()
+    }
+    fn f64(&mut self) -> Option<f64> {
+        self.array().map(f64::from_le_bytes)
+    }
+    fn f32(&mut self) -> Option<f32> {
+        self.array().map(f32::from_le_bytes)
+    }
+    fn u32(&mut self) -> Option<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+    fn u16(&mut self) -> Option<u16> {
+        self.array().map(u16::from_le_bytes)
+    }
+    fn u8(&mut self) -> Option<u8> {
+        self.array().map(|[byte]| byte)
+    }
+    /// A list: its count, then its records of at least one byte each.
+    fn list<T>(&mut self, mut record: impl FnMut(&mut Self) -> Option<T>) -> Option<Vec<T>> {
+        let n = usize::try_from(self.array().map(u64::from_le_bytes)?).ok()?;
+        if n > self.rest.len() {
+            return None;
+        }
+        (0..n).map(|_| record(self)).collect()
+    }
+    fn map(&mut self) -> Option<EngagementMap> {
+        let mut map = EngagementMap {
+            initial_mm3: self.f64()?,
+            removed_mm3: self.f64()?,
+            remaining_mm3: self.f64()?,
+            cell_mm: self.f64()?,
+            ..EngagementMap::default()
+        };
+        map.slices = self.list(|r| Some((r.u32()?, r.list(Reader::slice)?)))?;
+        let mut first = 0u32;
+        map.of_move = self.list(|r| {
+            let begin = first;
+            first = first.checked_add(r.u32()?)?;
+            Some(begin..first)
+        })?;
+        let mut arcs = 0u32;
+        map.stations = self.list(|r| {
+            let station = r.station(arcs)?;
+            arcs = arcs.checked_add(station.arc_count)?;
+            Some(station)
+        })?;
+        map.arcs = self.list(|r| Some(EngagedArc { slice: r.u16()?, entry_rad: r.f32()?, exit_rad: r.f32()? }))?;
+        map.events = self.list(Reader::event)?;
+        map.notes = self.list(Reader::text)?;
+        (first as usize == map.stations.len() && arcs as usize == map.arcs.len()).then_some(map)
+    }
+    fn slice(&mut self) -> Option<Slice> {
+        Some(Slice {
+            z_mm: self.f64()?,
+            radius_mm: self.f64()?,
+            edge_mm: self.f64()?,
+            normal_r: self.f64()?,
+            normal_z: self.f64()?,
+            segment: self.u8()?,
+        })
+    }
+    fn station(&mut self, first_arc: u32) -> Option<Station> {
+        Some(Station {
+            move_id: MoveId(self.u32()?),
+            from_mm: self.f64()?,
+            to_mm: self.f64()?,
+            removal_area_mm2: self.f32()?,
+            axial_depth_mm: self.f32()?,
+            first_arc,
+            arc_count: self.u32()?,
+            flags: {
+                let bits = self.u8()?;
+                let bit = |k: u8| bits >> k & 1 == 1;
+                StationFlags { clear_air: bit(0), uncertain: bit(1), final_surface: bit(2) }
+            },
+        })
+    }
+    fn text(&mut self) -> Option<String> {
+        String::from_utf8(self.list(Reader::u8)?).ok()
+    }
+    fn event(&mut self) -> Option<Event> {
+        const KINDS: [EventKind; 7] = [
+            EventKind::CutAtRapid,
+            EventKind::ShankContact,
+            EventKind::HolderContact,
+            EventKind::FixtureContact,
+            EventKind::PlungeNotCentreCutting,
+            EventKind::Undercut,
+            EventKind::SpindleStopped,
+        ];
+        let kind = *KINDS.get(usize::from(self.u8()?))?;
+        let move_id = MoveId(self.u32()?);
+        let detail = self.text()?;
+        Some(Event { kind, move_id, detail })
+    }
+}

@@ -1,0 +1,399 @@
+//! A closed triangle mesh as stock. In: the bytes of an STL file, binary or text. Out: a checked [`Mesh`] with what was
+//! repaired, and its heights over a grid.
+//!
+//! A mesh is accepted when every edge joins two triangles. Repaired, and said: vertices that differ by rounding, triangles
+//! without area or given twice, single missing triangles, triangles that face the wrong way. Refused: larger holes and edges
+//! that join more than two triangles. Heights come from vertical rays through the middles of the cells; the highest crossing
+//! counts, so cavities and overhangs are taken as filled (safe: more stock, not less), and said.
+
+use super::field::{Field, cells};
+use crate::machine::Box3;
+use crate::path::Vec3;
+use std::collections::HashMap;
+
+/// Vertices closer than this part of the size of the mesh are one, when exact comparison leaves gaps.
+const WELD: f64 = 1e-6;
+
+/// Triangles over shared vertices.
+#[derive(Debug, Clone, Default)]
+pub struct Mesh {
+    /// Vertices, mm.
+    pub vertices: Vec<Vec3>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Why a mesh is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MeshError {
+    /// Not an STL file.
+    #[error("it is no STL file: {0}")]
+    NotStl(&'static str),
+    /// It has no triangles.
+    #[error("it has no triangles with an area")]
+    Empty,
+    /// It is not closed.
+    #[error("it is not closed: {open} edges belong to one triangle only, the first at ({:.3}, {:.3}, {:.3}); close the holes in the CAD system", at[0], at[1], at[2])]
+    Open {
+        /// Open edges.
+        open: usize,
+        /// Where the first one is.
+        at: [f64; 3],
+    },
+    /// An edge joins more than two triangles.
+    #[error("{edges} edges join more than two triangles, the first at ({:.3}, {:.3}, {:.3}): bodies touch or overlap; unite them in the CAD system", at[0], at[1], at[2])]
+    Branching {
+        /// Such edges.
+        edges: usize,
+        /// Where the first one is.
+        at: [f64; 3],
+    },
+    /// Inside and outside cannot be told apart.
+    #[error(
+        "it cuts through itself: over {cells} cells inside and outside cannot be told apart; repair it in the CAD system"
+    )]
+    SelfIntersecting {
+        /// Cells with contradictory crossings.
+        cells: usize,
+    },
+}
+
+/// Reads and checks a mesh; the notes say what was repaired.
+pub fn read_stl(bytes: &[u8]) -> Result<(Mesh, Vec<String>), MeshError> {
+    let corners = corners(bytes)?;
+    let mut notes = Vec::new();
+    let mut mesh = weld(&corners, 0.0);
+    if has_gaps(&mesh) {
+        let (low, high) = bounds(corners.iter().copied());
+        let welded = weld(&corners, WELD * (high - low).norm());
+        let merged = mesh.vertices.len().saturating_sub(welded.vertices.len());
+        if merged > 0 {
+            notes.push(format!("{merged} vertices that differ by rounding were joined"));
+            mesh = welded;
+        }
+    }
+    clean(&mut mesh, &mut notes);
+    if mesh.triangles.is_empty() {
+        return Err(MeshError::Empty);
+    }
+    orient(&mut mesh, &mut notes)?;
+    close(&mut mesh, &mut notes)?;
+    outward(&mut mesh, &mut notes);
+    Ok((mesh, notes))
+}
+
+/// Corners of all triangles, three a triangle.
+fn corners(bytes: &[u8]) -> Result<Vec<Vec3>, MeshError> {
+    let count = bytes.get(80..84).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
+    if let Some(count) = count.filter(|count| bytes.len() == 84 + 50 * count) {
+        let mut corners = Vec::with_capacity(3 * count);
+        for record in bytes[84..].chunks_exact(50) {
+            for corner in record[12..48].chunks_exact(12) {
+                let at =
+                    |k: usize| f64::from(f32::from_le_bytes([corner[k], corner[k + 1], corner[k + 2], corner[k + 3]]));
+                corners.push(finite(Vec3::new(at(0), at(4), at(8)))?);
+            }
+        }
+        return Ok(corners);
+    }
+    let text =
+        std::str::from_utf8(bytes).map_err(|_| MeshError::NotStl("the length does not fit its triangle count"))?;
+    if !text.trim_start().starts_with("solid") {
+        return Err(MeshError::NotStl("it neither is binary nor begins with `solid`"));
+    }
+    let mut corners = Vec::new();
+    let mut words = text.split_ascii_whitespace();
+    while let Some(word) = words.next() {
+        if word == "vertex" {
+            let mut number = || words.next().and_then(|word| word.parse::<f64>().ok());
+            let (Some(x), Some(y), Some(z)) = (number(), number(), number()) else {
+                return Err(MeshError::NotStl("a vertex without three numbers"));
+            };
+            corners.push(finite(Vec3::new(x, y, z))?);
+        }
+    }
+    corners.truncate(corners.len() / 3 * 3);
+    Ok(corners)
+}
+
+fn finite(p: Vec3) -> Result<Vec3, MeshError> {
+    if p.iter().all(|x| x.is_finite()) { Ok(p) } else { Err(MeshError::NotStl("a coordinate that is no number")) }
+}
+
+fn bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
+    let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    points.fold(start, |(low, high), p| (low.inf(&p), high.sup(&p)))
+}
+
+/// Shares equal vertices; `tolerance` 0 compares exactly.
+fn weld(corners: &[Vec3], tolerance: f64) -> Mesh {
+    let mut known: HashMap<[i64; 3], u32> = HashMap::with_capacity(corners.len() / 4);
+    let mut mesh = Mesh { vertices: Vec::new(), triangles: Vec::with_capacity(corners.len() / 3) };
+    let place = |x: f64| {
+        if tolerance > 0.0 { (x / tolerance).round() as i64 } else { (x + 0.0).to_bits() as i64 }
+    };
+    for triangle in corners.chunks_exact(3) {
+        let ids = [0, 1, 2].map(|k| {
+            let p = triangle[k];
+            *known.entry([place(p.x), place(p.y), place(p.z)]).or_insert_with(|| {
+                mesh.vertices.push(p);
+                (mesh.vertices.len() - 1) as u32
+            })
+        });
+        mesh.triangles.push(ids);
+    }
+    mesh
+}
+
+/// Takes out triangles without area and triangles given twice.
+fn clean(mesh: &mut Mesh, notes: &mut Vec<String>) {
+    let before = mesh.triangles.len();
+    mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+    let flat = before - mesh.triangles.len();
+    let mut seen = std::collections::HashSet::with_capacity(mesh.triangles.len());
+    mesh.triangles.retain(|triangle| {
+        let mut sorted = *triangle;
+        sorted.sort_unstable();
+        seen.insert(sorted)
+    });
+    let double = before - flat - mesh.triangles.len();
+    for (n, what) in [(flat, "without an area"), (double, "given twice")] {
+        if n > 0 {
+            notes.push(format!("{n} triangles {what} were left out"));
+        }
+    }
+}
+
+/// Half edges (low vertex, high vertex) sorted, each with its triangle and whether it runs upward in it.
+fn half_edges(mesh: &Mesh) -> Vec<(u32, u32, u32, bool)> {
+    let mut edges = Vec::with_capacity(3 * mesh.triangles.len());
+    for (index, [a, b, c]) in mesh.triangles.iter().enumerate() {
+        for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
+            edges.push((from.min(to), from.max(to), index as u32, from < to));
+        }
+    }
+    edges.sort_unstable();
+    edges
+}
+
+/// Edges that belong to one triangle only, in the direction that a filling triangle must run.
+fn open_edges(mesh: &Mesh) -> Vec<(u32, u32)> {
+    let edges = half_edges(mesh);
+    let alone = edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|group| group.len() == 1);
+    alone.map(|group| if group[0].3 { (group[0].1, group[0].0) } else { (group[0].0, group[0].1) }).collect()
+}
+
+/// Would it be open as it is?
+fn has_gaps(mesh: &Mesh) -> bool {
+    let mut cleaned = mesh.clone();
+    clean(&mut cleaned, &mut Vec::new());
+    !open_edges(&cleaned).is_empty()
+}
+
+/// Turns triangles so that neighbours agree.
+fn orient(mesh: &mut Mesh, notes: &mut Vec<String>) -> Result<(), MeshError> {
+    let edges = half_edges(mesh);
+    let mut branching = Vec::new();
+    // Neighbours of each triangle: (other, do they agree).
+    let mut neighbours: Vec<[(u32, bool); 3]> = vec![[(u32::MAX, true); 3]; mesh.triangles.len()];
+    let mut put = |triangle: u32, other: u32, agree: bool| {
+        if let Some(slot) = neighbours[triangle as usize].iter_mut().find(|slot| slot.0 == u32::MAX) {
+            *slot = (other, agree);
+        }
+    };
+    for group in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        match group {
+            [a, b] => {
+                put(a.2, b.2, a.3 != b.3);
+                put(b.2, a.2, a.3 != b.3);
+            }
+            [_] => {}
+            _ => branching.push(group[0].0),
+        }
+    }
+    if let Some(first) = branching.first() {
+        let at = mesh.vertices[*first as usize].into();
+        return Err(MeshError::Branching { edges: branching.len(), at });
+    }
+    let mut turned: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
+    let mut stack = Vec::new();
+    let mut contradictions = 0;
+    for start in 0..mesh.triangles.len() {
+        if turned[start].is_some() {
+            continue;
+        }
+        turned[start] = Some(false);
+        let mut shell = vec![start];
+        stack.push(start);
+        while let Some(at) = stack.pop() {
+            let here = turned[at].unwrap_or(false);
+            for (other, agree) in neighbours[at].iter().filter(|(other, _)| *other != u32::MAX) {
+                let wanted = here == *agree;
+                match turned[*other as usize] {
+                    None => {
+                        turned[*other as usize] = Some(wanted);
+                        shell.push(*other as usize);
+                        stack.push(*other as usize);
+                    }
+                    Some(is) => contradictions += usize::from(is != wanted),
+                }
+            }
+        }
+        // The smaller part is the one that was wrong.
+        let flipped = shell.iter().filter(|k| turned[**k] == Some(true)).count();
+        if 2 * flipped > shell.len() {
+            for k in &shell {
+                turned[*k] = turned[*k].map(|turn| !turn);
+            }
+        }
+    }
+    if contradictions > 0 {
+        return Err(MeshError::SelfIntersecting { cells: contradictions });
+    }
+    let mut count = 0;
+    for (triangle, turn) in mesh.triangles.iter_mut().zip(&turned) {
+        if *turn == Some(true) {
+            triangle.swap(1, 2);
+            count += 1;
+        }
+    }
+    if count > 0 {
+        notes.push(format!("{count} triangles that faced the wrong way were turned"));
+    }
+    Ok(())
+}
+
+/// Fills holes of a single missing triangle; refuses larger ones.
+fn close(mesh: &mut Mesh, notes: &mut Vec<String>) -> Result<(), MeshError> {
+    let open = open_edges(mesh);
+    if open.is_empty() {
+        return Ok(());
+    }
+    let next: HashMap<u32, u32> = open.iter().copied().collect();
+    let mut filled = 0;
+    for (a, b) in &open {
+        let third = next.get(b).copied();
+        let Some(c) = third.filter(|c| next.get(c) == Some(a)) else { continue };
+        if a < b && *a < c {
+            mesh.triangles.push([*a, *b, c]);
+            filled += 1;
+        }
+    }
+    if filled > 0 {
+        notes.push(format!("{filled} missing triangles were put in"));
+    }
+    let open = open_edges(mesh);
+    match open.first() {
+        None => Ok(()),
+        Some((a, _)) => Err(MeshError::Open { open: open.len(), at: mesh.vertices[*a as usize].into() }),
+    }
+}
+
+/// Turns the whole mesh when its volume comes out negative.
+fn outward(mesh: &mut Mesh, notes: &mut Vec<String>) {
+    if mesh.volume() < 0.0 {
+        mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        notes.push("all triangles faced inward and were turned".into());
+    }
+}
+
+impl Mesh {
+    /// Volume, mm³.
+    pub fn volume(&self) -> f64 {
+        let at = |k: u32| self.vertices[k as usize];
+        self.triangles.iter().map(|[a, b, c]| at(*a).dot(&at(*b).cross(&at(*c)))).sum::<f64>() / 6.0
+    }
+    /// Smallest box that holds it.
+    pub fn extent(&self) -> Box3 {
+        let (min, max) = bounds(self.vertices.iter().copied());
+        Box3 { min, max }
+    }
+    /// The mesh shifted.
+    pub fn shifted(mut self, by: Vec3) -> Self {
+        self.vertices.iter_mut().for_each(|p| *p += by);
+        self
+    }
+    /// Heights over cells of at most `cell_mm`.
+    pub fn field(&self, cell_mm: f64, notes: &mut Vec<String>) -> Result<Field, MeshError> {
+        let extent = self.extent();
+        let size = cells(&extent, cell_mm);
+        let rays = self.rays(&extent, size);
+        let crossed: Vec<&Ray> = rays.iter().filter(|ray| ray.crossings > 0).collect();
+        let wrong = crossed.iter().filter(|ray| ray.balance != 0 || !ray.top_faces_up).count();
+        if wrong > 0 {
+            return Err(MeshError::SelfIntersecting { cells: wrong });
+        }
+        let hollow = crossed.iter().filter(|ray| ray.crossings > 2).count();
+        let raised = crossed.iter().filter(|ray| f64::from(ray.bottom) > extent.min.z + 1e-3).count();
+        for (n, what) in [(hollow, "cavities or overhangs"), (raised, "room under the stock")] {
+            if n > 0 {
+                notes.push(format!("{what} over {n} of {} cells are taken as filled", crossed.len()));
+            }
+        }
+        let cell = [0, 1].map(|axis| (extent.max[axis] - extent.min[axis]) / size[axis] as f64);
+        Ok(Field::new(extent, cell_mm, |x, y| {
+            let index = |axis: usize, at: f64| (((at - extent.min[axis]) / cell[axis]) as usize).min(size[axis] - 1);
+            f64::from(rays[index(1, y) * size[0] + index(0, x)].top)
+        }))
+    }
+    /// What a vertical ray through the middle of each cell crosses.
+    fn rays(&self, extent: &Box3, size: [usize; 2]) -> Vec<Ray> {
+        let cell = [0, 1].map(|axis| (extent.max[axis] - extent.min[axis]) / size[axis] as f64);
+        // A hair beside the middle, so that no ray runs through an edge of a mesh drawn on a round grid.
+        let first = [0, 1].map(|axis| extent.min[axis] + (0.5 + [1.37e-5, 2.11e-5][axis]) * cell[axis]);
+        let mut rays = vec![Ray::default(); size[0] * size[1]];
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|k| self.vertices[k as usize]);
+            let double = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+            if double == 0.0 {
+                continue;
+            }
+            let range = |axis: usize| {
+                let (low, high) = (a[axis].min(b[axis]).min(c[axis]), a[axis].max(b[axis]).max(c[axis]));
+                let begin = ((low - first[axis]) / cell[axis]).ceil().max(0.0) as usize;
+                let end = ((high - first[axis]) / cell[axis]).floor() + 1.0;
+                begin..end.clamp(0.0, size[axis] as f64) as usize
+            };
+            for j in range(1) {
+                let y = first[1] + j as f64 * cell[1];
+                for i in range(0) {
+                    let x = first[0] + i as f64 * cell[0];
+                    let u = ((b.x - x) * (c.y - y) - (c.x - x) * (b.y - y)) / double;
+                    let v = ((c.x - x) * (a.y - y) - (a.x - x) * (c.y - y)) / double;
+                    if u >= 0.0 && v >= 0.0 && u + v <= 1.0 {
+                        let z = u * a.z + v * b.z + (1.0 - u - v) * c.z;
+                        rays[j * size[0] + i].cross(z as f32, double > 0.0);
+                    }
+                }
+            }
+        }
+        rays
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Ray {
+    top: f32,
+    bottom: f32,
+    crossings: u16,
+    balance: i16,
+    top_faces_up: bool,
+}
+
+impl Default for Ray {
+    fn default() -> Self {
+        Self { top: f32::NEG_INFINITY, bottom: f32::INFINITY, crossings: 0, balance: 0, top_faces_up: true }
+    }
+}
+
+impl Ray {
+    fn cross(&mut self, z: f32, up: bool) {
+        self.crossings = self.crossings.saturating_add(1);
+        self.balance += if up { 1 } else { -1 };
+        if z > self.top || (z == self.top && up) {
+            self.top = z;
+            self.top_faces_up = up;
+        }
+        self.bottom = self.bottom.min(z);
+    }
+}

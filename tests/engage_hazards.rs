@@ -1,0 +1,136 @@
+//! Things that must not happen are reported, and only then.
+
+#![allow(clippy::unwrap_used)]
+
+mod engage_common;
+use engage_common::*;
+use feedwright::engage::{EngagementMap, EventKind};
+use feedwright::ids::MoveId;
+use feedwright::machine::{Box3, Job, Profile, Segment, Shape};
+use feedwright::path::Vec3;
+
+fn kinds(map: &EngagementMap, index: u32) -> Vec<EventKind> {
+    map.events.iter().filter(|event| event.move_id == MoveId(index)).map(|event| event.kind).collect()
+}
+
+fn block_job(tool: feedwright::machine::Tool) -> Job {
+    job(vec![tool], vec![block([0.0, -20.0, -40.0], [40.0, 20.0, 0.0])])
+}
+
+#[test]
+fn a_rapid_through_stock_is_named_and_one_above_it_is_not() {
+    let mut path = Path::from([-10.0, 0.0, 5.0]);
+    path.rapid([50.0, 0.0, 5.0]).rapid([50.0, 0.0, -1.0]).rapid([20.0, 0.0, -1.0]);
+    let map = run(&path, &block_job(flat(10.0)), 0.2, 1.0);
+    assert_eq!(kinds(&map, 0), []);
+    assert_eq!(kinds(&map, 2), [EventKind::CutAtRapid]);
+    assert_eq!(map.events.len(), 1);
+    assert!(map.stations.is_empty());
+}
+
+#[test]
+fn shank_and_holder_meet_stock_only_where_they_do() {
+    let mut tool = flat(10.0);
+    tool.profile = Profile::flat(10.0, 8.0);
+    tool.flute_length_mm = 8.0;
+    tool.overhang_mm = 15.0;
+    tool.holder = vec![(30.0, 20.0)];
+    let mut path = Path::from([-30.0, 0.0, -7.0]);
+    path.line([60.0, 0.0, -7.0]);
+    assert_eq!(run(&path, &block_job(tool.clone()), 0.2, 1.0).events, []);
+    let mut path = Path::from([-30.0, 0.0, -10.0]);
+    path.line([60.0, 0.0, -10.0]);
+    assert_eq!(kinds(&run(&path, &block_job(tool.clone()), 0.2, 1.0), 0), [EventKind::ShankContact]);
+    // Along the side of the block, 16 mm deep: nothing of cutter or shank is in it, the holder (15 mm radius) is.
+    let mut path = Path::from([-30.0, 30.0, -16.0]);
+    path.line([60.0, 30.0, -16.0]);
+    let map = run(&path, &block_job(tool.clone()), 0.2, 1.0);
+    assert_eq!(kinds(&map, 0), [EventKind::HolderContact]);
+    assert_eq!(map.removed_mm3, 0.0);
+    let mut path = Path::from([-30.0, 36.0, -16.0]);
+    path.line([60.0, 36.0, -16.0]);
+    assert_eq!(run(&path, &block_job(tool), 0.2, 1.0).events, []);
+}
+
+#[test]
+fn fixtures_are_kept_out_of_for_feeds_and_rapids() {
+    let mut job = block_job(flat(10.0));
+    job.fixtures = vec![Box3 { min: Vec3::new(-30.0, -20.0, -40.0), max: Vec3::new(-10.0, 20.0, 5.0) }];
+    let mut path = Path::from([-20.0, 40.0, 4.0]);
+    path.line([-20.0, 24.0, 4.0]).line([-20.0, 40.0, 4.0]).rapid([-4.0, 40.0, 4.0]).rapid([-4.0, 0.0, 4.0]);
+    path.rapid([-4.0, 0.0, 6.0]).rapid([-20.0, 0.0, 6.0]);
+    let map = run(&path, &job, 0.2, 1.0);
+    assert_eq!(kinds(&map, 0), [EventKind::FixtureContact]);
+    assert_eq!(kinds(&map, 3), []);
+    assert_eq!(kinds(&map, 5), []);
+    assert!(stations(&map, 0).iter().all(|station| !station.flags.clear_air || station.to_mm <= 15.0));
+}
+
+#[test]
+fn plunging_without_a_cutting_centre_and_cutting_without_turning() {
+    let mut tool = flat(10.0);
+    tool.centre_cutting = false;
+    let mut path = Path::from([20.0, 0.0, 2.0]);
+    path.line([20.0, 0.0, -3.0]).line([30.0, 0.0, -3.0]);
+    path.toolpath.moves[1].spin.rps = 0.0;
+    let map = run(&path, &block_job(tool.clone()), 0.2, 1.0);
+    assert_eq!(kinds(&map, 0), [EventKind::PlungeNotCentreCutting]);
+    assert_eq!(kinds(&map, 1), [EventKind::SpindleStopped]);
+    // A ramp at 5° is no plunge.
+    let mut path = Path::from([-12.0, 0.0, 2.0]);
+    path.line([45.0, 0.0, -3.0]);
+    assert_eq!(run(&path, &block_job(tool), 0.2, 1.0).events, []);
+}
+
+#[test]
+fn a_t_slot_under_standing_stock_is_uncertain_and_takes_nothing_away() {
+    let line = |from: [f64; 2], to: [f64; 2]| Segment::Line { from, to };
+    let outline = vec![
+        line([0.0, 0.0], [8.0, 0.0]),
+        line([8.0, 0.0], [8.0, 4.0]),
+        line([8.0, 4.0], [3.0, 4.0]),
+        line([3.0, 4.0], [3.0, 30.0]),
+    ];
+    let cutter = tool(2, Shape::Profile, Profile { segments: outline });
+    let mut path = Path::from([-20.0, 0.0, -12.0]);
+    path.line([60.0, 0.0, -12.0]);
+    path.set_tool(2);
+    path.line([60.0, 0.0, -12.5]).line([-20.0, 0.0, -12.5]);
+    let job = job(vec![flat(8.0), cutter], vec![block([0.0, -20.0, -40.0], [40.0, 20.0, 0.0])]);
+    let map = run(&path, &job, 0.2, 1.0);
+    assert!(kinds(&map, 2).contains(&EventKind::Undercut), "{:?}", map.events);
+    assert!(stations(&map, 2).iter().any(|station| station.flags.uncertain && station.arc_count > 0));
+    let slot = 40.0 * 8.0 * 12.5;
+    assert!((map.removed_mm3 / slot - 1.0).abs() < 5e-3, "{} {slot}", map.removed_mm3);
+}
+
+#[test]
+fn the_last_pass_leaves_the_finished_surface() {
+    let mut path = Path::from([-20.0, 0.0, -1.0]);
+    path.line([60.0, 0.0, -1.0]).line([60.0, 0.0, -2.0]).line([-20.0, 0.0, -2.0]);
+    let map = run(&path, &block_job(flat(10.0)), 0.2, 1.0);
+    let left = |index: u32| stations(&map, index).iter().any(|station| station.flags.final_surface);
+    assert!(!left(0) && left(2));
+}
+
+#[test]
+fn two_parts_on_two_offsets_are_cut_each_in_its_place() {
+    let mut job = job(
+        vec![flat(10.0)],
+        vec![block([0.0, -20.0, -20.0], [40.0, 20.0, 0.0]), block([0.0, -20.0, -20.0], [40.0, 20.0, 0.0])],
+    );
+    job.stocks[0].offset = Some(54);
+    job.stocks[1].offset = Some(55);
+    job.machine.offsets = vec![(54, Vec3::zeros()), (55, Vec3::new(200.0, 0.0, 7.0))];
+    let mut path = Path::from([-20.0, 0.0, -2.0]);
+    path.line([60.0, 0.0, -2.0]).line([-20.0, 0.0, -3.0]);
+    path.toolpath.moves[1].wcs = 55;
+    let map = run(&path, &job, 0.1, 0.2);
+    // 2 mm deep in the first part; in the second a ramp, 2.5 mm deep on average under the axis, and lower under the leading
+    // edge: by the mean half chord, π/4 · 5 mm, times the slope of 1/80.
+    let ramp = 400.0 * (2.5 + 0.25 * std::f64::consts::PI * 5.0 / 80.0);
+    assert!((volume_of(&map, 0) / 800.0 - 1.0).abs() < 0.01, "{}", volume_of(&map, 0));
+    assert!((volume_of(&map, 1) / ramp - 1.0).abs() < 3e-3, "{}", volume_of(&map, 1));
+    assert!((map.removed_mm3 / (800.0 + ramp) - 1.0).abs() < 1e-3, "{}", map.removed_mm3);
+    assert!((map.initial_mm3 - 2.0 * 40.0 * 40.0 * 20.0).abs() < 1e-3);
+}

@@ -1,0 +1,208 @@
+//! Stock from files: STL meshes checked and repaired or refused, saved stock written and read back.
+
+#![allow(clippy::unwrap_used)]
+
+mod engage_common;
+use engage_common::*;
+use feedwright::engage::{EngageError, Options, engage, engage_and_keep};
+use feedwright::machine::{Job, StockShape};
+use feedwright::path::Vec3;
+use feedwright::stock::{MeshError, read_stl, saved};
+use std::path::PathBuf;
+
+type Triangle = [[f64; 3]; 3];
+
+/// The twelve triangles of a box, counter-clockwise from outside.
+fn cube(min: [f64; 3], max: [f64; 3]) -> Vec<Triangle> {
+    let p = |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { max[axis] } else { min[axis] });
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    quads.iter().flat_map(|q| [[p(q[0]), p(q[1]), p(q[2])], [p(q[0]), p(q[2]), p(q[3])]]).collect()
+}
+
+fn binary(triangles: &[Triangle]) -> Vec<u8> {
+    let mut out = vec![0u8; 80];
+    out.extend_from_slice(&(triangles.len() as u32).to_le_bytes());
+    for triangle in triangles {
+        out.extend_from_slice(&[0; 12]);
+        triangle.iter().flatten().for_each(|x| out.extend_from_slice(&(*x as f32).to_le_bytes()));
+        out.extend_from_slice(&[0, 0]);
+    }
+    out
+}
+
+fn text(triangles: &[Triangle]) -> Vec<u8> {
+    let mut out = String::from("solid part\n");
+    for [a, b, c] in triangles {
+        out += "facet normal 0 0 0\nouter loop\n";
+        for p in [a, b, c] {
+            out += &format!("vertex {} {} {}\n", p[0], p[1], p[2]);
+        }
+        out += "endloop\nendfacet\n";
+    }
+    (out + "endsolid part\n").into_bytes()
+}
+
+#[test]
+fn both_kinds_of_stl_are_read_alike() {
+    let part = cube([0.0, 0.0, -10.0], [30.0, 20.0, 0.0]);
+    for bytes in [binary(&part), text(&part)] {
+        let (mesh, notes) = read_stl(&bytes).unwrap();
+        assert!((mesh.volume() - 6000.0).abs() < 1e-6 && notes.is_empty(), "{notes:?}");
+        let field = mesh.field(0.5, &mut Vec::new()).unwrap();
+        assert!((field.volume_mm3() - 6000.0).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn what_can_safely_be_repaired_is_and_is_said() {
+    let good = cube([0.0, 0.0, -10.0], [30.0, 20.0, 0.0]);
+    let mut turned = good.clone();
+    turned[3].swap(0, 1);
+    let mut inward = good.clone();
+    for triangle in &mut inward {
+        triangle.swap(0, 1);
+    }
+    let mut missing = good.clone();
+    missing.remove(5);
+    let mut double = good.clone();
+    double.push(good[2]);
+    double.push([[1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]);
+    let mut loose = good.clone();
+    loose[7][1][0] += 3e-6;
+    for (name, part) in
+        [("turned", turned), ("inward", inward), ("missing", missing), ("double", double), ("loose", loose)]
+    {
+        let (mesh, notes) = read_stl(&binary(&part)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!((mesh.volume() - 6000.0).abs() < 0.01, "{name}: {}", mesh.volume());
+        assert!(!notes.is_empty(), "{name}: nothing was said");
+    }
+}
+
+#[test]
+fn what_cannot_be_repaired_is_refused_with_the_reason() {
+    let good = cube([0.0, 0.0, -10.0], [30.0, 20.0, 0.0]);
+    let mut hole = good.clone();
+    hole.drain(4..6);
+    assert!(matches!(read_stl(&binary(&hole)), Err(MeshError::Open { open: 4, .. })));
+    let mut fin = good.clone();
+    fin.push([[0.0, 0.0, 0.0], [30.0, 0.0, 0.0], [15.0, 0.0, 9.0]]);
+    assert!(matches!(read_stl(&binary(&fin)), Err(MeshError::Branching { .. } | MeshError::Open { .. })));
+    assert!(matches!(read_stl(b"rubbish"), Err(MeshError::NotStl(_))));
+    assert!(matches!(read_stl(&binary(&[])), Err(MeshError::Empty)));
+    assert!(read_stl(&binary(&good)[..200]).is_err());
+    // Two boxes through each other, one inside out: the crossings contradict each other.
+    let mut crossed = good;
+    let mut other = cube([10.0, 5.0, -5.0], [40.0, 15.0, 5.0]);
+    for triangle in &mut other {
+        triangle.swap(0, 1);
+    }
+    crossed.extend(other);
+    let (mesh, _) = read_stl(&binary(&crossed)).unwrap();
+    assert!(matches!(mesh.field(0.5, &mut Vec::new()), Err(MeshError::SelfIntersecting { .. })));
+}
+
+#[test]
+fn overhangs_are_filled_and_said() {
+    let mut part = cube([0.0, 0.0, -10.0], [30.0, 20.0, -8.0]);
+    part.extend(cube([0.0, 0.0, -4.0], [30.0, 20.0, 0.0]));
+    let (mesh, _) = read_stl(&binary(&part)).unwrap();
+    let mut notes = Vec::new();
+    let field = mesh.field(0.5, &mut notes).unwrap();
+    assert!((field.volume_mm3() - 6000.0).abs() < 1e-3);
+    assert!(notes.iter().any(|note| note.contains("overhangs")), "{notes:?}");
+}
+
+#[test]
+fn a_million_triangles_are_read() {
+    // A wavy sheet over a closed box: 2 × 500 × 500 triangles above and below, walls between.
+    let n = 500usize;
+    let at = |i: usize, j: usize, top: bool| {
+        let (x, y) = (i as f64 * 0.1, j as f64 * 0.1);
+        [x, y, if top { 2.0 + (x * 0.7).sin() * (y * 0.9).cos() } else { -5.0 }]
+    };
+    let mut part = Vec::with_capacity(4 * n * n + 8 * n);
+    let mut quad = |a, b, c, d| part.extend([[a, b, c], [a, c, d]]);
+    for j in 0..n {
+        for i in 0..n {
+            quad(at(i, j, true), at(i + 1, j, true), at(i + 1, j + 1, true), at(i, j + 1, true));
+            quad(at(i, j, false), at(i, j + 1, false), at(i + 1, j + 1, false), at(i + 1, j, false));
+        }
+        quad(at(0, j, false), at(0, j, true), at(0, j + 1, true), at(0, j + 1, false));
+        quad(at(n, j, false), at(n, j + 1, false), at(n, j + 1, true), at(n, j, true));
+        quad(at(j, 0, false), at(j + 1, 0, false), at(j + 1, 0, true), at(j, 0, true));
+        quad(at(j, n, false), at(j, n, true), at(j + 1, n, true), at(j + 1, n, false));
+    }
+    assert!(part.len() >= 1_000_000);
+    let (mesh, notes) = read_stl(&binary(&part)).unwrap();
+    assert!(notes.is_empty(), "{notes:?}");
+    let field = mesh.field(0.1, &mut Vec::new()).unwrap();
+    assert!((field.volume_mm3() / mesh.volume() - 1.0).abs() < 1e-4, "{} {}", field.volume_mm3(), mesh.volume());
+}
+
+fn from_file(shape: StockShape) -> Job {
+    let mut job = job(vec![flat(10.0)], vec![block([0.0, -20.0, -20.0], [40.0, 20.0, 0.0])]);
+    job.stocks[0].shape = shape;
+    job
+}
+
+fn slot(z: f64) -> Path {
+    let mut path = Path::from([-20.0, 0.0, z]);
+    path.line([60.0, 0.0, z]);
+    path
+}
+
+#[test]
+fn a_mesh_is_cut_like_the_box_it_is() {
+    let bytes = binary(&cube([0.0, -20.0, -20.0], [40.0, 20.0, 0.0]));
+    let load = |_: &std::path::Path| Ok(bytes.clone());
+    let options = Options { cell_mm: Some(0.2), loader: Some(&load), ..Options::default() };
+    let job = from_file(StockShape::Stl(PathBuf::from("part.stl")));
+    let map = engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).unwrap();
+    assert!((map.removed_mm3 / 1200.0 - 1.0).abs() < 1e-3);
+    assert!((volume_of(&map, 0) / 1200.0 - 1.0).abs() < 0.01, "{}", volume_of(&map, 0));
+}
+
+#[test]
+fn saved_stock_continues_where_the_program_ended() {
+    let blank = job(vec![flat(10.0)], vec![block([0.0, -20.0, -20.0], [40.0, 20.0, 0.0])]);
+    let options = Options { cell_mm: Some(0.2), ..Options::default() };
+    let (first, fields) = engage_and_keep(&slot(-2.0).toolpath, &blank, &options, &|_| {}).unwrap();
+    let bytes = saved::to_bytes(&fields[0], Vec3::zeros());
+    let load = |_: &std::path::Path| Ok(bytes.clone());
+    let options = Options { loader: Some(&load), ..options };
+    let job = from_file(StockShape::Saved(PathBuf::from("op10.stock")));
+    let second = engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).unwrap();
+    assert!((second.initial_mm3 - first.remaining_mm3).abs() < 1e-6 * first.initial_mm3);
+    assert!((second.removed_mm3 / 400.0 - 1.0).abs() < 3e-3, "{}", second.removed_mm3);
+    assert!((volume_of(&second, 0) / 400.0 - 1.0).abs() < 0.02, "{}", volume_of(&second, 0));
+    // As a mesh it is closed and has its volume.
+    let (mesh, notes) = read_stl(&saved::to_stl(&fields[0], Vec3::zeros())).unwrap();
+    assert!((mesh.volume() / first.remaining_mm3 - 1.0).abs() < 2e-3 && notes.is_empty(), "{notes:?}");
+}
+
+#[test]
+fn a_damaged_or_missing_stock_file_is_told() {
+    let job = from_file(StockShape::Saved(PathBuf::from("op10.stock")));
+    let load = |_: &std::path::Path| Ok(b"FWSTOCK1 not really".to_vec());
+    let options = Options { loader: Some(&load), ..Options::default() };
+    let error = engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).unwrap_err();
+    assert!(matches!(&error, EngageError::StockFile { .. }) && error.to_string().contains("op10.stock"), "{error}");
+    let load = |_: &std::path::Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+    let options = Options { loader: Some(&load), ..Options::default() };
+    assert!(engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).is_err());
+}
+
+#[test]
+fn a_field_that_does_not_fit_names_the_resolution_that_does() {
+    let job = from_file(job(vec![flat(10.0)], vec![block([0.0; 3], [300.0, 200.0, 10.0])]).stocks[0].shape.clone());
+    let fine = Options { cell_mm: Some(0.01), max_memory_bytes: Some(64 << 20), ..Options::default() };
+    let error = engage(&slot(-3.0).toolpath, &job, &fine, &|_| {}).unwrap_err();
+    let EngageError::Memory { fits_mm, needed_mib, .. } = error else { panic!("{error}") };
+    assert!(needed_mib > 4000 && fits_mm > 0.05 && fits_mm < 0.12, "{needed_mib} {fits_mm}");
+    let coarse = Options { cell_mm: Some(fits_mm), ..fine };
+    assert!(engage(&slot(-3.0).toolpath, &job, &coarse, &|_| {}).is_ok());
+    for cell in [0.0, -1.0, f64::NAN] {
+        let bad = Options { cell_mm: Some(cell), ..Options::default() };
+        assert!(matches!(engage(&slot(-3.0).toolpath, &job, &bad, &|_| {}), Err(EngageError::BadCell(_))));
+    }
+}
