@@ -22,6 +22,9 @@ pub const PAIRS: [[&str; 2]; 10] = [
     ["size-effect", "tare-speed"],
 ];
 
+/// Correlation of the noise of neighbouring readings.
+pub const MEMORY: f64 = 0.3;
+
 /// Rows of the matrix: none, every single effect, two, unlisted ones.
 pub fn rows() -> Vec<&'static str> {
     let mut rows = vec!["none"];
@@ -61,6 +64,8 @@ pub struct Case {
     pub channel: Channel,
     /// Form of the log.
     pub form: Form,
+    /// Readings per second.
+    pub rate_hz: f64,
 }
 
 impl Case {
@@ -84,14 +89,15 @@ impl Case {
             _ => Form::TimeOnly,
         };
         let names = if UNLISTED.contains(&row) { vec![] } else { names };
-        Self { seed, names, hidden, truth, part, channel, form }
+        let rate_hz = rng.pick(&[10.0, 20.0]);
+        Self { seed, names, hidden, truth, part, channel, form, rate_hz }
     }
 
     /// The log with noise of a standard deviation of `noise` times the mean cutting load, and that deviation.
     pub fn log(&self, noise: f64) -> (String, f64) {
         let mut rng = Rng::new(self.seed, 3);
         let milling = Milling::new(&self.part, &self.truth, &self.hidden, self.channel);
-        let rate_hz = rng.pick(&[10.0, 20.0]);
+        let rate_hz = self.rate_hz;
         let before_s = rng.uniform(0.5, 4.0);
         let count = ((milling.end_s() + before_s + 1.0) * rate_hz) as usize;
         let times: Vec<f64> = (0..count).map(|k| (k as f64 + rng.uniform(-0.03, 0.03)) / rate_hz - before_s).collect();
@@ -102,7 +108,6 @@ impl Case {
     }
 
     fn text(&self, times: &[f64], readings: &[Reading], before_s: f64, deviation: f64, rng: &mut Rng) -> String {
-        const MEMORY: f64 = 0.3;
         let mut text = format!("{}\n", self.header());
         let mut noise = 0.0;
         for (time, reading) in times.iter().zip(readings) {

@@ -61,7 +61,12 @@ impl Reality {
 /// Stations of every step of the part; empty for steps that cut nothing.
 pub fn stations(part: &Part, reality: &Reality) -> Vec<Vec<Station>> {
     let moves: Vec<Option<Path>> = part.steps.iter().map(|step| cutting_path(&step.action, reality)).collect();
-    (0..moves.len()).map(|k| moves[k].map_or(Vec::new(), |path| along(part, reality, &moves[..k], &path))).collect()
+    let boxes: Vec<_> = moves.iter().map(|path| path.as_ref().map(bounds)).collect();
+    let near = |k: usize| -> Vec<Path> {
+        let touches = |other: &usize| boxes_touch(boxes[*other].as_ref(), boxes[k].as_ref(), 0.5 * reality.diameter_mm);
+        (0..k).filter(touches).filter_map(|other| moves[other]).collect()
+    };
+    (0..moves.len()).map(|k| moves[k].map_or(Vec::new(), |path| along(part, reality, &near(k), &path))).collect()
 }
 
 fn cutting_path(action: &Action, reality: &Reality) -> Option<Path> {
@@ -71,9 +76,8 @@ fn cutting_path(action: &Action, reality: &Reality) -> Option<Path> {
     }
 }
 
-fn along(part: &Part, reality: &Reality, before: &[Option<Path>], path: &Path) -> Vec<Station> {
+fn along(part: &Part, reality: &Reality, near: &[Path], path: &Path) -> Vec<Station> {
     let r = 0.5 * reality.diameter_mm;
-    let near: Vec<Path> = before.iter().flatten().filter(|other| boxes_touch(other, path, r)).copied().collect();
     let tip = path.from[2];
     let mut levels: Vec<f64> = near.iter().map(|p| p.from[2]).filter(|z| *z > tip).collect();
     levels.extend([tip, reality.proud_top_mm]);
@@ -85,6 +89,8 @@ fn along(part: &Part, reality: &Reality, before: &[Option<Path>], path: &Path) -
             let s_mm = path.length() * k as f64 / steps;
             let (at_mm, d) = path.at(s_mm);
             let mut station = Station { s_mm, arcs: Vec::new(), at_mm, direction: [d[0], d[1]] };
+            let within_reach = |other: &&Path| distance(other, [at_mm[0], at_mm[1]]) < 2.0 * r + 1e-6;
+            let near: Vec<Path> = near.iter().filter(within_reach).copied().collect();
             for pair in levels.windows(2) {
                 let here = Slice { part, reality, near: &near, middle: 0.5 * (pair[0] + pair[1]), station: &station };
                 let found: Vec<[f64; 2]> = here.engaged(r);
@@ -109,8 +115,8 @@ fn bounds(path: &Path) -> [[f64; 2]; 2] {
     [low, high]
 }
 
-fn boxes_touch(a: &Path, b: &Path, r: f64) -> bool {
-    let ([la, ha], [lb, hb]) = (bounds(a), bounds(b));
+fn boxes_touch(a: Option<&[[f64; 2]; 2]>, b: Option<&[[f64; 2]; 2]>, r: f64) -> bool {
+    let (Some([la, ha]), Some([lb, hb])) = (a, b) else { return false };
     (0..2).all(|k| la[k] - r <= hb[k] + r && lb[k] - r <= ha[k] + r)
 }
 

@@ -5,6 +5,7 @@
 
 mod cases;
 mod cut;
+mod margin;
 mod motion;
 mod physics;
 mod programs;
@@ -21,6 +22,7 @@ struct Asked {
     noise: Vec<f64>,
     only: Option<String>,
     write: Option<PathBuf>,
+    margins: bool,
 }
 
 fn main() {
@@ -28,12 +30,19 @@ fn main() {
     if let Some(dir) = &asked.write {
         write(&asked, dir);
     }
+    if asked.margins {
+        print_margins(&asked);
+    }
 }
 
 fn asked(arguments: impl Iterator<Item = String>) -> Asked {
-    let mut asked = Asked { seeds: 0..20, noise: vec![1.0, 3.0, 6.0], only: None, write: None };
+    let mut asked = Asked { seeds: 0..20, noise: vec![1.0, 3.0, 6.0], only: None, write: None, margins: false };
     let mut arguments = arguments.filter(|a| a != "--bench");
     while let Some(option) = arguments.next() {
+        if option == "--margins" {
+            asked.margins = true;
+            continue;
+        }
         let value = arguments.next().unwrap_or_else(|| panic!("{option} needs a value"));
         match option.as_str() {
             "--seeds" => {
@@ -83,4 +92,19 @@ fn write(asked: &Asked, dir: &Path) {
             std::fs::write(folder.join(name), text).expect("a file of the case");
         }
     });
+}
+
+/// How far the truth of every case is ahead of its best rival.
+fn print_margins(asked: &Asked) {
+    let listed = |(row, ..): &(&'static str, u64, f64)| *row != "none" && !physics::UNLISTED.contains(row);
+    let cases: Vec<_> = asked_cases(asked).into_iter().filter(listed).collect();
+    let margins: Vec<_> =
+        cases.par_iter().map(|(row, seed, noise)| margin::margin(&Case::new(row, *seed), noise / 100.0)).collect();
+    for ((row, seed, noise), margin) in cases.iter().zip(margins) {
+        let below = if margin.nats < margin::THRESHOLD_NATS { " below the threshold" } else { "" };
+        println!(
+            "{row} seed {seed} noise {noise} %: {:.0} nats over {} ({:.0} over none){below}",
+            margin.nats, margin.rival, margin.over_none_nats
+        );
+    }
 }

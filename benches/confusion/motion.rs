@@ -88,6 +88,13 @@ impl Leg {
         let runup = self.runup.then(|| late / self.duration_s.max(1e-9));
         Moment { step: self.step, s_mm, speed_mm_s, at_mm, rps: self.rps, runup }
     }
+    /// Speed at a distance along the path, mm/s.
+    pub fn speed_at(&self, s_mm: f64) -> f64 {
+        let Some(m) = &self.motion else { return 0.0 };
+        let rising = m.entry * m.entry + 2.0 * m.acceleration * s_mm;
+        let falling = m.exit * m.exit + 2.0 * m.acceleration * (m.length - s_mm);
+        m.top.min(rising.max(0.0).sqrt()).min(falling.max(0.0).sqrt())
+    }
     /// End, s.
     pub fn end_s(&self) -> f64 {
         self.start_s + self.duration_s

@@ -169,6 +169,8 @@ pub struct Milling<'a> {
     hidden: &'a [Hidden],
     channel: Channel,
     legs: Vec<Leg>,
+    /// Legs whose speeds count in place of the real ones, at the real places and times.
+    speeds: Option<Vec<Leg>>,
     stations: Vec<Vec<Station>>,
     /// Removal and contact terms of every station.
     terms: Vec<Vec<[f64; 3]>>,
@@ -212,6 +214,7 @@ impl<'a> Milling<'a> {
             hidden,
             channel,
             legs,
+            speeds: None,
             stations,
             terms,
             radius_mm,
@@ -252,7 +255,18 @@ impl<'a> Milling<'a> {
         while *leg + 1 < self.legs.len() && t > self.legs[*leg].end_s() {
             *leg += 1;
         }
-        self.legs[*leg].at(t)
+        let mut moment = self.legs[*leg].at(t);
+        if let Some(speeds) = &self.speeds {
+            moment.speed_mm_s = speeds[*leg].speed_at(moment.s_mm);
+        }
+        moment
+    }
+
+    /// The same milling at the places and times of another one, with its own speeds there: what somebody computes who
+    /// knows where the tool was but not how fast.
+    pub fn at_places_of(mut self, other: &Milling) -> Self {
+        self.speeds = Some(std::mem::replace(&mut self.legs, other.legs.clone()));
+        self
     }
 
     /// Removal, contact and sliding terms, between the stations about the moment.

@@ -442,8 +442,8 @@ impl Plan {
 fn setup_text(stock_mm: &[f64; 3], mill: &Mill, shop: &Shop) -> String {
     let Shop { acceleration_mm_s2: a, tolerance_mm, runup_s, tool_change_s, efficiency, .. } = shop;
     let rapid = (shop.rapid_mm_s * 60.0).round();
-    let axes: String =
-        ["x", "y", "z"].iter().map(|axis| format!("{axis} = {{ velocity = {rapid}, acceleration = {a} }}\n")).collect();
+    let axis = format!("{{ velocity = {rapid}, acceleration = {a} }}");
+    let axes = format!("x = {axis}\ny = {axis}\nz = {axis}\n");
     let [[n0, p0], [n1, p1]] = [shop.tare_w[0], shop.tare_w[1]];
     let [k_tc, k_rc, k_ac, k_te, k_re, k_ae] = shop.declared;
     let [length, width, height] = stock_mm;
