@@ -93,6 +93,11 @@ impl Case {
         Self { seed, names, hidden, truth, part, channel, form, rate_hz }
     }
 
+    /// Is a force measured in place of power? Runout shows in forces only; some logs without an effect have them too.
+    pub fn has_forces(row: &str, seed: u64) -> bool {
+        row == "runout" || (row == "none" && seed % 4 == 3)
+    }
+
     /// The log with noise of a standard deviation of `noise` times the mean cutting load, and that deviation.
     pub fn log(&self, noise: f64) -> (String, f64) {
         let mut rng = Rng::new(self.seed, 3);
@@ -105,6 +110,11 @@ impl Case {
         let cutting: Vec<f64> = readings.iter().map(|r| r.cutting).filter(|c| *c > 0.0).collect();
         let deviation = noise * cutting.iter().sum::<f64>() / cutting.len().max(1) as f64;
         (self.text(&times, &readings, before_s, deviation, &mut rng), deviation)
+    }
+
+    /// Noise at the shaft over noise of the reading.
+    pub fn meter_to_shaft(&self) -> f64 {
+        if self.channel == Channel::Power { self.part.shop.efficiency } else { 1.0 }
     }
 
     fn text(&self, times: &[f64], readings: &[Reading], before_s: f64, deviation: f64, rng: &mut Rng) -> String {

@@ -1,5 +1,9 @@
 //! The confusion matrix of the diagnosis: logs with effects that no setup declares, what `learn` answers, and the rates
-//! against the targets. `cargo bench --bench confusion -- [--seeds A..B] [--noise PERCENT] [--only ROW] [--write DIR]`.
+//! against the targets, into `matrix.md` beside this file.
+//!
+//! `cargo bench --bench confusion -- [--seeds A..B] [--noise PERCENT] [--only ROW] [--write DIR] [--margins]`. Only the run
+//! without options (seeds 0..20, all rows, all three noises) writes the page; the others print it. `--write` writes the
+//! cases into folders instead, `--margins` prints how far each truth is ahead of its best rival.
 
 #![allow(clippy::print_stdout)]
 
@@ -10,11 +14,19 @@ mod motion;
 mod physics;
 mod programs;
 mod rng;
+mod score;
 mod writer;
 
 use cases::{Case, rows};
+use feedwright::learn::cells::channels;
+use feedwright::learn::log::read_log;
+use feedwright::learn::report::LearnReport;
+use feedwright::learn::session::{LogOptions, Prepared, learn, prepare};
 use rayon::prelude::*;
+use score::{Outcome, page};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// What was asked for on the command line.
 struct Asked {
@@ -27,12 +39,58 @@ struct Asked {
 
 fn main() {
     let asked = asked(std::env::args().skip(1));
-    if let Some(dir) = &asked.write {
-        write(&asked, dir);
+    match &asked.write {
+        Some(dir) => write(&asked, dir),
+        None if asked.margins => print_margins(&asked),
+        None => judge(&asked, std::env::args().skip(1).all(|a| a == "--bench")),
     }
-    if asked.margins {
-        print_margins(&asked);
+}
+
+/// What is simulated once for all logs of a part, by seed and whether forces are measured.
+type Shared = BTreeMap<(u64, bool), Prepared>;
+
+/// Diagnoses every case and prints or writes the page.
+fn judge(asked: &Asked, whole: bool) {
+    let cases = asked_cases(asked);
+    let mut keys: Vec<(u64, bool)> = cases.iter().map(|(row, seed, _)| (*seed, Case::has_forces(row, *seed))).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    let shared: Shared = keys.into_par_iter().map(|(seed, forces)| ((seed, forces), simulated(seed, forces))).collect();
+    let outcomes: Vec<Outcome> =
+        cases.par_iter().map(|(row, seed, noise)| diagnosed(row, *noise, *seed, &shared)).collect();
+    for outcome in &outcomes {
+        println!("{}", outcome.line());
     }
+    let page = page(&outcomes);
+    println!("{page}");
+    if whole {
+        std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/confusion/matrix.md"), page)
+            .expect("the page is written");
+    }
+}
+
+fn simulated(seed: u64, forces: bool) -> Prepared {
+    let part = programs::Part::new(seed);
+    let (job, _) = feedwright::setup::load(&part.setup, Path::new(".")).expect("a generated setup loads");
+    prepare(part.program.as_bytes(), &job, forces).expect("a generated part is simulated")
+}
+
+fn diagnosed(row: &'static str, noise: f64, seed: u64, shared: &Shared) -> Outcome {
+    let case = Case::new(row, seed);
+    let (log, deviation) = case.log(noise / 100.0);
+    let begun = Instant::now();
+    let report = answer(&case, &log, shared);
+    let mut outcome = Outcome::new(&case, row, noise, deviation, report);
+    outcome.seconds = begun.elapsed().as_secs_f64();
+    outcome
+}
+
+fn answer(case: &Case, log: &str, shared: &Shared) -> Result<LearnReport, String> {
+    let (job, _) = feedwright::setup::load(&case.part.setup, Path::new(".")).map_err(|e| e.to_string())?;
+    let log = read_log(log.as_bytes(), &[]).map_err(|e| e.to_string())?;
+    let channels = channels(&log);
+    let prepared = &shared[&(case.seed, channels.force_xy.is_some())];
+    learn(prepared, &job, &log, &channels, &LogOptions::default()).map_err(|e| e.to_string())
 }
 
 fn asked(arguments: impl Iterator<Item = String>) -> Asked {

@@ -77,7 +77,11 @@ impl<'a> Oracle<'a> {
     fn new(case: &'a Case) -> Self {
         let true_milling = Milling::new(&case.part, &case.truth, &case.hidden, case.channel);
         let times: Vec<f64> = (1..(true_milling.end_s() / SPACING_S) as usize).map(|k| k as f64 * SPACING_S).collect();
-        let readings = true_milling.read(&times);
+        // Nobody judges by readings while the spindle runs up.
+        let steady = |r: &super::physics::Reading| r.moment.rps > 0.0 && r.moment.runup.is_none();
+        let all = true_milling.read(&times);
+        let times: Vec<f64> = times.iter().zip(&all).filter(|(_, r)| steady(r)).map(|(t, _)| *t).collect();
+        let readings: Vec<_> = all.into_iter().filter(steady).collect();
         let mut oracle = Self {
             case,
             true_milling,

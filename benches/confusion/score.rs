@@ -1,0 +1,213 @@
+//! What the diagnosis answered against what was hidden. In: cases with their reports. Out: the confusion matrix and the
+//! rates, as Markdown.
+//!
+//! A single effect is *right* when exactly its name is given, or, where the margin of the truth is below the threshold,
+//! when it stands among the confounded names. *none* is right when nothing is added; an unlisted effect when nothing is
+//! added and structure is reported as unexplained. A pair is right when both names are given.
+
+use super::cases::{Case, MEMORY, rows};
+use super::margin::{THRESHOLD_NATS, margin};
+use super::physics::{LISTED, UNLISTED};
+use feedwright::learn::report::LearnReport;
+use std::fmt::Write;
+
+/// Outcome of one log.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// Row.
+    pub row: &'static str,
+    /// Seed.
+    pub seed: u64,
+    /// Noise, percent of the mean cutting load.
+    pub noise: f64,
+    /// Form of the log.
+    pub form: String,
+    /// Effects named, in the order of the answer.
+    pub named: Vec<String>,
+    /// Right; see the head of the file.
+    pub right: bool,
+    /// Names that are not in the truth.
+    pub false_names: usize,
+    /// Right by `confounded`.
+    pub by_confounded: bool,
+    /// Strongest correlate of what was left unexplained.
+    pub unexplained: Option<String>,
+    /// Held-out error after, over the noise that was put in.
+    pub error_ratio: f64,
+    /// What went wrong before there was an answer.
+    pub failure: Option<String>,
+    /// Time of the diagnosis, s.
+    pub seconds: f64,
+}
+
+impl Outcome {
+    /// Judges a report.
+    pub fn new(
+        case: &Case,
+        row: &'static str,
+        noise: f64,
+        deviation: f64,
+        report: Result<LearnReport, String>,
+    ) -> Self {
+        let mut outcome = Self {
+            row,
+            seed: case.seed,
+            noise,
+            form: format!("{:?}", case.form),
+            named: Vec::new(),
+            right: false,
+            false_names: 0,
+            by_confounded: false,
+            unexplained: None,
+            error_ratio: f64::NAN,
+            failure: None,
+            seconds: 0.0,
+        };
+        match report {
+            Ok(report) => outcome.judge(case, deviation, &report),
+            Err(why) => outcome.failure = Some(why),
+        }
+        outcome
+    }
+
+    fn judge(&mut self, case: &Case, deviation: f64, report: &LearnReport) {
+        self.named = report.effects.iter().map(|e| e.name.clone()).collect();
+        self.unexplained = report.unexplained.as_ref().map(|u| u.largest_correlate.clone());
+        self.false_names = self.named.iter().filter(|name| !case.names.contains(&name.as_str())).count();
+        let all_named = case.names.iter().all(|name| self.named.iter().any(|n| n == name));
+        self.right = match self.row {
+            "two" => all_named,
+            row if UNLISTED.contains(&row) => self.named.is_empty() && self.unexplained.is_some(),
+            _ => all_named && self.false_names == 0,
+        };
+        if !self.right && case.names.len() == 1 {
+            let among = report.confounded.iter().any(|c| c.names.iter().any(|n| *n == case.names[0]));
+            self.by_confounded = among && margin(case, self.noise / 100.0).nats < THRESHOLD_NATS;
+            self.right = self.by_confounded;
+        }
+        let floor = deviation * case.meter_to_shaft() * mean_of(report.samples as f64 / report.used.max(1) as f64);
+        self.error_ratio = report.final_test.rmse / floor;
+    }
+
+    /// One line for the reader.
+    pub fn line(&self) -> String {
+        let mark = if self.right { "ok " } else { "BAD" };
+        format!(
+            "{mark} {:18} seed {:4} noise {} % {:16} {:?} unexplained {:?} error/floor {:.2} {:.1} s {}",
+            self.row,
+            self.seed,
+            self.noise,
+            self.form,
+            self.named,
+            self.unexplained,
+            self.error_ratio,
+            self.seconds,
+            self.failure.as_deref().unwrap_or("")
+        )
+    }
+}
+
+/// Standard deviation of the mean of `m` neighbouring readings over that of one, for noise with correlation ρ^k.
+fn mean_of(m: f64) -> f64 {
+    let m = m.round().max(1.0);
+    let shared: f64 = (1..m as usize).map(|k| (1.0 - k as f64 / m) * MEMORY.powi(k as i32)).sum();
+    ((1.0 + 2.0 * shared) / m).sqrt()
+}
+
+/// The whole page.
+pub fn page(outcomes: &[Outcome]) -> String {
+    let mut page = String::from(
+        "# Confusion matrix of the diagnosis\n\n\
+         Regenerate with `cargo bench --bench confusion`. Rows: what was hidden in the log. Columns: in how many logs of the\n\
+         row the answer contains the name. *nothing*: no effect named and nothing unexplained; *unexplained*: no effect named,\n\
+         structure reported. *right* and the targets: see `score.rs`; noise is a share of the mean cutting load.\n",
+    );
+    let mut noises: Vec<f64> = outcomes.iter().map(|o| o.noise).collect();
+    noises.sort_by(f64::total_cmp);
+    noises.dedup();
+    for noise in noises {
+        let at: Vec<&Outcome> = outcomes.iter().filter(|o| o.noise == noise).collect();
+        let _ = write!(page, "\n## Noise {noise} %\n\n{}\n{}", rates(&at), matrix(&at));
+    }
+    page
+}
+
+fn percent(of: &[&Outcome], is: impl Fn(&Outcome) -> bool) -> String {
+    let count = of.iter().filter(|o| is(o)).count();
+    format!("{:.1} % ({count}/{})", 100.0 * count as f64 / of.len().max(1) as f64, of.len())
+}
+
+fn rates(at: &[&Outcome]) -> String {
+    let select =
+        |keep: &dyn Fn(&Outcome) -> bool| -> Vec<&Outcome> { at.iter().filter(|o| keep(o)).copied().collect() };
+    let single = select(&|o| LISTED.contains(&o.row));
+    let worst = LISTED.iter().map(|row| select(&|o| o.row == *row)).filter(|of| !of.is_empty()).min_by(|a, b| {
+        let rate = |of: &Vec<&Outcome>| of.iter().filter(|o| o.right).count() as f64 / of.len() as f64;
+        rate(a).total_cmp(&rate(b))
+    });
+    let two = select(&|o| o.row == "two");
+    let found = select(&|o| o.right && !o.named.is_empty());
+    let mut ratios: Vec<f64> = found.iter().map(|o| o.error_ratio).filter(|r| r.is_finite()).collect();
+    ratios.sort_by(f64::total_cmp);
+    let median = ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN);
+    let mut lines = vec![
+        ("single effects, pooled, right".to_owned(), percent(&single, |o| o.right), "≥ 95 %"),
+        ("both of two named".to_owned(), percent(&two, |o| o.right), "≥ 80 %"),
+        ("both of two named and no other".to_owned(), percent(&two, |o| o.right && o.false_names == 0), "–"),
+        ("none: nothing added".to_owned(), percent(&select(&|o| o.row == "none"), |o| o.right), "≥ 95 %"),
+    ];
+    if let Some(worst) = worst {
+        let name = format!("worst single row: {}", worst[0].row);
+        lines.insert(1, (name, percent(&worst, |o| o.right), "≥ 85 %"));
+    }
+    for row in UNLISTED {
+        let of = select(&|o| o.row == row);
+        lines.push((format!("{row} (unlisted): unexplained, no false name"), percent(&of, |o| o.right), "≥ 90 %"));
+    }
+    let without = select(&|o| LISTED.contains(&o.row) && o.form == "TimeOnly");
+    lines.push(("single effects, logs of time and load only".to_owned(), percent(&without, |o| o.right), "–"));
+    lines.push((
+        format!("held-out error ≤ 1.15 × noise where found (median {median:.2})"),
+        percent(&found, |o| o.error_ratio <= 1.15),
+        "all",
+    ));
+    lines.push(("right by `confounded`".to_owned(), percent(&single, |o| o.by_confounded), "–"));
+    let mut text = String::from("| rate | value | target |\n|---|---|---|\n");
+    for (name, value, target) in lines {
+        let _ = writeln!(text, "| {name} | {value} | {target} |");
+    }
+    text
+}
+
+fn matrix(at: &[&Outcome]) -> String {
+    let mut names: Vec<String> = LISTED.iter().map(|name| (*name).to_owned()).collect();
+    for name in at.iter().flat_map(|o| &o.named) {
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+    let mut text = format!("| hidden | logs | right | {} | nothing | unexplained | failed |\n", names.join(" | "));
+    let _ = writeln!(text, "|---{}", "|---".repeat(names.len() + 5) + "|");
+    for row in rows() {
+        let of: Vec<&&Outcome> = at.iter().filter(|o| o.row == row).collect();
+        if of.is_empty() {
+            continue;
+        }
+        let count = |is: &dyn Fn(&Outcome) -> bool| match of.iter().filter(|o| is(o)).count() {
+            0 => "·".to_owned(),
+            n => n.to_string(),
+        };
+        let cells: Vec<String> = names.iter().map(|name| count(&|o| o.named.contains(name))).collect();
+        let _ = writeln!(
+            text,
+            "| {row} | {} | {} | {} | {} | {} | {} |",
+            of.len(),
+            count(&|o| o.right),
+            cells.join(" | "),
+            count(&|o| o.failure.is_none() && o.named.is_empty() && o.unexplained.is_none()),
+            count(&|o| o.named.is_empty() && o.unexplained.is_some()),
+            count(&|o| o.failure.is_some()),
+        );
+    }
+    text
+}
