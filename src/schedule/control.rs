@@ -26,6 +26,8 @@ const KINK_SHARE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const TURN_BACK: f64 = -0.9987;
 /// Servo periods below which what is left of a line is taken into the arc that follows.
 const GAP_CYCLES: f64 = 4.0;
+/// Sine of the angle to the plane of an arc below which a move lies in it.
+const FLAT: f64 = 1e-3;
 /// Most points that are joined into one line.
 const JOINED: usize = 100;
 /// Servo periods lost at a stop.
@@ -76,6 +78,8 @@ struct Primitive {
     move_id: MoveId,
     rapid: bool,
     arc_radius_mm: Option<f64>,
+    /// Normal of the plane of a flat arc.
+    normal: Option<Vec3>,
     start: Vec3,
     end: Vec3,
     from: Vec3,
@@ -163,6 +167,7 @@ impl Planner<'_> {
             move_id: id,
             rapid: motion.kind == MoveKind::Rapid,
             arc_radius_mm: None,
+            normal: None,
             start,
             end,
             from: motion.curve.point(order.from_mm),
@@ -183,6 +188,7 @@ impl Planner<'_> {
             let cap = (NORMAL_SHARE * primitive.accel * radius).sqrt();
             primitive.speed = primitive.speed.min(cap).min(least(&|axis| axes[axis].velocity_mm_s));
             primitive.arc_radius_mm = Some(radius);
+            primitive.normal = Some(start.cross(&curvature).normalize());
         }
         primitive
     }
@@ -287,7 +293,11 @@ impl Planner<'_> {
             PathMode::Continuous => self.machine.corner_tolerance_mm,
             PathMode::ExactPath | PathMode::ExactStop => return Junction::Stop,
         };
-        match rounded(a, b, cos, tolerance_mm) {
+        // An arc is rounded only within its own plane.
+        let flat = [(a.normal, b.start), (b.normal, a.end)]
+            .iter()
+            .all(|(normal, other)| normal.is_none_or(|normal| normal.dot(other).abs() < FLAT));
+        match rounded(a, b, cos, tolerance_mm).filter(|_| flat) {
             Some((speed, trim_mm, length_mm)) if speed >= kink_speed => Junction::Arc { speed, trim_mm, length_mm },
             _ => Junction::Kink { speed: kink_speed, share: KINK_SHARE },
         }

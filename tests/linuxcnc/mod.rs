@@ -1,6 +1,8 @@
 //! LinuxCNC's own planner, headless, as the judge of realised time. In: a program's text, path mode, acceleration. Out:
 //! seconds per line as LinuxCNC takes them, and as our model says.
 
+#![allow(dead_code)] // the test and the benchmark each use a part of it
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -90,6 +92,11 @@ pub fn run(name: &str, text: &str, acceleration_mm_s2: f64, speed_up: u32) -> Re
     let done = done.map_err(|error| fail(&error.to_string()))?;
     if !done.status.success() {
         return Err(fail(&fs::read_to_string(format!("{stem}.log.out")).unwrap_or_default()));
+    }
+    let status = fs::read_to_string(format!("{stem}.log.status")).unwrap_or_default();
+    let said = fs::read_to_string(format!("{stem}.log.out")).unwrap_or_default();
+    if !status.contains("overruns=0 ") || said.contains("command timeout") {
+        return Err(fail("the simulator could not keep up; try a lower speed-up"));
     }
     let csv = format!("{stem}.csv");
     let analyse = Command::new(format!("{PLACE}/analyse.py")).args([&format!("{stem}.log"), "--lines", &csv]).output();
