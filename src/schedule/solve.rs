@@ -3,6 +3,7 @@
 //! First the continuous optimum: speeds at every node under caps, axes and corners. Then the F words that come nearest to it.
 
 use super::optimum::{Optimum, optimum};
+use super::pass::{exact_pass, leg_times};
 use super::prices::prices;
 use super::problem::{Bound, FeedPiece, Problem, Schedule};
 use super::realise::realise;
@@ -45,13 +46,14 @@ impl Options {
 
 /// Commanded feeds for the whole program.
 pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Options) -> Schedule {
-    let optimum = optimum(node_track(problem, toolpath, job), 0.0);
-    let leg_s = optimum.leg_times();
+    let track = node_track(problem, toolpath, job);
     let mut node_s = vec![0.0; problem.nodes.len()];
-    for (time_s, tag) in leg_s.iter().zip(&optimum.tags) {
+    // F words are held against the control's trapezoids, which know no jerk.
+    for (time_s, tag) in leg_times(&track.chain, &exact_pass(&track.chain)).iter().zip(&track.tags) {
         node_s[*tag as usize] += time_s;
     }
-    let prices = prices(problem, &optimum, &leg_s);
+    let optimum = optimum(track, 0.0);
+    let prices = prices(problem, &optimum, &optimum.leg_times());
     let units = units(problem, &node_s, toolpath, &job.output);
     let carries = |i: usize| carries_word(&units, i, toolpath);
     let continuous_s = realise(toolpath, &continuous_pieces(problem, &units), &job.machine).total_s;
