@@ -1,4 +1,5 @@
-//! Flank wear: k_?e · (1 + g·(l/100 m)^p), l the distance each tooth has slid through material.
+//! Flank wear in its three stages: k_?e · (1 + r(1 − e^(−l/λ)) + g·l + a·l³), l the distance each tooth has slid through
+//! material in units of 100 m: running in, steady growth, the end of the edge.
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -17,17 +18,37 @@ pub const EFFECT: Effect = Effect {
             starts: &[0.5],
             neutral: None,
             scanned: false,
-            meaning: "relative growth of the edge coefficients after 100 m",
+            meaning: "relative growth of the edge coefficients every 100 m",
         },
         Parameter {
-            name: "exponent",
+            name: "run_in",
             unit: "-",
-            min: 0.4,
-            max: 2.5,
-            starts: &[1.0],
-            neutral: Some(1.0),
+            min: 0.0,
+            max: 3.0,
+            starts: &[0.3],
+            neutral: Some(0.0),
             scanned: false,
-            meaning: "exponent of the distance",
+            meaning: "relative growth while the edge runs in",
+        },
+        Parameter {
+            name: "run_in_length",
+            unit: "100m",
+            min: 0.005,
+            max: 5.0,
+            starts: &[0.1],
+            neutral: Some(0.1),
+            scanned: false,
+            meaning: "distance over which it runs in",
+        },
+        Parameter {
+            name: "end",
+            unit: "1/(100m)^3",
+            min: 0.0,
+            max: 50.0,
+            starts: &[0.05],
+            neutral: Some(0.0),
+            scanned: false,
+            meaning: "cubic growth towards the end of the edge",
         },
     ],
     change,
@@ -35,6 +56,7 @@ pub const EFFECT: Effect = Effect {
 };
 
 fn change(p: &[f64], state: &State) -> Change {
-    let sliding_100m = (state.sliding_mm * 1e-5).max(0.0);
-    Change { edge: 1.0 + p[0] * sliding_100m.powf(p[1]), ..Change::default() }
+    let l = (state.sliding_mm * 1e-5).max(0.0);
+    let growth = p[0] * l + p[1] * (1.0 - (-l / p[2]).exp()) + p[3] * l * l * l;
+    Change { edge: 1.0 + growth, ..Change::default() }
 }

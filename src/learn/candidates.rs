@@ -22,8 +22,10 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         (hi - lo <= by).then(|| format!("{} does not vary in these data", covariate.name()))
     };
     let ratio = |covariate: Covariate, by: f64| {
-        let (lo, hi) = spread(covariate);
-        let enough = lo > 0.0 && hi / lo >= by;
+        let top = spread(covariate).1;
+        let values = data.used().map(|i| value_of(covariate, &data.state[i])).filter(|v| *v > 0.02 * top);
+        let (lo, hi) = values.fold((f64::INFINITY, 0.0), |(lo, hi), v| (f64::min(lo, v), f64::max(hi, v)));
+        let enough = hi / lo >= by;
         (!enough).then(|| format!("{} varies by less than a factor of {by}", covariate.name()))
     };
     let variant = |variant: Variant| {

@@ -21,6 +21,8 @@ const MOST_CELLS: usize = 3000;
 const BLOCKS: f64 = 60.0;
 /// Weight of samples while the spindle runs up, or changes tools.
 const RUN_UP_WEIGHT: f64 = 1e-3;
+/// Time before and after a change of spindle speed in which readings are doubtful, s.
+const SETTLING_S: f64 = 0.35;
 /// Standard deviation of a base coefficient about the declared value, relative: power, forces.
 const PRIOR: [f64; 2] = [0.5, 0.25];
 
@@ -115,6 +117,9 @@ fn declared(job: &Job) -> Option<LinearEdge> {
 /// Base coefficients: tare, k_tc, k_te for the spindle, and k_rc, k_re beside them for forces.
 fn base(job: &Job, channels: &Channels) -> Vec<Base> {
     let mut all = channels.spindle.map_or_else(Vec::new, |(_, quantity, unit)| spindle_base(quantity, unit));
+    if let Some((_, _, unit)) = channels.spindle {
+        all.push(Base { name: "run_up".into(), unit: unit.into(), class: Class::Tare, prior: Some((0.0, 1e6)) });
+    }
     let k = declared(job);
     let relative = channels.spindle.is_some_and(|(_, quantity, _)| quantity == Quantity::Relative);
     let prior = |value: f64, force: bool| {
@@ -196,6 +201,7 @@ impl<'a> Along<'a> {
             .iter()
             .map(|base| match (quantity, base.name.as_str()) {
                 (Some(_), "tare") => self.tare_shape(rps),
+                (Some(_), "run_up") => self.running_up(i, spot),
                 (Some(q), "k_tc") => column_factor(q, rps) * engaged.section_mm2 * spot.speed_mm_s(),
                 (Some(q), "k_te") => column_factor(q, rps) * engaged.contact_mm2 * rps,
                 (None, "k_tc") => engaged.peak[0],
@@ -205,6 +211,16 @@ impl<'a> Along<'a> {
                 _ => 0.0,
             })
             .collect()
+    }
+
+    /// Share of the speed reached while the spindle runs up, 0 otherwise: what its mass takes then is no tare.
+    fn running_up(&self, i: usize, spot: &Spot) -> f64 {
+        let running = spot.doing == Doing::RunUp && spot.rps > 0.0;
+        if !running {
+            return 0.0;
+        }
+        let planned = (self.aligned.program_s[i] - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9);
+        self.log.rps.as_ref().map_or(planned, |n| n[i] / spot.rps).clamp(0.0, 1.0)
     }
 
     fn tare_shape(&self, rps: f64) -> f64 {
@@ -341,6 +357,21 @@ impl<'a> Along<'a> {
             .collect()
     }
 
+    /// Does the spindle change its speed about this sample?
+    fn speed_settles(&self, i: usize) -> bool {
+        let last = self.spot.len() - 1;
+        let near = |k: &usize| (self.log.time_s[*k] - self.log.time_s[i]).abs() <= SETTLING_S;
+        let before = (0..i).rev().take_while(near);
+        let around =
+            before.chain([i]).chain((i + 1..=last).take_while(near)).chain([i.saturating_sub(1), (i + 1).min(last)]);
+        let own = self.spot[i].map_or(0.0, |s| self.rps(i, &self.known.timeline.spots[s]));
+        around.into_iter().any(|k| {
+            let Some(s) = self.spot[k] else { return false };
+            let spot = &self.known.timeline.spots[s];
+            matches!(spot.doing, Doing::RunUp | Doing::ToolChange) || (self.rps(k, spot) - own).abs() > 0.02 * own
+        })
+    }
+
     /// Weight of a cell: that of its samples together.
     fn weight(&self, members: &[usize], load: &[f64], sigma: f64) -> f64 {
         let share = if self.aligned.method == "load" { 0.3 } else { 0.1 };
@@ -351,11 +382,7 @@ impl<'a> Along<'a> {
                 let (lo, hi) = load[around]
                     .iter()
                     .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
-                let spot = self.spot[i].map(|s| &self.known.timeline.spots[s]);
-                let running = spot.is_some_and(|s| {
-                    let rps = self.rps(i, s);
-                    matches!(s.doing, Doing::RunUp | Doing::ToolChange) || (rps - s.rps).abs() > 0.02 * s.rps
-                });
+                let running = self.speed_settles(i);
                 let doubt = 1.0 / (1.0 + (share * (hi - lo) / sigma).powi(2));
                 if running { RUN_UP_WEIGHT } else { doubt }
             })

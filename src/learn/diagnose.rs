@@ -45,8 +45,12 @@ const TABLE_THRESHOLD: f64 = 4.0;
 const MARGIN: f64 = 6.0;
 /// Least relative drop of the held-out error worth an effect.
 const LEAST_DROP: f64 = 0.005;
+/// Least share of what the base model leaves beyond the noise that one effect must take away.
+const LEAST_SHARE: f64 = 0.04;
+/// Least share of it that all effects together must take away, or none is named.
+const LEAST_EXPLAINED: f64 = 0.5;
 /// Share of the residual's variance above which what is left is called structure.
-const STRUCTURE: f64 = 0.08;
+const STRUCTURE: f64 = 0.15;
 
 /// A candidate on top of a model.
 struct Trial {
@@ -60,11 +64,23 @@ struct Trial {
 pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnReport> {
     let scaled = whitened(data)?;
     let train = scaled.with_weights(without(&scaled, |i| split.test[i]));
-    let mut search =
-        Diagnosis { data: &scaled, train, split, options, tried: 0, rejected: Vec::new(), evidence: Vec::new() };
+    let mut search = Diagnosis {
+        data: &scaled,
+        train,
+        split,
+        options,
+        tried: 0,
+        rejected: Vec::new(),
+        evidence: Vec::new(),
+        base_residual: Vec::new(),
+        floor: 0.0,
+    };
     let base = fit(&search.train, &[], 0)?;
+    search.base_residual = held_out_residuals(&search.train, &[], split);
+    search.floor = noise_floor(&search.train, &base.residuals(data)).unwrap_or(0.0);
     let (fitted, confounded) = search.add_effects(&base);
     let fitted = search.prune(fitted);
+    let fitted = search.withdraw(&base, fitted);
     let mut report = search.report(&base, &fitted);
     report.confounded =
         confounded.into_iter().filter(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0])).collect();
@@ -100,6 +116,10 @@ struct Diagnosis<'a> {
     tried: usize,
     rejected: Vec<Rejected>,
     evidence: Vec<(&'static str, String, f64, [f64; 2])>,
+    /// Held-out residual of the base model on the training blocks.
+    base_residual: Vec<f64>,
+    /// Noise of neighbouring readings; 0 where it is not known.
+    floor: f64,
 }
 
 impl Diagnosis<'_> {
@@ -147,9 +167,14 @@ impl Diagnosis<'_> {
                 self.reject(trial, why);
                 continue;
             }
-            let after = held_out_residuals(&self.train, &trial.fitted.model.effects, self.split);
+            let after = self.unseen_residuals(present, trial);
             let drop = self.drop_of(&before, &after);
             let t = t_statistic(&improvement_by_block(&self.train, &before, &after));
+            let share = self.share_of_excess(&before, &after);
+            if share < LEAST_SHARE {
+                self.reject(trial, format!("it takes away only {:.1} % of what the base model leaves", 100.0 * share));
+                continue;
+            }
             if drop < LEAST_DROP || t < 1.0 {
                 self.reject(
                     trial,
@@ -175,8 +200,58 @@ impl Diagnosis<'_> {
         None
     }
 
+    /// Held-out squares that go from `before` to `after`, over those of the base model beyond the noise.
+    fn share_of_excess(&self, before: &[f64], after: &[f64]) -> f64 {
+        let mean = |r: &[f64]| errors(&self.train, |i| r[i]).rmse.powi(2);
+        let excess = mean(&self.base_residual) - self.floor.powi(2);
+        (mean(before) - mean(after)) / excess.max(1e-12 * mean(&self.base_residual))
+    }
+
+    /// Effects that leave most of the excess are no explanation of it.
+    fn withdraw(&mut self, base: &Fitted, fitted: Fitted) -> Fitted {
+        if fitted.model.effects.is_empty() {
+            return fitted;
+        }
+        let after = held_out_residuals(&self.train, &fitted.model.effects, self.split);
+        let share = self.share_of_excess(&self.base_residual, &after);
+        if share >= LEAST_EXPLAINED {
+            return fitted;
+        }
+        for each in &fitted.model.effects {
+            self.rejected.push(Rejected {
+                name: each.effect.name.into(),
+                why: format!(
+                    "all effects found together take away only {:.0} % of what the base model leaves",
+                    100.0 * share
+                ),
+            });
+        }
+        base.clone()
+    }
+
     fn threshold(&self) -> f64 {
         if is_series(self.data) { THRESHOLD } else { TABLE_THRESHOLD }
+    }
+
+    /// Held-out residuals with a trial; what was found by scanning is found again without each fold.
+    fn unseen_residuals(&self, present: &Fitted, trial: &Trial) -> Vec<f64> {
+        if !trial.effect.parameters.iter().any(|p| p.scanned) {
+            return held_out_residuals(&self.train, &trial.fitted.model.effects, self.split);
+        }
+        let folds: Vec<Vec<(usize, f64)>> = (0..self.split.folds)
+            .into_par_iter()
+            .map(|fold| {
+                let rest = self.train.with_weights(without(&self.train, |i| self.split.fold[i] == fold));
+                let found = fit(&rest, &present.model.effects, 8)
+                    .and_then(|own| best_trial(&rest, &own, &own.model.effects, trial.effect).1);
+                let Some(found) = found else { return Vec::new() };
+                let held = self.train.used().filter(|i| self.split.fold[*i] == fold);
+                held.map(|i| (i, self.train.reading[i] - found.fitted.predicted[i])).collect()
+            })
+            .collect();
+        let mut residuals = vec![f64::NAN; self.train.len()];
+        folds.into_iter().flatten().for_each(|(i, r)| residuals[i] = r);
+        residuals
     }
 
     fn drop_of(&self, before: &[f64], after: &[f64]) -> f64 {
@@ -440,22 +515,20 @@ fn unphysical(each: Option<&Use>) -> Option<String> {
         .then(|| format!("{} runs into its physical bound ({value:.3})", parameter.name))
 }
 
-/// Errors over the samples that count.
+/// Errors over the samples that count, by their weights.
 pub fn errors(data: &Data, residual: impl Fn(usize) -> f64) -> Errors {
     let used: Vec<usize> = data.used().filter(|i| residual(*i).is_finite()).collect();
-    let n = used.len().max(1) as f64;
-    let mean = used.iter().map(|i| data.reading[*i]).sum::<f64>() / n;
-    let squares: f64 = used.iter().map(|i| residual(*i).powi(2)).sum();
-    let total: f64 = used.iter().map(|i| (data.reading[*i] - mean).powi(2)).sum();
+    let sum = |of: &dyn Fn(usize) -> f64| used.iter().map(|&i| data.weight[i] * of(i)).sum::<f64>();
+    let whole = sum(&|_| 1.0).max(1e-300);
+    let mean = sum(&|i| data.reading[i]) / whole;
+    let squares = sum(&|i| residual(i).powi(2));
+    let total = sum(&|i| (data.reading[i] - mean).powi(2));
     let top = used.iter().map(|i| data.reading[*i].abs()).fold(0.0, f64::max);
-    let relative: Vec<f64> = used
-        .iter()
-        .filter(|i| data.reading[**i].abs() > 0.05 * top)
-        .map(|i| (residual(*i) / data.reading[*i]).abs())
-        .collect();
+    let large = |i: usize| if data.reading[i].abs() > 0.05 * top { 1.0 } else { 0.0 };
+    let relative = sum(&|i| large(i) * (residual(i) / data.reading[i].abs().max(1e-300)).abs());
     Errors {
-        rmse: (squares / n).sqrt(),
-        mape: 100.0 * relative.iter().sum::<f64>() / relative.len().max(1) as f64,
+        rmse: (squares / whole).sqrt(),
+        mape: 100.0 * relative / sum(&large).max(1e-300),
         r2: 1.0 - squares / total.max(1e-300),
     }
 }

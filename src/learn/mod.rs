@@ -1,6 +1,7 @@
 //! Measured data → residual → named effect → process model.
 
 pub mod align;
+pub mod calibrate;
 pub mod candidates;
 pub mod cells;
 pub mod chance;
@@ -10,6 +11,7 @@ pub mod fit;
 pub mod linear;
 pub mod log;
 pub mod matching;
+pub mod polynomial;
 pub mod report;
 pub mod residual;
 pub mod samples;

@@ -42,17 +42,19 @@ pub fn is_series(data: &Data) -> bool {
     data.run.windows(2).filter(|pair| pair[0] == pair[1]).count() * 2 > data.len()
 }
 
-/// Autocorrelation at a lag, within runs.
+/// Autocorrelation at a lag, within runs, of the residual in units of its expected deviation.
 pub fn autocorrelation(data: &Data, residual: &[f64], lag: usize) -> f64 {
-    let mean = data.used().map(|i| residual[i]).sum::<f64>() / data.used().count().max(1) as f64;
+    let whole: f64 = data.used().map(|i| data.weight[i]).sum();
+    let mean = data.used().map(|i| data.weight[i] * residual[i]).sum::<f64>() / whole.max(1e-300);
+    let scaled = |i: usize| data.weight[i].sqrt() * (residual[i] - mean);
     let (mut product, mut pairs, mut square, mut count) = (0.0, 0.0, 0.0, 0.0);
     for i in data.used() {
-        let r = residual[i] - mean;
+        let r = scaled(i);
         square += r * r;
         count += 1.0;
         let j = i + lag;
         if j < data.len() && data.run[j] == data.run[i] && data.weight[j] > 0.0 {
-            product += r * (residual[j] - mean);
+            product += r * scaled(j);
             pairs += 1.0;
         }
     }
@@ -99,8 +101,9 @@ fn group_inflation(data: &Data, residual: &[f64]) -> f64 {
 /// Standard deviation of the noise from neighbouring samples; `None` for tables.
 pub fn noise_floor(data: &Data, residual: &[f64]) -> Option<f64> {
     let mut squares: Vec<f64> = Vec::new();
+    let sure = 0.5 * data.weight.iter().copied().fold(0.0, f64::max);
     for i in 1..data.len() {
-        if data.run[i] == data.run[i - 1] && data.weight[i] > 0.0 && data.weight[i - 1] > 0.0 {
+        if data.run[i] == data.run[i - 1] && data.weight[i] > sure && data.weight[i - 1] > sure {
             squares.push(0.5 * (residual[i] - residual[i - 1]).powi(2));
         }
     }
