@@ -44,7 +44,7 @@ pub struct Global {
     /// Dialect of the program, in place of the setup's or the one recognised.
     #[arg(long, global = true, value_name = "NAME", value_parser = crate::setup::DIALECTS)]
     pub dialect: Option<String>,
-    /// Process model, as `calibrate` and `learn` write it.
+    /// Process model, as `calibrate` and `learn` write it; for `calibrate` the name of the force model.
     #[arg(long, global = true, value_name = "model.toml")]
     pub model: Option<PathBuf>,
     /// Most memory the height field may take, like 500M or 2G.
@@ -74,6 +74,12 @@ pub enum Command {
     Toolpath(Toolpath),
     /// Distribution of loads per tool, and suggested reference limits
     Limits(Limits),
+    /// Coefficients from a table of steady cuts
+    Calibrate(Calibrate),
+    /// Find what the model lacks from a measured log
+    Learn(Learn),
+    /// The same from a table of steady cuts
+    LearnTable(LearnTable),
     /// Print any stage of the pipeline
     Dump(Dump),
     /// List what is built in
@@ -158,6 +164,72 @@ pub struct Limits {
     #[arg(long, value_name = "S.toml")]
     pub setup: Option<PathBuf>,
     /// Write the figures as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+}
+
+/// `calibrate`; `--model` names the force model: power (default), linear-edge, kienzle, layer, response, polynomial.
+#[derive(Debug, Args)]
+pub struct Calibrate {
+    /// Table of steady cuts, CSV.
+    pub table: PathBuf,
+    /// Setup file with the tool and the efficiency of the drive.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Names of columns: THEIRS=OURS,…
+    #[arg(long, value_name = "MAP")]
+    pub columns: Option<String>,
+    /// Power with nothing cut, W, when it is known.
+    #[arg(long, value_name = "W")]
+    pub tare: Option<f64>,
+    /// Outliers count less (Huber).
+    #[arg(long)]
+    pub robust: bool,
+    /// Write the model file.
+    #[arg(short, long, value_name = "model.toml")]
+    pub output: Option<PathBuf>,
+    /// Write the report as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+}
+
+/// `learn`.
+#[derive(Debug, Args)]
+pub struct Learn {
+    /// NC program.
+    pub program: PathBuf,
+    /// Measured log: CSV or MTConnect adapter output.
+    #[arg(long, value_name = "LOG")]
+    pub log: PathBuf,
+    /// Setup file; without it PROGRAM.setup.toml beside the program.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Names of columns: THEIRS=OURS,…
+    #[arg(long, value_name = "MAP")]
+    pub columns: Option<String>,
+    /// Write the model file.
+    #[arg(short, long, value_name = "model.toml")]
+    pub output: Option<PathBuf>,
+    /// Write the report as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+}
+
+/// `learn-table`.
+#[derive(Debug, Args)]
+pub struct LearnTable {
+    /// Table of steady cuts, CSV.
+    pub table: PathBuf,
+    /// Setup file with the tool and the efficiency of the drive.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Names of columns: THEIRS=OURS,…
+    #[arg(long, value_name = "MAP")]
+    pub columns: Option<String>,
+    /// Write the model file.
+    #[arg(short, long, value_name = "model.toml")]
+    pub output: Option<PathBuf>,
+    /// Write the report as JSON; - is standard output.
     #[arg(long, value_name = "R.json")]
     pub json: Option<PathBuf>,
 }

@@ -5,6 +5,7 @@ mod args;
 mod dump;
 mod error;
 mod input;
+mod learn;
 mod library;
 mod limits;
 mod optimize;
@@ -53,6 +54,9 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Verify(command) => verify::verify(command, global, screen),
         Command::Toolpath(command) => toolpath::toolpath(command, global, screen),
         Command::Limits(command) => limits::limits(command, global, screen),
+        Command::Calibrate(command) => learn::calibrate(command, global, screen),
+        Command::Learn(command) => learn::learn(command, global, screen),
+        Command::LearnTable(command) => learn::learn_table(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),
         Command::Library(command) => library::library(command),
         Command::Schema => screen::put(crate::setup::schema().as_bytes()).map(|()| Outcome::Done),

@@ -127,7 +127,12 @@ fn power(
     let problem = Problem {
         names: names
             .iter()
-            .map(|(n, u)| ((*n).to_owned(), if relative && *n != "tare" { format!("{unit} per 1000 of the rate") } else { (*u).to_owned() }))
+            .map(|(n, u)| {
+                (
+                    (*n).to_owned(),
+                    if relative && *n != "tare" { format!("{unit} per 1000 of the rate") } else { (*u).to_owned() },
+                )
+            })
             .collect(),
         positive: vec![true; names.len()],
         x: DMatrix::from_fn(used.len(), names.len(), |k, j| column(used[k], j)),
@@ -225,9 +230,10 @@ fn layer(frame: &Frame, rows: &[SteadyRow], options: CalibrateOptions) -> Result
     let used: Vec<usize> = (0..rows.len()).filter(|i| force[*i].is_finite()).collect();
     let geometry = |i: usize| -> Result<(f64, f64, f64), DataError> {
         let c = &rows[i].cut;
-        let height = rows[i]
-            .layer_height_mm
-            .ok_or_else(|| DataError::NoColumn { missing: "layer_height_mm".into(), present: frame.names().join(", ") })?;
+        let height = rows[i].layer_height_mm.ok_or_else(|| DataError::NoColumn {
+            missing: "layer_height_mm".into(),
+            present: frame.names().join(", "),
+        })?;
         let fz = c.feed_mm_s / (f64::from(c.flutes) * c.rps);
         let (length, chip) = ball_layer(0.5 * c.diameter_mm, height, c.radial_depth_mm, fz);
         Ok((length, chip * 1e3, c.axial_depth_mm))
@@ -310,7 +316,8 @@ fn solved(model: &str, problem: &Problem, loss: Loss) -> Result<Calibration, Dat
         indistinguishable: fit.indistinguishable.iter().map(|g| g.iter().map(name).collect()).collect(),
         train: errors(&judged, |i| residuals[i]),
         leave_one_out_rmse: rms(&leave_one_out(&fit)),
-        leave_set_up_out_rmse: (distinct.len() > 1 && !single && by_group.iter().all(|r| r.is_finite())).then(|| rms(&by_group)),
+        leave_set_up_out_rmse: (distinct.len() > 1 && !single && by_group.iter().all(|r| r.is_finite()))
+            .then(|| rms(&by_group)),
         notes,
         ..Calibration::default()
     })
@@ -318,7 +325,8 @@ fn solved(model: &str, problem: &Problem, loss: Loss) -> Result<Calibration, Dat
 
 /// The free answer, or the best within the bounds of physics where it leaves them.
 fn within_bounds(problem: &Problem, fit: &Fit) -> Result<(Vec<f64>, Vec<String>), DataError> {
-    let negative: Vec<usize> = (0..problem.names.len()).filter(|j| problem.positive[*j] && fit.coefficients[*j] < 0.0).collect();
+    let negative: Vec<usize> =
+        (0..problem.names.len()).filter(|j| problem.positive[*j] && fit.coefficients[*j] < 0.0).collect();
     if negative.is_empty() {
         return Ok((fit.coefficients.clone(), Vec::new()));
     }

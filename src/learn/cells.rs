@@ -7,7 +7,7 @@
 use super::align::Aligned;
 use super::linear::median;
 use super::log::Log;
-use super::samples::{Base, Class, Data, SlowerMachine, Variant, VariantColumns};
+use super::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
 use super::table::{Quantity, column_factor, spindle_base};
 use super::timeline::{Doing, Engaged, Spot, Timeline};
 use crate::effects::State;
@@ -25,6 +25,10 @@ const RUN_UP_WEIGHT: f64 = 1e-3;
 const SETTLING_S: f64 = 0.35;
 /// Standard deviation of a base coefficient about the declared value, relative: power, forces.
 const PRIOR: [f64; 2] = [0.5, 0.25];
+
+/// Force coefficients stay within these factors of the declared ones: a peak force alone cannot tell a larger edge
+/// coefficient from a tooth that stands out, so that the declared material has to.
+const FORCE_BOUNDS: [f64; 2] = [0.6, 1.5];
 
 /// The engagement of the spots under another geometry.
 #[derive(Debug, Clone)]
@@ -118,7 +122,13 @@ fn declared(job: &Job) -> Option<LinearEdge> {
 fn base(job: &Job, channels: &Channels) -> Vec<Base> {
     let mut all = channels.spindle.map_or_else(Vec::new, |(_, quantity, unit)| spindle_base(quantity, unit));
     if let Some((_, _, unit)) = channels.spindle {
-        all.push(Base { name: "run_up".into(), unit: unit.into(), class: Class::Tare, prior: Some((0.0, 1e6)) });
+        all.push(Base {
+            name: "run_up".into(),
+            unit: unit.into(),
+            class: Class::Tare,
+            prior: Some((0.0, 1e6)),
+            bounds: UNBOUNDED,
+        });
     }
     let k = declared(job);
     let relative = channels.spindle.is_some_and(|(_, quantity, _)| quantity == Quantity::Relative);
@@ -136,11 +146,12 @@ fn base(job: &Job, channels: &Channels) -> Vec<Base> {
     }
     if channels.force_xy.is_some() {
         let k = k.unwrap_or_default();
-        let force = |name: &str, unit: &str, class, value| Base {
+        let force = |name: &str, unit: &str, class, value: f64| Base {
             name: name.into(),
             unit: unit.into(),
             class,
             prior: prior(value, true),
+            bounds: if value > 0.0 { (FORCE_BOUNDS[0] * value, FORCE_BOUNDS[1] * value) } else { UNBOUNDED },
         };
         if all.is_empty() {
             all.push(force("k_tc", "N/mm²", Class::Cutting, k.k_tc));
@@ -272,10 +283,16 @@ impl<'a> Along<'a> {
         let mut variants = vec![vec![0.0; p]; data.variants.len()];
         let mut ratios = vec![0.0; data.slower.len()];
         let mut reading = 0.0;
+        // Rates of the cell: what is a ratio of them must not come from a single sample.
+        let mut rates = [0.0; 4];
         for &i in members {
             let index = self.spot[i].unwrap_or(0);
             let spot = &self.known.timeline.spots[index];
             let plain = self.columns(i, spot, &spot.engaged, quantity, &data.base);
+            let (removed, swept) =
+                (spot.engaged.section_mm2 * spot.speed_mm_s(), spot.engaged.contact_mm2 * self.rps(i, spot));
+            let more = [removed, swept, removed * spot.engaged.up_share_chip, swept * spot.engaged.up_share];
+            rates.iter_mut().zip(more).for_each(|(r, m)| *r += m);
             columns.iter_mut().zip(&plain).for_each(|(c, x)| *c += x / n);
             for (sum, other) in variants.iter_mut().zip(&self.known.others) {
                 let changed = self.columns(i, spot, &other.engaged[index], quantity, &data.base);
@@ -299,7 +316,13 @@ impl<'a> Along<'a> {
         let middle = members[members.len() / 2];
         let spot = self.spot[middle].unwrap_or(0);
         data.kind.push(self.tools.binary_search(&self.known.timeline.spots[spot].tool).unwrap_or(0));
-        data.state.push(self.state(middle, spot));
+        let mut state = self.state(middle, spot);
+        if rates[0] > 1e-9 && rates[1] > 1e-9 {
+            state.chip_thickness_mm = rates[0] / rates[1];
+            state.up_share_chip = rates[2] / rates[0];
+            state.up_share = rates[3] / rates[1];
+        }
+        data.state.push(state);
     }
 
     /// A meter reading as the power at the motor shaft that the setup makes of it.

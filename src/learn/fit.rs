@@ -208,14 +208,16 @@ pub fn fit(data: &Data, effects: &[Use], iterations: usize) -> Option<Fitted> {
     }
     let mut search = Search { data, used, theta: effects.to_vec(), base: Vec::new() };
     search.base = search.best_base()?;
+    let bounded = search.clamp_base();
     let mut squares = search.objective(&search.base, &search.theta);
     let mut damping = 1e-3;
     let free: usize = effects.iter().map(|e| e.values.len()).sum();
-    for _ in 0..if free == 0 && reading_excess(data, effects) == 0.0 { 0 } else { iterations } {
+    let rounds = if bounded { iterations.max(12) } else { iterations };
+    for _ in 0..if free == 0 && !bounded && reading_excess(data, effects) == 0.0 { 0 } else { rounds } {
         let (normal, gradient) = search.normal_equations();
         let mut improved = false;
         for _ in 0..6 {
-            let Some(step) = damped_step(&normal, &gradient, damping) else { break };
+            let Some(step) = search.step_within(&normal, &gradient, damping) else { break };
             let (base, theta) = search.moved(&step);
             let next = search.objective(&base, &theta);
             if next.is_finite() && next < squares {
@@ -269,6 +271,40 @@ impl Search<'_> {
             }
         }
         damped_step(&normal, &rhs, 1e-13).map(|step| step.iter().copied().collect())
+    }
+
+    /// Puts β within its bounds; true when it was not.
+    fn clamp_base(&mut self) -> bool {
+        let mut outside = false;
+        for (value, base) in self.base.iter_mut().zip(&self.data.base) {
+            let inside = value.clamp(base.bounds.0, base.bounds.1);
+            outside |= inside != *value;
+            *value = inside;
+        }
+        outside
+    }
+
+    /// A step that leaves those β alone that stand on a bound and would cross it.
+    fn step_within(&self, normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+        let (mut normal, mut gradient) = (normal.clone(), gradient.clone());
+        for _ in 0..=self.base.len() {
+            let step = damped_step(&normal, &gradient, damping)?;
+            let crossing: Vec<usize> = (0..self.base.len())
+                .filter(|&b| {
+                    let (lo, hi) = self.data.base[b].bounds;
+                    (self.base[b] <= lo && step[b] < 0.0) || (self.base[b] >= hi && step[b] > 0.0)
+                })
+                .collect();
+            if crossing.is_empty() {
+                return Some(step);
+            }
+            for b in crossing {
+                normal.row_mut(b).fill(0.0);
+                normal.column_mut(b).fill(0.0);
+                gradient[b] = 0.0;
+            }
+        }
+        None
     }
 
     fn objective(&self, base: &[f64], theta: &[Use]) -> f64 {
@@ -353,7 +389,9 @@ impl Search<'_> {
 
     fn moved(&self, step: &DVector<f64>) -> (Vec<f64>, Vec<Use>) {
         let p = self.base.len();
-        let base = self.base.iter().zip(step.iter()).map(|(b, s)| b + s).collect();
+        let within =
+            |((b, s), spec): ((&f64, &f64), &super::samples::Base)| (b + s).clamp(spec.bounds.0, spec.bounds.1);
+        let base = self.base.iter().zip(step.iter()).zip(&self.data.base).map(within).collect();
         let mut theta = self.theta.clone();
         let mut next = p;
         for each in &mut theta {

@@ -50,9 +50,14 @@ pub fn calibrate(frame: &Frame, rows: &[SteadyRow]) -> Result<Calibration, DataE
     let mut held_out = Vec::new();
     for (k, letter) in ["a", "b"].iter().enumerate() {
         let y: Vec<f64> = tests.iter().map(|i| solved[*i].map_or(0.0, |s| s[k])).collect();
-        let (chosen, fit) = subset(&all, &y).ok_or_else(|| DataError::Unfit("the tests have values that are no numbers".into()))?;
+        let (chosen, fit) =
+            subset(&all, &y).ok_or_else(|| DataError::Unfit("the tests have values that are no numbers".into()))?;
         let kept: Vec<&str> = chosen.iter().map(|j| TERMS[*j]).collect();
-        result.notes.push(format!("{letter}: {} (left-out rms {:.0} N/mm²)", kept.join(", "), rms(&leave_one_out(&fit))));
+        result.notes.push(format!(
+            "{letter}: {} (left-out rms {:.0} N/mm²)",
+            kept.join(", "),
+            rms(&leave_one_out(&fit))
+        ));
         held_out.extend(leave_one_out(&fit).iter().zip(&y).map(|(r, y)| r / y));
         for (position, j) in chosen.iter().enumerate() {
             result.parameters.push(Value {

@@ -30,7 +30,12 @@ pub struct Base {
     pub class: Class,
     /// What the setup says of it: value and standard deviation.
     pub prior: Option<(f64, f64)>,
+    /// Values that physics allows.
+    pub bounds: (f64, f64),
 }
+
+/// No bounds.
+pub const UNBOUNDED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// How the columns change when something other than a coefficient changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

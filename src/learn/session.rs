@@ -9,7 +9,6 @@ use super::matching::match_load;
 use super::report::{Alignment, LearnReport};
 use super::samples::{Data, Variant};
 use super::split::by_blocks;
-use super::table::Quantity;
 use super::timeline::{Spot, Timeline, engaged_otherwise, speed_ratios, timeline};
 use crate::engage::{EngageError, EngagementMap, engage};
 use crate::machine::material::ForceModel;
@@ -96,6 +95,7 @@ pub fn learn(
     channels: &Channels,
     options: &LogOptions,
 ) -> Result<LearnReport, LearnError> {
+    refuse_dead(log)?;
     let (data, aligned, lowered) = data_of(prepared, job, log, channels)?;
     let split = by_blocks(&data, "stretch of time");
     let mut report = diagnose(&data, &split, &options.diagnosis)
@@ -104,7 +104,68 @@ pub fn learn(
     report.down_weighted = lowered;
     report.alignment = Some(described(&aligned, log));
     report.warnings.extend(log.warnings.iter().cloned());
+    let doubts = doubts(&report, &aligned, prepared, log, &data);
+    if !doubts.is_empty() {
+        report.supports_model = false;
+        report.verdict = format!("The data do not support a model: {}. {}", doubts.join("; "), report.verdict);
+        report.warnings.extend(doubts);
+    }
+    if let Some(base) = super::fit::fit(&data, &[], 0) {
+        report.windows = super::windows::windows(&data, &base);
+        report.wear = super::windows::said(&report.windows);
+    }
     Ok(report)
+}
+
+/// Signals that cannot say anything.
+fn refuse_dead(log: &Log) -> Result<(), LearnError> {
+    for (name, values) in &log.measured {
+        let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        let (lo, hi) = known.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+        if known.len() < 20 {
+            return Err(DataError::Unfit(format!("{name} has only {} values; 20 are the least", known.len())).into());
+        }
+        if hi - lo <= 1e-9 * hi.abs() {
+            return Err(DataError::Unfit(format!("{name} is constant ({hi}): the sensor was not connected")).into());
+        }
+    }
+    Ok(())
+}
+
+/// Why no model should rest on these data.
+fn doubts(report: &LearnReport, aligned: &Aligned, prepared: &Prepared, log: &Log, data: &Data) -> Vec<String> {
+    let mut doubts = Vec::new();
+    for (name, values) in &log.measured {
+        let missing = values.iter().filter(|v| !v.is_finite()).count();
+        if missing * 2 > values.len() {
+            doubts.push(format!("{} % of {name} are missing", 100 * missing / values.len()));
+        }
+    }
+    let most = if aligned.method == "load" { 0.6 } else { 0.3 };
+    if aligned.misfit > most {
+        doubts.push(format!(
+            "{:.0} % of the log do not fit this program: is it the log of another one?",
+            100.0 * aligned.misfit
+        ));
+    }
+    let placed: Vec<f64> = aligned.program_s.iter().copied().filter(|t| t.is_finite()).collect();
+    let span = placed.iter().copied().fold(0.0, f64::max) - placed.iter().copied().fold(f64::INFINITY, f64::min);
+    if span < 0.3 * prepared.timeline.total_s() {
+        doubts.push(format!(
+            "the log covers only {:.0} % of the program",
+            100.0 * (span / prepared.timeline.total_s()).max(0.0)
+        ));
+    }
+    for (value, base) in report.base.iter().zip(&data.base).filter(|(v, _)| v.name == "k_tc") {
+        let ratio = base.prior.map_or(1.0, |(declared, _)| value.value / declared);
+        if !(0.05..=20.0).contains(&ratio) {
+            doubts.push(format!("k_tc would be {ratio:.3} times the declared one: are the units of the log right, or its columns swapped?"));
+        }
+    }
+    if report.base_train.r2 < 0.2 && report.effects.is_empty() {
+        doubts.push("the predicted load explains next to nothing of the measured one".into());
+    }
+    doubts
 }
 
 /// The aligned data of a log.
@@ -141,7 +202,7 @@ fn rough(spot: &Spot, job: &Job, force: bool) -> f64 {
 /// The log found in the program by its load.
 fn by_load(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
     let (index, force) = match (channels.spindle, channels.force_xy) {
-        (Some((k, quantity, _)), _) => (k, matches!(quantity, Quantity::Relative) && false),
+        (Some((k, ..)), _) => (k, false),
         (None, Some(k)) => (k, true),
         _ => return Err(DataError::Unfit("the log measures nothing that a load can be compared with".into()).into()),
     };

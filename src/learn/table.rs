@@ -6,7 +6,7 @@
 //! percent of an unknown rating. Straight geometry is the base, the path's curvature an effect.
 
 use super::columns::{DataError, Frame};
-use super::samples::{Base, Class, Data, Variant, VariantColumns};
+use super::samples::{Base, Class, Data, UNBOUNDED, Variant, VariantColumns};
 use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
 use crate::machine::Shape;
@@ -182,7 +182,8 @@ pub fn measured_quantity(frame: &Frame) -> Result<(&'static str, Quantity, &'sta
 
 /// The three base coefficients of a spindle reading.
 pub fn spindle_base(quantity: Quantity, unit: &str) -> Vec<Base> {
-    let base = |name: &str, unit: String, class| Base { name: name.into(), unit, class, prior: None };
+    let base =
+        |name: &str, unit: String, class| Base { name: name.into(), unit, class, prior: None, bounds: UNBOUNDED };
     match quantity {
         Quantity::Relative => vec![
             base("tare", unit.to_owned(), Class::Tare),

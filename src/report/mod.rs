@@ -5,6 +5,7 @@ mod blocks;
 mod figures;
 mod html;
 mod json;
+pub mod learn;
 mod picture;
 pub mod run;
 mod stations;

@@ -1,0 +1,173 @@
+//! `learn`, `learn-table`, `calibrate`: measured data in, coefficients, named effects and a model file out.
+
+use std::path::{Path, PathBuf};
+
+use super::Outcome;
+use super::args::{Calibrate, Global, Learn, LearnTable};
+use super::error::CliError;
+use super::input;
+use super::output::{Kind, Output, Outputs};
+use super::screen::Screen;
+use crate::learn::calibrate::{CalibrateOptions, calibrate as fit_table};
+use crate::learn::columns::{DataError, Frame, read};
+use crate::learn::diagnose::{Options, diagnose};
+use crate::learn::session::{LearnError, LogOptions, run};
+use crate::learn::split::{by_blocks, by_kind};
+use crate::learn::table::{SteadyRow, TableTool, data, rows};
+use crate::learn::{linear::Loss, model};
+use crate::machine::material::Process;
+use crate::machine::{Job, Table};
+use crate::report::learn::{calibrate_json, calibrate_words, learn_json, learn_words};
+use crate::setup;
+
+/// Closes the loop for a program and its log.
+pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let source = input::program(&command.program)?;
+    let log = input::file(&command.log)?;
+    let found = input::setup(command.setup.as_deref(), &source, global)?;
+    let inputs = [source.path.clone(), found.path.clone(), Some(command.log.clone())];
+    let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
+    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
+    let options = LogOptions { mapping: mapping(command.columns.as_deref())?, diagnosis: Options::default() };
+    let bar = screen.progress("learning");
+    let report = run(&source.bytes, &found.job, &log, &options);
+    bar.finish_and_clear();
+    let report = report.map_err(|error| refused(&error, &command.log))?;
+    let process = model::of_report(&report, &found.job);
+    let text = model_text(process.as_ref(), &model::provenance(&report));
+    finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
+}
+
+/// Diagnosis of a table of steady cuts.
+pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let bytes = input::file(&command.table)?;
+    let setup = command.setup.as_deref().map(load).transpose()?;
+    let mut outputs =
+        Outputs::new([Some(command.table.clone()), command.setup.clone()].into_iter().flatten(), global.force);
+    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
+    let (frame, table) =
+        steady(&bytes, command.columns.as_deref(), setup.as_ref()).map_err(|e| refused(&e.into(), &command.table))?;
+    let efficiency = efficiency(setup.as_ref());
+    let found = data(&frame, &table, |y| y * efficiency.at(y)).map_err(|e| refused(&e.into(), &command.table))?;
+    let main = main_kind(&found.kind, found.kind_names.len());
+    let split = main.map_or_else(|| by_blocks(&found, "set-up"), |kind| by_kind(&found, kind, "set-up"));
+    let report = diagnose(&found, &split, &Options::default())
+        .ok_or_else(|| CliError::new("the table has too few cuts for its model", "give more cuts, in more set-ups"))?;
+    let process = setup.as_ref().and_then(|job| model::of_report(&report, job));
+    let text = model_text(process.as_ref(), &model::provenance(&report));
+    finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
+}
+
+/// With several operations the most frequent one is fitted, the others are for the transfer.
+fn main_kind(kind: &[usize], kinds: usize) -> Option<usize> {
+    let count = |k: usize| kind.iter().filter(|x| **x == k).count();
+    (kinds > 1).then(|| (0..kinds).max_by_key(|k| count(*k)).unwrap_or(0))
+}
+
+/// Coefficients from steady cuts.
+pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let bytes = input::file(&command.table)?;
+    let setup = command.setup.as_deref().map(load).transpose()?;
+    let mut outputs =
+        Outputs::new([Some(command.table.clone()), command.setup.clone()].into_iter().flatten(), global.force);
+    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
+    let (frame, table) =
+        steady(&bytes, command.columns.as_deref(), setup.as_ref()).map_err(|e| refused(&e.into(), &command.table))?;
+    let efficiency = efficiency(setup.as_ref());
+    let options =
+        CalibrateOptions { known_tare_w: command.tare, loss: if command.robust { Loss::Huber } else { Loss::Squares } };
+    let kind = global.model.as_ref().map_or("power".into(), |name| name.to_string_lossy());
+    let result = fit_table(&frame, &table, &kind, options, |y| y * efficiency.at(y))
+        .map_err(|e| refused(&e.into(), &command.table))?;
+    let process = model::of_calibration(&result);
+    let words = calibrate_words(&result);
+    let comments: String = words.lines().map(|line| format!("# {line}\n")).collect();
+    finish(screen, json, &calibrate_json(&result), model, model_text(process.as_ref(), &comments), &words)
+}
+
+fn load(path: &Path) -> Result<Job, CliError> {
+    let text = input::text(path)?;
+    let dir = path.parent().unwrap_or(Path::new("."));
+    let loaded = setup::load(&text, dir);
+    loaded.map(|(job, _)| job).map_err(|error| CliError::Drawn {
+        file: path.display().to_string(),
+        text: text.into_bytes(),
+        diagnostics: error.diagnostics(),
+    })
+}
+
+fn steady(bytes: &[u8], columns: Option<&str>, setup: Option<&Job>) -> Result<(Frame, Vec<SteadyRow>), DataError> {
+    let mapping = mapping(columns).map_err(|error| DataError::Unfit(error.to_string()))?;
+    let frame = read(bytes, &mapping)?;
+    let tools: Vec<TableTool> = setup
+        .iter()
+        .flat_map(|job| &job.tools)
+        .map(|tool| TableTool {
+            number: tool.number,
+            diameter_mm: tool.diameter_mm,
+            flutes: tool.flutes,
+            shape: tool.shape,
+        })
+        .collect();
+    let table = rows(&frame, &tools)?;
+    Ok((frame, table))
+}
+
+fn efficiency(setup: Option<&Job>) -> Table {
+    setup.map_or_else(|| Table::constant(1.0), |job| job.machine.spindle.efficiency.clone())
+}
+
+/// `theirs=ours,…`.
+fn mapping(text: Option<&str>) -> Result<Vec<(String, String)>, CliError> {
+    let pair = |part: &str| {
+        let (theirs, ours) = part.split_once('=').ok_or_else(|| {
+            CliError::new(format!("--columns: `{part}` is no mapping"), "write THEIRS=OURS, several with commas")
+        })?;
+        Ok((theirs.trim().to_owned(), ours.trim().to_owned()))
+    };
+    text.map_or_else(|| Ok(Vec::new()), |text| text.split(',').map(pair).collect())
+}
+
+fn refused(error: &LearnError, path: &PathBuf) -> CliError {
+    CliError::new(
+        format!("{}: {error}", path.display()),
+        "no model was written; see `feedwright learn --help` for the columns",
+    )
+}
+
+fn open(outputs: &mut Outputs, path: Option<&Path>, kind: Kind) -> Result<Option<Output>, CliError> {
+    path.map(|path| outputs.open(path, kind)).transpose()
+}
+
+fn model_text(process: Option<&Process>, comments: &str) -> Option<String> {
+    process.map(|process| setup::write_model(process) + comments)
+}
+
+fn finish(
+    screen: Screen,
+    json: Option<Output>,
+    report: &str,
+    model: Option<Output>,
+    text: Option<String>,
+    words: &str,
+) -> Result<Outcome, CliError> {
+    let quiet = json.as_ref().is_some_and(Output::is_stdout) || model.as_ref().is_some_and(Output::is_stdout);
+    if let Some(output) = json {
+        output.write(report.as_bytes())?;
+    }
+    if let Some(output) = model {
+        match text {
+            Some(text) => output.write(text.as_bytes())?,
+            None => screen.say("no model file was written: the data do not support one\n"),
+        }
+    }
+    if quiet {
+        screen.say(words)
+    } else {
+        screen.show(words)?
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,89 @@
+//! The process model that a diagnosis or a calibration supports, and where it comes from.
+//!
+//! Normal and axial coefficients that were not measured keep their ratio to the tangential ones of the setup (or Xu's
+//! ratios where the setup has none).
+
+use super::calibrate::Calibration;
+use super::report::{LearnReport, Value};
+use crate::machine::Job;
+use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process};
+
+/// Cutting and edge coefficients normal to the tangential ones (Xu, Jerard, Fussell), and axial ones as half of that.
+const RATIOS: [f64; 4] = [0.395, 0.566, 0.2, 0.28];
+
+/// Model of a log or table; `None` where the data do not support one.
+pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
+    if !report.supports_model {
+        return None;
+    }
+    let value = |name: &str| report.final_base.iter().find(|v| v.name == name).map(|v| v.value);
+    let relative = report.final_base.iter().any(|v| v.name == "k_tc" && !v.unit.starts_with("N/"));
+    let declared = declared(job);
+    let base = match (value("k_tc"), value("k_te")) {
+        (Some(k_tc), Some(k_te)) if !relative => {
+            Some(ForceModel::LinearEdge(scaled(k_tc, k_te, declared, value("k_rc"), value("k_re"))))
+        }
+        _ => None,
+    };
+    Some(Process {
+        base,
+        tare_w: value("tare").filter(|_| !relative),
+        effects: report
+            .effects
+            .iter()
+            .map(|e| EffectUse {
+                name: e.name.clone(),
+                parameters: e.parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
+            })
+            .collect(),
+        covariance: report.covariance.clone(),
+    })
+}
+
+fn declared(job: &Job) -> Option<LinearEdge> {
+    let material = job.tools.iter().find_map(|tool| job.material(tool))?;
+    if let ForceModel::LinearEdge(k) = material.model { Some(k) } else { None }
+}
+
+fn scaled(k_tc: f64, k_te: f64, declared: Option<LinearEdge>, k_rc: Option<f64>, k_re: Option<f64>) -> LinearEdge {
+    let ratio = |of: fn(&LinearEdge) -> f64, to: fn(&LinearEdge) -> f64, other: f64| {
+        declared.filter(|k| to(k) > 0.0 && of(k) != 0.0).map_or(other, |k| of(&k) / to(&k))
+    };
+    LinearEdge {
+        k_tc,
+        k_te,
+        k_rc: k_rc.unwrap_or(k_tc * ratio(|k| k.k_rc, |k| k.k_tc, RATIOS[0])),
+        k_re: k_re.unwrap_or(k_te * ratio(|k| k.k_re, |k| k.k_te, RATIOS[1])),
+        k_ac: k_tc * ratio(|k| k.k_ac, |k| k.k_tc, RATIOS[2]),
+        k_ae: k_te * ratio(|k| k.k_ae, |k| k.k_te, RATIOS[3]),
+    }
+}
+
+/// Model of a calibration; `None` where its parameters are not told apart, or are relative.
+pub fn of_calibration(result: &Calibration) -> Option<Process> {
+    if !result.indistinguishable.is_empty() || result.parameters.iter().any(|p| p.unit.contains("per 1000")) {
+        return None;
+    }
+    let value = |name: &str| result.parameters.iter().find(|p| p.name == name).map(|p| p.value);
+    let base = match (result.model.as_str(), value("k_tc"), value("k_te")) {
+        ("power" | "linear-edge", Some(k_tc), Some(k_te)) => {
+            ForceModel::LinearEdge(scaled(k_tc, k_te, None, value("k_rc"), value("k_re")))
+        }
+        (name, ..) => {
+            let own = result.parameters.iter().filter(|p| p.name != "tare");
+            ForceModel::Named { name: name.to_owned(), parameters: own.map(|p| (p.name.clone(), p.value)).collect() }
+        }
+    };
+    Some(Process { base: Some(base), tare_w: result.tare, effects: Vec::new(), covariance: result.covariance.clone() })
+}
+
+/// Comment lines of a model file: what it rests on.
+pub fn provenance(report: &LearnReport) -> String {
+    let line = |v: &Value| format!("#   {} = {:.5} ± {:.2} {}\n", v.name, v.value, v.std_error, v.unit);
+    let mut text = format!(
+        "# samples: {} read, {} used; split: {}\n# held-out error: {:.4} before, {:.4} after\n# {}\n",
+        report.samples, report.used, report.how, report.base_test.rmse, report.final_test.rmse, report.verdict
+    );
+    report.final_base.iter().for_each(|v| text += &line(v));
+    text
+}

@@ -1,0 +1,147 @@
+//! JSON and words of `learn`, `learn-table` and `calibrate`, with the keys of the interface.
+
+use serde_json::{Value as Json, json};
+
+use super::WRITTEN_BY;
+use crate::learn::calibrate::Calibration;
+use crate::learn::report::{Errors, LearnReport, Value};
+
+/// JSON report of a diagnosis.
+pub fn learn_json(r: &LearnReport) -> String {
+    let alignment = r.alignment.as_ref().map(|a| {
+        json!({
+            "offset_s": a.offset_s, "stretch": a.stretch, "method": a.method, "uncertainty_s": a.uncertainty_s,
+            "pauses": a.pauses,
+        })
+    });
+    let effects: Vec<Json> = r
+        .effects
+        .iter()
+        .map(|e| {
+            json!({
+                "name": e.name, "parameters": values(&e.parameters), "p_value": e.p_value,
+                "test_rmse_before": e.test_rmse_before, "test_rmse_after": e.test_rmse_after, "evidence": e.evidence,
+            })
+        })
+        .collect();
+    let unexplained = r.unexplained.as_ref().map(|u| {
+        json!({
+            "test_r2_of_residual_structure": u.test_r2_of_residual_structure, "largest_correlate": u.largest_correlate,
+        })
+    });
+    let report = json!({
+        "written_by": WRITTEN_BY,
+        "data": {
+            "samples": r.samples, "used": r.used, "down_weighted": r.down_weighted,
+            "split": { "train": r.train, "test": r.test, "how": r.how },
+        },
+        "alignment": alignment,
+        "base": {
+            "parameters": values(&r.base), "condition": finite(r.condition),
+            "train": errors(&r.base_train), "test": errors(&r.base_test),
+        },
+        "effects": effects,
+        "rejected": r.rejected.iter().map(|x| json!({ "name": x.name, "why": x.why })).collect::<Vec<_>>(),
+        "confounded": r.confounded.iter()
+            .map(|c| json!({ "names": c.names, "why": c.why, "experiment": c.experiment })).collect::<Vec<_>>(),
+        "unexplained": unexplained,
+        "final": {
+            "parameters": values(&r.final_base), "train": errors(&r.final_train), "test": errors(&r.final_test),
+            "noise_floor": r.noise_floor,
+        },
+        "transfer": r.transfer.iter().map(|t| json!({
+            "kind": t.kind, "samples": t.samples, "rmse_before": t.rmse_before, "rmse_after": t.rmse_after,
+        })).collect::<Vec<_>>(),
+        "windows": r.windows.iter()
+            .map(|w| json!({ "time_s": w.time_s, "cutting": w.cutting, "edge": w.edge })).collect::<Vec<_>>(),
+        "wear": r.wear,
+        "variants_tried": r.variants_tried,
+        "warnings": r.warnings,
+        "supports_model": r.supports_model,
+        "verdict": r.verdict,
+    });
+    text(&report)
+}
+
+/// JSON report of a calibration.
+pub fn calibrate_json(c: &Calibration) -> String {
+    text(&json!({
+        "written_by": WRITTEN_BY,
+        "model": c.model,
+        "tests": c.tests,
+        "parameters": values(&c.parameters),
+        "tare_w": c.tare,
+        "covariance": c.covariance,
+        "condition": finite(c.condition),
+        "indistinguishable": c.indistinguishable,
+        "train": errors(&c.train),
+        "leave_one_out_rmse": c.leave_one_out_rmse,
+        "leave_set_up_out_rmse": c.leave_set_up_out_rmse,
+        "force_uncertainty": c.force_uncertainty,
+        "notes": c.notes,
+    }))
+}
+
+fn text(report: &Json) -> String {
+    serde_json::to_string_pretty(report).expect("plain data") + "\n"
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+fn errors(e: &Errors) -> Json {
+    json!({ "rmse": e.rmse, "mape": e.mape, "r2": e.r2 })
+}
+
+fn values(values: &[Value]) -> Vec<Json> {
+    let one = |v: &Value| json!({ "name": v.name, "value": v.value, "std_error": finite(v.std_error), "unit": v.unit });
+    values.iter().map(one).collect()
+}
+
+/// A diagnosis in words.
+pub fn learn_words(r: &LearnReport) -> String {
+    let mut text = format!("{}\n", r.verdict);
+    text += &format!("{} samples, {} used; {}\n", r.samples, r.used, r.how);
+    if let Some(a) = &r.alignment {
+        text += &format!(
+            "tied to the program by {} (± {:.2} s), offset {:.2} s, stretch {:.4}\n",
+            a.method, a.uncertainty_s, a.offset_s, a.stretch
+        );
+    }
+    text += &lines(&r.final_base);
+    for e in &r.effects {
+        text += &format!("+ {}: {}\n{}", e.name, e.evidence, lines(&e.parameters));
+    }
+    for c in &r.confounded {
+        text += &format!("? {} ({}); to separate them: {}\n", c.names.join(" or "), c.why, c.experiment);
+    }
+    for t in &r.transfer {
+        text += &format!("  on {} ({} samples): error {:.4} → {:.4}\n", t.kind, t.samples, t.rmse_before, t.rmse_after);
+    }
+    r.wear.iter().chain(&r.warnings).for_each(|note| text += &format!("note: {note}\n"));
+    text
+}
+
+/// A calibration in words.
+pub fn calibrate_words(c: &Calibration) -> String {
+    let mut text = format!("{} from {} measurements\n{}", c.model, c.tests, lines(&c.parameters));
+    text += &format!(
+        "error {:.4} in sample ({:.2} %), {:.4} leaving one out; condition {:.1}\n",
+        c.train.rmse, c.train.mape, c.leave_one_out_rmse, c.condition
+    );
+    if let Some(rmse) = c.leave_set_up_out_rmse {
+        text += &format!("error {rmse:.4} leaving one set-up out\n");
+    }
+    for group in &c.indistinguishable {
+        text += &format!("these tests cannot tell apart: {}\n", group.join(", "));
+    }
+    c.notes.iter().for_each(|note| text += &format!("note: {note}\n"));
+    text
+}
+
+fn lines(values: &[Value]) -> String {
+    values.iter().fold(String::new(), |text, v| {
+        text + &format!("    {} = {:.5} ± {:.2} {}\n", v.name, v.value, v.std_error, v.unit)
+    })
+}
