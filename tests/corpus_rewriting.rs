@@ -6,7 +6,7 @@ mod corpus;
 #[path = "common/rewriting.rs"]
 mod rewriting;
 
-use corpus::{LISTED, canon, programs, rs274_is_there, shared};
+use corpus::{LISTED, canon, motions, programs, rs274_is_there, same_motions, shared};
 use feedwright::machine::Annotate;
 use feedwright::nc::{self, Environment, Program};
 use feedwright::rewrite::rewrite;
@@ -59,21 +59,6 @@ fn hard_schedules_prove_on_every_program() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n---\n"));
 }
 
-/// Canonical calls without feeds, comments, lines and block numbers; a plane selected again is not said again.
-fn motions(canon: &str) -> Vec<String> {
-    let mut plane = String::new();
-    let mut kept = Vec::new();
-    for (row, at) in canon.lines().filter_map(|row| row.find('(').map(|at| (row, at))) {
-        let name = row[..at].rsplit(char::is_whitespace).next().unwrap_or_default();
-        let call = format!("{name}{}", &row[at..]);
-        let again = name == "SELECT_PLANE" && std::mem::replace(&mut plane, call.clone()) == call;
-        if !again && !["SET_FEED_RATE", "COMMENT", "MESSAGE", "SET_FEED_MODE"].contains(&name) {
-            kept.push(call);
-        }
-    }
-    kept
-}
-
 #[test]
 fn rs274_reads_the_same_motions_in_what_was_written() {
     if !rs274_is_there() {
@@ -93,42 +78,4 @@ fn rs274_reads_the_same_motions_in_what_was_written() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(read_alike > 10 || everything().is_empty(), "only {read_alike} programs were compared");
-}
-
-/// Name and numbers of a call.
-fn call(text: &str) -> (&str, Vec<f64>) {
-    let (name, rest) = text.split_once('(').unwrap_or((text, ""));
-    (name, rest.trim_end_matches(')').split(',').filter_map(|number| number.trim().parse().ok()).collect())
-}
-
-/// The same calls in the same order, but that a motion of the first may be several of the second: their ends advance to its
-/// end, and arcs keep plane, sense and centre.
-fn same_motions(before: &[String], after: &[String]) -> Result<(), String> {
-    let mut rest = after.iter();
-    for whole in before {
-        let (name, numbers) = call(whole);
-        loop {
-            let part = rest.next().ok_or_else(|| format!("{whole} is missing"))?;
-            if part == whole {
-                break;
-            }
-            let (part_name, part_numbers) = call(part);
-            let motion = ["STRAIGHT_FEED", "ARC_FEED"].contains(&name);
-            if !motion || part_name != name || part_numbers.len() != numbers.len() {
-                return Err(format!("{part} where {whole} was"));
-            }
-            if name == "ARC_FEED" {
-                let centre = (numbers[2] - part_numbers[2]).abs().max((numbers[3] - part_numbers[3]).abs());
-                let sense = (numbers[4] > 0.0) == (part_numbers[4] > 0.0);
-                if centre > 0.0015 || !sense {
-                    return Err(format!("{part} is no piece of {whole}"));
-                }
-                let end = [0, 1, 5].iter().all(|&k| (numbers[k] - part_numbers[k]).abs() < 1.5e-4);
-                if end {
-                    break;
-                }
-            }
-        }
-    }
-    rest.next().map_or(Ok(()), |extra| Err(format!("{extra} goes beyond the original")))
 }

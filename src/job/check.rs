@@ -128,12 +128,8 @@ impl Ratios<'_> {
         Some(worst)
     }
 
-    /// Load limits in force, those of the spindle's curves included.
     fn limits(&self, origin: &Origin, rps: f64) -> impl Iterator<Item = (LimitKind, f64)> + '_ {
-        let spindle = &self.run.job.machine.spindle;
-        let power = spindle.power_w.as_ref().map(|table| (LimitKind::Power, table.at(rps)));
-        let torque = spindle.torque_nmm.as_ref().map(|table| (LimitKind::Torque, table.at(rps)));
-        self.rules.of(origin.move_id).loads.iter().copied().chain(power).chain(torque)
+        load_limits(&self.rules.of(origin.move_id).loads, self.run, rps)
     }
 
     /// Largest feed that meets every limit.
@@ -162,6 +158,18 @@ impl Ratios<'_> {
         let nodes = self.run.problem.nodes_of(origin.move_id);
         frozen || nodes.iter().any(|node| (node.infeasible.is_some() || !node.free) && overlaps(node, origin))
     }
+}
+
+/// Load limits in force, those of the spindle's curves included.
+pub fn load_limits<'a>(
+    rule: &'a [(LimitKind, f64)],
+    run: &Run,
+    rps: f64,
+) -> impl Iterator<Item = (LimitKind, f64)> + 'a {
+    let spindle = &run.job.machine.spindle;
+    let power = spindle.power_w.as_ref().map(|table| (LimitKind::Power, table.at(rps)));
+    let torque = spindle.torque_nmm.as_ref().map(|table| (LimitKind::Torque, table.at(rps)));
+    rule.iter().copied().chain(power).chain(torque)
 }
 
 fn overlaps(node: &Node, origin: &Origin) -> bool {

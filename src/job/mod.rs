@@ -12,6 +12,7 @@
 mod check;
 mod follow;
 mod look;
+mod used;
 
 pub use look::{events, tool_assumption, unknown_tools};
 
@@ -114,7 +115,8 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
     for round in 0..=ROUNDS {
         let start = (watch.clock)();
         (watch.progress)("schedule", 0.0);
-        let schedule = schedule::solve(&run.problem, &run.toolpath, &run.job, &options);
+        let mut schedule = schedule::solve(&run.problem, &run.toolpath, &run.job, &options);
+        schedule.used = used::used(&run, &schedule);
         let solved = (watch.clock)();
         let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
         let wrote = (watch.clock)();

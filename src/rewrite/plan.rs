@@ -18,6 +18,8 @@ pub struct Piece {
     pub feed_mm_s: f64,
     /// What bounds it.
     pub limit: LimitKind,
+    /// Share of that limit in use, where it is known.
+    pub used: Option<f64>,
 }
 
 /// What a block wants.
@@ -49,12 +51,12 @@ pub struct Plan {
 pub fn plan(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &Job) -> Vec<Plan> {
     let frozen = freezes(program, toolpath, job);
     let mut plans = vec![Plan::default(); program.len()];
-    let shared = shared_feeds(toolpath, &schedule.pieces);
-    let mut rest = schedule.pieces.as_slice();
+    let all: Vec<Piece> = schedule.pieces.iter().enumerate().map(|(k, piece)| wanted(piece, k, schedule)).collect();
+    let shared = shared_feeds(toolpath, &schedule.pieces, &all);
+    let mut next = 0;
     for (id, motion) in toolpath.iter_moves() {
-        let mine = rest.iter().take_while(|piece| piece.move_id == id).count();
-        let (pieces, after) = rest.split_at(mine);
-        rest = after;
+        let first = next;
+        next += schedule.pieces[first..].iter().take_while(|piece| piece.move_id == id).count();
         let Some(plan) = plans.get_mut(motion.block.ix()) else { continue };
         plan.repeated |= motion.instance > 0;
         if motion.kind == MoveKind::Rapid {
@@ -62,62 +64,60 @@ pub fn plan(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &J
         }
         plan.first = plan.first.or(Some(id));
         plan.word = motion.feed.word;
-        let common = motion.shared.and_then(|number| shared.get(number as usize).copied().flatten());
-        add(plan, motion, frozen[id.ix()], pieces, common);
+        let length_mm = motion.curve.length();
+        if let Some(why) = frozen[id.ix()] {
+            plan.want = Want::Keep(why.why());
+        } else if length_mm > 0.0 || first < next {
+            let common = motion.shared.and_then(|number| shared.get(number as usize).copied().flatten());
+            let whole = tile(&schedule.pieces[first..next], length_mm);
+            add(plan, motion, if whole { &all[first..next] } else { &[] }, common);
+        }
     }
     exclude(&mut plans, job);
     plans
 }
 
+fn wanted(piece: &FeedPiece, index: usize, schedule: &Schedule) -> Piece {
+    let used = schedule.used.get(index).copied().flatten();
+    Piece { to_mm: piece.to_mm, feed_mm_s: piece.feed_mm_s, limit: piece.limit, used }
+}
+
 /// The lowest feed of the moves of each shared number.
-fn shared_feeds(toolpath: &Toolpath, pieces: &[FeedPiece]) -> Vec<Option<Piece>> {
+fn shared_feeds(toolpath: &Toolpath, pieces: &[FeedPiece], all: &[Piece]) -> Vec<Option<Piece>> {
     let mut least: Vec<Option<Piece>> = Vec::new();
-    for piece in pieces {
+    for (piece, wanted) in pieces.iter().zip(all) {
         let Some(number) = toolpath.moves[piece.move_id.ix()].shared else { continue };
         let index = number as usize;
         if least.len() <= index {
             least.resize(index + 1, None);
         }
-        least[index] = Some(lower(least[index], piece));
+        least[index] = lowest(&[least[index].unwrap_or(*wanted), *wanted]);
     }
     least
 }
 
-fn lower(known: Option<Piece>, piece: &FeedPiece) -> Piece {
-    let new = Piece { to_mm: f64::INFINITY, feed_mm_s: piece.feed_mm_s, limit: piece.limit };
-    known.filter(|known| known.feed_mm_s <= new.feed_mm_s).unwrap_or(new)
+/// The piece with the lowest feed, for the whole block.
+fn lowest(pieces: &[Piece]) -> Option<Piece> {
+    let least = pieces.iter().copied().reduce(|a, b| if b.feed_mm_s < a.feed_mm_s { b } else { a });
+    least.map(|piece| Piece { to_mm: f64::INFINITY, ..piece })
 }
 
-fn add(plan: &mut Plan, motion: &Move, frozen: Option<Freeze>, pieces: &[FeedPiece], common: Option<Piece>) {
-    let length = motion.curve.length();
-    if let Want::Keep(_) = plan.want {
-        return;
-    }
-    if let Some(why) = frozen {
-        plan.want = Want::Keep(why.why());
-        return;
-    }
-    if length == 0.0 && pieces.is_empty() {
-        return;
-    }
-    if !tile(pieces, length) || pieces.iter().any(|piece| !(piece.feed_mm_s > 0.0 && piece.feed_mm_s.is_finite())) {
+fn add(plan: &mut Plan, motion: &Move, pieces: &[Piece], common: Option<Piece>) {
+    if pieces.is_empty() || pieces.iter().any(|piece| !(piece.feed_mm_s > 0.0 && piece.feed_mm_s.is_finite())) {
         plan.want = Want::Keep("the schedule says nothing about it");
-        return;
     }
     let own = match common {
+        None if motion.splittable => pieces.to_vec(),
+        None => lowest(pieces).into_iter().collect(),
         Some(piece) => vec![piece],
-        None if motion.splittable => {
-            pieces.iter().map(|p| Piece { to_mm: p.to_mm, feed_mm_s: p.feed_mm_s, limit: p.limit }).collect()
-        }
-        None => vec![pieces[1..].iter().fold(lower(None, &pieces[0]), |least, piece| lower(Some(least), piece))],
     };
     match &mut plan.want {
+        Want::Keep(_) => {}
         Want::Feeds(before) => {
             before.extend(own);
-            let least = before.iter().copied().reduce(|a, b| if b.feed_mm_s < a.feed_mm_s { b } else { a });
-            *before = least.into_iter().map(|piece| Piece { to_mm: f64::INFINITY, ..piece }).collect();
+            *before = lowest(before).into_iter().collect();
         }
-        want => *want = Want::Feeds(own),
+        want @ Want::Nothing => *want = Want::Feeds(own),
     }
 }
 

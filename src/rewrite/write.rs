@@ -391,7 +391,7 @@ impl<'a> Writer<'a> {
             feed: feed.text.clone(),
             was: self.reference.clone().filter(|_| differs),
             limit: Some(piece.limit),
-            percent: None,
+            percent: piece.used.map(|used| (100.0 * used).round() as u32),
             tool,
             kept: false,
         })

@@ -111,6 +111,8 @@ pub struct Realised {
 pub struct Schedule {
     /// Commanded feeds of every feed move, in order; the pieces of a move tile it.
     pub pieces: Vec<FeedPiece>,
+    /// Share of the load limit that bounds each piece which its feed uses, by index; empty: not known.
+    pub used: Vec<Option<f64>>,
     /// Realised time of the continuous optimum (no F words), s.
     pub continuous_s: f64,
     /// Seconds saved per unit of a limit (negative: more would save time), by kind.

@@ -78,7 +78,8 @@ pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
     }
     put_prices(&mut pieces, problem, &prices.node_s);
     let how = how(&optimum);
-    Schedule { pieces, continuous_s, shadow_prices: prices.shadow, active_s: prices.active_s, how }
+    let used = Vec::new();
+    Schedule { pieces, used, continuous_s, shadow_prices: prices.shadow, active_s: prices.active_s, how }
 }
 
 fn how(optimum: &Optimum) -> String {

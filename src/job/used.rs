@@ -1,0 +1,32 @@
+//! How much of its limit each commanded feed uses, for the notes in the program. In: a run and its schedule. Out: for every
+//! piece the largest ratio of the load that bounds it to its limit; nothing where no load does.
+
+use rayon::prelude::*;
+
+use super::check::load_limits;
+use crate::engage::Station;
+use crate::report::Run;
+use crate::schedule::caps::{Cutters, cut_at};
+use crate::schedule::rules::rules;
+use crate::schedule::{FeedPiece, Schedule};
+
+/// Ratio of load to limit of each piece of the schedule, by index.
+pub fn used(run: &Run, schedule: &Schedule) -> Vec<Option<f64>> {
+    let cutters = Cutters::new(&run.toolpath, &run.map, &run.job);
+    let rules = rules(&run.toolpath, &run.map, &run.job);
+    let of_piece = |piece: &FeedPiece| {
+        let motion = &run.toolpath.moves[piece.move_id.ix()];
+        let mut limits = load_limits(&rules.of(piece.move_id).loads, run, motion.spin.rps);
+        let (_, limit) = limits.find(|(kind, _)| *kind == piece.limit)?;
+        let cutter = cutters.of(piece.move_id)?;
+        let inside = |station: &&Station| {
+            station.from_mm < piece.to_mm && station.to_mm > piece.from_mm && station.arc_count > 0
+        };
+        let load = |station: &Station| {
+            cutter.line(&cut_at(&run.map, motion, station)).loads(piece.feed_mm_s).bounded_by(piece.limit)
+        };
+        let loads = run.map.stations_of(piece.move_id).iter().filter(inside).filter_map(load);
+        loads.reduce(f64::max).map(|load| load / limit)
+    };
+    schedule.pieces.par_iter().map(of_piece).collect()
+}

@@ -1,0 +1,104 @@
+//! The main job on six real programs: every limit met in the simulation of the written file, proof clean, rs274 reads the
+//! same motions, and a second run changes next to nothing.
+
+#[path = "common/corpus.rs"]
+mod corpus;
+
+use std::path::Path;
+use std::sync::Mutex;
+
+use corpus::{LISTED, canon, motions, rs274_is_there, same_motions, shared};
+use feedwright::job::{MET, Task, Watch, optimize};
+use feedwright::nc::{self, Dialect, Environment, Program};
+use feedwright::report::Run;
+use feedwright::{engage, rewrite, setup};
+
+/// One at a time: each run uses every core already.
+static ONE: Mutex<()> = Mutex::new(());
+
+fn run(program: Program, setup_file: &Path) -> Run {
+    let text = std::fs::read_to_string(setup_file).unwrap();
+    let (job, assumptions) = setup::load(&text, setup_file.parent().unwrap()).unwrap();
+    let watch =
+        Watch { progress: &|_, _| (), clock: &|| 0.0, subprograms: &|_| None, engage: engage::Options::default() };
+    optimize(Task { program, job, assumptions }, &watch).unwrap()
+}
+
+fn dialect_of(setup_file: &Path) -> Option<Dialect> {
+    let text = std::fs::read_to_string(setup_file).unwrap();
+    let (job, _) = setup::load(&text, setup_file.parent().unwrap()).unwrap();
+    job.machine.dialect.as_deref().and_then(Dialect::from_name)
+}
+
+/// The whole acceptance of one program.
+fn accept(name: &str) {
+    let (file, setup_name) = LISTED.iter().find(|(_, setup)| *setup == name).unwrap();
+    let (Some(path), Some(setup_file)) = (shared(file), shared(&format!("programs/setups/{setup_name}.toml"))) else {
+        return;
+    };
+    let _alone = ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let text = std::fs::read(path).unwrap();
+    let dialect = dialect_of(&setup_file);
+    let first = run(nc::parse(text.clone(), dialect), &setup_file);
+    let written = first.written.as_ref().unwrap();
+    assert!(written.check.identical, "{:?}", written.check.differences);
+    assert!(written.check.worst_ratio <= MET, "a load reaches {} of its limit", written.check.worst_ratio);
+
+    // The proof once more, by itself, on a control that knows nothing of the setup.
+    let output = nc::parse(written.bytes.clone(), dialect);
+    let proof = rewrite::verify(&first.program, &output, &Environment::default());
+    assert!(proof.holds(), "{:?}", proof.differences);
+    assert!(proof.feeds_changed > 0 && rewrite::is_ours(&output));
+
+    if rs274_is_there() {
+        let before = canon(&text).expect("rs274 takes the original");
+        let after = canon(&written.bytes).expect("rs274 takes the rewritten program");
+        same_motions(&motions(&before), &motions(&after)).unwrap();
+    }
+
+    let second = run(output, &setup_file);
+    let again = second.written.as_ref().unwrap();
+    let stats = &again.stats;
+    let changed = stats.f_words_changed + stats.f_words_inserted + stats.blocks_added;
+    assert!(100 * changed < stats.f_words_before, "{changed} of {} F values change", stats.f_words_before);
+    assert!(again.check.identical && again.check.worst_ratio <= MET);
+    let marks = |bytes: &[u8]| bytes.windows(10).filter(|window| window == b"FEEDWRIGHT").count();
+    assert_eq!(marks(&again.bytes), 1, "our mark is there once");
+    println!(
+        "{name}: {:.1} s → {:.1} s, worst {:.4}, {} F words, a second run changes {changed}",
+        first.realised_before.total_s,
+        written.realised_after.total_s,
+        written.check.worst_ratio,
+        written.stats.f_words_after
+    );
+}
+
+#[test]
+fn camotics_bear() {
+    accept("camotics_bear");
+}
+
+#[test]
+fn camotics_botomata_bottom() {
+    accept("camotics_botomata_bottom");
+}
+
+#[test]
+fn camotics_tiger() {
+    accept("camotics_tiger");
+}
+
+#[test]
+fn ledfloor_1121_btn8() {
+    accept("ledfloor_1121_btn8");
+}
+
+#[test]
+fn maestro_parallel() {
+    accept("maestro_PARALLEL");
+}
+
+#[test]
+fn nist_box_op1() {
+    accept("box_op1");
+}
