@@ -20,6 +20,10 @@ const LOSS: f64 = 0.008;
 const GROWTH: f64 = 1.5;
 /// How often prices are changed.
 const ROUNDS: usize = 6;
+/// Share of the time that new F words must save to replace those that are within their limits.
+const WORTH: f64 = 0.002;
+/// How far an F word that is there may lie above a cap: half of what the check of the written file allows a load.
+const SLACK: f64 = 0.005;
 
 /// What the caller may choose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,10 +80,29 @@ pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
         }
         pieces = choice(&costs);
     }
+    pieces = settled(&units, pieces, toolpath, job);
     put_prices(&mut pieces, problem, &prices.node_s);
     let how = how(&optimum);
     let used = Vec::new();
     Schedule { pieces, used, continuous_s, shadow_prices: prices.shadow, active_s: prices.active_s, how }
+}
+
+/// The feeds of the text, wherever they are within their limits, if that costs next to no time (so that an optimised program
+/// stays as it is, though its stations lie elsewhere); else the new ones.
+fn settled(units: &[Unit], new: Vec<FeedPiece>, toolpath: &Toolpath, job: &Job) -> Vec<FeedPiece> {
+    let mut at = 0;
+    let kept = |unit: &Unit| {
+        while new[at].move_id != unit.move_id || new[at].to_mm < unit.to_mm - 1e-9 {
+            at += 1;
+        }
+        let (there, chosen) = (unit.programmed_mm_s, new[at].feed_mm_s);
+        let low = there < unit.floor_mm_s.min(chosen);
+        if low || there > unit.cap.feed_mm_s * (1.0 + SLACK) { chosen } else { there }
+    };
+    let feeds: Vec<f64> = units.iter().map(kept).collect();
+    let old = pieces(units, &feeds);
+    let time_s = |pieces: &[FeedPiece]| realise(toolpath, pieces, &job.machine).total_s;
+    if time_s(&old) <= (1.0 + WORTH) * time_s(&new) { old } else { new }
 }
 
 fn how(optimum: &Optimum) -> String {
