@@ -65,13 +65,23 @@ const NESTED_COMMENT: usize = 256;
 type Input<'a> = &'a [u8];
 
 /// The token of `line` (the bytes of one line, its end included) at `at`; `base` is where the line begins in the text.
+#[inline]
 pub fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
     let rest = &line[at..];
-    let (kind, length, number) = scan(rest, first);
+    // Nearly every token is a letter with a number right behind it, or one blank.
+    let letter = rest[0] & !0x20;
+    let (kind, length, number) = if letter.is_ascii_uppercase()
+        && let Some((number, length)) = decimal(&rest[1..])
+    {
+        (TokenKind::Word(letter), 1 + length, number)
+    } else {
+        scan(rest, first)
+    };
     let start = base + at as u32;
     Token { kind, span: Span { start, end: start + length.max(1) as u32 }, number }
 }
 
+#[inline(never)]
 fn scan(rest: Input<'_>, first: bool) -> (TokenKind, usize, f64) {
     match rest[0] {
         b' ' | b'\t' => (TokenKind::Blank, length_of(blanks, rest), 0.0),

@@ -7,34 +7,42 @@ const POWERS: [f64; 23] = [
 ];
 
 /// Reads `[+-]digits[.digits]` at the start of `bytes`: at least one digit, no exponent. `None` when there is no number.
+#[inline]
 pub fn decimal(bytes: &[u8]) -> Option<(f64, usize)> {
     let (negative, sign) = match bytes.first() {
         Some(b'-') => (true, 1),
         Some(b'+') => (false, 1),
         _ => (false, 0),
     };
-    let (mut at, mut digits, mut mantissa, mut places) = (sign, 0_u32, 0_u64, 0_usize);
-    let mut point = false;
-    while let Some(&byte) = bytes.get(at) {
-        let digit = byte.wrapping_sub(b'0');
-        if digit < 10 {
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-            digits += 1;
-            places += usize::from(point);
-        } else if byte == b'.' && !point {
-            point = true;
-        } else {
-            break;
-        }
-        at += 1;
+    let (at, mantissa) = run_of_digits(bytes, sign, 0);
+    let (mut end, mut mantissa, mut digits, mut places) = (at, mantissa, at - sign, 0);
+    if bytes.get(at) == Some(&b'.') {
+        (end, mantissa) = run_of_digits(bytes, at + 1, mantissa);
+        places = end - at - 1;
+        digits += places;
     }
     if digits == 0 {
         return None;
     }
-    let magnitude = if digits <= 15 { mantissa as f64 / POWERS[places] } else { long(&bytes[sign..at])? };
-    Some((if negative { -magnitude } else { magnitude }, at))
+    let magnitude = if digits <= 15 { mantissa as f64 / POWERS[places] } else { long(&bytes[sign..end])? };
+    Some((if negative { -magnitude } else { magnitude }, end))
 }
 
+/// Digits from `at` on, appended to `mantissa`: where they end, and the longer mantissa (meaningless beyond 19 digits).
+#[inline]
+fn run_of_digits(bytes: &[u8], mut at: usize, mut mantissa: u64) -> (usize, u64) {
+    while let Some(&byte) = bytes.get(at) {
+        let digit = byte.wrapping_sub(b'0');
+        if digit > 9 {
+            break;
+        }
+        mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
+        at += 1;
+    }
+    (at, mantissa)
+}
+
+#[cold]
 fn long(digits: &[u8]) -> Option<f64> {
     std::str::from_utf8(digits).ok()?.parse().ok().filter(|value: &f64| value.is_finite())
 }
