@@ -33,7 +33,7 @@ fn scan(rest: &[u8], first: bool) -> (TokenKind, usize, f64) {
         b'0'..=b'9' | b'+' | b'-' | b'.' => match decimal(rest) {
             Some((number, length)) if first => (TokenKind::Word(b'N'), length, number),
             Some((number, length)) => (TokenKind::Expression, length, number),
-            None => (TokenKind::Bad, 1, 0.0),
+            None => (TokenKind::Bad, 1 + rest[1..].iter().take_while(|byte| byte.is_ascii_digit()).count(), 0.0),
         },
         b'A'..=b'Z' => word(rest, letter),
         _ => (TokenKind::Bad, 1, 0.0),

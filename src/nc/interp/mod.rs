@@ -330,6 +330,16 @@ impl<'a> Run<'a> {
 
     /// Diagnoses what could not be read in a block.
     fn complain(&mut self, line: &Line) {
+        let macro_call = line.has_g(650) || line.has_g(40);
+        for letter in b"EUVW".iter().filter(|&&letter| line.has(letter) && !macro_call) {
+            let text = format!("{} is not an axis or a word known here", char::from(*letter));
+            self.not_understood(
+                "nc::unknown-word",
+                line.span(*letter).unwrap_or_default(),
+                text,
+                "the word is left out",
+            );
+        }
         for &(kind, span) in &line.bad {
             self.complain_about(kind, span);
         }

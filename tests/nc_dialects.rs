@@ -1,0 +1,229 @@
+//! What each dialect's own words mean: end points worked out by hand against what the interpreter makes of them.
+
+use feedwright::machine::Compensation;
+use feedwright::nc::{self, Dialect, Environment, Event, FeedMode, Freeze, MoveKind, Toolpath};
+use feedwright::path::Curve;
+
+fn read(text: &str, dialect: Dialect) -> Toolpath {
+    nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(dialect)), &Environment::default())
+}
+
+/// End points of all motions, rounded to a thousandth.
+fn ends(path: &Toolpath) -> Vec<[f64; 3]> {
+    let round = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
+    path.moves.iter().map(|m| m.curve.to()).map(|p| [round(p.x), round(p.y), round(p.z)]).collect()
+}
+
+fn assert_quiet(path: &Toolpath) {
+    assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+}
+
+#[test]
+fn macro_b_loops_jumps_and_calls() {
+    let text = "O1000\nG90 G0 X0 Y0 Z0\n#1=0\nWHILE [#1 LT 3] DO1\nG91 G1 X10. F100.\n#1=#1+1\nEND1\nG90\n\
+        IF [#1 EQ 3] GOTO 50\nX999.\nN50 X0.\nM98 P2000 L2\nG65 P3000 A5. B[#1*2]\nM30\nO2000\nG91 Y1.\nG90\nM99\n\
+        O3000\nX#1 Z#2\nM99\n";
+    let path = read(text, Dialect::Fanuc);
+    assert_quiet(&path);
+    let x = [[0.0; 3], [10.0, 0.0, 0.0], [20.0, 0.0, 0.0], [30.0, 0.0, 0.0], [0.0; 3]];
+    let y = [[0.0, 1.0, 0.0], [0.0, 2.0, 0.0], [5.0, 2.0, 6.0]];
+    assert_eq!(ends(&path), [&x[..], &y[..]].concat());
+    assert_eq!(path.moves[1..4].iter().map(|m| m.instance).collect::<Vec<_>>(), [0, 1, 2]);
+    assert!(path.moves[1].shared.is_some(), "a block executed three times has one feed");
+    assert_eq!(path.moves[1].shared, path.moves[3].shared);
+    assert_ne!(path.moves[1].shared, path.moves[5].shared, "the subprogram has its own");
+    assert_eq!(path.moves[4].shared, None);
+}
+
+#[test]
+fn o_words_of_linuxcnc() {
+    let text = "o100 sub\nG1 X[#1] F100\no100 endsub\no100 call [5]\n#<i> = 0\no101 while [#<i> LT 2]\n\
+        #<i> = [#<i> + 1]\no102 if [#<i> EQ 1]\nY#<i>\no102 else\nY[10*#<i>]\no102 endif\no101 endwhile\n\
+        o103 repeat [3]\nG91 Z1\nG90\no103 endrepeat\no104 do\n#<i> = [#<i> - 1]\nX#<i>\no104 while [#<i> GT 0]\nM2\n";
+    let path = read(text, Dialect::LinuxCnc);
+    assert_quiet(&path);
+    let expected = [
+        [5.0, 0.0, 0.0],
+        [5.0, 1.0, 0.0],
+        [5.0, 20.0, 0.0],
+        [5.0, 20.0, 1.0],
+        [5.0, 20.0, 2.0],
+        [5.0, 20.0, 3.0],
+        [1.0, 20.0, 3.0],
+        [0.0, 20.0, 3.0],
+    ];
+    assert_eq!(ends(&path), expected);
+}
+
+#[test]
+fn local_calls_of_haas() {
+    let path = read("G91 G1 F100.\nM97 P100 L2\nM30\nN100 X2.\nM99\n", Dialect::Haas);
+    assert_eq!(ends(&path)[1..], [[2.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn subprograms_in_other_files_are_followed_and_left_alone() {
+    let load = |name: &str| (name == "O0007.nc").then(|| b"G1 X7. F50.\nM99\n".to_vec());
+    let program = nc::parse(b"M98 P7\nG1 Y1. F80.\nM30\n".to_vec(), Some(Dialect::Fanuc));
+    let path = nc::interpret(&program, &Environment { load: &load, ..Environment::default() });
+    assert_eq!(ends(&path), [[7.0, 0.0, 0.0], [7.0, 1.0, 0.0]]);
+    assert_eq!(path.moves[0].freeze, Some(Freeze::OtherFile));
+    assert_eq!((path.moves[0].line, path.moves[0].feed.word), (1, None));
+    assert_eq!(path.moves[1].freeze, None);
+}
+
+#[test]
+fn siemens_words_parameters_labels_and_cycles() {
+    let text = "%_N_TEST_MPF\nDEF REAL TOP=10\nR1=5 R2=R1*2\nG0 X=R1 Y=TOP/2 Z=TOP\nG1 X0 F500\n\
+        G2 X10 Y5 CR=5\nG3 X10 Y5 I=AC(10) J=AC(0)\nIF R1>4 GOTOF SKIP\nX999\nSKIP:\nG1 X=IC(2)\nTRANS X100\nX0\nTRANS\n\
+        MCALL CYCLE81(20,10,2,,8)\nX1 Y2\nMCALL\nM30\n";
+    let path = read(text, Dialect::Siemens);
+    assert_quiet(&path);
+    let expected = [
+        [5.0, 5.0, 10.0],
+        [0.0, 5.0, 10.0],
+        [10.0, 5.0, 10.0],
+        [10.0, 5.0, 10.0],
+        [12.0, 5.0, 10.0],
+        [100.0, 5.0, 10.0],
+        [1.0, 2.0, 10.0],
+        [1.0, 2.0, 20.0],
+        [1.0, 2.0, 12.0],
+        [1.0, 2.0, 2.0],
+        [1.0, 2.0, 20.0],
+    ];
+    assert_eq!(ends(&path), expected);
+    let Curve::Arc(full) = path.moves[3].curve else { panic!("a full turn") };
+    assert!((full.sweep_rad - std::f64::consts::TAU).abs() < 1e-9 && (full.radius_mm - 5.0).abs() < 1e-9);
+}
+
+#[test]
+fn heidenhain_plain_language() {
+    let text = "0 BEGIN PGM TEST MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n2 TOOL CALL 5 Z S3000 F500\n\
+        3 L X+10 Y-5 Z+50 R0 FMAX M3\n4 Q1 = +5 * 2\n5 L Z-Q1 F300\n6 CC X+10 Y+5\n7 C X+10 Y-5 DR+\n\
+        8 L IX+5 Y+0\n9 CR X+25 Y+10 R+10 DR-\n10 LBL 1\n11 L IY+1\n12 CALL LBL 1 REP 2/2\n\
+        13 CYCL DEF 200 DRILLING ~\nQ200=2 ~\nQ201=-10 ~\nQ206=150 ~\nQ202=5 ~\nQ203=+0 ~\nQ204=50\n14 L X+0 FMAX M99\n\
+        15 L Z+100 FMAX M30\n16 END PGM TEST MM\n";
+    let path = read(text, Dialect::Heidenhain);
+    assert_quiet(&path);
+    let e = ends(&path);
+    let first = [[10.0, -5.0, 50.0], [10.0, -5.0, -10.0], [10.0, -5.0, -10.0], [15.0, 0.0, -10.0], [25.0, 10.0, -10.0]];
+    assert_eq!(e[..5], first);
+    assert_eq!(e[5..8], [[25.0, 11.0, -10.0], [25.0, 12.0, -10.0], [25.0, 13.0, -10.0]]);
+    assert_eq!(path.moves[0].tool, 5);
+    assert_eq!(path.moves[0].kind, MoveKind::Rapid);
+    assert!((path.moves[1].feed.mm_s - 5.0).abs() < 1e-12);
+    let deepest = path.moves.iter().skip(8).filter(|m| m.kind == MoveKind::Feed).map(|m| m.curve.to().z);
+    assert_eq!(deepest.fold(f64::INFINITY, f64::min), -10.0);
+    assert!(path.moves.iter().skip(9).all(|m| m.kind == MoveKind::Rapid || m.freeze == Some(Freeze::Cycle)));
+}
+
+#[test]
+fn feeds_in_every_mode() {
+    let text = "G21 G90 S600 M3\nG93 G1 X30 F2\nG95 X60 F0.1\nG94 X90 F120\nG20 G1 X4 F6\nM2\n";
+    let path = read(text, Dialect::LinuxCnc);
+    let feeds: Vec<f64> = path.moves.iter().map(|m| (m.feed.mm_s * 1e6).round() / 1e6).collect();
+    assert_eq!(feeds, [1.0, 1.0, 2.0, 2.54]);
+    let modes: Vec<FeedMode> = path.moves.iter().map(|m| m.feed.mode).collect();
+    assert_eq!(modes[..3], [FeedMode::InverseTime, FeedMode::PerRev, FeedMode::PerMinute]);
+}
+
+#[test]
+fn turned_scaled_mirrored_and_polar_coordinates() {
+    let path = read("G0 X0 Y0\nG68 X0 Y0 R90.\nG1 X10. F100.\nG69\nX0 Y0\nM30\n", Dialect::Fanuc);
+    assert_eq!(ends(&path)[1..], [[0.0, 10.0, 0.0], [0.0, 0.0, 0.0]]);
+    let path = read("G0 X0 Y0\nG51 X0 Y0 P2000\nG1 X10. F100.\nG2 X20. Y10. R10.\nG50\nM30\n", Dialect::Fanuc);
+    assert_eq!(ends(&path)[1..], [[20.0, 0.0, 0.0], [40.0, 20.0, 0.0]]);
+    let path = read("G0 X0 Y0\nG51.1 X0\nG1 X10. F100.\nG2 X20. Y10. R10.\nM30\n", Dialect::Fanuc);
+    assert_eq!(ends(&path)[1..], [[-10.0, 0.0, 0.0], [-20.0, 10.0, 0.0]]);
+    let Curve::Arc(mirrored) = path.moves[2].curve else { panic!("an arc") };
+    assert!(mirrored.sweep_rad > 0.0, "a mirrored G2 turns counter-clockwise");
+    let path = read("G0 X0 Y0\nG16\nG1 X10. Y30. F100.\nY90.\nG15\nM30\n", Dialect::Fanuc);
+    assert_eq!(ends(&path)[1..], [[8.66, 5.0, 0.0], [0.0, 10.0, 0.0]]);
+}
+
+#[test]
+fn shifts_of_the_zero_move_the_numbers_and_not_the_tool() {
+    let text = "G0 X10 Y0\nG92 X0\nG1 X5 F100\nG92.1\nX5\nG10 L2 P2 X100\nG55\nX0\nG52 X7\nX0\nM2\n";
+    let path = read(text, Dialect::Generic);
+    let x: Vec<f64> = path.moves.iter().map(|m| m.curve.to().x).collect();
+    assert_eq!(x, [10.0, 15.0, 5.0, 100.0, 107.0]);
+    let shown: Vec<f64> = path.iter_moves().map(|(id, m)| m.curve.to().x - path.shift_at(id).x).collect();
+    assert_eq!(shown, [10.0, 5.0, 5.0, 0.0, 0.0]);
+}
+
+#[test]
+fn what_keeps_its_feed_is_frozen() {
+    let text =
+        "G1 X1 F100 S100 M3\nG1 X2 A30\nG33 Z-5 K1\nG31 Z-6\nG84 X1 Z-5 R2\nG85 X2\nG81 X3\nG80\n/G1 X9\nG1 X10\nM2\n";
+    let path = read(text, Dialect::Generic);
+    let freeze =
+        |line: u32| path.moves.iter().filter(move |m| m.line == line && m.kind == MoveKind::Feed).map(|m| m.freeze);
+    let expected = [
+        (1, None),
+        (2, Some(Freeze::Rotary)),
+        (3, Some(Freeze::Synchronised)),
+        (4, Some(Freeze::Probe)),
+        (5, Some(Freeze::Synchronised)),
+        (6, Some(Freeze::Cycle)),
+        (7, None),
+        (9, Some(Freeze::BlockDelete)),
+        (10, None),
+    ];
+    for (line, why) in expected {
+        assert!(freeze(line).count() > 0, "line {line} moves");
+        assert!(freeze(line).all(|f| f == why), "line {line}: {:?}", freeze(line).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn a_drilling_cycle_has_one_feed_for_all_its_holes() {
+    let path = read("F80\nG99 G83 X0 Y0 Z-10 R2 Q4\nX10\nX20\nG80\nG1 X30\nM2\n", Dialect::Generic);
+    let holes: Vec<_> = path.moves.iter().filter(|m| m.kind == MoveKind::Feed && m.line < 5).collect();
+    assert_eq!(holes.len(), 9, "three pecks in three holes");
+    assert!(holes.iter().all(|m| m.shared == holes[0].shared && m.shared.is_some() && m.feed.word.is_some()));
+    assert_eq!(path.moves.last().unwrap().shared, None);
+}
+
+#[test]
+fn block_delete_is_obeyed_both_ways() {
+    let program = nc::parse(b"G0 X1\n/G0 X2\nG0 Y1\nM2\n".to_vec(), None);
+    let off = nc::interpret(&program, &Environment::default());
+    let on = nc::interpret(&program, &Environment { block_delete: true, ..Environment::default() });
+    assert_eq!((off.moves.len(), on.moves.len()), (3, 2));
+}
+
+#[test]
+fn compensation_is_what_the_setup_or_the_geometry_says() {
+    // An arc of 3 mm cannot be followed inside by a cutter of radius 5: the path must be written as the tool runs.
+    let tight = "T1 M6\nG0 X0 Y-20\nG1 F100 Y-19\nG41 D1 X0 Y0\nG3 X3 Y3 I0 J3\nG1 X10\nG40 Y20\nM30\n";
+    let open = "T1 M6\nG0 X0 Y-20\nG1 F100 Y-19\nG41 D1 X0 Y0\nG1 Y30\nG40 X-20\nM30\n";
+    let read = |text: &str, compensation| {
+        let environment = Environment { compensation, diameters_mm: vec![(1, 10.0)], ..Environment::default() };
+        nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(Dialect::Fanuc)), &environment)
+    };
+    let by_geometry = read(tight, None);
+    assert_eq!(by_geometry.moves[2].curve.to().x, 0.0, "as written");
+    assert!(by_geometry.moves.iter().all(|m| m.freeze.is_none()), "decided, not frozen");
+    let asked = read(open, None);
+    assert_eq!(asked.moves[2].freeze, Some(Freeze::Compensation));
+    assert!(asked.diagnostics.iter().any(|d| d.code == "nc::compensation" && d.line == Some(4)));
+    let control = read(open, Some(Compensation::Control));
+    assert_eq!(control.moves[2].curve.to().x, -5.0, "the tool runs 5 mm left of the contour");
+    assert_eq!(read(open, Some(Compensation::Wear)).moves[2].curve.to().x, 0.0);
+    let refused = read(tight, Some(Compensation::Control));
+    assert!(refused.diagnostics.iter().any(|d| d.code == "nc::compensation" && d.line == Some(5)));
+}
+
+#[test]
+fn dwells_and_stops_are_events() {
+    let path = read("G4 P500\nG4 X1.5\nM0\nM30\n", Dialect::Fanuc);
+    let dwells: Vec<f64> = path
+        .events
+        .iter()
+        .filter_map(|e| if let Event::Dwell { seconds, .. } = e { Some(*seconds) } else { None })
+        .collect();
+    assert_eq!(dwells, [0.5, 1.5]);
+    assert!(matches!(path.events[2], Event::Stop { end: false, .. }));
+    assert!(matches!(path.events[3], Event::Stop { end: true, .. }));
+}
