@@ -8,23 +8,22 @@ use std::time::Instant;
 use feedwright::nc::{self, Environment};
 
 const BLOCKS: usize = 1_000_000;
-const REPEATS: usize = 5;
 
 fn main() {
     let text = program();
     let megabytes = text.len() as f64 / 1e6;
-    println!("{BLOCKS} blocks, {megabytes:.1} MB; best of {REPEATS}, processor time of one thread");
+    println!("{BLOCKS} blocks, {megabytes:.1} MB; processor time of one thread");
     let show = |name: &str, seconds: f64| {
         println!("{name:<28} {:>8.1} MB/s {:>8.2} M blocks/s", megabytes / seconds, BLOCKS as f64 / 1e6 / seconds);
     };
-    show("memchr line scan", best(|| memchr::memchr_iter(b'\n', black_box(&text)).count()));
+    show("memchr line scan", mean(|| memchr::memchr_iter(b'\n', black_box(&text)).count()));
     let program = nc::parse(text.clone(), None);
-    show("parse (lines, dialect)", best(|| nc::parse(text.clone(), None).len()));
-    show("lex every token", best(|| program.blocks().map(|block| program.tokens(block).count()).sum()));
+    show("parse (lines, dialect)", mean(|| nc::parse(text.clone(), None).len()));
+    show("lex every token", mean(|| program.blocks().map(|block| program.tokens(block).count()).sum()));
     let environment = Environment::default();
     show(
         "parse + interpret, streamed",
-        best(|| {
+        mean(|| {
             let program = nc::parse(text.clone(), None);
             let mut moves = 0;
             nc::interpret_each(&program, &environment, |path| moves += path.moves.len());
@@ -33,7 +32,7 @@ fn main() {
     );
     show(
         "parse + interpret, collected",
-        best(|| {
+        mean(|| {
             let program = nc::parse(text.clone(), None);
             nc::interpret(&program, &environment).moves.len()
         }),
@@ -48,15 +47,18 @@ fn main() {
     println!("memory: collected toolpath {:.1} bytes/block more", per_block(path.memory_bytes()));
 }
 
-fn best(mut run: impl FnMut() -> usize) -> f64 {
+/// Mean time of a run, s, over as many runs as take half a second.
+fn mean(mut run: impl FnMut() -> usize) -> f64 {
     let origin = Instant::now();
-    let mut shortest = f64::INFINITY;
-    for _ in 0..REPEATS {
-        let start = cpu_seconds(origin);
+    let (start, mut runs) = (cpu_seconds(origin), 0.0);
+    loop {
         black_box(run());
-        shortest = shortest.min(cpu_seconds(origin) - start);
+        runs += 1.0;
+        let taken = cpu_seconds(origin) - start;
+        if taken > 0.5 {
+            return taken / runs;
+        }
     }
-    shortest
 }
 
 /// Processor time of this thread (so that a busy machine does not count), s; elsewhere than on Linux the wall clock.

@@ -39,6 +39,7 @@ fn each_fault_is_shown_and_the_rest_is_read() {
         ("G1 F100\nM98 P77\nX5\n", "nc::no-routine", 2, "M98"),
         ("G1 F100 X1\nG81 X3 Z-1\nG1 X5\n", "nc::cycle", 2, "G81"),
         ("G1 F-3 X1\nX5\n", "nc::feed-not-positive", 1, "F-3"),
+        ("G93 G1 F100 X1\nX2\nG94 F100 X5\n", "nc::inverse-time", 2, "X2\n"),
         ("G7\nG1 F100 X5\n", "nc::lathe", 1, "G7"),
     ];
     for (text, code, line, bytes) in cases {

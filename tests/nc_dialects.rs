@@ -177,6 +177,15 @@ fn what_keeps_its_feed_is_frozen() {
 }
 
 #[test]
+fn rotary_motion_is_said_once_per_range() {
+    let path = read("G0 A10\nG1 X1 F100\nX2 A20\nX3 A30\nX4\nX5 A40\nM2\n", Dialect::Generic);
+    let lines = |code| path.diagnostics.iter().filter(|d| d.code == code).filter_map(|d| d.line).collect::<Vec<_>>();
+    assert_eq!(lines("nc::rotary"), [3, 6]);
+    assert_eq!(lines("nc::rotary-position"), [1]);
+    assert_eq!(path.moves.iter().filter(|m| m.freeze == Some(Freeze::Rotary)).count(), 3);
+}
+
+#[test]
 fn a_drilling_cycle_has_one_feed_for_all_its_holes() {
     let path = read("F80\nG99 G83 X0 Y0 Z-10 R2 Q4\nX10\nX20\nG80\nG1 X30\nM2\n", Dialect::Generic);
     let holes: Vec<_> = path.moves.iter().filter(|m| m.kind == MoveKind::Feed && m.line < 5).collect();

@@ -88,6 +88,10 @@ struct Run<'a> {
     known: [bool; 3],
     /// Rotary axes, deg.
     rotary: [f64; 3],
+    /// The last motion turned one of them in a cut.
+    rotary_range: bool,
+    /// It was said that one was positioned.
+    rotary_positioned: bool,
     /// Next block.
     at: usize,
     ended: bool,
@@ -162,6 +166,8 @@ impl<'a> Run<'a> {
             tool,
             known: [start.is_some(); 3],
             rotary: [0.0; 3],
+            rotary_range: false,
+            rotary_positioned: false,
             at: 0,
             ended: false,
             began: false,

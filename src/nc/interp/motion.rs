@@ -3,7 +3,8 @@
 use super::Run;
 use super::line::Line;
 use super::state::Motion;
-use crate::nc::toolpath::{Event, Feed, Freeze, Move, MoveKind};
+use crate::diag::Severity;
+use crate::nc::toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind};
 use crate::path::{Curve, Vec3};
 
 const AXES: [u8; 3] = *b"XYZ";
@@ -22,6 +23,12 @@ impl Run<'_> {
             return;
         }
         let turned = self.rotary_words(line);
+        let feeding = matches!(self.modal.motion, Motion::Feed | Motion::Clockwise | Motion::CounterClockwise);
+        self.warn_of_rotary(line, turned, feeding);
+        if feeding && self.modal.feed_mode == FeedMode::InverseTime && !line.has(b'F') {
+            let span = self.source.program().span(self.block);
+            self.not_understood("nc::inverse-time", span, "with G93 every block needs its own F", "write its F");
+        }
         match self.modal.motion {
             Motion::None => {
                 let span = line.span(b'X').or(line.span(b'Y')).or(line.span(b'Z')).unwrap_or_default();
@@ -38,6 +45,27 @@ impl Run<'_> {
             Motion::Probe => self.frozen_line(line, Freeze::Probe),
             Motion::Cycle(code) => self.cycle(line, code),
         }
+    }
+
+    /// Says once per range that a rotary axis turns in a cut, and once per program that one is positioned.
+    fn warn_of_rotary(&mut self, line: &Line, turned: bool, feeding: bool) {
+        let range = turned && feeding;
+        let span = ROTARY.iter().find_map(|&letter| line.span(letter)).unwrap_or_default();
+        if range && !self.rotary_range {
+            let text = "a rotary axis turns in this motion: feeds are kept until it rests";
+            self.say("nc::rotary", Severity::Warning, span, text, "");
+        } else if turned && !feeding && !self.rotary_positioned {
+            self.rotary_positioned = true;
+            let text = "a rotary axis is positioned; the stock is simulated as if it had not turned";
+            self.say(
+                "nc::rotary-position",
+                Severity::Warning,
+                span,
+                text,
+                "give each position as a program of its own",
+            );
+        }
+        self.rotary_range = range;
     }
 
     fn feed_line(&mut self, line: &Line, turned: bool) {
