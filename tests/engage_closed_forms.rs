@@ -96,7 +96,7 @@ fn planes_and_helices_are_swept() {
     let hole = PI * (64.0 - 4.0) * 5.0;
     assert!((map.removed_mm3 / hole - 1.0).abs() < 2e-3, "{} {hole}", map.removed_mm3);
     let sum = volume_of(&map, 1) + volume_of(&map, 2);
-    assert!((sum / map.removed_mm3 - 1.0).abs() < 0.02, "{sum} {}", map.removed_mm3);
+    assert!((sum / map.removed_mm3 - 1.0).abs() < 5e-3, "{sum} {}", map.removed_mm3);
 
     // A quarter turn in ZX, ball: a groove along a curved path.
     let mut path = Path::from([-10.0, 0.0, 0.0]);
@@ -104,7 +104,7 @@ fn planes_and_helices_are_swept() {
     let ballast = job(vec![ball(6.0)], vec![block([-20.0, -10.0, -20.0], [20.0, 10.0, 0.0])]);
     let map = run(&path, &ballast, 0.1, 0.5);
     let sum = volume_of(&map, 0);
-    assert!((sum / map.removed_mm3 - 1.0).abs() < 0.02, "{sum} {}", map.removed_mm3);
+    assert!((sum / map.removed_mm3 - 1.0).abs() < 5e-3, "{sum} {}", map.removed_mm3);
 }
 
 #[test]

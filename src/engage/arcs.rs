@@ -23,6 +23,8 @@ const STEP_MM: f64 = 0.05;
 const TOUCH_MM: f64 = 1e-7;
 /// Deep enough inside the region that covered the point before to ask no other, mm.
 const DEEP_MM: f64 = 0.03;
+/// Change of engagement from one ring to the next above which both are looked at in parts, rad.
+const JUMP_RAD: f64 = 0.15;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
 
@@ -77,7 +79,9 @@ pub struct Cut {
 struct SubRing {
     slice: u16,
     part: [f64; 2],
+    /// Absolute height of its middle, and of its upper end.
     z: f64,
+    top: f64,
     radius: f64,
 }
 
@@ -171,11 +175,11 @@ impl Work<'_> {
         let windows = windows(mark.bins, zone);
         let rings = self.sub_rings(band, f64::from(mark.top), levels);
         let found = if band.slices[0] == band.slices[1] {
-            rings.iter().map(|ring| self.ring(ring, &windows)).collect()
+            rings.iter().map(|ring| (*ring, self.ring(ring, &windows))).collect()
         } else {
-            self.stack(&rings, &windows)
+            self.refine(self.stack(&rings, &windows), levels, &windows)
         };
-        for (ring, angles) in rings.iter().zip(found) {
+        for (ring, angles) in found {
             for [from, to] in angles {
                 if (to - from) * ring.radius < SHORTEST_MM {
                     continue;
@@ -214,23 +218,63 @@ impl Work<'_> {
             let cuts = levels[first..last.max(first)].iter().map(|level| (level - low) / dz).chain([1.0]);
             let mut from = 0.0;
             for to in cuts {
-                let middle = 0.5 * (from + to) - 0.5;
-                rings.push(SubRing {
-                    slice: index,
-                    part: [from, to],
-                    // A bottom meets what lies under it: exactly at its height the sweep so far has cleared it all.
-                    z: self.sample.tip.z + slice.z_mm + middle * slice.dz_mm()
-                        - if band.bottom { TOUCH_MM } else { 0.0 },
-                    radius: slice.radius_mm - middle * slice.edge_mm * slice.normal_z,
-                });
+                rings.push(self.sub_ring(band, index, [from, to]));
                 from = to;
             }
         }
         rings
     }
 
+    /// A part of a ring. A bottom meets what lies under it: exactly at its height the sweep so far has cleared it all.
+    fn sub_ring(&self, band: &Band, index: u16, part: [f64; 2]) -> SubRing {
+        let slice = &self.cutter.slices[index as usize];
+        let middle = 0.5 * (part[0] + part[1]) - 0.5;
+        let base = self.sample.tip.z + slice.z_mm;
+        SubRing {
+            slice: index,
+            part,
+            z: base + middle * slice.dz_mm() - if band.bottom { TOUCH_MM } else { 0.0 },
+            top: base + (part[1] - 0.5) * slice.dz_mm(),
+            radius: slice.radius_mm - middle * slice.edge_mm * slice.normal_z,
+        }
+    }
+
+    /// Where the arcs of neighbouring rings of a cylinder differ much though no level lies between them (a floor on a
+    /// slope), both rings are looked at in four parts.
+    fn refine(&self, found: Vec<(SubRing, Angles)>, levels: &[f64], windows: &[[f64; 2]]) -> Vec<(SubRing, Angles)> {
+        let jumps = |k: usize| {
+            let (ring, angles) = &found[k];
+            let above = found.get(k + 1).map_or(0.0, |(_, above)| extent(above));
+            let at_level = levels.iter().any(|level| (level - ring.top).abs() < 1e-3);
+            !at_level && (extent(angles) - above).abs() > JUMP_RAD
+        };
+        let mut refined: Vec<(SubRing, Angles)> = Vec::with_capacity(found.len());
+        for k in 0..found.len() {
+            if !jumps(k) && (k == 0 || !jumps(k - 1)) {
+                refined.push(found[k].clone());
+                continue;
+            }
+            let ring = &found[k].0;
+            let band = Band { slices: [ring.slice; 2], radius: ring.radius, low: 0.0, bottom: false };
+            for quarter in 0..4 {
+                let at = |q: i32| ring.part[0] + (ring.part[1] - ring.part[0]) * 0.25 * f64::from(q);
+                let part = self.sub_ring(&band, ring.slice, [at(quarter), at(quarter + 1)]);
+                let angles = self.ring(&part, windows);
+                match refined.last_mut() {
+                    Some((last, held))
+                        if last.slice == part.slice && last.part[1] == part.part[0] && same(held, &angles) =>
+                    {
+                        *last = self.sub_ring(&band, ring.slice, [last.part[0], part.part[1]]);
+                    }
+                    _ => refined.push((part, angles)),
+                }
+            }
+        }
+        refined
+    }
+
     /// Arcs of rings above each other with one radius: they only shrink with height, so equal ends mean all equal.
-    fn stack(&self, rings: &[SubRing], windows: &[[f64; 2]]) -> Vec<Angles> {
+    fn stack(&self, rings: &[SubRing], windows: &[[f64; 2]]) -> Vec<(SubRing, Angles)> {
         let mut found = vec![None; rings.len()];
         if rings.is_empty() {
             return Vec::new();
@@ -242,7 +286,7 @@ impl Work<'_> {
             found[last] = Some(if lower.is_empty() { Angles::new() } else { self.ring(&rings[last], windows) });
             self.between(rings, windows, 0, last, &mut found);
         }
-        found.into_iter().map(Option::unwrap_or_default).collect()
+        rings.iter().copied().zip(found.into_iter().map(Option::unwrap_or_default)).collect()
     }
 
     fn between(&self, rings: &[SubRing], windows: &[[f64; 2]], low: usize, high: usize, found: &mut [Option<Angles>]) {
@@ -323,6 +367,11 @@ impl Work<'_> {
             slice.normal_r * horizontal * (entry.cos() - exit.cos()) + slice.normal_z * vertical * (exit - entry);
         (to - from) * slice.edge_mm * radius * lead
     }
+}
+
+/// Sum of the lengths of intervals, rad.
+fn extent(angles: &Angles) -> f64 {
+    angles.iter().map(|[from, to]| to - from).sum()
 }
 
 fn same(a: &Angles, b: &Angles) -> bool {
