@@ -260,7 +260,7 @@ fn every_stage_can_be_dumped() {
         assert_eq!(output.status.code(), Some(0), "{stage}");
         assert!(output.stdout.iter().filter(|byte| **byte == b'\n').count() > 4, "{stage} says nothing");
     }
-    for shelf in ["effects", "models"] {
+    for shelf in ["tools", "materials", "machines", "effects", "models"] {
         let output = feedwright(dir.path()).args(["library", shelf]).output().unwrap();
         assert!(output.status.success() && output.stdout.len() > 50, "{shelf} is empty");
     }
@@ -274,4 +274,31 @@ fn a_reader_that_goes_away_is_no_error() {
     fs::write(dir.path().join("part.nc"), long).unwrap();
     let output = std::process::Command::new("bash").arg("-c").arg(shell).current_dir(dir.path()).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn limits_suggest_what_the_program_already_does() {
+    let dir = bench();
+    let output = feedwright(dir.path()).args(["limits", "part.nc", "--json", "l.json"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("l.json")).unwrap()).unwrap();
+    let force = &report["tools"][0]["loads"][0];
+    assert_eq!(force["name"], "force_xy");
+    let figures: Vec<f64> = ["p50", "p90", "p95", "p99", "max"].map(|key| force[key].as_f64().unwrap()).to_vec();
+    assert!(figures[0] > 10.0 && figures.windows(2).all(|pair| pair[0] <= pair[1]), "{figures:?}");
+}
+
+#[test]
+fn an_operation_found_by_its_comment_keeps_its_feed() {
+    let dir = bench();
+    let program = PROGRAM.replace("Y12\nX-10\n", "(finish)\nY12\nX-10\n(end)\n");
+    fs::write(dir.path().join("part.nc"), program).unwrap();
+    let setup = SETUP.to_owned() + "[[operation]]\nmatch = { comment = \"FINISH\" }\nmode = \"keep\"\n";
+    fs::write(dir.path().join("part.setup.toml"), setup).unwrap();
+    feedwright(dir.path()).args(["optimize", "part.nc", "--json", "r.json", "--json-blocks"]).assert().code(0);
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+    for block in report["blocks"].as_array().unwrap() {
+        let kept = block["feed_after"] == block["feed_before"];
+        assert_eq!(kept, [9, 10].contains(&block["line"].as_u64().unwrap()), "{block}");
+    }
 }

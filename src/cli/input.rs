@@ -157,7 +157,9 @@ pub fn beside(source: &Source) -> Option<PathBuf> {
 fn from_comments(source: &Source, global: &Global) -> Result<Setup, CliError> {
     let program = parse(source, global, None);
     let path = nc::interpret(&program, &nc::Environment::default());
-    let sketch = setup::sketch(&program, &path, &[]);
+    let materials = setup::library::materials();
+    let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
+    let sketch = setup::sketch(&program, &path, &names);
     if sketch.missing.is_empty() {
         let loaded = setup::load(&sketch.text, Path::new("."));
         let (job, mut assumptions) =

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::args::{Library, Shelf};
 use super::error::CliError;
 use super::screen;
+use crate::setup::library;
 
 /// Lists one shelf, or all of them.
 pub fn library(command: &Library) -> Result<Outcome, CliError> {
@@ -21,8 +22,42 @@ fn list(shelf: Shelf) -> String {
     match shelf {
         Shelf::Effects => effects(),
         Shelf::Models => models(),
-        Shelf::Tools | Shelf::Materials | Shelf::Machines => String::new(),
+        Shelf::Tools => tools(),
+        Shelf::Materials => materials(),
+        Shelf::Machines => machines(),
     }
+}
+
+fn tools() -> String {
+    let mut text = String::from(
+        "shapes: flat, ball, bull, taper, drill, chamfer, face, high-feed, profile; tap, reamer, probe keep their feeds\n",
+    );
+    for material in library::tool_materials() {
+        text += &format!(
+            "{}\n    {}\n    Young's modulus {} GPa ±{:.0} %, bending stress {} MPa; {}\n",
+            material.name,
+            material.meaning,
+            material.youngs_modulus_mpa * 1e-3,
+            100.0 * material.uncertainty,
+            material.bending_stress_mpa,
+            material.source
+        );
+    }
+    text
+}
+
+fn materials() -> String {
+    let entry = |m: library::MaterialEntry| {
+        format!("{}\n    {}\n    forces ±{:.0} %; {}\n", m.name, m.meaning, 100.0 * m.uncertainty, m.source)
+    };
+    library::materials().into_iter().map(entry).collect()
+}
+
+fn machines() -> String {
+    let entry = |m: library::MachineEntry| {
+        format!("{}\n    {}\n    assumed values ±{:.0} %; {}\n", m.name, m.meaning, 100.0 * m.uncertainty, m.source)
+    };
+    library::machines().into_iter().map(entry).collect()
 }
 
 fn effects() -> String {

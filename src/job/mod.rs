@@ -10,6 +10,7 @@
 //! its original bytes and feed.
 
 mod check;
+mod comments;
 mod follow;
 mod look;
 mod used;
@@ -72,6 +73,7 @@ pub struct Task {
 pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let Task { program, mut job, mut assumptions } = task;
     let start = (watch.clock)();
+    job.operations = comments::by_lines(&job.operations, &program);
     let mut toolpath = interpret(&program, &job, watch);
     if toolpath.moves.is_empty() {
         return Err(JobError::NoMotion);

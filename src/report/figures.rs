@@ -62,58 +62,6 @@ pub struct Figures {
     pub programmed_s: f64,
 }
 
-/// Loads along the cuts of one tool as programmed.
-#[derive(Debug, Clone)]
-pub struct Distribution {
-    /// Tool number.
-    pub number: u32,
-    /// Length of its cuts, mm.
-    pub cut_length_mm: f64,
-    /// For each load what 50, 90, 95, 99 and 100 % of the length stays below, in the unit of [`LimitKind::unit`].
-    pub loads: Vec<(LimitKind, [f64; 5])>,
-}
-
-/// Loads that [`distributions`] looks at.
-const DISTRIBUTED: [LimitKind; 7] = [
-    LimitKind::ForceXy,
-    LimitKind::ForceNormalMean,
-    LimitKind::ForceAxial,
-    LimitKind::Power,
-    LimitKind::Torque,
-    LimitKind::Deflection,
-    LimitKind::ChipThickness,
-];
-
-/// Distribution of loads per tool as programmed.
-pub fn distributions(run: &Run) -> Vec<Distribution> {
-    let mut tools: Vec<(u32, f64, [Weighted; DISTRIBUTED.len()])> = Vec::new();
-    each_station(run, &mut |found| {
-        let number = run.toolpath.moves[found.station.move_id.ix()].tool;
-        if found.station.arc_count == 0 {
-            return;
-        }
-        let at = tools.iter().position(|(known, ..)| *known == number).unwrap_or_else(|| {
-            tools.push((number, 0.0, std::array::from_fn(|_| Weighted::default())));
-            tools.len() - 1
-        });
-        let length = found.station.length_mm();
-        tools[at].1 += length;
-        for (values, kind) in tools[at].2.iter_mut().zip(DISTRIBUTED) {
-            values.push(in_report_unit(kind, bounded(&found.before, kind)), length);
-        }
-    });
-    tools.sort_by_key(|(number, ..)| *number);
-    let one = |(number, cut_length_mm, values): (u32, f64, [Weighted; DISTRIBUTED.len()])| {
-        let shares = [0.5, 0.9, 0.95, 0.99, 1.0];
-        let loads = values
-            .into_iter()
-            .zip(DISTRIBUTED)
-            .map(|(mut values, kind)| (kind, shares.map(|share| values.quantile(share).unwrap_or(0.0))));
-        Distribution { number, cut_length_mm, loads: loads.collect() }
-    };
-    tools.into_iter().map(one).collect()
-}
-
 /// A limit's value in the unit of the report.
 pub fn in_report_unit(kind: LimitKind, value: f64) -> f64 {
     match kind {

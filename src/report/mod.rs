@@ -12,7 +12,7 @@ mod stations;
 mod summary;
 mod table;
 
-pub use figures::{Distribution, Figures, distributions, figures};
+pub use figures::{Figures, figures, in_report_unit};
 pub use html::html;
 pub use json::{Extras, json};
 pub use picture::picture;

@@ -37,7 +37,7 @@ struct Told {
 pub fn sketch(program: &Program, path: &Toolpath, materials: &[&str]) -> Sketch {
     let comments = comments(program);
     let mut tools: Vec<Told> = Vec::new();
-    for (number, comment) in comments.iter().filter_map(|comment| tool_comment(comment)) {
+    for (number, comment) in comments.iter().filter_map(tool_comment) {
         let told = told(number, &comment, path.inch);
         match tools.iter_mut().find(|known| known.number == number) {
             Some(known) if known.diameter.is_none() => *known = told,
@@ -128,11 +128,13 @@ fn told(number: u32, text: &str, inch: bool) -> Told {
 }
 
 fn flutes(text: &str) -> Option<u32> {
-    ["FLUTES", "FLUTE", "FLTS", "FL"]
-        .iter()
-        .find_map(|word| before(text, word))
-        .map(|count| count as u32)
-        .filter(|n| *n > 0)
+    let words: Vec<&str> = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '.' && c != '/').collect();
+    let names = ["FLUTES", "FLUTE", "FLTS", "FL"];
+    words.iter().enumerate().find_map(|(at, word)| {
+        let joined = names.iter().find_map(|name| word.strip_suffix(name)?.parse().ok());
+        let apart = || names.contains(word).then(|| words.get(at.checked_sub(1)?)?.parse().ok()).flatten();
+        joined.or_else(apart).filter(|count| (1..100).contains(count))
+    })
 }
 
 fn shape(text: &str, told: &Told) -> Option<&'static str> {
@@ -357,6 +359,8 @@ mod tests {
         close(&of("(T3|6MM EM|H0)", true), "flat", 6.0 / 25.4);
         assert_eq!(of("(T4 D=10 CR=0 - 3 FLUTE FLAT END MILL)", false).flutes, Some(3));
         assert_eq!(of("(T4 D=10 CR=0 - 3 FLUTE FLAT END MILL)", false).number, 4);
+        assert_eq!(of("(T4 D=10 - 4FL ENDMILL)", false).flutes, Some(4));
+        assert_eq!(of("(T1| 3/4 FLAT ENDMILL|H0)", true).flutes, None);
     }
 
     #[test]

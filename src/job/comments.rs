@@ -1,0 +1,68 @@
+//! Operations that are recognised by a comment. In: the program and the operations. Out: operations by lines: one for each
+//! stretch of text whose last comment holds the words.
+
+use crate::machine::{Match, Operation};
+use crate::nc::{Program, TokenKind};
+
+/// Replaces every match by comment by matches by line; those that match nothing are left out.
+pub fn by_lines(operations: &[Operation], program: &Program) -> Vec<Operation> {
+    let mut resolved = Vec::new();
+    for operation in operations {
+        let Some(words) = &operation.matches.comment else {
+            resolved.push(operation.clone());
+            continue;
+        };
+        for stretch in stretches(program, &words.to_lowercase()) {
+            let lines = match operation.matches.lines {
+                Some((first, last)) => (first.max(stretch.0), last.min(stretch.1)),
+                None => stretch,
+            };
+            if lines.0 <= lines.1 {
+                let matches = Match { comment: None, lines: Some(lines), ..operation.matches.clone() };
+                resolved.push(Operation { matches, ..operation.clone() });
+            }
+        }
+    }
+    resolved
+}
+
+/// First and last lines of the stretches whose last comment holds `words`. Our own comments do not count.
+fn stretches(program: &Program, words: &str) -> Vec<(u32, u32)> {
+    let mut found: Vec<(u32, u32)> = Vec::new();
+    let mut inside = false;
+    for block in program.blocks() {
+        let comments = program.tokens(block).filter(|token| token.kind == TokenKind::Comment);
+        let theirs = comments
+            .map(|token| token.span.of(program.text()))
+            .filter(|bytes| crate::rewrite::mark::read(bytes).is_none());
+        if let Some(last) = theirs.last() {
+            let text: String = last.iter().map(|byte| char::from(*byte)).collect();
+            inside = text.to_lowercase().contains(words);
+        }
+        let line = program.line(block);
+        match found.last_mut() {
+            Some((_, last)) if inside && *last + 1 == line => *last = line,
+            _ if inside => found.push((line, line)),
+            _ => {}
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_end_at_the_next_comment() {
+        let text = "(rough)\nG1 X1\n(Finish wall)\nG1 X2\nG1 X3 (FW F5 kept)\n(drill)\nG1 Z1\n; FINISH floor\nG1 X4\n";
+        let program = crate::nc::parse(text.into(), None);
+        assert_eq!(stretches(&program, "finish"), [(3, 5), (8, 9)]);
+        let operation = Operation {
+            matches: Match { comment: Some("FINISH".into()), lines: Some((4, 100)), ..Match::default() },
+            ..Operation::default()
+        };
+        let lines: Vec<_> = by_lines(&[operation], &program).iter().map(|o| o.matches.lines).collect();
+        assert_eq!(lines, [Some((4, 5)), Some((8, 9))]);
+    }
+}
