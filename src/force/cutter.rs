@@ -7,20 +7,19 @@
 use super::ForceError;
 use super::affine::{Affine, Span, Spans};
 use super::beam::Beam;
-use super::coefficients::ByPart;
-use super::laws::{Conditions, Kienzle, Law, Polynomial, Sigmoid};
+use super::kinds::{Kind, before, kind_of, radii};
+use super::laws::{Conditions, Law};
 use super::line::{Engine, LoadLine, Station};
 use super::loads::{Cap, Loads};
-use super::models::{KIENZLE, LAYER, POLYNOMIAL, RESPONSE, SIGMOID, Values};
 use super::modifiers::Effects;
 use super::rings::{C, Ring, Sums, Teeth, ToothRing};
 use super::scan::{ANGLES_PER_TURN, Before, Edge, GAUSS, Node, Scan};
-use super::summary::{Formula, Layer, Summary};
+use super::summary::{Layer, Summary};
 use super::surface::{self, Moment, WallPoint};
 use super::zone::{Piece, Zone, clip};
 use crate::effects::State;
 use crate::engage::EngagedArc;
-use crate::machine::material::{ForceModel, LinearEdge, Material, Process};
+use crate::machine::material::{Material, Process};
 use crate::machine::{LimitKind, Segment, Slice, Spindle, Tool};
 use crate::units::rpm_from_rps;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -41,17 +40,6 @@ pub struct Cut<'a> {
     /// What effects look at: time, distance slid, position … Speed, chip thickness, depths and the share of up-milling are
     /// filled in from the engagement.
     pub state: State,
-}
-
-/// How forces follow from chips.
-#[derive(Debug, Clone, PartialEq)]
-enum Kind {
-    /// Affine in feed.
-    Exact,
-    /// Sampled.
-    Sampled { law: Law, bends: bool },
-    /// The resultant alone.
-    Summed { formula: Formula, normal_share: f64 },
 }
 
 /// A tool at one speed in one material.
@@ -473,63 +461,6 @@ impl Means {
     fn chip_mm(&self) -> f64 {
         if self.contact_mm2 > 0.0 { self.removal_mm2 / self.contact_mm2 } else { 0.0 }
     }
-}
-
-/// The kind of a model, and the coefficients of the rings where it has such.
-fn kind_of(model: &ForceModel, tool: &Tool) -> Result<(Kind, ByPart), ForceError> {
-    let none = ByPart::same(&LinearEdge::default())?;
-    let (name, given) = match model {
-        ForceModel::LinearEdge(k) => return Ok((Kind::Exact, ByPart::same(k)?)),
-        ForceModel::Named { name, parameters } => (name.as_str(), parameters.as_slice()),
-    };
-    if let Some(found) = ByPart::named(name, given) {
-        return found.map(|by_part| (Kind::Exact, by_part));
-    }
-    let sampled = |law: Law, bends: bool| Ok((Kind::Sampled { law, bends }, none));
-    match name {
-        "kienzle" => sampled(Law::Kienzle(Kienzle::new(&Values::checked(&KIENZLE, given)?)), false),
-        "sigmoid" => {
-            let values = Values::checked(&SIGMOID, given)?;
-            sampled(Law::Sigmoid(Sigmoid::new(&values, tool)), values.get("deflection") > 0.0)
-        }
-        "polynomial" => sampled(Law::Polynomial(Polynomial::new(&Values::checked(&POLYNOMIAL, given)?)), false),
-        "response" => {
-            let values = Values::checked(&RESPONSE, given)?;
-            let normal_share = values.get("normal_share");
-            Ok((Kind::Summed { formula: Formula::response(&values), normal_share }, none))
-        }
-        "layer" => {
-            let values = Values::checked(&LAYER, given)?;
-            let normal_share = values.get("normal_share");
-            Ok((Kind::Summed { formula: Formula::layer(&values), normal_share }, none))
-        }
-        _ => Err(ForceError::UnknownModel { name: name.to_owned() }),
-    }
-}
-
-/// What every tooth meets of those before it: one entry where all teeth are alike, else one for each tooth before it.
-fn before(tool: &Tool) -> Vec<Vec<Before>> {
-    let n = tool.flutes as usize;
-    let radii = radii(tool);
-    let paths = if radii.iter().any(|radius| *radius != 0.0) { n } else { 1 };
-    let meets = |i: usize, m: usize| {
-        let turned: f64 = (1..=m).map(|k| pitch(tool, i + n - k)).sum();
-        Before { feeds: turned * n as f64 / TAU, radius_mm: radii[i] - radii[(i + n - m) % n] }
-    };
-    (0..n).map(|i| (1..=paths).map(|m| meets(i, m)).collect()).collect()
-}
-
-/// R_i = ρ cos(α − ψ_i) of every tooth, in the order in which they pass.
-fn radii(tool: &Tool) -> Vec<f64> {
-    let behind = |i: u32| (0..i as usize).map(|k| pitch(tool, k)).sum::<f64>();
-    let radius = |i: u32| tool.runout.map_or(0.0, |runout| runout.offset_mm * (runout.angle_rad - behind(i)).cos());
-    (0..tool.flutes).map(radius).collect()
-}
-
-/// Angle between a tooth and the next.
-fn pitch(tool: &Tool, tooth: usize) -> f64 {
-    let n = tool.flutes as usize;
-    if tool.pitch_rad.is_empty() { TAU / n as f64 } else { tool.pitch_rad[tooth % n] }
 }
 
 /// An edge enters or leaves the material.

@@ -11,6 +11,7 @@ mod check;
 pub mod closed;
 mod coefficients;
 pub mod cutter;
+mod kinds;
 mod laws;
 pub mod line;
 pub mod loads;

@@ -3,7 +3,9 @@
 
 use crate::diag::{Diagnostic, Severity};
 use crate::engage::{EngagementMap, EventKind};
-use crate::machine::Job;
+use crate::force::Cutter;
+use crate::ids::MoveId;
+use crate::machine::{Job, Tool};
 use crate::nc::{Freeze, MoveKind, Toolpath};
 use crate::setup::Assumption;
 
@@ -37,7 +39,7 @@ pub fn unknown_tools(toolpath: &Toolpath, job: &Job) -> Vec<(u32, u32)> {
 /// Taps, reamers and probes keep their feeds.
 pub fn freeze_tools(toolpath: &mut Toolpath, job: &Job) {
     for motion in toolpath.moves.iter_mut().filter(|motion| motion.kind == MoveKind::Feed) {
-        if motion.freeze.is_none() && job.tool(motion.tool).is_some_and(crate::machine::Tool::is_frozen) {
+        if motion.freeze.is_none() && job.tool(motion.tool).is_some_and(Tool::is_frozen) {
             motion.freeze = Some(Freeze::Tool);
         }
     }
@@ -52,6 +54,43 @@ pub fn events(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
         Diagnostic::new(code, severity, format!("{text}{detail}")).on_line(motion.line).help(help)
     };
     map.events.iter().map(one).collect()
+}
+
+/// Cuts whose loads cannot be predicted, once per tool and speed, and runout that leaves teeth idle.
+pub fn cutters(map: &EngagementMap, toolpath: &Toolpath, job: &Job) -> Vec<Diagnostic> {
+    let mut seen: Vec<(u32, f64)> = Vec::new();
+    let mut found = Vec::new();
+    for (index, motion) in toolpath.moves.iter().enumerate() {
+        let key = (motion.tool, motion.spin.rps);
+        let cuts = map.stations_of(MoveId(index as u32)).iter().any(|station| station.arc_count > 0);
+        if !cuts || motion.spin.rps <= 0.0 || seen.contains(&key) {
+            continue;
+        }
+        seen.push(key);
+        let Some(tool) = job.tool(motion.tool) else { continue };
+        found.extend(no_loads(map, tool, motion.spin.rps, job).map(|said| said.on_line(motion.line)));
+        found.extend(idle_teeth(tool, motion.feed.mm_s / motion.spin.rps).map(|said| said.on_line(motion.line)));
+    }
+    found
+}
+
+fn no_loads(map: &EngagementMap, tool: &Tool, rps: f64, job: &Job) -> Option<Diagnostic> {
+    let material = job.material(tool)?;
+    let slices = map.slices_of(tool.number);
+    let error = Cutter::new(tool, material, &job.machine.spindle, &job.process, slices, rps).err()?;
+    let text = format!("no loads are predicted for T{} from here on: {error}", tool.number);
+    Some(Diagnostic::new("force::no-loads", Severity::Warning, text).help("correct it in the setup, or in the program"))
+}
+
+/// Two teeth in a row differ in radius by at most 2 ρ sin(π/N): beyond the feed per tooth one of them cuts nothing.
+fn idle_teeth(tool: &Tool, feed_per_rev_mm: f64) -> Option<Diagnostic> {
+    let teeth = f64::from(tool.flutes.max(1));
+    let (runout, feed) = (tool.runout?.offset_mm, feed_per_rev_mm / teeth);
+    let step = 2.0 * runout * (std::f64::consts::PI / teeth).sin();
+    let text =
+        format!("the runout of T{} ({runout} mm) leaves teeth idle at a feed per tooth of {feed:.4} mm", tool.number);
+    let help = format!("at this feed runout should stay below {:.4} mm", runout * feed / step);
+    (step > feed).then(|| Diagnostic::new("force::runout", Severity::Note, text).help(help))
 }
 
 fn words(kind: EventKind) -> (&'static str, Severity, &'static str, &'static str) {

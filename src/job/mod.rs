@@ -93,6 +93,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
     let mut diagnostics: Vec<Diagnostic> = std::mem::take(&mut toolpath.diagnostics);
     diagnostics.extend(events(&map, &toolpath));
+    diagnostics.extend(look::cutters(&map, &toolpath, &job));
     let scheduled = (watch.clock)();
     let stage_s = [parsed - start, simulated - parsed, scheduled - simulated, 0.0, 0.0];
     Ok(Run {
