@@ -100,10 +100,9 @@ fn spread_standing(program_s: &mut [f64], log: &Log, timeline: &Timeline) {
             let (from, to) = (log.time_s[i], log.time_s[j]);
             let begin = program_s[i];
             // Waits take as long as they should; what is left belongs to their end.
-            for k in i..=j {
-                let t = log.time_s[k] - from;
-                program_s[k] =
-                    begin + (t * ((waits - begin) / (to - from).max(1e-9)).max(1.0)).min(waits - begin - 1e-6);
+            for (slot, time) in program_s[i..=j].iter_mut().zip(&log.time_s[i..=j]) {
+                let t = time - from;
+                *slot = begin + (t * ((waits - begin) / (to - from).max(1e-9)).max(1.0)).min(waits - begin - 1e-6);
             }
         }
         i = j + 1;

@@ -83,9 +83,8 @@ pub fn calibrate(
     to_shaft: impl Fn(f64) -> f64,
 ) -> Result<Calibration, DataError> {
     match model {
-        "power" => power(frame, rows, options, &to_shaft, None),
         "linear-edge" if frame.numbers("force_x_n").is_some() => mean_force(frame, rows, options),
-        "linear-edge" => power(frame, rows, options, &to_shaft, None),
+        "power" | "linear-edge" => power(frame, rows, options, &to_shaft, None),
         "kienzle" => kienzle(frame, rows, options, &to_shaft),
         "layer" => layer(frame, rows, options),
         "response" => response(frame, rows, options),

@@ -553,7 +553,7 @@ fn unexplained(data: &Data, fitted: &Fitted, seed: u64) -> Option<Unexplained> {
     let least = if is_series(data) { STRUCTURE } else { 2.0 * STRUCTURE };
     let strongest = patterns(data, &residual, &fitted.predicted, seed).into_iter().next()?;
     (strongest.test_r2 > least)
-        .then(|| Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along })
+        .then_some(Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along })
 }
 
 fn verdict(report: &LearnReport) -> String {

@@ -77,18 +77,10 @@ pub fn changed_columns(data: &Data, effects: &[Use]) -> Vec<Vec<f64>> {
         return columns;
     }
     let changes: Vec<Change> = (0..n).map(|i| combined_change(effects, data, i)).collect();
-    let sized: [(Variant, fn(&Change) -> f64); 5] = [
-        (Variant::StockTop, |c| c.stock_top_mm),
-        (Variant::StockSide, |c| c.stock_side_mm),
-        (Variant::Diameter, |c| c.diameter_mm),
-        (Variant::Curved, |c| c.curved),
-        (Variant::PeakChip, |c| c.peak_chip_mm),
-    ];
-    for (variant, size) in sized {
-        let Some(extra) = data.variant(variant) else { continue };
+    for extra in &data.variants {
         for (column, more) in columns.iter_mut().zip(&extra.columns) {
             for i in 0..n {
-                column[i] += size(&changes[i]) * more[i];
+                column[i] += size_of(extra.variant, &changes[i]) * more[i];
             }
         }
     }
@@ -104,9 +96,22 @@ pub fn changed_columns(data: &Data, effects: &[Use]) -> Vec<Vec<f64>> {
     }
     slow_down(data, changes.first(), &mut columns);
     if let Some(lag_s) = changes.first().map(|c| c.lag_s).filter(|lag| *lag > 0.0) {
-        columns.iter_mut().for_each(|column| filter(column, data, lag_s));
+        for column in &mut columns {
+            filter(column, data, lag_s);
+        }
     }
     columns
+}
+
+/// How much of a variant a change asks for, mm (or 0 … 1 for the curvature).
+fn size_of(variant: Variant, change: &Change) -> f64 {
+    match variant {
+        Variant::StockTop => change.stock_top_mm,
+        Variant::StockSide => change.stock_side_mm,
+        Variant::Diameter => change.diameter_mm,
+        Variant::Curved => change.curved,
+        Variant::PeakChip => change.peak_chip_mm,
+    }
 }
 
 fn combined_change(effects: &[Use], data: &Data, i: usize) -> Change {
@@ -156,15 +161,15 @@ fn slow_down(data: &Data, change: Option<&Change>, columns: &mut [Vec<f64>]) {
 /// First-order lag along the runs; the value of a sample is the mean of the filtered signal over its span.
 fn filter(column: &mut [f64], data: &Data, lag_s: f64) {
     let mut level = 0.0;
-    for i in 0..column.len() {
+    for (i, value) in column.iter_mut().enumerate() {
         if i == 0 || data.run[i] != data.run[i - 1] {
-            level = column[i];
+            level = *value;
         }
         let x = data.span_s[i] / lag_s;
         let keep = (-x).exp();
         let share = if x > 1e-9 { (1.0 - keep) / x } else { 1.0 };
-        let input = column[i];
-        column[i] = input + (level - input) * share;
+        let input = *value;
+        *value = input + (level - input) * share;
         level = input + (level - input) * keep;
     }
 }

@@ -56,8 +56,8 @@ pub fn least_squares(x: &DMatrix<f64>, y: &[f64], weights: &[f64]) -> Option<Fit
     let root: Vec<f64> = weights.iter().map(|w| w.max(0.0).sqrt()).collect();
     let mut scaled = DMatrix::from_fn(n, p, |i, j| x[(i, j)] * root[i]);
     let scale: Vec<f64> = (0..p).map(|j| scaled.column(j).norm().max(f64::MIN_POSITIVE)).collect();
-    for j in 0..p {
-        scaled.column_mut(j).scale_mut(1.0 / scale[j]);
+    for (mut column, scale) in scaled.column_iter_mut().zip(&scale) {
+        column.scale_mut(1.0 / scale);
     }
     let rhs = DVector::from_fn(n, |i, _| y[i] * root[i]);
     let svd = scaled.svd(true, true);
@@ -85,7 +85,9 @@ pub fn least_squares(x: &DMatrix<f64>, y: &[f64], weights: &[f64]) -> Option<Fit
     let freedom = used.saturating_sub(kept.len());
     let sigma = if freedom == 0 { 0.0 } else { (squares / mean_weight / freedom as f64).sqrt() };
     for row in &mut covariance {
-        row.iter_mut().for_each(|value| *value *= sigma * sigma * mean_weight);
+        for value in row {
+            *value *= sigma * sigma * mean_weight;
+        }
     }
     let indistinguishable = null_groups(v_t, &svd.singular_values, largest, p);
     let unknown = |j: usize| indistinguishable.iter().any(|group| group.contains(&j));

@@ -1,4 +1,12 @@
 //! Measured data → residual → named effect → process model.
+//!
+//! *Tables of steady cuts*: [`columns`] → [`table`] → [`calibrate`] (coefficients), or → [`samples::Data`] → [`diagnose`].
+//! *Logs*: [`log`] → [`align`], [`matching`] (where in the program each sample belongs) against [`timeline`] (what should
+//! happen when, and what is cut) → [`cells`] → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
+//!
+//! [`diagnose`] lets the effects of [`crate::effects`] compete: [`candidates`] says where each search begins, [`fit`] fits
+//! it with the base coefficients, [`split`] keeps whole blocks out of the fit, [`residual`] says what structure is left.
+//! [`report`] holds the answer, [`model`] makes a process model of it, [`windows`] follows the coefficients over time.
 
 pub mod align;
 pub mod calibrate;

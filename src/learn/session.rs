@@ -104,6 +104,10 @@ pub fn learn(
     report.down_weighted = lowered;
     report.alignment = Some(described(&aligned, log));
     report.warnings.extend(log.warnings.iter().cloned());
+    let covered = covered(&aligned, prepared);
+    if covered < 0.9 {
+        report.warnings.push(format!("the log covers {:.0} % of the program", 100.0 * covered));
+    }
     let doubts = doubts(&report, &aligned, prepared, log, &data);
     if !doubts.is_empty() {
         report.supports_model = false;
@@ -148,13 +152,9 @@ fn doubts(report: &LearnReport, aligned: &Aligned, prepared: &Prepared, log: &Lo
             100.0 * aligned.misfit
         ));
     }
-    let placed: Vec<f64> = aligned.program_s.iter().copied().filter(|t| t.is_finite()).collect();
-    let span = placed.iter().copied().fold(0.0, f64::max) - placed.iter().copied().fold(f64::INFINITY, f64::min);
-    if span < 0.3 * prepared.timeline.total_s() {
-        doubts.push(format!(
-            "the log covers only {:.0} % of the program",
-            100.0 * (span / prepared.timeline.total_s()).max(0.0)
-        ));
+    let covered = covered(aligned, prepared);
+    if covered < 0.3 {
+        doubts.push(format!("the log covers only {:.0} % of the program", 100.0 * covered));
     }
     for (value, base) in report.base.iter().zip(&data.base).filter(|(v, _)| v.name == "k_tc") {
         let ratio = base.prior.map_or(1.0, |(declared, _)| value.value / declared);
@@ -166,6 +166,13 @@ fn doubts(report: &LearnReport, aligned: &Aligned, prepared: &Prepared, log: &Lo
         doubts.push("the predicted load explains next to nothing of the measured one".into());
     }
     doubts
+}
+
+/// Share of the program's time between the first and the last sample that belong to it.
+fn covered(aligned: &Aligned, prepared: &Prepared) -> f64 {
+    let placed = aligned.program_s.iter().copied().filter(|t| t.is_finite());
+    let (first, last) = placed.fold((f64::INFINITY, 0.0), |(lo, hi), t| (f64::min(lo, t), f64::max(hi, t)));
+    ((last - first) / prepared.timeline.total_s().max(1e-9)).max(0.0)
 }
 
 /// The aligned data of a log.
@@ -214,17 +221,15 @@ fn by_load(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Re
         let times = slowed(prepared, factor);
         let predicted = predicted_grid(prepared, &times, job, force, step);
         let Some(found) = match_load(&measured, &predicted, step, 20.0) else { continue };
-        let better = best.as_ref().is_none_or(|(cost, _)| found.cost < 0.93 * cost);
+        // A slower machine must fit clearly better; costs are in units of each match's own deviation and do not compare.
+        let miss = 1.0 - found.correlation;
+        let better = best.as_ref().is_none_or(|(least, _)| miss < 0.9 * least);
         if better {
             let program_s =
                 log.time_s.iter().map(|t| declared_time(&found.program_s, step, *t, &times, prepared)).collect();
-            let aligned = Aligned {
-                program_s,
-                method: "load",
-                uncertainty_s: 0.5 * step,
-                misfit: (1.0 - found.correlation).clamp(0.0, 1.0),
-            };
-            best = Some((found.cost, aligned));
+            let aligned =
+                Aligned { program_s, method: "load", uncertainty_s: 0.5 * step, misfit: miss.clamp(0.0, 1.0) };
+            best = Some((miss, aligned));
         }
     }
     best.map(|(_, aligned)| aligned)

@@ -92,11 +92,7 @@ pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataEr
                     diameter_mm,
                     shape: if ball { Shape::Ball } else { Shape::Flat },
                     axial_depth_mm: axial[i],
-                    radial_depth_mm: if side == Side::Slot && radial[i].is_nan() {
-                        diameter_mm
-                    } else {
-                        or(radial[i], from_angles)
-                    },
+                    radial_depth_mm: if side == Side::Slot { diameter_mm } else { or(radial[i], from_angles) },
                     path_radius_mm: path[i].is_finite().then_some(path[i]),
                     feed_mm_s: or(mm_s_from_mm_min(feed[i]), per_tooth[i] * teeth * rps),
                     flutes: teeth.max(1.0) as u32,
