@@ -1,8 +1,9 @@
 //! The confusion matrix of the diagnosis: logs with effects that no setup declares, what `learn` answers, and the rates
 //! against the targets, into `matrix.md` beside this file.
 //!
-//! `cargo bench --bench confusion -- [--seeds A..B] [--noise PERCENT] [--only ROW] [--write DIR] [--margins]`. Only the run
-//! without options (seeds 0..20, all rows, all three noises) writes the page; the others print it. `--write` writes the
+//! `cargo bench --bench confusion -- [--seeds A..B] [--noise PERCENT] [--only ROW] [--write DIR] [--margins]
+//! [--page FILE]`. The run without options (seeds 0..20, all rows, all three noises) writes the page into `matrix.md`; the
+//! others print it, or write it where `--page` says. `--write` writes the
 //! cases into folders instead, `--margins` prints how far each truth is ahead of its best rival.
 
 #![allow(clippy::print_stdout)]
@@ -35,6 +36,7 @@ struct Asked {
     only: Option<String>,
     write: Option<PathBuf>,
     margins: bool,
+    page: Option<PathBuf>,
 }
 
 fn main() {
@@ -42,7 +44,7 @@ fn main() {
     match &asked.write {
         Some(dir) => write(&asked, dir),
         None if asked.margins => print_margins(&asked),
-        None => judge(&asked, std::env::args().skip(1).all(|a| a == "--bench")),
+        None => judge(&asked),
     }
 }
 
@@ -50,7 +52,7 @@ fn main() {
 type Shared = BTreeMap<(u64, bool), Prepared>;
 
 /// Diagnoses every case and prints or writes the page.
-fn judge(asked: &Asked, whole: bool) {
+fn judge(asked: &Asked) {
     let cases = asked_cases(asked);
     let mut keys: Vec<(u64, bool)> = cases.iter().map(|(row, seed, _)| (*seed, Case::has_forces(row, *seed))).collect();
     keys.sort_unstable();
@@ -63,9 +65,8 @@ fn judge(asked: &Asked, whole: bool) {
     }
     let page = page(&outcomes);
     println!("{page}");
-    if whole {
-        std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/confusion/matrix.md"), page)
-            .expect("the page is written");
+    if let Some(file) = &asked.page {
+        std::fs::write(file, page).expect("the page is written");
     }
 }
 
@@ -94,9 +95,12 @@ fn answer(case: &Case, log: &str, shared: &Shared) -> Result<LearnReport, String
 }
 
 fn asked(arguments: impl Iterator<Item = String>) -> Asked {
-    let mut asked = Asked { seeds: 0..20, noise: vec![1.0, 3.0, 6.0], only: None, write: None, margins: false };
+    let mut asked =
+        Asked { seeds: 0..20, noise: vec![1.0, 3.0, 6.0], only: None, write: None, margins: false, page: None };
+    let mut untouched = true;
     let mut arguments = arguments.filter(|a| a != "--bench");
     while let Some(option) = arguments.next() {
+        untouched = false;
         if option == "--margins" {
             asked.margins = true;
             continue;
@@ -109,9 +113,13 @@ fn asked(arguments: impl Iterator<Item = String>) -> Asked {
             }
             "--noise" => asked.noise = vec![value.parse().expect("a noise in percent")],
             "--only" => asked.only = Some(value),
+            "--page" => asked.page = Some(value.into()),
             "--write" => asked.write = Some(value.into()),
             _ => panic!("unknown option {option}"),
         }
+    }
+    if untouched {
+        asked.page = Some(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/confusion/matrix.md").into());
     }
     asked
 }
