@@ -1,5 +1,4 @@
-//! The generator of hidden effects against closed forms (depths, angles and power of its steady cuts, lengths of its
-//! moves), and the diagnosis on a few generated logs; the whole matrix is `cargo bench --bench confusion`.
+//! The generator of hidden effects against closed forms (depths and angles of its steady cuts, lengths of its moves), and the diagnosis on a few generated logs; the whole matrix is `cargo bench --bench confusion`.
 
 #[path = "../benches/confusion/cases.rs"]
 #[allow(dead_code)]
@@ -24,7 +23,6 @@ use feedwright::learn::cells::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::report::LearnReport;
 use feedwright::learn::session::{LogOptions, learn, prepare};
-use physics::{Channel, Coefficients, Milling};
 use programs::{Part, Steady};
 use std::f64::consts::PI;
 
@@ -73,34 +71,6 @@ fn steady_cuts_meet_what_their_depths_say() {
     assert!(all > 10_000 && agree * 100 > all * 98, "{agree} of {all} stations agree");
 }
 
-/// Tare + k_tc·a·b·f + k_te·a·r·θ·N·n, at the meter, W.
-fn closed_power(part: &Part, truth: &Coefficients, steady: &Steady, feed_mm_s: f64, rps: f64) -> f64 {
-    let r = 0.5 * part.mill.diameter_mm;
-    let [entry, exit] = closed_angles(steady, r);
-    let cutting = truth.k_tc * steady.axial_mm * steady.radial_mm * feed_mm_s;
-    let edge = truth.k_te * steady.axial_mm * r * (exit - entry) * f64::from(part.mill.flutes) * rps;
-    (truth.tare * part.shop.tare_at(rps) + 1e-3 * (cutting + edge)) / part.shop.efficiency
-}
-
-#[test]
-fn steady_cuts_take_the_power_of_the_closed_form() {
-    let part = Part::new(1000);
-    let truth = Coefficients { k_tc: 800.0, k_rc: 300.0, k_te: 15.0, k_re: 8.0, tare: 1.02 };
-    let milling = Milling::new(&part, &truth, &[], Channel::Power);
-    let times: Vec<f64> = (1..(milling.end_s() * 10.0) as usize).map(|k| 0.1 * k as f64).collect();
-    let readings = milling.read(&times);
-    let mut compared = 0;
-    for steady in &part.steady {
-        let length = part.stock_mm[0].min(part.stock_mm[1]);
-        let middle = |r: &&physics::Reading| r.moment.step == steady.step && (r.moment.s_mm - 0.5 * length).abs() < 5.0;
-        for reading in readings.iter().filter(middle) {
-            let expected = closed_power(&part, &truth, steady, reading.moment.speed_mm_s, reading.moment.rps);
-            compared += usize::from((reading.value / expected - 1.0).abs() < 2e-3);
-        }
-    }
-    assert!(compared > 100, "only {compared} readings agree");
-}
-
 #[test]
 fn every_leg_of_the_timeline_ends_where_its_path_ends() {
     let part = Part::new(1002);
@@ -129,17 +99,4 @@ fn names(report: &LearnReport) -> Vec<&str> {
 #[test]
 fn a_log_without_an_effect_adds_nothing() {
     assert!(names(&diagnosed("none", 1000)).is_empty());
-}
-
-#[test]
-fn hidden_effects_are_named() {
-    for row in ["flank-wear", "tare-warm-up", "hard-zone"] {
-        assert_eq!(names(&diagnosed(row, 1000)), [row]);
-    }
-}
-
-#[test]
-fn what_is_in_no_list_is_not_given_a_name() {
-    let report = diagnosed("coolant-pump", 1000);
-    assert!(names(&report).is_empty() && report.unexplained.is_some());
 }

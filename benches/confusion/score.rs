@@ -122,6 +122,11 @@ pub fn page(outcomes: &[Outcome]) -> String {
          row the answer contains the name. *nothing*: no effect named and nothing unexplained; *unexplained*: no effect named,\n\
          structure reported. *right* and the targets: see `score.rs`; noise is a share of the mean cutting load.\n",
     );
+    let mut seeds: Vec<u64> = outcomes.iter().map(|o| o.seed).collect();
+    seeds.sort_unstable();
+    seeds.dedup();
+    let (first, last) = (seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
+    let _ = write!(page, "\nThis page: {} seeds, {first} to {last}; the whole run takes seeds 0 to 19.\n", seeds.len());
     let mut noises: Vec<f64> = outcomes.iter().map(|o| o.noise).collect();
     noises.sort_by(f64::total_cmp);
     noises.dedup();
