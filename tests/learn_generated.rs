@@ -1,4 +1,5 @@
-//! The generator of hidden effects against closed forms (depths and angles of its steady cuts, lengths of its moves), and the diagnosis on a few generated logs; the whole matrix is `cargo bench --bench confusion`.
+//! The generator of hidden effects against closed forms (depths and angles of its steady cuts, lengths of its moves),
+//! and the diagnosis of a log without an effect; the whole matrix is `cargo bench --bench confusion`.
 
 #[path = "../benches/confusion/cases.rs"]
 #[allow(dead_code)]
