@@ -1,7 +1,7 @@
 //! Whole-program benchmarks of the engagement stage: moves/s, stations/s, swept cells/s, engaged slices a station, peak
 //! memory. `cargo bench --bench engage -- [finishing|roughing|scaling|bear] [blocks]`.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 #[path = "../tests/engage_common/mod.rs"]
 mod engage_common;

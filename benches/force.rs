@@ -1,6 +1,8 @@
 //! A load line (peaks, means, exact cap) at a station of a flat end mill with 20 rings, against the plain sum over 360
 //! angles of rotation in the same run. Prints times, their ratio, and the error of the sum.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use feedwright::engage::EngagedArc;
 use feedwright::force::{Cap, Cut, Cutter};
 use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};
@@ -43,7 +45,7 @@ fn main() {
     println!("error of ours against 360,000 angles {:.1e}", (exact / fine - 1.0).abs());
     let Cap::Feed { feed_mm_s, .. } = cutter.cap(&cut, LimitKind::ForceXy, 300.0) else { return };
     let back = peak_by_sum(&tool, &slices, &arcs, feed_mm_s, 360_000);
-    println!("cap at 300 N: {:.6} mm/s, where 360,000 angles give {back:.6} N", feed_mm_s);
+    println!("cap at 300 N: {feed_mm_s:.6} mm/s, where 360,000 angles give {back:.6} N");
 }
 
 /// Shortest mean time of ten runs, s.

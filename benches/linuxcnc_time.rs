@@ -1,6 +1,8 @@
 //! Realised time against LinuxCNC's planner. With a folder of `prog/NAME.ngc` and `log/NAME.ACC.csv` as argument it
 //! compares those; without, it runs the corpus through LinuxCNC (minutes) where that is installed.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 #[path = "../tests/linuxcnc/mod.rs"]
 mod linuxcnc;
 

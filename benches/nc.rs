@@ -1,6 +1,6 @@
 //! How fast a program of a million blocks is read: line scan with memchr, parse, lex, interpret; and what it costs in
 //! memory. `cargo bench --bench nc`
-#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
+#![allow(clippy::print_stdout, clippy::format_collect, clippy::unwrap_used, missing_docs)]
 
 use std::hint::black_box;
 use std::time::Instant;

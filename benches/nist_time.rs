@@ -2,6 +2,8 @@
 //! accelerations, corner tolerance and pauses are fitted on one run of operation 1; every run of both operations is
 //! predicted. Prints the error of each.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use std::fs;
 use std::path::Path;
 

@@ -1,6 +1,8 @@
 //! How fast the schedule is and how near its F words come to the continuous optimum. Without arguments: synthetic paths
 //! (exact pass, convex program); with the path of a program that has a setup: that program. A setup is sought beside it.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use std::path::Path;
 use std::time::Instant;
 
@@ -16,7 +18,11 @@ use feedwright::schedule::{Options, as_programmed, problem, realise, solve};
 fn main() {
     let programs: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     for program in &programs {
-        if program.ends_with(".csv") { emit_arc(Path::new(program)) } else { real(Path::new(program)) }
+        if Path::new(program).extension().is_some_and(|end| end == "csv") {
+            emit_arc(Path::new(program))
+        } else {
+            real(Path::new(program))
+        }
     }
     if programs.is_empty() {
         synthetic();

@@ -1,5 +1,7 @@
 //! Bad input: one clear message that says what to do, exit code 2, and nothing is written.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use assert_cmd::Command;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,8 @@
 //! The main job on six real programs: every limit met in the simulation of the written file, proof clean, rs274 reads the
 //! same motions, and a second run changes next to nothing.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 #[path = "common/corpus.rs"]
 mod corpus;
 

@@ -1,6 +1,8 @@
 //! Every program of the corpus under hard schedules: feeds that change in every block and inside it. The output proves, does
 //! what was asked, comes back unchanged from a second run, and rs274 reads the same motions in it.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 #[path = "common/corpus.rs"]
 mod corpus;
 #[path = "common/rewriting.rs"]

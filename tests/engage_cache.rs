@@ -1,6 +1,6 @@
 //! The cache gives back the map it was made from, and nothing when it is damaged or stale; threads change nothing.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 mod engage_common;
 use engage_common::*;

@@ -1,6 +1,6 @@
 //! Engagement against closed forms: slots, side cuts, corners, circles, balls.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 mod engage_common;
 use engage_common::*;

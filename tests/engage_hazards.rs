@@ -1,6 +1,6 @@
 //! Things that must not happen are reported, and only then.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 mod engage_common;
 use engage_common::*;

@@ -1,6 +1,6 @@
 //! Whole programs: volumes against an independent figure, and what the simulation says about them.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 mod engage_common;
 use engage_common::*;

@@ -1,5 +1,7 @@
 //! The linear edge model against a plain sum over rings, teeth and rotation angles.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use feedwright::engage::EngagedArc;
 use feedwright::force::{Cap, Cut, Cutter};
 use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};

@@ -1,5 +1,7 @@
 //! Laws that are not affine, runout, coefficients by part, effects, and nonsense that is refused.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 mod common {
     pub mod mills;
 }

@@ -1,6 +1,8 @@
 //! The generator of hidden effects against closed forms (depths and angles of its steady cuts, lengths of its moves),
 //! and the diagnosis of a log without an effect; the whole matrix is `cargo bench --bench confusion`.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 #[path = "../benches/confusion/cases.rs"]
 #[allow(dead_code)]
 mod cases;

@@ -1,6 +1,8 @@
 //! Published tables of steady cuts through calibration and diagnosis (skipped, with a line saying so, where the
 //! reference folder is absent).
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, ball_layer, calibrate};
 use feedwright::learn::diagnose::{Options, diagnose};
 use feedwright::learn::report::LearnReport;

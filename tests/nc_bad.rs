@@ -1,7 +1,7 @@
 //! Bad programs: each fault is diagnosed with its line and its bytes, the rest of the program is still read, and nothing
 //! panics, hangs or grows without bound.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 use feedwright::nc::{self, Dialect, Environment, Toolpath};
 

@@ -1,5 +1,7 @@
 //! What each dialect's own words mean: end points worked out by hand against what the interpreter makes of them.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use feedwright::machine::Compensation;
 use feedwright::nc::{self, Dialect, Environment, Event, FeedMode, Freeze, MoveKind, Toolpath};
 use feedwright::path::Curve;

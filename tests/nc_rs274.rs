@@ -1,7 +1,7 @@
 //! Our motions against those of rs274, the stand-alone interpreter of LinuxCNC, program by program; the outcome of each
 //! is kept in `tests/rs274_scoreboard.txt`. Needs `rs274` on the path and `../shared` (said aloud when missing).
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

@@ -1,6 +1,6 @@
 //! The text of a program is kept byte for byte: tokens tile every line of every program there is, and of any bytes.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 use std::fs;
 use std::path::Path;

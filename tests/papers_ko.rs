@@ -3,6 +3,8 @@
 //! Where the paper is silent: the range that normalises chip thickness (own range of each cut here), the milling direction
 //! (down), the overhang: it is fitted to the printed peak-to-valley, a calibration and no prediction.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 mod common {
     pub mod mills;
 }

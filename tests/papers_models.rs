@@ -4,6 +4,8 @@
 //! axial depth of 7, its prediction that of 6; forces there are on the workpiece. Nishida's adjusted R² is 0.845, not 0.94.
 //! Ibaraki's arcsin fails beyond 90°: acos is used.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 mod common {
     pub mod mills;
     pub mod papers;

@@ -4,6 +4,8 @@
 //! printed estimates need it times an efficiency (228.7 W and 247.5 W); rows 21–28 of Table 5 print the contact height
 //! instead of the axial depth; row 3 misses its removal rate (132); the printed areas leave the bottom face out.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 mod common {
     pub mod papers;
 }

@@ -1,6 +1,8 @@
 //! Rewriting of small programs in every manner of writing: the exact text that comes out, and the proof that it does what
 //! was asked.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 #[path = "common/rewriting.rs"]
 mod rewriting;
 

@@ -1,6 +1,8 @@
 //! Small random programs with random schedules: what is written proves, does what was asked, and a second run changes
 //! nothing.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 #[path = "common/rewriting.rs"]
 mod rewriting;
 
@@ -126,7 +128,7 @@ fn write(blocks: &[Block], manner: Manner) -> String {
             Block::Thread => lines.extend([with("G33", vec![vec!["Z1.".into(), "K1.".into()]])]),
             Block::Dwell => lines.push(with("G4", vec![vec!["P0.5".into()]])),
             Block::Tool(tool) => {
-                lines.push(with(&format!("T{tool}"), vec![vec!["M6".into()], vec!["S3000".into(), "M3".into()]]))
+                lines.push(with(&format!("T{tool}"), vec![vec!["M6".into()], vec!["S3000".into(), "M3".into()]]));
             }
             Block::Coolant => lines.push("M8".to_owned()),
             Block::Comment => lines.push("(a remark)".to_owned()),
@@ -152,9 +154,12 @@ fn write(blocks: &[Block], manner: Manner) -> String {
         }
     }
     lines.push("M30".to_owned());
-    let numbered = |(index, line): (usize, &String)| match manner.numbered && !line.starts_with(['(', '/']) {
-        true => words(manner, &[format!("N{}", (index + 1) * 5), line.clone()]),
-        false => line.clone(),
+    let numbered = |(index, line): (usize, &String)| {
+        if manner.numbered && !line.starts_with(['(', '/']) {
+            words(manner, &[format!("N{}", (index + 1) * 5), line.clone()])
+        } else {
+            line.clone()
+        }
     };
     let end = if manner.crlf { "\r\n" } else { "\n" };
     lines.iter().enumerate().map(numbered).map(|line| line + end).collect()

@@ -1,6 +1,8 @@
 //! The model of the control against LinuxCNC's own planner, on two small programs (the corpus is in
 //! `benches/linuxcnc_time.rs`). Runs where LinuxCNC is installed.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 mod linuxcnc;
 
 /// A zigzag of right angles, arcs that meet lines at a tangent and at an angle, a rapid, and a row of short lines.

@@ -1,6 +1,8 @@
 //! Two algorithms for one problem: the exact pass against the convex program, prices against moving the limit, jerk against
 //! its definition, arcs against the closed form.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use feedwright::ids::MoveId;
 use feedwright::schedule::check::{jerk_share, residuals};
 use feedwright::schedule::convex::{Window, solve_window};

@@ -1,5 +1,7 @@
 //! The schedule on whole programs: what is promised about caps, modes, F words, prices and threads.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use std::fs;
 use std::path::Path;
 
@@ -190,8 +192,12 @@ fn an_entry_ramp_covers_its_distance_after_every_entry() {
     let ramp = Ramp { feed_mm_s: 0.9, distance_mm: 2.0 };
     part.job.operations.push(Operation { entry: Some(ramp), ..Operation::default() });
     let (problem, _) = solved(&part);
-    let ramped: f64 =
-        problem.nodes.iter().filter(|node| node.cap.kind == LimitKind::Ramp).map(|node| node.length_mm()).sum();
+    let ramped: f64 = problem
+        .nodes
+        .iter()
+        .filter(|node| node.cap.kind == LimitKind::Ramp)
+        .map(feedwright::schedule::Node::length_mm)
+        .sum();
     assert!(ramped > 0.0);
     for pair in problem.nodes.windows(2).filter(|pair| pair[1].cutting && !pair[0].cutting && pair[1].free) {
         assert!(pair[1].cap.feed_mm_s <= ramp.feed_mm_s);

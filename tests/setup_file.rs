@@ -1,5 +1,7 @@
 //! The setup file: real ones load, units convert, and what makes no sense is refused with its place and a remedy.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use feedwright::machine::{Job, Mode, Segment, StockShape};
 use feedwright::setup::{self, SetupError};
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Stock from files: STL meshes checked and repaired or refused, saved stock written and read back.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 mod engage_common;
 use engage_common::*;

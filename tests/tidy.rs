@@ -1,5 +1,7 @@
 //! Keeps the rooms in order: a room may use only rooms declared above it in `src/lib.rs`.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,7 @@
 //! `verify` must find every change that is not a feed: each test makes one.
 
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
 #[path = "common/rewriting.rs"]
 mod rewriting;
 

@@ -6,7 +6,7 @@
 //! others print it, or write it where `--page` says. `--write` writes the
 //! cases into folders instead, `--margins` prints how far each truth is ahead of its best rival.
 
-#![allow(clippy::print_stdout)]
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 mod cases;
 mod cut;

@@ -109,7 +109,7 @@ impl<'a> Oracle<'a> {
         match self.case.channel {
             Channel::Power => changed.push(Coefficients { tare: 1.02 * k.tare, ..k }),
             Channel::ForceXy => {
-                changed.extend([Coefficients { k_rc: 1.02 * k.k_rc, ..k }, Coefficients { k_re: 1.02 * k.k_re, ..k }])
+                changed.extend([Coefficients { k_rc: 1.02 * k.k_rc, ..k }, Coefficients { k_re: 1.02 * k.k_re, ..k }]);
             }
         }
         changed

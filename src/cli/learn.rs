@@ -1,6 +1,6 @@
 //! `learn`, `learn-table`, `calibrate`: measured data in, coefficients, named effects and a model file out.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::Outcome;
 use super::args::{Calibrate, Global, Learn, LearnTable};
@@ -84,7 +84,7 @@ pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result
         .map_err(|e| refused(&e.into(), &command.table))?;
     let process = model::of_calibration(&result);
     let words = calibrate_words(&result);
-    let comments: String = words.lines().map(|line| format!("# {line}\n")).collect();
+    let comments = format!("# {}\n", words.lines().collect::<Vec<_>>().join("\n# "));
     finish(screen, json, &calibrate_json(&result), model, model_text(process.as_ref(), &comments), &words)
 }
 
@@ -131,7 +131,7 @@ fn mapping(text: Option<&str>) -> Result<Vec<(String, String)>, CliError> {
     text.map_or_else(|| Ok(Vec::new()), |text| text.split(',').map(pair).collect())
 }
 
-fn refused(error: &LearnError, path: &PathBuf) -> CliError {
+fn refused(error: &LearnError, path: &Path) -> CliError {
     CliError::new(
         format!("{}: {error}", path.display()),
         "no model was written; see `feedwright learn --help` for the columns",
@@ -165,9 +165,9 @@ fn finish(
         }
     }
     if quiet {
-        screen.say(words)
+        screen.say(words);
     } else {
-        screen.show(words)?
+        screen.show(words)?;
     }
     Ok(Outcome::Done)
 }

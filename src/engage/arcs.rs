@@ -177,7 +177,7 @@ impl Work<'_> {
         let found = if band.slices[0] == band.slices[1] {
             rings.iter().map(|ring| (*ring, self.ring(ring, &windows))).collect()
         } else {
-            self.refine(self.stack(&rings, &windows), levels, &windows)
+            self.refine(&self.stack(&rings, &windows), levels, &windows)
         };
         for (ring, angles) in found {
             for [from, to] in angles {
@@ -241,7 +241,7 @@ impl Work<'_> {
 
     /// Where the arcs of neighbouring rings of a cylinder differ much though no level lies between them (a floor on a
     /// slope), both rings are looked at in four parts.
-    fn refine(&self, found: Vec<(SubRing, Angles)>, levels: &[f64], windows: &[[f64; 2]]) -> Vec<(SubRing, Angles)> {
+    fn refine(&self, found: &[(SubRing, Angles)], levels: &[f64], windows: &[[f64; 2]]) -> Vec<(SubRing, Angles)> {
         let jumps = |k: usize| {
             let (ring, angles) = &found[k];
             let above = found.get(k + 1).map_or(0.0, |(_, above)| extent(above));
@@ -249,12 +249,11 @@ impl Work<'_> {
             !at_level && (extent(angles) - above).abs() > JUMP_RAD
         };
         let mut refined: Vec<(SubRing, Angles)> = Vec::with_capacity(found.len());
-        for k in 0..found.len() {
+        for (k, (ring, angles)) in found.iter().enumerate() {
             if !jumps(k) && (k == 0 || !jumps(k - 1)) {
-                refined.push(found[k].clone());
+                refined.push((*ring, angles.clone()));
                 continue;
             }
-            let ring = &found[k].0;
             let band = Band { slices: [ring.slice; 2], radius: ring.radius, low: 0.0, bottom: false };
             for quarter in 0..4 {
                 let at = |q: i32| ring.part[0] + (ring.part[1] - ring.part[0]) * 0.25 * f64::from(q);

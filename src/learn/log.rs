@@ -130,7 +130,7 @@ fn ordered(time: &[f64], warnings: &mut Vec<String>) -> Result<Vec<usize>, DataE
 
 fn is_shdr(bytes: &[u8]) -> bool {
     let first = bytes.split(|b| *b == b'\n').find(|l| !l.is_empty() && l[0] != b'*').unwrap_or(&[]);
-    first.iter().filter(|b| **b == b'|').count() >= 2 && !first.contains(&b',')
+    first.split(|b| *b == b'|').count() >= 3 && !first.contains(&b',')
 }
 
 /// Items of adapters and our names.
@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn odd_clocks_are_said() {
         let rows = |times: &[f64]| {
-            let body: String = times.iter().map(|t| format!("{t},5\n")).collect();
+            let body: String = times.iter().map(|t| format!("{t},5")).collect::<Vec<_>>().join("\n");
             read_log(format!("time_s,spindle_power_w\n{body}").as_bytes(), &[])
         };
         let rising: Vec<f64> = (0..40).map(f64::from).collect();

@@ -184,6 +184,9 @@ pub fn patterns(data: &Data, residual: &[f64], load: &[f64], seed: u64) -> Vec<P
     found
 }
 
+/// Permutations behind a p-value.
+const ROUNDS: usize = 99;
+
 /// Pattern along one covariate; `None` when it does not vary or blocks are too few.
 fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -> Option<Pattern> {
     let used: Vec<usize> = data.used().filter(|i| values[*i].is_finite()).collect();
@@ -192,13 +195,13 @@ fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -
         return None;
     }
     let bins = bins_of(&used, values, (used.len() / 6).clamp(2, 12))?;
-    let half: Vec<bool> = used.iter().map(|i| blocks.binary_search(&data.block[*i]).unwrap_or(0) % 2 == 0).collect();
+    let half: Vec<bool> =
+        used.iter().map(|i| blocks.binary_search(&data.block[*i]).unwrap_or(0).is_multiple_of(2)).collect();
     let score = |bins: &[usize]| cross_r2(&used, bins, &half, residual, data);
     let test_r2 = score(&bins);
     if test_r2 <= 0.005 {
         return None;
     }
-    const ROUNDS: usize = 99;
     let mut chance = Chance::new(seed);
     let beaten = (0..ROUNDS).filter(|_| score(&permuted(data, &used, &bins, &blocks, &mut chance)) >= test_r2).count();
     Some(Pattern { along: name.to_owned(), test_r2, p_value: (beaten + 1) as f64 / (ROUNDS + 1) as f64 })
@@ -300,6 +303,7 @@ fn period(data: &Data, residual: &[f64], span: f64) -> Option<(f64, f64)> {
     let bins: Vec<usize> =
         used.iter().map(|i| ((data.state[*i].time_s * best).rem_euclid(1.0) * 10.0) as usize % 10).collect();
     let blocks = block_names(data);
-    let half: Vec<bool> = used.iter().map(|i| blocks.binary_search(&data.block[*i]).unwrap_or(0) % 2 == 0).collect();
+    let half: Vec<bool> =
+        used.iter().map(|i| blocks.binary_search(&data.block[*i]).unwrap_or(0).is_multiple_of(2)).collect();
     Some((1.0 / best, cross_r2(&used, &bins, &half, residual, data)))
 }

@@ -124,7 +124,7 @@ impl Timeline {
 pub fn timeline(path: &Toolpath, map: &EngagementMap, job: &Job, with_forces: bool) -> Timeline {
     let pieces = Pieces::new(path, map);
     let seconds = piece_seconds(&pieces.path, &job.machine);
-    let mut forces = Forces { map, job, with_forces, known: Vec::new() };
+    let mut forces = Forces { map, job, wanted: with_forces, known: Vec::new() };
     let mut build = Build {
         path,
         job,
@@ -319,7 +319,7 @@ pub fn engaged_otherwise(
     timeline: &Timeline,
     with_forces: bool,
 ) -> Vec<Engaged> {
-    let mut forces = Forces { map, job, with_forces, known: Vec::new() };
+    let mut forces = Forces { map, job, wanted: with_forces, known: Vec::new() };
     let of = |spot: &Spot| {
         let id = spot.move_id?;
         let stations = map.stations_of(id);
@@ -334,7 +334,7 @@ pub fn engaged_otherwise(
 struct Forces<'a> {
     map: &'a EngagementMap,
     job: &'a Job,
-    with_forces: bool,
+    wanted: bool,
     /// (tool, speed) and the cutters: nominal, then k_tc, k_rc, k_te, k_re larger, with by how much.
     known: Vec<((u32, u64), Option<Probe>)>,
 }
@@ -348,7 +348,7 @@ impl Forces<'_> {
     fn engaged(&mut self, motion: &Move, station: &Station, tangent_z: f64, speed_mm_s: f64) -> Engaged {
         let Some(tool) = self.job.tool(motion.tool) else { return Engaged::default() };
         let mut engaged = geometry(station, self.map, self.map.slices_of(motion.tool), tool.flutes, tangent_z);
-        if self.with_forces && station.arc_count > 0 && motion.spin.rps > 0.0 {
+        if self.wanted && station.arc_count > 0 && motion.spin.rps > 0.0 {
             engaged.peak = self.peak(motion, station, tangent_z, speed_mm_s);
         }
         engaged

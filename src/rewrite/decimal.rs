@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn rounding_down_never_exceeds_and_keeps_grid_values() {
-        assert_eq!(Decimal::at_most(1239.999_999_999_9, 0).value(), 1240.0);
+        assert_eq!(Decimal::at_most(1_239.999_999_999_9, 0).value(), 1240.0);
         assert_eq!(Decimal::at_most(1239.99, 0).value(), 1239.0);
     }
 }

@@ -104,11 +104,15 @@ mod tests {
     #[test]
     fn texts_carry_their_unit() {
         let text = |t: &str| Quantity::Text(t.into());
-        assert_eq!(text("3/4 in").value(Dimension::Length, false), Ok(19.05));
-        assert_eq!(text("1e-2").value(Dimension::Length, true), Ok(0.254));
-        assert_eq!(text("2.5e3 mm").value(Dimension::Length, true), Ok(2500.0));
-        assert_eq!(Quantity::Number(600.0).value(Dimension::Feed, true), Ok(254.0));
-        assert_eq!(text("1200 /min").value(Dimension::Speed, false), Ok(20.0));
+        let near = |quantity: &Quantity, dimension, inch, expected: f64| {
+            let value = quantity.value(dimension, inch).unwrap();
+            assert!((value - expected).abs() <= 1e-12 * expected, "{value} is not {expected}");
+        };
+        near(&text("3/4 in"), Dimension::Length, false, 19.05);
+        near(&text("1e-2"), Dimension::Length, true, 0.254);
+        near(&text("2.5e3 mm"), Dimension::Length, true, 2500.0);
+        near(&Quantity::Number(600.0), Dimension::Feed, true, 254.0);
+        near(&text("1200 /min"), Dimension::Speed, false, 20.0);
         assert!(text("6 hp").value(Dimension::Force, false).unwrap_err().contains("lbf"));
         assert!(text("fast").value(Dimension::Feed, false).unwrap_err().contains("number"));
         assert!(Quantity::Number(f64::NAN).value(Dimension::Force, false).is_err());
