@@ -80,16 +80,17 @@ pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
         }
         pieces = choice(&costs);
     }
-    pieces = settled(&units, pieces, toolpath, job);
+    pieces = settled(&units, pieces, toolpath, job, continuous_s);
     put_prices(&mut pieces, problem, &prices.node_s);
     let how = how(&optimum);
     let used = Vec::new();
     Schedule { pieces, used, continuous_s, shadow_prices: prices.shadow, active_s: prices.active_s, how }
 }
 
-/// The feeds of the text, wherever they are within their limits, if that costs next to no time (so that an optimised program
-/// stays as it is, though its stations lie elsewhere); else the new ones.
-fn settled(units: &[Unit], new: Vec<FeedPiece>, toolpath: &Toolpath, job: &Job) -> Vec<FeedPiece> {
+/// The feeds of the text, wherever they are within their limits, if they come as near to the continuous optimum as new ones
+/// must, or cost next to no time (so that an optimised program stays as it is, though its stations lie elsewhere); else the
+/// new ones.
+fn settled(units: &[Unit], new: Vec<FeedPiece>, toolpath: &Toolpath, job: &Job, continuous_s: f64) -> Vec<FeedPiece> {
     let mut at = 0;
     let kept = |unit: &Unit| {
         while new[at].move_id != unit.move_id || new[at].to_mm < unit.to_mm - 1e-9 {
@@ -102,7 +103,9 @@ fn settled(units: &[Unit], new: Vec<FeedPiece>, toolpath: &Toolpath, job: &Job) 
     let feeds: Vec<f64> = units.iter().map(kept).collect();
     let old = pieces(units, &feeds);
     let time_s = |pieces: &[FeedPiece]| realise(toolpath, pieces, &job.machine).total_s;
-    if time_s(&old) <= (1.0 + WORTH) * time_s(&new) { old } else { new }
+    let old_s = time_s(&old);
+    let good = old_s <= (1.0 + LOSS) * continuous_s || old_s <= (1.0 + WORTH) * time_s(&new);
+    if good { old } else { new }
 }
 
 fn how(optimum: &Optimum) -> String {
