@@ -19,9 +19,9 @@ fn main() {
     let programs: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     for program in &programs {
         if Path::new(program).extension().is_some_and(|end| end == "csv") {
-            emit_arc(Path::new(program))
+            emit_arc(Path::new(program));
         } else {
-            real(Path::new(program))
+            real(Path::new(program));
         }
     }
     if programs.is_empty() {
