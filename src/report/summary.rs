@@ -164,7 +164,8 @@ fn prices(figures: &Figures) -> String {
         }
         seen.push(figure.kind.name());
         let tenth = 0.1 * limit;
-        items.push(format!("{} +{} {}: {:+.1} s", figure.kind.name(), short(tenth), figure.kind.unit(), price * tenth));
+        let unit = if figure.kind.unit() == "-" { String::new() } else { format!(" {}", figure.kind.unit()) };
+        items.push(format!("{} +{}{unit}: {:+.1} s", figure.kind.name(), short(tenth), price * tenth));
     }
     if items.is_empty() { String::new() } else { format!("a tenth more of a limit\n{}", wrapped("          ", &items)) }
 }

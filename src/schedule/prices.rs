@@ -11,6 +11,9 @@ use crate::machine::LimitKind;
 
 /// Speed as a share of the cap from which on the cap, not the machine's dynamics, counts as what binds.
 const AT_CAP: f64 = 0.98;
+/// A node's price is refused beyond this many times what the node itself could save: where axes and curvature couple, the
+/// derivative of the reverse sweep can be ill-conditioned, and no price is better than a wrong one.
+const PLAUSIBLE: f64 = 10.0;
 
 /// Prices of a continuous optimum.
 #[derive(Debug, Clone, Default)]
@@ -25,7 +28,7 @@ pub struct Prices {
 
 /// Prices; `leg_s` is the time of each leg of the optimum.
 pub fn prices(problem: &Problem, optimum: &Optimum, leg_s: &[f64]) -> Prices {
-    let node_s = node_prices(problem, optimum);
+    let node_s = plausible(problem, optimum, leg_s, node_prices(problem, optimum));
     let mut shadow = [0.0; LimitKind::ALL.len()];
     for (node, price_s) in problem.nodes.iter().zip(&node_s) {
         shadow[node.cap.kind as usize] -= price_s * node.cap.per_unit;
@@ -41,6 +44,20 @@ pub fn prices(problem: &Problem, optimum: &Optimum, leg_s: &[f64]) -> Prices {
         LimitKind::ALL.into_iter().zip(values).filter(|(_, value)| *value != 0.0).collect()
     };
     Prices { node_s, shadow: listed(shadow), active_s: listed(active) }
+}
+
+/// The prices with those put to 0 that are negative or far above the node's own time per feed.
+fn plausible(problem: &Problem, optimum: &Optimum, leg_s: &[f64], mut node_s: Vec<f64>) -> Vec<f64> {
+    let mut own_s = vec![0.0; node_s.len()];
+    for (tag, time_s) in optimum.tags.iter().zip(leg_s) {
+        own_s[*tag as usize] += time_s;
+    }
+    for ((price, node), own_s) in node_s.iter_mut().zip(&problem.nodes).zip(own_s) {
+        if !(0.0..=PLAUSIBLE * own_s / node.cap.feed_mm_s).contains(price) {
+            *price = 0.0;
+        }
+    }
+    node_s
 }
 
 /// What bounds a leg.
