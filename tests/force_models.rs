@@ -120,7 +120,8 @@ fn effects_of_the_process_model_act_on_loads_and_caps() {
     let (tool, slices) = flat(3, 30.0);
     let arcs = side_arcs(&slices, 5.0, 1.9, PI);
     let base = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).line(&cut(&arcs));
-    let worn = with_effect("flank-wear", &[("growth_per_100m", 1.0), ("exponent", 1.0)]);
+    let worn =
+        with_effect("flank-wear", &[("growth_per_100m", 1.0), ("run_in", 0.0), ("run_in_length", 1.0), ("end", 0.0)]);
     let state = State { sliding_mm: 1e5, ..State::default() };
     let cutter = try_cutter(&tool, &slices, ForceModel::LinearEdge(K), &worn, RPS).expect("a known effect");
     let line = cutter.line(&Cut { state, ..cut(&arcs) });

@@ -12,7 +12,7 @@ fn program(mode: &str) -> String {
         let (x, y) = (2.0 * f64::from((i + 1) / 2), 2.0 * f64::from(i / 2 % 2 + i % 2));
         text += &format!("G1 X{x:.3} Y{y:.3}\n");
     }
-    text += "G2 X17 Y2 I2.5 J0\nG3 X22 Y2 I2.5 J0\nG1 X40\nG1 X40 Y12\nG2 X50 Y12 I5 J0\nG0 X60 Y20\n";
+    text += "G2 X17 Y4 I2.5 J0\nG3 X22 Y4 I2.5 J0\nG1 X40\nG1 X40 Y12\nG2 X50 Y12 I5 J0\nG0 X60 Y20\n";
     for i in 0..30 {
         let angle = f64::from(i) * 0.1;
         text += &format!("G1 X{:.4} Y{:.4}\n", 60.0 + 8.0 * angle.sin(), 20.0 + 8.0 * (1.0 - angle.cos()));
