@@ -111,7 +111,7 @@ fn measure(name: &str, path: &Path, job: &Job, cell: f64) {
 fn swept_cells(path: &Path, job: &Job, cell: f64) -> f64 {
     let diameter = job.tools[0].diameter_mm;
     let disc = 0.25 * std::f64::consts::PI * diameter * diameter;
-    path.toolpath.moves.iter().map(|motion| (disc + diameter * motion.curve.length()) / (cell * cell)).sum()
+    path.toolpath.moves.iter().map(|motion| (disc + diameter * motion.curve().length()) / (cell * cell)).sum()
 }
 
 fn arcs_per_station(map: &EngagementMap) -> f64 {

@@ -44,7 +44,8 @@ fn main() {
         per_block(program.memory_bytes()),
         per_block(text.len())
     );
-    println!("memory: collected toolpath {:.1} bytes/block more", per_block(path.memory_bytes()));
+    let both = program.memory_bytes() + path.memory_bytes();
+    println!("memory: with the collected toolpath {:.1} bytes/block", per_block(both));
 }
 
 /// Mean time of a run, s, over as many runs as take half a second.

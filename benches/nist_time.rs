@@ -61,7 +61,7 @@ fn main() {
 }
 
 fn changes(toolpath: &Toolpath) -> u32 {
-    toolpath.events.iter().filter(|event| matches!(event, Event::Tool { .. })).count() as u32
+    toolpath.events().filter(|event| matches!(event, Event::Tool { .. })).count() as u32
 }
 
 /// Accelerations from the time of the stretches that only move, for each of some corner tolerances; of these the one whose
@@ -103,8 +103,8 @@ fn stretches(toolpath: &Toolpath, run: &Run, machine: &Machine) -> Vec<(f64, f64
         line_s[motion.line as usize] += time_s;
     }
     let mut pause = vec![false; last];
-    for event in &toolpath.events {
-        let line = match event {
+    for event in toolpath.events() {
+        let line = match &event {
             Event::Tool { line, .. }
             | Event::Spindle { line, .. }
             | Event::Stop { line, .. }
@@ -141,7 +141,7 @@ fn total(toolpath: &Toolpath, machine: &Machine) -> f64 {
 fn program(name: &str, job: &Job) -> Toolpath {
     let text = fs::read(Path::new(FOLDER).join("nc").join(name)).unwrap();
     let toolpath = interpret(&parse(text, None), &Environment::from_job(job));
-    let changes = toolpath.events.iter().filter(|event| matches!(event, Event::Tool { .. })).count();
+    let changes = toolpath.events().filter(|event| matches!(event, Event::Tool { .. })).count();
     println!("{name}: {} motions, {changes} tool changes", toolpath.moves.len());
     toolpath
 }

@@ -41,7 +41,7 @@ fn hard(program: &Program, environment: &Environment<'_>, annotate: Annotate) ->
     let mut job = job();
     job.output.annotate = annotate;
     let toolpath = toolpath(program, environment, &job);
-    let long = |index: usize| toolpath.moves[index].curve.length() > 3.0;
+    let long = |index: usize| toolpath.moves[index].curve().length() > 3.0;
     let cuts = |index: usize| if index % 7 == 3 && long(index) { vec![0.31, 0.62] } else { Vec::new() };
     let asked = schedule(&toolpath, cuts, |index, piece| [0.4, 1.0, 0.8, 1.7, 1.0][(index / 2 + piece) % 5]);
     check(program, environment, &asked, &job).map(|rewritten| rewritten.bytes)

@@ -17,7 +17,7 @@ fn assert_fault(text: &str, code: &str, line: u32, bytes: &str) {
     assert_eq!(fault.line, Some(line), "{text:?}");
     let span = fault.span.unwrap();
     assert_eq!(String::from_utf8_lossy(span.of(text.as_bytes())), bytes, "{text:?}");
-    assert_eq!(path.moves.last().unwrap().curve.to().x, 5.0, "{text:?}: the rest is read");
+    assert_eq!(path.moves.last().unwrap().curve().to().x, 5.0, "{text:?}: the rest is read");
 }
 
 #[test]

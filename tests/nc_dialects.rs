@@ -13,7 +13,7 @@ fn read(text: &str, dialect: Dialect) -> Toolpath {
 /// End points of all motions, rounded to a thousandth.
 fn ends(path: &Toolpath) -> Vec<[f64; 3]> {
     let round = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
-    path.moves.iter().map(|m| m.curve.to()).map(|p| [round(p.x), round(p.y), round(p.z)]).collect()
+    path.moves.iter().map(|m| m.curve().to()).map(|p| [round(p.x), round(p.y), round(p.z)]).collect()
 }
 
 fn assert_quiet(path: &Toolpath) {
@@ -95,7 +95,7 @@ fn siemens_words_parameters_labels_and_cycles() {
         [1.0, 2.0, 20.0],
     ];
     assert_eq!(ends(&path), expected);
-    let Curve::Arc(full) = path.moves[3].curve else { panic!("a full turn") };
+    let Curve::Arc(full) = path.moves[3].curve() else { panic!("a full turn") };
     assert!((full.sweep_rad - std::f64::consts::TAU).abs() < 1e-9 && (full.radius_mm - 5.0).abs() < 1e-9);
 }
 
@@ -115,7 +115,7 @@ fn heidenhain_plain_language() {
     assert_eq!(path.moves[0].tool, 5);
     assert_eq!(path.moves[0].kind, MoveKind::Rapid);
     assert!((path.moves[1].feed.mm_s - 5.0).abs() < 1e-12);
-    let deepest = path.moves.iter().skip(8).filter(|m| m.kind == MoveKind::Feed).map(|m| m.curve.to().z);
+    let deepest = path.moves.iter().skip(8).filter(|m| m.kind == MoveKind::Feed).map(|m| m.curve().to().z);
     assert_eq!(deepest.fold(f64::INFINITY, f64::min), -10.0);
     assert!(path.moves.iter().skip(9).all(|m| m.kind == MoveKind::Rapid || m.freeze == Some(Freeze::Cycle)));
 }
@@ -138,7 +138,7 @@ fn turned_scaled_mirrored_and_polar_coordinates() {
     assert_eq!(ends(&path)[1..], [[20.0, 0.0, 0.0], [40.0, 20.0, 0.0]]);
     let path = read("G0 X0 Y0\nG51.1 X0\nG1 X10. F100.\nG2 X20. Y10. R10.\nM30\n", Dialect::Fanuc);
     assert_eq!(ends(&path)[1..], [[-10.0, 0.0, 0.0], [-20.0, 10.0, 0.0]]);
-    let Curve::Arc(mirrored) = path.moves[2].curve else { panic!("an arc") };
+    let Curve::Arc(mirrored) = path.moves[2].curve() else { panic!("an arc") };
     assert!(mirrored.sweep_rad > 0.0, "a mirrored G2 turns counter-clockwise");
     let path = read("G0 X0 Y0\nG16\nG1 X10. Y30. F100.\nY90.\nG15\nM30\n", Dialect::Fanuc);
     assert_eq!(ends(&path)[1..], [[8.66, 5.0, 0.0], [0.0, 10.0, 0.0]]);
@@ -148,9 +148,9 @@ fn turned_scaled_mirrored_and_polar_coordinates() {
 fn shifts_of_the_zero_move_the_numbers_and_not_the_tool() {
     let text = "G0 X10 Y0\nG92 X0\nG1 X5 F100\nG92.1\nX5\nG10 L2 P2 X100\nG55\nX0\nG52 X7\nX0\nM2\n";
     let path = read(text, Dialect::Generic);
-    let x: Vec<f64> = path.moves.iter().map(|m| m.curve.to().x).collect();
+    let x: Vec<f64> = path.moves.iter().map(|m| m.curve().to().x).collect();
     assert_eq!(x, [10.0, 15.0, 5.0, 100.0, 107.0]);
-    let shown: Vec<f64> = path.iter_moves().map(|(id, m)| m.curve.to().x - path.shift_at(id).x).collect();
+    let shown: Vec<f64> = path.iter_moves().map(|(id, m)| m.curve().to().x - path.shift_at(id).x).collect();
     assert_eq!(shown, [10.0, 5.0, 5.0, 0.0, 0.0]);
 }
 
@@ -214,14 +214,14 @@ fn compensation_is_what_the_setup_or_the_geometry_says() {
         nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(Dialect::Fanuc)), &environment)
     };
     let by_geometry = read(tight, None);
-    assert_eq!(by_geometry.moves[2].curve.to().x, 0.0, "as written");
+    assert_eq!(by_geometry.moves[2].curve().to().x, 0.0, "as written");
     assert!(by_geometry.moves.iter().all(|m| m.freeze.is_none()), "decided, not frozen");
     let asked = read(open, None);
     assert_eq!(asked.moves[2].freeze, Some(Freeze::Compensation));
     assert!(asked.diagnostics.iter().any(|d| d.code == "nc::compensation" && d.line == Some(4)));
     let control = read(open, Some(Compensation::Control));
-    assert_eq!(control.moves[2].curve.to().x, -5.0, "the tool runs 5 mm left of the contour");
-    assert_eq!(read(open, Some(Compensation::Wear)).moves[2].curve.to().x, 0.0);
+    assert_eq!(control.moves[2].curve().to().x, -5.0, "the tool runs 5 mm left of the contour");
+    assert_eq!(read(open, Some(Compensation::Wear)).moves[2].curve().to().x, 0.0);
     let refused = read(tight, Some(Compensation::Control));
     assert!(refused.diagnostics.iter().any(|d| d.code == "nc::compensation" && d.line == Some(5)));
 }
@@ -229,12 +229,10 @@ fn compensation_is_what_the_setup_or_the_geometry_says() {
 #[test]
 fn dwells_and_stops_are_events() {
     let path = read("G4 P500\nG4 X1.5\nM0\nM30\n", Dialect::Fanuc);
-    let dwells: Vec<f64> = path
-        .events
-        .iter()
-        .filter_map(|e| if let Event::Dwell { seconds, .. } = e { Some(*seconds) } else { None })
-        .collect();
+    let dwells: Vec<f64> =
+        path.events().filter_map(|e| if let Event::Dwell { seconds, .. } = e { Some(seconds) } else { None }).collect();
     assert_eq!(dwells, [0.5, 1.5]);
-    assert!(matches!(path.events[2], Event::Stop { end: false, .. }));
-    assert!(matches!(path.events[3], Event::Stop { end: true, .. }));
+    let stops: Vec<bool> =
+        path.events().filter_map(|e| if let Event::Stop { end, .. } = e { Some(end) } else { None }).collect();
+    assert_eq!(stops, [false, true]);
 }

@@ -33,11 +33,11 @@ struct Motion {
 
 fn ours(path: &Toolpath) -> Vec<Motion> {
     let mut motions = Vec::new();
-    for event in &path.events {
-        let Event::Move(id) = *event else { continue };
+    for event in path.events() {
+        let Event::Move(id) = event else { continue };
         let motion = &path.moves[id.ix()];
         let shift = path.shift_at(id);
-        let centre = match motion.curve {
+        let centre = match motion.curve() {
             Curve::Line { .. } => None,
             Curve::Arc(arc) => Some((arc.plane, arc.centre - shift, arc.sweep_rad / TAU)),
         };
@@ -47,7 +47,7 @@ fn ours(path: &Toolpath) -> Vec<Motion> {
             (MoveKind::Feed, Some(_)) => "arc",
         };
         let rpm = rpm_from_rps(motion.spin.rps) * if motion.spin.reverse { -1.0 } else { 1.0 };
-        let to = motion.curve.to() - shift;
+        let to = motion.curve().to() - shift;
         motions.push(Motion { line: motion.line, kind, to, centre, tool: motion.tool, rpm, unit_mm: 1.0 });
     }
     motions

@@ -48,7 +48,7 @@ impl Part {
         let spindle = &self.job.machine.spindle;
         let cutter =
             Cutter::new(tool, material, spindle, &self.job.process, slices, motion.spin.rps).expect("a cutter");
-        let length = motion.curve.length();
+        let length = motion.curve().length();
         let overlap = |s: &Station| (s.to_mm.min(to * length) - s.from_mm.max(from * length)).max(0.0);
         let mut found = Found { rates: Rates { removal_rate_mm3_s: 0.0, contact_rate_mm2_s: 0.0 }, power_w: 0.0 };
         for station in self.map.stations_of(MoveId(last as u32)).iter().filter(|s| overlap(s) > 0.0) {

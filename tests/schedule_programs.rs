@@ -72,7 +72,7 @@ fn pieces_tile_the_moves_and_stay_below_every_cap() {
                     assert!(overlap < 1e-6 || piece.feed_mm_s <= allowed * (1.0 + 1e-9), "{name} line {}", motion.line);
                 }
             }
-            assert!((reached - motion.curve.length()).abs() < 1e-6, "{name} line {}", motion.line);
+            assert!((reached - motion.curve().length()).abs() < 1e-6, "{name} line {}", motion.line);
         }
         assert!(at.next().is_none());
         let after_s = realise(&part.toolpath, &schedule.pieces, &part.job.machine).total_s;
@@ -179,7 +179,7 @@ fn a_limit_that_cannot_be_met_runs_at_the_lowest_feed_and_is_marked() {
     assert!(!cutting.is_empty());
     // A plunge has no force in the plane to speak of; everything else exceeds a hundredth of a newton by its edges alone.
     let level =
-        |node: &&&feedwright::schedule::Node| part.toolpath.moves[node.move_id.ix()].curve.tangent(0.0).z == 0.0;
+        |node: &&&feedwright::schedule::Node| part.toolpath.moves[node.move_id.ix()].curve().tangent(0.0).z == 0.0;
     for node in cutting.iter().filter(level) {
         assert_eq!(node.infeasible, Some(LimitKind::ForceXy), "line {}", part.toolpath.moves[node.move_id.ix()].line);
         assert!((node.cap.feed_mm_s - node.floor.feed_mm_s).abs() < 1e-12 && node.cap.feed_mm_s > 0.0);

@@ -73,7 +73,7 @@ fn blocks(program: &Program, out: &mut dyn Write) -> io::Result<()> {
 fn moves(path: &Toolpath, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "line\tinstance\tkind\tx\ty\tz\tlength_mm\tfeed_mm_min\tmode\ttool\trpm\twcs\tsplittable\tfrozen")?;
     for motion in &path.moves {
-        let to = motion.curve.to();
+        let to = motion.curve().to();
         let kind = if motion.kind == MoveKind::Rapid { "rapid" } else { "feed" };
         let mode = match motion.feed.mode {
             FeedMode::PerMinute => "G94",
@@ -88,7 +88,7 @@ fn moves(path: &Toolpath, out: &mut dyn Write) -> io::Result<()> {
             to.x,
             to.y,
             to.z,
-            motion.curve.length(),
+            motion.curve().length(),
             mm_min_from_mm_s(motion.feed.mm_s),
             motion.tool,
             rpm_from_rps(motion.spin.rps),

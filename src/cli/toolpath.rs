@@ -60,15 +60,12 @@ pub fn toolpath(command: &Arguments, global: &Global, screen: Screen) -> Result<
 }
 
 fn report(path: &Toolpath) -> Report {
-    Report {
-        written_by: crate::report::WRITTEN_BY,
-        motions: path.events.iter().map(|event| motion(path, event)).collect(),
-    }
+    Report { written_by: crate::report::WRITTEN_BY, motions: path.events().map(|event| motion(path, event)).collect() }
 }
 
-fn motion(path: &Toolpath, event: &Event) -> Motion {
+fn motion(path: &Toolpath, event: Event) -> Motion {
     let other = |line, kind, value| Motion { line, kind, value, ..Motion::default() };
-    match *event {
+    match event {
         Event::Move(id) => of_move(&path.moves[id.ix()], path.shift_at(id)),
         Event::Dwell { seconds, line } => other(line, "dwell", Some(seconds)),
         Event::Tool { number, line } => other(line, "tool", Some(f64::from(number))),
@@ -82,9 +79,9 @@ fn motion(path: &Toolpath, event: &Event) -> Motion {
 
 fn of_move(motion: &Move, shift: Vec3) -> Motion {
     let array = |p: Vec3| [p.x, p.y, p.z];
-    let mut out = Motion { line: motion.line, to: Some(array(motion.curve.to() - shift)), ..Motion::default() };
+    let mut out = Motion { line: motion.line, to: Some(array(motion.curve().to() - shift)), ..Motion::default() };
     out.kind = if motion.kind == MoveKind::Rapid { "rapid" } else { "feed" };
-    if let Curve::Arc(arc) = motion.curve {
+    if let Curve::Arc(arc) = motion.curve() {
         out.kind = "arc";
         out.plane = Some(arc.plane.name());
         out.centre = Some(array(arc.centre - shift));

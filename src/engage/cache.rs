@@ -61,7 +61,7 @@ pub fn key(path: &Toolpath, job: &Job, options: &Options) -> Key {
         hash.update(motion.tool.to_le_bytes());
         hash.update(motion.wcs.to_le_bytes());
         hash.update([motion.kind as u8, u8::from(motion.spin.rps == 0.0)]);
-        curve(&mut hash, &motion.curve);
+        curve(&mut hash, &motion.curve());
     }
     hash.finalize().into()
 }

@@ -120,7 +120,7 @@ impl<'a> Plan<'a> {
             plan.cutter.push(cutter);
             if let Some(cutter) = cutter {
                 let by = plan.shift(motion);
-                append_elements(&mut plan.elements, &motion.curve, by, MoveId(index as u32), cutter);
+                append_elements(&mut plan.elements, &motion.curve(), by, MoveId(index as u32), cutter);
             }
             plan.first.push(plan.elements.len() as u32);
         }
@@ -138,7 +138,7 @@ impl<'a> Plan<'a> {
     }
     /// Is anything of the stock or the fixtures within reach of the move?
     fn is_far(&self, motion: &Move, cutter: &Cutter) -> bool {
-        let (low, high) = motion.curve.bounds();
+        let (low, high) = motion.curve().bounds();
         let by = self.shift(motion);
         let away = |body: &Box3| {
             let deep = low.z + by.z + cutter.lowest_body() < body.max.z;
@@ -189,8 +189,8 @@ fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Buil
 
 fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2], samples: &mut Vec<Sample>) -> Way {
     let motion = &plan.path.moves[index];
-    let length = motion.curve.length();
-    let at_end = motion.curve.tangent(length);
+    let length = motion.curve().length();
+    let at_end = motion.curve().tangent(length);
     let before = *heading;
     turn(heading, at_end);
     if motion.kind == MoveKind::Rapid {
@@ -215,11 +215,11 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2],
             element += 1;
         }
         let at = if k == 0 { JUST_AFTER_MM.min(0.5 * length) } else { s_mm };
-        let tangent = motion.curve.tangent(at);
+        let tangent = motion.curve().tangent(at);
         turn(&mut dir, tangent);
         let along_mm = at - plan.elements[element as usize].from_mm;
         let tangent = [tangent.x.hypot(tangent.y), tangent.z];
-        let tip = motion.curve.point(at) + by;
+        let tip = motion.curve().point(at) + by;
         samples.push(Sample { element, along_mm, s_mm, tip, dir, tangent, cutter, clearance_mm });
     }
     Way::Sampled { samples: first..samples.len(), inherits }
@@ -239,8 +239,8 @@ fn runs_on(plan: &Plan, index: usize) -> bool {
         return false;
     }
     let (a, b) = (&plan.path.moves[index - 1], &plan.path.moves[index]);
-    let smooth = a.curve.tangent(a.curve.length()).dot(&b.curve.tangent(0.0)) >= SMOOTH;
-    let joined = (a.curve.to() - b.curve.from()).norm() < 1e-6;
+    let smooth = a.curve().tangent(a.curve().length()).dot(&b.curve().tangent(0.0)) >= SMOOTH;
+    let joined = (a.curve().to() - b.curve().from()).norm() < 1e-6;
     a.kind == MoveKind::Feed && a.tool == b.tool && a.wcs == b.wcs && smooth && joined
 }
 
@@ -262,7 +262,7 @@ fn enter(
             *held = Outcome::default();
         }
         Way::Idle(flags) => {
-            builder.push_idle(id, plan.path.moves[index].curve.length(), *flags);
+            builder.push_idle(id, plan.path.moves[index].curve().length(), *flags);
             *held = Outcome { clear: flags.clear_air, ..Outcome::default() };
         }
         Way::Sampled { samples: range, inherits } => {

@@ -147,7 +147,7 @@ impl Ratios<'_> {
 
     fn on_original(&self, station: &Station) -> Origin {
         let Origin { move_id, from_mm, to_mm } = self.origins[station.move_id.ix()];
-        let whole = self.written.moves[station.move_id.ix()].curve.length();
+        let whole = self.written.moves[station.move_id.ix()].curve().length();
         let scale = if whole > 0.0 { (to_mm - from_mm) / whole } else { 0.0 };
         Origin { move_id, from_mm: from_mm + scale * station.from_mm, to_mm: from_mm + scale * station.to_mm }
     }

@@ -135,8 +135,8 @@ pub fn timeline(path: &Toolpath, map: &EngagementMap, job: &Job, with_forces: bo
         spin: Spin::default(),
         tool: None,
     };
-    for event in &path.events {
-        build.event(event, &mut forces);
+    for event in path.events() {
+        build.event(&event, &mut forces);
     }
     Timeline { spots: build.spots }
 }
@@ -196,24 +196,17 @@ impl Pieces {
                 let parts = (station.length_mm() / longest).ceil().max(1.0);
                 let at = |j: f64| station.from_mm + station.length_mm() * j / parts;
                 for j in 0..parts as usize {
-                    let curve = motion.curve.part(at(j as f64), at(j as f64 + 1.0));
-                    moves.push(Move { curve, ..motion.clone() });
+                    let curve = motion.curve().part(at(j as f64), at(j as f64 + 1.0));
+                    let mut part = motion.clone();
+                    part.set_curve(curve);
+                    moves.push(part);
                     of.push((id, Some(k)));
                 }
             }
         }
         first.push(moves.len());
-        let events = path
-            .events
-            .iter()
-            .flat_map(|event| match event {
-                Event::Move(id) => {
-                    (first[id.ix()]..first[id.ix() + 1]).map(|k| Event::Move(MoveId(k as u32))).collect()
-                }
-                other => vec![other.clone()],
-            })
-            .collect();
-        Self { path: Toolpath { events, moves, ..Toolpath::default() }, of, first }
+        let between = path.between.iter().map(|(id, event)| (MoveId(first[id.ix()] as u32), *event)).collect();
+        Self { path: Toolpath { between, moves, ..Toolpath::default() }, of, first }
     }
 }
 
@@ -253,7 +246,7 @@ impl Build<'_> {
         let at = self
             .spots
             .last()
-            .map_or_else(|| self.path.moves.first().map_or_else(Vec3::zeros, |m| m.curve.from()), |s| s.to);
+            .map_or_else(|| self.path.moves.first().map_or_else(Vec3::zeros, |m| m.curve().from()), |s| s.to);
         self.push(Spot {
             start_s: self.now,
             end_s: self.now + seconds,
@@ -279,7 +272,7 @@ impl Build<'_> {
         for piece in self.pieces.first[id.ix()]..self.pieces.first[id.ix() + 1] {
             let index = self.pieces.of[piece].1;
             let station = index.map(|k| forces.map.stations_of(id)[k]);
-            let curve = &self.pieces.path.moves[piece].curve;
+            let curve = &self.pieces.path.moves[piece].curve();
             let half = 0.5 * curve.length();
             let middle_mm = done_mm + half;
             done_mm += curve.length();

@@ -19,4 +19,4 @@ pub use interp::{interpret, interpret_each};
 pub use lex::{Token, TokenKind};
 pub use number::decimal;
 pub use program::{MAX_TEXT, Program, parse};
-pub use toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind, PathMode, Spin, Toolpath};
+pub use toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind, PathMode, Spin, State, Toolpath};

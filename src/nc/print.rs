@@ -12,9 +12,9 @@ use crate::units::rpm_from_rps;
 
 /// The motions and other events as text.
 pub fn toolpath_text(path: &Toolpath) -> String {
-    let mut text = String::with_capacity(path.events.len() * 40);
-    for event in &path.events {
-        let written = match *event {
+    let mut text = String::with_capacity(path.moves.len() * 40);
+    for event in path.events() {
+        let written = match event {
             Event::Move(id) => write_move(&mut text, &path.moves[id.ix()], path.shift_at(id)),
             Event::Dwell { seconds, line } => writeln!(text, "{line} dwell {}", number(seconds)),
             Event::Tool { number, line } => writeln!(text, "{line} tool {number}"),
@@ -30,8 +30,8 @@ pub fn toolpath_text(path: &Toolpath) -> String {
 }
 
 fn write_move(text: &mut String, motion: &Move, shift: Vec3) -> std::fmt::Result {
-    let to = motion.curve.to() - shift;
-    match motion.curve {
+    let to = motion.curve().to() - shift;
+    match motion.curve() {
         Curve::Line { .. } => {
             let kind = if motion.kind == MoveKind::Rapid { "rapid" } else { "feed" };
             writeln!(text, "{} {kind} {}", motion.line, point(to))

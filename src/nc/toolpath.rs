@@ -2,9 +2,12 @@
 //!
 //! Nothing below this layer knows a G-code. Coordinates are those of the work offset the move was made in ([`Move::wcs`]).
 
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc as Rc;
+
 use crate::diag::{Diagnostic, Span};
 use crate::ids::{BlockId, MoveId};
-use crate::path::{Curve, Vec3};
+use crate::path::{Arc, Curve, Plane, Vec3};
 
 /// Rapid or feed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,7 +115,25 @@ pub struct Spin {
     pub reverse: bool,
 }
 
-/// One motion.
+/// What a move has in common with most of its neighbours, kept once for all of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// Feed of the move (meaningless for rapids).
+    pub feed: Feed,
+    /// Spindle while it is made.
+    pub spin: Spin,
+    /// Tool in the spindle; 0 when none was called.
+    pub tool: u32,
+    /// Work offset in force (54 for G54 …).
+    pub wcs: u16,
+    /// End of the move.
+    pub path_mode: PathMode,
+    /// Moves with the same number are made by the same text (a block executed several times, one F word of a cycle at
+    /// several positions): they get one feed, the lowest of what is safe in each. `None`: the feed is its own.
+    pub shared: Option<u32>,
+}
+
+/// One motion; its [`State`] reads and writes like fields of its own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Move {
     /// Block it comes from (for a cycle or a call: the block that makes it happen).
@@ -123,29 +144,75 @@ pub struct Move {
     pub instance: u32,
     /// Rapid or feed.
     pub kind: MoveKind,
-    /// Where it goes, mm.
-    pub curve: Curve,
-    /// Its feed (meaningless for rapids).
-    pub feed: Feed,
-    /// Spindle while it is made.
-    pub spin: Spin,
-    /// Tool in the spindle; 0 when none was called.
-    pub tool: u32,
-    /// Work offset in force (54 for G54 …).
-    pub wcs: u16,
-    /// End of the move.
-    pub path_mode: PathMode,
     /// Why its feed must stay; `None`: it may change.
     pub freeze: Option<Freeze>,
     /// May the block be cut in pieces? False for cycles, calls, compensation, M S T words, R arcs near a half turn …
     pub splittable: bool,
-    /// Moves with the same number are made by the same text (a block executed several times, one F word of a cycle at
-    /// several positions): they get one feed, the lowest of what is safe in each. `None`: the feed is its own.
-    pub shared: Option<u32>,
+    from: Vec3,
+    to: Vec3,
+    /// What makes an arc of it; few moves are arcs, so it is kept apart.
+    bend: Option<Box<Bend>>,
+    state: Rc<State>,
+}
+
+/// An arc without its end points: see [`Arc`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Bend {
+    plane: Plane,
+    centre: Vec3,
+    radius_mm: f64,
+    radius_end_mm: f64,
+    start_rad: f64,
+    sweep_rad: f64,
+    rise_mm: f64,
+}
+
+impl Move {
+    /// A move of one block, its feed free to change.
+    pub fn new(block: BlockId, kind: MoveKind, curve: Curve, state: Rc<State>) -> Self {
+        let (from, to) = (curve.from(), curve.to());
+        let line = block.0 + 1;
+        let mut made =
+            Self { block, line, instance: 0, kind, freeze: None, splittable: true, from, to, bend: None, state };
+        made.set_curve(curve);
+        made
+    }
+    /// Where it goes, mm.
+    #[inline]
+    pub fn curve(&self) -> Curve {
+        let (from, to) = (self.from, self.to);
+        let Some(bend) = &self.bend else { return Curve::Line { from, to } };
+        let Bend { plane, centre, radius_mm, radius_end_mm, start_rad, sweep_rad, rise_mm } = **bend;
+        Curve::Arc(Arc { plane, from, to, centre, radius_mm, radius_end_mm, start_rad, sweep_rad, rise_mm })
+    }
+    /// Sends it another way.
+    pub fn set_curve(&mut self, curve: Curve) {
+        (self.from, self.to) = (curve.from(), curve.to());
+        self.bend = match curve {
+            Curve::Line { .. } => None,
+            Curve::Arc(Arc { plane, centre, radius_mm, radius_end_mm, start_rad, sweep_rad, rise_mm, .. }) => {
+                Some(Box::new(Bend { plane, centre, radius_mm, radius_end_mm, start_rad, sweep_rad, rise_mm }))
+            }
+        };
+    }
+}
+
+impl Deref for Move {
+    type Target = State;
+    #[inline]
+    fn deref(&self) -> &State {
+        &self.state
+    }
+}
+
+impl DerefMut for Move {
+    fn deref_mut(&mut self) -> &mut State {
+        Rc::make_mut(&mut self.state)
+    }
 }
 
 /// One thing the control does, in order.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// A motion.
     Move(MoveId),
@@ -182,10 +249,10 @@ pub enum Event {
 /// Everything the control does, and what was to be said about the text.
 #[derive(Debug, Clone, Default)]
 pub struct Toolpath {
-    /// Events in order.
-    pub events: Vec<Event>,
     /// Motions; [`Event::Move`] points here.
     pub moves: Vec<Move>,
+    /// What happens between motions: each before the move of this number.
+    pub between: Vec<(MoveId, Event)>,
     /// What was found on the way.
     pub diagnostics: Vec<Diagnostic>,
     /// Shifts of the programmed zero against the work offset (G92, G52, G10), mm: each holds from its move on.
@@ -200,9 +267,29 @@ impl Toolpath {
         let after = self.shifts.partition_point(|(from, _)| *from <= id);
         if after == 0 { Vec3::zeros() } else { self.shifts[after - 1].1 }
     }
-    /// Bytes it occupies in memory.
+    /// Everything the control does, in order.
+    pub fn events(&self) -> impl Iterator<Item = Event> + Clone + '_ {
+        let mut between = self.between.iter().peekable();
+        let mut next = MoveId(0);
+        std::iter::from_fn(move || {
+            if let Some((_, event)) = between.next_if(|(before, _)| *before <= next) {
+                return Some(*event);
+            }
+            let here = next;
+            next.0 += 1;
+            (here.ix() < self.moves.len()).then_some(Event::Move(here))
+        })
+    }
+    /// Bytes it occupies in memory; a state counts for its share in the moves that have it.
     pub fn memory_bytes(&self) -> usize {
-        self.moves.capacity() * size_of::<Move>() + self.events.capacity() * size_of::<Event>()
+        let state = size_of::<State>() + 2 * size_of::<usize>();
+        let beside = |motion: &Move| {
+            let bend = motion.bend.as_ref().map_or(0, |_| size_of::<Bend>());
+            bend as f64 + state as f64 / Rc::strong_count(&motion.state) as f64
+        };
+        let vectors =
+            self.moves.capacity() * size_of::<Move>() + self.between.capacity() * size_of::<(MoveId, Event)>();
+        vectors + self.moves.iter().map(beside).sum::<f64>().round() as usize
     }
     /// The motions, in order.
     pub fn iter_moves(&self) -> impl Iterator<Item = (MoveId, &Move)> {

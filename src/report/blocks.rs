@@ -69,7 +69,7 @@ fn row(run: &Run, index: usize) -> Option<BlockRow> {
     if motion.kind == MoveKind::Rapid {
         return None;
     }
-    let length_mm = motion.curve.length();
+    let length_mm = motion.curve().length();
     let speed = |seconds: Option<&f64>| seconds.filter(|s| **s > 0.0).map_or(0.0, |s| mm_min_from_mm_s(length_mm / s));
     Some(BlockRow {
         line: motion.line,

@@ -322,10 +322,10 @@ fn programmed_s(run: &Run) -> f64 {
     let rapid = run.job.machine.rapid_mm_s;
     let moves = run.toolpath.moves.iter().map(|motion| {
         let speed = if motion.kind == MoveKind::Rapid { rapid } else { motion.feed.mm_s };
-        if speed > 0.0 { motion.curve.length() / speed } else { 0.0 }
+        if speed > 0.0 { motion.curve().length() / speed } else { 0.0 }
     });
-    let dwells = run.toolpath.events.iter().map(|event| match event {
-        crate::nc::Event::Dwell { seconds, .. } => *seconds,
+    let dwells = run.toolpath.events().map(|event| match event {
+        crate::nc::Event::Dwell { seconds, .. } => seconds,
         _ => 0.0,
     });
     moves.sum::<f64>() + dwells.sum::<f64>()

@@ -56,7 +56,7 @@ pub fn csv(run: &Run, out: &mut dyn Write) -> io::Result<()> {
 fn row(run: &Run, found: &StationLoads, [before_s, after_s]: [f64; 2], out: &mut dyn Write) -> io::Result<()> {
     let station = found.station;
     let motion = &run.toolpath.moves[station.move_id.ix()];
-    let at = motion.curve.point(station.from_mm) - run.toolpath.shift_at(station.move_id);
+    let at = motion.curve().point(station.from_mm) - run.toolpath.shift_at(station.move_id);
     let (entry, exit) = angles(run, found);
     write!(
         out,

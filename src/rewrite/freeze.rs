@@ -138,7 +138,7 @@ impl Text {
 
 /// Is this F number, read in the modes in force, the feed of the move? (In inverse time a cycle's moves have their own.)
 fn explains(number: f64, motion: &Move, modes: Modes) -> bool {
-    let length_mm = motion.curve.length();
+    let length_mm = motion.curve().length();
     let unit = FeedUnit { mode: motion.feed.mode, unit_mm: modes.unit_mm(), rps: motion.spin.rps, length_mm };
     let empty = motion.feed.mode == FeedMode::InverseTime && length_mm == 0.0;
     empty || unit.is_usable() && (unit.f_of(motion.feed.mm_s) - number).abs() <= 1e-6 * number.abs()

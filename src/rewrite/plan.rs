@@ -64,7 +64,7 @@ pub fn plan(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &J
         }
         plan.first = plan.first.or(Some(id));
         plan.word = motion.feed.word;
-        let length_mm = motion.curve.length();
+        let length_mm = motion.curve().length();
         if let Some(why) = frozen[id.ix()] {
             plan.want = Want::Keep(why.why());
         } else if length_mm > 0.0 || first < next {

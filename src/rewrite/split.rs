@@ -86,7 +86,7 @@ pub fn split(block: &Block<'_>, at_mm: &[f64]) -> Option<Pieces> {
     let form = form(block)?;
     let points = split_points(block, &form, at_mm)?;
     let mut before = Vec::new();
-    let mut start = Start { at: block.motion.curve.from(), gone: [Decimal::nearest(0.0, 0); 3] };
+    let mut start = Start { at: block.motion.curve().from(), gone: [Decimal::nearest(0.0, 0); 3] };
     for point in &points {
         before.push(piece_text(block, &form, &start, point));
         start = Start { at: point.at, gone: point.gone };
@@ -140,14 +140,14 @@ impl Form {
         }
         let form = Self { unit_mm, incremental: block.modes.incremental, axes, centre: Centre::None };
         form.agrees(block).then_some(())?;
-        match &block.motion.curve {
+        match &block.motion.curve() {
             Curve::Line { .. } => no_centre_words(block.view).then_some(form),
             Curve::Arc(arc) => Some(Self { centre: form.centre_of(block, arc)?, ..form }),
         }
     }
     /// Do the words say where the move goes, up to a shift?
     fn agrees(&self, block: &Block<'_>) -> bool {
-        let (from, to) = (block.motion.curve.from(), block.motion.curve.to());
+        let (from, to) = (block.motion.curve().from(), block.motion.curve().to());
         (0..3).all(|axis| match &self.axes[axis] {
             None => (to[axis] - from[axis]).abs() <= SAME_MM,
             Some((word, _)) => {
@@ -208,7 +208,7 @@ struct Point {
 
 fn split_points(block: &Block<'_>, form: &Form, at_mm: &[f64]) -> Option<Vec<Point>> {
     let mut points: Vec<Point> = Vec::new();
-    let (mut last, end) = (block.motion.curve.from(), block.motion.curve.to());
+    let (mut last, end) = (block.motion.curve().from(), block.motion.curve().to());
     for &s_mm in at_mm {
         let point = near_point(block, form, s_mm)?;
         if (point.at - last).norm() < SAME_MM || (point.at - end).norm() < SAME_MM {
@@ -226,7 +226,7 @@ fn near_point(block: &Block<'_>, form: &Form, s_mm: f64) -> Option<Point> {
     let offsets = (0..=2 * TRIES).map(|i| f64::from(if i % 2 == 0 { i / 2 } else { -(i + 1) / 2 }));
     let candidates = offsets.map(|k| s_mm + k * SPACING * increment_mm);
     candidates.map(|s| (s, rounded(block, form, s))).find_map(|(s, point)| {
-        let off_mm = distance(&block.motion.curve, s, point.at, 4.0 * increment_mm);
+        let off_mm = distance(&block.motion.curve(), s, point.at, 4.0 * increment_mm);
         (off_mm <= 0.5 * increment_mm).then_some(point)
     })
 }
@@ -246,8 +246,8 @@ fn distance(curve: &Curve, s_mm: f64, point: Vec3, reach_mm: f64) -> f64 {
 }
 
 fn rounded(block: &Block<'_>, form: &Form, s_mm: f64) -> Point {
-    let exact = block.motion.curve.point(s_mm);
-    let from = block.motion.curve.from();
+    let exact = block.motion.curve().point(s_mm);
+    let from = block.motion.curve().from();
     let mut point = Point { at: exact, coordinate: [Decimal::nearest(0.0, 0); 3], gone: [Decimal::nearest(0.0, 0); 3] };
     for axis in 0..3 {
         let Some((_, digits)) = form.axes[axis] else { continue };
@@ -295,7 +295,7 @@ fn piece_text(block: &Block<'_>, form: &Form, start: &Start, point: &Point) -> V
 
 /// What stands in place of a word of the centre: nothing new (empty), or the word and, where it was left out, its partner.
 fn centre_numbers(block: &Block<'_>, form: &Form, start: &Start, word: &Word) -> Vec<(u8, Decimal)> {
-    let (Curve::Arc(arc), Centre::FromStart) = (&block.motion.curve, form.centre) else { return Vec::new() };
+    let (Curve::Arc(arc), Centre::FromStart) = (&block.motion.curve(), form.centre) else { return Vec::new() };
     let (a, b, _) = arc.plane.axes();
     if !CENTRE.contains(&word.letter) || (start.at - arc.from).norm() < SAME_MM {
         return Vec::new();

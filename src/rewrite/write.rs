@@ -269,7 +269,7 @@ impl<'a> Writer<'a> {
 
     /// Pieces with their F numbers; neighbours with one number are one piece.
     fn numbers(&self, pieces: &[Piece], motion: &crate::nc::Move) -> Option<Vec<(Piece, Feed)>> {
-        let whole = motion.curve.length();
+        let whole = motion.curve().length();
         let mut out: Vec<(Piece, Feed)> = Vec::new();
         let mut from = 0.0;
         for piece in pieces {
@@ -288,7 +288,7 @@ impl<'a> Writer<'a> {
 
     fn number(&self, feed_mm_s: f64, motion: &crate::nc::Move, length_mm: f64) -> Option<Feed> {
         let original = self.original.as_ref()?;
-        let whole = (length_mm - motion.curve.length()).abs() <= 1e-9;
+        let whole = (length_mm - motion.curve().length()).abs() <= 1e-9;
         let per_block = motion.feed.mode == FeedMode::InverseTime && !whole;
         if !per_block && (feed_mm_s - motion.feed.mm_s).abs() <= 1e-9 * motion.feed.mm_s {
             return Some(original.clone());
@@ -301,7 +301,7 @@ impl<'a> Writer<'a> {
 
     fn least(&self, pieces: &[Piece], motion: &crate::nc::Move) -> Option<(Piece, Feed)> {
         let piece = pieces.iter().copied().reduce(|a, b| if b.feed_mm_s < a.feed_mm_s { b } else { a })?;
-        let feed = self.number(piece.feed_mm_s, motion, motion.curve.length())?;
+        let feed = self.number(piece.feed_mm_s, motion, motion.curve().length())?;
         Some((piece, feed))
     }
 

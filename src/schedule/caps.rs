@@ -87,7 +87,7 @@ fn cutter(number: u32, rps: f64, map: &EngagementMap, job: &Job) -> Option<Cutte
 
 /// What is cut at a station.
 pub fn cut_at<'a>(map: &'a EngagementMap, motion: &Move, station: &Station) -> Cut<'a> {
-    let tangent_z = motion.curve.tangent(0.5 * (station.from_mm + station.to_mm)).z;
+    let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
     Cut { arcs: map.arcs_of(station), tangent_z, ..Cut::default() }
 }
 
@@ -223,7 +223,7 @@ fn plain(id: MoveId, motion: &Move, station: Option<&Station>, cap: Bound) -> No
     Node {
         move_id: id,
         from_mm: station.map_or(0.0, |station| station.from_mm),
-        to_mm: station.map_or_else(|| motion.curve.length(), |station| station.to_mm),
+        to_mm: station.map_or_else(|| motion.curve().length(), |station| station.to_mm),
         cap,
         floor: bound(0.0, LimitKind::FeedMin),
         programmed_mm_s: motion.feed.mm_s,

@@ -113,7 +113,7 @@ pub fn plan(
     let mut planner = Planner { machine, control, plan: Plan::default(), run: Vec::new(), joined: Vec::new() };
     planner.plan.chain.point_b.push(0.0);
     let mut orders = Vec::new();
-    for event in &toolpath.events {
+    for event in toolpath.events() {
         let Event::Move(id) = event else {
             planner.flush();
             continue;
@@ -122,12 +122,12 @@ pub fn plan(
         orders.clear();
         match motion.kind {
             MoveKind::Rapid => {
-                let to_mm = motion.curve.length();
+                let to_mm = motion.curve().length();
                 orders.push(Order { from_mm: 0.0, to_mm, feed_mm_s: machine.rapid_mm_s });
             }
-            MoveKind::Feed => orders_of(*id, &mut orders),
+            MoveKind::Feed => orders_of(id, &mut orders),
         }
-        planner.add(*id, motion, &orders);
+        planner.add(id, motion, &orders);
     }
     planner.flush();
     look_ahead(&mut planner.plan, control.look_ahead);
@@ -146,7 +146,7 @@ struct Planner<'a> {
 
 impl Planner<'_> {
     fn add(&mut self, id: MoveId, motion: &Move, orders: &[Order]) {
-        let whole_mm = motion.curve.length();
+        let whole_mm = motion.curve().length();
         let last = orders.iter().rposition(|order| order.to_mm > order.from_mm);
         for (i, order) in orders.iter().enumerate().filter(|(_, order)| order.to_mm > order.from_mm) {
             let mut primitive = self.primitive(id, motion, order, whole_mm);
@@ -162,7 +162,7 @@ impl Planner<'_> {
 
     fn primitive(&self, id: MoveId, motion: &Move, order: &Order, whole_mm: f64) -> Primitive {
         let axes = &self.machine.axes;
-        let (start, end) = (motion.curve.tangent(order.from_mm), motion.curve.tangent(order.to_mm));
+        let (start, end) = (motion.curve().tangent(order.from_mm), motion.curve().tangent(order.to_mm));
         let length_mm = order.to_mm - order.from_mm;
         let digest = self.machine.block_time_s.max(SERVO_S);
         let wanted = if order.feed_mm_s > 0.0 { order.feed_mm_s } else { self.machine.rapid_mm_s };
@@ -173,7 +173,7 @@ impl Planner<'_> {
             normal: None,
             start,
             end,
-            from: motion.curve.point(order.from_mm),
+            from: motion.curve().point(order.from_mm),
             nominal_mm: length_mm,
             length_mm,
             feed: order.feed_mm_s,
@@ -182,8 +182,8 @@ impl Planner<'_> {
             mode: motion.path_mode,
             kink: 0.0,
         };
-        if let Curve::Arc(_) = motion.curve {
-            let curvature = motion.curve.curvature(order.from_mm);
+        if let Curve::Arc(_) = motion.curve() {
+            let curvature = motion.curve().curvature(order.from_mm);
             let moving = |axis: &usize| start[*axis].abs() > 1e-9 || curvature[*axis].abs() > 1e-12;
             let least = |value: &dyn Fn(usize) -> f64| (0..3).filter(moving).map(value).fold(f64::INFINITY, f64::min);
             primitive.accel = least(&|axis| axes[axis].acceleration_mm_s2);

@@ -39,8 +39,8 @@ pub fn apply(problem: &mut Problem, toolpath: &Toolpath, rules: &Rules, job: &Jo
 /// Feed moves that follow each other without a rapid or a pause between them.
 fn feed_runs(toolpath: &Toolpath) -> Vec<Vec<MoveId>> {
     let mut runs = vec![Vec::new()];
-    for event in &toolpath.events {
-        match event {
+    for event in toolpath.events() {
+        match &event {
             Event::Move(id) if toolpath.moves[id.ix()].kind == MoveKind::Feed => {
                 if let Some(run) = runs.last_mut() {
                     run.push(*id);
@@ -75,11 +75,11 @@ fn contacts(problem: &Problem, run: &[MoveId], rules: &Rules, job: &Job, put: &m
 
 /// Ramps at the corners of one run.
 fn corners(toolpath: &Toolpath, run: &[MoveId], rules: &Rules, job: &Job, put: &mut dyn FnMut(Zone)) {
-    let whole = |id: &MoveId| (*id, 0.0, toolpath.moves[id.ix()].curve.length());
+    let whole = |id: &MoveId| (*id, 0.0, toolpath.moves[id.ix()].curve().length());
     for (i, pair) in run.windows(2).enumerate() {
         let change = operation_of(pair[1], rules, job).and_then(|operation| operation.direction_change);
         let Some((angle_rad, ramp)) = change else { continue };
-        let (before, after) = (&toolpath.moves[pair[0].ix()].curve, &toolpath.moves[pair[1].ix()].curve);
+        let (before, after) = (&toolpath.moves[pair[0].ix()].curve(), &toolpath.moves[pair[1].ix()].curve());
         let cos = before.tangent(before.length()).dot(&after.tangent(0.0));
         if cos.clamp(-1.0, 1.0).acos() > angle_rad {
             spread(run[i + 1..].iter().map(whole), ramp, false, put);

@@ -39,7 +39,7 @@ pub fn as_programmed(toolpath: &Toolpath) -> Vec<FeedPiece> {
         (motion.kind == MoveKind::Feed).then(|| FeedPiece {
             move_id: MoveId(index as u32),
             from_mm: 0.0,
-            to_mm: motion.curve.length(),
+            to_mm: motion.curve().length(),
             feed_mm_s: motion.feed.mm_s,
             limit: crate::machine::LimitKind::Programmed,
             price_s: 0.0,
@@ -64,8 +64,8 @@ pub fn pieces_of_moves(feeds: &[FeedPiece], moves: usize) -> Vec<std::ops::Range
 fn causes(toolpath: &Toolpath, machine: &Machine, move_s: &[f64]) -> Vec<(&'static str, f64)> {
     let (mut feed, mut rapid, mut dwell, mut change, mut run_up) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut spin, mut tool) = (Spin::default(), None);
-    for event in &toolpath.events {
-        match event {
+    for event in toolpath.events() {
+        match &event {
             Event::Move(id) => match toolpath.moves[id.ix()].kind {
                 MoveKind::Feed => feed += move_s[id.ix()],
                 MoveKind::Rapid => rapid += move_s[id.ix()],

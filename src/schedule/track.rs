@@ -40,8 +40,8 @@ pub fn track(toolpath: &Toolpath, machine: &Machine, spans_of: &mut dyn FnMut(Mo
     let mut builder = Builder { track: Track::default(), machine, last: None };
     builder.track.chain.point_b.push(0.0);
     let mut spans = Vec::new();
-    for event in &toolpath.events {
-        match event {
+    for event in toolpath.events() {
+        match &event {
             Event::Move(id) => {
                 let motion = &toolpath.moves[id.ix()];
                 spans.clear();
@@ -59,7 +59,7 @@ pub fn track(toolpath: &Toolpath, machine: &Machine, spans_of: &mut dyn FnMut(Mo
 }
 
 fn rapid_span(id: MoveId, motion: &Move, machine: &Machine) -> Span {
-    Span { from_mm: 0.0, to_mm: motion.curve.length(), feed_mm_s: machine.rapid_mm_s, tag: id.0 }
+    Span { from_mm: 0.0, to_mm: motion.curve().length(), feed_mm_s: machine.rapid_mm_s, tag: id.0 }
 }
 
 struct Builder<'a> {
@@ -78,11 +78,11 @@ impl Builder<'_> {
     }
 
     fn add(&mut self, id: MoveId, motion: &Move, spans: &[Span]) {
-        let length_mm = motion.curve.length();
+        let length_mm = motion.curve().length();
         if length_mm <= 0.0 {
             return;
         }
-        let start = Side { tangent: motion.curve.tangent(0.0), length_mm };
+        let start = Side { tangent: motion.curve().tangent(0.0), length_mm };
         let speed = self.last.map_or(0.0, |(end, mode)| junction_speed(end, start, mode, self.machine));
         if let Some(b) = self.track.chain.point_b.last_mut() {
             *b = b.min(speed * speed);
@@ -94,12 +94,12 @@ impl Builder<'_> {
         for span in spans.iter().filter(|span| span.to_mm > span.from_mm) {
             let known = if span.feed_mm_s > 0.0 { span.feed_mm_s } else { self.machine.rapid_mm_s };
             let cap_mm_s = known.min(digest_mm_s);
-            match &motion.curve {
+            match &motion.curve() {
                 Curve::Line { .. } => self.line(id, span, cap_mm_s, start.tangent),
                 curve @ Curve::Arc(_) => self.arc(id, span, cap_mm_s, curve, spans.len() == 1),
             }
         }
-        self.last = Some((Side { tangent: motion.curve.tangent(length_mm), length_mm }, motion.path_mode));
+        self.last = Some((Side { tangent: motion.curve().tangent(length_mm), length_mm }, motion.path_mode));
     }
 
     fn line(&mut self, id: MoveId, span: &Span, cap_mm_s: f64, tangent: Vec3) {

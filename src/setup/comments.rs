@@ -307,7 +307,7 @@ fn apt_block(text: &str) -> Option<(Vec3, Vec3)> {
 fn extent(path: &Toolpath) -> (Vec3, Vec3) {
     let (mut min, mut max) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
     for motion in path.moves.iter().filter(|motion| motion.kind == MoveKind::Feed) {
-        let (low, high) = motion.curve.bounds();
+        let (low, high) = motion.curve().bounds();
         min = min.inf(&low);
         max = max.sup(&high);
     }

@@ -37,7 +37,7 @@ pub fn schedule(
 ) -> Schedule {
     let mut pieces = Vec::new();
     for (index, motion) in toolpath.moves.iter().enumerate().filter(|(_, motion)| motion.kind == MoveKind::Feed) {
-        let length = motion.curve.length();
+        let length = motion.curve().length();
         let mut at: Vec<f64> = cuts(index).iter().map(|fraction| fraction * length).collect();
         if motion.freeze.is_some() || !motion.splittable {
             at.clear();
@@ -94,12 +94,15 @@ fn feeds_hold(before: &Toolpath, after: &Toolpath, schedule: &Schedule) -> Resul
         let mine = pieces.iter().take_while(|piece| piece.move_id.ix() == index).count();
         let (asked, later) = pieces.split_at(mine);
         pieces = later;
-        let length = whole.curve.length();
+        let length = whole.curve().length();
         let mut from = 0.0;
         loop {
             let part = rest.next().ok_or("motions are missing")?;
-            let to =
-                if (part.curve.to() - whole.curve.to()).norm() < 1e-6 { length } else { from + part.curve.length() };
+            let to = if (part.curve().to() - whole.curve().to()).norm() < 1e-6 {
+                length
+            } else {
+                from + part.curve().length()
+            };
             if whole.kind == MoveKind::Feed {
                 feed_holds(whole, part.feed.mm_s, asked, from, to)
                     .map_err(|why| format!("line {} → {}: {why}", whole.line, part.line))?;

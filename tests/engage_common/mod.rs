@@ -8,7 +8,7 @@ use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};
 use feedwright::machine::{
     Annotate, Axis, Box3, Job, Machine, Output, Profile, Shape, Spindle, Stock, StockShape, Table, Tool,
 };
-use feedwright::nc::{Event, Feed, FeedMode, Move, MoveKind, PathMode, Spin, Toolpath};
+use feedwright::nc::{Feed, FeedMode, Move, MoveKind, PathMode, Spin, State, Toolpath};
 use feedwright::path::{Arc, Curve, Plane, Vec3};
 
 pub fn tool(number: u32, shape: Shape, profile: Profile) -> Tool {
@@ -125,22 +125,15 @@ impl Path {
     fn push(&mut self, kind: MoveKind, curve: Curve) {
         let index = self.toolpath.moves.len() as u32;
         self.at = Some(curve.to());
-        self.toolpath.events.push(Event::Move(MoveId(index)));
-        self.toolpath.moves.push(Move {
-            block: BlockId(index),
-            line: index + 1,
-            instance: 0,
-            kind,
-            curve,
+        let state = State {
             feed: Feed { mode: FeedMode::PerMinute, mm_s: 10.0, word: None },
             spin: Spin { rps: 100.0, reverse: false },
-            shared: None,
             tool: self.tool,
             wcs: 54,
             path_mode: PathMode::Continuous,
-            freeze: None,
-            splittable: true,
-        });
+            shared: None,
+        };
+        self.toolpath.moves.push(Move::new(BlockId(index), kind, curve, state.into()));
     }
     pub fn line(&mut self, to: [f64; 3]) -> &mut Self {
         let from = self.at.unwrap();

@@ -129,9 +129,9 @@ pub fn model(text: &str, acceleration_mm_s2: f64) -> BTreeMap<u32, f64> {
     for (motion, time_s) in toolpath.moves.iter().zip(realised.move_s) {
         *lines.entry(motion.line).or_insert(0.0) += time_s;
     }
-    for event in &toolpath.events {
+    for event in toolpath.events() {
         if let feedwright::nc::Event::Dwell { seconds, line } = event {
-            *lines.entry(*line).or_insert(0.0) += seconds;
+            *lines.entry(line).or_insert(0.0) += seconds;
         }
     }
     lines

@@ -297,7 +297,7 @@ impl Run<'_> {
             p
         };
         for (offset, motion) in self.out.moves[before.index..].iter_mut().enumerate() {
-            motion.curve = match (motion.curve, before.moved) {
+            let curve = match (motion.curve(), before.moved) {
                 (Curve::Line { to, .. }, _) if offset > 0 => Curve::Line { from: shift(to), to: shift(to) },
                 (Curve::Line { from, to }, Moved::Line(_, direction)) => {
                     if dot([meeting[0] - from[a], meeting[1] - from[b]], direction) < -SLACK {
@@ -314,6 +314,7 @@ impl Run<'_> {
                 }
                 (line, _) => line,
             };
+            motion.set_curve(curve);
         }
         self.chain_heights(before.index);
         self.tool = shift(self.tool);
@@ -323,9 +324,9 @@ impl Run<'_> {
     /// Joins the moves in height after `first` end to end.
     fn chain_heights(&mut self, first: usize) {
         for index in first + 1..self.out.moves.len() {
-            let start = self.out.moves[index - 1].curve.to();
-            if let Curve::Line { from, .. } = &mut self.out.moves[index].curve {
-                *from = start;
+            let start = self.out.moves[index - 1].curve().to();
+            if let Curve::Line { to, .. } = self.out.moves[index].curve() {
+                self.out.moves[index].set_curve(Curve::Line { from: start, to });
             }
         }
     }

@@ -17,6 +17,7 @@ mod siemens;
 mod state;
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use calls::{Call, Source};
 use compensation::{Active, Contour};
@@ -32,7 +33,7 @@ use super::environment::Environment;
 use super::expr::{self, Parameters, Target};
 use super::lex::{Token, TokenKind};
 use super::program::Program;
-use super::toolpath::{Event, Freeze, Toolpath};
+use super::toolpath::{Event, Freeze, State as MoveState, Toolpath};
 use crate::diag::{Diagnostic, Severity, Span};
 use crate::ids::{BlockId, MoveId};
 use crate::path::Vec3;
@@ -66,7 +67,7 @@ pub fn interpret_each(program: &Program, environment: &Environment<'_>, mut chun
         if run.out.moves.len() >= CHUNK && run.compensation.is_none() {
             chunk(&run.out);
             run.out.moves.clear();
-            run.out.events.clear();
+            run.out.between.clear();
             run.cycle_moves.clear();
         }
     }
@@ -79,6 +80,8 @@ struct Run<'a> {
     env: &'a Environment<'a>,
     out: Toolpath,
     modal: Modal,
+    /// States of the last rapid and of the last feed move.
+    states: [Option<Arc<MoveState>>; 2],
     frame: Frame,
     /// Programmed position, mm, before rotation, scaling and shift.
     programmed: Vec3,
@@ -161,6 +164,7 @@ impl<'a> Run<'a> {
             env,
             out: Toolpath::default(),
             modal,
+            states: [None, None],
             frame: Frame::default(),
             programmed: tool,
             tool,
@@ -206,7 +210,6 @@ impl<'a> Run<'a> {
 
     fn execute_all(&mut self) {
         self.out.moves.reserve(self.program.len());
-        self.out.events.reserve(self.program.len());
         let mut line = Line::default();
         while !self.ended {
             self.step(&mut line);
@@ -394,7 +397,7 @@ impl<'a> Run<'a> {
     }
 
     fn event(&mut self, event: Event) {
-        self.out.events.push(event);
+        self.out.between.push((self.next_move(), event));
     }
 
     fn finish(mut self) -> Toolpath {
@@ -404,7 +407,7 @@ impl<'a> Run<'a> {
         }
         shared::number(&mut self.out.moves, &self.cycle_moves);
         self.out.moves.shrink_to_fit();
-        self.out.events.shrink_to_fit();
+        self.out.between.shrink_to_fit();
         self.out
     }
 

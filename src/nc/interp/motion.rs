@@ -1,10 +1,12 @@
 //! Straight motions, and what every motion leaves in the toolpath.
 
+use std::sync::Arc;
+
 use super::Run;
 use super::line::Line;
-use super::state::Motion;
+use super::state::{Modal, Motion};
 use crate::diag::Severity;
-use crate::nc::toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind};
+use crate::nc::toolpath::{Feed, FeedMode, Freeze, Move, MoveKind, State};
 use crate::path::{Curve, Vec3};
 
 const AXES: [u8; 3] = *b"XYZ";
@@ -176,23 +178,23 @@ impl Run<'_> {
             self.out.inch = self.modal.inch;
         }
         self.tool = curve.to();
-        let id = self.next_move();
         let block = self.main_block();
-        self.out.moves.push(Move {
-            block,
-            line: self.program.line(block),
-            instance: self.counts.get(block.ix()).map_or(0, |count| count.saturating_sub(1)),
-            kind,
-            curve,
-            feed,
-            spin: self.modal.spin(),
-            tool: self.modal.tool,
-            wcs: self.modal.wcs,
-            path_mode: self.modal.path_mode,
-            freeze,
-            splittable: self.splittable,
-            shared: None,
-        });
-        self.event(Event::Move(id));
+        let state = self.state(kind, feed);
+        let mut motion = Move::new(block, kind, curve, state);
+        motion.instance = self.counts.get(block.ix()).map_or(0, |count| count.saturating_sub(1));
+        motion.freeze = freeze;
+        motion.splittable = self.splittable;
+        self.out.moves.push(motion);
+    }
+
+    /// The state of a move made now: the one of the last move of its kind, unless something changed.
+    fn state(&mut self, kind: MoveKind, feed: Feed) -> Arc<State> {
+        let Modal { tool, wcs, path_mode, .. } = self.modal;
+        let now = State { feed, spin: self.modal.spin(), tool, wcs, path_mode, shared: None };
+        let last = &mut self.states[usize::from(kind == MoveKind::Feed)];
+        match last {
+            Some(state) if **state == now => state.clone(),
+            _ => last.insert(Arc::new(now)).clone(),
+        }
     }
 }

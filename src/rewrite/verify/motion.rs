@@ -18,15 +18,16 @@ const SAME_FEED: f64 = 1e-9;
 
 /// Compares all events in order.
 pub fn compare(before: &Toolpath, after: &Toolpath, roles: &Roles, proof: &mut Proof) {
-    let mut rest = after.events.as_slice();
-    for event in &before.events {
+    let mut rest = after.events();
+    for event in before.events() {
         if proof.differences.len() >= ENOUGH {
             return;
         }
-        let taken = match (event, rest.first()) {
+        let here = rest.clone();
+        let taken = match (event, rest.next()) {
             (Event::Move(id), Some(Event::Move(first))) => {
                 let whole = &before.moves[id.ix()];
-                let pieces = pieces(whole, rest, after, roles);
+                let pieces = pieces(whole, here, after, roles);
                 if pieces.len() > 1 {
                     compare_pieces(whole, &pieces, roles, proof);
                 } else {
@@ -35,18 +36,20 @@ pub fn compare(before: &Toolpath, after: &Toolpath, roles: &Roles, proof: &mut P
                 pieces.len().max(1)
             }
             (_, Some(other)) => {
-                compare_events(event, other, roles, proof);
+                compare_events(&event, &other, roles, proof);
                 1
             }
             (_, None) => {
-                proof.differ(Some(line_of(event, before)), None, "the rewritten program ends before this");
+                proof.differ(Some(line_of(&event, before)), None, "the rewritten program ends before this");
                 return;
             }
         };
-        rest = &rest[taken..];
+        for _ in 1..taken {
+            rest.next();
+        }
     }
-    if let Some(event) = rest.first() {
-        proof.differ(None, Some(line_of(event, after)), "the rewritten program goes on where the original ends");
+    if let Some(event) = rest.next() {
+        proof.differ(None, Some(line_of(&event, after)), "the rewritten program goes on where the original ends");
     }
 }
 
@@ -97,7 +100,7 @@ fn name(event: &Event) -> String {
 }
 
 /// The motions that are the pieces of this one: one after the other, all but the last in the role of a piece.
-fn pieces<'a>(whole: &Move, events: &[Event], after: &'a Toolpath, roles: &Roles) -> Vec<&'a Move> {
+fn pieces<'a>(whole: &Move, events: impl Iterator<Item = Event>, after: &'a Toolpath, roles: &Roles) -> Vec<&'a Move> {
     let mut out = Vec::new();
     for event in events {
         let Event::Move(id) = event else { break };
@@ -115,7 +118,7 @@ fn compare_moves(a: &Move, b: &Move, roles: &Roles, proof: &mut Proof) {
     let mut differ = |text: &str| proof.differ(Some(a.line), Some(b.line), text);
     if origin(b.line, roles) != Some(a.line) || a.kind != b.kind {
         differ("the motion is another");
-    } else if !same_curve(&a.curve, &b.curve) {
+    } else if !same_curve(&a.curve(), &b.curve()) {
         differ("the motion goes another way");
     } else if let Some(text) = other_state(a, b) {
         differ(text);
@@ -182,12 +185,14 @@ fn compare_pieces(whole: &Move, pieces: &[&Move], roles: &Roles, proof: &mut Pro
 
 fn wrong_pieces(whole: &Move, pieces: &[&Move], increment_mm: f64) -> Option<&'static str> {
     let (first, last) = (pieces.first()?, pieces.last()?);
-    let joined = pieces.windows(2).all(|pair| same_point(pair[0].curve.to(), pair[1].curve.from()));
+    let joined = pieces.windows(2).all(|pair| same_point(pair[0].curve().to(), pair[1].curve().from()));
     let feeds = pieces.iter().all(|piece| piece.kind == MoveKind::Feed && piece.freeze.is_none());
     if whole.kind != MoveKind::Feed || whole.freeze.is_some() || !feeds {
         return Some("a motion that must stay whole is cut");
     }
-    if !joined || !same_point(first.curve.from(), whole.curve.from()) || !same_point(last.curve.to(), whole.curve.to())
+    if !joined
+        || !same_point(first.curve().from(), whole.curve().from())
+        || !same_point(last.curve().to(), whole.curve().to())
     {
         return Some("the pieces of the block do not join");
     }
@@ -201,24 +206,24 @@ fn wrong_pieces(whole: &Move, pieces: &[&Move], increment_mm: f64) -> Option<&'s
 }
 
 fn on_path(whole: &Move, pieces: &[&Move], increment_mm: f64) -> bool {
-    let length = whole.curve.length();
+    let length = whole.curve().length();
     let mut reached = 0.0;
     for (index, piece) in pieces.iter().enumerate() {
-        let ends = piece.curve.length();
-        let inside = |k: u32| piece.curve.point(ends * f64::from(k) / 8.0);
-        let along = |point: Vec3, near: f64| foot(&whole.curve, point, near);
+        let ends = piece.curve().length();
+        let inside = |k: u32| piece.curve().point(ends * f64::from(k) / 8.0);
+        let along = |point: Vec3, near: f64| foot(&whole.curve(), point, near);
         let near = |k: u32| reached + ends * f64::from(k) / 8.0;
         if (1..8).any(|k| along(inside(k), near(k)).1 > increment_mm + SAME_MM) {
             return false;
         }
-        let (s, off) = along(piece.curve.to(), reached + ends);
+        let (s, off) = along(piece.curve().to(), reached + ends);
         let is_last = index + 1 == pieces.len();
         if s <= reached || (!is_last && (off > 0.5 * increment_mm + SAME_MM || s >= length)) {
             return false;
         }
         reached = s;
     }
-    turns_agree(&whole.curve, pieces, increment_mm)
+    turns_agree(&whole.curve(), pieces, increment_mm)
 }
 
 /// Place along the curve nearest to a point, looked for from `near_mm` on, and the distance there.
@@ -233,11 +238,11 @@ fn foot(curve: &Curve, point: Vec3, near_mm: f64) -> (f64, f64) {
 
 fn turns_agree(whole: &Curve, pieces: &[&Move], increment_mm: f64) -> bool {
     match whole {
-        Curve::Line { .. } => pieces.iter().all(|piece| matches!(piece.curve, Curve::Line { .. })),
+        Curve::Line { .. } => pieces.iter().all(|piece| matches!(piece.curve(), Curve::Line { .. })),
         Curve::Arc(arc) => {
             let mut sum = 0.0;
             for piece in pieces {
-                let Curve::Arc(part) = &piece.curve else { return false };
+                let Curve::Arc(part) = &piece.curve() else { return false };
                 let turned = part.plane != arc.plane || part.sweep_rad.signum() != arc.sweep_rad.signum();
                 if turned || !about_the_same(arc, part, increment_mm) {
                     return false;
