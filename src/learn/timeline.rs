@@ -206,7 +206,7 @@ impl Pieces {
         }
         first.push(moves.len());
         let between = path.between.iter().map(|(id, event)| (MoveId(first[id.ix()] as u32), *event)).collect();
-        Self { path: Toolpath { between, moves, ..Toolpath::default() }, of, first }
+        Self { path: Toolpath { moves, between, ..Toolpath::default() }, of, first }
     }
 }
 

@@ -4,6 +4,7 @@
 
 pub mod decimal;
 pub mod edit;
+mod emit;
 mod freeze;
 pub mod fword;
 pub mod mark;

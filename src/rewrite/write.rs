@@ -8,7 +8,7 @@
 
 use crate::ids::BlockId;
 use crate::machine::{Annotate, Job};
-use crate::nc::{Dialect, FeedMode, Program, Syntax, Toolpath};
+use crate::nc::{Dialect, FeedMode, Program, Toolpath};
 
 use super::Stats;
 use super::decimal::NumberStyle;
@@ -58,13 +58,13 @@ const MOST_N_AND_F: usize = 20;
 
 /// The writer's state.
 pub struct Writer<'a> {
-    program: &'a Program,
+    pub(super) program: &'a Program,
     toolpath: &'a Toolpath,
-    job: &'a Job,
-    dialect: Dialect,
-    manners: Manners,
-    most_bytes: usize,
-    line_end: &'static [u8],
+    pub(super) job: &'a Job,
+    pub(super) dialect: Dialect,
+    pub(super) manners: Manners,
+    pub(super) most_bytes: usize,
+    pub(super) line_end: &'static [u8],
     /// Numbered blocks may be reached by a jump.
     jumps: bool,
     modes: Modes,
@@ -75,8 +75,8 @@ pub struct Writer<'a> {
     reference: Option<String>,
     manner: Manner,
     tool_changed: bool,
-    last_number: Option<f64>,
-    marked: bool,
+    pub(super) last_number: Option<f64>,
+    pub(super) marked: bool,
     /// What was done.
     pub edits: Vec<Edit>,
     /// Counts.
@@ -87,16 +87,16 @@ pub struct Writer<'a> {
 
 /// Changes of one block while they are gathered.
 #[derive(Default)]
-struct Change {
+pub(super) struct Change {
     /// Lines before the block: code and note.
-    before: Vec<(Vec<u8>, Option<Note>)>,
+    pub(super) before: Vec<(Vec<u8>, Option<Note>)>,
     /// Edits inside its code.
-    edits: Vec<Edit>,
+    pub(super) edits: Vec<Edit>,
     /// Appended to its code.
-    append: Vec<u8>,
-    note: Option<Note>,
+    pub(super) append: Vec<u8>,
+    pub(super) note: Option<Note>,
     /// Leave a note that is already there.
-    leave_note: bool,
+    pub(super) leave_note: bool,
 }
 
 impl<'a> Writer<'a> {
@@ -305,11 +305,6 @@ impl<'a> Writer<'a> {
         Some((piece, feed))
     }
 
-    /// May lines be put in? Heidenhain counts its lines.
-    fn may_insert(&self) -> bool {
-        self.dialect != Dialect::Heidenhain
-    }
-
     /// A block in pieces.
     fn cut(&mut self, view: &View, plan: &Plan, numbers: &[(Piece, Feed)], cut: split::Pieces) -> Change {
         let mut change = Change { edits: cut.edits, ..Change::default() };
@@ -395,148 +390,5 @@ impl<'a> Writer<'a> {
             tool,
             kept: false,
         })
-    }
-
-    /// Turns the gathered changes of a block into edits.
-    fn emit(&mut self, id: BlockId, view: &View, mut change: Change) {
-        let start = self.program.span(id).start;
-        let untouched = change.before.is_empty() && change.edits.is_empty() && change.append.is_empty();
-        self.stats.f_words_after += usize::from(view.has(b'F')) + usize::from(!change.append.is_empty());
-        if !self.fits(view, &change, id) && !change.append.is_empty() {
-            let word = change.append.trim_ascii().to_vec();
-            change.before.push((word, change.note.take()));
-            change.append.clear();
-        }
-        self.emit_before(start, view, &change.before);
-        let there = view.note().map(|(_, note)| note);
-        let same = |note: &Note| there.map_or(self.marked, |old| old.feed == note.feed && old.was == note.was);
-        let leave = change.leave_note || (untouched && change.note.as_ref().is_none_or(same));
-        let note = self.note_edit(id, view, &change, leave);
-        if !change.append.is_empty() {
-            self.edits.push(Edit::insert(self.append_at(view), change.append));
-        }
-        self.edits.extend(change.edits);
-        self.edits.extend(note);
-    }
-
-    /// Bytes of the block's line after its edits, without a note.
-    fn new_length(&self, view: &View, change: &Change, id: BlockId) -> usize {
-        let line = (view.line_end - self.program.span(id).start) as usize;
-        let removed: usize = change.edits.iter().map(|edit| edit.span.len()).sum();
-        line + change.append.len() + change.edits.iter().map(|edit| edit.text.len()).sum::<usize>() - removed
-    }
-
-    fn fits(&self, view: &View, change: &Change, id: BlockId) -> bool {
-        self.new_length(view, change, id) <= self.most_bytes
-    }
-
-    /// Where a word is put in: after the code; in plain language before the M functions.
-    fn append_at(&self, view: &View) -> u32 {
-        let m = view.words.iter().find(|word| word.letter == b'M' && self.dialect == Dialect::Heidenhain);
-        m.map_or(view.code_end, |word| mark::with_blank_before(self.program.text(), word.span).start)
-    }
-
-    fn note_edit(&self, id: BlockId, view: &View, change: &Change, leave: bool) -> Option<Edit> {
-        let there = view.note();
-        if leave {
-            return None;
-        }
-        let old = there.map_or(0, |(span, _)| span.len());
-        let room = self.most_bytes.saturating_sub(self.new_length(view, change, id)) + old;
-        let note = change.note.as_ref().filter(|_| self.may_note(view));
-        let text = note.and_then(|note| self.fitting(note, room));
-        match (there, text) {
-            (Some((span, _)), Some(text)) => Some(Edit::replace(*span, text)),
-            (Some((span, _)), None) => Some(Edit::replace(*span, *b"")),
-            (None, Some(text)) => Some(Edit::insert(self.note_at(view), text)),
-            (None, None) => None,
-        }
-    }
-
-    /// The note as text of at most `room` bytes: without tool and limit where they do not fit, never without the feed it
-    /// remembers.
-    fn fitting(&self, note: &Note, room: usize) -> Option<Vec<u8>> {
-        let short = Note { tool: None, ..note.clone() };
-        let shorter = Note { limit: None, percent: None, ..short.clone() };
-        let text = |note: &Note| [b" ".as_slice(), &mark::comment(self.dialect, &note.text())].concat();
-        [note, &short, &shorter].into_iter().map(text).find(|text| text.len() <= room)
-    }
-
-    fn note_at(&self, view: &View) -> u32 {
-        if self.dialect.syntax() == Syntax::Rs274 { view.code_end } else { view.line_end }
-    }
-
-    /// A comment that runs to the end of the line can have none after it, and one of ours may not be the last that stands
-    /// after a comment the control acts on.
-    fn may_note(&self, view: &View) -> bool {
-        let inside = view.user_comment_at.is_some_and(|at| at < view.code_end);
-        match self.dialect.syntax() {
-            Syntax::Rs274 => !inside,
-            _ => view.user_comment_at.is_none(),
-        }
-    }
-
-    /// The lines put before a block, numbered where the block is and there is room between the numbers.
-    fn emit_before(&mut self, start: u32, view: &View, lines: &[(Vec<u8>, Option<Note>)]) {
-        if lines.is_empty() {
-            return;
-        }
-        let numbers = self.line_numbers(view, lines.len());
-        let mut out = Vec::new();
-        for (index, (code, note)) in lines.iter().enumerate() {
-            let begin = out.len();
-            if let Some(numbers) = &numbers {
-                out.extend_from_slice(numbers[index].as_bytes());
-                out.extend_from_slice(if self.manners.spaced { b" " } else { b"" });
-            }
-            out.extend_from_slice(code.trim_ascii());
-            let comment = note.as_ref().filter(|_| self.job.output.annotate != Annotate::None);
-            let room = self.most_bytes.saturating_sub(out.len() - begin);
-            out.extend(comment.and_then(|note| self.fitting(note, room)).unwrap_or_default());
-            out.extend_from_slice(self.line_end);
-            self.stats.f_words_after += usize::from(code.iter().any(|b| b.eq_ignore_ascii_case(&b'F')));
-        }
-        self.stats.blocks_added += lines.len();
-        self.edits.push(Edit::insert(start, out));
-    }
-
-    /// Numbers between the last block's and this one's, evenly spaced; `None` where the program has none, or no room.
-    fn line_numbers(&self, view: &View, count: usize) -> Option<Vec<String>> {
-        let word = view.only(b'N')?;
-        let (last, next) = (self.last_number?, word.number);
-        let step = ((next - last) / (count as f64 + 1.0)).floor();
-        if step < 1.0 || last.fract() != 0.0 || next.fract() != 0.0 {
-            return None;
-        }
-        let number = view::number_bytes(self.program, word);
-        let style = NumberStyle::of(number, true);
-        let bytes = word.span.of(self.program.text());
-        let letter = String::from_utf8_lossy(&bytes[..bytes.len() - number.len()]).into_owned();
-        let text = |k: usize| style.write(super::decimal::Decimal::nearest(last + step * k as f64, 0));
-        Some((1..=count).map(|k| format!("{letter}{}", text(k))).collect())
-    }
-
-    /// Puts the mark of the file in, unless it is there: a line before the first block of code, or in plain language (whose
-    /// lines are counted) at the end of the first motion.
-    pub fn header(&mut self) {
-        if self.marked {
-            return;
-        }
-        let text = mark::comment(self.dialect, &mark::header_text());
-        let views = self.program.blocks().map(|block| (block, View::of(self.program, block)));
-        if self.may_insert() {
-            let mut code = views.filter(|(_, view)| !view.empty && !view.flow && !view.words.is_empty());
-            if let Some((block, _)) = code.next() {
-                let line = [text.as_slice(), self.line_end].concat();
-                self.edits.insert(0, Edit::insert(self.program.span(block).start, line));
-                self.stats.blocks_added += 1;
-            }
-            return;
-        }
-        let mut motions =
-            views.filter(|(_, view)| view.has(b'X') && view.user_comment_at.is_none() && view.ours.is_empty());
-        if let Some((_, view)) = motions.next() {
-            self.edits.push(Edit::insert(view.line_end, [b" ".as_slice(), &text].concat()));
-        }
     }
 }
