@@ -127,4 +127,24 @@ impl EngagementMap {
     pub fn stations_of(&self, id: MoveId) -> &[Station] {
         self.of_move.get(id.ix()).map_or(&[], |range| &self.stations[range.start as usize..range.end as usize])
     }
+    /// The same with no station longer than `longest_mm`: where loads depend on the place or the past of a cut, a long
+    /// station of equal engagement is not one of equal load.
+    pub fn cut_to(mut self, longest_mm: f64) -> Self {
+        let mut stations = Vec::with_capacity(self.stations.len());
+        for range in &mut self.of_move {
+            let first = stations.len() as u32;
+            for station in &self.stations[range.start as usize..range.end as usize] {
+                let parts = (station.length_mm() / longest_mm).ceil().max(1.0);
+                let at = |part: f64| station.from_mm + station.length_mm() * part / parts;
+                let cut = (0..parts as usize).map(|part| {
+                    let to_mm = if part + 1 == parts as usize { station.to_mm } else { at(part as f64 + 1.0) };
+                    Station { from_mm: at(part as f64), to_mm, ..*station }
+                });
+                stations.extend(cut);
+            }
+            *range = first..stations.len() as u32;
+        }
+        self.stations = stations;
+        self
+    }
 }

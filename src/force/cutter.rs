@@ -92,7 +92,7 @@ impl Cutter {
             flutes: f64::from(tool.flutes),
             radius_mm: tool.radius_mm(),
             rps,
-            tare_w: process.tare_w.unwrap_or_else(|| spindle.tare_w.at(rps)),
+            tare_w: tare_w(spindle, process, rps),
             beam: Beam::of(tool),
             effects: Effects::of(process)?,
         })
@@ -198,14 +198,16 @@ impl Cutter {
 
     /// What effects see of this station.
     fn state(&self, cut: &Cut, mean: &Means) -> State {
+        let given = &cut.state;
+        let known = |given: f64, own: f64| if given.is_finite() { given } else { own };
         State {
             rps: self.rps,
             cutting_speed_mm_s: TAU * self.radius_mm * self.rps,
-            axial_depth_mm: mean.depth_mm,
-            radial_depth_mm: mean.radial_depth_mm,
-            up_share: mean.up_share,
-            edge_position_mm: mean.height_mm,
-            ..cut.state
+            axial_depth_mm: known(given.axial_depth_mm, mean.depth_mm),
+            radial_depth_mm: known(given.radial_depth_mm, mean.radial_depth_mm),
+            up_share: known(given.up_share, mean.up_share),
+            edge_position_mm: known(given.edge_position_mm, mean.height_mm),
+            ..*given
         }
     }
 
@@ -418,6 +420,14 @@ impl Cutter {
     fn tooth_index(&self, group: usize, step: i64) -> usize {
         group * self.teeth.per_group + step.rem_euclid(self.teeth.per_group as i64) as usize
     }
+}
+
+/// Power with nothing cut: the spindle's, or what was learned at one speed, along the spindle's curve.
+fn tare_w(spindle: &Spindle, process: &Process, rps: f64) -> f64 {
+    let declared = spindle.tare_w.at(rps);
+    let Some(learned) = process.tare_w else { return declared };
+    let there = process.tare_rps.map_or(0.0, |reference| spindle.tare_w.at(reference));
+    if there > 0.0 { learned * declared / there } else { learned }
 }
 
 /// Adds the spans from one event to the next.

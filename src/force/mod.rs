@@ -10,6 +10,7 @@ mod cap;
 mod check;
 pub mod closed;
 mod coefficients;
+pub mod contact;
 pub mod cutter;
 mod kinds;
 mod laws;

@@ -14,7 +14,7 @@ use crate::machine::LimitKind;
 use crate::nc::{Freeze, Program, Toolpath};
 use crate::report::{Check, Run};
 use crate::rewrite::{Rewritten, verify};
-use crate::schedule::caps::{Cutters, cut_at};
+use crate::schedule::caps::Cutters;
 use crate::schedule::rules::{Rules, rules};
 use crate::schedule::{FeedPiece, Node, Problem};
 
@@ -111,7 +111,7 @@ impl Ratios<'_> {
         if self.is_apart(&origin) {
             return None;
         }
-        let line = self.cutters.of(station.move_id)?.line(&cut_at(self.map, motion, station));
+        let line = self.cutters.of(station.move_id)?.line(&self.cutters.cut(self.map, motion, station));
         let loads = line.loads(motion.feed.mm_s);
         let mut worst = Ratio { value: 0.0, length_mm: station.length_mm(), breach: None };
         let mut kind = LimitKind::Programmed;

@@ -12,6 +12,7 @@
 mod check;
 mod comments;
 mod follow;
+mod learned;
 mod look;
 mod used;
 
@@ -73,6 +74,7 @@ pub struct Task {
 pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let Task { program, mut job, mut assumptions } = task;
     let start = (watch.clock)();
+    assumptions.extend(learned::apply(&mut job));
     job.operations = comments::by_lines(&job.operations, &program);
     let mut toolpath = interpret(&program, &job, watch);
     if toolpath.moves.is_empty() {
@@ -165,7 +167,8 @@ fn engagement(
     spacing_mm: f64,
 ) -> Result<EngagementMap, EngageError> {
     let options = engage::Options { spacing_mm, ..watch.engage };
-    engage::engage(toolpath, job, &options, &|done| (watch.progress)(stage, done))
+    let map = engage::engage(toolpath, job, &options, &|done| (watch.progress)(stage, done))?;
+    Ok(if schedule::history::is_asked_for(job) { map.cut_to(spacing_mm) } else { map })
 }
 
 /// Caps and floors relative to the feeds that the program was written for: where our own notes remember them, the F

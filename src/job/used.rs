@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::check::load_limits;
 use crate::engage::Station;
 use crate::report::Run;
-use crate::schedule::caps::{Cutters, cut_at};
+use crate::schedule::caps::Cutters;
 use crate::schedule::rules::rules;
 use crate::schedule::{FeedPiece, Schedule};
 
@@ -23,7 +23,7 @@ pub fn used(run: &Run, schedule: &Schedule) -> Vec<Option<f64>> {
             station.from_mm < piece.to_mm && station.to_mm > piece.from_mm && station.arc_count > 0
         };
         let load = |station: &Station| {
-            cutter.line(&cut_at(&run.map, motion, station)).loads(piece.feed_mm_s).bounded_by(piece.limit)
+            cutter.line(&cutters.cut(&run.map, motion, station)).loads(piece.feed_mm_s).bounded_by(piece.limit)
         };
         let loads = run.map.stations_of(piece.move_id).iter().filter(inside).filter_map(load);
         loads.reduce(f64::max).map(|load| load / limit)

@@ -414,6 +414,7 @@ impl Diagnosis<'_> {
             final_test: self.judged(&fitted.model.effects),
             final_base: values(data, fitted),
             covariance: covariance(data, fitted),
+            tare_rps: data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite()),
             noise_floor: noise_floor(data, &fitted.residuals(data)),
             transfer: self.transfer(base, fitted),
             variants_tried: self.tried,

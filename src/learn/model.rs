@@ -28,6 +28,7 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
     Some(Process {
         base,
         tare_w: value("tare").filter(|_| !relative),
+        tare_rps: report.tare_rps.filter(|_| !relative),
         effects: report
             .effects
             .iter()
@@ -74,7 +75,13 @@ pub fn of_calibration(result: &Calibration) -> Option<Process> {
             ForceModel::Named { name: name.to_owned(), parameters: own.map(|p| (p.name.clone(), p.value)).collect() }
         }
     };
-    Some(Process { base: Some(base), tare_w: result.tare, effects: Vec::new(), covariance: result.covariance.clone() })
+    Some(Process {
+        base: Some(base),
+        tare_w: result.tare,
+        tare_rps: None,
+        effects: Vec::new(),
+        covariance: result.covariance.clone(),
+    })
 }
 
 /// Comment lines of a model file: what it rests on.

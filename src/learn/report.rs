@@ -150,6 +150,8 @@ pub struct LearnReport {
     pub final_base: Vec<Value>,
     /// Covariance of the final base parameters.
     pub covariance: Vec<Vec<f64>>,
+    /// Spindle speed that the tare belongs to, rev/s; `None` where nothing has a tare.
+    pub tare_rps: Option<f64>,
     /// Noise of neighbouring readings, unit of the reading; `None` where it cannot be told.
     pub noise_floor: Option<f64>,
     /// Other kinds of cut.

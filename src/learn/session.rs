@@ -11,10 +11,9 @@ use super::samples::{Data, Variant};
 use super::split::by_blocks;
 use super::timeline::{Spot, Timeline, engaged_otherwise, speed_ratios, timeline};
 use crate::engage::{EngageError, EngagementMap, engage};
+use crate::machine::Job;
 use crate::machine::material::ForceModel;
-use crate::machine::{Job, Profile, Segment, Shape, Stock, StockShape, Tool};
 use crate::nc::{Environment, Toolpath, interpret, parse};
-use crate::path::Vec3;
 use rayon::prelude::*;
 
 /// How a log is learned from.
@@ -61,10 +60,11 @@ pub fn prepare(program: &[u8], job: &Job, with_forces: bool) -> Result<Prepared,
     let options = crate::engage::Options { spacing_mm: SPACING_MM, ..crate::engage::Options::default() };
     let map = engage(&path, job, &options, &|_| ())?;
     let timeline = timeline(&path, &map, job, with_forces);
+    let shrunk_mm = SHRUNK * typical_diameter(job);
     let jobs = [
-        (Variant::StockTop, GROWN_MM, Some(with_stock(job, |s| grown(s, GROWN_MM, 0.0)))),
-        (Variant::StockSide, GROWN_MM, Some(with_stock(job, |s| grown(s, 0.0, GROWN_MM)))),
-        (Variant::Diameter, -SHRUNK * typical_diameter(job), shrunk(job)),
+        (Variant::StockTop, GROWN_MM, Some(job.with_stock_grown(GROWN_MM, 0.0))),
+        (Variant::StockSide, GROWN_MM, Some(job.with_stock_grown(0.0, GROWN_MM))),
+        (Variant::Diameter, -shrunk_mm, job.with_mills_wider(-shrunk_mm)),
     ];
     let others = jobs
         .into_par_iter()
@@ -309,59 +309,8 @@ fn described(aligned: &Aligned, log: &Log) -> Alignment {
     }
 }
 
-fn with_stock(job: &Job, change: impl Fn(&StockShape) -> StockShape) -> Job {
-    let stocks = job.stocks.iter().map(|stock| Stock { shape: change(&stock.shape), ..stock.clone() }).collect();
-    Job { stocks, ..job.clone() }
-}
-
-fn grown(shape: &StockShape, top: f64, side: f64) -> StockShape {
-    match shape {
-        StockShape::Box(b) => StockShape::Box(crate::machine::Box3 {
-            min: b.min - Vec3::new(side, side, 0.0),
-            max: b.max + Vec3::new(side, side, top),
-        }),
-        StockShape::Cylinder { centre, diameter_mm, z_mm } => StockShape::Cylinder {
-            centre: *centre,
-            diameter_mm: diameter_mm + 2.0 * side,
-            z_mm: [z_mm[0].min(z_mm[1]), z_mm[0].max(z_mm[1]) + top],
-        },
-        other => other.clone(),
-    }
-}
-
 fn typical_diameter(job: &Job) -> f64 {
     super::linear::median(&job.tools.iter().map(|t| t.diameter_mm).collect::<Vec<f64>>())
-}
-
-/// The job with smaller end mills; `None` when there is none whose shape is known how to shrink.
-fn shrunk(job: &Job) -> Option<Job> {
-    let by = SHRUNK * typical_diameter(job);
-    let mut any = false;
-    let tools = job
-        .tools
-        .iter()
-        .map(|tool| {
-            let diameter = tool.diameter_mm - by;
-            let height = tool.profile.height();
-            let profile = match tool.shape {
-                Shape::Flat => Profile::flat(diameter, height),
-                Shape::Ball => Profile::ball(diameter, height),
-                Shape::Bull => Profile::bull(diameter, corner_of(&tool.profile), height),
-                _ => return tool.clone(),
-            };
-            any = true;
-            Tool { profile, diameter_mm: diameter, ..tool.clone() }
-        })
-        .collect();
-    any.then(|| Job { tools, ..job.clone() })
-}
-
-fn corner_of(profile: &Profile) -> f64 {
-    profile
-        .segments
-        .iter()
-        .find_map(|s| if let Segment::Arc { radius, .. } = s { Some(*radius) } else { None })
-        .unwrap_or(0.0)
 }
 
 impl Prepared {

@@ -60,6 +60,8 @@ pub struct Process {
     pub base: Option<ForceModel>,
     /// Tare that replaces the spindle's, W.
     pub tare_w: Option<f64>,
+    /// Spindle speed that tare belongs to, rev/s: at other speeds it follows the spindle's curve.
+    pub tare_rps: Option<f64>,
     /// Effects on top of it, in the order added.
     pub effects: Vec<EffectUse>,
     /// Covariance of the base parameters, row by row, where it is known.

@@ -4,6 +4,7 @@
 pub mod curve;
 pub mod limits;
 pub mod material;
+mod otherwise;
 pub mod profile;
 pub mod tool;
 

@@ -7,7 +7,7 @@ use super::run::Run;
 use crate::engage::Station;
 use crate::force::Loads;
 use crate::schedule::FeedPiece;
-use crate::schedule::caps::{Cutters, cut_at};
+use crate::schedule::caps::Cutters;
 use crate::schedule::realise::pieces_of_moves;
 
 /// Stations worked out at once.
@@ -68,7 +68,7 @@ fn loads_at<'a>(
     };
     if let Some(cutter) = cutters.of(station.move_id).filter(|_| station.arc_count > 0) {
         let motion = &run.toolpath.moves[station.move_id.ix()];
-        let line = cutter.line(&cut_at(&run.map, motion, station));
+        let line = cutter.line(&cutters.cut(&run.map, motion, station));
         found.before = line.loads(feed_before_mm_s);
         found.after = line.loads(feed_after_mm_s);
     }

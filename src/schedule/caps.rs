@@ -8,6 +8,7 @@
 
 use rayon::prelude::*;
 
+use super::history::History;
 use super::problem::{Bound, Conflict, Node, Problem};
 use super::ramps;
 use super::rules::{Rule, Rules, rules};
@@ -55,6 +56,7 @@ pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
 pub struct Cutters {
     list: Vec<Option<Cutter>>,
     of_move: Vec<u16>,
+    history: History,
 }
 
 impl Cutters {
@@ -71,11 +73,16 @@ impl Cutters {
             of_move.push(found as u16);
         }
         let list = keys.into_iter().map(|(tool, rps)| cutter(tool, rps, map, job)).collect();
-        Self { list, of_move }
+        Self { list, of_move, history: History::of(toolpath, map, job) }
     }
     /// Cutter of a move; `None` when its tool, material or spindle speed does not allow one.
     pub fn of(&self, id: MoveId) -> Option<&Cutter> {
         self.list[self.of_move[id.ix()] as usize].as_ref()
+    }
+    /// What is cut at a station, and what lies behind it.
+    pub fn cut<'a>(&self, map: &'a EngagementMap, motion: &Move, station: &Station) -> Cut<'a> {
+        let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
+        Cut { arcs: map.arcs_of(station), tangent_z, state: self.history.state(map, motion, station) }
     }
 }
 
@@ -83,12 +90,6 @@ fn cutter(number: u32, rps: f64, map: &EngagementMap, job: &Job) -> Option<Cutte
     let tool = job.tool(number)?;
     let material = job.material(tool)?;
     Cutter::new(tool, material, &job.machine.spindle, &job.process, map.slices_of(number), rps).ok()
-}
-
-/// What is cut at a station.
-pub fn cut_at<'a>(map: &'a EngagementMap, motion: &Move, station: &Station) -> Cut<'a> {
-    let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
-    Cut { arcs: map.arcs_of(station), tangent_z, ..Cut::default() }
 }
 
 struct Context<'a> {
@@ -143,7 +144,8 @@ impl Context<'_> {
     /// Cap and floor in a cut; returns the floor and the cap where a load limit overruled a minimum that was asked for.
     fn in_cut(&self, node: &mut Node, rule: &Rule, motion: &Move, station: &Station) -> Option<(Bound, Bound)> {
         let programmed = node.programmed_mm_s;
-        let line = self.cutters.of(node.move_id).map(|cutter| cutter.line(&cut_at(self.map, motion, station)));
+        let line =
+            self.cutters.of(node.move_id).map(|cutter| cutter.line(&self.cutters.cut(self.map, motion, station)));
         let spindle = &self.job.machine.spindle;
         let load = line.as_ref().map_or(LoadCap::Free, |line| load_cap(line, rule, spindle, motion.spin.rps));
         let floor = lowest_feed(line.as_ref(), rule, programmed);

@@ -9,6 +9,7 @@ pub mod control;
 pub mod convex;
 pub mod corner;
 pub mod cycle;
+pub mod history;
 pub mod marks;
 pub mod optimum;
 pub mod pass;

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::caps::{Cutters, cut_at};
+use super::caps::Cutters;
 use crate::engage::EngagementMap;
 use crate::machine::{Job, LimitKind, Limits};
 use crate::nc::Toolpath;
@@ -63,7 +63,7 @@ pub fn distributions(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec
         .map(|station| {
             let motion = &toolpath.moves[station.move_id.ix()];
             let cutter = cutters.of(station.move_id).filter(|_| station.arc_count > 0 && motion.feed.mm_s > 0.0)?;
-            let loads = cutter.loads(&cut_at(map, motion, station), motion.feed.mm_s);
+            let loads = cutter.loads(&cutters.cut(map, motion, station), motion.feed.mm_s);
             Some((motion.tool, station.length_mm(), LOADS.map(|kind| loads.bounded_by(kind).unwrap_or(0.0))))
         })
         .collect();

@@ -359,6 +359,8 @@ pub struct ProcessTable {
     pub base: Option<MaterialTable>,
     /// Power at the motor shaft with nothing cut, W, in place of the spindle's.
     pub tare: Option<Quantity>,
+    /// Spindle speed that tare belongs to, rev/min: at other speeds it follows the spindle's curve.
+    pub tare_speed: Option<Quantity>,
     /// Effects on top of the base, in the order added.
     pub effect: Option<Vec<EffectTable>>,
     /// Covariance of the base parameters, row by row.

@@ -7,7 +7,7 @@ use super::material::material;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
 use crate::machine::material::{EffectUse, ForceModel, Process};
-use crate::units::Dimension;
+use crate::units::{Dimension, rpm_from_rps};
 use std::path::Path;
 
 /// `[process]`, or what is in the file it includes.
@@ -37,6 +37,7 @@ fn from_table(reader: &mut Reader, key: &str, table: &ProcessTable) -> Process {
     Process {
         base: table.base.as_ref().map(|base| material(reader, &within("base"), base).model),
         tare_w: reader.optional(&within("tare"), table.tare.as_ref(), Dimension::Power, Sense::NotNegative),
+        tare_rps: reader.optional(&within("tare_speed"), table.tare_speed.as_ref(), Dimension::Speed, Sense::Positive),
         effects: effects
             .map(|effect| EffectUse {
                 name: effect.name.clone(),
@@ -52,6 +53,9 @@ pub fn write(process: &Process) -> String {
     let mut text = String::from("# Written by feedwright; use with --model, or [process] include = \"…\".\n");
     if let Some(tare_w) = process.tare_w {
         text += &format!("tare = {tare_w:?} # W\n");
+    }
+    if let Some(tare_rps) = process.tare_rps {
+        text += &format!("tare_speed = {:?} # rev/min\n", rpm_from_rps(tare_rps));
     }
     if !process.covariance.is_empty() {
         text += &format!("covariance = {:?}\n", process.covariance);
@@ -105,6 +109,7 @@ mod tests {
         let process = Process {
             base: Some(ForceModel::LinearEdge(edge)),
             tare_w: Some(0.1 + 0.2),
+            tare_rps: Some(50.0),
             effects: vec![EffectUse { name: "runout".into(), parameters: vec![("offset_mm".into(), 1e-3)] }],
             covariance: vec![vec![1.0, 1e-9], vec![1e-9, 2.0]],
         };

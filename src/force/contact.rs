@@ -1,0 +1,67 @@
+//! What a station cuts, in a few numbers. In: a station with its arcs, the rings of its tool. Out: [`Engaged`]: removed section
+//! a_p·a_e, swept area, its share in the up half, its middle. Diagnosis reads its covariates from it, and the schedule what
+//! effects need to know of a cut. The arcs of a station belong to its most engaged point; they are scaled to its mean
+//! section.
+
+use crate::engage::{EngagementMap, Station};
+use crate::machine::Slice;
+use std::f64::consts::FRAC_PI_2;
+
+/// Engagement of a station as effects and diagnosis look at it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Engaged {
+    /// Volume removed per mm of path, mm².
+    pub section_mm2: f64,
+    /// Area swept by all edges over material in a revolution, mm².
+    pub contact_mm2: f64,
+    /// Way of one tooth in material in a revolution, mm.
+    pub way_mm: f64,
+    /// −1 climb … +1 up, by contact.
+    pub up_share: f64,
+    /// The same by chip thickness.
+    pub up_share_chip: f64,
+    /// Middle of the contact from the axis: along the feed and to the left of it, mm.
+    pub contact_mm: [f64; 2],
+    /// Height engaged, mm.
+    pub axial_mm: f64,
+    /// Derivative of the peak force in the plane at the predicted speed by k_tc, k_rc, k_te, k_re.
+    pub peak: [f64; 4],
+}
+
+/// Engagement of a station by its arcs. Under a level feed a bottom face sweeps without a chip; it is no part of the
+/// contact (Xu, Eq. 3.7).
+pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes: u32, tangent_z: f64) -> Engaged {
+    let (mut contact, mut section, mut up, mut way, mut height) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut up_chip, mut middle) = (0.0, [0.0; 2]);
+    let level = tangent_z.abs() < 0.02;
+    for arc in map.arcs_of(station) {
+        let slice = &slices[arc.slice as usize];
+        if level && slice.normal_r < 0.02 {
+            continue;
+        }
+        let (entry, exit) = (f64::from(arc.entry_rad), f64::from(arc.exit_rad));
+        let swept = slice.radius_mm * (exit - entry) * slice.edge_mm;
+        let in_up = (exit.min(FRAC_PI_2) - entry.min(FRAC_PI_2)).max(0.0) / (exit - entry).max(1e-9);
+        contact += swept;
+        section += slice.radius_mm * (entry.cos() - exit.cos()) * slice.edge_mm * slice.normal_r.max(0.0);
+        up += swept * (2.0 * in_up - 1.0);
+        let turn = |from: f64, to: f64| slice.radius_mm * slice.edge_mm * (from.cos() - to.cos());
+        up_chip += turn(entry.min(FRAC_PI_2), exit.min(FRAC_PI_2)) - turn(entry.max(FRAC_PI_2), exit.max(FRAC_PI_2));
+        middle[0] += slice.radius_mm * turn(entry, exit);
+        middle[1] += slice.radius_mm * slice.radius_mm * slice.edge_mm * (exit.sin() - entry.sin());
+        way += slice.radius_mm * (exit - entry) * slice.dz_mm();
+        height += slice.dz_mm();
+    }
+    let mean = f64::from(station.removal_area_mm2);
+    let share = if level && section > 1e-9 { (mean / section).clamp(0.0, 1.2) } else { 1.0 };
+    Engaged {
+        section_mm2: mean,
+        contact_mm2: contact * f64::from(flutes) * share,
+        way_mm: if height > 0.0 { way / height * share } else { 0.0 },
+        up_share: if contact > 0.0 { up / contact } else { 0.0 },
+        up_share_chip: if section > 0.0 { up_chip / section } else { 0.0 },
+        contact_mm: middle.map(|m| m / contact.max(1e-12)),
+        axial_mm: f64::from(station.axial_depth_mm),
+        peak: [0.0; 4],
+    }
+}

@@ -1,0 +1,63 @@
+//! The same job with something about it otherwise than declared: what diagnosis tries out, and what a learned effect makes
+//! of the job for prediction and scheduling.
+
+use super::profile::{Profile, Segment};
+use super::tool::{Shape, Tool};
+use super::{Axis, Box3, Job, Machine, Stock, StockShape};
+use crate::path::Vec3;
+
+impl Job {
+    /// With every stock higher by `top_mm` and wider by `side_mm` on each side. A mesh or a saved stock keeps its shape.
+    pub fn with_stock_grown(&self, top_mm: f64, side_mm: f64) -> Self {
+        let grown = |stock: &Stock| Stock { shape: grown(&stock.shape, top_mm, side_mm), ..stock.clone() };
+        Self { stocks: self.stocks.iter().map(grown).collect(), ..self.clone() }
+    }
+
+    /// With every end mill wider by `by_mm` of diameter; `None` when there is none of a shape that is known how to change.
+    pub fn with_mills_wider(&self, by_mm: f64) -> Option<Self> {
+        let wider: Vec<Option<Tool>> = self.tools.iter().map(|tool| wider(tool, by_mm)).collect();
+        let any = wider.iter().any(Option::is_some);
+        let tools = wider.into_iter().zip(&self.tools).map(|(new, old)| new.unwrap_or_else(|| old.clone())).collect();
+        any.then(|| Self { tools, ..self.clone() })
+    }
+}
+
+impl Machine {
+    /// With a share of the declared acceleration on every axis.
+    pub fn with_acceleration(&self, share: f64) -> Self {
+        let axis = |axis: &Axis| Axis { acceleration_mm_s2: axis.acceleration_mm_s2 * share, ..*axis };
+        Self { axes: [axis(&self.axes[0]), axis(&self.axes[1]), axis(&self.axes[2])], ..self.clone() }
+    }
+}
+
+fn grown(shape: &StockShape, top_mm: f64, side_mm: f64) -> StockShape {
+    match shape {
+        StockShape::Box(b) => StockShape::Box(Box3 {
+            min: b.min - Vec3::new(side_mm, side_mm, 0.0),
+            max: b.max + Vec3::new(side_mm, side_mm, top_mm),
+        }),
+        StockShape::Cylinder { centre, diameter_mm, z_mm } => StockShape::Cylinder {
+            centre: *centre,
+            diameter_mm: diameter_mm + 2.0 * side_mm,
+            z_mm: [z_mm[0].min(z_mm[1]), z_mm[0].max(z_mm[1]) + top_mm],
+        },
+        other => other.clone(),
+    }
+}
+
+fn wider(tool: &Tool, by_mm: f64) -> Option<Tool> {
+    let diameter_mm = tool.diameter_mm + by_mm;
+    let height = tool.profile.height();
+    let profile = match tool.shape {
+        Shape::Flat => Profile::flat(diameter_mm, height),
+        Shape::Ball => Profile::ball(diameter_mm, height),
+        Shape::Bull => Profile::bull(diameter_mm, corner_mm(&tool.profile), height),
+        _ => return None,
+    };
+    (diameter_mm > 0.0).then(|| Tool { profile, diameter_mm, ..tool.clone() })
+}
+
+fn corner_mm(profile: &Profile) -> f64 {
+    let radius = |s: &Segment| if let Segment::Arc { radius, .. } = s { Some(*radius) } else { None };
+    profile.segments.iter().find_map(radius).unwrap_or(0.0)
+}

@@ -1,0 +1,127 @@
+//! What lies behind each station when the tool gets there: time since the start, distance its teeth have slid, volume it
+//! has removed, and where on the part it cuts. In: a toolpath with its feeds, its engagement, the job. Out: the
+//! [`State`] that the load effects of a process model look at, filled as diagnosis fills it ([`crate::learn`] reads the
+//! same [`Engaged`]).
+//!
+//! Times are those of the control at the feeds of the toolpath: the schedule sees the past of the program as programmed, the
+//! check of the written file that of the written one.
+
+use super::realise::{as_programmed, realise};
+use crate::effects::{Acts, State, named};
+use crate::engage::{EngagementMap, Station};
+use crate::force::contact::{Engaged, engaged};
+use crate::machine::Job;
+use crate::nc::{Event, Move, Toolpath};
+use crate::path::Vec3;
+use rayon::prelude::*;
+
+/// Does a load depend on more than the engagement, because the process model has effects on loads?
+pub fn is_asked_for(job: &Job) -> bool {
+    let acts_on_loads = |name: &str| named(name).is_some_and(|effect| effect.acts == Acts::Load);
+    job.process.effects.iter().any(|used| acts_on_loads(&used.name))
+}
+
+/// What lies behind the middle of a station.
+#[derive(Debug, Clone, Copy, Default)]
+struct Past {
+    time_s: f64,
+    sliding_mm: f64,
+    volume_mm3: f64,
+}
+
+/// The past of every station; empty where no effect asks for it.
+#[derive(Debug, Clone, Default)]
+pub struct History {
+    past: Vec<Past>,
+    engaged: Vec<Engaged>,
+    tare_rps: f64,
+}
+
+impl History {
+    /// Of a program at its own feeds.
+    pub fn of(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Self {
+        if !is_asked_for(job) {
+            return Self::default();
+        }
+        let engaged: Vec<Engaged> = map.stations.par_iter().map(|station| met(toolpath, map, job, station)).collect();
+        let past = pasts(toolpath, map, job, &engaged);
+        Self { past, engaged, tare_rps: job.process.tare_rps.unwrap_or(f64::NAN) }
+    }
+
+    /// State of a cut; speed and chip thickness are filled in from the engagement.
+    pub fn state(&self, map: &EngagementMap, motion: &Move, station: &Station) -> State {
+        if self.past.is_empty() {
+            return State::default();
+        }
+        let range = &map.of_move[station.move_id.ix()];
+        let before = map.stations_of(station.move_id).partition_point(|other| other.from_mm < station.from_mm);
+        let index = range.start as usize + before;
+        let (past, engaged) = (&self.past[index], &self.engaged[index]);
+        let middle_mm = 0.5 * (station.from_mm + station.to_mm);
+        let direction = motion.curve().tangent(middle_mm);
+        let left = Vec3::new(-direction.y, direction.x, 0.0);
+        let [ahead, aside] = engaged.contact_mm;
+        State {
+            time_s: past.time_s,
+            sliding_mm: past.sliding_mm,
+            volume_mm3: past.volume_mm3,
+            reference_rps: self.tare_rps,
+            axial_depth_mm: engaged.axial_mm,
+            radial_depth_mm: engaged.section_mm2 / engaged.axial_mm.max(1e-6),
+            up_share: engaged.up_share,
+            up_share_chip: engaged.up_share_chip,
+            position: motion.curve().point(middle_mm) + direction * ahead + left * aside,
+            direction,
+            curvature_per_mm: motion.curve().curvature(middle_mm).norm(),
+            edge_position_mm: 0.5 * engaged.axial_mm,
+            ..State::default()
+        }
+    }
+}
+
+fn met(toolpath: &Toolpath, map: &EngagementMap, job: &Job, station: &Station) -> Engaged {
+    let motion = &toolpath.moves[station.move_id.ix()];
+    let Some(tool) = job.tool(motion.tool).filter(|_| station.arc_count > 0) else { return Engaged::default() };
+    let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
+    engaged(station, map, map.slices_of(motion.tool), tool.flutes, tangent_z)
+}
+
+fn pasts(toolpath: &Toolpath, map: &EngagementMap, job: &Job, engaged: &[Engaged]) -> Vec<Past> {
+    let seconds = realise(toolpath, &as_programmed(toolpath), &job.machine).move_s;
+    let mut past = vec![Past::default(); map.stations.len()];
+    let mut tools: Vec<(u32, Past)> = Vec::new();
+    let mut now_s = 0.0;
+    for event in toolpath.events() {
+        match event {
+            Event::Dwell { seconds, .. } => now_s += seconds,
+            Event::Tool { .. } => now_s += job.machine.tool_change_time_s,
+            Event::Spindle { .. } => now_s += job.machine.spindle.runup_time_s,
+            Event::Stop { .. } => {}
+            Event::Move(id) => {
+                let motion = &toolpath.moves[id.ix()];
+                let slot = tools.iter().position(|(tool, _)| *tool == motion.tool).unwrap_or_else(|| {
+                    tools.push((motion.tool, Past::default()));
+                    tools.len() - 1
+                });
+                let range = map.of_move[id.ix()].clone();
+                let per_mm = seconds[id.ix()] / motion.curve().length().max(1e-9);
+                for index in range.start as usize..range.end as usize {
+                    let station = &map.stations[index];
+                    let took_s = per_mm * station.length_mm();
+                    let slid_mm = engaged[index].way_mm * motion.spin.rps * took_s;
+                    let removed_mm3 = engaged[index].section_mm2 * station.length_mm();
+                    let tool = &mut tools[slot].1;
+                    past[index] = Past {
+                        time_s: now_s + per_mm * station.from_mm + 0.5 * took_s,
+                        sliding_mm: tool.sliding_mm + 0.5 * slid_mm,
+                        volume_mm3: tool.volume_mm3 + 0.5 * removed_mm3,
+                    };
+                    tool.sliding_mm += slid_mm;
+                    tool.volume_mm3 += removed_mm3;
+                }
+                now_s += seconds[id.ix()];
+            }
+        }
+    }
+    past
+}

@@ -1,0 +1,127 @@
+//! What was learned is used: a process model with effects that look at the past of the tool, at the place of the cut and at
+//! its sense changes the feeds that `optimize` writes, there and only there.
+
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
+use assert_cmd::Command;
+use std::fs;
+use std::path::Path;
+
+const SETUP: &str = r#"
+[machine]
+rapid = 15000
+[machine.axes]
+x = { velocity = 15000, acceleration = 1500 }
+y = { velocity = 15000, acceleration = 1500 }
+z = { velocity = 12000, acceleration = 1200 }
+[machine.spindle]
+max_rpm = 12000
+tare = [[0, 100], [12000, 100]]
+[stock]
+box = { min = [0, 0, -20], max = [200, 120, 0] }
+[material]
+k_tc = 800
+k_rc = 300
+k_ac = 100
+k_te = 20
+k_re = 15
+k_ae = 3
+[[tool]]
+number = 1
+shape = "flat"
+diameter = 10
+flutes = 2
+flute_length = 22
+[limits]
+force_xy = 400
+feed_change = { max = 20 }
+[output]
+minimum_change = 0
+"#;
+
+/// Eight equal passes of half immersion along X at a depth of 4 mm, all climb, each beginning and ending in air.
+fn passes() -> String {
+    let mut text = String::from("G21 G90 G94\nT1 M6\nS6000 M3\nG0 X210 Y-10 Z5\nG0 Z-4\n");
+    for pass in 1..=8 {
+        let y = 5.0 * f64::from(pass) - 5.0;
+        text += &format!("G0 Y{y}\nG1 X-10 F300\nG0 Z5\nG0 X210\nG0 Z-4\n");
+    }
+    text + "M30\n"
+}
+
+fn optimized(folder: &Path, model: Option<&str>, names: [&str; 3]) -> Vec<Vec<f64>> {
+    fs::write(folder.join("part.nc"), passes()).unwrap();
+    fs::write(folder.join("part.setup.toml"), SETUP).unwrap();
+    let mut command = Command::cargo_bin("feedwright").unwrap();
+    command.current_dir(folder).args(["optimize", "part.nc", "--force", "--csv", "part.csv"]);
+    if let Some(text) = model {
+        fs::write(folder.join("model.toml"), text).unwrap();
+        command.args(["--model", "model.toml"]);
+    }
+    command.assert().code(0);
+    let mut table = csv::Reader::from_path(folder.join("part.csv")).unwrap();
+    let header = table.headers().unwrap().clone();
+    let columns = names.map(|name| header.iter().position(|head| head == name).unwrap());
+    let rows = table.records().map(Result::unwrap);
+    let values = rows.map(|row| columns.iter().map(|&column| row[column].parse().unwrap_or(0.0)).collect());
+    values.collect()
+}
+
+/// Mean feed of each pass between two places along X.
+fn feeds(model: Option<&str>, [from, to]: [f64; 2]) -> Vec<f64> {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = optimized(folder.path(), model, ["line", "x_mm", "feed_after_mm_min"]);
+    let of = |line: u32| {
+        // A station begins at its x and reaches to that of the next, downwards.
+        let starts: Vec<&Vec<f64>> = rows.iter().filter(|row| row[0] as u32 == line).collect();
+        let within = |pair: &&[&Vec<f64>]| pair[0][1] > from && pair[1][1] < to;
+        let found: Vec<f64> = starts.windows(2).filter(within).map(|pair| pair[0][2]).collect();
+        assert!(!found.is_empty(), "no station of line {line}");
+        found.iter().sum::<f64>() / found.len() as f64
+    };
+    (0..8).map(|pass| of(7 + 5 * pass)).collect()
+}
+
+const MIDDLE: [f64; 2] = [20.0, 180.0];
+
+fn ratio(found: f64, expected: f64, what: &str) {
+    assert!((found / expected - 1.0).abs() < 0.01, "{what}: {found} for {expected}");
+}
+
+#[test]
+fn feeds_fall_as_the_edge_wears() {
+    let plain = feeds(None, MIDDLE);
+    plain[1..].iter().for_each(|feed| ratio(*feed, plain[1], "without wear every pass is alike"));
+    let worn = feeds(
+        Some(
+            "[[effect]]\nname = \"flank-wear\"\nparameters = { growth_per_100m = 0.2, run_in = 0, run_in_length = 0.1, end = 0 }\n",
+        ),
+        MIDDLE,
+    );
+    println!("feeds by pass: {plain:.0?} without wear, {worn:.0?} with");
+    assert!(worn.windows(2).skip(1).all(|pair| pair[1] < pair[0]), "{worn:?}");
+    assert!(worn[7] < 0.97 * worn[1]);
+    assert!((worn[1] / plain[1]) < 1.0);
+}
+
+#[test]
+fn feeds_fall_in_the_hard_zone_only() {
+    let zone = "[[effect]]\nname = \"hard-zone\"\n[effect.parameters]\nexcess = 0.4\nx_min = 90\nx_max = 130\ny_min = -50\ny_max = 200\n";
+    let plain = feeds(None, [100.0, 115.0]);
+    let inside = feeds(Some(zone), [100.0, 115.0]);
+    let outside = feeds(Some(zone), [30.0, 70.0]);
+    println!("{plain:.0?} {inside:.0?} {outside:.0?}");
+    for pass in 1..8 {
+        assert!(inside[pass] < 0.85 * plain[pass], "pass {pass}: {} for {}", inside[pass], plain[pass]);
+        ratio(outside[pass], plain[pass], "outside the zone");
+    }
+}
+
+#[test]
+fn climb_is_slower_where_climb_was_learned_to_be_heavier() {
+    let model = "[[effect]]\nname = \"up-down-asymmetry\"\n[effect.parameters]\ncutting = -0.2\nedge = 0\n";
+    let (plain, climb) = (feeds(None, MIDDLE), feeds(Some(model), MIDDLE));
+    for pass in 1..8 {
+        ratio(climb[pass], plain[pass] / 1.2, "all climb: cutting coefficients 1.2 times as large");
+    }
+}
