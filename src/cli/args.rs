@@ -122,6 +122,9 @@ pub struct Optimize {
     /// Where the program goes; without it PROGRAM.fw.EXT beside the program; - is standard output.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
+    /// Unroll loops, calls and expressions into plain blocks, so that each pass gets its own feeds.
+    #[arg(long)]
+    pub expand: bool,
     /// Write the program even if limits cannot be met on more than a fifth of the cutting length.
     #[arg(long)]
     pub accept_infeasible: bool,

@@ -10,6 +10,7 @@ mod library;
 mod limits;
 mod optimize;
 mod output;
+mod plain;
 mod screen;
 mod toolpath;
 mod verify;

@@ -7,6 +7,7 @@ use super::args::{Global, Optimize, Work};
 use super::error::CliError;
 use super::input::{self, Source};
 use super::output::{Kind, Output, Outputs};
+use super::plain::plain;
 use super::screen::Screen;
 use super::work::{Done, inputs, peak_memory, run};
 use crate::diag::Severity;
@@ -23,6 +24,7 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let target = target(command.output.as_deref(), &source);
     let program = outputs.open(&target, Kind::Program)?;
     let reports = Reports::open(&command.work, &mut outputs)?;
+    let source = plain(source, command.work.setup.as_deref(), command.expand, global, screen)?;
     let done = run(source, command.work.setup.as_deref(), job::optimize, global, screen)?;
     let written = done.run.written.as_ref().expect("optimize always writes");
     let held_back = done.run.infeasible_share() > HELD_BACK && !command.accept_infeasible;
@@ -53,6 +55,7 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     let source = input::program(&command.program)?;
     let mut outputs = Outputs::new(inputs(&source, command.setup.as_deref(), global), global.force);
     let reports = Reports::open(command, &mut outputs)?;
+    let source = plain(source, command.setup.as_deref(), false, global, screen)?;
     let done = run(source, command.setup.as_deref(), job::simulate, global, screen)?;
     let to_stdout = reports.uses_stdout();
     reports.write(&done, global, screen, to_stdout)?;

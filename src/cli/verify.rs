@@ -21,6 +21,7 @@ struct Report<'a> {
     feeds_changed: usize,
     blocks_added: usize,
     blocks_split: usize,
+    unrolled: bool,
     differences: Vec<DifferencePart<'a>>,
 }
 
@@ -66,8 +67,9 @@ fn outcome(proof: &Proof) -> Outcome {
 
 fn words(proof: &Proof) -> String {
     if proof.holds() {
+        let unrolled = if proof.unrolled { "unrolled, motions the same; " } else { "" };
         return format!(
-            "only feeds differ: {} motions compared, {} run at another feed, {} blocks split, {} lines added\n",
+            "{unrolled}only feeds differ: {} motions compared, {} run at another feed, {} blocks split, {} lines added\n",
             proof.motions, proof.feeds_changed, proof.blocks_split, proof.blocks_added
         );
     }
@@ -95,6 +97,7 @@ fn report<'a>(proof: &'a Proof, original: &'a str, rewritten: &'a str) -> Report
         feeds_changed: proof.feeds_changed,
         blocks_added: proof.blocks_added,
         blocks_split: proof.blocks_split,
+        unrolled: proof.unrolled,
         differences: proof.differences.iter().map(part).collect(),
     }
 }

@@ -203,6 +203,8 @@ pub struct Output {
     pub split: bool,
     /// How much is annotated.
     pub annotate: Annotate,
+    /// Are feeds that are an expression or a variable replaced by numbers? Else they are kept.
+    pub replace_computed_feeds: bool,
     /// Line ranges (first, last; 1-based) left as they are.
     pub exclude: Vec<(u32, u32)>,
 }

@@ -15,7 +15,7 @@ pub mod toolpath;
 
 pub use dialect::{Dialect, Syntax};
 pub use environment::Environment;
-pub use interp::{interpret, interpret_each};
+pub use interp::{Expanded, expand, interpret, interpret_each, plain_feeds, steers};
 pub use lex::{Token, TokenKind};
 pub use number::decimal;
 pub use program::{MAX_TEXT, Program, parse};

@@ -100,6 +100,7 @@ fn is_simple(view: &View) -> bool {
     let motion = |code: u32| matches!(code, 10 | 20 | 30 | 170 | 180 | 190);
     let once = |letter: u8| view.words.iter().filter(|word| word.letter == letter).count() <= 1;
     view.plain
+        && !view.computed_feed
         && !view.delete
         && view.words.iter().all(allowed)
         && view.g_codes().all(motion)

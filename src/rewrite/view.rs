@@ -39,7 +39,7 @@ pub struct View {
     pub jumps: bool,
     /// Sets the feed by an expression or a variable.
     pub computed_feed: bool,
-    /// Everything in it is a plain word, a blank or a comment.
+    /// Everything in it is a plain word, a blank or a comment, or sets the feed.
     pub plain: bool,
     /// Nothing but comments and blanks.
     pub empty: bool,
@@ -67,7 +67,7 @@ impl View {
                 TokenKind::Word(letter) => view.words.push(Word { letter, number: token.number, span: token.span }),
                 TokenKind::Delete => view.delete = true,
                 kind => {
-                    view.plain = false;
+                    view.plain &= kind == TokenKind::Computed(b'F');
                     if kind == TokenKind::OpenComment {
                         view.user_comment_at = view.user_comment_at.or(Some(token.span.start));
                     }

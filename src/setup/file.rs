@@ -345,6 +345,8 @@ pub struct OutputTable {
     pub split: Option<bool>,
     /// none, changes or full.
     pub annotate: Option<String>,
+    /// Feeds that are an expression or a variable: keep (default), or replace by numbers where they are always the same.
+    pub computed_feeds: Option<String>,
     /// Ranges of lines [first, last] left as they are.
     pub exclude: Option<Vec<[u32; 2]>>,
 }

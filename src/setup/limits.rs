@@ -158,6 +158,8 @@ pub fn output(reader: &mut Reader, table: &OutputTable) -> Output {
     if table.split.is_none() {
         reader.assume("output.split", "true", "default");
     }
+    let ways = [("keep", false), ("replace", true)];
+    let computed = table.computed_feeds.as_deref().and_then(|word| reader.choice("output.computed_feeds", word, &ways));
     let exclude = table.exclude.clone().unwrap_or_default();
     Output {
         minimum_change: reader.or(
@@ -176,6 +178,7 @@ pub fn output(reader: &mut Reader, table: &OutputTable) -> Output {
         ),
         split: table.split.unwrap_or(true),
         annotate: annotate.unwrap_or(Annotate::Changes),
+        replace_computed_feeds: computed.unwrap_or(false),
         exclude: exclude.into_iter().map(|lines| line_range(reader, "output.exclude", lines)).collect(),
     }
 }

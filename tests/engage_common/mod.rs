@@ -92,6 +92,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
         air_feed: None,
         operations: Vec::new(),
         output: Output {
+            replace_computed_feeds: false,
             minimum_change: 0.05,
             minimum_length_mm: 0.5,
             split: true,

@@ -5,6 +5,7 @@ mod arc;
 mod calls;
 mod compensation;
 mod cycles;
+mod expand;
 mod flow;
 mod heidenhain;
 mod labels;
@@ -18,6 +19,8 @@ mod state;
 
 use std::rc::Rc;
 use std::sync::Arc;
+
+pub use expand::{Expanded, expand, plain_feeds, steers};
 
 use calls::{Call, Source};
 use compensation::{Active, Contour};
@@ -72,6 +75,14 @@ pub fn interpret_each(program: &Program, environment: &Environment<'_>, mut chun
         }
     }
     chunk(&run.out);
+}
+
+/// Interprets a program and notes down what is executed.
+fn execute_recorded(program: &Program, environment: &Environment<'_>) -> (expand::Record, Toolpath) {
+    let mut run = Run::new(program, environment);
+    run.record = Some(expand::Record::default());
+    run.execute_all();
+    (run.record.take().unwrap_or_default(), run.out)
 }
 
 /// An interpretation under way.
@@ -151,6 +162,8 @@ struct Run<'a> {
     cycle_moves: Vec<(u32, BlockId)>,
     /// Bytes that may still be executed.
     budget: u64,
+    /// What is executed is noted down here, if it is asked for.
+    record: Option<expand::Record>,
 }
 
 impl<'a> Run<'a> {
@@ -205,6 +218,7 @@ impl<'a> Run<'a> {
             cycle: None,
             cycle_moves: Vec::new(),
             budget: (program.text().len() + BLOCK_COST * program.len()) as u64 + env.max_repeated_bytes,
+            record: None,
         }
     }
 
@@ -241,12 +255,16 @@ impl<'a> Run<'a> {
             return;
         }
         self.begin(line);
+        let source = self.record.as_ref().map(|_| self.source.clone());
         let after = match dialect.syntax() {
             Syntax::Rs274 if line.flow => self.flow(block),
             Syntax::Rs274 => After::Words,
             Syntax::Siemens => self.siemens(block, line),
             Syntax::Heidenhain => self.heidenhain(block, line),
         };
+        if let Some(source) = source {
+            self.note_down(&source, block, line, after);
+        }
         if after == After::Done {
             return;
         }

@@ -190,7 +190,7 @@ impl Bare {
         let mut bare = Self { text: Vec::with_capacity(span.len()), feed: false, ours: false, void: true };
         let mut at = span.start;
         for token in program.tokens(block) {
-            let is_feed = token.kind == TokenKind::Word(b'F');
+            let is_feed = matches!(token.kind, TokenKind::Word(b'F') | TokenKind::Computed(b'F'));
             let is_ours = token.kind == TokenKind::Comment && mark::read(token.span.of(program.text())).is_some();
             bare.feed |= is_feed;
             bare.ours |= is_ours;

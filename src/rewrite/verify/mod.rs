@@ -6,11 +6,15 @@
 //! are interpreted; every event must be the same in the same order, and the pieces of a block must lie on its path, join,
 //! and end where it ends. Feeds of threads and probes must be what they were. Where blocks hang on the block-delete switch,
 //! motions are compared with the switch on and off.
+//!
+//! Where the original has loops, calls or expressions and the rewritten program has none, it is an unrolled one: the
+//! original is unrolled here too, its motions are compared with those of the original ([`motion::compare_unrolled`]), and
+//! the proof is made against that plain text, whose lines the differences name.
 
 mod align;
 mod motion;
 
-use crate::nc::{Environment, Program, TokenKind, interpret, parse};
+use crate::nc::{self, Environment, Program, TokenKind, interpret, parse};
 
 /// One difference that must not be.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -47,6 +51,8 @@ pub struct Proof {
     pub blocks_added: usize,
     /// Blocks cut into pieces.
     pub blocks_split: usize,
+    /// The original was unrolled first.
+    pub unrolled: bool,
 }
 
 impl Proof {
@@ -68,19 +74,45 @@ pub fn verify(original: &Program, rewritten: &Program, environment: &Environment
         let same = parse(rewritten.text().to_vec(), Some(original.dialect()));
         return verify(original, &same, environment);
     }
+    if nc::steers(original) && !nc::steers(rewritten) {
+        return verify_unrolled(original, rewritten, environment);
+    }
+    prove(original, rewritten, environment)
+}
+
+fn verify_unrolled(original: &Program, rewritten: &Program, environment: &Environment<'_>) -> Proof {
+    let mut proof = Proof { unrolled: true, ..Proof::default() };
+    let expanded = nc::expand(original, environment);
+    let plain = parse(expanded.text, Some(original.dialect()));
+    for obstacle in expanded.obstacles {
+        proof.differ(obstacle.line, None, format!("the original cannot be unrolled: {}", obstacle.text));
+    }
+    each_switch(original, environment, |environment| {
+        motion::compare_unrolled(&interpret(original, environment), &interpret(&plain, environment), &mut proof);
+    });
+    if proof.holds() { Proof { unrolled: true, ..prove(&plain, rewritten, environment) } } else { proof }
+}
+
+fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>) -> Proof {
     let mut proof = Proof::default();
     let roles = align::align(original, rewritten, &mut proof);
     if !proof.holds() {
         return proof;
     }
+    each_switch(original, environment, |environment| {
+        let before = interpret(original, environment);
+        let after = interpret(rewritten, environment);
+        motion::compare(&before, &after, &roles, &mut proof);
+    });
+    proof
+}
+
+/// With the block-delete switch off, and on where a block hangs on it.
+fn each_switch(original: &Program, environment: &Environment<'_>, mut with: impl FnMut(&Environment<'_>)) {
     let switches: &[bool] = if has_delete(original) { &[false, true] } else { &[false] };
     for &block_delete in switches {
-        let environment = Environment { block_delete, ..environment.clone() };
-        let before = interpret(original, &environment);
-        let after = interpret(rewritten, &environment);
-        motion::compare(&before, &after, &roles, &mut proof);
+        with(&Environment { block_delete, ..environment.clone() });
     }
-    proof
 }
 
 fn has_delete(program: &Program) -> bool {

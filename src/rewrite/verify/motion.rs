@@ -16,6 +16,10 @@ const SAME_MM: f64 = 1e-6;
 /// Relative rounding of feeds.
 const SAME_FEED: f64 = 1e-9;
 
+/// Rounding of what an expression became, mm and relative: a tenth of the finest increment.
+const UNROLLED_MM: f64 = 1e-4;
+const UNROLLED_FEED: f64 = 1e-6;
+
 /// Compares all events in order.
 pub fn compare(before: &Toolpath, after: &Toolpath, roles: &Roles, proof: &mut Proof) {
     let mut rest = after.events();
@@ -50,6 +54,45 @@ pub fn compare(before: &Toolpath, after: &Toolpath, roles: &Roles, proof: &mut P
     }
     if let Some(event) = rest.next() {
         proof.differ(None, Some(line_of(&event, after)), "the rewritten program goes on where the original ends");
+    }
+}
+
+/// Compares a program with the plain text it was unrolled into: the same events in the same order, at the same feeds.
+/// Expressions became decimals, so places may differ by [`UNROLLED_MM`].
+pub fn compare_unrolled(before: &Toolpath, after: &Toolpath, proof: &mut Proof) {
+    let mut others = after.events();
+    for event in before.events() {
+        let line = line_of(&event, before);
+        let Some(other) = others.next() else {
+            return proof.differ(Some(line), None, "the unrolled program ends before this");
+        };
+        if !same_unrolled(&event, &other, before, after) {
+            return proof.differ(Some(line), Some(line_of(&other, after)), "the unrolled program does something else");
+        }
+    }
+    if let Some(event) = others.next() {
+        proof.differ(None, Some(line_of(&event, after)), "the unrolled program goes on where the original ends");
+    }
+}
+
+fn same_unrolled(a: &Event, b: &Event, before: &Toolpath, after: &Toolpath) -> bool {
+    match (a, b) {
+        (Event::Move(a), Event::Move(b)) => {
+            let (a, b) = (&before.moves[a.ix()], &after.moves[b.ix()]);
+            let (from, to) = (a.curve(), b.curve());
+            let near = |s: f64, t: f64| (from.point(s) - to.point(t)).amax() <= UNROLLED_MM;
+            let (long, other) = (from.length(), to.length());
+            let along = (0..=4).all(|k| near(long * f64::from(k) / 4.0, other * f64::from(k) / 4.0));
+            let feed = a.kind == MoveKind::Rapid || (a.feed.mm_s - b.feed.mm_s).abs() <= UNROLLED_FEED * a.feed.mm_s;
+            a.kind == b.kind && along && (long - other).abs() <= UNROLLED_MM && feed && other_state(a, b).is_none()
+        }
+        (Event::Dwell { seconds, .. }, Event::Dwell { seconds: other, .. }) => (seconds - other).abs() <= 1e-6,
+        (Event::Tool { number, .. }, Event::Tool { number: other, .. }) => number == other,
+        (Event::Spindle { spin, .. }, Event::Spindle { spin: other, .. }) => {
+            spin.reverse == other.reverse && (spin.rps - other.rps).abs() <= UNROLLED_FEED * spin.rps
+        }
+        (Event::Stop { end, .. }, Event::Stop { end: other, .. }) => end == other,
+        _ => false,
     }
 }
 
@@ -122,11 +165,16 @@ fn compare_moves(a: &Move, b: &Move, roles: &Roles, proof: &mut Proof) {
         differ("the motion goes another way");
     } else if let Some(text) = other_state(a, b) {
         differ(text);
-    } else if a.instance != b.instance || a.freeze != b.freeze {
+    } else if a.instance != b.instance || circumstances(a) != circumstances(b) {
         differ("the motion is made under other circumstances");
     }
     proof.motions += 1;
     proof.feeds_changed += usize::from(a.kind == MoveKind::Feed && feed_differs(a, b));
+}
+
+/// Why a move is frozen, but for its feed: that may have become plain.
+fn circumstances(motion: &Move) -> Option<Freeze> {
+    motion.freeze.filter(|why| !matches!(why, Freeze::Expression))
 }
 
 /// What besides path and kind must be as it was.
@@ -187,7 +235,7 @@ fn wrong_pieces(whole: &Move, pieces: &[&Move], increment_mm: f64) -> Option<&'s
     let (first, last) = (pieces.first()?, pieces.last()?);
     let joined = pieces.windows(2).all(|pair| same_point(pair[0].curve().to(), pair[1].curve().from()));
     let feeds = pieces.iter().all(|piece| piece.kind == MoveKind::Feed && piece.freeze.is_none());
-    if whole.kind != MoveKind::Feed || whole.freeze.is_some() || !feeds {
+    if whole.kind != MoveKind::Feed || circumstances(whole).is_some() || !feeds {
         return Some("a motion that must stay whole is cut");
     }
     if !joined
