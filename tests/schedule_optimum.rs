@@ -6,7 +6,8 @@
 use feedwright::ids::MoveId;
 use feedwright::schedule::check::{jerk_share, residuals};
 use feedwright::schedule::convex::{Window, solve_window};
-use feedwright::schedule::optimum::{ACCEPTED, JERK_ACCEPTED, optimum};
+use feedwright::schedule::interior::solve_interior;
+use feedwright::schedule::optimum::{ACCEPTED, JERK_ACCEPTED, TIME_ACCEPTED, optimum};
 use feedwright::schedule::pass::{Chain, Leg, Row, cap_prices, exact_pass, leg_times};
 use feedwright::schedule::track::Track;
 use proptest::prelude::*;
@@ -44,14 +45,37 @@ proptest! {
         let exact = exact_pass(&chain);
         let window =
             Window { chain: &chain, caps: &caps, reference: &exact, first: 0, last: data.len(), change_s: 0.0 };
-        let answer = solve_window(&window).expect("solved");
+        let answer = solve_interior(&window).expect("solved");
         let worst = residuals(&chain, &caps, 0, &answer.b);
         prop_assert!(worst.bound <= ACCEPTED, "{worst:?}");
-        // As the schedule uses it: never above the exact pass. The aim is 1e-6; near rest, where a residual of b weighs most
-        // in time, about one path in some hundreds misses it (7e-5 seen), so this holds what is true today.
-        let used: Vec<f64> = answer.b.iter().zip(&exact).map(|(convex, exact)| convex.min(*exact)).collect();
-        let (ours, theirs) = (time(&chain, &exact), time(&chain, &used));
-        prop_assert!((ours - theirs).abs() <= 5e-4 * ours, "{ours} {theirs}");
+        let ours = time(&chain, &exact);
+        prop_assert!((time(&chain, &answer.b) / ours - 1.0).abs() <= TIME_ACCEPTED, "{ours} {}", time(&chain, &answer.b));
+        // clarabel says the same, less exactly near rest, where a residual of b weighs most in time.
+        let other = solve_window(&window).expect("solved");
+        let used: Vec<f64> = other.b.iter().zip(&exact).map(|(convex, exact)| convex.min(*exact)).collect();
+        prop_assert!(residuals(&chain, &caps, 0, &other.b).bound <= ACCEPTED);
+        prop_assert!((time(&chain, &used) / ours - 1.0).abs() <= 5e-4, "{ours} {}", time(&chain, &used));
+    }
+
+    #[test]
+    fn two_solvers_agree_where_jerk_binds(
+        data in prop::collection::vec((0.2f64..3.0, 5.0f64..120.0, 1.0f64..150.0), 10..100),
+        jerk in 4.0f64..5.5
+    ) {
+        let mut chain = linear_chain(&data);
+        for leg in &mut chain.legs { leg.jerk_mm_s3 = 10f64.powf(jerk); }
+        let (caps, exact) = (chain.point_caps(), exact_pass(&chain));
+        let window = Window { chain: &chain, caps: &caps, reference: &exact, first: 0, last: data.len(), change_s: 0.0 };
+        let ours = solve_interior(&window).expect("solved").b;
+        let worst = residuals(&chain, &caps, 0, &ours);
+        prop_assert!(worst.bound <= ACCEPTED && worst.jerk <= JERK_ACCEPTED, "{worst:?}");
+        // With the jerk linearised at our answer, clarabel finds nothing faster: it is a stationary point.
+        let theirs = solve_window(&Window { reference: &ours, ..window }).expect("solved").b;
+        let jerk_time = |b: &[f64]| (0..data.len()).map(|i| {
+            let factor = if b[i].min(b[i + 1]) <= 0.0 { 3.0 } else { 2.0 };
+            factor * chain.legs[i].ds_mm / (b[i].sqrt() + b[i + 1].sqrt())
+        }).sum::<f64>();
+        prop_assert!(jerk_time(&ours) <= (1.0 + 1e-5) * jerk_time(&theirs), "{} {}", jerk_time(&ours), jerk_time(&theirs));
     }
 
     #[test]
@@ -98,7 +122,7 @@ fn jerk_holds_and_costs_time() {
     track.chain = chain;
     let exact_s: f64 = time(&track.chain, &exact_pass(&track.chain));
     let answer = optimum(track, 0.0);
-    assert!(answer.windows.0 > 0 && answer.windows.1 == 0, "{:?}", answer.windows);
+    assert!(answer.windows[0] > 0 && answer.windows[1..] == [0, 0], "{:?}", answer.windows);
     let (legs, b) = (&answer.chain.legs, &answer.b);
     let share = |i: usize| jerk_share(&legs[i - 1], &legs[i], [b[i - 1], b[i], b[i + 1]]);
     let worst = (1..legs.len()).filter(|&i| b[i] > 0.0).map(share).fold(0.0, f64::max);
@@ -119,8 +143,7 @@ fn a_start_at_constant_jerk_is_met_by_the_grid() {
     let time_s: f64 = answer.leg_times().iter().sum();
     // v/a = 0.02 s is less than a/J = 0.05 s: the top acceleration is √(v J) and a change takes 2 √(v/J).
     let closed = 2.0 * 2.0 * (20.0f64 / 20000.0).sqrt() + (10.0 - 2.0 * 20.0 * (20.0f64 / 20000.0).sqrt()) / 20.0;
-    // Four pieces a run-up, chosen for speed, leave 4.1 % too much time; the aim is 2 %.
-    assert!(time_s > closed && time_s < 1.045 * closed, "{time_s} {closed} {answer:?}");
+    assert!(time_s > closed && time_s < 1.01 * closed, "{time_s} {closed} {answer:?}");
 }
 
 #[test]

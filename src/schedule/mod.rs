@@ -1,6 +1,7 @@
 //! From caps to feeds. In: a [`Problem`] (the path with its caps, floors and programmed feeds) and the machine. Out: a
 //! [`Schedule`]: feeds per piece, what bound them and at what price, realised speeds and times.
 
+pub mod band;
 pub mod budget;
 pub mod caps;
 pub mod check;
@@ -10,6 +11,7 @@ pub mod convex;
 pub mod corner;
 pub mod cycle;
 pub mod history;
+pub mod interior;
 pub mod marks;
 pub mod optimum;
 pub mod pass;

@@ -2,32 +2,36 @@
 //! the price of each cap, and how it was found.
 //!
 //! The exact pass answers wherever only caps and accelerations bind. Where its speeds would break the jerk limit, legs are
-//! cut finer and the convex program of [`super::convex`] is solved in windows: they end at rest or at points where the exact
-//! speeds are quiet; a stretch without such a point is cut into windows that overlap, and the overlap is thrown away. Every
-//! answer passes [`super::check`]; what does not keeps the exact speeds, and the answer says so.
+//! cut finer; there, and where the axes of an arc couple speed and acceleration, the convex program is solved in windows: they
+//! end at rest or at points where the exact speeds are quiet; a stretch without such a point is cut into windows that overlap,
+//! and the overlap is thrown away. The solver is [`super::interior`]; what it does not answer goes to clarabel
+//! ([`super::convex`]). Every answer passes [`super::check`]; what does not keeps the exact speeds, and the answer says so.
 
 use rayon::prelude::*;
 
 use super::check::{Residuals, jerk_share, residuals};
 use super::convex::{REST_FACTOR, Window, WindowAnswer, rest_cap, solve_window};
-use super::pass::{Chain, Leg, exact_pass, leg_time_s};
+use super::interior::solve_interior;
+use super::pass::{Chain, Leg, exact_pass, exact_pass_below, leg_time_s};
 use super::track::Track;
 use crate::ids::MoveId;
 
 /// Longest window, points.
-const WINDOW: usize = 500;
+const WINDOW: usize = 1000;
 /// Points of overlap on each side of a cut.
 const OVERLAP: usize = 60;
-/// Points kept between a broken jerk limit and the end of its window.
+/// Points kept between where speeds are coupled and the end of the window.
 const MARGIN: usize = 8;
 /// Most pieces that the run-up (or run-down) of a leg is cut into.
 const PIECES: usize = 4;
-/// Rounds of linearising the jerk.
+/// Rounds of linearising the jerk for clarabel.
 const ROUNDS: usize = 2;
 /// Residual of a cap or an acceleration that is accepted, as a share of the largest b of the window.
 pub const ACCEPTED: f64 = 1e-6;
 /// Jerk above its limit that is accepted, as a share: it is a comfort, not a load.
 pub const JERK_ACCEPTED: f64 = 1e-3;
+/// Time above that of the exact pass that is accepted where no jerk binds, as a share.
+pub const TIME_ACCEPTED: f64 = 1e-6;
 
 /// The continuous optimum.
 #[derive(Debug, Clone, Default)]
@@ -40,10 +44,10 @@ pub struct Optimum {
     pub moves: Vec<MoveId>,
     /// b at every point, mm²/s².
     pub b: Vec<f64>,
-    /// Seconds that one unit more of the cap at a point saves, where a window gave it; NaN where the exact pass did.
+    /// Seconds that one unit more of the cap at a point saves, where a window gave it; NaN where the exact pass does.
     pub window_price_s: Vec<f64>,
-    /// Windows solved, and windows whose answer was refused.
-    pub windows: (usize, usize),
+    /// Windows, those that clarabel answered, and those whose answer was refused.
+    pub windows: [usize; 3],
     /// Points where the jerk limit is still broken, of all points.
     pub jerky: usize,
 }
@@ -51,49 +55,57 @@ pub struct Optimum {
 impl Optimum {
     /// Time of every leg, s.
     pub fn leg_times(&self) -> Vec<f64> {
-        let time = |(i, leg): (usize, &Leg)| {
-            let (b0, b1) = (self.b[i], self.b[i + 1]);
-            // Inside a window b is linear along a leg.
-            if self.window_price_s[i].is_nan() || self.window_price_s[i + 1].is_nan() || b0 + b1 <= 0.0 {
-                leg_time_s(leg, b0, b1)
-            } else if b0.min(b1) <= 0.0 && leg.jerk_mm_s3.is_finite() {
-                REST_FACTOR * leg.ds_mm / b0.max(b1).sqrt()
-            } else {
-                2.0 * leg.ds_mm / (b0.sqrt() + b1.sqrt())
-            }
-        };
+        let time = |(i, leg): (usize, &Leg)| time_of(leg, self.b[i], self.b[i + 1], self.is_windowed(i));
         self.chain.legs.iter().enumerate().map(time).collect()
+    }
+    /// Does a window limit the jerk of this leg, so that b is linear along it?
+    pub fn is_windowed(&self, leg: usize) -> bool {
+        let inside = !self.window_price_s[leg].is_nan() && !self.window_price_s[leg + 1].is_nan();
+        inside && self.chain.legs[leg].jerk_mm_s3 < f64::INFINITY
+    }
+}
+
+/// Time of a leg, s; `linear`: b is linear along it.
+fn time_of(leg: &Leg, b0: f64, b1: f64, linear: bool) -> f64 {
+    if !linear || b0 + b1 <= 0.0 {
+        leg_time_s(leg, b0, b1)
+    } else if b0.min(b1) <= 0.0 {
+        REST_FACTOR * leg.ds_mm / b0.max(b1).sqrt()
+    } else {
+        2.0 * leg.ds_mm / (b0.sqrt() + b1.sqrt())
     }
 }
 
 /// Fastest speeds along the track. `change_s`: charge on changes of b (0: none).
 pub fn optimum(track: Track, change_s: f64) -> Optimum {
-    let b = exact_pass(&track.chain);
-    let coupled = track.chain.legs.iter().any(|leg| leg.jerk_mm_s3.is_finite());
-    let Track { chain, tags, moves } = if coupled { refined(track, &b) } else { track };
-    let mut b = exact_pass(&chain);
+    let mut b = exact_pass(&track.chain);
+    let jerks = track.chain.legs.iter().any(|leg| leg.jerk_mm_s3.is_finite());
+    let Track { chain, tags, moves } = if jerks { refined(track, &b) } else { track };
+    if jerks {
+        b = exact_pass(&chain);
+    }
     let caps = chain.point_caps();
-    let windows = if coupled { windows(&chain, &caps, &b) } else { Vec::new() };
-    let answers: Vec<Option<WindowAnswer>> =
-        windows.par_iter().map(|range| rounds(&chain, &caps, &b, range, change_s)).collect();
-    let refused = answers.iter().filter(|answer| answer.is_none()).count();
+    let windows = windows(&chain, &caps, &b);
+    let answers: Vec<(Option<WindowAnswer>, bool)> =
+        windows.par_iter().map(|range| solved(&chain, &caps, &b, range, change_s)).collect();
+    let by_clarabel = answers.iter().filter(|(answer, first)| answer.is_some() && !first).count();
+    let refused = answers.iter().filter(|(answer, _)| answer.is_none()).count();
     let mut window_price_s = vec![f64::NAN; b.len()];
-    for (range, answer) in windows.iter().zip(&answers) {
-        let Some(answer) = answer else { continue };
+    for (range, (answer, _)) in windows.iter().zip(&answers) {
+        let Some(answer) = answer else {
+            // The exact speeds stay; nothing is known of their prices.
+            window_price_s[range.keep.clone()].fill(0.0);
+            continue;
+        };
         for point in range.keep.clone() {
-            b[point] = b[point].min(answer.b[point - range.first]);
+            b[point] = answer.b[point - range.first];
             window_price_s[point] = answer.price_s[point - range.first];
         }
     }
-    let b = clipped(&chain, b);
+    // What the seams of windows left above the accelerations is taken away.
+    let b = exact_pass_below(&chain, b);
     let jerky = (1..b.len().max(1) - 1).filter(|&i| share_at(&chain, &b, i) > 1.0 + JERK_ACCEPTED).count();
-    Optimum { chain, tags, moves, b, window_price_s, windows: (windows.len(), refused), jerky }
-}
-
-/// What the seams of windows left above the accelerations is taken away.
-fn clipped(chain: &Chain, b: Vec<f64>) -> Vec<f64> {
-    let held = Chain { legs: chain.legs.clone(), point_b: b, rows: chain.rows.clone() };
-    exact_pass(&held)
+    Optimum { chain, tags, moves, b, window_price_s, windows: [windows.len(), by_clarabel, refused], jerky }
 }
 
 /// Points of a window, and those of its answer that are kept.
@@ -107,72 +119,121 @@ fn share_at(chain: &Chain, b: &[f64], i: usize) -> f64 {
     if b[i] <= 0.0 { 0.0 } else { jerk_share(&chain.legs[i - 1], &chain.legs[i], [b[i - 1], b[i], b[i + 1]]) }
 }
 
-/// Windows around every point where the exact speeds break the jerk limit.
+/// Windows around every point where the exact pass is not the answer.
 fn windows(chain: &Chain, caps: &[f64], b: &[f64]) -> Vec<Range> {
     let points = b.len();
-    let broken = |i: usize| {
-        let inner = i > 0 && i + 1 < points && share_at(chain, b, i) > 1.0 + JERK_ACCEPTED;
-        let from_rest = i > 0 && caps[i - 1] <= 0.0 && b[i] > rest_cap(&chain.legs[i - 1]);
-        let to_rest = i + 1 < points && caps[i + 1] <= 0.0 && b[i] > rest_cap(&chain.legs[i]);
-        inner || from_rest || to_rest
-    };
-    let rest = |i: usize| caps[i] <= 0.0;
-    let quiet =
-        |i: usize| rest(i) || (b[i] >= caps[i] && i > 0 && i + 1 < points && b[i - 1] == b[i] && b[i + 1] == b[i]);
+    let see = Seen { chain, caps, b };
     let mut out: Vec<Range> = Vec::new();
     let mut i = 0;
     while i < points {
-        if !broken(i) {
+        if !see.coupled(i) {
             i += 1;
             continue;
         }
         let floor = out.last().map_or(0, |range| range.last);
-        let mut first = i;
-        while first > floor && !rest(first) && (i - first < MARGIN || !quiet(first)) {
+        // A second quiet point outside the first: what is kept of the answer then knows both its neighbours.
+        let (mut first, mut quiet) = (i, 0);
+        while first > floor && !see.rest(first) && quiet < 2 {
             first -= 1;
+            quiet += usize::from(i - first >= MARGIN && see.quiet(first));
         }
-        let (mut last, mut since) = (i + 1, 0);
-        while last + 1 < points && !rest(last) && (since < MARGIN || !quiet(last)) {
-            since = if broken(last) { 0 } else { since + 1 };
-            last += 1;
+        let (mut last, mut since, mut quiet) = (i + 1, 0, 0);
+        while last + 1 < points && !see.rest(last) && quiet < 2 {
+            (since, quiet) = if see.coupled(last) { (0, 0) } else { (since + 1, quiet) };
+            quiet += usize::from(since >= MARGIN && see.quiet(last));
+            last += usize::from(quiet < 2);
         }
-        cut(first, last.min(points - 1), &mut out);
+        let last = last.min(points - 1);
+        let ends = [first + usize::from(!see.rest(first)), last + usize::from(see.rest(last))];
+        cut(first, last, ends, &mut out);
         i = last;
     }
     out
 }
 
-/// Cuts a stretch into windows that overlap.
-fn cut(first: usize, last: usize, out: &mut Vec<Range>) {
-    let count = (last - first).div_ceil(WINDOW - 2 * OVERLAP).max(1);
-    let count = if last - first <= WINDOW { 1 } else { count };
+/// The exact speeds, seen from one point.
+struct Seen<'a> {
+    chain: &'a Chain,
+    caps: &'a [f64],
+    b: &'a [f64],
+}
+
+impl Seen<'_> {
+    fn rest(&self, i: usize) -> bool {
+        self.caps[i] <= 0.0
+    }
+    fn legs(&self, i: usize) -> &[Leg] {
+        &self.chain.legs[i.saturating_sub(1)..(i + 1).min(self.chain.legs.len())]
+    }
+    /// Does the jerk limit bind here, or does an acceleration along an arc?
+    fn coupled(&self, i: usize) -> bool {
+        let Self { chain, caps, b } = self;
+        let inner = i > 0 && i + 1 < b.len();
+        let jerk = inner && share_at(chain, b, i) > 1.0 + JERK_ACCEPTED;
+        let from_rest = i > 0 && caps[i - 1] <= 0.0 && b[i] > rest_cap(&chain.legs[i - 1]);
+        let to_rest = i + 1 < b.len() && caps[i + 1] <= 0.0 && b[i] > rest_cap(&chain.legs[i]);
+        jerk || from_rest || to_rest || (b[i] < caps[i] && self.legs(i).iter().any(|leg| leg.row_count > 0))
+    }
+    /// Do the speeds on both sides have nothing to do with each other? At rest, along a level cap, and at a cap between
+    /// straight legs without a jerk limit.
+    fn quiet(&self, i: usize) -> bool {
+        let Self { caps, b, .. } = self;
+        let inner = i > 0 && i + 1 < b.len();
+        let free = |leg: &Leg| leg.row_count == 0 && leg.jerk_mm_s3 == f64::INFINITY;
+        let level = || inner && b[i - 1] == b[i] && b[i + 1] == b[i];
+        self.rest(i) || (b[i] >= caps[i] && (level() || self.legs(i).iter().all(free)))
+    }
+}
+
+/// Cuts a stretch into windows that overlap. Of its answer the points from `ends[0]` to before `ends[1]` are kept: its own
+/// ends, unless they are at rest, belong to the exact pass.
+fn cut(first: usize, last: usize, ends: [usize; 2], out: &mut Vec<Range>) {
+    let count = if last - first <= WINDOW { 1 } else { (last - first).div_ceil(WINDOW - 2 * OVERLAP) };
     let size = (last - first).div_ceil(count);
     for k in 0..count {
         let (start, end) = (first + k * size, (first + (k + 1) * size).min(last));
         if start >= end {
             continue;
         }
-        let keep_end = if end == last { end + 1 } else { end };
+        let keep = start.max(ends[0])..if end == last { ends[1] } else { end };
         let (before, after) = (start.saturating_sub(OVERLAP).max(first), (end + OVERLAP).min(last));
-        out.push(Range { first: before, last: after, keep: start..keep_end });
+        out.push(Range { first: before, last: after, keep });
     }
 }
 
-/// Solves a window, linearising the jerk anew at each answer; the last answer that passes the check.
-fn rounds(chain: &Chain, caps: &[f64], exact: &[f64], range: &Range, change_s: f64) -> Option<WindowAnswer> {
+/// Solves a window: its answer if it passes the check, and whether the first solver gave it.
+fn solved(chain: &Chain, caps: &[f64], exact: &[f64], range: &Range, change_s: f64) -> (Option<WindowAnswer>, bool) {
     let (first, last) = (range.first, range.last);
     // Outside the window the exact speeds hold: they bound its ends.
     let mut caps: Vec<f64> = caps[first..=last].to_vec();
     (caps[0], caps[last - first]) = (exact[first], exact[last]);
-    let mut reference = exact[first..=last].to_vec();
-    let mut best: Option<WindowAnswer> = None;
+    let exact = &exact[first..=last];
     let part = slice(chain, first, last);
+    let window = Window { chain: &part, caps: &caps, reference: exact, first: 0, last: last - first, change_s };
+    let own = if change_s > 0.0 { None } else { solve_interior(&window) };
+    match own.filter(|answer| passes(&window, answer)) {
+        Some(answer) => (Some(answer), true),
+        None => (rounds(&window), false),
+    }
+}
+
+/// Is the answer within its bounds, and no slower than the exact pass where that is the optimum?
+fn passes(window: &Window, answer: &WindowAnswer) -> bool {
+    let Residuals { bound, jerk } = residuals(window.chain, window.caps, 0, &answer.b);
+    let legs = &window.chain.legs;
+    let free = window.change_s <= 0.0 && legs.iter().all(|leg| leg.jerk_mm_s3 == f64::INFINITY);
+    let time_s = |b: &[f64]| (0..legs.len()).map(|i| leg_time_s(&legs[i], b[i], b[i + 1])).sum::<f64>();
+    let slow = free && time_s(&answer.b) > (1.0 + TIME_ACCEPTED) * time_s(window.reference);
+    bound <= ACCEPTED && jerk <= JERK_ACCEPTED && !slow
+}
+
+/// Solves a window with clarabel, linearising the jerk anew at each answer; the last answer that passes the check.
+fn rounds(window: &Window) -> Option<WindowAnswer> {
+    let mut reference = window.reference.to_vec();
+    let mut best: Option<WindowAnswer> = None;
     for _ in 0..ROUNDS {
-        let window =
-            Window { chain: &part, caps: &caps, reference: &reference, first: 0, last: last - first, change_s };
-        let Some(answer) = solve_window(&window) else { break };
-        let Residuals { bound, jerk } = residuals(&part, &caps, 0, &answer.b);
-        if bound > ACCEPTED || jerk > JERK_ACCEPTED {
+        let Some(answer) = solve_window(&Window { reference: &reference, ..*window }) else { break };
+        if !passes(window, &answer) {
             break;
         }
         let moved = (0..reference.len()).map(|i| (answer.b[i] - reference[i]).abs()).fold(0.0, f64::max);
@@ -233,13 +294,25 @@ fn pieces(leg: &Leg, b0: f64, b1: f64) -> Vec<f64> {
         let share = leg.ds_mm / (up + down);
         (up, down) = (up * share, down * share);
     }
-    let count =
-        |length: f64| if length > 0.0 { ((2.0 * length / blend_mm).ceil() as usize).clamp(1, PIECES) } else { 0 };
-    let mut out = vec![up / count(up).max(1) as f64; count(up)];
+    let count = |length_mm: f64| ((2.0 * length_mm / blend_mm).ceil() as usize).clamp(1, PIECES);
+    let mut out = run_up(up, b0, peak, count(up));
     let middle = leg.ds_mm - up - down;
     if middle > 1e-6 * leg.ds_mm {
         out.push(middle);
     }
-    out.extend(vec![down / count(down).max(1) as f64; count(down)]);
+    out.extend(run_up(down, b1, peak, count(down)).into_iter().rev());
     out
+}
+
+/// A run-up of this length in pieces that take equal times at constant acceleration.
+fn run_up(length_mm: f64, b0: f64, peak: f64, count: usize) -> Vec<f64> {
+    if length_mm <= 0.0 {
+        return Vec::new();
+    }
+    let (v0, v1) = (b0.sqrt(), peak.sqrt());
+    let share = |k: usize| {
+        let t = k as f64 / count as f64;
+        (v0 * t + 0.5 * (v1 - v0) * t * t) / (0.5 * (v0 + v1))
+    };
+    (0..count).map(|k| length_mm * (share(k + 1) - share(k))).collect()
 }

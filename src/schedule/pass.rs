@@ -65,7 +65,12 @@ impl Chain {
 
 /// Largest b at every point.
 pub fn exact_pass(chain: &Chain) -> Vec<f64> {
-    let mut b = backward(chain, &chain.point_caps());
+    exact_pass_below(chain, chain.point_b.clone())
+}
+
+/// Largest b at every point under these values at the points in place of the chain's own.
+pub fn exact_pass_below(chain: &Chain, mut b: Vec<f64>) -> Vec<f64> {
+    backward(chain, &mut b);
     for (i, leg) in chain.legs.iter().enumerate() {
         let reach = if leg.row_count == 0 {
             b[i] + 2.0 * leg.accel_mm_s2 * leg.ds_mm
@@ -77,18 +82,18 @@ pub fn exact_pass(chain: &Chain) -> Vec<f64> {
     b
 }
 
-/// Largest b at every point from which the rest of the path can be done.
-fn backward(chain: &Chain, caps: &[f64]) -> Vec<f64> {
-    let mut b = caps.to_vec();
+/// Takes b at the points down to the caps of the legs and to what the rest of the path can be done from.
+fn backward(chain: &Chain, b: &mut [f64]) {
     for (i, leg) in chain.legs.iter().enumerate().rev() {
-        let reach = if leg.row_count == 0 {
-            b[i + 1] + 2.0 * leg.accel_mm_s2 * leg.ds_mm
+        let end = b[i + 1].min(leg.cap_b);
+        let start = b[i].min(leg.cap_b);
+        b[i + 1] = end;
+        b[i] = if leg.row_count == 0 {
+            start.min(end + 2.0 * leg.accel_mm_s2 * leg.ds_mm)
         } else {
-            largest_start(chain.rows_of(leg), b[i], b[i + 1])
+            largest_start(chain.rows_of(leg), start, end)
         };
-        b[i] = b[i].min(reach);
     }
-    b
 }
 
 /// Time of a leg between two values of b, s.
@@ -126,7 +131,8 @@ pub struct CapPrices {
 pub fn cap_prices(chain: &Chain, b: &[f64]) -> CapPrices {
     let legs = &chain.legs;
     let caps = chain.point_caps();
-    let reachable = backward(chain, &caps);
+    let mut reachable = caps.clone();
+    backward(chain, &mut reachable);
     let mut gradient = vec![0.0; b.len()];
     let mut leg_s = vec![0.0; legs.len()];
     for (i, leg) in legs.iter().enumerate() {
@@ -152,8 +158,8 @@ pub fn cap_prices(chain: &Chain, b: &[f64]) -> CapPrices {
     CapPrices { point_s, leg_s }
 }
 
-/// Derivatives of the time of a leg by both its b and by its cap.
-fn time_slopes(leg: &Leg, b0: f64, b1: f64) -> [f64; 3] {
+/// Derivatives of the time of a leg by both its b and by its cap; 0 at rest.
+pub fn time_slopes(leg: &Leg, b0: f64, b1: f64) -> [f64; 3] {
     let (v0, v1) = (b0.sqrt(), b1.sqrt());
     let top = 0.5 * (b0 + b1) + leg.accel_mm_s2 * leg.ds_mm;
     if leg.ds_mm <= 0.0 || v0 + v1 + top <= 0.0 {

@@ -2,18 +2,17 @@
 //! prices per kind of limit, cutting time by what bounds it.
 //!
 //! The price of a cap on b comes from the reverse sweep of the exact pass, or from the multipliers of the convex program
-//! inside its windows; b = F² makes it a price of the feed, and the cap's own derivative a price of the limit behind it.
+//! inside its windows, which cover every place where arcs or jerk couple speeds (there the derivative of the sweeps would be a
+//! product of ill-conditioned factors); b = F² makes it a price of the feed, and the cap's own derivative a price of the
+//! limit behind it.
 
 use super::optimum::Optimum;
-use super::pass::cap_prices;
+use super::pass::{cap_prices, exact_pass, time_slopes};
 use super::problem::Problem;
 use crate::machine::LimitKind;
 
 /// Speed as a share of the cap from which on the cap, not the machine's dynamics, counts as what binds.
 const AT_CAP: f64 = 0.98;
-/// A node's price is refused beyond this many times what the node itself could save: where axes and curvature couple, the
-/// derivative of the reverse sweep can be ill-conditioned, and no price is better than a wrong one.
-const PLAUSIBLE: f64 = 10.0;
 
 /// Prices of a continuous optimum.
 #[derive(Debug, Clone, Default)]
@@ -28,7 +27,7 @@ pub struct Prices {
 
 /// Prices; `leg_s` is the time of each leg of the optimum.
 pub fn prices(problem: &Problem, optimum: &Optimum, leg_s: &[f64]) -> Prices {
-    let node_s = plausible(problem, optimum, leg_s, node_prices(problem, optimum));
+    let node_s = node_prices(problem, optimum);
     let mut shadow = [0.0; LimitKind::ALL.len()];
     for (node, price_s) in problem.nodes.iter().zip(&node_s) {
         shadow[node.cap.kind as usize] -= price_s * node.cap.per_unit;
@@ -46,28 +45,13 @@ pub fn prices(problem: &Problem, optimum: &Optimum, leg_s: &[f64]) -> Prices {
     Prices { node_s, shadow: listed(shadow), active_s: listed(active) }
 }
 
-/// The prices with those put to 0 that are negative or far above the node's own time per feed.
-fn plausible(problem: &Problem, optimum: &Optimum, leg_s: &[f64], mut node_s: Vec<f64>) -> Vec<f64> {
-    let mut own_s = vec![0.0; node_s.len()];
-    for (tag, time_s) in optimum.tags.iter().zip(leg_s) {
-        own_s[*tag as usize] += time_s;
-    }
-    for ((price, node), own_s) in node_s.iter_mut().zip(&problem.nodes).zip(own_s) {
-        if !(0.0..=PLAUSIBLE * own_s / node.cap.feed_mm_s).contains(price) {
-            *price = 0.0;
-        }
-    }
-    node_s
-}
-
 /// What bounds a leg.
 pub fn binding(problem: &Problem, optimum: &Optimum, leg: usize, time_s: f64) -> LimitKind {
     let node = &problem.nodes[optimum.tags[leg] as usize];
     let cap_b = optimum.chain.legs[leg].cap_b;
     let speed = optimum.chain.legs[leg].ds_mm / time_s;
     if speed < AT_CAP * cap_b.sqrt() {
-        let in_window = !optimum.window_price_s[leg].is_nan() && !optimum.window_price_s[leg + 1].is_nan();
-        return if in_window { LimitKind::Jerk } else { LimitKind::Acceleration };
+        return if optimum.is_windowed(leg) { LimitKind::Jerk } else { LimitKind::Acceleration };
     }
     if own(node.cap.feed_mm_s, cap_b) { node.cap.kind } else { LimitKind::Velocity }
 }
@@ -79,7 +63,8 @@ fn own(feed_mm_s: f64, cap_b: f64) -> bool {
 
 fn node_prices(problem: &Problem, optimum: &Optimum) -> Vec<f64> {
     let chain = &optimum.chain;
-    let exact = cap_prices(chain, &optimum.b);
+    // Outside the windows these are the speeds of the optimum; at their ends no price passes in or out.
+    let exact = cap_prices(chain, &exact_pass(chain));
     let point = |i: usize| {
         let window = optimum.window_price_s[i];
         if window.is_nan() { exact.point_s[i] } else { window }
@@ -91,7 +76,7 @@ fn node_prices(problem: &Problem, optimum: &Optimum) -> Vec<f64> {
         if !own(feed, leg.cap_b) {
             continue;
         }
-        let inside = if optimum.window_price_s[i].is_nan() { exact.leg_s[i] } else { 0.0 };
+        let inside = if optimum.is_windowed(i) { 0.0 } else { -time_slopes(leg, optimum.b[i], optimum.b[i + 1])[2] };
         // A point belongs to the leg whose cap holds it; to the one before it when both do.
         let first = chain.point_b[i] > leg.cap_b && (i == 0 || chain.legs[i - 1].cap_b > leg.cap_b);
         let last = chain.point_b[i + 1] > leg.cap_b && chain.legs.get(i + 1).is_none_or(|next| next.cap_b >= leg.cap_b);

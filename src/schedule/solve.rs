@@ -109,10 +109,13 @@ fn settled(units: &[Unit], new: Vec<FeedPiece>, toolpath: &Toolpath, job: &Job, 
 }
 
 fn how(optimum: &Optimum) -> String {
-    let (windows, refused) = optimum.windows;
+    let [windows, by_clarabel, refused] = optimum.windows;
     let mut text = format!("exact forward-backward pass over {} legs", optimum.chain.legs.len());
     if windows > 0 {
-        text += &format!("; convex program with jerk in {windows} windows");
+        text += &format!("; convex program in {windows} windows where speeds are coupled");
+    }
+    if by_clarabel > 0 {
+        text += &format!(", {by_clarabel} of them by the second solver");
     }
     if refused > 0 {
         text += &format!(", {refused} of them refused by the check and left to the exact pass");
