@@ -171,11 +171,52 @@ pub struct Limits {
     pub json: Option<PathBuf>,
 }
 
-/// `calibrate`; `--model` names the force model: power (default), linear-edge, kienzle, layer, response, polynomial.
+/// What forces act on.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum ForceOn {
+    /// A table dynamometer
+    #[default]
+    Workpiece,
+    /// A rotating or spindle dynamometer
+    Tool,
+}
+
+impl ForceOn {
+    /// On the tool?
+    pub fn is_tool(self) -> bool {
+        self == ForceOn::Tool
+    }
+}
+
+/// Kinds of test cuts.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum PlanKind {
+    /// Eight immersions by four feeds, for spindle power
+    Power,
+    /// Nine cuts of an orthogonal array, for mean forces
+    MeanForce,
+    /// Steps of R/10 in depth, for the layers of a ball end
+    Layer,
+}
+
+/// `calibrate`; `--model` names the force model: power (default), linear-edge, kienzle, sigmoid, layer, response, polynomial.
 #[derive(Debug, Args)]
 pub struct Calibrate {
-    /// Table of steady cuts, CSV.
-    pub table: PathBuf,
+    /// Table of steady cuts, CSV; with --log or --reading the NC program.
+    #[arg(value_name = "TABLE.csv")]
+    pub input: Option<PathBuf>,
+    /// Write the NC program of the test cuts instead (-o), and say how well they will tell the coefficients.
+    #[arg(long, value_name = "KIND", conflicts_with_all = ["input", "log", "reading"])]
+    pub plan: Option<PlanKind>,
+    /// Log of the program: its steady cuts are the table.
+    #[arg(long, value_name = "LOG", conflicts_with = "reading")]
+    pub log: Option<PathBuf>,
+    /// Load meter read by eye while the program runs, one for each tool: "T1 peak 45% idle 8%" (%, W or kW).
+    #[arg(long, value_name = "LINE")]
+    pub reading: Vec<String>,
+    /// What measured forces act on.
+    #[arg(long, value_name = "WHAT", default_value = "workpiece")]
+    pub force_on: ForceOn,
     /// Setup file with the tool and the efficiency of the drive.
     #[arg(long, value_name = "S.toml")]
     pub setup: Option<PathBuf>,

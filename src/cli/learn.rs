@@ -1,23 +1,22 @@
-//! `learn`, `learn-table`, `calibrate`: measured data in, coefficients, named effects and a model file out.
+//! `learn` and `learn-table`: measured data in, named effects and a model file out.
 
 use std::path::Path;
 
 use super::Outcome;
-use super::args::{Calibrate, Global, Learn, LearnTable};
+use super::args::{Global, Learn, LearnTable};
 use super::error::CliError;
 use super::input;
 use super::output::{Kind, Output, Outputs};
 use super::screen::Screen;
-use crate::learn::calibrate::{CalibrateOptions, calibrate as fit_table};
 use crate::learn::columns::{DataError, Frame, read};
 use crate::learn::diagnose::{Options, diagnose};
+use crate::learn::model;
 use crate::learn::session::{LearnError, LogOptions, run};
 use crate::learn::split::{by_blocks, by_kind};
 use crate::learn::table::{SteadyRow, TableTool, data, rows};
-use crate::learn::{linear::Loss, model};
 use crate::machine::material::Process;
 use crate::machine::{Job, Table};
-use crate::report::learn::{calibrate_json, calibrate_words, learn_json, learn_words};
+use crate::report::learn::{learn_json, learn_words};
 use crate::setup;
 
 /// Closes the loop for a program and its log.
@@ -66,29 +65,8 @@ fn main_kind(kind: &[usize], kinds: usize) -> Option<usize> {
     (kinds > 1).then(|| (0..kinds).max_by_key(|k| count(*k)).unwrap_or(0))
 }
 
-/// Coefficients from steady cuts.
-pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
-    let bytes = input::file(&command.table)?;
-    let setup = command.setup.as_deref().map(load).transpose()?;
-    let mut outputs =
-        Outputs::new([Some(command.table.clone()), command.setup.clone()].into_iter().flatten(), global.force);
-    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
-    let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
-    let (frame, table) =
-        steady(&bytes, command.columns.as_deref(), setup.as_ref()).map_err(|e| refused(&e.into(), &command.table))?;
-    let efficiency = efficiency(setup.as_ref());
-    let options =
-        CalibrateOptions { known_tare_w: command.tare, loss: if command.robust { Loss::Huber } else { Loss::Squares } };
-    let kind = global.model.as_ref().map_or("power".into(), |name| name.to_string_lossy());
-    let result = fit_table(&frame, &table, &kind, options, |y| y * efficiency.at(y))
-        .map_err(|e| refused(&e.into(), &command.table))?;
-    let process = model::of_calibration(&result);
-    let words = calibrate_words(&result);
-    let comments = format!("# {}\n", words.lines().collect::<Vec<_>>().join("\n# "));
-    finish(screen, json, &calibrate_json(&result), model, model_text(process.as_ref(), &comments), &words)
-}
-
-fn load(path: &Path) -> Result<Job, CliError> {
+/// Reads a setup file.
+pub(super) fn load(path: &Path) -> Result<Job, CliError> {
     let text = input::text(path)?;
     let dir = path.parent().unwrap_or(Path::new("."));
     let loaded = setup::load(&text, dir);
@@ -99,7 +77,12 @@ fn load(path: &Path) -> Result<Job, CliError> {
     })
 }
 
-fn steady(bytes: &[u8], columns: Option<&str>, setup: Option<&Job>) -> Result<(Frame, Vec<SteadyRow>), DataError> {
+/// A table of steady cuts, with the tools of a setup.
+pub(super) fn steady(
+    bytes: &[u8],
+    columns: Option<&str>,
+    setup: Option<&Job>,
+) -> Result<(Frame, Vec<SteadyRow>), DataError> {
     let mapping = mapping(columns).map_err(|error| DataError::Unfit(error.to_string()))?;
     let frame = read(bytes, &mapping)?;
     let tools: Vec<TableTool> = setup
@@ -116,12 +99,13 @@ fn steady(bytes: &[u8], columns: Option<&str>, setup: Option<&Job>) -> Result<(F
     Ok((frame, table))
 }
 
-fn efficiency(setup: Option<&Job>) -> Table {
+/// Efficiency of the drive; 1 without a setup.
+pub(super) fn efficiency(setup: Option<&Job>) -> Table {
     setup.map_or_else(|| Table::constant(1.0), |job| job.machine.spindle.efficiency.clone())
 }
 
 /// `theirs=ours,…`.
-fn mapping(text: Option<&str>) -> Result<Vec<(String, String)>, CliError> {
+pub(super) fn mapping(text: Option<&str>) -> Result<Vec<(String, String)>, CliError> {
     let pair = |part: &str| {
         let (theirs, ours) = part.split_once('=').ok_or_else(|| {
             CliError::new(format!("--columns: `{part}` is no mapping"), "write THEIRS=OURS, several with commas")
@@ -131,22 +115,26 @@ fn mapping(text: Option<&str>) -> Result<Vec<(String, String)>, CliError> {
     text.map_or_else(|| Ok(Vec::new()), |text| text.split(',').map(pair).collect())
 }
 
-fn refused(error: &LearnError, path: &Path) -> CliError {
+/// Data that cannot be used.
+pub(super) fn refused(error: &LearnError, path: &Path) -> CliError {
     CliError::new(
         format!("{}: {error}", path.display()),
         "no model was written; see `feedwright learn --help` for the columns",
     )
 }
 
-fn open(outputs: &mut Outputs, path: Option<&Path>, kind: Kind) -> Result<Option<Output>, CliError> {
+/// Makes ready an output, if it is wanted.
+pub(super) fn open(outputs: &mut Outputs, path: Option<&Path>, kind: Kind) -> Result<Option<Output>, CliError> {
     path.map(|path| outputs.open(path, kind)).transpose()
 }
 
-fn model_text(process: Option<&Process>, comments: &str) -> Option<String> {
+/// A model file with its provenance.
+pub(super) fn model_text(process: Option<&Process>, comments: &str) -> Option<String> {
     process.map(|process| setup::write_model(process) + comments)
 }
 
-fn finish(
+/// Writes the outputs and says the words.
+pub(super) fn finish(
     screen: Screen,
     json: Option<Output>,
     report: &str,

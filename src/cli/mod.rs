@@ -2,6 +2,7 @@
 //! `verify` found a difference; 2 bad usage or bad input, nothing written. One file per command.
 
 mod args;
+mod calibrate;
 mod dump;
 mod error;
 mod input;
@@ -55,7 +56,7 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Verify(command) => verify::verify(command, global, screen),
         Command::Toolpath(command) => toolpath::toolpath(command, global, screen),
         Command::Limits(command) => limits::limits(command, global, screen),
-        Command::Calibrate(command) => learn::calibrate(command, global, screen),
+        Command::Calibrate(command) => calibrate::calibrate(command, global, screen),
         Command::Learn(command) => learn::learn(command, global, screen),
         Command::LearnTable(command) => learn::learn_table(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),

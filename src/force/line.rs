@@ -10,7 +10,7 @@ use super::affine::Spans;
 use super::cap::{first_crossing, scaled};
 use super::loads::{Cap, Loads};
 use super::modifiers::{Factors, Modifiers};
-use super::scan::Scan;
+use super::scan::{ANGLES_PER_TURN, Scan};
 use super::summary::Summary;
 use crate::machine::LimitKind;
 use crate::units::{n_mm_s_from_watts, nm_from_nmm, watts_from_n_mm_s};
@@ -85,6 +85,19 @@ impl LoadLine {
             feed_per_tooth_mm: f,
             mean_force_n: forces.mean,
         }
+    }
+
+    /// Forces on the tool through a turn at a feed, N: along the feed, to its left and up the axis, at the K rotation angles
+    /// (k + ½)·2π/K, tooth 1 being at φ = 0 at its tip where the angle is 0. Empty for models of the resultant and for the
+    /// linear edge model without runout, whose engine does not sample.
+    pub fn through_a_turn(&self, feed_mm_s: f64) -> Vec<[f64; 3]> {
+        let Engine::Scan(scan) = &self.engine else { return Vec::new() };
+        let f = feed_mm_s * self.station.per_feed;
+        let samples = scan.force_by_angle(f, &self.modifiers.at(f), &[]);
+        // Teeth that are all alike are sampled over one pitch.
+        let pitches = (ANGLES_PER_TURN as f64 / samples.len() as f64).round().max(1.0) as usize;
+        let turn = samples.iter().map(|s| [s.plane.re, s.plane.im, s.axial]);
+        std::iter::repeat_n(turn, pitches).flatten().collect()
     }
 
     /// Largest feed below which a load stays within `limit`, in the unit of [`crate::machine::Limits`]; kinds that are no

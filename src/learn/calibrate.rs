@@ -17,8 +17,8 @@ use super::diagnose::errors;
 use super::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
 use super::report::{Errors, Value};
 use super::samples::Data;
-use super::table::{Quantity, SteadyRow, column_factor, measured_quantity, row_rates};
-use crate::force::closed::immersion_rad;
+use super::table::{Quantity, Side, SteadyRow, column_factor, measured_quantity, row_rates};
+use crate::force::closed::{SteadyCut, immersion_rad};
 use crate::schedule::cone::bounded_least_squares;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -32,6 +32,8 @@ pub struct Calibration {
     pub tests: usize,
     /// Parameters with standard errors.
     pub parameters: Vec<Value>,
+    /// What follows from them, or was found beside them, and is no parameter of the force model.
+    pub derived: Vec<Value>,
     /// Tare, W, where the model has one.
     pub tare: Option<f64>,
     /// Covariance of the parameters.
@@ -62,7 +64,7 @@ pub struct CalibrateOptions {
 }
 
 /// Share of a regression's variance: normal coefficients from Xu's ratios are uncertain by this much (flat, ball).
-const RATIO_UNCERTAINTY: [f64; 2] = [0.16, 0.30];
+pub(super) const RATIO_UNCERTAINTY: [f64; 2] = [0.16, 0.30];
 
 /// A regression: names, units, columns, target, groups.
 struct Problem {
@@ -200,8 +202,15 @@ fn mean_force(frame: &Frame, rows: &[SteadyRow], options: CalibrateOptions) -> R
     Ok(result)
 }
 
-/// Columns of F_x or F_y for K_t, K_r, K_te, K_re.
+/// Columns of F_x or F_y for K_t, K_r, K_te, K_re. In conventional milling the teeth run the other way along the same wall:
+/// the tangential columns change their sign.
 pub fn mean_force_columns(row: &SteadyRow, y: bool) -> [f64; 4] {
+    let columns = climb_columns(row, y);
+    let turn = if row.side == Side::Up { -1.0 } else { 1.0 };
+    [turn * columns[0], columns[1], turn * columns[2], columns[3]]
+}
+
+fn climb_columns(row: &SteadyRow, y: bool) -> [f64; 4] {
     let c = &row.cut;
     let psi = immersion_rad(0.5 * c.diameter_mm, c.radial_depth_mm, None);
     let k = f64::from(c.flutes) * c.axial_depth_mm / TAU;
@@ -226,31 +235,76 @@ pub fn ball_layer(ball_mm: f64, height_mm: f64, radial_mm: f64, feed_per_tooth_m
 
 fn layer(frame: &Frame, rows: &[SteadyRow], options: CalibrateOptions) -> Result<Calibration, DataError> {
     let force = frame.needed("force_xy_n")?;
-    let used: Vec<usize> = (0..rows.len()).filter(|i| force[*i].is_finite()).collect();
-    let geometry = |i: usize| -> Result<(f64, f64, f64), DataError> {
-        let c = &rows[i].cut;
-        let height = rows[i].layer_height_mm.ok_or_else(|| DataError::NoColumn {
-            missing: "layer_height_mm".into(),
-            present: frame.names().join(", "),
-        })?;
-        let fz = c.feed_mm_s / (f64::from(c.flutes) * c.rps);
-        let (length, chip) = ball_layer(0.5 * c.diameter_mm, height, c.radial_depth_mm, fz);
-        Ok((length, chip * 1e3, c.axial_depth_mm))
+    let layers = if rows.iter().any(|row| row.layer_height_mm.is_some()) {
+        given_layers(rows, &force)
+    } else {
+        layers_by_difference(rows, &force)
     };
-    let known: Vec<(f64, f64, f64)> = used.iter().map(|i| geometry(*i)).collect::<Result<_, _>>()?;
+    let geometry = |layer: &Layer| {
+        let c = &layer.row.cut;
+        let fz = c.feed_mm_s / (f64::from(c.flutes) * c.rps);
+        let (length, chip) = ball_layer(0.5 * c.diameter_mm, layer.middle_mm, c.radial_depth_mm, fz);
+        (length, chip * 1e3)
+    };
+    let known: Vec<(f64, f64)> = layers.iter().map(geometry).collect();
     let column = |k: usize, j: usize| [1.0, known[k].0, known[k].1, known[k].0 * known[k].1][j];
     let problem = Problem {
         names: [("c0", "N/mm"), ("c1", "N/mm²"), ("c2", "N/(mm·µm)"), ("c3", "N/(mm²·µm)")]
             .map(|(n, u)| (n.to_owned(), u.to_owned()))
             .to_vec(),
         positive: vec![false; 4],
-        x: DMatrix::from_fn(used.len(), 4, column),
-        y: used.iter().zip(&known).map(|(i, k)| force[*i] / k.2).collect(),
-        groups: (0..used.len()).collect(),
+        x: DMatrix::from_fn(layers.len(), 4, column),
+        y: layers.iter().map(|layer| layer.force_n / layer.thickness_mm).collect(),
+        groups: (0..layers.len()).collect(),
     };
     let mut result = solved("layer", &problem, options.loss)?;
-    result.notes.push("axial_depth_mm is the height of the layer; force per mm of it is fitted".into());
+    result.notes.push("force per mm of height of a layer is fitted".into());
     Ok(result)
+}
+
+/// Force of one layer of a ball end.
+struct Layer<'a> {
+    row: &'a SteadyRow,
+    middle_mm: f64,
+    thickness_mm: f64,
+    force_n: f64,
+}
+
+/// Rows that are layers themselves: `axial_depth_mm` is their thickness.
+fn given_layers<'a>(rows: &'a [SteadyRow], force: &[f64]) -> Vec<Layer<'a>> {
+    let layer = |(row, force): (&'a SteadyRow, &f64)| {
+        let middle_mm = row.layer_height_mm?;
+        force.is_finite().then_some(Layer { row, middle_mm, thickness_mm: row.cut.axial_depth_mm, force_n: *force })
+    };
+    rows.iter().zip(force).filter_map(layer).collect()
+}
+
+/// Cuts of growing depth: a layer's force is that of a cut less that of the next shallower one of the same width and feed.
+/// A width that comes at fewer than three depths is no series: grooves that make room for the others look like that.
+fn layers_by_difference<'a>(rows: &'a [SteadyRow], force: &[f64]) -> Vec<Layer<'a>> {
+    let near = |a: f64, b: f64, share: f64| (a - b).abs() <= share * b.abs();
+    let alike = |a: &SteadyCut, b: &SteadyCut| {
+        near(a.feed_mm_s, b.feed_mm_s, 0.03)
+            && near(a.rps, b.rps, 0.03)
+            && near(a.radial_depth_mm, b.radial_depth_mm, 0.03)
+    };
+    let usable = |i: &usize| force[*i].is_finite() && rows[*i].cut.axial_depth_mm > 1e-6;
+    let used: Vec<usize> = (0..rows.len()).filter(usable).collect();
+    let depth = |i: usize| rows[i].cut.axial_depth_mm;
+    let series = |i: usize| used.iter().filter(|j| alike(&rows[**j].cut, &rows[i].cut)).count() >= 3;
+    used.iter()
+        .filter(|i| series(**i))
+        .filter_map(|&i| {
+            let shallower = used.iter().filter(|j| alike(&rows[**j].cut, &rows[i].cut) && depth(**j) < depth(i) - 1e-6);
+            let below = shallower.max_by(|a, b| depth(**a).total_cmp(&depth(**b))).copied()?;
+            Some(Layer {
+                row: &rows[i],
+                middle_mm: 0.5 * (depth(i) + depth(below)),
+                thickness_mm: depth(i) - depth(below),
+                force_n: force[i] - force[below],
+            })
+        })
+        .collect()
 }
 
 fn response(frame: &Frame, rows: &[SteadyRow], options: CalibrateOptions) -> Result<Calibration, DataError> {

@@ -182,13 +182,18 @@ pub fn data_of(
     log: &Log,
     channels: &Channels,
 ) -> Result<(Data, Aligned, usize), LearnError> {
-    let aligned = by_position(log, &prepared.timeline)
-        .or_else(|| by_line(log, &prepared.timeline))
-        .map_or_else(|| by_load(prepared, job, log, channels), Ok)?;
+    let aligned = aligned(prepared, job, log, channels)?;
     let known =
         Known { job, timeline: &prepared.timeline, others: prepared.others.clone(), slower: prepared.slower.clone() };
     let (data, lowered) = cells(log, &aligned, &known, channels);
     Ok((data, aligned, lowered))
+}
+
+/// A log tied to its program: by position, by line, or by its load.
+pub fn aligned(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
+    by_position(log, &prepared.timeline)
+        .or_else(|| by_line(log, &prepared.timeline))
+        .map_or_else(|| by_load(prepared, job, log, channels), Ok)
 }
 
 /// Predicted spindle power, or peak force, of a spot by the declared coefficients.

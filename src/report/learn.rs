@@ -4,6 +4,7 @@ use serde_json::{Value as Json, json};
 
 use super::WRITTEN_BY;
 use crate::learn::calibrate::Calibration;
+use crate::learn::plan::{Plan, TestCut};
 use crate::learn::report::{Errors, LearnReport, Value};
 
 /// JSON report of a diagnosis.
@@ -70,16 +71,44 @@ pub fn calibrate_json(c: &Calibration) -> String {
         "model": c.model,
         "tests": c.tests,
         "parameters": values(&c.parameters),
+        "derived": values(&c.derived),
         "tare_w": c.tare,
         "covariance": c.covariance,
         "condition": finite(c.condition),
         "indistinguishable": c.indistinguishable,
         "train": errors(&c.train),
-        "leave_one_out_rmse": c.leave_one_out_rmse,
+        "leave_one_out_rmse": finite(c.leave_one_out_rmse),
         "leave_set_up_out_rmse": c.leave_set_up_out_rmse,
         "force_uncertainty": c.force_uncertainty,
         "notes": c.notes,
     }))
+}
+
+/// JSON of planned test cuts.
+pub fn plan_json(plan: &Plan) -> String {
+    let cut = |c: &TestCut| json!({ "axial_depth_mm": c.axial_mm, "radial_depth_mm": c.radial_mm, "feed_per_tooth_mm": c.feed_per_tooth_mm });
+    text(&json!({
+        "written_by": WRITTEN_BY,
+        "model": plan.model,
+        "cuts": plan.cuts.iter().map(cut).collect::<Vec<_>>(),
+        "condition": plan.condition,
+        "expected": values(&plan.expected),
+        "notes": plan.notes,
+    }))
+}
+
+/// Planned test cuts in words, and the table to fill in.
+pub fn plan_words(plan: &Plan) -> String {
+    let mut text = format!(
+        "{} test cuts; calibrate their log (calibrate TEST.nc --log LOG.csv --model {}) or this table, filled in:\n\n{}\n",
+        plan.cuts.len(),
+        plan.model,
+        plan.table
+    );
+    text +=
+        &format!("condition of the fit {:.1}; with 3 % noise it will give\n{}", plan.condition, lines(&plan.expected));
+    plan.notes.iter().for_each(|note| text += &format!("note: {note}\n"));
+    text
 }
 
 fn text(report: &Json) -> String {
@@ -125,11 +154,16 @@ pub fn learn_words(r: &LearnReport) -> String {
 
 /// A calibration in words.
 pub fn calibrate_words(c: &Calibration) -> String {
-    let mut text = format!("{} from {} measurements\n{}", c.model, c.tests, lines(&c.parameters));
-    text += &format!(
-        "error {:.4} in sample ({:.2} %), {:.4} leaving one out; condition {:.1}\n",
-        c.train.rmse, c.train.mape, c.leave_one_out_rmse, c.condition
-    );
+    let mut text = format!("{} from {} measurements\n{}{}", c.model, c.tests, lines(&c.parameters), lines(&c.derived));
+    if c.condition.is_finite() {
+        text += &format!("error {:.4} in sample ({:.2} %); condition {:.1}\n", c.train.rmse, c.train.mape, c.condition);
+    }
+    if c.leave_one_out_rmse.is_finite() {
+        text += &format!("error {:.4} leaving one out\n", c.leave_one_out_rmse);
+    }
+    if let Some(share) = c.force_uncertainty {
+        text += &format!("forces that follow from it are uncertain by {:.0} %\n", 100.0 * share);
+    }
     if let Some(rmse) = c.leave_set_up_out_rmse {
         text += &format!("error {rmse:.4} leaving one set-up out\n");
     }

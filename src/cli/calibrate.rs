@@ -1,0 +1,130 @@
+//! `calibrate`: coefficients from a table of steady cuts, from the log of a program, from a load meter read by eye; or the
+//! program of the cuts that would give them.
+
+use super::Outcome;
+use super::args::{Calibrate, Global, PlanKind};
+use super::error::CliError;
+use super::input;
+use super::learn::{efficiency, finish, load, mapping, model_text, open, refused, steady};
+use super::output::{Kind, Outputs};
+use super::screen::Screen;
+use crate::learn::calibrate::{CalibrateOptions, Calibration, calibrate as fit_table};
+use crate::learn::cells::channels;
+use crate::learn::columns::{DataError, Frame};
+use crate::learn::linear::Loss;
+use crate::learn::log::read_log;
+use crate::learn::session::{LearnError, Prepared, aligned, prepare};
+use crate::learn::steady::steady_cuts;
+use crate::learn::table::SteadyRow;
+use crate::learn::{model, plan, reading, sigmoid};
+use crate::machine::Job;
+use crate::report::learn::{calibrate_json, calibrate_words, plan_json, plan_words};
+use std::path::Path;
+
+/// Coefficients from steady cuts.
+pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    if let Some(kind) = command.plan {
+        return plan_tests(kind, command, global, screen);
+    }
+    let input = command.input.clone().ok_or_else(|| {
+        CliError::new("nothing to calibrate from", "give TABLE.csv, PROGRAM with --log or --reading, or --plan KIND")
+    })?;
+    let inputs = [Some(input.clone()), command.setup.clone(), command.log.clone()];
+    let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
+    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
+    let result = if command.log.is_some() || !command.reading.is_empty() {
+        from_program(command, &input, global)?
+    } else {
+        from_table(command, &input, global)?
+    };
+    let process = model::of_calibration(&result);
+    let words = calibrate_words(&result);
+    let comments = format!("# {}\n", words.lines().collect::<Vec<_>>().join("\n# "));
+    finish(screen, json, &calibrate_json(&result), model, model_text(process.as_ref(), &comments), &words)
+}
+
+fn options(command: &Calibrate) -> CalibrateOptions {
+    let loss = if command.robust { Loss::Huber } else { Loss::Squares };
+    CalibrateOptions { known_tare_w: command.tare, loss }
+}
+
+fn model_name(global: &Global) -> String {
+    global.model.as_ref().map_or("power".into(), |name| name.to_string_lossy().into_owned())
+}
+
+fn from_table(command: &Calibrate, table: &Path, global: &Global) -> Result<Calibration, CliError> {
+    let bytes = input::file(table)?;
+    let setup = command.setup.as_deref().map(load).transpose()?;
+    let wrong = |error: DataError| refused(&error.into(), table);
+    let (frame, rows) = steady(&bytes, command.columns.as_deref(), setup.as_ref()).map_err(wrong)?;
+    if model_name(global) == "sigmoid" {
+        let tool = setup.as_ref().and_then(|job| record_tool(job, &frame));
+        let tool = tool.ok_or_else(|| {
+            CliError::new(
+                "the model sigmoid needs the tool of the record",
+                "give --setup with diameter, flutes, helix and rake",
+            )
+        })?;
+        return sigmoid::calibrate(&frame, &rows, tool, command.force_on.is_tool()).map_err(wrong);
+    }
+    fit(command, global, &frame, &rows, setup.as_ref()).map_err(wrong)
+}
+
+/// The tool that a record names, or the first.
+fn record_tool<'a>(job: &'a Job, frame: &Frame) -> Option<&'a crate::machine::Tool> {
+    let named = frame.numbers("tool").and_then(|t| t.into_iter().find(|n| n.is_finite()));
+    named.and_then(|n| job.tool(n as u32)).or(job.tools.first())
+}
+
+fn fit(
+    command: &Calibrate,
+    global: &Global,
+    frame: &Frame,
+    rows: &[SteadyRow],
+    setup: Option<&Job>,
+) -> Result<Calibration, DataError> {
+    let efficiency = efficiency(setup);
+    fit_table(frame, rows, &model_name(global), options(command), |y| y * efficiency.at(y))
+}
+
+/// Readings of a load meter, or a log, of a program.
+fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<Calibration, CliError> {
+    let source = input::program(program)?;
+    let found = input::setup(command.setup.as_deref(), &source, global)?;
+    let job = found.job;
+    let wrong = |error: LearnError| refused(&error, program);
+    let ready = |forces: bool| -> Result<Prepared, CliError> { prepare(&source.bytes, &job, forces).map_err(wrong) };
+    let Some(path) = &command.log else {
+        let readings = command.reading.iter().map(|text| reading::parse(text)).collect::<Result<Vec<_>, _>>();
+        let readings = readings.map_err(|e| wrong(e.into()))?;
+        return reading::coefficients(&readings, &ready(false)?, &job).map_err(|e| wrong(e.into()));
+    };
+    let wrong = |error: LearnError| refused(&error, path);
+    let log = read_log(&input::file(path)?, &mapping(command.columns.as_deref())?).map_err(|e| wrong(e.into()))?;
+    let channels = channels(&log);
+    let prepared = ready(false)?;
+    let tied = aligned(&prepared, &job, &log, &channels).map_err(wrong)?;
+    let (frame, rows) =
+        steady_cuts(&log, &tied, prepared.timeline(), &job, command.force_on.is_tool()).map_err(|e| wrong(e.into()))?;
+    fit(command, global, &frame, &rows, Some(&job)).map_err(|e| wrong(e.into()))
+}
+
+/// Writes the program of test cuts.
+fn plan_tests(kind: PlanKind, command: &Calibrate, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let setup = command.setup.as_deref().ok_or_else(|| {
+        CliError::new("test cuts need a setup", "give --setup with machine, stock (a box) and the tool to be tested")
+    })?;
+    let job = load(setup)?;
+    let kind = match kind {
+        PlanKind::Power => plan::Kind::Power,
+        PlanKind::MeanForce => plan::Kind::MeanForce,
+        PlanKind::Layer => plan::Kind::Layer,
+    };
+    let mut outputs = Outputs::new([setup.to_owned()], global.force);
+    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let program = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
+    let plan = plan::plan(kind, &job)
+        .map_err(|error| CliError::new(error.to_string(), "see `feedwright schema` for stock and tools"))?;
+    finish(screen, json, &plan_json(&plan), program, Some(plan.program.clone()), &plan_words(&plan))
+}
