@@ -107,6 +107,7 @@ fn flat_mill() -> Tool {
         shank_diameter_mm: 10.0,
         runout: None,
         youngs_modulus_mpa: 600_000.0,
+        allowable_stress_mpa: None,
         holder_stiffness_n_mm: None,
         holder: Vec::new(),
         centre_cutting: true,

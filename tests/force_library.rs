@@ -59,3 +59,44 @@ fn a_name_that_is_not_there_is_answered_with_the_nearest() {
     let error = load(&setup("aluminum-6061-t6", "small-vmc"), Path::new(".")).expect_err("no such material");
     assert!(format!("{error:?}").contains("aluminium-6061-t6"), "{error:?}");
 }
+
+fn coefficients(material: &str) -> feedwright::machine::material::LinearEdge {
+    let text = setup("aluminium", "small-vmc").replace("material = \"aluminium\"\n", "") + material;
+    let (job, _) = load(&text, Path::new(".")).expect("loads");
+    match job.material(&job.tools[0]).expect("has one").model {
+        feedwright::machine::material::ForceModel::LinearEdge(k) => k,
+        ref other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_power_alone_does_not_show_follows_from_shares() {
+    let k = coefficients("[material]\nk_tc = 1000\nk_te = 10\n");
+    for (found, expected) in [(k.k_rc, 395.0), (k.k_re, 5.66), (k.k_ac, 200.0), (k.k_ae, 2.8)] {
+        assert!((found - expected).abs() < 1e-9, "{found} for {expected}");
+    }
+    let k =
+        coefficients("[material]\nmodel = \"power\"\nk_tc = 1000\nk_te = 10\nnormal_cutting_share = 0.7\nk_re = 9\n");
+    assert!((k.k_rc - 700.0).abs() < 1e-9 && (k.k_re - 9.0).abs() < 1e-9, "{k:?}");
+    let text = setup("aluminium", "small-vmc").replace("material = \"aluminium\"\n", "")
+        + "[material]\nk_tc = 1000\nk_te = 10\nnormal_cutting_share = 0.7\n";
+    assert!(load(&text, Path::new(".")).is_err(), "the linear edge model has no shares");
+}
+
+/// A long slender tool in a deep slot: bent beyond what carbide stands, and nothing in the setup forbids it.
+#[test]
+fn a_tool_bent_beyond_its_material_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = setup("steel-45", "small-vmc").replace("diameter = 10", "diameter = 3\noverhang = 30\nflute_length = 9");
+    std::fs::write(folder.path().join("p.setup.toml"), text).unwrap();
+    std::fs::write(folder.path().join("p.nc"), "G21 G90\nT1 M6\nS8000 M3\nG0 X-5 Y25 Z5\nG0 Z-6\nG1 X60 F2400\nM30\n")
+        .unwrap();
+    let mut command = assert_cmd::Command::cargo_bin("feedwright").unwrap();
+    let done = command.current_dir(folder.path()).args(["simulate", "p.nc", "--json", "r.json"]).output().unwrap();
+    let screen = String::from_utf8_lossy(&done.stdout).into_owned() + &String::from_utf8_lossy(&done.stderr);
+    let report: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("r.json")).unwrap()).unwrap();
+    let warned = report["warnings"].as_array().unwrap().iter().find(|w| w["code"] == "bending-stress");
+    assert_eq!(warned.expect("a warning")["line"], 6, "{screen}");
+    assert!(screen.contains("line 6: T1 is bent to"), "{screen}");
+}

@@ -26,6 +26,7 @@ fn tool(profile: Profile, diameter: f64, flutes: u32, helix_deg: f64) -> Tool {
         shank_diameter_mm: diameter,
         runout: None,
         youngs_modulus_mpa: 600_000.0,
+        allowable_stress_mpa: None,
         holder_stiffness_n_mm: None,
         holder: Vec::new(),
         centre_cutting: true,

@@ -120,6 +120,7 @@ fn mill(profile: Profile, diameter: f64, helix_deg: f64) -> Tool {
         shank_diameter_mm: diameter,
         runout: None,
         youngs_modulus_mpa: 210_000.0,
+        allowable_stress_mpa: None,
         holder_stiffness_n_mm: None,
         holder: Vec::new(),
         centre_cutting: true,

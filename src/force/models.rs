@@ -2,6 +2,7 @@
 //! setup file, calibration and `library models` read this list.
 
 use super::ForceError;
+use crate::machine::material::SHARES;
 
 /// A parameter of a force model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,10 +73,22 @@ pub const POWER: Model = Model {
     parameters: &[
         p("k_tc", "N/mm²", None, CUTTING, "tangential cutting coefficient"),
         p("k_te", "N/mm", None, EDGE, "tangential edge coefficient"),
-        p("normal_cutting_share", "-", Some(0.395), [0.0, 3.0], "radial over tangential cutting coefficient"),
-        p("normal_edge_share", "-", Some(0.566), [0.0, 3.0], "radial over tangential edge coefficient"),
-        p("axial_cutting_share", "-", Some(0.2), [0.0, 3.0], "axial over tangential cutting coefficient"),
-        p("axial_edge_share", "-", Some(0.28), [0.0, 3.0], "axial over tangential edge coefficient"),
+        p(
+            "normal_cutting_share",
+            "-",
+            Some(SHARES.radial_cutting),
+            [0.0, 3.0],
+            "radial over tangential cutting coefficient",
+        ),
+        p("normal_edge_share", "-", Some(SHARES.radial_edge), [0.0, 3.0], "radial over tangential edge coefficient"),
+        p(
+            "axial_cutting_share",
+            "-",
+            Some(SHARES.axial_cutting),
+            [0.0, 3.0],
+            "axial over tangential cutting coefficient",
+        ),
+        p("axial_edge_share", "-", Some(SHARES.axial_edge), [0.0, 3.0], "axial over tangential edge coefficient"),
     ],
 };
 

@@ -6,10 +6,7 @@
 use super::calibrate::Calibration;
 use super::report::{LearnReport, Value};
 use crate::machine::Job;
-use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process};
-
-/// Cutting and edge coefficients normal to the tangential ones (Xu, Jerard, Fussell), and axial ones as half of that.
-const RATIOS: [f64; 4] = [0.395, 0.566, 0.2, 0.28];
+use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process, SHARES};
 
 /// Model of a log or table; `None` where the data do not support one.
 pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
@@ -53,10 +50,10 @@ fn scaled(k_tc: f64, k_te: f64, declared: Option<LinearEdge>, k_rc: Option<f64>,
     LinearEdge {
         k_tc,
         k_te,
-        k_rc: k_rc.unwrap_or(k_tc * ratio(|k| k.k_rc, |k| k.k_tc, RATIOS[0])),
-        k_re: k_re.unwrap_or(k_te * ratio(|k| k.k_re, |k| k.k_te, RATIOS[1])),
-        k_ac: k_tc * ratio(|k| k.k_ac, |k| k.k_tc, RATIOS[2]),
-        k_ae: k_te * ratio(|k| k.k_ae, |k| k.k_te, RATIOS[3]),
+        k_rc: k_rc.unwrap_or(k_tc * ratio(|k| k.k_rc, |k| k.k_tc, SHARES.radial_cutting)),
+        k_re: k_re.unwrap_or(k_te * ratio(|k| k.k_re, |k| k.k_te, SHARES.radial_edge)),
+        k_ac: k_tc * ratio(|k| k.k_ac, |k| k.k_tc, SHARES.axial_cutting),
+        k_ae: k_te * ratio(|k| k.k_ae, |k| k.k_te, SHARES.axial_edge),
     }
 }
 

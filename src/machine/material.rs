@@ -19,6 +19,24 @@ pub struct LinearEdge {
     pub k_ae: f64,
 }
 
+/// Coefficients over the tangential one of the same kind, where only spindle power was measured: a meter on the spindle sees
+/// no other force. Radial: measured on 6061-T6 by Xu, Jerard, Fussell (0.3 is usual in the literature, 0.7 conservative);
+/// axial: half of the radial one, assumed.
+pub const SHARES: Shares = Shares { radial_cutting: 0.395, axial_cutting: 0.2, radial_edge: 0.566, axial_edge: 0.28 };
+
+/// Shares of the tangential coefficients; see [`SHARES`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shares {
+    /// k_rc / k_tc
+    pub radial_cutting: f64,
+    /// k_ac / k_tc
+    pub axial_cutting: f64,
+    /// k_re / k_te
+    pub radial_edge: f64,
+    /// k_ae / k_te
+    pub axial_edge: f64,
+}
+
 /// Force models by the names of `library models`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ForceModel {

@@ -71,6 +71,8 @@ pub struct Tool {
     pub runout: Option<Runout>,
     /// Young's modulus, MPa (N/mm²).
     pub youngs_modulus_mpa: f64,
+    /// Bending stress that its material allows, MPa, where the material is named.
+    pub allowable_stress_mpa: Option<f64>,
     /// Radial stiffness of holder and spindle at the collet, N/mm; `None`: rigid.
     pub holder_stiffness_n_mm: Option<f64>,
     /// Holder cylinders from the collet face up: (diameter, length), mm.

@@ -45,6 +45,8 @@ pub struct ToolFigure {
     pub power_ref_w: f64,
     /// Largest resultant as written, N.
     pub force_peak_n: f64,
+    /// Largest bending stress as written, MPa, and the line where it is.
+    pub bending: (f64, u32),
     /// Time in cuts as written, s.
     pub cut_time_s: f64,
     /// Length of its cuts, mm.
@@ -60,6 +62,23 @@ pub struct Figures {
     pub tools: Vec<ToolFigure>,
     /// Length over commanded feed, rapids at rapid, dwells, s.
     pub programmed_s: f64,
+}
+
+impl Figures {
+    /// Tools that are bent beyond what their material allows: line and sentence.
+    pub fn overbent(&self, run: &Run) -> Vec<(u32, String)> {
+        let beyond = |tool: &ToolFigure| {
+            let allowable_mpa = run.job.tool(tool.number)?.allowable_stress_mpa?;
+            let (stress_mpa, line) = tool.bending;
+            let text = format!(
+                "T{} is bent to {stress_mpa:.0} MPa here, its material allows {allowable_mpa:.0}: set limits.bending_stress, or a \
+                 shorter overhang",
+                tool.number
+            );
+            (stress_mpa > allowable_mpa).then_some((line, text))
+        };
+        self.tools.iter().filter_map(beyond).collect()
+    }
 }
 
 /// A limit's value in the unit of the report.
@@ -163,12 +182,16 @@ struct ToolTally {
     power_max_w: f64,
     power_before: Weighted,
     force_peak_n: f64,
+    bending: (f64, u32),
     cut_time_s: f64,
     cut_length_mm: f64,
 }
 
 impl ToolTally {
-    fn add(&mut self, found: &StationLoads) {
+    fn add(&mut self, found: &StationLoads, line: u32) {
+        if found.after.bending_stress_mpa > self.bending.0 {
+            self.bending = (found.after.bending_stress_mpa, line);
+        }
         let length = found.station.length_mm();
         self.power_max_w = self.power_max_w.max(found.after.power_w);
         self.force_peak_n = self.force_peak_n.max(found.after.force_xy_peak_n);
@@ -183,6 +206,7 @@ impl ToolTally {
             power_max_w: self.power_max_w,
             power_ref_w: limits.power_w.or_else(|| self.power_before.quantile(0.95)).unwrap_or(0.0),
             force_peak_n: self.force_peak_n,
+            bending: self.bending,
             cut_time_s: self.cut_time_s,
             cut_length_mm: self.cut_length_mm,
         }
@@ -204,11 +228,12 @@ impl Tallies {
         if found.station.arc_count == 0 {
             return;
         }
-        let number = run.toolpath.moves[found.station.move_id.ix()].tool;
+        let motion = &run.toolpath.moves[found.station.move_id.ix()];
+        let number = motion.tool;
         for &(kind, limit) in &rules.of(found.station.move_id).loads {
             self.limit(kind, number, limit).add(found);
         }
-        self.tool(number).add(found);
+        self.tool(number).add(found, motion.line);
     }
     fn limit(&mut self, kind: LimitKind, tool: u32, limit: f64) -> &mut LimitTally {
         let known = self.limits.iter().position(|t| t.kind == kind && t.tool == tool && t.limit == limit);
@@ -237,6 +262,7 @@ impl Tallies {
                 power_max_w: 0.0,
                 power_before: Weighted::default(),
                 force_peak_n: 0.0,
+                bending: (0.0, 0),
                 cut_time_s: 0.0,
                 cut_length_mm: 0.0,
             });

@@ -3,6 +3,7 @@
 
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::WRITTEN_BY;
@@ -154,7 +155,7 @@ struct WarningPart<'a> {
     line: Option<u32>,
     code: &'static str,
     severity: &'static str,
-    text: &'a str,
+    text: Cow<'a, str>,
 }
 
 #[derive(Serialize)]
@@ -184,7 +185,7 @@ pub fn json(run: &Run, figures: &Figures, file: &str, extras: Extras) -> String 
         performance: extras.timings.map(|peak_memory_bytes| performance(run, peak_memory_bytes)),
         assumptions: assumptions(run),
         frozen: run.frozen().into_iter().map(|(line, why)| FrozenPart { line, why }).collect(),
-        warnings: warnings(run),
+        warnings: warnings(run, figures),
         tool: tools(figures),
     };
     serde_json::to_string_pretty(&report).expect("the report is plain data") + "\n"
@@ -291,20 +292,24 @@ fn assumptions(run: &Run) -> Vec<AssumptionPart<'_>> {
     run.assumptions.iter().map(|a| AssumptionPart { key: &a.key, value: &a.value, source: &a.source }).collect()
 }
 
-fn warnings(run: &Run) -> Vec<WarningPart<'_>> {
-    run.diagnostics
-        .iter()
-        .map(|d| WarningPart {
-            line: d.line,
-            code: d.code,
-            severity: match d.severity {
-                Severity::Note => "note",
-                Severity::Warning => "warning",
-                Severity::Error => "error",
-            },
-            text: &d.text,
-        })
-        .collect()
+fn warnings<'a>(run: &'a Run, figures: &Figures) -> Vec<WarningPart<'a>> {
+    let said = run.diagnostics.iter().map(|d| WarningPart {
+        line: d.line,
+        code: d.code,
+        severity: match d.severity {
+            Severity::Note => "note",
+            Severity::Warning => "warning",
+            Severity::Error => "error",
+        },
+        text: Cow::Borrowed(&d.text),
+    });
+    let bent = figures.overbent(run).into_iter().map(|(line, text)| WarningPart {
+        line: Some(line),
+        code: "bending-stress",
+        severity: "warning",
+        text: Cow::Owned(text),
+    });
+    said.chain(bent).collect()
 }
 
 fn tools(figures: &Figures) -> Vec<ToolPart> {

@@ -16,7 +16,7 @@ pub fn summary(run: &Run, figures: &Figures, file: &str) -> String {
     text += &loads(run, figures);
     text += &bounds(figures);
     text += &output(run);
-    text += &apart(run);
+    text += &apart(run, figures);
     text
 }
 
@@ -193,7 +193,7 @@ fn loss(written: &Written) -> String {
     format!("{:.1} % over the continuous optimum", super::loss_percent(written))
 }
 
-fn apart(run: &Run) -> String {
+fn apart(run: &Run, figures: &Figures) -> String {
     let mut text = String::new();
     let infeasible = run.infeasible();
     if !infeasible.is_empty() {
@@ -212,6 +212,9 @@ fn apart(run: &Run) -> String {
         let lines: Vec<u32> = frozen.iter().map(|(line, _)| *line).collect();
         text +=
             &format!("frozen    {} blocks keep their feed, {}: {}\n", frozen.len(), some_lines(&lines), frozen[0].1);
+    }
+    for (line, what) in figures.overbent(run) {
+        text += &format!("line {line}: {what}\n");
     }
     let warnings = run.diagnostics.iter().filter(|d| d.severity >= Severity::Warning).count();
     if warnings > 0 {

@@ -1,5 +1,5 @@
 //! `[material]` and coefficients → [`Material`]. The linear edge model needs k_tc and k_te; normal coefficients that are
-//! not given follow from them by usual ratios, recorded as assumptions.
+//! not given follow from them by measured shares ([`SHARES`]), recorded as assumptions.
 
 use super::error::suggest;
 use super::forms::MaterialTable;
@@ -7,10 +7,13 @@ use super::library;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
 use crate::machine::Material;
-use crate::machine::material::{ForceModel, LinearEdge};
+use crate::machine::material::{ForceModel, LinearEdge, SHARES};
 use crate::units::Dimension;
 
 const LINEAR_EDGE: [&str; 6] = ["k_tc", "k_rc", "k_ac", "k_te", "k_re", "k_ae"];
+/// Keys of the model `power`: radial and axial coefficients as shares of the tangential ones.
+const POWER_SHARES: [&str; 4] =
+    ["normal_cutting_share", "axial_cutting_share", "normal_edge_share", "axial_edge_share"];
 const COMMON: [&str; 3] = ["model", "name", "uncertainty"];
 
 /// A material written out.
@@ -49,7 +52,8 @@ fn text<'a>(table: &'a MaterialTable, name: &str) -> Option<&'a str> {
 }
 
 fn linear_edge(reader: &mut Reader, key: &str, table: &MaterialTable) -> LinearEdge {
-    let known: Vec<&str> = COMMON.iter().chain(&LINEAR_EDGE).copied().collect();
+    let shares: &[&str] = if text(table, "model") == Some("power") { &POWER_SHARES } else { &[] };
+    let known: Vec<&str> = COMMON.iter().chain(&LINEAR_EDGE).chain(shares).copied().collect();
     for name in table.0.keys().filter(|name| !known.contains(&name.as_str())) {
         reader.complain(&format!("{key}.{name}"), "is no coefficient of the linear edge model", suggest(name, &known));
     }
@@ -57,21 +61,25 @@ fn linear_edge(reader: &mut Reader, key: &str, table: &MaterialTable) -> LinearE
         needed(reader, key, table, "k_tc", Dimension::Stress),
         needed(reader, key, table, "k_te", Dimension::ForcePerLength),
     );
-    let mut ratio = |name: &str, of: &str, base: f64, ratio: f64, dimension: Dimension| {
-        let key = format!("{key}.{name}");
+    let mut of = |name: &str, [base_name, share_name]: [&str; 2], base: f64, usual: f64, dimension: Dimension| {
+        let full = format!("{key}.{name}");
         if let Some(written) = table.0.get(name) {
-            return reader.value(&key, written, dimension, Sense::NotNegative);
+            return reader.value(&full, written, dimension, Sense::NotNegative);
         }
-        reader.assume(&key, format!("{ratio} {of}"), "usual ratio");
-        ratio * base
+        if let Some(written) = table.0.get(share_name).filter(|_| shares.contains(&share_name)) {
+            return base * reader.value(&format!("{key}.{share_name}"), written, Dimension::Ratio, Sense::NotNegative);
+        }
+        reader.assume(&full, format!("{usual} {base_name}"), "measured on 6061-T6 (Xu, Jerard, Fussell); axial: half");
+        usual * base
     };
+    let [rc, ac, re, ae] = POWER_SHARES;
     LinearEdge {
         k_tc,
         k_te,
-        k_rc: ratio("k_rc", "k_tc", k_tc, 0.4, Dimension::Stress),
-        k_ac: ratio("k_ac", "k_tc", k_tc, 0.2, Dimension::Stress),
-        k_re: ratio("k_re", "k_te", k_te, 0.8, Dimension::ForcePerLength),
-        k_ae: ratio("k_ae", "k_te", k_te, 0.15, Dimension::ForcePerLength),
+        k_rc: of("k_rc", ["k_tc", rc], k_tc, SHARES.radial_cutting, Dimension::Stress),
+        k_ac: of("k_ac", ["k_tc", ac], k_tc, SHARES.axial_cutting, Dimension::Stress),
+        k_re: of("k_re", ["k_te", re], k_te, SHARES.radial_edge, Dimension::ForcePerLength),
+        k_ae: of("k_ae", ["k_te", ae], k_te, SHARES.axial_edge, Dimension::ForcePerLength),
     }
 }
 

@@ -69,6 +69,7 @@ pub fn tool(reader: &mut Reader, table: &ToolTable, position: usize) -> Option<T
         ),
         runout: table.runout.as_ref().map(|written| runout(reader, &key("runout"), written, diameter_mm)),
         youngs_modulus_mpa: youngs_modulus(reader, &name, table),
+        allowable_stress_mpa: allowable_stress(table),
         holder_stiffness_n_mm: reader.optional(
             &key("holder_stiffness"),
             table.holder_stiffness.as_ref(),
@@ -183,6 +184,12 @@ fn youngs_modulus(reader: &mut Reader, name: &str, table: &ToolTable) -> f64 {
     };
     let known: Vec<(&str, f64)> = entries.iter().map(|entry| (entry.name.as_str(), entry.youngs_modulus_mpa)).collect();
     reader.choice(&key, word, &known).unwrap_or(known[0].1)
+}
+
+/// Of the material that the setup names; a Young's modulus alone does not say what breaks.
+fn allowable_stress(table: &ToolTable) -> Option<f64> {
+    let word = table.material.as_ref()?;
+    library::tool_materials().iter().find(|entry| entry.name == *word).map(|entry| entry.bending_stress_mpa)
 }
 
 fn holder(reader: &mut Reader, key: &str, rings: &[[Quantity; 2]]) -> Vec<(f64, f64)> {

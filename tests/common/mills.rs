@@ -21,6 +21,7 @@ pub fn mill(profile: Profile, diameter_mm: f64, flutes: u32, helix_deg: f64) -> 
         shank_diameter_mm: diameter_mm,
         runout: None,
         youngs_modulus_mpa: 600_000.0,
+        allowable_stress_mpa: None,
         holder_stiffness_n_mm: None,
         holder: Vec::new(),
         centre_cutting: true,

@@ -28,6 +28,7 @@ pub fn tool(number: u32, shape: Shape, profile: Profile) -> Tool {
         shank_diameter_mm: diameter_mm,
         runout: None,
         youngs_modulus_mpa: 600_000.0,
+        allowable_stress_mpa: None,
         holder_stiffness_n_mm: None,
         holder: Vec::new(),
         centre_cutting: true,
