@@ -143,6 +143,52 @@ fn effects_of_the_process_model_act_on_loads_and_caps() {
     assert!(sized.loads(0.5).force_xy_peak_n > base.loads(0.5).force_xy_peak_n);
 }
 
+/// Where the model has no edge coefficients, an edge force of k_e = l·k_c takes the torque that the linear edge model gives;
+/// what only the meter reads changes no cut.
+#[test]
+fn edge_force_is_that_of_the_edge_coefficient_and_meters_change_no_cut() {
+    let (tool, slices) = flat(3, 30.0);
+    let arcs = side_arcs(&slices, 5.0, 1.9, PI);
+    let k = LinearEdge { k_te: 0.0, k_re: 0.0, k_ae: 0.0, ..K };
+    let process = with_effect("edge-force", &[("equivalent_chip", 0.02)]);
+    let with = try_cutter(&tool, &slices, ForceModel::LinearEdge(k), &process, RPS).expect("a known effect");
+    let same = LinearEdge { k_te: 0.02 * k.k_tc, ..k };
+    let edge = cutter(&tool, &slices, ForceModel::LinearEdge(same), RPS);
+    for feed in [2.0, 10.0, 30.0] {
+        let (found, expected) = (with.loads(&cut(&arcs), feed).torque_nm, edge.loads(&cut(&arcs), feed).torque_nm);
+        assert!((found / expected - 1.0).abs() < 1e-6, "{found} for {expected} at {feed} mm/s");
+    }
+    let process = with_effect("axis-power", &[("friction", 0.5), ("acceleration", 0.5)]);
+    let meter = try_cutter(&tool, &slices, ForceModel::LinearEdge(K), &process, RPS).expect("a known effect");
+    let plain = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS);
+    assert_eq!(meter.loads(&cut(&arcs), 10.0), plain.loads(&cut(&arcs), 10.0));
+}
+
+/// A tool that bends: equal teeth bend it alike, so that nothing changes; where runout makes one tooth cut more, bending
+/// gives way and evens the teeth out, the more the softer the tool.
+#[test]
+fn bending_evens_out_runout_and_nothing_else() {
+    let (mut tool, slices) = flat(4, 30.0);
+    let arcs = side_arcs(&slices, 5.0, 1.9, PI);
+    let law = |deflection: f64| {
+        let values = [("a1", 12.9), ("a2", 6.7), ("x0", -0.62), ("dx", 0.44), ("k_f", 0.83), ("chip_flow", 0.47)];
+        named("sigmoid", &[&values[..], &[("chip_range", 0.06), ("deflection", deflection)]].concat())
+    };
+    let spread = |tool: &Tool, deflection: f64| {
+        let loads = cutter(tool, &slices, law(deflection), RPS).loads(&cut(&arcs), 10.0);
+        loads.force_xy_peak_n / loads.force_xy_mean_n
+    };
+    tool.youngs_modulus_mpa = 600e3;
+    assert!((spread(&tool, 1.0) / spread(&tool, 0.0) - 1.0).abs() < 1e-9, "equal teeth");
+    tool.runout = Some(feedwright::machine::Runout { offset_mm: 0.01, angle_rad: 0.3 });
+    let rigid = spread(&tool, 0.0);
+    let stiff = spread(&tool, 1.0);
+    tool.youngs_modulus_mpa = 300e3;
+    let soft = spread(&tool, 1.0);
+    println!("peak over mean: {rigid:.4} rigid, {stiff:.4} stiff, {soft:.4} soft");
+    assert!(soft < stiff && stiff < rigid);
+}
+
 fn refused(change: impl Fn(&mut Tool), model: ForceModel, process: &Process, rps: f64) -> String {
     let (mut tool, slices) = flat(3, 30.0);
     change(&mut tool);

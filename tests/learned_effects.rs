@@ -105,6 +105,19 @@ fn feeds_fall_as_the_edge_wears() {
 }
 
 #[test]
+fn feeds_are_lower_where_the_tool_has_just_entered() {
+    let model = "[[effect]]\nname = \"entry\"\n[effect.parameters]\nexcess = 0.5\nlength = 10\n";
+    // The passes run downwards in x: the tool enters at x = 200.
+    let (near, far) = (feeds(Some(model), [170.0, 198.0]), feeds(Some(model), [20.0, 100.0]));
+    let plain = feeds(None, MIDDLE);
+    for pass in 1..8 {
+        assert!(near[pass] < 0.95 * plain[pass], "pass {pass}: {} for {}", near[pass], plain[pass]);
+        // Within what a further F word would be worth.
+        assert!((0.96..1.001).contains(&(far[pass] / plain[pass])), "far from it: {} for {}", far[pass], plain[pass]);
+    }
+}
+
+#[test]
 fn feeds_fall_in_the_hard_zone_only() {
     let zone = "[[effect]]\nname = \"hard-zone\"\n[effect.parameters]\nexcess = 0.4\nx_min = 90\nx_max = 130\ny_min = -50\ny_max = 200\n";
     let plain = feeds(None, [100.0, 115.0]);

@@ -5,11 +5,14 @@
 //! the strength of what motion and measuring chain do. The room an effect acts on applies its change; calibration,
 //! diagnosis, prediction and scheduling read the same list ([`ALL`]).
 
+mod axis_power;
 mod corner_feed;
 mod cutting_speed;
 mod drive_efficiency;
 mod edge_chipping;
+mod edge_force;
 mod edge_position;
+mod entry;
 mod flank_wear;
 mod hard_zone;
 mod path_curvature;
@@ -92,6 +95,12 @@ pub enum Covariate {
     Load,
     /// Height of the cut along the cutting edge, mm.
     EdgePosition,
+    /// Path since the tool met material, mm.
+    SinceEntry,
+    /// Speed along the path, mm/s.
+    PathSpeed,
+    /// Acceleration along the path, mm/s².
+    PathAcceleration,
     /// Set-up or part.
     SetUp,
 }
@@ -120,6 +129,9 @@ impl Covariate {
             Covariate::LoadChange => "change of load",
             Covariate::Load => "load",
             Covariate::EdgePosition => "distance along the cutting edge",
+            Covariate::SinceEntry => "distance since entry",
+            Covariate::PathSpeed => "speed along the path",
+            Covariate::PathAcceleration => "acceleration along the path",
             Covariate::SetUp => "set-up",
         }
     }
@@ -160,6 +172,12 @@ pub struct State {
     pub curvature_per_mm: f64,
     /// Height of the cut along the cutting edge, mm above the tip.
     pub edge_position_mm: f64,
+    /// Path since the tool met material, mm.
+    pub since_entry_mm: f64,
+    /// Speed along the path, mm/s.
+    pub path_speed_mm_s: f64,
+    /// Acceleration along the path, mm/s².
+    pub path_acceleration_mm_s2: f64,
 }
 
 impl Default for State {
@@ -182,6 +200,9 @@ impl Default for State {
             direction: Vec3::repeat(nan),
             curvature_per_mm: nan,
             edge_position_mm: nan,
+            since_entry_mm: nan,
+            path_speed_mm_s: nan,
+            path_acceleration_mm_s2: nan,
         }
     }
 }
@@ -284,9 +305,11 @@ pub const ALL: &[&Effect] = &[
     &flank_wear::EFFECT,
     &edge_chipping::EFFECT,
     &size_effect::EFFECT,
+    &edge_force::EFFECT,
     &cutting_speed::EFFECT,
     &edge_position::EFFECT,
     &up_down::EFFECT,
+    &entry::EFFECT,
     &hard_zone::EFFECT,
     &runout::EFFECT,
     &stock_proud::EFFECT,
@@ -295,6 +318,7 @@ pub const ALL: &[&Effect] = &[
     &corner_feed::EFFECT,
     &tare_warm_up::EFFECT,
     &tare_speed::EFFECT,
+    &axis_power::EFFECT,
     &drive_efficiency::EFFECT,
     &sensor_lag::EFFECT,
 ];

@@ -2,7 +2,7 @@
 //! the most loaded tooth cuts more. Effects on geometry, motion and the measuring chain are applied elsewhere.
 
 use super::ForceError;
-use crate::effects::{Effect, State, named};
+use crate::effects::{Acts, Effect, State, named};
 use crate::machine::material::Process;
 
 /// Factors at one feed.
@@ -100,7 +100,7 @@ impl Moving {
     fn at(&self, f: f64) -> Factors {
         let state = State { feed_per_tooth_mm: f, chip_thickness_mm: self.chip_per_feed * f, ..self.state };
         let mut factors = Factors::default();
-        for (effect, values) in &self.effects.0 {
+        for (effect, values) in self.effects.0.iter().filter(|(effect, _)| effect.acts == Acts::Load) {
             let change = (effect.change)(values, &state);
             factors.cutting *= known(change.cutting);
             factors.edge *= known(change.edge);

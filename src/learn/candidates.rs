@@ -32,10 +32,17 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         let moves = |v: &super::samples::VariantColumns| v.columns.iter().flatten().any(|x| x.abs() > 1e-12);
         (!data.variant(variant).is_some_and(moves)).then(|| "these data do not show the geometry it acts on".to_owned())
     };
+    let unknown = |covariate: Covariate| {
+        let known = data.used().any(|i| value_of(covariate, &data.state[i]).is_finite());
+        (!known).then(|| format!("{} is not known of these data", covariate.name()))
+    };
     match effect.name {
         "flank-wear" => varies(Covariate::Sliding, 1e3),
         "edge-chipping" => varies(Covariate::Time, 1.0).or_else(|| too_short(data)),
         "size-effect" => ratio(Covariate::ChipThickness, 1.2),
+        "edge-force" => has_edge(data).or_else(|| ratio(Covariate::ChipThickness, 1.2)),
+        "entry" => unknown(Covariate::SinceEntry).or_else(|| varies(Covariate::SinceEntry, 1.0)),
+        "axis-power" => no_tare(data).or_else(|| unknown(Covariate::PathSpeed)),
         "cutting-speed" => ratio(Covariate::CuttingSpeed, 1.05),
         "edge-position" => varies(Covariate::EdgePosition, 0.05),
         "up-down-asymmetry" => varies(Covariate::UpShare, 0.3),
@@ -53,6 +60,11 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         "sensor-lag" => (!super::residual::is_series(data)).then(|| "steady readings have no lag".to_owned()),
         _ => None,
     }
+}
+
+fn has_edge(data: &Data) -> Option<String> {
+    let has = data.base.iter().any(|base| base.class == Class::Edge);
+    has.then(|| "the base model has edge coefficients".to_owned())
 }
 
 fn no_tare(data: &Data) -> Option<String> {

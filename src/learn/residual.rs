@@ -144,6 +144,9 @@ pub fn value_of(covariate: Covariate, state: &State) -> f64 {
         Covariate::DirectionY => state.direction.y,
         Covariate::Curvature => state.curvature_per_mm,
         Covariate::EdgePosition => state.edge_position_mm,
+        Covariate::SinceEntry => state.since_entry_mm,
+        Covariate::PathSpeed => state.path_speed_mm_s,
+        Covariate::PathAcceleration => state.path_acceleration_mm_s2,
         _ => f64::NAN,
     }
 }

@@ -27,6 +27,7 @@ struct Past {
     time_s: f64,
     sliding_mm: f64,
     volume_mm3: f64,
+    since_entry_mm: f64,
 }
 
 /// The past of every station; empty where no effect asks for it.
@@ -74,6 +75,7 @@ impl History {
             direction,
             curvature_per_mm: motion.curve().curvature(middle_mm).norm(),
             edge_position_mm: 0.5 * engaged.axial_mm,
+            since_entry_mm: past.since_entry_mm,
             ..State::default()
         }
     }
@@ -99,29 +101,52 @@ fn pasts(toolpath: &Toolpath, map: &EngagementMap, job: &Job, engaged: &[Engaged
             Event::Stop { .. } => {}
             Event::Move(id) => {
                 let motion = &toolpath.moves[id.ix()];
-                let slot = tools.iter().position(|(tool, _)| *tool == motion.tool).unwrap_or_else(|| {
-                    tools.push((motion.tool, Past::default()));
-                    tools.len() - 1
-                });
-                let range = map.of_move[id.ix()].clone();
-                let per_mm = seconds[id.ix()] / motion.curve().length().max(1e-9);
-                for index in range.start as usize..range.end as usize {
+                let s_per_mm = seconds[id.ix()] / motion.curve().length().max(1e-9);
+                let tool = so_far(&mut tools, motion.tool);
+                for index in map.of_move[id.ix()].clone().map(|index| index as usize) {
                     let station = &map.stations[index];
-                    let took_s = per_mm * station.length_mm();
-                    let slid_mm = engaged[index].way_mm * motion.spin.rps * took_s;
-                    let removed_mm3 = engaged[index].section_mm2 * station.length_mm();
-                    let tool = &mut tools[slot].1;
-                    past[index] = Past {
-                        time_s: now_s + per_mm * station.from_mm + 0.5 * took_s,
-                        sliding_mm: tool.sliding_mm + 0.5 * slid_mm,
-                        volume_mm3: tool.volume_mm3 + 0.5 * removed_mm3,
-                    };
-                    tool.sliding_mm += slid_mm;
-                    tool.volume_mm3 += removed_mm3;
+                    let start_s = now_s + s_per_mm * station.from_mm;
+                    past[index] = tool.through(station, &engaged[index], motion.spin.rps, start_s, s_per_mm);
+                }
+                if map.of_move[id.ix()].is_empty() {
+                    tool.since_entry_mm = 0.0;
                 }
                 now_s += seconds[id.ix()];
             }
         }
     }
     past
+}
+
+fn so_far(tools: &mut Vec<(u32, Past)>, number: u32) -> &mut Past {
+    let slot = tools.iter().position(|(tool, _)| *tool == number).unwrap_or_else(|| {
+        tools.push((number, Past::default()));
+        tools.len() - 1
+    });
+    &mut tools[slot].1
+}
+
+impl Past {
+    /// What lies behind a station (its middle; of the path since entry its beginning, where an entry weighs most); the tool
+    /// then stands at its end.
+    fn through(&mut self, station: &Station, met: &Engaged, rps: f64, start_s: f64, s_per_mm: f64) -> Self {
+        let length_mm = station.length_mm();
+        let took_s = s_per_mm * length_mm;
+        let (slid_mm, removed_mm3) = (met.way_mm * rps * took_s, met.section_mm2 * length_mm);
+        if station.arc_count == 0 {
+            self.since_entry_mm = 0.0;
+        }
+        let behind = Self {
+            time_s: start_s + 0.5 * took_s,
+            sliding_mm: self.sliding_mm + 0.5 * slid_mm,
+            volume_mm3: self.volume_mm3 + 0.5 * removed_mm3,
+            since_entry_mm: self.since_entry_mm,
+        };
+        self.sliding_mm += slid_mm;
+        self.volume_mm3 += removed_mm3;
+        if station.arc_count > 0 {
+            self.since_entry_mm += length_mm;
+        }
+        behind
+    }
 }

@@ -1,0 +1,42 @@
+//! Axes on the meter: a meter that feeds the whole machine reads the friction and the acceleration of the axes too:
+//! reading without a cut · (1 + f·v + a·v·|a|), v the speed along the path in m/min and |a| the acceleration in m/s².
+
+use super::{Acts, Change, Covariate, Effect, Parameter, State};
+
+/// `axis-power`.
+pub const EFFECT: Effect = Effect {
+    name: "axis-power",
+    meaning: "the meter also feeds the axes: idle power grows with the speed and the acceleration of the path",
+    acts: Acts::Measuring,
+    covariates: &[Covariate::PathSpeed, Covariate::PathAcceleration],
+    parameters: &[
+        Parameter {
+            name: "friction",
+            unit: "1/(m/min)",
+            min: 0.0,
+            max: 2.0,
+            starts: &[0.02],
+            neutral: Some(0.0),
+            scanned: false,
+            meaning: "rise of the idle power per m/min, over the idle power",
+        },
+        Parameter {
+            name: "acceleration",
+            unit: "1/(m/min · m/s²)",
+            min: 0.0,
+            max: 2.0,
+            starts: &[0.02],
+            neutral: Some(0.0),
+            scanned: false,
+            meaning: "rise per m/min and m/s² while the axes accelerate",
+        },
+    ],
+    change,
+    separated_by: "the same air move at several feeds, and one zigzag of short moves in air",
+};
+
+fn change(p: &[f64], state: &State) -> Change {
+    let speed_m_min = 0.06 * state.path_speed_mm_s;
+    let acceleration_m_s2 = 1e-3 * state.path_acceleration_mm_s2.abs().max(0.0); // unknown: none
+    Change { tare: 1.0 + p[0] * speed_m_min + p[1] * speed_m_min * acceleration_m_s2, ..Change::default() }
+}

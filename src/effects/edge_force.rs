@@ -1,0 +1,28 @@
+//! Edge force on top of a model that has none: k_?c · (1 + l/h), h the mean chip thickness and l = k_?e / k_?c, as if every
+//! chip were thicker by l (the edge ploughs even where it hardly cuts).
+
+use super::{Acts, Change, Covariate, Effect, Parameter, State};
+
+/// `edge-force`.
+pub const EFFECT: Effect = Effect {
+    name: "edge-force",
+    meaning: "the edge rubs with a force that does not depend on the chip, and the model has no edge coefficients",
+    acts: Acts::Load,
+    covariates: &[Covariate::ChipThickness, Covariate::FeedPerTooth],
+    parameters: &[Parameter {
+        name: "equivalent_chip",
+        unit: "mm",
+        min: 0.0,
+        max: 0.2,
+        starts: &[0.02],
+        neutral: None,
+        scanned: false,
+        meaning: "edge over cutting coefficient: the chip thickness that would take the same force",
+    }],
+    change,
+    separated_by: "one immersion at five feeds over a factor of eight",
+};
+
+fn change(p: &[f64], state: &State) -> Change {
+    Change { cutting: 1.0 + p[0] / state.chip_thickness_mm.max(1e-4), ..Change::default() }
+}
