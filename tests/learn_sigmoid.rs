@@ -8,7 +8,7 @@ mod common {
     pub mod mills;
 }
 
-use common::mills::{cutter, mill, side_arcs};
+use common::mills::{cutter, mill, named, side_arcs};
 use feedwright::force::Cut;
 use feedwright::force::closed::{entry_exit_rad, immersion_rad};
 use feedwright::learn::calibrate::Calibration;
@@ -141,12 +141,9 @@ fn derived(c: &Calibration, name: &str) -> f64 {
 
 /// What a calibration predicts for a test; `own` normalises by the range of the test itself, as one reading of the paper does.
 fn predicted(c: &Calibration, test: Test, own: bool) -> [f64; 4] {
-    let Some(ForceModel::Named { name, mut parameters }) = of_calibration(c).unwrap().base else {
-        panic!("a named model")
-    };
-    if own {
-        parameters.iter_mut().filter(|(key, _)| key == "chip_range").for_each(|(_, value)| *value = 0.0);
-    }
+    let Some(ForceModel::Named { name, parameters }) = of_calibration(c).unwrap().base else { panic!("a named model") };
+    let value = |(key, value): &(String, f64)| if own && key == "chip_range" { 0.0 } else { *value };
+    let pairs: Vec<(&str, f64)> = parameters.iter().map(|p| (p.0.as_str(), value(p))).collect();
     let angle_rad = derived(c, "runout_angle").to_radians();
     let tool = tool(Some(Runout { offset_mm: derived(c, "runout_offset"), angle_rad }));
     let slices: Vec<Slice> = (0..50)
@@ -161,8 +158,7 @@ fn predicted(c: &Calibration, test: Test, own: bool) -> [f64; 4] {
         .collect();
     let (entry, exit) = entry_exit_rad(immersion_rad(5.0, test.radial, None), true);
     let arcs = side_arcs(&slices, 5.0, entry, exit);
-    let line = cutter(&tool, &slices, ForceModel::Named { name, parameters }, RPM / 60.0)
-        .line(&Cut { arcs: &arcs, ..Cut::default() });
+    let line = cutter(&tool, &slices, named(&name, &pairs), RPM / 60.0).line(&Cut { arcs: &arcs, ..Cut::default() });
     let turn = line.through_a_turn(test.ft * 4.0 * RPM / 60.0);
     // From x along the feed, y to its left into the paper's axes: the same.
     summary(&turn)

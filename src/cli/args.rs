@@ -251,12 +251,38 @@ pub struct Learn {
     /// Names of columns: THEIRS=OURS,…
     #[arg(long, value_name = "MAP")]
     pub columns: Option<String>,
+    /// What a sample of a force is.
+    #[arg(long, value_name = "WHAT", default_value = "peak")]
+    pub sample: SampleKind,
+    /// Time over which an instantaneous force is followed for its peak, s; one turn of the spindle when absent.
+    #[arg(long, value_name = "S")]
+    pub window: Option<f64>,
+    /// What measured forces act on (a resultant is the same on both).
+    #[arg(long, value_name = "WHAT", default_value = "workpiece")]
+    pub force_on: ForceOn,
     /// Write the model file.
     #[arg(short, long, value_name = "model.toml")]
     pub output: Option<PathBuf>,
     /// Write the report as JSON; - is standard output.
     #[arg(long, value_name = "R.json")]
     pub json: Option<PathBuf>,
+    /// Write the report as one HTML file.
+    #[arg(long, value_name = "R.html")]
+    pub report: Option<PathBuf>,
+    /// Write the NC program of the cuts that separate effects which explain the log equally well.
+    #[arg(long, value_name = "NEXT.nc")]
+    pub experiment: Option<PathBuf>,
+}
+
+/// What a sample of a force is.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum SampleKind {
+    /// The force at that moment
+    Instant,
+    /// The mean over the window
+    Mean,
+    /// The largest over the window
+    Peak,
 }
 
 /// `learn-table`.
@@ -276,6 +302,9 @@ pub struct LearnTable {
     /// Write the report as JSON; - is standard output.
     #[arg(long, value_name = "R.json")]
     pub json: Option<PathBuf>,
+    /// Write the report as one HTML file.
+    #[arg(long, value_name = "R.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// A stage of the pipeline.

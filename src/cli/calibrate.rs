@@ -5,7 +5,7 @@ use super::Outcome;
 use super::args::{Calibrate, Global, PlanKind};
 use super::error::CliError;
 use super::input;
-use super::learn::{efficiency, finish, load, mapping, model_text, open, refused, steady};
+use super::learn::{declared_k_tc, efficiency, finish, load, mapping, model_text, open, refused, steady};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::learn::calibrate::{CalibrateOptions, Calibration, calibrate as fit_table};
@@ -44,9 +44,9 @@ pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result
     finish(screen, json, &calibrate_json(&result), model, model_text(process.as_ref(), &comments), &words)
 }
 
-fn options(command: &Calibrate) -> CalibrateOptions {
+fn options(command: &Calibrate, setup: Option<&Job>) -> CalibrateOptions {
     let loss = if command.robust { Loss::Huber } else { Loss::Squares };
-    CalibrateOptions { known_tare_w: command.tare, loss }
+    CalibrateOptions { known_tare_w: command.tare, loss, declared_k_tc: setup.and_then(declared_k_tc) }
 }
 
 fn model_name(global: &Global) -> String {
@@ -85,7 +85,7 @@ fn fit(
     setup: Option<&Job>,
 ) -> Result<Calibration, DataError> {
     let efficiency = efficiency(setup);
-    fit_table(frame, rows, &model_name(global), options(command), |y| y * efficiency.at(y))
+    fit_table(frame, rows, &model_name(global), options(command, setup), |y| y * efficiency.at(y))
 }
 
 /// Readings of a load meter, or a log, of a program.

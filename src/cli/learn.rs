@@ -3,20 +3,27 @@
 use std::path::Path;
 
 use super::Outcome;
-use super::args::{Global, Learn, LearnTable};
+use super::args::{Global, Learn, LearnTable, SampleKind};
 use super::error::CliError;
 use super::input;
 use super::output::{Kind, Output, Outputs};
 use super::screen::Screen;
 use crate::learn::columns::{DataError, Frame, read};
 use crate::learn::diagnose::{Options, diagnose};
+use crate::learn::experiment::experiment;
+use crate::learn::forces::Sample;
 use crate::learn::model;
-use crate::learn::session::{LearnError, LogOptions, run};
+use crate::learn::plausible::{doubts, negative};
+use crate::learn::report::LearnReport;
+use crate::learn::samples::Data;
+use crate::learn::session::{LearnError, Learned, LogOptions, run};
+use crate::learn::shown::shown;
 use crate::learn::split::{by_blocks, by_kind};
 use crate::learn::table::{SteadyRow, TableTool, data, rows};
-use crate::machine::material::Process;
+use crate::machine::material::{ForceModel, Process};
 use crate::machine::{Job, Table};
 use crate::report::learn::{learn_json, learn_words};
+use crate::report::learn_html;
 use crate::setup;
 
 /// Closes the loop for a program and its log.
@@ -28,14 +35,55 @@ pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome
     let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
     let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
     let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
-    let options = LogOptions { mapping: mapping(command.columns.as_deref())?, diagnosis: Options::default() };
+    let page = open(&mut outputs, command.report.as_deref(), Kind::Markup)?;
+    let next = open(&mut outputs, command.experiment.as_deref(), Kind::Markup)?;
+    let options = LogOptions {
+        mapping: mapping(command.columns.as_deref())?,
+        sample: match command.sample {
+            SampleKind::Instant => Sample::Instant,
+            SampleKind::Mean => Sample::Mean,
+            SampleKind::Peak => Sample::Peak,
+        },
+        window_s: command.window,
+        diagnosis: Options::default(),
+    };
     let bar = screen.progress("learning");
-    let report = run(&source.bytes, &found.job, &log, &options);
+    let learned = run(&source.bytes, &found.job, &log, &options);
     bar.finish_and_clear();
-    let report = report.map_err(|error| refused(&error, &command.log))?;
+    let Learned { report, data } = learned.map_err(|error| refused(&error, &command.log))?;
+    if let Some(next) = next {
+        write_experiment(next, &data, &report, &found.job, screen)?;
+    }
+    if let Some(page) = page {
+        page.write(learn_html(&report, &shown(&data, &report), &source.name).as_bytes())?;
+    }
     let process = model::of_report(&report, &found.job);
     let text = model_text(process.as_ref(), &model::provenance(&report));
     finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
+}
+
+/// The cuts that separate rivals; nothing is written where there are none.
+fn write_experiment(
+    next: Output,
+    data: &Data,
+    report: &LearnReport,
+    job: &Job,
+    screen: Screen,
+) -> Result<(), CliError> {
+    let found = experiment(data, report, job)
+        .map_err(|error| CliError::new(error.to_string(), "leave out --experiment to see the report"))?;
+    let Some(found) = found else {
+        screen.say("no experiment was written: no effects are confounded\n");
+        return Ok(());
+    };
+    let noise = found.noise.map_or_else(String::new, |n| format!(" (noise of a reading {n:.3})"));
+    screen.say(&format!(
+        "the next cut, {}: predictions of {} differ by {:.3} in the mean{noise}\n",
+        found.what,
+        found.names.join(" and "),
+        found.difference
+    ));
+    next.write(found.program.as_bytes())
 }
 
 /// Diagnosis of a table of steady cuts.
@@ -46,17 +94,47 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
         Outputs::new([Some(command.table.clone()), command.setup.clone()].into_iter().flatten(), global.force);
     let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
     let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
+    let page = open(&mut outputs, command.report.as_deref(), Kind::Markup)?;
     let (frame, table) =
         steady(&bytes, command.columns.as_deref(), setup.as_ref()).map_err(|e| refused(&e.into(), &command.table))?;
     let efficiency = efficiency(setup.as_ref());
     let found = data(&frame, &table, |y| y * efficiency.at(y)).map_err(|e| refused(&e.into(), &command.table))?;
     let main = main_kind(&found.kind, found.kind_names.len());
     let split = main.map_or_else(|| by_blocks(&found, "set-up"), |kind| by_kind(&found, kind, "set-up"));
-    let report = diagnose(&found, &split, &Options::default())
+    let mut report = diagnose(&found, &split, &Options::default())
         .ok_or_else(|| CliError::new("the table has too few cuts for its model", "give more cuts, in more set-ups"))?;
+    let doubts = table_doubts(&report, &found, setup.as_ref());
+    report.supports_model &= doubts.is_empty();
+    report.warnings.extend(doubts);
+    if let Some(page) = page {
+        page.write(learn_html(&report, &shown(&found, &report), &command.table.display().to_string()).as_bytes())?;
+    }
     let process = setup.as_ref().and_then(|job| model::of_report(&report, job));
     let text = model_text(process.as_ref(), &model::provenance(&report));
     finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
+}
+
+/// Why no model should rest on a table.
+fn table_doubts(report: &LearnReport, data: &Data, setup: Option<&Job>) -> Vec<String> {
+    let mut doubts = doubts(&report.base, setup.and_then(declared_k_tc));
+    doubts.extend(negative(&report.base));
+    // Relative forces are all ±1: their own variance says nothing.
+    let spread = data.variants.is_empty() && data.base.iter().any(|b| b.name == "k_rc");
+    if report.base_train.r2 < 0.2 && report.effects.is_empty() && !spread {
+        doubts.push("the cuts explain next to nothing of what was measured: are columns swapped?".into());
+    }
+    if report.train <= report.base.len() + 1 {
+        doubts.push(format!("{} cuts are too few for {} coefficients", report.train, report.base.len()));
+    }
+    doubts
+}
+
+/// Tangential cutting coefficient of the first tool's material.
+pub(super) fn declared_k_tc(job: &Job) -> Option<f64> {
+    match job.tools.first().and_then(|tool| job.material(tool)).map(|m| &m.model) {
+        Some(ForceModel::LinearEdge(k)) => Some(k.k_tc),
+        _ => None,
+    }
 }
 
 /// With several operations the most frequent one is fitted, the others are for the transfer.

@@ -15,6 +15,7 @@
 use super::columns::{DataError, Frame};
 use super::diagnose::errors;
 use super::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
+use super::plausible::{doubts, readable};
 use super::report::{Errors, Value};
 use super::samples::Data;
 use super::table::{Quantity, Side, SteadyRow, column_factor, measured_quantity, row_rates};
@@ -52,6 +53,8 @@ pub struct Calibration {
     pub force_uncertainty: Option<f64>,
     /// What was noticed.
     pub notes: Vec<String>,
+    /// Why no model file should rest on it; empty: nothing speaks against one.
+    pub doubts: Vec<String>,
 }
 
 /// How a calibration is run.
@@ -61,8 +64,15 @@ pub struct CalibrateOptions {
     pub known_tare_w: Option<f64>,
     /// Treatment of outliers.
     pub loss: Loss,
+    /// k_tc that the setup declares, where it has one, N/mm².
+    pub declared_k_tc: Option<f64>,
 }
 
+/// Quantities that must change from cut to cut.
+const MEASURED: [&str; 5] =
+    ["spindle_power_w", "spindle_torque_nm", "spindle_load_percent", "spindle_current_a", "force_xy_n"];
+/// Share of the variance that a calibration must explain to be worth a model file.
+const LEAST_R2: f64 = 0.3;
 /// Share of a regression's variance: normal coefficients from Xu's ratios are uncertain by this much (flat, ball).
 pub(super) const RATIO_UNCERTAINTY: [f64; 2] = [0.16, 0.30];
 
@@ -78,6 +88,32 @@ struct Problem {
 
 /// Fits `model` to a table. `to_shaft` turns a meter reading into power at the motor shaft.
 pub fn calibrate(
+    frame: &Frame,
+    rows: &[SteadyRow],
+    model: &str,
+    options: CalibrateOptions,
+    to_shaft: impl Fn(f64) -> f64,
+) -> Result<Calibration, DataError> {
+    for name in MEASURED {
+        frame.numbers(name).map_or(Ok(()), |values| readable(name, &values))?;
+    }
+    let mut result = fitted(frame, rows, model, options, to_shaft)?;
+    result.doubts = doubts(&result.parameters, options.declared_k_tc);
+    let judged = matches!(model, "power" | "kienzle" | "layer" | "response") && frame.numbers("force_x_n").is_none();
+    if judged && (result.train.r2.is_nan() || result.train.r2 < LEAST_R2) {
+        result.doubts.push("the cuts explain next to nothing of what was measured: are columns swapped?".into());
+    }
+    if result.tests <= result.parameters.len() && model != "polynomial" && frame.numbers("force_x_n").is_none() {
+        result.doubts.push(format!(
+            "{} measurements for {} coefficients leave nothing to judge them by",
+            result.tests,
+            result.parameters.len()
+        ));
+    }
+    Ok(result)
+}
+
+fn fitted(
     frame: &Frame,
     rows: &[SteadyRow],
     model: &str,

@@ -111,8 +111,10 @@ fn ordered(time: &[f64], warnings: &mut Vec<String>) -> Result<Vec<usize>, DataE
     }
     let backwards = order.windows(2).filter(|pair| time[pair[1]] < time[pair[0]]).count();
     if backwards > 0 {
-        if backwards * 2 > order.len() {
-            return Err(DataError::Unfit("the clock of the log runs backwards: its times fall from row to row".into()));
+        if backwards * 4 > order.len() {
+            return Err(DataError::Unfit(
+                "the clock of the log runs backwards: its times fall from row to row (is it the right column?)".into(),
+            ));
         }
         warnings.push(format!("the clock steps backwards {backwards} times; the rows were sorted by time"));
         order.sort_by(|a, b| time[*a].total_cmp(&time[*b]));

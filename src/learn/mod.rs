@@ -6,6 +6,10 @@
 //!
 //! [`diagnose`] lets the effects of [`crate::effects`] compete: [`candidates`] says where each search begins, [`fit`] fits
 //! it with the base coefficients, [`split`] keeps whole blocks out of the fit, [`residual`] says what structure is left.
+//! *Around it*: [`plan`] writes the test cuts of a calibration with [`passes`], [`steady`] makes a table of a program's log,
+//! [`reading`] makes do with a load meter, [`sigmoid`] takes one record of instantaneous forces; [`experiment`] writes the
+//! cut that parts rivals, [`plausible`] says what no model should rest on, [`shown`] what a report draws.
+//!
 //! [`report`] holds the answer, [`model`] makes a process model of it, [`windows`] follows the coefficients over time.
 
 pub mod align;
@@ -15,7 +19,9 @@ pub mod cells;
 pub mod chance;
 pub mod columns;
 pub mod diagnose;
+pub mod experiment;
 pub mod fit;
+pub mod forces;
 pub mod linear;
 pub mod log;
 pub mod matching;
@@ -23,15 +29,18 @@ pub mod model;
 pub mod nonlinear;
 pub mod passes;
 pub mod plan;
+pub mod plausible;
 pub mod polynomial;
 pub mod reading;
 pub mod report;
 pub mod residual;
 pub mod samples;
 pub mod session;
+pub mod shown;
 pub mod sigmoid;
 pub mod split;
 pub mod steady;
 pub mod table;
+pub mod table_forces;
 pub mod timeline;
 pub mod windows;

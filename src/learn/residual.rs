@@ -151,7 +151,8 @@ pub fn value_of(covariate: Covariate, state: &State) -> f64 {
     }
 }
 
-const COVARIATES: [Covariate; 17] = [
+/// Covariates along which a residual is looked at.
+pub const COVARIATES: [Covariate; 17] = [
     Covariate::Time,
     Covariate::Sliding,
     Covariate::Volume,

@@ -4,10 +4,11 @@ use super::align::{Aligned, by_line, by_position};
 use super::cells::{Channels, Known, OtherGeometry, cells, channels};
 use super::columns::DataError;
 use super::diagnose::{Options, diagnose};
+use super::forces::{Sample, resultant};
 use super::log::{Log, read_log};
 use super::matching::match_load;
-use super::report::{Alignment, LearnReport};
-use super::samples::{Data, Variant};
+use super::report::{Alignment, LearnReport, Value};
+use super::samples::{Base, Class, Data, Variant};
 use super::split::by_blocks;
 use super::timeline::{Spot, Timeline, engaged_otherwise, speed_ratios, timeline};
 use crate::engage::{EngageError, EngagementMap, engage};
@@ -21,6 +22,10 @@ use rayon::prelude::*;
 pub struct LogOptions {
     /// Columns renamed: (theirs, ours).
     pub mapping: Vec<(String, String)>,
+    /// What a sample of a force is, and over which time, s.
+    pub sample: Sample,
+    /// Window of that sample, s.
+    pub window_s: Option<f64>,
     /// The diagnosis.
     pub diagnosis: Options,
 }
@@ -45,6 +50,8 @@ pub struct Prepared {
     slower: Vec<(f64, Vec<f64>)>,
 }
 
+/// Time of the log over that of the program, beyond which the clock is wrong rather than the machine slow.
+const STRETCH: [f64; 2] = [0.1, 10.0];
 /// Longest spot between two engagements, mm.
 const SPACING_MM: f64 = 0.5;
 /// Accelerations tried, over the declared one.
@@ -79,12 +86,22 @@ pub fn prepare(program: &[u8], job: &Job, with_forces: bool) -> Result<Prepared,
     Ok(Prepared { path, map, timeline, others, slower })
 }
 
+/// What was learned, and from what.
+#[derive(Debug, Clone)]
+pub struct Learned {
+    /// The answer.
+    pub report: LearnReport,
+    /// The aligned data behind it.
+    pub data: Data,
+}
+
 /// Learns from a log in CSV or adapter output.
-pub fn run(program: &[u8], job: &Job, log: &[u8], options: &LogOptions) -> Result<LearnReport, LearnError> {
-    let log = read_log(log, &options.mapping)?;
+pub fn run(program: &[u8], job: &Job, log: &[u8], options: &LogOptions) -> Result<Learned, LearnError> {
+    let mut log = read_log(log, &options.mapping)?;
+    resultant(&mut log, options.sample, options.window_s)?;
     let channels = channels(&log);
     let prepared = prepare(program, job, channels.force_xy.is_some())?;
-    learn(&prepared, job, &log, &channels, options)
+    learn_with_data(&prepared, job, &log, &channels, options)
 }
 
 /// Learns from a log that was read, with what was prepared for its program.
@@ -95,6 +112,17 @@ pub fn learn(
     channels: &Channels,
     options: &LogOptions,
 ) -> Result<LearnReport, LearnError> {
+    learn_with_data(prepared, job, log, channels, options).map(|learned| learned.report)
+}
+
+/// The same, with the data it was learned from.
+pub fn learn_with_data(
+    prepared: &Prepared,
+    job: &Job,
+    log: &Log,
+    channels: &Channels,
+    options: &LogOptions,
+) -> Result<Learned, LearnError> {
     refuse_dead(log)?;
     let (data, aligned, lowered) = data_of(prepared, job, log, channels)?;
     let split = by_blocks(&data, "stretch of time");
@@ -118,7 +146,7 @@ pub fn learn(
         report.windows = super::windows::windows(&data, &base);
         report.wear = super::windows::said(&report.windows);
     }
-    Ok(report)
+    Ok(Learned { report, data })
 }
 
 /// Signals that cannot say anything.
@@ -129,9 +157,7 @@ fn refuse_dead(log: &Log) -> Result<(), LearnError> {
         if known.len() < 20 {
             return Err(DataError::Unfit(format!("{name} has only {} values; 20 are the least", known.len())).into());
         }
-        if hi - lo <= 1e-9 * hi.abs() {
-            return Err(DataError::Unfit(format!("{name} is constant ({hi}): the sensor was not connected")).into());
-        }
+        super::plausible::changes(name, lo, hi)?;
     }
     Ok(())
 }
@@ -156,16 +182,35 @@ fn doubts(report: &LearnReport, aligned: &Aligned, prepared: &Prepared, log: &Lo
     if covered < 0.3 {
         doubts.push(format!("the log covers only {:.0} % of the program", 100.0 * covered));
     }
-    for (value, base) in report.base.iter().zip(&data.base).filter(|(v, _)| v.name == "k_tc") {
-        let ratio = base.prior.map_or(1.0, |(declared, _)| value.value / declared);
-        if !(0.05..=20.0).contains(&ratio) {
-            doubts.push(format!("k_tc would be {ratio:.3} times the declared one: are the units of the log right, or its columns swapped?"));
-        }
+    let stretch = described(aligned, log).stretch;
+    if !(STRETCH[0]..=STRETCH[1]).contains(&stretch) {
+        doubts.push(format!(
+            "the clock of the log takes {stretch:.3} times as long as the program: is the unit of its time right?"
+        ));
     }
+    let declared = data.base.iter().find(|b| b.name == "k_tc").and_then(|b| b.prior).map(|(value, _)| value);
+    doubts.extend(super::plausible::doubts(&unaided(data), declared));
     if report.base_train.r2 < 0.2 && report.effects.is_empty() {
         doubts.push("the predicted load explains next to nothing of the measured one".into());
     }
     doubts
+}
+
+/// Base coefficients of a spindle reading as the data alone have them: what the setup declares must not hide a wrong unit.
+/// Forces cannot do without it.
+fn unaided(data: &Data) -> Vec<Value> {
+    if !data.base.iter().any(|b| b.class == Class::Tare) {
+        return Vec::new();
+    }
+    let base = data.base.iter().cloned().map(|b| Base { prior: None, ..b }).collect();
+    let fitted = super::fit::fit(&Data { base, ..data.clone() }, &[], 0);
+    let value = |(b, f): (usize, &super::fit::Fitted)| Value {
+        name: data.base[b].name.clone(),
+        value: f.model.base[b],
+        std_error: f.std_error(b),
+        unit: data.base[b].unit.clone(),
+    };
+    fitted.iter().flat_map(|f| (0..data.base.len()).map(move |b| value((b, f)))).collect()
 }
 
 /// Share of the program's time between the first and the last sample that belong to it.
@@ -183,9 +228,7 @@ pub fn data_of(
     channels: &Channels,
 ) -> Result<(Data, Aligned, usize), LearnError> {
     let aligned = aligned(prepared, job, log, channels)?;
-    let known =
-        Known { job, timeline: &prepared.timeline, others: prepared.others.clone(), slower: prepared.slower.clone() };
-    let (data, lowered) = cells(log, &aligned, &known, channels);
+    let (data, lowered) = cells(log, &aligned, &prepared.known(job), channels);
     Ok((data, aligned, lowered))
 }
 
@@ -326,6 +369,10 @@ impl Prepared {
     /// Its engagement as declared.
     pub fn engagement(&self) -> &EngagementMap {
         &self.map
+    }
+    /// Everything that is known of its spots.
+    pub fn known<'a>(&'a self, job: &'a Job) -> Known<'a> {
+        Known { job, timeline: &self.timeline, others: self.others.clone(), slower: self.slower.clone() }
     }
     /// Its spots in time.
     pub fn timeline(&self) -> &Timeline {

@@ -207,10 +207,15 @@ pub fn column_factor(quantity: Quantity, rps: f64) -> f64 {
     }
 }
 
-/// Data for the diagnosis. `to_shaft` turns a meter reading into the quantity at the motor shaft.
+/// Data for the diagnosis: of a spindle reading, or of mean forces where there is none. `to_shaft` turns a meter reading into the quantity at the motor shaft.
 pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -> Result<Data, DataError> {
-    let (name, quantity, unit) = measured_quantity(frame)?;
+    let spindle = measured_quantity(frame);
+    if spindle.is_err() && frame.numbers("force_x_n").is_some() && frame.numbers("force_y_n").is_some() {
+        return super::table_forces::data(frame, table);
+    }
+    let (name, quantity, unit) = spindle?;
     let reading: Vec<f64> = frame.needed(name)?.into_iter().map(to_shaft).collect();
+    super::plausible::readable(name, &reading)?;
     let n = table.len();
     let columns_of = |rates_of: &dyn Fn(&SteadyRow) -> Rates| -> Vec<Vec<f64>> {
         let mut columns = vec![vec![1.0; n], vec![0.0; n], vec![0.0; n]];
@@ -304,7 +309,7 @@ pub fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> (Vec<usize>, Vec<St
 }
 
 /// States in the order of the rows; what accumulates runs in the order of the tests.
-fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
+pub(super) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
     let mut states = vec![State::default(); table.len()];
     let reference = table.first().map_or(1.0, |row| row.cut.rps);
     let (mut volume, mut sliding, mut clock) = (0.0, 0.0, 0.0);

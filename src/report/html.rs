@@ -15,21 +15,21 @@ details{margin-top:10px}summary{cursor:pointer}";
 
 /// The report as text.
 pub fn html(run: &Run, figures: &Figures, file: &str) -> String {
-    let name = escaped(file);
-    let mut page = format!(
-        "<!doctype html>\n<!-- w{} {} -->\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}</title><style>{STYLE}</style></head><body>\n<h1>{name}</h1>\n",
-        super::MARK,
-        env!("CARGO_PKG_VERSION")
-    );
-    page += &times(run);
-    page += &picture(run, figures, file);
-    page += &limits(figures);
-    page += &tools(figures);
-    page += &places(run);
-    page + "</body></html>\n"
+    page(file, &[times(run), picture(run, figures, file), limits(figures), tools(figures), places(run)].concat())
 }
 
-fn escaped(text: &str) -> String {
+/// One HTML file with a title.
+pub(super) fn page(title: &str, body: &str) -> String {
+    let name = escaped(title);
+    format!(
+        "<!doctype html>\n<!-- w{} {} -->\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}</title><style>{STYLE}</style></head><body>\n<h1>{name}</h1>\n{body}</body></html>\n",
+        super::MARK,
+        env!("CARGO_PKG_VERSION")
+    )
+}
+
+/// Text as HTML shows it.
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -48,7 +48,7 @@ fn times(run: &Run) -> String {
 }
 
 /// A table with a head; cells that begin with `<` stay as they are.
-fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
+pub(super) fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
     }
@@ -119,7 +119,8 @@ fn places(run: &Run) -> String {
         + &folded("Assumptions", &["key", "value", "source"], &assumptions)
 }
 
-fn folded(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
+/// A table that opens on demand.
+pub(super) fn folded(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
     }

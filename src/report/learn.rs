@@ -81,6 +81,7 @@ pub fn calibrate_json(c: &Calibration) -> String {
         "leave_set_up_out_rmse": c.leave_set_up_out_rmse,
         "force_uncertainty": c.force_uncertainty,
         "notes": c.notes,
+        "doubts": c.doubts,
     }))
 }
 
@@ -171,6 +172,7 @@ pub fn calibrate_words(c: &Calibration) -> String {
         text += &format!("these tests cannot tell apart: {}\n", group.join(", "));
     }
     c.notes.iter().for_each(|note| text += &format!("note: {note}\n"));
+    c.doubts.iter().for_each(|doubt| text += &format!("no model: {doubt}\n"));
     text
 }
 

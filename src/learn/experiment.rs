@@ -1,0 +1,178 @@
+//! `learn --experiment`: the cut that separates rivals which explain a log equally well.
+//!
+//! In: job, data of the log, report with confounded effects. Each rival is fitted to the data beside the other effects
+//! found; then every programme of cuts on the list below is simulated, each rival predicts its readings with the
+//! coefficients that it had on the log, and the programme on which the predictions differ most, in root mean square over
+//! the whole run, is written. The run is taken to follow the log, with the same edge and a warm machine, on a fresh block.
+//! Out: [`Experiment`].
+
+use super::align::Aligned;
+use super::candidates::starts;
+use super::cells::{Known, cells, channels};
+use super::columns::DataError;
+use super::diagnose::whitened;
+use super::fit::{Fitted, Use, fit, predict};
+use super::log::Log;
+use super::passes::{Action, Pass, program};
+use super::plan::block;
+use super::report::{Added, Confounded, LearnReport};
+use super::samples::Data;
+use super::session::{Prepared, prepare};
+use crate::effects::{self, State};
+use crate::machine::{Box3, Job, Tool};
+
+/// A programme of cuts on which rivals differ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Experiment {
+    /// Rivals, as in the report.
+    pub names: Vec<String>,
+    /// What is cut.
+    pub what: String,
+    /// NC program.
+    pub program: String,
+    /// Root mean square difference of the predictions of the two that are closest, unit of the reading.
+    pub difference: f64,
+    /// Noise of the log, where it is known.
+    pub noise: Option<f64>,
+}
+
+/// Readings of the imagined run, per second.
+const RATE_HZ: f64 = 5.0;
+
+/// The programme that separates the first rivals of a report; `None` where there are none.
+pub fn experiment(data: &Data, report: &LearnReport, job: &Job) -> Result<Option<Experiment>, DataError> {
+    let Some(confounded) = report.confounded.first() else { return Ok(None) };
+    let rivals = rivals(data, report, confounded);
+    if rivals.len() < 2 {
+        return Err(DataError::Unfit("the rivals of this log cannot be fitted again".into()));
+    }
+    let tool = job.tools.first().ok_or_else(|| DataError::Unfit("the setup has no tool".into()))?;
+    let block = block(job)?;
+    let mut best: Option<Experiment> = None;
+    for (what, actions) in programmes(job, tool, &block) {
+        let title = [format!("separates {}", confounded.names.join(" from ")), what.to_owned()];
+        let Ok(text) = program(&title, &actions, tool, &block) else { continue };
+        let Some(difference) = difference(&text, &rivals, job, data) else { continue };
+        if best.as_ref().is_none_or(|b| difference > b.difference) {
+            best = Some(Experiment {
+                names: confounded.names.clone(),
+                what: what.to_owned(),
+                program: text,
+                difference,
+                noise: report.noise_floor,
+            });
+        }
+    }
+    best.map(Some).ok_or_else(|| DataError::Unfit("no programme of test cuts fits into the stock of the setup".into()))
+}
+
+/// Each rival fitted beside the other effects that were found.
+pub fn rivals(data: &Data, report: &LearnReport, confounded: &Confounded) -> Vec<Fitted> {
+    let Some(scaled) = whitened(data) else { return Vec::new() };
+    let others: Vec<Use> =
+        report.effects.iter().filter(|e| !confounded.names.contains(&e.name)).filter_map(used).collect();
+    let with = |one: &Use| others.iter().cloned().chain([one.clone()]).collect::<Vec<Use>>();
+    let best = |name: &String| {
+        let present = fit(&scaled, &others, 12)?;
+        let begin = starts(effects::named(name)?, &scaled, &present);
+        let trials = begin.iter().filter_map(|one| fit(&scaled, &with(one), 12));
+        trials.min_by(|a, b| a.squares.total_cmp(&b.squares))
+    };
+    confounded.names.iter().filter_map(best).collect()
+}
+
+/// An effect of a report as the fit uses it.
+pub fn used(added: &Added) -> Option<Use> {
+    let effect = effects::named(&added.name)?;
+    let value = |p: &effects::Parameter| added.parameters.iter().find(|v| v.name == p.name).map(|v| v.value);
+    let values: Vec<f64> = effect.parameters.iter().map(value).collect::<Option<_>>()?;
+    let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v)).collect();
+    Some(Use { effect, values, free })
+}
+
+/// Least root mean square difference between the predictions of any two rivals.
+pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -> Option<f64> {
+    let forces = learned.channel_names.iter().any(|name| name.starts_with("force"));
+    let prepared = prepare(program.as_bytes(), job, forces).ok()?;
+    let mut data = imagined(&prepared, job, &learned.channel_names);
+    continue_after(&mut data, learned);
+    let predicted: Vec<Vec<f64>> = rivals.iter().map(|r| predict(&data, &r.model)).collect();
+    let between = |a: &[f64], b: &[f64]| {
+        (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len().max(1) as f64).sqrt()
+    };
+    let pairs = (0..predicted.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+    pairs.map(|(a, b)| between(&predicted[a], &predicted[b])).min_by(f64::total_cmp)
+}
+
+/// The data that a log of a program would give, its readings left at zero.
+fn imagined(prepared: &Prepared, job: &Job, channel_names: &[String]) -> Data {
+    let count = (prepared.timeline().total_s() * RATE_HZ) as usize;
+    let time_s: Vec<f64> = (0..count).map(|k| (k as f64 + 0.5) / RATE_HZ).collect();
+    let known_name = |name: &String| super::log::MEASURED.iter().copied().find(|m| name.starts_with(m));
+    let measured = channel_names.iter().filter_map(known_name).map(|name| (name, vec![0.0; count])).collect();
+    let aligned = Aligned { program_s: time_s.clone(), method: "position", uncertainty_s: 0.0, misfit: 0.0 };
+    let log = Log { time_s, measured, ..Log::default() };
+    let known: Known = prepared.known(job);
+    cells(&log, &aligned, &known, &channels(&log)).0
+}
+
+/// Time, sliding and volume go on where the log ended.
+fn continue_after(data: &mut Data, learned: &Data) {
+    let last = |of: fn(&State) -> f64| learned.state.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let (time, sliding, volume) = (last(|s| s.time_s), last(|s| s.sliding_mm), last(|s| s.volume_mm3));
+    for state in &mut data.state {
+        state.time_s += time;
+        state.sliding_mm += sliding;
+        state.volume_mm3 += volume;
+    }
+}
+
+/// The programmes to choose from.
+fn programmes(job: &Job, tool: &Tool, block: &Box3) -> Vec<(&'static str, Vec<Action>)> {
+    let d = tool.diameter_mm;
+    let rps = (0.6 * job.machine.spindle.max_rps).min(3.3e3 / (std::f64::consts::PI * d));
+    let deep = (0.3 * d).min(0.3 * (block.max.z - block.min.z));
+    let teeth = f64::from(tool.flutes);
+    let pass = |axial: f64, radial: f64, up: bool, rps: f64, per_tooth: &[f64]| {
+        let feeds_mm_s = per_tooth.iter().map(|f| f * d * teeth * rps).collect();
+        Action::Pass(Pass { axial_mm: axial, radial_mm: radial * d, up, rps, feeds_mm_s, note: String::new() })
+    };
+    let air = |seconds: f64, rps: f64| Action::Air { rps, seconds };
+    let feed = [0.006];
+    let same =
+        |count: usize, up: bool| (0..count).map(move |_| pass(deep, 0.25, up, rps, &[0.006])).collect::<Vec<_>>();
+    let speeds = [0.4, 0.6, 0.8, 1.0].map(|x| x * rps);
+    let mut sides = Vec::new();
+    for k in 0..6 {
+        sides.push(pass(deep, 0.25, k % 2 == 1, rps, &feed));
+    }
+    vec![
+        (
+            "the same cut again and again, with air before and after",
+            [vec![air(20.0, rps)], same(10, false), vec![air(20.0, rps)]].concat(),
+        ),
+        ("air for two minutes, then cuts", [vec![air(60.0, rps), air(60.0, rps)], same(3, false)].concat()),
+        (
+            "four feeds a decade apart at the same engagement",
+            (0..4).map(|_| pass(deep, 0.25, false, rps, &[0.001, 0.0025, 0.005, 0.01])).collect(),
+        ),
+        ("climb and conventional passes of the same depth in turn", sides),
+        ("conventional passes alone", same(5, true)),
+        (
+            "the same cut in steps of depth, deepest first",
+            [1.0, 0.75, 0.5, 0.25].iter().map(|x| pass(x * deep, 0.25, false, rps, &feed)).collect(),
+        ),
+        (
+            "the same cut in steps of width",
+            [0.05, 0.1, 0.2, 0.4, 0.7].iter().map(|b| pass(deep, *b, false, rps, &feed)).collect(),
+        ),
+        (
+            "four spindle speeds, air and cut at each",
+            speeds.iter().flat_map(|n| [air(8.0, *n), pass(deep, 0.25, false, *n, &feed)]).collect(),
+        ),
+        (
+            "narrow and wide cuts at small and large feeds",
+            [0.1, 0.5, 0.1, 0.5].iter().map(|b| pass(deep, *b, false, rps, &[0.002, 0.01])).collect(),
+        ),
+    ]
+}

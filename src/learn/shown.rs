@@ -1,0 +1,98 @@
+//! What a report on learning shows: measured and predicted readings in order, before and after, and the mean residual along
+//! every covariate. In: data, report. Out: plain numbers for [`crate::report`].
+
+use super::diagnose::whitened;
+use super::experiment::used;
+use super::fit::{Use, fit};
+use super::report::LearnReport;
+use super::residual::{COVARIATES, value_of};
+use super::samples::Data;
+
+/// One measured quantity over the run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// Its name.
+    pub name: String,
+    /// s; the order of the cuts in a table.
+    pub time_s: Vec<f64>,
+    /// Readings.
+    pub measured: Vec<f64>,
+    /// Predicted by the base model.
+    pub before: Vec<f64>,
+    /// Predicted with the effects found.
+    pub after: Vec<f64>,
+}
+
+/// Mean residual in bins of a covariate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Along {
+    /// The covariate.
+    pub name: String,
+    /// (its mean, residual before, residual after, samples) of each bin.
+    pub bins: Vec<[f64; 4]>,
+}
+
+/// Everything to draw.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Shown {
+    /// Measured quantities.
+    pub traces: Vec<Trace>,
+    /// Residuals along covariates, the one with most structure before first.
+    pub along: Vec<Along>,
+}
+
+/// Bins of a covariate.
+const BINS: usize = 14;
+
+/// What there is to show; empty where the model cannot be fitted.
+pub fn shown(data: &Data, report: &LearnReport) -> Shown {
+    let effects: Vec<Use> = report.effects.iter().filter_map(used).collect();
+    let Some((base, last)) = whitened(data).and_then(|d| fit(&d, &[], 0).zip(fit(&d, &effects, 25))) else {
+        return Shown::default();
+    };
+    let channels = data.channel_names.iter().enumerate();
+    let traces = channels.map(|(c, name)| trace(data, c, name, &base.predicted, &last.predicted)).collect();
+    let residual = |predicted: &[f64]| -> Vec<f64> { data.reading.iter().zip(predicted).map(|(y, p)| y - p).collect() };
+    let (before, after) = (residual(&base.predicted), residual(&last.predicted));
+    let mut along: Vec<Along> = COVARIATES
+        .iter()
+        .filter_map(|c| {
+            let values: Vec<f64> = data.state.iter().map(|state| value_of(*c, state)).collect();
+            binned(data, c.name(), &values, &before, &after)
+        })
+        .collect();
+    let structure = |a: &Along| a.bins.iter().map(|b| b[3] * b[1] * b[1]).sum::<f64>();
+    along.sort_by(|a, b| structure(b).total_cmp(&structure(a)));
+    Shown { traces, along }
+}
+
+fn trace(data: &Data, channel: usize, name: &str, before: &[f64], after: &[f64]) -> Trace {
+    let members: Vec<usize> = data.used().filter(|i| data.channel[*i] == channel).collect();
+    let take = |values: &[f64]| members.iter().map(|i| values[*i]).collect::<Vec<f64>>();
+    let time =
+        |(k, i): (usize, &usize)| if data.state[*i].time_s.is_finite() { data.state[*i].time_s } else { k as f64 };
+    Trace {
+        name: name.to_owned(),
+        time_s: members.iter().enumerate().map(time).collect(),
+        measured: take(&data.reading),
+        before: take(before),
+        after: take(after),
+    }
+}
+
+/// Bins of equal numbers of samples; `None` where the covariate does not vary.
+fn binned(data: &Data, name: &str, values: &[f64], before: &[f64], after: &[f64]) -> Option<Along> {
+    let mut members: Vec<usize> = data.used().filter(|i| values[*i].is_finite()).collect();
+    members.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let (first, last) = (values[*members.first()?], values[*members.last()?]);
+    if last - first <= 1e-9 * last.abs().max(1e-9) || members.len() < 4 {
+        return None;
+    }
+    let size = members.len().div_ceil(BINS).max(1);
+    let bin = |part: &[usize]| {
+        let weight: f64 = part.iter().map(|i| data.weight[*i]).sum();
+        let mean = |of: &[f64]| part.iter().map(|i| data.weight[*i] * of[*i]).sum::<f64>() / weight.max(1e-300);
+        [mean(values), mean(before), mean(after), part.len() as f64]
+    };
+    Some(Along { name: name.to_owned(), bins: members.chunks(size).map(bin).collect() })
+}

@@ -1,0 +1,58 @@
+//! Tables of mean forces for the diagnosis: every cut gives two samples, F_x along the feed and F_y into the wall, on the
+//! columns of K_tc, K_rc, K_te, K_re ([`super::calibrate::mean_force_columns`]). Readings and columns are divided by the
+//! magnitude of the reading, so that errors are relative to each force, as in the calibration.
+
+use super::calibrate::mean_force_columns;
+use super::columns::{DataError, Frame};
+use super::plausible::readable;
+use super::samples::{Base, Class, Data, UNBOUNDED};
+use super::table::{SteadyRow, numbered, states};
+
+/// Data of a table of mean forces.
+pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
+    let forces = [frame.needed("force_x_n")?, frame.needed("force_y_n")?];
+    readable("force_x_n", &forces[0])?;
+    readable("force_y_n", &forces[1])?;
+    let samples: Vec<(usize, usize)> = (0..table.len()).flat_map(|i| [(i, 0), (i, 1)]).collect();
+    let base = |name: &str, unit: &str, class| Base {
+        name: name.into(),
+        unit: unit.into(),
+        class,
+        prior: None,
+        bounds: UNBOUNDED,
+    };
+    let force: Vec<f64> = samples.iter().map(|(i, axis)| forces[*axis][*i]).collect();
+    let known = |y: &f64| y.is_finite() && *y != 0.0;
+    let relative = |((i, axis), y): (&(usize, usize), &f64)| {
+        let size = if known(y) { y.abs() } else { 1.0 };
+        mean_force_columns(&table[*i], *axis == 1).map(|column| column / size)
+    };
+    let columns: Vec<[f64; 4]> = samples.iter().zip(&force).map(relative).collect();
+    let (group, _) = numbered(table.iter().map(|row| row.group.as_str()));
+    let (kind, kind_names) = numbered(table.iter().map(|row| row.kind.as_str()));
+    let single_group = group.iter().all(|g| *g == 0);
+    let mut order: Vec<usize> = (0..table.len()).collect();
+    order.sort_by(|a, b| table[*a].order.total_cmp(&table[*b].order));
+    let state = states(table, &order);
+    Ok(Data {
+        base: vec![
+            base("k_tc", "N/mm²", Class::Cutting),
+            base("k_rc", "N/mm²", Class::Cutting),
+            base("k_te", "N/mm", Class::Edge),
+            base("k_re", "N/mm", Class::Edge),
+        ],
+        columns: (0..4).map(|b| columns.iter().map(|c| c[b]).collect()).collect(),
+        weight: force.iter().map(|y| if known(y) { 1.0 } else { 0.0 }).collect(),
+        reading: force.iter().map(|y| if known(y) { y.signum() } else { 0.0 }).collect(),
+        state: samples.iter().map(|(i, _)| state[*i]).collect(),
+        span_s: vec![0.0; samples.len()],
+        run: (0..samples.len()).collect(),
+        channel: vec![0; samples.len()],
+        block: samples.iter().map(|(i, _)| if single_group { *i } else { group[*i] }).collect(),
+        kind: samples.iter().map(|(i, _)| kind[*i]).collect(),
+        kind_names,
+        channel_names: vec!["mean force, relative".into()],
+        variants: Vec::new(),
+        slower: Vec::new(),
+    })
+}

@@ -1,0 +1,163 @@
+//! The report of `learn` as one HTML file: the verdict, measured against predicted before and after, the residual along the
+//! covariates, and the tables. In: a [`LearnReport`] and what there is to show of it. Out: text that needs nothing else.
+
+use std::fmt::Write;
+
+use super::html::{escaped, folded, page, table};
+use super::learn::learn_words;
+use super::summary::short;
+use crate::learn::report::{LearnReport, Value};
+use crate::learn::shown::{Along, Shown, Trace};
+
+const MEASURED: &str = "#9a9a9a";
+const BEFORE: &str = "#d07020";
+const AFTER: &str = "#1f5fbf";
+const WIDTH: f64 = 960.0;
+/// Residuals that are drawn, and how they stand.
+const PANELS: usize = 6;
+const COLUMNS: usize = 3;
+
+/// The page.
+pub fn learn_html(report: &LearnReport, shown: &Shown, file: &str) -> String {
+    let mut body = format!("<p>{}</p>\n", escaped(&report.verdict));
+    for trace in &shown.traces {
+        body += &picture(trace);
+    }
+    if !shown.along.is_empty() {
+        body += "<h2>Mean residual along what was cut, before and after</h2>\n";
+        body += &residuals(&shown.along);
+    }
+    body += &tables(report);
+    let _ =
+        writeln!(body, "<details><summary>In words</summary><pre>{}</pre></details>", escaped(&learn_words(report)));
+    page(file, &body)
+}
+
+/// A frame with linear axes: from values to places.
+struct Frame {
+    x: [f64; 4],
+    y: [f64; 4],
+}
+
+impl Frame {
+    /// Values from `x0` to `x1` and `y0` to `y1` in the box `left, top, width, height`.
+    fn new([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], [left, top, width, height]: [f64; 4]) -> Self {
+        Self { x: [x0, x1.max(x0 + 1e-12), left, width], y: [y0, y1.max(y0 + 1e-12), top, height] }
+    }
+    fn at(&self, x: f64, y: f64) -> (f64, f64) {
+        let ([x0, x1, left, width], [y0, y1, top, height]) = (self.x, self.y);
+        (left + width * (x - x0) / (x1 - x0), top + height * (1.0 - (y - y0) / (y1 - y0)))
+    }
+    fn line(&self, svg: &mut String, points: impl Iterator<Item = (f64, f64)>, colour: &str) {
+        let places: Vec<String> = points.map(|(x, y)| self.at(x, y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let _ = writeln!(
+            svg,
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.3\"/>",
+            places.join(" ")
+        );
+    }
+    fn axes(&self, svg: &mut String, unit: &str) {
+        let ([x0, x1, left, width], [y0, y1, top, height]) = (self.x, self.y);
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"#c8c8c8\"/>"
+        );
+        let mut text = |x: f64, y: f64, anchor: &str, content: &str| {
+            let _ = writeln!(
+                svg,
+                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"#505050\">{}</text>",
+                escaped(content)
+            );
+        };
+        text(left - 4.0, top + 10.0, "end", &short(y1));
+        text(left - 4.0, top + height, "end", &short(y0));
+        text(left, top + height + 14.0, "start", &short(x0));
+        text(left + width, top + height + 14.0, "end", &short(x1));
+        text(left + 0.5 * width, top + height + 14.0, "middle", unit);
+    }
+}
+
+fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.filter(|v| v.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
+}
+
+fn open(height: f64) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"Helvetica,Arial,sans-serif\" font-size=\"12\">\n"
+    )
+}
+
+/// Measured and predicted over time.
+fn picture(trace: &Trace) -> String {
+    let all = [&trace.measured, &trace.before, &trace.after];
+    let [lo, hi] = span(all.iter().flat_map(|v| v.iter().copied()));
+    let frame = Frame::new(span(trace.time_s.iter().copied()), [lo.min(0.0), hi], [70.0, 24.0, 870.0, 230.0]);
+    let mut svg = open(290.0);
+    frame.axes(&mut svg, "s");
+    for ((values, colour), (label, x)) in all.iter().zip([MEASURED, BEFORE, AFTER]).zip([
+        (trace.name.as_str(), 70.0),
+        ("predicted before", 330.0),
+        ("predicted after", 520.0),
+    ]) {
+        let _ = writeln!(svg, "<text x=\"{x}\" y=\"16\" fill=\"{colour}\">{}</text>", escaped(label));
+        frame.line(&mut svg, thinned(&trace.time_s, values).into_iter(), colour);
+    }
+    svg + "</svg>\n"
+}
+
+/// Means over as many columns as can be told apart.
+fn thinned(time: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
+    let size = time.len().div_ceil(900).max(1);
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    time.chunks(size).zip(values.chunks(size)).map(|(t, v)| (mean(t), mean(v))).collect()
+}
+
+fn residuals(along: &[Along]) -> String {
+    let shown = &along[..along.len().min(PANELS)];
+    let rows = shown.len().div_ceil(COLUMNS);
+    let (width, height) = (WIDTH / COLUMNS as f64, 190.0);
+    let mut svg = open(height * rows as f64 + 10.0);
+    for (k, each) in shown.iter().enumerate() {
+        let (left, top) = (width * (k % COLUMNS) as f64 + 60.0, height * (k / COLUMNS) as f64 + 10.0);
+        let y = span(each.bins.iter().flat_map(|b| [b[1], b[2], 0.0]));
+        let frame = Frame::new(span(each.bins.iter().map(|b| b[0])), y, [left, top, width - 76.0, 145.0]);
+        frame.axes(&mut svg, &each.name);
+        let ends = [frame.x[0], frame.x[1]];
+        frame.line(&mut svg, ends.iter().map(|x| (*x, 0.0)), "#c8c8c8");
+        frame.line(&mut svg, each.bins.iter().map(|b| (b[0], b[1])), BEFORE);
+        frame.line(&mut svg, each.bins.iter().map(|b| (b[0], b[2])), AFTER);
+    }
+    svg + "</svg>\n"
+}
+
+fn tables(report: &LearnReport) -> String {
+    let number = |v: f64| if v.is_finite() { format!("{v:.5}") } else { String::new() };
+    let values = |values: &[Value]| -> Vec<Vec<String>> {
+        values.iter().map(|v| vec![v.name.clone(), number(v.value), number(v.std_error), v.unit.clone()]).collect()
+    };
+    let head = ["", "value", "standard error", "unit"];
+    let errors = |name: &str, e: &crate::learn::report::Errors| {
+        vec![name.to_owned(), number(e.rmse), format!("{:.2} %", e.mape), format!("{:.3}", e.r2)]
+    };
+    let mut text = table(
+        "Errors",
+        &["", "root mean square", "relative", "r²"],
+        &[
+            errors("base model, fitted data", &report.base_train),
+            errors("base model, held out", &report.base_test),
+            errors("with effects, fitted data", &report.final_train),
+            errors("with effects, held out", &report.final_test),
+        ],
+    );
+    text += &table("Coefficients", &head, &values(&report.final_base));
+    for effect in &report.effects {
+        text += &table(&format!("Effect: {}", escaped(&effect.name)), &head, &values(&effect.parameters));
+        let _ = writeln!(text, "<p>{}</p>", escaped(&effect.evidence));
+    }
+    let confounded: Vec<Vec<String>> =
+        report.confounded.iter().map(|c| vec![c.names.join(" or "), c.why.clone(), c.experiment.clone()]).collect();
+    text += &table("Cannot be told apart", &["effects", "why", "what would separate them"], &confounded);
+    let rejected: Vec<Vec<String>> = report.rejected.iter().map(|r| vec![r.name.clone(), r.why.clone()]).collect();
+    let warnings: Vec<Vec<String>> = report.warnings.iter().map(|w| vec![w.clone()]).collect();
+    text + &folded("Looked at and not added", &["effect", "why"], &rejected) + &folded("Notes", &["what"], &warnings)
+}
