@@ -123,6 +123,8 @@ pub enum Dimension {
     Stress,
     /// N/mm
     ForcePerLength,
+    /// N/s
+    ForcePerTime,
     /// rad
     Angle,
     /// rev/s
@@ -187,6 +189,7 @@ impl Dimension {
             Dimension::ForcePerLength => {
                 &[("n/mm", 1.0), ("n/um", 1e3), ("n/µm", 1e3), ("n/m", 1e-3), ("lbf/in", N_PER_LBF / MM_PER_INCH)]
             }
+            Dimension::ForcePerTime => &[("n/s", 1.0), ("kn/s", 1e3), ("lbf/s", N_PER_LBF)],
             Dimension::Angle => &[("deg", RAD_PER_DEG), ("°", RAD_PER_DEG), ("rad", 1.0)],
             Dimension::Speed => &[
                 ("rpm", PER_MIN),

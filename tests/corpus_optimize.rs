@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use corpus::{LISTED, canon, motions, rs274_is_there, same_motions, shared};
-use feedwright::job::{MET, Task, Watch, optimize};
+use feedwright::job::{MET, Task, Wanted, Watch, optimize};
 use feedwright::nc::{self, Dialect, Environment, Program};
 use feedwright::report::Run;
 use feedwright::{engage, rewrite, setup};
@@ -23,7 +23,7 @@ fn run(program: Program, setup_file: &Path) -> Run {
     let (job, assumptions) = setup::load(&text, setup_file.parent().unwrap()).unwrap();
     let watch =
         Watch { progress: &|_, _| (), clock: &|| 0.0, subprograms: &|_| None, engage: engage::Options::default() };
-    optimize(Task { program, job, assumptions }, &watch).unwrap()
+    optimize(Task { program, job, assumptions, wanted: Wanted::default() }, &watch).unwrap()
 }
 
 fn dialect_of(setup_file: &Path) -> Option<Dialect> {

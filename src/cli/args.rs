@@ -111,6 +111,18 @@ pub struct Work {
     /// Draw feed and load along the path.
     #[arg(long, value_name = "R.svg")]
     pub svg: Option<PathBuf>,
+    /// Limit every tool to the loads it meets in this program as it stands: self, or self:PERCENTILE of the cut length.
+    #[arg(long, value_name = "self[:PCT]", value_parser = own_percentile)]
+    pub reference: Option<f64>,
+    /// What the original takes on the machine, [h:]min:s: fits acceleration and corner tolerance to it.
+    #[arg(long, value_name = "MIN:S", value_parser = cycle_time)]
+    pub cycle_time: Option<f64>,
+    /// Keep the load limits at this confidence against what is uncertain in coefficients and stock, like 0.95.
+    #[arg(long, value_name = "SHARE", value_parser = confidence)]
+    pub confidence: Option<f64>,
+    /// Write the problem that is solved, with its answer, as JSON; - is standard output.
+    #[arg(long, value_name = "FILE")]
+    pub dump_problem: Option<PathBuf>,
 }
 
 /// `optimize`.
@@ -128,6 +140,9 @@ pub struct Optimize {
     /// Write the program even if limits cannot be met on more than a fifth of the cutting length.
     #[arg(long)]
     pub accept_infeasible: bool,
+    /// Simulate the written program again with stock, offset, coefficients, runout and override other than assumed.
+    #[arg(long)]
+    pub stress: bool,
 }
 
 /// `verify`.
@@ -358,6 +373,28 @@ pub struct Library {
     pub shelf: Option<Shelf>,
 }
 
+fn own_percentile(text: &str) -> Result<f64, String> {
+    let help = "write self, or self:95 for the 95th percentile of the cut length";
+    let percentile = match text.split_once(':') {
+        None if text == "self" => Some(100.0),
+        Some(("self", number)) => number.trim_end_matches('%').parse().ok(),
+        _ => None,
+    };
+    percentile.filter(|percentile| (0.0..=100.0).contains(percentile)).ok_or_else(|| help.to_owned())
+}
+
+fn cycle_time(text: &str) -> Result<f64, String> {
+    let parts: Vec<Option<f64>> = text.split(':').map(|part| part.parse::<f64>().ok()).collect();
+    let seconds = parts.iter().try_fold(0.0, |sum, part| part.filter(|p| *p >= 0.0).map(|part| 60.0 * sum + part));
+    let sound = seconds.filter(|seconds| parts.len() <= 3 && *seconds > 0.0 && seconds.is_finite());
+    sound.ok_or_else(|| "write minutes and seconds, like 12:34, or 1:12:34".to_owned())
+}
+
+fn confidence(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| (0.5..1.0).contains(share));
+    share.ok_or_else(|| "it is a share from 0.5 to below 1: 0.95 is usual".to_owned())
+}
+
 fn bytes(text: &str) -> Result<u64, String> {
     let text = text.trim().trim_end_matches(['B', 'b']).trim_end_matches('i');
     let (number, factor) = match text.chars().last() {
@@ -382,6 +419,15 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn times_percentiles_and_confidences_are_read() {
+        assert_eq!([cycle_time("12:34"), cycle_time("1:00:01.5"), cycle_time("90")], [Ok(754.0), Ok(3601.5), Ok(90.0)]);
+        assert!(["", "x", "1:-2", "0:0", "1:2:3:4", "nan"].iter().all(|text| cycle_time(text).is_err()));
+        assert_eq!([own_percentile("self"), own_percentile("self:95")], [Ok(100.0), Ok(95.0)]);
+        assert!(["", "other", "self:", "self:101", "self:nan"].iter().all(|text| own_percentile(text).is_err()));
+        assert!(confidence("0.95").is_ok() && confidence("1").is_err() && confidence("nan").is_err());
     }
 
     #[test]

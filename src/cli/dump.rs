@@ -29,7 +29,7 @@ pub fn dump(command: &Dump, global: &Global, screen: Screen) -> Result<Outcome, 
             }
         }
         stage => {
-            let done = run(source, command.setup.as_deref(), job::simulate, global, screen)?;
+            let done = run(source, command.setup.as_deref(), job::simulate, global, job::Wanted::default(), screen)?;
             match stage {
                 Stage::Engagement => engagement(&done.run, &mut out)?,
                 Stage::Problem => problem(&done.run, &mut out)?,

@@ -51,7 +51,7 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
     let source = input::program(&command.program)?;
     let mut outputs = Outputs::new(inputs(&source, command.setup.as_deref(), global), global.force);
     let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
-    let done = run(source, command.setup.as_deref(), job::simulate, global, screen)?;
+    let done = run(source, command.setup.as_deref(), job::simulate, global, job::Wanted::default(), screen)?;
     let found = distributions(&done.run.toolpath, &done.run.map, &done.run.job);
     let tools: Vec<ToolPart> = found.chunk_by(|a, b| a.tool == b.tool).map(tool).collect();
     match json {

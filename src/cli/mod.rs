@@ -11,6 +11,7 @@ mod library;
 mod limits;
 mod optimize;
 mod output;
+mod problem;
 mod plain;
 mod screen;
 mod toolpath;

@@ -8,8 +8,9 @@ use super::error::CliError;
 use super::input::{self, Source};
 use super::output::{Kind, Output, Outputs};
 use super::plain::plain;
+use super::problem;
 use super::screen::Screen;
-use super::work::{Done, inputs, peak_memory, run};
+use super::work::{Done, inputs, peak_memory, run, wanted};
 use crate::diag::Severity;
 use crate::job;
 use crate::report::{self, Extras, Run};
@@ -25,7 +26,14 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let program = outputs.open(&target, Kind::Program)?;
     let reports = Reports::open(&command.work, &mut outputs)?;
     let source = plain(source, command.work.setup.as_deref(), command.expand, global, screen)?;
-    let done = run(source, command.work.setup.as_deref(), job::optimize, global, screen)?;
+    let done = run(
+        source,
+        command.work.setup.as_deref(),
+        job::optimize,
+        global,
+        wanted(&command.work, command.stress),
+        screen,
+    )?;
     let written = done.run.written.as_ref().expect("optimize always writes");
     let held_back = done.run.infeasible_share() > HELD_BACK && !command.accept_infeasible;
     let to_stdout = program.is_stdout() || reports.uses_stdout();
@@ -56,7 +64,7 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     let mut outputs = Outputs::new(inputs(&source, command.setup.as_deref(), global), global.force);
     let reports = Reports::open(command, &mut outputs)?;
     let source = plain(source, command.setup.as_deref(), false, global, screen)?;
-    let done = run(source, command.setup.as_deref(), job::simulate, global, screen)?;
+    let done = run(source, command.setup.as_deref(), job::simulate, global, wanted(command, false), screen)?;
     let to_stdout = reports.uses_stdout();
     reports.write(&done, global, screen, to_stdout)?;
     Ok(outcome(&done.run, false))
@@ -90,6 +98,7 @@ struct Reports {
     html: Option<Output>,
     csv: Option<Output>,
     svg: Option<Output>,
+    problem: Option<Output>,
 }
 
 impl Reports {
@@ -101,11 +110,12 @@ impl Reports {
             html: open(&command.report, Kind::Markup)?,
             csv: open(&command.csv, Kind::Csv)?,
             svg: open(&command.svg, Kind::Markup)?,
+            problem: open(&command.dump_problem, Kind::Json)?,
         })
     }
 
     fn uses_stdout(&self) -> bool {
-        [&self.json, &self.html, &self.csv, &self.svg].into_iter().flatten().any(Output::is_stdout)
+        [&self.json, &self.html, &self.csv, &self.svg, &self.problem].into_iter().flatten().any(Output::is_stdout)
     }
 
     /// Files as asked for; the summary to standard output, or to standard error where that is taken.
@@ -125,6 +135,9 @@ impl Reports {
         if let Some(output) = self.json {
             let extras = Extras { blocks: self.json_blocks, timings: global.timings.then(peak_memory) };
             output.write(report::json(run, &figures, &source.name, extras).as_bytes())?;
+        }
+        if let Some(output) = self.problem {
+            output.write(problem::json(run, &source.name).as_bytes())?;
         }
         if let Some(output) = self.csv {
             output.write_with(|out| report::csv(run, out))?;

@@ -4,13 +4,18 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::args::Global;
+use super::args::{Global, Work};
 use super::error::CliError;
 use super::input::{self, Source};
 use super::screen::Screen;
 use crate::engage;
-use crate::job::{JobError, Task, Watch};
+use crate::job::{JobError, Task, Wanted, Watch};
 use crate::report::Run;
+
+/// What is asked besides, by the options of a command.
+pub fn wanted(work: &Work, stress: bool) -> Wanted {
+    Wanted { reference: work.reference, stress, cycle_time_s: work.cycle_time, confidence: work.confidence }
+}
 
 /// Runs the pipeline: `simulate` or `optimize` of [`crate::job`].
 pub type Pipeline = fn(Task, &Watch) -> Result<Run, JobError>;
@@ -35,11 +40,12 @@ pub fn run(
     setup: Option<&Path>,
     pipeline: Pipeline,
     global: &Global,
+    wanted: Wanted,
     screen: Screen,
 ) -> Result<Done, CliError> {
     let found = input::setup(setup, &source, global)?;
     let program = input::parse(&source, global, Some(&found.job));
-    let task = Task { program, job: found.job, assumptions: found.assumptions };
+    let task = Task { program, job: found.job, assumptions: found.assumptions, wanted };
     let bar = screen.progress("");
     let start = Instant::now();
     let folder = source.path.as_deref().and_then(Path::parent).map(Path::to_owned);

@@ -2,6 +2,10 @@
 //! run so far and the written text. Out: the worst ratio of a load to its limit on commanded feeds, and the places where
 //! it is above [`MET`] with the cap they should have had.
 //!
+//! The engagement of the written file does not depend on its feeds. Where the last round left blocks cut otherwise than this
+//! one, loads are looked at on the stations of that simulation first, each at the highest feed over it; only a file that passes
+//! this is simulated anew.
+//!
 //! Places that are infeasible, frozen or were kept by the rewriting stay apart: their feed is not ours to choose.
 
 use rayon::prelude::*;
@@ -10,13 +14,19 @@ use super::follow::{Origin, feeds, follow};
 use super::{JobError, MET, SPACING_MM, Watch, engagement, environment};
 use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, LoadLine};
-use crate::machine::LimitKind;
+use crate::machine::{Job, LimitKind};
 use crate::nc::{Freeze, Program, Toolpath};
+use crate::report::answers::Stressed;
 use crate::report::{Check, Run};
 use crate::rewrite::{Rewritten, verify};
 use crate::schedule::caps::Cutters;
+use crate::schedule::realise::pieces_of_moves;
 use crate::schedule::rules::{Rules, rules};
+use crate::schedule::stress::cases;
 use crate::schedule::{FeedPiece, Node, Problem};
+
+/// Two places share no more than this: they touch, mm.
+const OVERLAP_MM: f64 = 1e-6;
 
 /// A place whose load is above its limit in the written program, on the original's path.
 #[derive(Debug, Clone, Copy)]
@@ -41,8 +51,21 @@ pub struct Found {
     pub doubtful: Vec<u32>,
 }
 
-/// Reads back, verifies, simulates.
-pub fn check(run: &Run, rewritten: &Rewritten, reread: &Program, watch: &Watch) -> Result<Found, JobError> {
+/// A written program that was simulated.
+pub struct Known {
+    written: Toolpath,
+    origins: Vec<Origin>,
+    map: EngagementMap,
+}
+
+/// Reads back, verifies, simulates unless `known` says what the cutter meets already.
+pub fn check(
+    run: &Run,
+    rewritten: &Rewritten,
+    reread: &Program,
+    watch: &Watch,
+    known: &mut Option<Known>,
+) -> Result<Found, JobError> {
     let environment = environment(&run.job, watch);
     let proof = verify(&run.program, reread, &environment);
     let doubtful: Vec<u32> = proof.differences.iter().filter_map(|difference| difference.original_line).collect();
@@ -56,21 +79,51 @@ pub fn check(run: &Run, rewritten: &Rewritten, reread: &Program, watch: &Watch) 
         check.differences.push("the written path does not run along the original".into());
         return Ok(Found { check, after: run.before.clone(), breaches: Vec::new(), doubtful });
     };
-    let map = engagement(&written, &run.job, watch, "check", SPACING_MM[1])?;
+    let after = feeds(&written, &origins);
     let kept: Vec<u32> = rewritten.kept.iter().map(|(line, _)| *line).collect();
-    let ratios = Ratios {
-        run,
-        written: &written,
-        map: &map,
-        origins: &origins,
-        cutters: Cutters::new(&written, &map, &run.job),
-        rules: rules(&run.toolpath, &run.map, &run.job),
-        kept,
+    let mut rate = |known: &Known| {
+        let ratios = Ratios::new(run, known, &known.map, &run.job, (&after, 1.0), kept.clone());
+        let (worst, p99, breaches) = ratios.all();
+        (check.worst_ratio, check.p99_ratio) = (worst, p99);
+        breaches
     };
-    let (worst, p99, breaches) = ratios.all();
-    check.worst_ratio = worst;
-    check.p99_ratio = p99;
-    Ok(Found { check, after: feeds(&written, &origins), breaches, doubtful })
+    let mut breaches = Vec::new();
+    let same = known.as_ref().is_some_and(|known| known.origins == origins);
+    if let Some(known) = known.as_mut() {
+        if same {
+            known.written = written.clone();
+        }
+        breaches = rate(known);
+    }
+    if !same && breaches.is_empty() {
+        // The old map goes before the new one comes.
+        *known = None;
+        let map = engagement(&written, &run.job, watch, "check", SPACING_MM[1])?;
+        breaches = rate(known.insert(Known { written, origins, map }));
+    }
+    Ok(Found { check, after, breaches, doubtful })
+}
+
+/// The written program under each variation of what was assumed.
+pub fn stressed(run: &Run, known: &Known, watch: &Watch) -> Vec<Stressed> {
+    let after = feeds(&known.written, &known.origins);
+    let kept: Vec<u32> = run.written.iter().flat_map(|written| written.kept.iter().map(|(line, _)| *line)).collect();
+    cases(&run.job)
+        .into_iter()
+        .map(|case| {
+            let same = case.job.stocks == run.job.stocks;
+            let map = (!same).then(|| engagement(&known.written, &case.job, watch, "stress", SPACING_MM[1]));
+            let ratios = |map: &EngagementMap| {
+                Ratios::new(run, known, map, &case.job, (&after, case.override_factor), kept.clone()).all()
+            };
+            let found = match &map {
+                None => Some(ratios(&known.map)),
+                Some(map) => map.as_ref().ok().map(ratios),
+            };
+            let (worst_ratio, p99_ratio) = found.map_or((None, None), |(worst, p99, _)| (Some(worst), Some(p99)));
+            Stressed { case: case.name, worst_ratio, p99_ratio }
+        })
+        .collect()
 }
 
 struct Ratios<'a> {
@@ -79,6 +132,10 @@ struct Ratios<'a> {
     map: &'a EngagementMap,
     origins: &'a [Origin],
     cutters: Cutters,
+    /// Feeds on the original's moves, the range of them of each move, and a factor on all.
+    feeds: &'a [FeedPiece],
+    of_move: Vec<std::ops::Range<u32>>,
+    factor: f64,
     /// Of the original: operations are chosen by its lines.
     rules: Rules,
     /// Lines of the original that the rewriting kept, sorted.
@@ -93,7 +150,40 @@ struct Ratio {
     breach: Option<Breach>,
 }
 
-impl Ratios<'_> {
+impl<'a> Ratios<'a> {
+    fn new(
+        run: &'a Run,
+        known: &'a Known,
+        map: &'a EngagementMap,
+        job: &Job,
+        (feeds, factor): (&'a [FeedPiece], f64),
+        kept: Vec<u32>,
+    ) -> Self {
+        Self {
+            run,
+            written: &known.written,
+            map,
+            origins: &known.origins,
+            cutters: Cutters::new(&known.written, map, job),
+            feeds,
+            of_move: pieces_of_moves(feeds, run.toolpath.moves.len()),
+            factor,
+            rules: rules(&run.toolpath, &run.map, &run.job),
+            kept,
+        }
+    }
+
+    /// Highest feed over a place.
+    fn feed_mm_s(&self, origin: &Origin) -> f64 {
+        let range = &self.of_move[origin.move_id.ix()];
+        let pieces = &self.feeds[range.start as usize..range.end as usize];
+        let first = pieces.partition_point(|piece| piece.to_mm <= origin.from_mm + OVERLAP_MM);
+        let over = |piece: &&FeedPiece| piece.from_mm < origin.to_mm - OVERLAP_MM;
+        let feeds = pieces[first.min(pieces.len().saturating_sub(1))..].iter();
+        let highest = feeds.clone().take_while(over).map(|piece| piece.feed_mm_s).reduce(f64::max);
+        self.factor * highest.or_else(|| feeds.map(|piece| piece.feed_mm_s).next()).unwrap_or(0.0)
+    }
+
     fn all(&self) -> (f64, f64, Vec<Breach>) {
         let found: Vec<Ratio> = self.map.stations.par_iter().filter_map(|station| self.at(station)).collect();
         let worst = found.iter().map(|ratio| ratio.value).fold(0.0, f64::max);
@@ -112,7 +202,7 @@ impl Ratios<'_> {
             return None;
         }
         let line = self.cutters.of(station.move_id)?.line(&self.cutters.cut(self.map, motion, station));
-        let loads = line.loads(motion.feed.mm_s);
+        let loads = line.loads(self.feed_mm_s(&origin));
         let mut worst = Ratio { value: 0.0, length_mm: station.length_mm(), breach: None };
         let mut kind = LimitKind::Programmed;
         for (each, limit) in self.limits(&origin, motion.spin.rps) {

@@ -5,7 +5,8 @@
 //!                                  ▲                                    │ loads above 1.01 of their limit
 //!                                  └────────── caps tightened ──────────┘
 //! ```
-//! The loop ends when no commanded feed exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does
+//! The engagement of the written file is simulated once, and once more only where blocks were cut otherwise since: it does not
+//! depend on feeds. The loop ends when no commanded feed exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does
 //! then is listed as infeasible, and runs at the lowest feed that was tried. A block that the proof objects to goes back to
 //! its original bytes and feed.
 
@@ -15,14 +16,16 @@ mod follow;
 mod learned;
 mod look;
 mod used;
+mod wanted;
 
 pub use look::{events, tool_assumption, unknown_tools};
+pub use wanted::Wanted;
 
 use crate::diag::Diagnostic;
 use crate::engage::{self, EngageError, EngagementMap};
 use crate::machine::Job;
 use crate::nc::{self, Environment, Program, Toolpath};
-use crate::report::{Check, Run, Written};
+use crate::report::{Answers, Check, Run, Written};
 use crate::rewrite;
 use crate::schedule::{self, Problem};
 use crate::setup::Assumption;
@@ -68,12 +71,15 @@ pub struct Task {
     pub job: Job,
     /// What the setup assumes.
     pub assumptions: Vec<Assumption>,
+    /// What is asked besides.
+    pub wanted: Wanted,
 }
 
 /// Predicts loads and time as programmed.
 pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
-    let Task { program, mut job, mut assumptions } = task;
+    let Task { program, mut job, mut assumptions, wanted } = task;
     let start = (watch.clock)();
+    assumptions.extend(wanted.confidence.map(|confidence| wanted::confident(&mut job, confidence)));
     assumptions.extend(learned::apply(&mut job));
     job.operations = comments::by_lines(&job.operations, &program);
     let mut toolpath = interpret(&program, &job, watch);
@@ -90,7 +96,12 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let parsed = (watch.clock)();
     let map = engagement(&toolpath, &job, watch, "simulate", SPACING_MM[0])?;
     let simulated = (watch.clock)();
-    let problem = asked(&program, &toolpath, &map, &job);
+    let mut answers = Answers::default();
+    if let Some(percentile) = wanted.reference {
+        answers.reference = Some(wanted::limited(&mut job, &toolpath, &map, percentile));
+    }
+    let mut problem = asked(&program, &toolpath, &map, &job);
+    answers.wear = wanted::keep_wear(&mut problem, &toolpath, &map, &job);
     let before = schedule::as_programmed(&toolpath);
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
     let mut diagnostics: Vec<Diagnostic> = std::mem::take(&mut toolpath.diagnostics);
@@ -98,7 +109,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     diagnostics.extend(look::cutters(&map, &toolpath, &job));
     let scheduled = (watch.clock)();
     let stage_s = [parsed - start, simulated - parsed, scheduled - simulated, 0.0, 0.0];
-    Ok(Run {
+    let mut run = Run {
         program,
         job,
         assumptions,
@@ -109,14 +120,19 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
         realised_before,
         diagnostics,
         written: None,
+        answers,
         stage_s,
-    })
+    };
+    run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fitted(&run, measured_s));
+    Ok(run)
 }
 
 /// Rewrites the feeds, and closes the loop over the written file.
 pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
+    let wanted = task.wanted;
     let mut run = simulate(task, watch)?;
     let options = schedule::Options::of(&run.toolpath);
+    let mut known = None;
     for round in 0..=ROUNDS {
         let start = (watch.clock)();
         (watch.progress)("schedule", 0.0);
@@ -126,7 +142,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
         let wrote = (watch.clock)();
         let reread = nc::parse(rewritten.bytes.clone(), Some(run.program.dialect()));
-        let found = check::check(&run, &rewritten, &reread, watch)?;
+        let found = check::check(&run, &rewritten, &reread, watch, &mut known)?;
         let realised_after = schedule::realise(&run.toolpath, &found.after, &run.job.machine);
         let checked = (watch.clock)();
         run.written = Some(Written {
@@ -147,6 +163,10 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         check::leave_alone(&mut run, &found.doubtful);
         check::tighten(&mut run.problem, &found.breaches, round == ROUNDS);
     }
+    if let (true, Some(known)) = (wanted.stress, &known) {
+        run.answers.stress = check::stressed(&run, known, watch);
+    }
+    run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fitted(&run, measured_s));
     Ok(run)
 }
 

@@ -35,6 +35,7 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
             })
             .collect(),
         covariance: report.covariance.clone(),
+        covariance_of: report.final_base.iter().map(|v| v.name.clone()).collect(),
     })
 }
 
@@ -81,6 +82,7 @@ pub fn of_calibration(result: &Calibration) -> Option<Process> {
         tare_rps: None,
         effects: Vec::new(),
         covariance: result.covariance.clone(),
+        covariance_of: result.parameters.iter().map(|p| p.name.clone()).collect(),
     })
 }
 

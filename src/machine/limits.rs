@@ -25,6 +25,8 @@ pub enum LimitKind {
     ChipThicknessMin,
     /// Largest feed per tooth, mm.
     FeedPerTooth,
+    /// Fastest change of the peak resultant, N/s.
+    ForceRate,
     /// Highest feed, mm/min.
     Feed,
     /// Lowest feed, mm/min (a floor).
@@ -53,7 +55,7 @@ pub enum LimitKind {
 
 impl LimitKind {
     /// Every kind, in the order of the report.
-    pub const ALL: [LimitKind; 23] = [
+    pub const ALL: [LimitKind; 24] = [
         LimitKind::ForceXy,
         LimitKind::ForceNormalMean,
         LimitKind::ForceAxial,
@@ -65,6 +67,7 @@ impl LimitKind {
         LimitKind::ChipThickness,
         LimitKind::ChipThicknessMin,
         LimitKind::FeedPerTooth,
+        LimitKind::ForceRate,
         LimitKind::Feed,
         LimitKind::FeedMin,
         LimitKind::FeedChange,
@@ -93,6 +96,7 @@ impl LimitKind {
             LimitKind::ChipThickness => "chip_thickness",
             LimitKind::ChipThicknessMin => "chip_thickness_min",
             LimitKind::FeedPerTooth => "feed_per_tooth",
+            LimitKind::ForceRate => "force_rate",
             LimitKind::Feed => "feed",
             LimitKind::FeedMin => "feed_min",
             LimitKind::FeedChange => "feed_change",
@@ -113,6 +117,7 @@ impl LimitKind {
         match self {
             LimitKind::ForceXy | LimitKind::ForceNormalMean | LimitKind::ForceAxial => "N",
             LimitKind::Power => "W",
+            LimitKind::ForceRate => "N/s",
             LimitKind::Torque => "N·m",
             LimitKind::Deflection
             | LimitKind::SurfaceError
@@ -164,6 +169,8 @@ pub struct Limits {
     pub feed_max_mm_s: Option<f64>,
     /// Largest feed per tooth, mm.
     pub feed_per_tooth_max_mm: Option<f64>,
+    /// Fastest change of the peak resultant, N/s.
+    pub force_rate_n_s: Option<f64>,
     /// Lowest feed relative to the programmed one, in cuts.
     pub feed_change_min: Option<f64>,
     /// Highest feed relative to the programmed one, in cuts.
@@ -187,6 +194,7 @@ impl Limits {
             feed_min_mm_s: over.feed_min_mm_s.or(self.feed_min_mm_s),
             feed_max_mm_s: over.feed_max_mm_s.or(self.feed_max_mm_s),
             feed_per_tooth_max_mm: over.feed_per_tooth_max_mm.or(self.feed_per_tooth_max_mm),
+            force_rate_n_s: over.force_rate_n_s.or(self.force_rate_n_s),
             feed_change_min: over.feed_change_min.or(self.feed_change_min),
             feed_change_max: over.feed_change_max.or(self.feed_change_max),
         }

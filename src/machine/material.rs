@@ -84,4 +84,6 @@ pub struct Process {
     pub effects: Vec<EffectUse>,
     /// Covariance of the base parameters, row by row, where it is known.
     pub covariance: Vec<Vec<f64>>,
+    /// The parameters its rows belong to.
+    pub covariance_of: Vec<String>,
 }

@@ -220,6 +220,15 @@ pub enum Annotate {
     Full,
 }
 
+/// A budget of wear over the whole program: wear per mm of cut is contact area times feed to a power.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WearBudget {
+    /// The power, between 0 and 2.
+    pub exponent: f64,
+    /// Most that may be used, as a share of what the program uses as programmed.
+    pub most: f64,
+}
+
 /// Everything the core needs to know besides the program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
@@ -235,6 +244,10 @@ pub struct Job {
     pub limits: Limits,
     /// Air feed.
     pub air_feed: Option<AirFeed>,
+    /// Budget of wear.
+    pub wear: Option<WearBudget>,
+    /// Confidence at which load limits hold against what is uncertain in the process model; `None`: at its best values.
+    pub confidence: Option<f64>,
     /// Operations; the last that matches wins.
     pub operations: Vec<Operation>,
     /// Output settings.

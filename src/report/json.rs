@@ -7,6 +7,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::WRITTEN_BY;
+use super::answers::Answers;
 use super::blocks::{BlockRow, blocks};
 use super::figures::{Figures, LimitFigure};
 use super::run::{Run, Written};
@@ -41,6 +42,8 @@ struct Report<'a> {
     frozen: Vec<FrozenPart>,
     warnings: Vec<WarningPart<'a>>,
     tool: Vec<ToolPart>,
+    #[serde(flatten)]
+    answers: &'a Answers,
 }
 
 #[derive(Serialize)]
@@ -58,6 +61,8 @@ struct TimePart<'a> {
     realised_before_s: f64,
     realised_after_s: f64,
     saved_percent: f64,
+    /// A measured cycle time or log backs it.
+    saving_confirmed: bool,
     by_cause: BTreeMap<&'a str, f64>,
 }
 
@@ -187,6 +192,7 @@ pub fn json(run: &Run, figures: &Figures, file: &str, extras: Extras) -> String 
         frozen: run.frozen().into_iter().map(|(line, why)| FrozenPart { line, why }).collect(),
         warnings: warnings(run, figures),
         tool: tools(figures),
+        answers: &run.answers,
     };
     serde_json::to_string_pretty(&report).expect("the report is plain data") + "\n"
 }
@@ -209,6 +215,7 @@ fn time<'a>(run: &'a Run, figures: &Figures) -> TimePart<'a> {
         realised_before_s: before,
         realised_after_s: after,
         saved_percent: if before > 0.0 { 100.0 * (1.0 - after / before) } else { 0.0 },
+        saving_confirmed: run.answers.cycle.as_ref().is_some_and(|cycle| cycle.saved_percent.is_some()),
         by_cause: run.realised_after().by_cause.iter().copied().collect(),
     }
 }

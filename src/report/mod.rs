@@ -1,6 +1,7 @@
 //! What a run found, as other people and programs read it: JSON with the keys of the interface, CSV, tables on the screen,
 //! an SVG picture. In: a [`Run`]. Out: text.
 
+pub mod answers;
 mod blocks;
 mod figures;
 mod html;
@@ -13,6 +14,7 @@ mod stations;
 mod summary;
 mod table;
 
+pub use answers::Answers;
 pub use figures::{Figures, figures, in_report_unit};
 pub use html::html;
 pub use json::{Extras, json};

@@ -1,5 +1,6 @@
 //! Everything a run found: plain data, filled by [`crate::job`].
 
+use super::answers::Answers;
 use crate::diag::Diagnostic;
 use crate::engage::EngagementMap;
 use crate::machine::{Job, LimitKind};
@@ -31,6 +32,8 @@ pub struct Run {
     pub diagnostics: Vec<Diagnostic>,
     /// The new feeds; `None` for a simulation.
     pub written: Option<Written>,
+    /// What was asked besides.
+    pub answers: Answers,
     /// Time of each stage, s: parse, simulate, schedule, rewrite, check.
     pub stage_s: [f64; 5],
 }

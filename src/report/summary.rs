@@ -13,6 +13,7 @@ pub fn summary(run: &Run, figures: &Figures, file: &str) -> String {
     }
     text += &head(run, file);
     text += &times(run);
+    text += &run.answers.text(run.written.is_some());
     text += &loads(run, figures);
     text += &bounds(figures);
     text += &output(run);

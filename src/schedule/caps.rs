@@ -4,14 +4,16 @@
 //! A load limit wins over every minimum; the minimum it overruled is listed as a conflict. A load limit that cannot be met
 //! at all, or only at less than [`LEAST`] of the lowest feed asked for, makes the piece infeasible: it runs at that lowest
 //! feed. In a cut a feed rises above the programmed one only where a load limit is in force; outside a cut only where the
-//! engagement map says that nothing can be met.
+//! engagement map says that nothing can be met. With a confidence, caps leave room for what is uncertain in the process model
+//! ([`super::robust`]).
 
 use rayon::prelude::*;
 
 use super::history::History;
 use super::problem::{Bound, Conflict, Node, Problem};
-use super::ramps;
+use super::robust::{self, doubt};
 use super::rules::{Rule, Rules, rules};
+use super::{force_rate, ramps};
 use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, Cut, Cutter, LoadLine};
 use crate::ids::MoveId;
@@ -39,7 +41,10 @@ pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
         work.extend(stations.iter().map(|station| (id, Some(station))));
         of_move.push(start..work.len() as u32);
     }
-    let context = Context { toolpath, map, job, rules: &rules, cutters: &cutters };
+    let doubt = doubt(job);
+    let others: Vec<Cutters> = doubt.jobs.iter().map(|job| Cutters::new(toolpath, map, job)).collect();
+    let context =
+        Context { toolpath, map, job, rules: &rules, cutters: &cutters, others, deviations: doubt.deviations };
     let answers: Vec<(Node, Option<(Bound, Bound)>)> =
         work.par_iter().map(|(id, station)| context.node(*id, *station)).collect();
     let conflicts = answers
@@ -48,6 +53,7 @@ pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
         .filter_map(|(node, (_, conflict))| conflict.map(|(floor, cap)| Conflict { node, floor, cap }))
         .collect();
     let mut problem = Problem { nodes: answers.into_iter().map(|(node, _)| node).collect(), of_move, conflicts };
+    context.keep_force_rates(&mut problem, &work);
     ramps::apply(&mut problem, toolpath, &rules, job);
     problem
 }
@@ -98,6 +104,9 @@ struct Context<'a> {
     job: &'a Job,
     rules: &'a Rules,
     cutters: &'a Cutters,
+    /// The cutters under each doubt about the process model, and how many standard deviations count.
+    others: Vec<Cutters>,
+    deviations: f64,
 }
 
 impl Context<'_> {
@@ -127,6 +136,50 @@ impl Context<'_> {
         (node, conflict)
     }
 
+    /// Loads of a station as functions of feed.
+    fn line(&self, cutters: &Cutters, motion: &Move, station: &Station) -> Option<LoadLine> {
+        Some(cutters.of(station.move_id)?.line(&cutters.cut(self.map, motion, station)))
+    }
+
+    /// Lowers caps where the force would change faster than asked, from each node to the next.
+    fn keep_force_rates(&self, problem: &mut Problem, work: &[(MoveId, Option<&Station>)]) {
+        if self.rules.rules.iter().all(|rule| rule.limits.force_rate_n_s.is_none()) {
+            return;
+        }
+        let nodes = &problem.nodes;
+        let caps: Vec<Option<Bound>> = work
+            .par_windows(2)
+            .zip(nodes.par_windows(2))
+            .map(|(work, nodes)| self.rate_cap([work[0].1?, work[1].1?], [&nodes[0], &nodes[1]]))
+            .collect();
+        for (i, cap) in caps.into_iter().enumerate() {
+            let Some(cap) = cap else { continue };
+            for node in problem.nodes[i..i + 2].iter_mut().filter(|node| node.free) {
+                node.cap = lesser(node.cap, cap);
+                node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
+            }
+        }
+    }
+
+    fn rate_cap(&self, stations: [&Station; 2], nodes: [&Node; 2]) -> Option<Bound> {
+        let motions = nodes.map(|node| &self.toolpath.moves[node.move_id.ix()]);
+        let joined = motions.iter().all(|motion| motion.kind == MoveKind::Feed);
+        if !joined || !(nodes[0].cutting || nodes[1].cutting) {
+            return None;
+        }
+        let rate_n_s = self.rules.of(nodes[1].move_id).limits.force_rate_n_s?;
+        let lines = [0, 1].map(|i| self.line(self.cutters, motions[i], stations[i]));
+        let force = |i: usize, feed: f64| lines[i].as_ref().map_or(0.0, |line| line.loads(feed).force_xy_peak_n);
+        let most = nodes[0].cap.feed_mm_s.max(nodes[1].cap.feed_mm_s);
+        let highest = |rate: f64| {
+            let ds_mm = force_rate::between_mm(nodes[0], nodes[1]);
+            force_rate::highest(&|feed| force(0, feed), &|feed| force(1, feed), ds_mm, rate, most)
+        };
+        let feed_mm_s = highest(rate_n_s);
+        let per_unit = (highest(1.001 * rate_n_s) - feed_mm_s) / (0.001 * rate_n_s);
+        (feed_mm_s < most && feed_mm_s > 0.0).then_some(Bound { feed_mm_s, kind: LimitKind::ForceRate, per_unit })
+    }
+
     fn excluded(&self, line: u32) -> bool {
         self.job.output.exclude.iter().any(|&(first, last)| (first..=last).contains(&line))
     }
@@ -144,10 +197,12 @@ impl Context<'_> {
     /// Cap and floor in a cut; returns the floor and the cap where a load limit overruled a minimum that was asked for.
     fn in_cut(&self, node: &mut Node, rule: &Rule, motion: &Move, station: &Station) -> Option<(Bound, Bound)> {
         let programmed = node.programmed_mm_s;
-        let line =
-            self.cutters.of(node.move_id).map(|cutter| cutter.line(&self.cutters.cut(self.map, motion, station)));
+        let line = self.line(self.cutters, motion, station);
+        let others: Vec<LoadLine> =
+            self.others.iter().filter_map(|cutters| self.line(cutters, motion, station)).collect();
         let spindle = &self.job.machine.spindle;
-        let load = line.as_ref().map_or(LoadCap::Free, |line| load_cap(line, rule, spindle, motion.spin.rps));
+        let cap = |line: &LoadLine, kind, limit| robust::cap(line, &others, self.deviations, kind, limit);
+        let load = line.as_ref().map_or(LoadCap::Free, |line| load_cap(line, &cap, rule, spindle, motion.spin.rps));
         let floor = lowest_feed(line.as_ref(), rule, programmed);
         let highest = if rule.limits.bounds_a_load() && line.is_some() {
             let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE.1);
@@ -179,7 +234,10 @@ enum LoadCap {
     Impossible(LimitKind),
 }
 
-fn load_cap(line: &LoadLine, rule: &Rule, spindle: &Spindle, rps: f64) -> LoadCap {
+/// The cap of one load.
+type CapOf<'a> = dyn Fn(&LoadLine, LimitKind, f64) -> Cap + 'a;
+
+fn load_cap(line: &LoadLine, cap: &CapOf, rule: &Rule, spindle: &Spindle, rps: f64) -> LoadCap {
     let curve = [
         (LimitKind::Power, spindle.power_w.as_ref().map(|table| table.at(rps))),
         (LimitKind::Torque, spindle.torque_nmm.as_ref().map(|table| table.at(rps))),
@@ -187,7 +245,7 @@ fn load_cap(line: &LoadLine, rule: &Rule, spindle: &Spindle, rps: f64) -> LoadCa
     let own = curve.into_iter().filter_map(|(kind, value)| Some((kind, value?)));
     let mut least: Option<Bound> = None;
     for (kind, value) in rule.loads.iter().copied().chain(own) {
-        match line.cap(kind, value) {
+        match cap(line, kind, value) {
             Cap::Free => {}
             Cap::Unreachable => return LoadCap::Impossible(kind),
             Cap::Feed { feed_mm_s, per_unit } => {

@@ -19,7 +19,9 @@ const LOSS: f64 = 0.008;
 /// Growth of the program, in blocks, above which splits are made dearer.
 const GROWTH: f64 = 1.5;
 /// How often prices are changed.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 9;
+/// Ratio of two prices that are near enough to stop between them.
+const NEAR: f64 = 1.1;
 /// Share of the time that new F words must save to replace those that are within their limits.
 const WORTH: f64 = 0.002;
 /// How far an F word that is there may lie above a cap: half of what the check of the written file allows a load.
@@ -61,30 +63,61 @@ pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
     let units = units(problem, &node_s, toolpath, &job.output);
     let carries = |i: usize| carries_word(&units, i, toolpath);
     let continuous_s = realise(toolpath, &continuous_pieces(problem, &units), &job.machine).total_s;
-    let choice = |costs: &Costs| pieces(&units, &choose(&units, &options.grid, costs, &carries));
-    let mut costs =
-        Costs { word_s: options.word_s, split_s: options.split_s, minimum_change: job.output.minimum_change };
-    let mut pieces = choice(&costs);
+    let mut search = Search { costs: costs(options, job), affordable: None, too_cheap: 0.0 };
     for _ in 0..ROUNDS {
+        let pieces = pieces(&units, &choose(&units, &options.grid, &search.costs, &carries));
         let loss = realise(toolpath, &pieces, &job.machine).total_s / continuous_s - 1.0;
-        if growth(toolpath, &pieces) > GROWTH {
-            costs.split_s *= 2.0;
-        } else if loss > LOSS {
-            (costs.word_s, costs.split_s) = (0.25 * costs.word_s, (0.5 * costs.split_s).max(costs.word_s));
-            let more = choice(&costs);
-            if growth(toolpath, &more) > GROWTH {
-                break;
-            }
-        } else {
+        let growth = growth(toolpath, &pieces);
+        if search.is_settled(pieces, loss, growth) {
             break;
         }
-        pieces = choice(&costs);
     }
+    let whole = Costs { split_s: f64::INFINITY, ..search.costs };
+    let mut pieces = match search.affordable {
+        Some((_, _, pieces)) => pieces,
+        None => pieces(&units, &choose(&units, &options.grid, &whole, &carries)),
+    };
     pieces = settled(&units, pieces, toolpath, job, continuous_s);
     put_prices(&mut pieces, problem, &prices.node_s);
     let how = how(&optimum);
     let used = Vec::new();
     Schedule { pieces, used, continuous_s, shadow_prices: prices.shadow, active_s: prices.active_s, how }
+}
+
+fn costs(options: &Options, job: &Job) -> Costs {
+    Costs { word_s: options.word_s, split_s: options.split_s, minimum_change: job.output.minimum_change }
+}
+
+/// The search for the price of a split: the cheapest at which the program grows no more than it may, unless the loss is
+/// small enough before.
+struct Search {
+    costs: Costs,
+    /// Price, loss and feeds at which the program does not grow too much; of these the ones with the least loss.
+    affordable: Option<(f64, f64, Vec<FeedPiece>)>,
+    /// Highest price at which it does; 0: none is known.
+    too_cheap: f64,
+}
+
+impl Search {
+    /// Takes in what a price gave; sets the next one unless this one is good enough.
+    fn is_settled(&mut self, pieces: Vec<FeedPiece>, loss: f64, growth: f64) -> bool {
+        let price = self.costs.split_s;
+        if growth > GROWTH {
+            self.too_cheap = self.too_cheap.max(price);
+        } else if self.affordable.as_ref().is_none_or(|(_, least, _)| loss < *least) {
+            self.affordable = Some((price, loss, pieces));
+        }
+        let next = match (&self.affordable, self.too_cheap > 0.0) {
+            (Some((_, loss, _)), _) if *loss <= LOSS => return true,
+            (Some((known, ..)), true) if *known < NEAR * self.too_cheap => return true,
+            (Some((known, ..)), true) => (known * self.too_cheap).sqrt(),
+            (Some((known, ..)), false) => 0.25 * known,
+            (None, _) => 4.0 * price,
+        };
+        self.costs.split_s = next;
+        self.costs.word_s = self.costs.word_s.min(0.25 * next);
+        false
+    }
 }
 
 /// The feeds of the text, wherever they are within their limits, if they come as near to the continuous optimum as new ones
@@ -187,11 +220,11 @@ fn binding(unit: &Unit, feed_mm_s: f64) -> LimitKind {
     }
 }
 
-/// Blocks after splitting over blocks before.
+/// Blocks after splitting over blocks before, up to the last that moves.
 fn growth(toolpath: &Toolpath, pieces: &[FeedPiece]) -> f64 {
     let feed_moves = toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).count();
-    let moves = toolpath.moves.len().max(1) as f64;
-    (moves + (pieces.len() - feed_moves.min(pieces.len())) as f64) / moves
+    let blocks = toolpath.moves.last().map_or(1.0, |motion| f64::from(motion.block.0 + 1));
+    (blocks + (pieces.len() - feed_moves.min(pieces.len())) as f64) / blocks
 }
 
 /// What an unlimited number of F words could do: every node at its cap where the move may be split, else the move at its own.

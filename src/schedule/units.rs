@@ -9,8 +9,8 @@ use crate::ids::MoveId;
 use crate::machine::Output;
 use crate::nc::{Move, MoveKind, Toolpath};
 
-/// Caps that differ by less than this share are one.
-const SAME: f64 = 0.01;
+/// Caps that differ by less than this share, over all of a piece, are one.
+const SAME: f64 = 0.004;
 
 /// A piece that may carry its own F word.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,11 +142,14 @@ fn join_all(pieces: &mut Vec<Unit>) {
     }
 }
 
-/// Joins neighbours whose caps are the same (kind and value).
+/// Joins neighbours whose caps are the same (kind and value); a slow rise or fall is not joined step by step.
 fn join_equal(pieces: &mut Vec<Unit>) {
+    let mut highest = pieces.first().map_or(0.0, |unit| unit.cap.feed_mm_s);
     pieces.dedup_by(|b, a| {
-        let (low, high) = (a.cap.feed_mm_s.min(b.cap.feed_mm_s), a.cap.feed_mm_s.max(b.cap.feed_mm_s));
+        let low = a.cap.feed_mm_s.min(b.cap.feed_mm_s);
+        let high = highest.max(b.cap.feed_mm_s);
         let same = a.cap.kind == b.cap.kind && high - low <= SAME * low;
+        highest = if same { high } else { b.cap.feed_mm_s };
         if same {
             *a = joined(a, b);
         }

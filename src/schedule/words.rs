@@ -1,7 +1,7 @@
 //! F words. In: [`Unit`]s with caps and reachable speeds. Out: one commanded feed per unit, on the grid of the program's F
 //! words, never above a cap.
 //!
-//! A dynamic program over feed levels: levels are spaced evenly in log feed, staying at a level is free, a change costs the
+//! A dynamic program over feed levels: levels are caps of the units, as many as keep every cap near one; staying at a level is free, a change costs the
 //! price of an F word (less where the block carries one already), and a unit at level F takes length / min(F, speed).
 //! Levels above the cap of a unit are closed to it. Runs of one level then get the largest F number below all their caps;
 //! an F already there that lies below the caps and within `minimum_change` of that number stays, and a rise smaller than
@@ -9,8 +9,10 @@
 
 use super::units::Unit;
 
-/// Number of levels: one bit each of the trace.
+/// Most levels: one bit each of the trace.
 const LEVELS: usize = 128;
+/// Ratio of caps that share a level at least.
+const FINEST: f64 = 1.0005;
 
 /// The F numbers a program may carry.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,14 +81,9 @@ fn change_price(units: &[Unit], i: usize, costs: &Costs, carries: bool) -> f64 {
 
 /// Level of each unit of a run of free units.
 fn best_levels(units: &[Unit], price_s: &dyn Fn(usize) -> f64) -> Vec<u8> {
-    let (low, high) = units
-        .iter()
-        .map(|unit| unit.cap.feed_mm_s)
-        .fold((f64::INFINITY, 0.0f64), |(low, high), feed| (low.min(feed), high.max(feed)));
-    let ratio = (high / low).max(1.0).powf(1.0 / (LEVELS - 1) as f64);
-    let feed: Vec<f64> = (0..LEVELS).map(|level| low * ratio.powi(level as i32)).collect();
+    let feed = levels(units);
     let top = |unit: &Unit| feed.partition_point(|&feed| feed <= unit.cap.feed_mm_s * (1.0 + 1e-9)).max(1) - 1;
-    let mut cost = vec![0.0; LEVELS];
+    let mut cost = vec![0.0; feed.len()];
     let mut stays: Vec<u128> = Vec::with_capacity(units.len());
     let mut from: Vec<u8> = Vec::with_capacity(units.len());
     for (i, unit) in units.iter().enumerate() {
@@ -118,6 +115,32 @@ fn best_levels(units: &[Unit], price_s: &dyn Fn(usize) -> f64) -> Vec<u8> {
         }
     }
     levels
+}
+
+/// Feeds of the levels: caps, each the lowest of those within one ratio above it; the ratio is the least that leaves no more
+/// than [`LEVELS`].
+fn levels(units: &[Unit]) -> Vec<f64> {
+    let mut caps: Vec<f64> = units.iter().map(|unit| unit.cap.feed_mm_s).collect();
+    caps.sort_by(f64::total_cmp);
+    let (low, high) = (caps[0], caps[caps.len() - 1]);
+    let spaced = |ratio: f64| {
+        let mut levels: Vec<f64> = Vec::new();
+        for &cap in &caps {
+            if levels.len() <= LEVELS && levels.last().is_none_or(|level| cap > level * ratio) {
+                levels.push(cap);
+            }
+        }
+        levels
+    };
+    let (mut near, mut far) = (FINEST, (high / low).max(FINEST).powf(1.0 / (LEVELS - 1) as f64));
+    if spaced(near).len() <= LEVELS {
+        return spaced(near);
+    }
+    for _ in 0..20 {
+        let middle = (near * far).sqrt();
+        if spaced(middle).len() > LEVELS { near = middle } else { far = middle }
+    }
+    spaced(far)
 }
 
 /// The cheapest level; among equals the highest.

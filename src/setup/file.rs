@@ -271,10 +271,24 @@ pub struct LimitsTable {
     pub feed_per_tooth: Option<MaxTable>,
     /// Lowest and highest feed relative to the programmed one, in cuts.
     pub feed_change: Option<RangeTable>,
+    /// Fastest change of the peak resultant in the plane, where the cutter enters, leaves or meets more, N/s.
+    pub force_rate: Option<Quantity>,
+    /// Budget of wear over the whole program; in `[limits]` only.
+    pub wear: Option<WearTable>,
     /// Feed where nothing can be cut, mm/min; in `[limits]` only.
     pub air_feed: Option<Quantity>,
     /// Distance before the grown stock at which the air feed ends, mm; in `[limits]` only.
     pub approach: Option<Quantity>,
+}
+
+/// Budget of wear: wear per mm of cut is contact area times feed to a power.
+#[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
+#[serde(deny_unknown_fields)]
+pub struct WearTable {
+    /// Power of the feed, between 0 and 2.
+    pub exponent: Option<Quantity>,
+    /// Most that may be used, as a share of what the program uses as programmed.
+    pub most: Option<Quantity>,
 }
 
 /// What an operation is recognised by; all that are given must hold.
@@ -367,6 +381,8 @@ pub struct ProcessTable {
     pub effect: Option<Vec<EffectTable>>,
     /// Covariance of the base parameters, row by row.
     pub covariance: Option<Vec<Vec<f64>>>,
+    /// Names of the parameters its rows belong to.
+    pub covariance_of: Option<Vec<String>>,
 }
 
 /// One named effect.

@@ -1,15 +1,20 @@
 //! `[limits]`, `[[operation]]`, `[output]` → domain types.
 
-use super::file::{LimitsTable, OperationTable, OutputTable, RampTable, RangeTable};
+use super::file::{LimitsTable, OperationTable, OutputTable, RampTable, RangeTable, WearTable};
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
-use crate::machine::{AirFeed, Annotate, Limits, Match, Mode, Operation, Output, Ramp};
+use crate::machine::{AirFeed, Annotate, Limits, Match, Mode, Operation, Output, Ramp, WearBudget};
 use crate::units::Dimension;
 
 /// Limits of a tool or an operation: no defaults, no air feed.
 pub fn limits(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
-    for (name, written) in [("air_feed", &table.air_feed), ("approach", &table.approach)] {
-        if written.is_some() {
+    let written = [
+        ("air_feed", table.air_feed.is_some()),
+        ("approach", table.approach.is_some()),
+        ("wear", table.wear.is_some()),
+    ];
+    for (name, written) in written {
+        if written {
             reader.complain(&format!("{key}.{name}"), "holds for the whole program", "write it in [limits]");
         }
     }
@@ -35,6 +40,16 @@ pub fn global(reader: &mut Reader, table: &LimitsTable) -> (Limits, Option<AirFe
     (limits, air_feed)
 }
 
+/// `[limits] wear`.
+pub fn wear(reader: &mut Reader, table: Option<&LimitsTable>) -> Option<WearBudget> {
+    let WearTable { exponent, most } = table?.wear.as_ref()?;
+    let power = Sense::Within(0.0, 2.0, "wear rises with the feed, but slower than its square: 1 to 1.5 is usual");
+    Some(WearBudget {
+        exponent: reader.or("limits.wear.exponent", exponent.as_ref(), Dimension::Ratio, power, 1.0),
+        most: reader.or("limits.wear.most", most.as_ref(), Dimension::Ratio, Sense::Positive, 1.0),
+    })
+}
+
 fn plain(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
     let mut one = |name: &str, written: &Option<Quantity>, dimension| {
         reader.optional(&format!("{key}.{name}"), written.as_ref(), dimension, Sense::Positive)
@@ -48,6 +63,7 @@ fn plain(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
         deflection_mm: one("deflection", &table.deflection, Dimension::Length),
         surface_error_mm: one("surface_error", &table.surface_error, Dimension::Length),
         bending_stress_mpa: one("bending_stress", &table.bending_stress, Dimension::Stress),
+        force_rate_n_s: one("force_rate", &table.force_rate, Dimension::ForcePerTime),
         feed_per_tooth_max_mm: one(
             "feed_per_tooth.max",
             &table.feed_per_tooth.clone().unwrap_or_default().max,

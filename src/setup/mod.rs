@@ -68,6 +68,8 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupEr
         tools,
         limits,
         air_feed,
+        wear: limits::wear(reader, file.limits.as_ref()),
+        confidence: None,
         operations,
         output: limits::output(reader, file.output.as_ref().unwrap_or(&file::OutputTable::default())),
         cell_mm: reader.optional(

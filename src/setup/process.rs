@@ -45,6 +45,7 @@ fn from_table(reader: &mut Reader, key: &str, table: &ProcessTable) -> Process {
             })
             .collect(),
         covariance: table.covariance.clone().unwrap_or_default(),
+        covariance_of: table.covariance_of.clone().unwrap_or_default(),
     }
 }
 
@@ -58,7 +59,7 @@ pub fn write(process: &Process) -> String {
         text += &format!("tare_speed = {:?} # rev/min\n", rpm_from_rps(tare_rps));
     }
     if !process.covariance.is_empty() {
-        text += &format!("covariance = {:?}\n", process.covariance);
+        text += &format!("covariance = {:?}\ncovariance_of = {:?}\n", process.covariance, process.covariance_of);
     }
     if let Some(base) = &process.base {
         text += "\n[base]\n";
@@ -112,6 +113,7 @@ mod tests {
             tare_rps: Some(50.0),
             effects: vec![EffectUse { name: "runout".into(), parameters: vec![("offset_mm".into(), 1e-3)] }],
             covariance: vec![vec![1.0, 1e-9], vec![1e-9, 2.0]],
+            covariance_of: vec!["k_tc".into(), "k_te".into()],
         };
         assert_eq!(load(&write(&process)).unwrap(), process);
     }

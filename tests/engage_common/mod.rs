@@ -91,6 +91,8 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
         fixtures: Vec::new(),
         limits: Limits::default(),
         air_feed: None,
+        wear: None,
+        confidence: None,
         operations: Vec::new(),
         output: Output {
             replace_computed_feeds: false,

@@ -1,0 +1,122 @@
+//! What a run is asked besides the feeds, and how the job and the answers follow from it. In: [`Wanted`], a job, what was found.
+//! Out: limits from the program itself, room for doubt, a wear budget kept, the control fitted to a measured time.
+
+use crate::engage::EngagementMap;
+use crate::force::contact::engaged;
+use crate::machine::{Job, LimitKind};
+use crate::nc::Toolpath;
+use crate::report::Run;
+use crate::report::answers::{Cycle, Moved, Reference, Wear};
+use crate::schedule::budget::{Budget, Kept, keep};
+use crate::schedule::cycle::{fits, saved_percent};
+use crate::schedule::reference::{distributions, limited_to_itself};
+use crate::schedule::stress::{with_coefficients, with_grown_stock};
+use crate::schedule::{self, Problem};
+use crate::setup::Assumption;
+
+/// Factors on the coefficients under which limits from the program itself are looked at again.
+const FACTORS: [f64; 2] = [0.7, 1.3];
+
+/// What is asked.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Wanted {
+    /// Limits are this percentile of the loads that each tool meets in the program as it stands.
+    pub reference: Option<f64>,
+    /// The written program is simulated again under variations of what was assumed.
+    pub stress: bool,
+    /// What the original takes on the machine, s.
+    pub cycle_time_s: Option<f64>,
+    /// Confidence at which load limits hold.
+    pub confidence: Option<f64>,
+}
+
+/// The job at a confidence: the stock at its largest, the process model's doubt in the caps.
+pub fn confident(job: &mut Job, confidence: f64) -> Assumption {
+    *job = with_grown_stock(job);
+    job.confidence = Some(confidence);
+    let known = if job.process.covariance_of.is_empty() { "the stated uncertainty" } else { "the covariance" };
+    Assumption {
+        key: "confidence".into(),
+        value: format!("{confidence}, by {known} of the coefficients; stock grown by its uncertainty"),
+        source: "--confidence".into(),
+    }
+}
+
+/// Limits every tool to a percentile of its own loads; how the highest feeds in cuts move when the coefficients are off.
+pub fn limited(job: &mut Job, toolpath: &Toolpath, map: &EngagementMap, percentile: f64) -> Reference {
+    let held = |job: &Job| limited_to_itself(job, &distributions(toolpath, map, job), percentile);
+    let own = held(job);
+    let plain = schedule::problem(toolpath, map, &own);
+    let coefficients = FACTORS
+        .iter()
+        .map(|&factor| {
+            let other = schedule::problem(toolpath, map, &held(&with_coefficients(job, factor)));
+            let (mean_percent, largest_percent) = moved(&plain, &other);
+            Moved { factor, mean_percent, largest_percent }
+        })
+        .collect();
+    *job = own;
+    Reference { percentile, coefficients }
+}
+
+/// Mean over the cut length, and largest, change of the highest feeds, %.
+fn moved(plain: &Problem, other: &Problem) -> (f64, f64) {
+    let (mut length, mut sum, mut largest) = (0.0, 0.0, 0.0f64);
+    for (a, b) in plain.nodes.iter().zip(&other.nodes).filter(|(a, _)| a.cutting && a.free) {
+        let change = 100.0 * (b.cap.feed_mm_s / a.cap.feed_mm_s - 1.0);
+        length += a.length_mm();
+        sum += change * a.length_mm();
+        largest = if change.abs() > largest.abs() { change } else { largest };
+    }
+    (if length > 0.0 { sum / length } else { 0.0 }, largest)
+}
+
+/// Lowers the caps until the wear budget is kept; `None` without one.
+pub fn keep_wear(problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Option<Wear> {
+    let budget = job.wear?;
+    let mut rate = contact(problem, toolpath, map, job);
+    let cuts = problem.nodes.iter().zip(&rate).filter(|(node, _)| node.cutting && node.free);
+    let programmed: f64 = cuts.map(|(node, c)| c * node.programmed_mm_s.powf(budget.exponent) * node.length_mm()).sum();
+    if programmed <= 0.0 {
+        return None;
+    }
+    rate.iter_mut().for_each(|c| *c /= programmed);
+    let kept = keep(problem, &rate, &Budget { exponent: budget.exponent, most: budget.most });
+    let (used, price_s, impossible) = match kept {
+        Kept::Slack { used } => (used, 0.0, false),
+        Kept::Bound { used, price_s } => (used, price_s, false),
+        Kept::Impossible { used } => (used, 0.0, true),
+    };
+    if impossible {
+        for node in problem.nodes.iter_mut().filter(|node| node.cutting && node.free) {
+            node.infeasible = node.infeasible.or(Some(LimitKind::Budget));
+        }
+    }
+    Some(Wear { most: budget.most, used, percent_saves_s: 0.01 * budget.most * price_s, impossible })
+}
+
+/// Edge area over material in a revolution at each node, mm².
+fn contact(problem: &Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<f64> {
+    let mut rate = vec![0.0; problem.nodes.len()];
+    for (index, motion) in toolpath.moves.iter().enumerate() {
+        let Some(tool) = job.tool(motion.tool) else { continue };
+        let id = crate::ids::MoveId(index as u32);
+        let range = problem.of_move[index].clone();
+        for (node, station) in range.zip(map.stations_of(id)) {
+            let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
+            rate[node as usize] = engaged(station, map, map.slices_of(motion.tool), tool.flutes, tangent_z).contact_mm2;
+        }
+    }
+    rate
+}
+
+/// The control fitted to a measured time of the original, and what it says of the saving.
+pub fn fitted(run: &Run, measured_s: f64) -> Cycle {
+    let found = fits(&run.toolpath, &run.before, &run.job.machine, measured_s);
+    let factors = || found.iter().map(|fit| fit.acceleration);
+    let acceleration =
+        (!found.is_empty()).then(|| [factors().fold(f64::INFINITY, f64::min), factors().fold(0.0, f64::max)]);
+    let written = run.written.as_ref();
+    let saved = written.and_then(|written| saved_percent(&run.toolpath, &written.after, &found));
+    Cycle { measured_s, acceleration, saved_percent: saved.map(|(least, most)| [least, most]) }
+}

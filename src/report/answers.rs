@@ -1,0 +1,155 @@
+//! Answers to what a run was asked besides: how far limits taken from the program itself depend on the coefficients, what
+//! happens when the world is not as assumed, and what a measured cycle time says. In: numbers found by [`crate::job`].
+//! Out: lines for the screen; the JSON report takes them as they are.
+
+use super::summary::{clock, short};
+use serde::Serialize;
+
+/// What was found; each part only if it was asked for.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Answers {
+    /// `--reference self`: percentile of the program's own loads that became limits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
+    /// `--stress`: the written program under each variation.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stress: Vec<Stressed>,
+    /// `--cycle-time`: the control fitted to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycle: Option<Cycle>,
+    /// `wear` under [limits]: what the program uses of its budget.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wear: Option<Wear>,
+}
+
+/// Limits taken from the program itself.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Reference {
+    /// Percentile of the cut length.
+    pub percentile: f64,
+    /// How the highest feeds allowed in cuts move when all coefficients are off.
+    pub coefficients: Vec<Moved>,
+}
+
+/// Feeds under other coefficients.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Moved {
+    /// Factor on all coefficients.
+    pub factor: f64,
+    /// Mean change of the highest feed over the cut length, %.
+    pub mean_percent: f64,
+    /// Largest change, %.
+    pub largest_percent: f64,
+}
+
+/// The written program under one variation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stressed {
+    /// What is varied.
+    pub case: &'static str,
+    /// Largest load over its limit; `None`: it cannot be simulated.
+    pub worst_ratio: Option<f64>,
+    /// The ratio that 99 % of the cut length stays below.
+    pub p99_ratio: Option<f64>,
+}
+
+/// What one measured time says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cycle {
+    /// Time measured, s.
+    pub measured_s: f64,
+    /// Factors on the accelerations of the setup that explain it, least and largest; `None`: none does.
+    pub acceleration: Option<[f64; 2]>,
+    /// Time saved under them, %.
+    pub saved_percent: Option<[f64; 2]>,
+}
+
+/// What a wear budget came to.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Wear {
+    /// Wear of the program as programmed is 1.
+    pub most: f64,
+    /// Wear at the highest feeds allowed.
+    pub used: f64,
+    /// Seconds that one percent more of it would save.
+    pub percent_saves_s: f64,
+    /// Not even the lowest feeds keep it.
+    pub impossible: bool,
+}
+
+impl Answers {
+    /// Lines for the screen; `rewritten`: there is a time saved to speak of.
+    pub fn text(&self, rewritten: bool) -> String {
+        let mut text = String::new();
+        match &self.cycle {
+            Some(cycle) => text += &cycle.text(),
+            None if rewritten => text += "saving    unconfirmed: no cycle time or log of this machine was given\n",
+            None => {}
+        }
+        if let Some(reference) = &self.reference {
+            text += &reference.text();
+        }
+        if let Some(wear) = &self.wear {
+            text += &wear.text();
+        }
+        if !self.stress.is_empty() {
+            text += "stress    the written program, largest load over its limit (99 % of the length below)\n";
+        }
+        for case in &self.stress {
+            text += &case.text();
+        }
+        text
+    }
+}
+
+impl Reference {
+    fn text(&self) -> String {
+        let each = |moved: &Moved| {
+            format!(
+                "          coefficients {:+.0} %: feeds {:+.1} % on average, {:+.1} % at most\n",
+                100.0 * (moved.factor - 1.0),
+                moved.mean_percent,
+                moved.largest_percent
+            )
+        };
+        let lines: String = self.coefficients.iter().map(each).collect();
+        format!("reference loads that {} % of each tool's own cut length stays below\n{lines}", short(self.percentile))
+    }
+}
+
+impl Stressed {
+    fn text(&self) -> String {
+        match (self.worst_ratio, self.p99_ratio) {
+            (Some(worst), Some(p99)) => format!("          {:<34}{worst:>8.3}  ({p99:.3})\n", self.case),
+            _ => format!("          {:<34} cannot be simulated\n", self.case),
+        }
+    }
+}
+
+impl Cycle {
+    fn text(&self) -> String {
+        let measured = clock(self.measured_s);
+        let Some([low, high]) = self.acceleration else {
+            return format!("saving    unconfirmed: no acceleration explains the {measured} measured\n");
+        };
+        let saved = self.saved_percent.map_or(String::new(), |[least, most]| {
+            format!("; with them {} … {} % are saved", short(least), short(most))
+        });
+        format!(
+            "cycle     {measured} measured: accelerations {} … {} of the setup's, by corner tolerance{saved}\n",
+            short(low),
+            short(high)
+        )
+    }
+}
+
+impl Wear {
+    fn text(&self) -> String {
+        let rest = if self.impossible {
+            "not even the lowest feeds keep it".to_owned()
+        } else {
+            format!("one percent more saves {} s", short(self.percent_saves_s))
+        };
+        format!("wear      {} of the program's as programmed, {} allowed; {rest}\n", short(self.used), short(self.most))
+    }
+}

@@ -1,0 +1,210 @@
+//! What a run is asked besides the feeds: limits from the program itself, stress, a measured cycle time, the problem as
+//! JSON, a confidence, a rate of force, a wear budget; and setups that make no sense for a schedule.
+
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A slot, then half-immersed passes: the engagement changes.
+const PROGRAM: &str = "%\nG21 G90\nT1 M6\nS8000 M3\nG0 X-10 Y5 Z2\nG1 Z-2 F300\nG1 X50 F900\nG1 Y8\nX-10\nY11\nX50\nG2 X50 Y17 I0 J3\nG1 X-10\nG0 Z10\nM30\n%\n";
+const SETUP: &str = r#"
+resolution = 0.5
+[machine]
+dialect = "linuxcnc"
+[stock]
+box = { min = [0, 0, -10], max = [40, 20, 0] }
+uncertainty = 0.4
+[material]
+k_tc = 800
+k_te = 14
+[[tool]]
+number = 1
+shape = "flat"
+diameter = 6
+flutes = 3
+[limits]
+force_xy = 80
+"#;
+
+fn bench(setup: &str) -> TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("part.nc"), PROGRAM).unwrap();
+    fs::write(dir.path().join("part.setup.toml"), setup).unwrap();
+    dir
+}
+
+fn feedwright(dir: &Path, words: &[&str]) -> std::process::Output {
+    Command::cargo_bin("feedwright").unwrap().current_dir(dir).args(words).output().unwrap()
+}
+
+fn report(dir: &Path, more: &[&str]) -> Value {
+    let words: Vec<&str> =
+        ["optimize", "part.nc", "--json", "r.json", "--json-blocks"].iter().chain(more).copied().collect();
+    let out = feedwright(dir, &words);
+    assert!(out.status.code().is_some_and(|code| code < 2), "{}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_str(&fs::read_to_string(dir.join("r.json")).unwrap()).unwrap()
+}
+
+fn time(report: &Value) -> f64 {
+    report["time"]["realised_after_s"].as_f64().unwrap()
+}
+
+#[test]
+fn limits_from_the_program_itself() {
+    // Without limits of the setup: nothing but the loads the program meets.
+    let dir = bench(&SETUP.replace("[limits]\nforce_xy = 80\n", ""));
+    let found = report(dir.path(), &["--reference", "self:90"]);
+    let limits: Vec<&str> = found["limits"].as_array().unwrap().iter().filter_map(|l| l["name"].as_str()).collect();
+    assert!(limits.contains(&"force_xy") && limits.contains(&"deflection"), "{limits:?}");
+    let moved = found["reference"]["coefficients"].as_array().unwrap();
+    assert_eq!(moved.len(), 2);
+    // A common error of the coefficients cancels, but for the tare that does not scale with them.
+    for change in moved {
+        assert!(change["mean_percent"].as_f64().unwrap().abs() < 5.0, "{change}");
+    }
+    let screen = feedwright(dir.path(), &["optimize", "part.nc", "--reference", "self"]).stdout;
+    assert!(String::from_utf8_lossy(&screen).contains("coefficients +30 %"));
+    assert_eq!(feedwright(dir.path(), &["optimize", "part.nc", "--reference", "other"]).status.code(), Some(2));
+}
+
+#[test]
+fn stress_says_what_other_worlds_would_do() {
+    let dir = bench(SETUP);
+    let found = report(dir.path(), &["--stress"]);
+    let cases = found["stress"].as_array().unwrap();
+    assert_eq!(cases.len(), 10);
+    let worst = |name: &str| {
+        let case = cases.iter().find(|case| case["case"].as_str().unwrap().starts_with(name)).unwrap();
+        case["worst_ratio"].as_f64().unwrap()
+    };
+    let nominal = found["check"]["resimulated_worst_ratio"].as_f64().unwrap();
+    // Forces are proportional to the coefficients.
+    assert!((worst("coefficients +30") / nominal - 1.3).abs() < 0.01, "{} {nominal}", worst("coefficients +30"));
+    assert!((worst("coefficients -30") / nominal - 0.7).abs() < 0.01);
+    assert!(worst("feed override") > nominal && worst("runout") > nominal && worst("stock grown") > nominal);
+}
+
+#[test]
+fn a_cycle_time_turns_the_saving_into_an_interval() {
+    let dir = bench(SETUP);
+    let plain = report(dir.path(), &[]);
+    assert_eq!(plain["time"]["saving_confirmed"], false);
+    let before = plain["time"]["realised_before_s"].as_f64().unwrap();
+    let found = report(dir.path(), &["--cycle-time", &format!("0:{:.2}", 1.02 * before)]);
+    let cycle = &found["cycle"];
+    let at = |key: &str, i: usize| cycle[key][i].as_f64().unwrap();
+    assert!(at("acceleration", 0) <= at("acceleration", 1) && at("acceleration", 0) < 1.0, "{cycle}");
+    assert!(at("saved_percent", 0) <= at("saved_percent", 1), "{cycle}");
+    assert_eq!(found["time"]["saving_confirmed"], true);
+    // A time that no acceleration explains confirms nothing.
+    let short = report(dir.path(), &["--cycle-time", "0:01"]);
+    assert_eq!(short["time"]["saving_confirmed"], false);
+}
+
+#[test]
+fn the_problem_as_json_holds_its_answer() {
+    let dir = bench(SETUP);
+    report(dir.path(), &["--dump-problem", "problem.json"]);
+    let problem: Value = serde_json::from_str(&fs::read_to_string(dir.path().join("problem.json")).unwrap()).unwrap();
+    let (legs, points) = (problem["legs"].as_array().unwrap(), problem["points"].as_array().unwrap());
+    assert_eq!(points.len(), legs.len() + 1);
+    let b: Vec<f64> = points.iter().map(|point| point["b"].as_f64().unwrap()).collect();
+    let scale = b.iter().copied().fold(0.0, f64::max);
+    for (i, leg) in legs.iter().enumerate() {
+        assert!(b[i].max(b[i + 1]) <= leg["cap_b"].as_f64().unwrap() + 1e-6 * scale);
+        if let Some(a) = leg["acceleration_mm_s2"].as_f64() {
+            assert!((b[i + 1] - b[i]).abs() <= 2.0 * a * leg["length_mm"].as_f64().unwrap() + 1e-6 * scale);
+        }
+        for row in leg["rows"].as_array().into_iter().flatten() {
+            let at = |k: usize| row[k].as_f64().unwrap();
+            assert!(at(0) * b[i] + at(1) * b[i + 1] <= at(2) * (1.0 + 1e-6));
+        }
+    }
+}
+
+#[test]
+fn feeds_rise_as_uncertainty_falls() {
+    let with = |deviation: f64, stock: f64| {
+        let process = format!(
+            "[process.base]\nk_tc = 800\nk_te = 14\n[process]\ncovariance = [[{}, 0], [0, {}]]\ncovariance_of = [\"k_tc\", \"k_te\"]\n",
+            (deviation * 800.0f64).powi(2),
+            (deviation * 14.0f64).powi(2)
+        );
+        let process = process.replace("[process.base]\nk_tc = 800\nk_te = 14\n[process]\n", "[process]\n")
+            + "[process.base]\nk_tc = 800\nk_te = 14\n";
+        let setup = SETUP.replace("uncertainty = 0.4", &format!("uncertainty = {stock}")) + &process;
+        bench(&setup)
+    };
+    let sure = |deviation: f64, stock: f64| report(with(deviation, stock).path(), &["--confidence", "0.95"]);
+    let (none, small, large) = (sure(0.0, 0.0), sure(0.05, 0.0), sure(0.15, 0.0));
+    assert!(
+        time(&none) < time(&small) && time(&small) < time(&large),
+        "{} {} {}",
+        time(&none),
+        time(&small),
+        time(&large)
+    );
+    assert!(time(&none) < time(&sure(0.0, 1.0)));
+    // Both coefficients 15 % off with the same sign would be one direction of doubt; here they are independent: between one and
+    // two times 1.645 · 15 % · their shares.
+    let force = |report: &Value| {
+        let limit = report["limits"].as_array().unwrap().iter().find(|limit| limit["name"] == "force_xy").unwrap();
+        limit["after_max"].as_f64().unwrap() / limit["limit"].as_f64().unwrap()
+    };
+    let kept = force(&large);
+    assert!(kept > 1.0 / (1.0 + 1.645 * 0.15) - 0.01 && kept < 0.95, "{kept}");
+}
+
+#[test]
+fn a_limit_on_the_rate_of_force_slows_entries_and_exits_only() {
+    let blocks = |setup: &str| report(bench(setup).path(), &[]);
+    let free = blocks(SETUP);
+    let held = blocks(&SETUP.replace("force_xy = 80", "force_xy = 80\nforce_rate = \"0.4 kN/s\""));
+    assert!(time(&held) > time(&free));
+    let active = |report: &Value| {
+        let limits = report["limits"].as_array().unwrap();
+        limits.iter().any(|limit| limit["name"] == "force_rate" && limit["active_time_percent"].as_f64().unwrap() > 0.0)
+    };
+    assert!(active(&held) && !active(&free));
+}
+
+#[test]
+fn a_wear_budget_is_kept_and_priced() {
+    let with = |most: f64| {
+        let line = format!("force_xy = 80\nwear = {{ exponent = 1.2, most = {most} }}");
+        report(bench(&SETUP.replace("force_xy = 80", &line)).path(), &[])
+    };
+    let (slack, held) = (with(10.0), with(0.8));
+    assert!(slack["wear"]["used"].as_f64().unwrap() < 10.0 && slack["wear"]["percent_saves_s"] == 0.0);
+    assert!((held["wear"]["used"].as_f64().unwrap() - 0.8).abs() < 1e-6, "{}", held["wear"]);
+    assert!(held["wear"]["percent_saves_s"].as_f64().unwrap() > 0.0 && time(&held) > time(&slack));
+}
+
+#[test]
+fn setups_that_make_no_sense_are_refused() {
+    let axes =
+        |x: &str| format!("[machine.axes]\nx = {{ velocity = 15000, acceleration = {x}, jerk = 20000 }}\n[stock]");
+    let cases = [
+        SETUP.replace("[stock]", &axes("0")),
+        SETUP.replace("[stock]", &axes("-5")),
+        SETUP.replace("[stock]", &axes("nan")),
+        SETUP.replace("[stock]", "[machine.spindle]\npower = [[0, 0], [6000, 5000], [1500, 7500]]\n[stock]"),
+        SETUP.replace("dialect = \"linuxcnc\"", "dialect = \"linuxcnc\"\ncorner_tolerance = -0.01"),
+        SETUP.replace("force_xy = 80", "force_xy = nan"),
+        SETUP.replace("force_xy = 80", "force_xy = 80\nforce_rate = 0"),
+        SETUP.replace("force_xy = 80", "force_xy = 80\nwear = { exponent = 2.5 }"),
+    ];
+    for setup in &cases {
+        let dir = bench(setup);
+        let out = feedwright(dir.path(), &["optimize", "part.nc"]);
+        assert_eq!(out.status.code(), Some(2), "{setup}\n{}", String::from_utf8_lossy(&out.stderr));
+        assert!(!out.stderr.is_empty() && !dir.path().join("part.fw.nc").exists());
+    }
+    // No tolerance at all means stopping at every corner: it works, and takes longer.
+    let exact = bench(&SETUP.replace("dialect = \"linuxcnc\"", "dialect = \"linuxcnc\"\ncorner_tolerance = 0"));
+    assert!(time(&report(exact.path(), &[])) > time(&report(bench(SETUP).path(), &[])));
+}
