@@ -178,9 +178,9 @@ fn a_wear_budget_is_kept_and_priced() {
         let line = format!("force_xy = 80\nwear = {{ exponent = 1.2, most = {most} }}");
         report(bench(&SETUP.replace("force_xy = 80", &line)).path(), &[])
     };
-    let (slack, held) = (with(10.0), with(0.8));
+    let (slack, held) = (with(10.0), with(0.4));
     assert!(slack["wear"]["used"].as_f64().unwrap() < 10.0 && slack["wear"]["percent_saves_s"] == 0.0);
-    assert!((held["wear"]["used"].as_f64().unwrap() - 0.8).abs() < 1e-6, "{}", held["wear"]);
+    assert!((held["wear"]["used"].as_f64().unwrap() - 0.4).abs() < 1e-6, "{}", held["wear"]);
     assert!(held["wear"]["percent_saves_s"].as_f64().unwrap() > 0.0 && time(&held) > time(&slack));
 }
 
@@ -188,12 +188,14 @@ fn a_wear_budget_is_kept_and_priced() {
 fn setups_that_make_no_sense_are_refused() {
     let axes =
         |x: &str| format!("[machine.axes]\nx = {{ velocity = 15000, acceleration = {x}, jerk = 20000 }}\n[stock]");
+    let tolerance = |value: &str| format!("dialect = \"linuxcnc\"\ncorner_tolerance = {value}");
     let cases = [
         SETUP.replace("[stock]", &axes("0")),
         SETUP.replace("[stock]", &axes("-5")),
         SETUP.replace("[stock]", &axes("nan")),
         SETUP.replace("[stock]", "[machine.spindle]\npower = [[0, 0], [6000, 5000], [1500, 7500]]\n[stock]"),
-        SETUP.replace("dialect = \"linuxcnc\"", "dialect = \"linuxcnc\"\ncorner_tolerance = -0.01"),
+        SETUP.replace("dialect = \"linuxcnc\"", &tolerance("-0.01")),
+        SETUP.replace("dialect = \"linuxcnc\"", &tolerance("0")),
         SETUP.replace("force_xy = 80", "force_xy = nan"),
         SETUP.replace("force_xy = 80", "force_xy = 80\nforce_rate = 0"),
         SETUP.replace("force_xy = 80", "force_xy = 80\nwear = { exponent = 2.5 }"),
@@ -204,7 +206,4 @@ fn setups_that_make_no_sense_are_refused() {
         assert_eq!(out.status.code(), Some(2), "{setup}\n{}", String::from_utf8_lossy(&out.stderr));
         assert!(!out.stderr.is_empty() && !dir.path().join("part.fw.nc").exists());
     }
-    // No tolerance at all means stopping at every corner: it works, and takes longer.
-    let exact = bench(&SETUP.replace("dialect = \"linuxcnc\"", "dialect = \"linuxcnc\"\ncorner_tolerance = 0"));
-    assert!(time(&report(exact.path(), &[])) > time(&report(bench(SETUP).path(), &[])));
 }

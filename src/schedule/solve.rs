@@ -176,14 +176,21 @@ fn put_prices(pieces: &mut [FeedPiece], problem: &Problem, node_s: &[f64]) {
 
 /// The track whose spans are the nodes of the problem with their caps.
 pub fn node_track(problem: &Problem, toolpath: &Toolpath, job: &Job) -> Track {
-    track(toolpath, &job.machine, &mut |id, spans| {
+    let mut track = track(toolpath, &job.machine, &mut |id, spans| {
         let range = &problem.of_move[id.ix()];
         spans.extend(range.clone().map(|tag| {
             let node = &problem.nodes[tag as usize];
             let (from_mm, to_mm, feed_mm_s) = (node.from_mm, node.to_mm, node.cap.feed_mm_s);
             Span { from_mm, to_mm, feed_mm_s, tag }
         }));
-    })
+    });
+    // A rapid has one node.
+    for (tag, id) in track.tags.iter_mut().zip(&track.moves) {
+        if toolpath.moves[id.ix()].kind == MoveKind::Rapid {
+            *tag = problem.of_move[id.ix()].start;
+        }
+    }
+    track
 }
 
 fn carries_word(units: &[Unit], i: usize, toolpath: &Toolpath) -> bool {
