@@ -80,7 +80,9 @@ pub fn keep_wear(problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap
     if programmed <= 0.0 {
         return None;
     }
-    rate.iter_mut().for_each(|c| *c /= programmed);
+    for c in &mut rate {
+        *c /= programmed;
+    }
     let kept = keep(problem, &rate, &Budget { exponent: budget.exponent, most: budget.most });
     let (used, price_s, impossible) = match kept {
         Kept::Slack { used } => (used, 0.0, false),

@@ -103,8 +103,8 @@ impl<'a> State<'a> {
                 state.jerk(i, &legs[i - 1], &legs[i]);
             }
         }
-        state.from_rest(1, 0, legs.first()?);
-        state.from_rest(n - 2, n - 1, legs.last()?);
+        state.start_at_rest(1, 0, legs.first()?);
+        state.start_at_rest(n - 2, n - 1, legs.last()?);
         state.start()?;
         Some(state)
     }
@@ -152,7 +152,7 @@ impl<'a> State<'a> {
         }
     }
 
-    fn from_rest(&mut self, moving: usize, still: usize, leg: &Leg) {
+    fn start_at_rest(&mut self, moving: usize, still: usize, leg: &Leg) {
         if self.unit[still] <= 0.0 && self.unit[moving] > 0.0 && leg.jerk_mm_s3 < f64::INFINITY {
             self.row(moving, [0.0, 1.0, 0.0], rest_cap(leg) / self.unit[moving], None);
         }
@@ -170,7 +170,9 @@ impl<'a> State<'a> {
                 factor = factor.min(0.8 * if row.middle.is_none() { 1.0 / load } else { load.powf(-2.0 / 3.0) });
             }
         }
-        self.y.iter_mut().for_each(|y| *y *= factor);
+        for y in &mut self.y {
+            *y *= factor;
+        }
         self.renew();
         self.slopes();
         let mu = 0.1 * self.time_s / self.rows.len() as f64;
@@ -183,7 +185,9 @@ impl<'a> State<'a> {
     /// Slacks and tangents at y.
     fn renew(&mut self) {
         let y = &self.y;
-        self.rows.iter_mut().for_each(|row| row.renew(y));
+        for row in &mut self.rows {
+            row.renew(y);
+        }
     }
 
     /// Time, its gradient, and its second derivatives in the matrix.
