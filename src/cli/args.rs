@@ -335,6 +335,8 @@ pub enum Stage {
     Engagement,
     /// Loads at every station at the programmed feed
     Loads,
+    /// Points of the machined walls with their error at the programmed feed
+    Surface,
     /// What the schedule is asked
     Problem,
 }

@@ -32,6 +32,7 @@ pub fn dump(command: &Dump, global: &Global, screen: Screen) -> Result<Outcome, 
             let done = run(source, command.setup.as_deref(), job::simulate, global, job::Wanted::default(), screen)?;
             match stage {
                 Stage::Engagement => engagement(&done.run, &mut out)?,
+                Stage::Surface => report::surface(&done.run, &mut out)?,
                 Stage::Problem => problem(&done.run, &mut out)?,
                 _ => report::csv(&done.run, &mut out)?,
             }

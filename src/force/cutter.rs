@@ -98,6 +98,14 @@ impl Cutter {
         })
     }
 
+    /// Limits that the force model says nothing about: they cannot be held.
+    pub fn silent_about(&self) -> &'static [LimitKind] {
+        match &self.kind {
+            Kind::Summed { .. } | Kind::Sampled { law: Law::Polynomial(_), .. } => &[LimitKind::ForceAxial],
+            _ => &[],
+        }
+    }
+
     /// Loads at one station and feed.
     pub fn loads(&self, cut: &Cut, feed_mm_s: f64) -> Loads {
         self.line(cut).loads(feed_mm_s)

@@ -17,6 +17,10 @@ pub struct WallPoint {
     pub z_mm: f64,
     /// Material left beyond the ideal wall (negative: cut too deep), mm.
     pub error_mm: f64,
+    /// Radius of the cutter at this height, mm.
+    pub radius_mm: f64,
+    /// Side of the feed on which the wall stands: +1 right (climb), −1 left (up).
+    pub side: f64,
 }
 
 /// Highest less lowest error, mm.
@@ -41,18 +45,19 @@ pub(super) struct Moment {
 pub(super) fn wall(scan: &Scan, moments: &[Moment], beam: &Beam, f: f64) -> Vec<WallPoint> {
     let mut points: Vec<WallPoint> = Vec::new();
     for moment in moments {
-        let z_mm = scan.rings[moment.ring].height_mm;
+        let ring = &scan.rings[moment.ring];
+        let z_mm = ring.height_mm;
         let bent: f64 = scan
             .forces_of(&moment.edges, f, &Factors::default())
             .iter()
             .map(|(z, force_y)| force_y * beam.at_mm_per_n(z_mm, *z))
             .sum();
         let error_mm = moment.side * bent - moment.radius_mm;
-        match points.iter_mut().find(|point| point.z_mm == z_mm) {
+        match points.iter_mut().find(|point| point.z_mm == z_mm && point.side == moment.side) {
             Some(point) => point.error_mm = point.error_mm.min(error_mm),
-            None => points.push(WallPoint { z_mm, error_mm }),
+            None => points.push(WallPoint { z_mm, error_mm, radius_mm: ring.radius_mm, side: moment.side }),
         }
     }
-    points.sort_by(|a, b| a.z_mm.total_cmp(&b.z_mm));
+    points.sort_by(|a, b| a.side.total_cmp(&b.side).then(a.z_mm.total_cmp(&b.z_mm)));
     points
 }

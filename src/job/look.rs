@@ -7,6 +7,7 @@ use crate::force::Cutter;
 use crate::ids::MoveId;
 use crate::machine::{Job, Tool};
 use crate::nc::{Freeze, MoveKind, Toolpath};
+use crate::schedule::rules::load_limits;
 use crate::setup::Assumption;
 
 /// Where the program calls no tool and the setup has just one, that one is meant: it takes the number 0.
@@ -77,9 +78,24 @@ pub fn cutters(map: &EngagementMap, toolpath: &Toolpath, job: &Job) -> Vec<Diagn
 fn no_loads(map: &EngagementMap, tool: &Tool, rps: f64, job: &Job) -> Option<Diagnostic> {
     let material = job.material(tool)?;
     let slices = map.slices_of(tool.number);
-    let error = Cutter::new(tool, material, &job.machine.spindle, &job.process, slices, rps).err()?;
-    let text = format!("no loads are predicted for T{} from here on: {error}", tool.number);
-    Some(Diagnostic::new("force::no-loads", Severity::Warning, text).help("correct it in the setup, or in the program"))
+    match Cutter::new(tool, material, &job.machine.spindle, &job.process, slices, rps) {
+        Ok(cutter) => not_held(&cutter, tool, job),
+        Err(error) => {
+            let text = format!("no loads are predicted for T{} from here on: {error}", tool.number);
+            let said = Diagnostic::new("force::no-loads", Severity::Warning, text);
+            Some(said.help("correct it in the setup, or in the program"))
+        }
+    }
+}
+
+/// A limit on a load that the force model does not give.
+fn not_held(cutter: &Cutter, tool: &Tool, job: &Job) -> Option<Diagnostic> {
+    let limits = load_limits(&job.limits.overridden_by(&tool.limits));
+    let (kind, _) = limits.into_iter().find(|(kind, _)| cutter.silent_about().contains(kind))?;
+    let text =
+        format!("limits.{} is not held for T{}: its force model says nothing of that load", kind.name(), tool.number);
+    let said = Diagnostic::new("force::limit-not-held", Severity::Warning, text);
+    Some(said.help("take another force model (`feedwright library models`), or drop the limit"))
 }
 
 /// Two teeth in a row differ in radius by at most 2 ρ sin(π/N): beyond the feed per tooth one of them cuts nothing.

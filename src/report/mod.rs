@@ -12,6 +12,7 @@ mod picture;
 pub mod run;
 mod stations;
 mod summary;
+mod surface;
 mod table;
 
 pub use answers::Answers;
@@ -23,6 +24,7 @@ pub use picture::picture;
 pub use run::{Check, Infeasible, Run, Written};
 pub use stations::{StationLoads, each_station};
 pub use summary::{short, summary};
+pub use surface::surface;
 pub use table::csv;
 
 /// Value of the JSON key `written_by`.
