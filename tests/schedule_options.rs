@@ -185,6 +185,20 @@ fn a_wear_budget_is_kept_and_priced() {
 }
 
 #[test]
+fn feed_marks_on_final_surfaces_are_those_of_the_closed_form() {
+    let dir = bench(SETUP);
+    let found = report(dir.path(), &[]);
+    let surface = &found["final_surface"];
+    // 900 mm/min at 8000 rev/min and three teeth: f_t = 0.0375 mm; R = 3 mm.
+    let mark = 0.0375f64.powi(2) / (8.0 * 3.0);
+    let at = |key: &str, i: usize| surface[key][i].as_f64().unwrap();
+    assert!((at("mark_max_mm", 0) / mark - 1.0).abs() < 1e-9, "{surface}");
+    assert!(at("mark_mean_mm", 1) <= at("mark_max_mm", 1) && at("commanded_s", 0) > 0.0);
+    let highest = 0.0375f64 * 2.0;
+    assert!(at("mark_max_mm", 1) <= highest.powi(2) / 24.0 * (1.0 + 1e-9), "{surface}");
+}
+
+#[test]
 fn setups_that_make_no_sense_are_refused() {
     let axes =
         |x: &str| format!("[machine.axes]\nx = {{ velocity = 15000, acceleration = {x}, jerk = 20000 }}\n[stock]");

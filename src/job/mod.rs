@@ -124,6 +124,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
         stage_s,
     };
     run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fitted(&run, measured_s));
+    run.answers.final_surface = wanted::surface(&run);
     Ok(run)
 }
 
@@ -167,6 +168,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         run.answers.stress = check::stressed(&run, known, watch);
     }
     run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fitted(&run, measured_s));
+    run.answers.final_surface = wanted::surface(&run);
     Ok(run)
 }
 

@@ -6,9 +6,10 @@ use crate::force::contact::engaged;
 use crate::machine::{Job, LimitKind};
 use crate::nc::Toolpath;
 use crate::report::Run;
-use crate::report::answers::{Cycle, Moved, Reference, Wear};
+use crate::report::answers::{Cycle, Moved, Reference, Surface, Wear};
 use crate::schedule::budget::{Budget, Kept, keep};
 use crate::schedule::cycle::{fits, saved_percent};
+use crate::schedule::marks::final_surface;
 use crate::schedule::reference::{distributions, limited_to_itself};
 use crate::schedule::stress::{with_coefficients, with_grown_stock};
 use crate::schedule::{self, Problem};
@@ -110,6 +111,18 @@ fn contact(problem: &Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Jo
         }
     }
     rate
+}
+
+/// Final surfaces before and after; `None` without any.
+pub fn surface(run: &Run) -> Option<Surface> {
+    let [before, after] =
+        [&run.before[..], run.after()].map(|feeds| final_surface(&run.toolpath, &run.map, &run.job, feeds));
+    (before.length_mm > 0.0).then_some(Surface {
+        length_mm: before.length_mm,
+        commanded_s: [before.commanded_s, after.commanded_s],
+        mark_max_mm: [before.mark_max_mm, after.mark_max_mm],
+        mark_mean_mm: [before.mark_mean_mm, after.mark_mean_mm],
+    })
 }
 
 /// The control fitted to a measured time of the original, and what it says of the saving.

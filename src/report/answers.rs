@@ -1,5 +1,5 @@
 //! Answers to what a run was asked besides: how far limits taken from the program itself depend on the coefficients, what
-//! happens when the world is not as assumed, and what a measured cycle time says. In: numbers found by [`crate::job`].
+//! happens when the world is not as assumed, what a measured cycle time says; and final surfaces on their own. In: numbers found by [`crate::job`].
 //! Out: lines for the screen; the JSON report takes them as they are.
 
 use super::summary::{clock, short};
@@ -17,6 +17,9 @@ pub struct Answers {
     /// `--cycle-time`: the control fitted to it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cycle: Option<Cycle>,
+    /// Moves that leave the finished surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub final_surface: Option<Surface>,
     /// `wear` under [limits]: what the program uses of its budget.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wear: Option<Wear>,
@@ -64,6 +67,19 @@ pub struct Cycle {
     pub saved_percent: Option<[f64; 2]>,
 }
 
+/// Final surfaces before and after.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Surface {
+    /// Length of path that leaves final surface, mm.
+    pub length_mm: f64,
+    /// Length over commanded feed there, before and after, s.
+    pub commanded_s: [f64; 2],
+    /// Highest feed marks f_t² / 8R, before and after, mm.
+    pub mark_max_mm: [f64; 2],
+    /// Their mean over the length, before and after, mm.
+    pub mark_mean_mm: [f64; 2],
+}
+
 /// What a wear budget came to.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Wear {
@@ -88,6 +104,9 @@ impl Answers {
         }
         if let Some(reference) = &self.reference {
             text += &reference.text();
+        }
+        if let Some(surface) = &self.final_surface {
+            text += &surface.text(rewritten);
         }
         if let Some(wear) = &self.wear {
             text += &wear.text();
@@ -140,6 +159,16 @@ impl Cycle {
             short(low),
             short(high)
         )
+    }
+}
+
+impl Surface {
+    fn text(&self, rewritten: bool) -> String {
+        let [before, after] = self.mark_max_mm.map(|mm| short(1e3 * mm));
+        let marks = if rewritten { format!("{before} → {after}") } else { before };
+        let [before, after] = self.commanded_s.map(clock);
+        let time = if rewritten { format!("{before} → {after}") } else { before };
+        format!("surface   {} mm of path leave it, {time}; feed marks up to {marks} µm\n", short(self.length_mm))
     }
 }
 
