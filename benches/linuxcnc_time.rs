@@ -18,9 +18,8 @@ use feedwright::nc::{self, MoveKind};
 use feedwright::{engage, setup};
 
 /// Programs, with their setup where there is one.
-const PROGRAMS: [(&str, &str); 11] = [
+const PROGRAMS: [(&str, &str); 10] = [
     ("programs/pocket.nc", "programs/pocket.setup.toml"),
-    ("../shared/programs/camotics_slant_test.nc", ""),
     ("../shared/programs/camotics_heart.ngc", ""),
     ("../shared/programs/lcnc_comp-g1.ngc", ""),
     ("../shared/programs/pygcode_DB25.tap", ""),
