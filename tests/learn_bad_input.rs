@@ -141,6 +141,21 @@ fn columns_and_units_that_are_wrong() {
 }
 
 #[test]
+fn forces_in_other_units() {
+    // About what a tooth of the cut takes at its thickest chip, and no prediction of it.
+    let force = |s: &At| {
+        let chip = s.feed_mm_s / (3.0 * s.rps);
+        s.cut.map_or(0.0, |(axial, radial)| 1.2 * axial * (900.0 * chip * (radial / 10.0).min(0.5) * 2.0 + 21.0))
+    };
+    let samples = samples(program());
+    for (unit, what) in [(1e-3, "kilonewtons"), (1e3, "millinewtons")] {
+        let mut noise = Noise(9);
+        let text = log(&samples, "force_xy_n", |s| format!("{:.6}", unit * (force(s) + 5.0 * noise.normal()).abs()));
+        doubted(what, &text, &["units"]);
+    }
+}
+
+#[test]
 fn logs_of_something_else() {
     let other = plan(Kind::MeanForce, &job()).unwrap().program;
     let mut noise = Noise(8);

@@ -72,6 +72,7 @@ fn power_cuts_give_their_coefficients_back() {
 fn mean_force_cuts_give_their_coefficients_back() {
     let plan = plan(Kind::MeanForce, &job()).unwrap();
     assert_eq!(plan.cuts.len(), 9);
+    assert!(plan.condition < 40.0, "{}", plan.condition);
     let mut noise = Noise(2);
     // Independent of the closed form: the mean over a turn of the force of one tooth, summed over its angles, climb, on the
     // workpiece, machine axes: feed along +X, the wall towards −Y.

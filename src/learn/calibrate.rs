@@ -216,13 +216,14 @@ fn kienzle(
 fn mean_force(frame: &Frame, rows: &[SteadyRow], options: CalibrateOptions) -> Result<Calibration, DataError> {
     let (fx, fy) = (frame.needed("force_x_n")?, frame.needed("force_y_n")?);
     let used: Vec<usize> = (0..rows.len()).filter(|i| fx[*i].is_finite() && fy[*i].is_finite()).collect();
-    // Relative least squares: every component is divided by its measured magnitude.
+    // Relative least squares: every component is divided by its measured magnitude, or a tenth of the resultant where it
+    // passes through zero.
     let line = |k: usize| {
         let (i, y) = (used[k / 2], k % 2 == 1);
         let measured = if y { fy[i] } else { fx[i] };
         (mean_force_columns(&rows[i], y), measured)
     };
-    let scale = |k: usize| 1.0 / line(k).1.abs().max(1e-6);
+    let scale = |k: usize| 1.0 / relative_to(line(k).1, [fx[used[k / 2]], fy[used[k / 2]]]);
     let problem = Problem {
         names: [("k_tc", "N/mm²"), ("k_rc", "N/mm²"), ("k_te", "N/mm"), ("k_re", "N/mm")]
             .map(|(n, u)| (n.to_owned(), u.to_owned()))
@@ -236,6 +237,11 @@ fn mean_force(frame: &Frame, rows: &[SteadyRow], options: CalibrateOptions) -> R
     result.tests = used.len();
     result.notes.push("errors are relative to each measured force; the held-out error leaves whole tests out".into());
     Ok(result)
+}
+
+/// What an error of a force component is measured by: its magnitude, and not less than a tenth of the resultant.
+pub fn relative_to(component_n: f64, forces_n: [f64; 2]) -> f64 {
+    component_n.abs().max(0.1 * forces_n[0].hypot(forces_n[1])).max(1e-6)
 }
 
 /// Columns of F_x or F_y for K_t, K_r, K_te, K_re. In conventional milling the teeth run the other way along the same wall:

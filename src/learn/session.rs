@@ -190,6 +190,11 @@ fn doubts(report: &LearnReport, aligned: &Aligned, prepared: &Prepared, log: &Lo
     }
     let declared = data.base.iter().find(|b| b.name == "k_tc").and_then(|b| b.prior).map(|(value, _)| value);
     doubts.extend(super::plausible::doubts(&unaided(data), declared));
+    if let Some(ratio) = over_declared(data).filter(|ratio| !(0.05..=20.0).contains(ratio)) {
+        doubts.push(format!(
+            "the forces would be {ratio:.4} times the declared ones: are the units right, or columns swapped?"
+        ));
+    }
     if report.base_train.r2 < 0.2 && report.effects.is_empty() {
         doubts.push("the predicted load explains next to nothing of the measured one".into());
     }
@@ -211,6 +216,21 @@ fn unaided(data: &Data) -> Vec<Value> {
         unit: data.base[b].unit.clone(),
     };
     fitted.iter().flat_map(|f| (0..data.base.len()).map(move |b| value((b, f)))).collect()
+}
+
+/// Measured forces over those by the declared coefficients; `None` where something else is measured, or none are declared.
+fn over_declared(data: &Data) -> Option<f64> {
+    if data.base.iter().any(|b| b.class == Class::Tare) {
+        return None;
+    }
+    let declared: Vec<f64> = data.base.iter().map(|b| b.prior.map_or(0.0, |(value, _)| value)).collect();
+    let predicted = |i: usize| declared.iter().zip(&data.columns).map(|(k, column)| k * column[i]).sum::<f64>();
+    let (mut both, mut square) = (0.0, 0.0);
+    for i in data.used() {
+        both += data.weight[i] * data.reading[i] * predicted(i);
+        square += data.weight[i] * predicted(i).powi(2);
+    }
+    (square > 0.0).then(|| both / square)
 }
 
 /// Share of the program's time between the first and the last sample that belong to it.

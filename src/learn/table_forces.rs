@@ -1,8 +1,8 @@
 //! Tables of mean forces for the diagnosis: every cut gives two samples, F_x along the feed and F_y into the wall, on the
 //! columns of K_tc, K_rc, K_te, K_re ([`super::calibrate::mean_force_columns`]). Readings and columns are divided by the
-//! magnitude of the reading, so that errors are relative to each force, as in the calibration.
+//! magnitude of the reading (a tenth of the resultant where it is less), so that errors are relative to each force, as in the calibration.
 
-use super::calibrate::mean_force_columns;
+use super::calibrate::{mean_force_columns, relative_to};
 use super::columns::{DataError, Frame};
 use super::plausible::readable;
 use super::samples::{Base, Class, Data, UNBOUNDED};
@@ -24,9 +24,14 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
     let force: Vec<f64> = samples.iter().map(|(i, axis)| forces[*axis][*i]).collect();
     let known = |y: &f64| y.is_finite() && *y != 0.0;
     let relative = |((i, axis), y): (&(usize, usize), &f64)| {
-        let size = if known(y) { y.abs() } else { 1.0 };
+        let size = if known(y) { relative_to(*y, [forces[0][*i], forces[1][*i]]) } else { 1.0 };
         mean_force_columns(&table[*i], *axis == 1).map(|column| column / size)
     };
+    let reading = samples
+        .iter()
+        .zip(&force)
+        .map(|((i, _), y)| if known(y) { y / relative_to(*y, [forces[0][*i], forces[1][*i]]) } else { 0.0 });
+    let reading: Vec<f64> = reading.collect();
     let columns: Vec<[f64; 4]> = samples.iter().zip(&force).map(relative).collect();
     let (group, _) = numbered(table.iter().map(|row| row.group.as_str()));
     let (kind, kind_names) = numbered(table.iter().map(|row| row.kind.as_str()));
@@ -43,7 +48,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
         ],
         columns: (0..4).map(|b| columns.iter().map(|c| c[b]).collect()).collect(),
         weight: force.iter().map(|y| if known(y) { 1.0 } else { 0.0 }).collect(),
-        reading: force.iter().map(|y| if known(y) { y.signum() } else { 0.0 }).collect(),
+        reading,
         state: samples.iter().map(|(i, _)| state[*i]).collect(),
         span_s: vec![0.0; samples.len()],
         run: (0..samples.len()).collect(),
