@@ -71,29 +71,40 @@ pub fn exact_pass(chain: &Chain) -> Vec<f64> {
 /// Largest b at every point under these values at the points in place of the chain's own.
 pub fn exact_pass_below(chain: &Chain, mut b: Vec<f64>) -> Vec<f64> {
     backward(chain, &mut b);
-    for (i, leg) in chain.legs.iter().enumerate() {
+    let Some((first, rest)) = b.split_first_mut() else { return b };
+    let mut before = *first;
+    for (leg, b) in chain.legs.iter().zip(rest) {
         let reach = if leg.row_count == 0 {
-            b[i] + 2.0 * leg.accel_mm_s2 * leg.ds_mm
+            before + 2.0 * leg.accel_mm_s2 * leg.ds_mm
         } else {
-            largest_end(chain.rows_of(leg), b[i])
+            largest_end(chain.rows_of(leg), before)
         };
-        b[i + 1] = b[i + 1].min(reach);
+        before = least(*b, reach);
+        *b = before;
     }
     b
 }
 
 /// Takes b at the points down to the caps of the legs and to what the rest of the path can be done from.
 fn backward(chain: &Chain, b: &mut [f64]) {
-    for (i, leg) in chain.legs.iter().enumerate().rev() {
-        let end = b[i + 1].min(leg.cap_b);
-        let start = b[i].min(leg.cap_b);
-        b[i + 1] = end;
-        b[i] = if leg.row_count == 0 {
-            start.min(end + 2.0 * leg.accel_mm_s2 * leg.ds_mm)
+    let Some((last, rest)) = b.split_last_mut() else { return };
+    let (mut after, mut at) = (*last, last);
+    for (leg, b) in chain.legs.iter().zip(rest).rev() {
+        let (start, end) = (least(*b, leg.cap_b), least(after, leg.cap_b));
+        *at = end;
+        after = if leg.row_count == 0 {
+            least(start, end + 2.0 * leg.accel_mm_s2 * leg.ds_mm)
         } else {
             largest_start(chain.rows_of(leg), start, end)
         };
+        at = b;
     }
+    *at = after;
+}
+
+/// The lesser of two numbers that are not NaN, in one instruction.
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 /// Time of a leg between two values of b, s.
