@@ -6,21 +6,27 @@ use crate::engage::{EngagementMap, EventKind};
 use crate::force::Cutter;
 use crate::ids::MoveId;
 use crate::machine::{Job, Tool};
-use crate::nc::{Freeze, MoveKind, Toolpath};
+use crate::nc::{Event, Freeze, Move, MoveKind, Toolpath};
 use crate::schedule::rules::load_limits;
 use crate::setup::Assumption;
 
-/// Where the program calls no tool and the setup has just one, that one is meant: it takes the number 0.
+/// Where the program calls no tool and the setup has just one, that one is meant; a toolpath read without the setup calls
+/// it 0.
 pub fn tool_assumption(toolpath: &Toolpath, job: &mut Job) -> Option<Assumption> {
-    let called = toolpath.moves.iter().any(|motion| motion.tool != 0 && motion.kind == MoveKind::Feed);
+    let called = toolpath.between.iter().any(|(_, event)| matches!(event, Event::Tool { number, .. } if *number != 0));
     let [only] = job.tools.as_mut_slice() else { return None };
     if called || only.number == 0 {
         return None;
     }
-    let number = std::mem::replace(&mut only.number, 0);
+    let number = only.number;
+    let without = |motion: &Move| motion.kind == MoveKind::Feed && motion.tool == 0;
+    if toolpath.moves.iter().any(without) {
+        only.number = 0;
+    }
+    let listed = if only.number == 0 { " (listed as T0)" } else { "" };
     Some(Assumption {
         key: "tool".into(),
-        value: format!("T{number} for every move (listed as T0)"),
+        value: format!("T{number} for every move{listed}"),
         source: "the program calls no tool, the setup has one".into(),
     })
 }

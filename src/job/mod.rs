@@ -15,6 +15,7 @@ mod comments;
 mod follow;
 mod learned;
 mod look;
+mod switch;
 mod used;
 mod wanted;
 
@@ -102,6 +103,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     }
     let mut problem = asked(&program, &toolpath, &map, &job);
     answers.wear = wanted::keep_wear(&mut problem, &toolpath, &map, &job);
+    assumptions.extend(switch::both_positions(&program, &job, &toolpath, &mut problem, watch)?);
     let before = schedule::as_programmed(&toolpath);
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
     let mut diagnostics: Vec<Diagnostic> = std::mem::take(&mut toolpath.diagnostics);

@@ -85,6 +85,11 @@ impl Program {
             syntax: self.dialect.syntax(),
         }
     }
+    /// Does any block hang on the block-delete switch?
+    pub fn has_block_delete(&self) -> bool {
+        let mut slash = memchr::memchr_iter(b'/', &self.text).map(|at| self.block_at(at as u32));
+        slash.any(|block| self.tokens(block).any(|token| token.kind == TokenKind::Delete))
+    }
     /// Bytes the program occupies in memory.
     pub fn memory_bytes(&self) -> usize {
         self.text.capacity() + self.starts.capacity() * size_of::<u32>()

@@ -9,14 +9,18 @@
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
 use crate::machine::Job;
-use crate::nc::{FeedMode, Freeze, Move, MoveKind, Program, Toolpath};
+use crate::nc::{Dialect, FeedMode, Freeze, Move, MoveKind, Program, Toolpath};
 
 use super::fword::FeedUnit;
+use super::plain;
 use super::split::{self, Block};
 use super::view::{Manners, Modes, View};
 
 /// Marks the moves whose feed must stay ([`Move::freeze`]) and those that cannot be cut ([`Move::splittable`]).
 pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
+    if program.dialect() == Dialect::Heidenhain {
+        plain::one_feed_a_span(program, toolpath);
+    }
     let found = freezes(program, toolpath, job);
     let whole = uncuttable(program, toolpath);
     for (index, motion) in toolpath.moves.iter_mut().enumerate() {
@@ -82,20 +86,24 @@ fn mixed_spans(program: &Program, toolpath: &Toolpath) -> Vec<u32> {
     words
 }
 
-/// For each number of [`Move::shared`]: does one F mean different feeds in its moves? So it is in inverse time, and per
-/// revolution at different speeds.
+/// For each number of [`Move::shared`]: does one F mean different feeds in its moves? So it is in inverse time with
+/// different lengths, and per revolution at different speeds.
 fn uneven_groups(toolpath: &Toolpath) -> Vec<bool> {
-    let mut groups: Vec<(Option<f64>, bool)> = Vec::new();
+    let mut groups: Vec<Option<((f64, f64), bool)>> = Vec::new();
     for motion in &toolpath.moves {
         let Some(number) = motion.shared else { continue };
         if groups.len() <= number as usize {
-            groups.resize(number as usize + 1, (None, false));
+            groups.resize(number as usize + 1, None);
         }
-        let (rps, uneven) = &mut groups[number as usize];
-        let other = *rps.get_or_insert(motion.spin.rps) != motion.spin.rps;
-        *uneven |= motion.feed.mode == FeedMode::InverseTime || motion.feed.mode == FeedMode::PerRev && other;
+        let length = motion.curve().length();
+        let ((rps, first), uneven) = groups[number as usize].get_or_insert(((motion.spin.rps, length), false));
+        *uneven |= match motion.feed.mode {
+            FeedMode::PerMinute => false,
+            FeedMode::InverseTime => (*first - length).abs() > 1e-9 * length,
+            FeedMode::PerRev => *rps != motion.spin.rps,
+        };
     }
-    groups.into_iter().map(|(_, uneven)| uneven).collect()
+    groups.into_iter().map(|group| group.is_some_and(|(_, uneven)| uneven)).collect()
 }
 
 /// The block and the F word that were read last: neighbours share them.

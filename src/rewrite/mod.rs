@@ -8,6 +8,7 @@ mod emit;
 mod freeze;
 pub mod fword;
 pub mod mark;
+mod plain;
 mod plan;
 mod reference;
 mod split;

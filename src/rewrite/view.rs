@@ -3,7 +3,7 @@
 
 use crate::diag::Span;
 use crate::ids::BlockId;
-use crate::nc::{Program, TokenKind};
+use crate::nc::{Dialect, Program, TokenKind};
 
 use super::mark::{self, Ours};
 
@@ -50,6 +50,8 @@ impl View {
     pub fn of(program: &Program, block: BlockId) -> Self {
         let span = program.span(block);
         let mut view = View { code_end: span.start, line_end: span.end, plain: true, empty: true, ..View::default() };
+        let plain = program.dialect() == Dialect::Heidenhain;
+        let mut named = false;
         for token in program.tokens(block) {
             match token.kind {
                 TokenKind::Blank => continue,
@@ -71,8 +73,10 @@ impl View {
                     if kind == TokenKind::OpenComment {
                         view.user_comment_at = view.user_comment_at.or(Some(token.span.start));
                     }
-                    view.flow |= steers(kind);
-                    view.jumps |= matches!(kind, TokenKind::Name | TokenKind::Label);
+                    let first = !std::mem::replace(&mut named, kind == TokenKind::Name || named);
+                    let moves = plain && kind == TokenKind::Name && !(first && is_flow(token.span.of(program.text())));
+                    view.flow |= steers(kind) && !moves;
+                    view.jumps |= matches!(kind, TokenKind::Name | TokenKind::Label) && !moves;
                     view.computed_feed |= kind == TokenKind::Computed(b'F');
                 }
             }
@@ -108,6 +112,15 @@ impl View {
             Ours::Header => None,
         })
     }
+}
+
+/// Does a block of plain language that begins with this word do more than move, or prepare a tool?
+fn is_flow(name: &[u8]) -> bool {
+    const MOTIONS: [&[u8]; 16] = [
+        b"L", b"C", b"CC", b"CR", b"CT", b"LP", b"CP", b"RND", b"CHF", b"TOOL", b"STOP", b"BLK", b"BEGIN", b"END",
+        b"FMAX", b"F",
+    ];
+    !MOTIONS.iter().any(|word| word.eq_ignore_ascii_case(name))
 }
 
 fn steers(kind: TokenKind) -> bool {

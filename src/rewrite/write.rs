@@ -136,7 +136,7 @@ impl<'a> Writer<'a> {
         self.tool_changed |= view.tool_change();
         self.stats.f_words_before += view.words.iter().filter(|word| word.letter == b'F').count();
         let numbered = view.only(b'N').map(|word| word.number);
-        if self.jumps && numbered.is_some() && self.now != Now::Original {
+        if self.jumps && self.may_insert() && numbered.is_some() && self.now != Now::Original {
             self.now = Now::Either;
         }
         let change = match &plan.want {
@@ -166,7 +166,9 @@ impl<'a> Writer<'a> {
     fn keep(&mut self, view: &View, plan: &Plan) -> Change {
         let mut change = Change { leave_note: true, ..Change::default() };
         let restates_itself = (view.has(b'F') || view.computed_feed) && !view.delete;
-        if !restates_itself && self.now != Now::Original {
+        if !restates_itself && self.now != Now::Original && !self.may_insert() {
+            self.say_original(view, plan, &mut change);
+        } else if !restates_itself && self.now != Now::Original {
             let word = plan.word.filter(|_| !view.has(b'F'));
             let inherited = word.and_then(|(block, span)| self.written_feed(block, span)).or(self.original.clone());
             match inherited {
@@ -180,6 +182,15 @@ impl<'a> Writer<'a> {
         }
         self.take_original(view);
         change
+    }
+
+    /// In plain language a kept motion says the original F itself.
+    fn say_original(&mut self, view: &View, plan: &Plan, change: &mut Change) {
+        let word = plan.word.and_then(|(block, span)| self.written_feed(block, span));
+        let Some(feed) = word.filter(|_| !view.flow && !view.delete && plan.first.is_some()) else { return };
+        change.append = [b" ".as_slice(), &self.f_word(&feed.text)].concat();
+        self.stats.f_words_inserted += 1;
+        self.now = Now::Original;
     }
 
     /// The F of the block comes from the input: the original's feed is in force after it.

@@ -91,7 +91,7 @@ impl Run<'_> {
         let refused = self.refused_before.contains(&range);
         let meaning = match self.env.compensation {
             Some(meaning) => Some(meaning),
-            None if inline || self.program.dialect() == Dialect::LinuxCnc => Some(Compensation::Control),
+            None if inline || stated(line).is_some() || self.program.dialect() == Dialect::LinuxCnc => Some(Compensation::Control),
             None if refused => Some(Compensation::Wear),
             None => None,
         };
@@ -121,14 +121,14 @@ impl Run<'_> {
     /// Diameter that the D word, or the tool, stands for, mm.
     fn compensation_diameter(&self, inline: bool, line: &Line) -> Option<f64> {
         let value = line.get(b'D');
+        if let Some(diameter) = stated(line).filter(|_| self.program.dialect() != Dialect::LinuxCnc) {
+            return Some(diameter * self.modal.unit_mm());
+        }
         if inline {
             return Some(value.unwrap_or(0.0) * self.modal.unit_mm());
         }
         let number = value.filter(|d| *d != 0.0 && d.fract() == 0.0).map_or(self.modal.tool, |d| d as u32);
         let table = self.env.diameter_mm(number).or_else(|| self.env.diameter_mm(self.modal.tool));
-        if value.is_some_and(|d| d.fract() != 0.0) {
-            return self.env.diameter_mm(self.modal.tool);
-        }
         table.or((self.modal.tool == 0 && value.is_none()).then_some(0.0))
     }
 
@@ -330,6 +330,13 @@ impl Run<'_> {
             }
         }
     }
+}
+
+/// A diameter written in the block itself: a D that is no whole number, or an R beside G41/G42 on a straight line.
+fn stated(line: &Line) -> Option<f64> {
+    let fraction = line.get(b'D').filter(|d| d.fract() != 0.0);
+    let straight = !line.has_g(20) && !line.has_g(30) && (line.has_g(0) || line.has_g(10) || !line.has_any(b"XYZ"));
+    fraction.or(line.get(b'R').filter(|radius| straight && *radius > 0.0).map(|radius| 2.0 * radius))
 }
 
 const GOUGE: Refusal = "the contour cannot be followed with this tool radius without gouging";

@@ -1,17 +1,18 @@
 //! Heidenhain plain language: each block is put into the words of ISO and executed as such.
 //!
-//! `L` is G0 (FMAX) or G1, `CC` keeps a centre for `C`, `CR` is an arc with R, `R0 RL RR` are G40 G41 G42, an `I` before an
-//! axis makes it incremental. CYCL DEF 200 and 203 drill where M99 or CYCL CALL stands; other cycles are kept.
+//! `L` is G0 (FMAX) or G1, `CC` keeps a centre for `C` and a pole for `LP`, `CP`; `CR` is an arc with R, `CT` one that is
+//! tangential; `RND`, `CHF` work the corner between their neighbours; `R0 RL RR` are G40 G41 G42, an `I` before an axis
+//! makes it incremental. APPR and DEP are read as straight motions with their feeds kept; what has no meaning here is said.
 
 use super::Run;
-use super::cycles::Cycle;
+use super::corner::Corner;
 use super::flow::After;
 use super::line::Line;
-use crate::diag::{Severity, Span};
+use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::expr::{self, Target};
 use crate::nc::lex::{Token, TokenKind};
-use crate::nc::toolpath::{Event, Freeze};
+use crate::nc::toolpath::Event;
 
 impl Run<'_> {
     /// Puts a block into ISO words.
@@ -31,25 +32,43 @@ impl Run<'_> {
             .collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let place = tokens.first().map_or_else(|| source.program().span(block), |token| token.span);
+        if names.first() == Some(&"FN") && self.q_jump(source.program().line_text(block), place) {
+            return After::Done;
+        }
         for token in tokens.iter().filter(|token| token.kind == TokenKind::Assignment) {
             self.q_assignment(*token, text);
         }
-        let numbers: Vec<f64> = tokens.iter().filter(|t| t.kind == TokenKind::Expression).map(|t| t.number).collect();
+        let first_number = tokens.iter().find(|t| t.kind == TokenKind::Expression).map(|t| t.number);
         line.flow = false;
         match names.as_slice() {
             ["BEGIN", "PGM", ..] => {
                 self.modal.inch = names.last() == Some(&"INCH");
                 line.clear();
             }
+            ["END", "PGM", ..] if self.source_id != 0 => self.return_from_call(),
             ["END", "PGM", ..] => self.ended = true,
             ["L", ..] => self.straight(&names, line, place),
+            ["LP" | "CP", ..] => self.polar_motion(&names, &tokens, text, line, place),
             ["CC", ..] => self.pole(line),
             ["C" | "CR", ..] => self.circle(&names, line, place),
-            ["TOOL", "CALL", ..] => tool_call(line, numbers.first().copied(), place),
-            ["CALL", "LBL", ..] => self.call_label(&numbers, place),
-            ["LBL"] if numbers.first() == Some(&0.0) => self.return_from_call(),
+            ["CT", ..] => {
+                self.radius_side(&names, line, place);
+                self.tangential_arc(line, place);
+            }
+            ["RND" | "CHF", ..] => self.corner_block(names[0], line, first_number, place),
+            ["APPR" | "DEP", ..] => self.approach(&names, line, place),
+            ["TOOL", "CALL", ..] => tool_call(line, first_number, place),
+            ["CALL", "LBL", ..] => self.call_label(&tokens, text, place),
+            ["CALL", "PGM", ..] => {
+                line.clear();
+                self.call_file(source.program().line_text(block), place);
+            }
+            ["LBL"] if tokens.iter().any(|t| t.span.of(text) == b"0") => self.return_from_call(),
             ["STOP", ..] => self.event(Event::Stop { line: self.line_number(), end: false }),
-            ["CYCL", "DEF", ..] => self.cycle_number = numbers.first().copied().unwrap_or(0.0) as u32,
+            ["CYCL", "DEF", ..] => {
+                self.define_cycle(&tokens, text, line, place);
+                line.clear();
+            }
             ["CYCL", "CALL", ..] => self.call_cycle(place),
             ["LBL" | "BLK" | "CYCL" | "FN", ..] | ["TOOL", "DEF", ..] => line.clear(),
             [] => {}
@@ -70,7 +89,7 @@ impl Run<'_> {
         let bytes = token.span.of(text);
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let index = String::from_utf8_lossy(&bytes[1..equals]).trim().parse().unwrap_or(0);
-        match expr::evaluate(&bytes[equals + 1..], &self.parameters) {
+        match expr::evaluate(&formula(&bytes[equals + 1..]), &self.parameters) {
             Ok(value) => self.assignments.push((Target::Number(index), value)),
             Err(error) => self.bad_expression(token.span, &error),
         }
@@ -104,6 +123,9 @@ impl Run<'_> {
 
     fn pole(&mut self, line: &mut Line) {
         let unit = self.modal.unit_mm();
+        if !line.has_any(b"XYZ") {
+            self.pole = self.programmed;
+        }
         for (axis, letter) in b"XYZ".iter().enumerate() {
             if let Some(value) = line.get(*letter) {
                 let from = if line.is_incremental(*letter) { self.programmed[axis] } else { 0.0 };
@@ -115,76 +137,85 @@ impl Run<'_> {
 
     /// `C … DR±` about the pole, `CR … R DR±` by radius.
     fn circle(&mut self, names: &[&str], line: &mut Line, place: Span) {
+        let turn = if names.contains(&"DR+") { 30 } else { 20 };
         if names[0] == "C" {
             self.radius_side(names, line, place);
-            let unit = self.modal.unit_mm();
-            for (axis, letter) in b"IJK".iter().enumerate() {
-                line.put(*letter, self.pole[axis] / unit, place, true);
-                line.force(*letter, false);
-            }
+            return self.put_centre(line, self.pole, turn == 30, place);
         }
-        line.g.push((if names.contains(&"DR+") { 30 } else { 20 }, place));
+        line.g.push((turn, place));
     }
 
-    /// `CALL LBL n REP k`: k further times.
-    fn call_label(&mut self, numbers: &[f64], place: Span) {
-        let label = numbers.first().copied().unwrap_or(0.0) as u32;
-        let repeats = numbers.get(1).map(|count| count.clamp(0.0, 1e6) as u64);
-        let labels = self.labels();
-        let Some(&(_, start)) = labels.names.iter().find(|(name, _)| *name == format!("LBL {label}")) else {
-            return self.no_routine(place, &format!("LBL {label}"));
+    /// `LP PR+30 PA+45`: to a point in polar coordinates about the pole; `CP PA+90 DR+` (IPA: by an angle): about it.
+    fn polar_motion(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Line, place: Span) {
+        let after = |name: &str| {
+            let at = tokens.iter().position(|token| token.span.of(text).eq_ignore_ascii_case(name.as_bytes()))?;
+            tokens.get(at + 1).filter(|token| token.kind == TokenKind::Expression).map(|token| token.number)
         };
-        match repeats {
-            None => self.call_block(start as usize + 1, 1),
-            Some(count) => {
-                let key = (self.calls.len(), self.block.0);
-                let known = self.repeats.iter().position(|repeat| (repeat.0, repeat.1) == key);
-                let index = known.unwrap_or_else(|| {
-                    self.repeats.push((key.0, key.1, count));
-                    self.repeats.len() - 1
-                });
-                if self.repeats[index].2 == 0 {
-                    self.repeats.remove(index);
-                } else {
-                    self.repeats[index].2 -= 1;
-                    self.jump(start as usize + 1);
-                }
-            }
-        }
-    }
-
-    /// The cycle defined last, where the tool is.
-    pub(super) fn call_cycle(&mut self, place: Span) {
-        if !matches!(self.cycle_number, 200 | 201 | 203) {
-            let text = format!("cycle {} is kept, not simulated", self.cycle_number);
-            return self.say(
-                "nc::cycle",
-                Severity::Warning,
-                place,
-                text,
-                "what it cuts is not known to the simulation",
-            );
-        }
+        self.radius_side(names, line, place);
+        let (a, b, _) = self.modal.plane.axes();
+        let (u, v) = (self.programmed[a] - self.pole[a], self.programmed[b] - self.pole[b]);
         let unit = self.modal.unit_mm();
-        let q = |index: u32| self.parameters.number(index) * unit;
-        let (surface, clearance) = (q(203), q(200));
-        let cycle = Cycle {
-            initial: surface + q(204).max(clearance),
-            depth: Some(surface + q(201)),
-            peck: Some(q(202)),
-            dwell_s: self.parameters.number(211),
-            ..Cycle::default()
-        };
-        let feed = self.modal.feed;
-        self.modal.feed.value = q(206);
-        (self.modal.feed.word, self.modal.feed.computed) = (None, true);
-        let before = (self.freeze, self.splittable);
-        self.freeze = Some(Freeze::Cycle);
-        self.splittable = false;
-        let code = if self.cycle_number == 201 { 850 } else { 830 };
-        self.one_hole(cycle, code, self.programmed, surface + clearance);
-        (self.freeze, self.splittable) = before;
-        self.modal.feed = feed;
+        let start = v.atan2(u).to_degrees();
+        let stated = ["PR", "PA", "IPR", "IPA"].iter().filter(|name| names.contains(*name));
+        let readable = stated.clone().all(|name| after(name).is_some());
+        let radius = after("PR").map_or(u.hypot(v) + after("IPR").unwrap_or(0.0) * unit, |radius| radius * unit);
+        let angle = after("PA").unwrap_or(start + after("IPA").unwrap_or(0.0));
+        if !readable || stated.count() == 0 {
+            self.not_understood("nc::not-understood", place, "these polar coordinates are not followed", "");
+            return line.clear();
+        }
+        for (axis, at) in [(a, radius * angle.to_radians().cos()), (b, radius * angle.to_radians().sin())] {
+            line.put(b"XYZ"[axis], (self.pole[axis] + at) / unit, place, true);
+            line.force(b"XYZ"[axis], false);
+        }
+        if names[0] == "LP" {
+            return line.g.push((if names.contains(&"FMAX") { 0 } else { 10 }, place));
+        }
+        let turns = (after("IPA").unwrap_or(0.0).abs() / 360.0 - 1e-9).floor().max(0.0) + 1.0;
+        line.put(b'P', turns, place, true);
+        self.put_centre(line, self.pole, names.contains(&"DR+"), place);
+    }
+
+    /// `RND R5`, `CHF 2`: between the block before and the one after.
+    fn corner_block(&mut self, word: &str, line: &mut Line, number: Option<f64>, place: Span) {
+        let unit = self.modal.unit_mm();
+        let size = line.get(b'R').or(number).filter(|size| *size > 0.0);
+        line.clear();
+        match size {
+            Some(radius) if word == "RND" => self.corner = Some((Corner::Round(radius * unit), place)),
+            Some(leg) => self.corner = Some((Corner::Legs(leg * unit), place)),
+            None => self.not_understood("nc::corner", place, "the corner has no size", ""),
+        }
+    }
+
+    /// APPR and DEP: straight to the point they name.
+    fn approach(&mut self, names: &[&str], line: &mut Line, place: Span) {
+        let text = format!("{} is read as a straight motion", names.join(" "));
+        self.not_understood("nc::approach", place, text, "its feed is kept; its lead-in arc is not simulated");
+        if names[0] == "DEP" && self.compensation_side != 400 {
+            self.compensation_side = 400;
+            line.g.push((400, place));
+        }
+        line.remove(b'R');
+        self.radius_side(names, line, place);
+        if line.has_any(b"XYZ") {
+            line.g.push((10, place));
+        }
+    }
+}
+
+/// A formula of plain language with its own words in place: `DIV` divides, `SQRT 4` and the like have no brackets.
+fn formula(text: &[u8]) -> Vec<u8> {
+    let text = String::from_utf8_lossy(text).to_ascii_uppercase().replace(" DIV ", " / ");
+    let bare = ["SQRT", "SIN", "COS"].iter().find(|function| {
+        text.trim_start().strip_prefix(**function).is_some_and(|rest| !rest.trim_start().starts_with(['(', '[']))
+    });
+    match bare {
+        Some(function) => {
+            let rest = &text.trim_start()[function.len()..];
+            format!("{function}({})", rest.trim()).into_bytes()
+        }
+        None => text.into_bytes(),
     }
 }
 

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::siemens_flow::{STRUCTURES, structure_word};
 use crate::ids::BlockId;
-use crate::nc::lex::TokenKind;
+use crate::nc::dialect::Dialect;
+use crate::nc::lex::{Token, TokenKind};
 use crate::nc::program::Program;
 
 /// One O-word line: `o100 while […]`.
@@ -26,6 +28,8 @@ pub struct Labels {
     pub n_blocks: BTreeMap<u32, Vec<u32>>,
     /// `END m` and `WHILE … DO m` of Macro B: block, m, true for END.
     pub loops: Vec<(u32, u32, bool)>,
+    /// Structures of Siemens: block, and +1 where one begins, −1 where it ends, 0 for ELSE.
+    structures: Vec<(u32, i8)>,
     /// Named labels (`NAME:` of Siemens, `LBL 1` of Heidenhain) in upper case, and their blocks.
     pub names: Vec<(String, u32)>,
 }
@@ -42,6 +46,9 @@ impl Labels {
 
     fn read(&mut self, program: &Program, block: BlockId) {
         let text = program.text();
+        if program.dialect() == Dialect::Siemens {
+            self.read_structure(program, block);
+        }
         let mut name = String::new();
         let mut called = false;
         for token in program.tokens(block) {
@@ -65,7 +72,7 @@ impl Labels {
                     self.names.push((label.trim_end_matches(':').trim().to_owned(), block.0));
                 }
                 TokenKind::Expression if name == "LBL" && !called => {
-                    self.names.push((format!("LBL {}", token.number as u32), block.0));
+                    self.names.push((plain_label(&token, text), block.0));
                 }
                 TokenKind::Expression if name == "DO" || name == "END" => {
                     let number = crate::nc::decimal(token.span.of(text)).map_or(0, |(value, _)| value as u32);
@@ -76,6 +83,33 @@ impl Labels {
         }
     }
 
+    fn read_structure(&mut self, program: &Program, block: BlockId) {
+        let code =
+            |kind| !matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Label);
+        let mut tokens: Vec<Token> = program.tokens(block).filter(|token| code(token.kind)).collect();
+        tokens.retain(|token| token.kind != TokenKind::Word(b'N'));
+        let Some(word) = structure_word(&tokens, program.text()) else { return };
+        let opens = STRUCTURES.iter().any(|(open, _)| *open == word);
+        let closes = STRUCTURES.iter().any(|(_, close)| *close == word);
+        self.structures.push((block.0, i8::from(opens) - i8::from(closes)));
+    }
+
+    /// The other end of the structure that this block begins (`forward`; or its ELSE) or ends.
+    pub fn partner(&self, block: u32, forward: bool, to_else: bool) -> Option<u32> {
+        let (enter, mut depth) = (if forward { 1 } else { -1 }, 0);
+        let mut meets = |&&(_, kind): &&(u32, i8)| {
+            let found = depth == 0 && (kind == -enter || kind == 0 && to_else);
+            depth += i32::from(kind) * i32::from(enter);
+            found
+        };
+        let at = self.structures.partition_point(|(known, _)| *known < block);
+        let found = if forward {
+            self.structures.get(at + 1..)?.iter().find(&mut meets)
+        } else {
+            self.structures[..at].iter().rev().find(&mut meets)
+        };
+        found.map(|(block, _)| *block)
+    }
     /// First O-word line after `block` with this label and one of these keywords.
     pub fn after(&self, block: u32, label: &str, keywords: &[&str]) -> Option<&OLine> {
         self.o_lines.iter().find(|line| line.block > block && line.is(label, keywords))
@@ -103,6 +137,15 @@ impl OLine {
     fn is(&self, label: &str, keywords: &[&str]) -> bool {
         self.label == label && keywords.contains(&self.keyword.as_str())
     }
+}
+
+/// `LBL 1` or `LBL "NAME"` of plain language.
+pub fn plain_label(token: &Token, text: &[u8]) -> String {
+    let bytes = token.span.of(text);
+    if bytes.starts_with(b"\"") {
+        return format!("LBL {}", String::from_utf8_lossy(bytes).to_ascii_uppercase());
+    }
+    format!("LBL {}", token.number as u32)
 }
 
 /// A label in one spelling: numbers without leading zeros, names in lower case.

@@ -4,10 +4,13 @@
 mod arc;
 mod calls;
 mod compensation;
+mod corner;
 mod cycles;
 mod expand;
 mod flow;
 mod heidenhain;
+mod heidenhain_cycles;
+mod heidenhain_flow;
 mod labels;
 mod line;
 mod motion;
@@ -15,6 +18,8 @@ mod offsets;
 mod settings;
 mod shared;
 mod siemens;
+mod siemens_flow;
+mod siemens_frames;
 mod state;
 
 use std::rc::Rc;
@@ -24,6 +29,7 @@ pub use expand::{Expanded, expand, plain_feeds, steers};
 
 use calls::{Call, Source};
 use compensation::{Active, Contour};
+use corner::Corner;
 use cycles::Cycle;
 use flow::After;
 use labels::Labels;
@@ -149,6 +155,12 @@ struct Run<'a> {
     deciding: bool,
     /// Siemens: the cycle MCALL repeats.
     modal_call: Option<ModalCall>,
+    /// Siemens: the point that CIP goes through; a frame that is not followed is in force.
+    through: [Option<f64>; 3],
+    frame_lost: bool,
+    /// How the corner between the last motion and the next is worked; the corner behind this block.
+    corner: Option<(Corner, Span)>,
+    next_corner: Option<(Corner, Span)>,
     /// Heidenhain: centre of circles, cycle defined last, whether it is called at the end of this block, side of R.
     pole: Vec3,
     cycle_number: u32,
@@ -156,6 +168,8 @@ struct Run<'a> {
     compensation_side: u16,
     /// Radius of polar coordinates (G16), mm, and angle, rad, as last written.
     polar: Option<(f64, f64)>,
+    /// G66 is in force.
+    modal_macro: bool,
     /// The canned cycle in force.
     cycle: Option<Cycle>,
     /// Feed moves of drilling cycles, each with the block whose F word drives it.
@@ -171,7 +185,7 @@ impl<'a> Run<'a> {
         let start = env.start_mm.or(env.home_mm);
         let tool = start.unwrap_or_else(|| Vec3::new(0.0, 0.0, env.clear_z_mm));
         let retract_to_r = program.dialect() == Dialect::LinuxCnc;
-        let modal = Modal { inch: env.inch, retract_to_r, ..Modal::default() };
+        let modal = Modal { inch: env.inch, retract_to_r, tool: env.only_tool.unwrap_or(0), ..Modal::default() };
         Self {
             program,
             env,
@@ -210,11 +224,16 @@ impl<'a> Run<'a> {
             undecided: false,
             deciding: false,
             modal_call: None,
+            through: [None; 3],
+            frame_lost: false,
+            corner: None,
+            next_corner: None,
             pole: Vec3::zeros(),
             cycle_number: 0,
             call_after: false,
             compensation_side: 400,
             polar: None,
+            modal_macro: false,
             cycle: None,
             cycle_moves: Vec::new(),
             budget: (program.text().len() + BLOCK_COST * program.len()) as u64 + env.max_repeated_bytes,
@@ -227,6 +246,29 @@ impl<'a> Run<'a> {
         let mut line = Line::default();
         while !self.ended {
             self.step(&mut line);
+        }
+        self.faults_not_executed();
+    }
+
+    /// Diagnoses what cannot be read in blocks of the main text that were not executed (up to the closing `%`).
+    fn faults_not_executed(&mut self) {
+        if self.program.dialect().syntax() != Syntax::Rs274 {
+            return;
+        }
+        self.source_id = 0;
+        let program = self.program;
+        let executed = if self.counts.is_empty() { self.at.min(program.len()) } else { 0 };
+        for block in program.blocks().skip(executed) {
+            if block.0 > 0 && program.line_text(block).starts_with(b"%") {
+                break;
+            }
+            if self.counts.get(block.ix()).is_some_and(|count| *count > 0) {
+                continue;
+            }
+            self.block = block;
+            for token in program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Bad | TokenKind::OpenComment)) {
+                self.complain_about(token.kind, token.span);
+            }
         }
     }
 
@@ -348,6 +390,9 @@ impl<'a> Run<'a> {
         self.apply_assignments();
         if line.delete {
             self.freeze = Some(Freeze::BlockDelete);
+        }
+        if self.frame_lost {
+            self.freeze = Some(Freeze::NotUnderstood);
         }
         if self.source_id != 0 {
             self.freeze = Some(Freeze::OtherFile);

@@ -170,6 +170,7 @@ impl Run<'_> {
 
     /// Leaves a motion of the tool in the toolpath.
     pub(super) fn tool_to(&mut self, kind: MoveKind, curve: Curve) {
+        let curve = self.cornered(kind, curve);
         let (feed, freeze) = match kind {
             MoveKind::Rapid => (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None }, self.freeze),
             MoveKind::Feed => (self.modal.feed_of(curve.length()), self.freeze.or_else(|| self.feed_freeze())),

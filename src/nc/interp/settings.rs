@@ -32,6 +32,7 @@ impl Run<'_> {
         let mut action = Action::Move;
         let mut stated = false;
         let path_mode = self.modal.path_mode;
+        let unit_before = self.modal.unit_mm();
         for &(code, span) in &line.g {
             self.setting(code, span, line, &mut action, &mut stated);
         }
@@ -41,9 +42,12 @@ impl Run<'_> {
         if let Some(value) = line.get(b'F')
             && action != Action::Dwell
         {
-            self.feed_word(value, line);
+            self.feed_word(value, line, unit_before);
         }
         self.speed_and_tool(line);
+        if self.modal_macro {
+            self.freeze = self.freeze.or(Some(Freeze::Cycle));
+        }
         match action {
             Action::Move | Action::Machine => {
                 self.motion(line, action == Action::Machine, stated);
@@ -60,6 +64,7 @@ impl Run<'_> {
         if std::mem::take(&mut self.call_after) {
             self.call_cycle(self.source.program().span(self.block));
         }
+        self.corner = self.next_corner.take().or(self.corner.take());
         self.stops(line);
         self.call_words(line);
     }
@@ -112,8 +117,14 @@ impl Run<'_> {
             420 | 421 => self.switch_compensation(-1.0, code == 421, line, span),
             150 => self.polar = None,
             160 => self.polar = self.polar.or(Some((0.0, 0.0))),
+            660 | 661 => {
+                self.modal_macro = true;
+                let text = "G66 calls a macro after every motion: it is kept, not simulated";
+                self.say("nc::cycle", Severity::Warning, span, text, "feeds are kept up to G67");
+            }
+            670 => self.modal_macro = false,
             70 => self.refuse_lathe(span),
-            80 | 110 | 430 | 431 | 432 | 434 | 440 | 490 | 620 | 660 | 670 | 960 | 970 | 1030 | 1870 => {}
+            80 | 110 | 430 | 431 | 432 | 434 | 440 | 490 | 620 | 960 | 970 | 1030 | 1870 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.source.program().text())).into_owned();
@@ -135,8 +146,14 @@ impl Run<'_> {
         }
     }
 
-    fn feed_word(&mut self, value: f64, line: &Line) {
-        let unit = if self.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.modal.unit_mm() };
+    /// LinuxCNC takes F in before it changes the unit of length, the others after.
+    fn feed_word(&mut self, value: f64, line: &Line, unit_before: f64) {
+        let early = self.program.dialect() == Dialect::LinuxCnc;
+        let unit = match self.modal.feed_mode {
+            FeedMode::InverseTime => 1.0,
+            _ if early => unit_before,
+            _ => self.modal.unit_mm(),
+        };
         let computed = line.is_computed(b'F');
         let span = line.span(b'F').unwrap_or_default();
         if value <= 0.0 {

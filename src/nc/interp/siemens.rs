@@ -1,15 +1,16 @@
 //! Siemens 840D beyond what it shares with ISO: names, calls, labels, frames, and the drilling cycles.
 
 use super::Run;
+use super::corner::Corner;
 use super::cycles::Cycle;
 use super::flow::After;
 use super::line::Line;
+use super::siemens_flow::structure_word;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::{Freeze, PathMode};
-use crate::path::Vec3;
 
 /// A cycle that MCALL repeats at every position.
 #[derive(Debug, Clone)]
@@ -51,7 +52,13 @@ impl Run<'_> {
         let text = source.program().text();
         let skip = |kind| matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Label);
         let tokens: Vec<Token> = source.program().tokens(block).filter(|token| !skip(token.kind)).collect();
+        let start = tokens.iter().position(|token| token.kind != TokenKind::Word(b'N')).unwrap_or(0);
+        if let Some(word) = structure_word(&tokens[start..], text) {
+            self.structure(&word, block, &tokens[start..], text, line);
+            return After::Done;
+        }
         let mut modal = false;
+        let mut curve = None;
         for (index, token) in tokens.iter().enumerate() {
             let bytes = token.span.of(text);
             match token.kind {
@@ -59,6 +66,10 @@ impl Run<'_> {
                 TokenKind::Assignment => self.siemens_assignment(*token, bytes, line),
                 TokenKind::Call => {
                     let (name, arguments) = self.call_parts(bytes);
+                    if name == "IF" {
+                        self.siemens_jump(&tokens[index..], text);
+                        return After::Done;
+                    }
                     self.siemens_call(&name, arguments, modal, token.span, line);
                 }
                 TokenKind::Name => {
@@ -72,15 +83,17 @@ impl Run<'_> {
                             self.siemens_jump(&tokens[index..], text);
                             return After::Done;
                         }
-                        "TRANS" | "ATRANS" => {
-                            self.translate(line, name == "TRANS");
+                        "CIP" | "CT" => curve = Some((name, token.span)),
+                        "CASE" => {
+                            self.not_understood("nc::not-understood", token.span, "CASE is not followed", "");
                             return After::Done;
                         }
+                        _ if self.frame_word(&name, token.span, &tokens[index..], text, line) => return After::Done,
                         "RET" => self.siemens_return(),
                         "DEF" => {}
                         "REAL" | "INT" | "BOOL" | "AXIS" | "CHAR" | "STRING" => self.define(&tokens[index + 1..], text),
                         _ if QUIET.contains(&name.as_str()) => {}
-                        _ if self.call_by_name(&name, 1, None) => {}
+                        _ if self.call_by_name(&name, repeats(line), None) => {}
                         _ => self.not_understood(
                             "nc::not-understood",
                             token.span,
@@ -90,6 +103,18 @@ impl Run<'_> {
                     }
                 }
                 _ => {}
+            }
+        }
+        let through = std::mem::take(&mut self.through);
+        match curve {
+            Some((word, place)) if word == "CT" => self.tangential_arc(line, place),
+            Some((_, place)) => self.arc_through(line, through, place),
+            None => {}
+        }
+        if let (Some(number), Some(place)) = (line.get(b'L'), line.span(b'L')) {
+            let name = format!("L{number}");
+            if !self.call_by_name(&name, repeats(line), None) {
+                self.no_routine(place, &name);
             }
         }
         if line.has_m(170) {
@@ -114,7 +139,7 @@ impl Run<'_> {
         }
     }
 
-    fn siemens_assignment(&mut self, token: Token, bytes: &[u8], line: &mut Line) {
+    pub(super) fn siemens_assignment(&mut self, token: Token, bytes: &[u8], line: &mut Line) {
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let name = String::from_utf8_lossy(&bytes[..equals]).trim().to_ascii_uppercase();
         let value = match expr::evaluate(&bytes[equals + 1..], &self.parameters) {
@@ -125,17 +150,36 @@ impl Run<'_> {
         match (name.as_str(), number) {
             ("CR", _) => line.put(b'R', value, token.span, true),
             ("TURN", _) => line.put(b'P', value + 1.0, token.span, true),
-            ("RND" | "RNDM" | "CHF" | "CHR" | "AR" | "AP" | "RP" | "ANG", _) => {
+            ("RND", _) => self.corner_after(Corner::Round(value * self.modal.unit_mm()), token.span),
+            ("CHF", _) => self.corner_after(Corner::Chamfer(value * self.modal.unit_mm()), token.span),
+            ("CHR", _) => self.corner_after(Corner::Legs(value * self.modal.unit_mm()), token.span),
+            ("I1" | "J1" | "K1", _) => {
+                self.through[usize::from(name.as_bytes()[0] - b'I')] = Some(value * self.modal.unit_mm());
+            }
+            ("RNDM" | "AR" | "AP" | "RP" | "ANG", _) => {
                 let text = format!("{name} is not followed: the block is read without it");
                 self.not_understood("nc::not-understood", token.span, text, "");
             }
-            (_, Some(index)) if name.starts_with('R') => {
-                self.parameters.numbered.insert(index, value);
-            }
             (_, Some(1)) if name.starts_with('S') => line.put(b'S', value, token.span, true),
             (_, Some(1)) if name.starts_with('M') => line.put(b'M', value, token.span, true),
-            _ => self.parameters.set_name(&name, value),
+            _ => self.set_variable(&name, value),
         }
+    }
+
+    /// Sets `R12` or a variable by its name.
+    pub(super) fn set_variable(&mut self, name: &str, value: f64) {
+        match name.strip_prefix('R').and_then(|number| number.parse().ok()) {
+            Some(index) => {
+                self.parameters.numbered.insert(index, value);
+            }
+            None => self.parameters.set_name(name, value),
+        }
+    }
+
+    /// A corner between this block and the next.
+    fn corner_after(&mut self, corner: Corner, place: Span) {
+        self.splittable = false;
+        self.next_corner = Some((corner, place));
     }
 
     /// Name and arguments of `NAME(a, b, , c)`.
@@ -233,47 +277,6 @@ impl Run<'_> {
         (self.freeze, self.splittable, self.modal.retract_to_r, self.modal.incremental) = before;
     }
 
-    /// TRANS X Y Z sets the shift of the zero, ATRANS adds to it; TRANS alone takes it away.
-    fn translate(&mut self, line: &Line, absolute: bool) {
-        if absolute {
-            self.frame.local = Vec3::zeros();
-        }
-        for (axis, letter) in b"XYZ".iter().enumerate() {
-            self.frame.local[axis] += line.get(*letter).unwrap_or(0.0) * self.modal.unit_mm();
-        }
-        self.reframe();
-    }
-
-    /// `GOTOF LABEL`, `GOTOB N100`, `IF condition GOTOF LABEL`.
-    fn siemens_jump(&mut self, tokens: &[Token], text: &[u8]) {
-        let upper = |token: &Token| String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
-        let Some(goto) = tokens.iter().position(|token| upper(token).starts_with("GOTO")) else {
-            let why = "this IF is not followed";
-            return self.not_understood("nc::not-understood", tokens[0].span, why, "");
-        };
-        if goto > 0 {
-            let condition = Span { start: tokens[0].span.end, end: tokens[goto].span.start };
-            match expr::evaluate(condition.of(text), &self.parameters) {
-                Ok(value) if value != 0.0 => {}
-                Ok(_) => return,
-                Err(error) => return self.bad_expression(condition, &error),
-            }
-        }
-        let Some(target) = tokens.get(goto + 1) else { return };
-        let label = upper(target);
-        let labels = self.labels();
-        let numbered =
-            label.strip_prefix('N').and_then(|n| n.parse().ok()).and_then(|n| labels.numbered(n, self.block.0));
-        let named = labels.names.iter().find(|(name, _)| *name == label).map(|(_, block)| *block);
-        if let Some(block) = named.or(numbered) {
-            self.jump(block as usize);
-        } else {
-            let text = format!("there is no label {label}");
-            self.say("nc::no-target", Severity::Error, target.span, text, "the program ends here");
-            self.ended = true;
-        }
-    }
-
     /// G codes that mean something else on this control; `false`: read it as everywhere.
     pub(super) fn siemens_setting(&mut self, code: u16) -> bool {
         match code {
@@ -286,6 +289,11 @@ impl Run<'_> {
         }
         true
     }
+}
+
+/// P beside the name of a subprogram.
+fn repeats(line: &Line) -> u64 {
+    line.get(b'P').unwrap_or(1.0).clamp(0.0, 1e9) as u64
 }
 
 fn drilling_code(name: &str) -> Option<u16> {

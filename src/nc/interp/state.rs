@@ -162,6 +162,11 @@ impl Frame {
         }
         p
     }
+    /// Direction in programmed coordinates → direction in the work offset.
+    pub fn linear(&self, direction: Vec3) -> Vec3 {
+        let origin = Vec3::zeros();
+        self.turn(self.stretch(direction)) - self.turn(self.stretch(origin))
+    }
     /// Scale and mirror alone.
     pub fn stretch(&self, point: Vec3) -> Vec3 {
         self.scale.map_or(point, |(centre, factor)| centre + (point - centre).component_mul(&factor))

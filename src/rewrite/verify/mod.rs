@@ -14,7 +14,7 @@
 mod align;
 mod motion;
 
-use crate::nc::{self, Environment, Program, TokenKind, interpret, parse};
+use crate::nc::{self, Environment, Program, interpret, parse};
 
 /// One difference that must not be.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -109,13 +109,8 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
 
 /// With the block-delete switch off, and on where a block hangs on it.
 fn each_switch(original: &Program, environment: &Environment<'_>, mut with: impl FnMut(&Environment<'_>)) {
-    let switches: &[bool] = if has_delete(original) { &[false, true] } else { &[false] };
+    let switches: &[bool] = if original.has_block_delete() { &[false, true] } else { &[false] };
     for &block_delete in switches {
         with(&Environment { block_delete, ..environment.clone() });
     }
-}
-
-fn has_delete(program: &Program) -> bool {
-    let slash = memchr::memchr_iter(b'/', program.text()).map(|at| program.block_at(at as u32));
-    slash.into_iter().any(|block| program.tokens(block).any(|token| token.kind == TokenKind::Delete))
 }

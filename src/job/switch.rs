@@ -1,0 +1,72 @@
+//! The other position of the block-delete switch. In: the problem posed for the program with the switch off. Out: the same
+//! problem with every cap lowered to what is safe with the switch on as well: the stock then differs after each block that
+//! was left out, and so may the path of the block after it.
+
+use std::collections::BTreeMap;
+
+use super::{JobError, SPACING_MM, Watch, asked, engagement, environment, look};
+use crate::ids::MoveId;
+use crate::machine::Job;
+use crate::nc::{self, Environment, Move, MoveKind, Program, Toolpath};
+use crate::rewrite;
+use crate::schedule::Problem;
+use crate::setup::Assumption;
+
+/// Lowers the caps; nothing happens to a program without such blocks.
+pub fn both_positions(
+    program: &Program,
+    job: &Job,
+    toolpath: &Toolpath,
+    problem: &mut Problem,
+    watch: &Watch,
+) -> Result<Option<Assumption>, JobError> {
+    if !program.has_block_delete() {
+        return Ok(None);
+    }
+    let mut other = nc::interpret(program, &Environment { block_delete: true, ..environment(job, watch) });
+    look::freeze_tools(&mut other, job);
+    rewrite::freeze(program, &mut other, job);
+    let map = engagement(&other, job, watch, "simulate", SPACING_MM[0])?;
+    let switched = asked(program, &other, &map, job);
+    let ids: BTreeMap<_, _> = numbered(toolpath).map(|(key, id, _)| (key, id)).collect();
+    for (key, id, motion) in numbered(&other) {
+        let Some(&here) = ids.get(&key) else { continue };
+        let same = toolpath.moves[here.ix()].curve() == motion.curve();
+        lower(problem, here, &switched, id, same);
+    }
+    Ok(Some(Assumption {
+        key: "block delete".into(),
+        value: "feeds are the lower of those with the switch off and on; loads are shown with it off".into(),
+        source: "the program has blocks under the switch".into(),
+    }))
+}
+
+/// Feed moves with block, execution, and their number in it.
+fn numbered(toolpath: &Toolpath) -> impl Iterator<Item = ((u32, u32, u32), MoveId, &Move)> {
+    let mut last = (u32::MAX, 0, 0);
+    let feeds = toolpath.iter_moves().filter(|(_, motion)| motion.kind == MoveKind::Feed);
+    feeds.map(move |(id, motion)| {
+        let again = (last.0, last.1) == (motion.block.0, motion.instance);
+        last = (motion.block.0, motion.instance, if again { last.2 + 1 } else { 0 });
+        (last, id, motion)
+    })
+}
+
+/// Takes over lower caps; piece by piece where the path is the same, else the lowest for the whole move.
+fn lower(problem: &mut Problem, here: MoveId, switched: &Problem, there: MoveId, same: bool) {
+    let Some(range) = problem.of_move.get(here.ix()).cloned() else { return };
+    for node in &mut problem.nodes[range.start as usize..range.end as usize] {
+        for other in switched.nodes_of(there) {
+            let apart = same && (other.to_mm <= node.from_mm || other.from_mm >= node.to_mm);
+            if apart || !node.free {
+                continue;
+            }
+            if other.cap.feed_mm_s < node.cap.feed_mm_s {
+                node.cap = other.cap;
+                node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
+            }
+            node.infeasible = node.infeasible.or(other.infeasible);
+            node.uncertain |= other.uncertain;
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Cycles of Heidenhain plain language. Those that act where they are defined: 7 datum shift, 8 mirror, 9 dwell, 10
+//! rotation, 11 scaling; the drilling cycles 200, 201, 203 act where CYCL CALL or M99 stands. The others are kept, and said.
+
+use super::Run;
+use super::cycles::Cycle;
+use super::line::Line;
+use crate::diag::{Severity, Span};
+use crate::nc::lex::{Token, TokenKind};
+use crate::nc::toolpath::{Event, Freeze};
+use crate::path::Vec3;
+
+/// Cycles that put something in force that is not followed: patterns, tilted planes, axis factors, presets.
+const LOST: [u32; 6] = [19, 26, 220, 221, 224, 247];
+
+impl Run<'_> {
+    /// `CYCL DEF n.k`: number and part, and what acts at once.
+    pub(super) fn define_cycle(&mut self, tokens: &[Token], text: &[u8], line: &Line, place: Span) {
+        let mut numbers = tokens.iter().filter(|token| token.kind == TokenKind::Expression);
+        let Some(first) = numbers.next() else { return };
+        let whole = first.number as u32;
+        let named = first.span.of(text).iter().position(|&byte| byte == b'.');
+        let part = named.map_or(0, |at| first.span.of(text)[at + 1..].first().map_or(0, |digit| digit - b'0'));
+        let name = |word: &str| tokens.iter().any(|t| t.span.of(text).eq_ignore_ascii_case(word.as_bytes()));
+        let value = numbers.next().map(|token| token.number);
+        let words = [b'X', b'Y', b'Z'].map(|letter| line.get(letter).map(|value| (letter, value)));
+        match (whole, part) {
+            (7 | 8 | 10 | 11, 0) => return,
+            (7, _) => {
+                for (axis, word) in words.into_iter().enumerate() {
+                    let Some((letter, value)) = word else { continue };
+                    let before = if line.is_incremental(letter) { self.frame.local[axis] } else { 0.0 };
+                    self.frame.local[axis] = before + value * self.modal.unit_mm();
+                }
+            }
+            (8, _) => {
+                let mirrored = |axis: usize| tokens.iter().any(|t| is_axis(t, text, b"XYZ"[axis]));
+                let factor = Vec3::from_fn(|axis, _| if mirrored(axis) { -1.0 } else { 1.0 });
+                self.frame.scale = (factor != Vec3::repeat(1.0)).then_some((Vec3::zeros(), factor));
+            }
+            (10, _) => {
+                let before = self.frame.rotation.map_or(0.0, |(_, _, angle)| if name("IROT") { angle } else { 0.0 });
+                let angle = before + value.unwrap_or(0.0).to_radians();
+                self.frame.rotation = (angle != 0.0).then_some((self.modal.plane, Vec3::zeros(), angle));
+            }
+            (11, _) => {
+                let factor = value.filter(|factor| *factor > 0.0).unwrap_or(1.0);
+                self.frame.scale = (factor != 1.0).then(|| (Vec3::zeros(), Vec3::repeat(factor)));
+            }
+            (9, 1..) => {
+                let seconds = value.unwrap_or(0.0).max(0.0);
+                return self.event(Event::Dwell { seconds, line: self.line_number() });
+            }
+            _ if LOST.contains(&whole) && part == 0 => {
+                self.frame_lost = true;
+                let text = format!("cycle {whole} is not followed: feeds are kept from here on");
+                return self.say(
+                    "nc::cycle",
+                    Severity::Warning,
+                    place,
+                    text,
+                    "give the part after it as its own program",
+                );
+            }
+            _ => {
+                if part == 0 {
+                    self.cycle_number = whole;
+                }
+                return;
+            }
+        }
+        self.reframe();
+    }
+
+    /// The cycle defined last, where the tool is.
+    pub(super) fn call_cycle(&mut self, place: Span) {
+        if !matches!(self.cycle_number, 200 | 201 | 203) {
+            let text = format!("cycle {} is kept, not simulated", self.cycle_number);
+            let help = "what it cuts is not known to the simulation";
+            return self.say("nc::cycle", Severity::Warning, place, text, help);
+        }
+        let unit = self.modal.unit_mm();
+        let q = |index: u32| self.parameters.number(index) * unit;
+        let (surface, clearance) = (q(203), q(200));
+        let cycle = Cycle {
+            initial: surface + q(204).max(clearance),
+            depth: Some(surface + q(201)),
+            peck: Some(q(202)),
+            dwell_s: self.parameters.number(211),
+            ..Cycle::default()
+        };
+        let feed = self.modal.feed;
+        self.modal.feed.value = q(206);
+        (self.modal.feed.word, self.modal.feed.computed) = (None, true);
+        let before = (self.freeze, self.splittable);
+        self.freeze = Some(Freeze::Cycle);
+        self.splittable = false;
+        let code = if self.cycle_number == 201 { 850 } else { 830 };
+        self.one_hole(cycle, code, self.programmed, surface + clearance);
+        (self.freeze, self.splittable) = before;
+        self.modal.feed = feed;
+    }
+}
+
+/// An axis letter alone, as the mirror cycle has it.
+fn is_axis(token: &Token, text: &[u8], letter: u8) -> bool {
+    matches!(token.kind, TokenKind::Name | TokenKind::Bad) && token.span.of(text).eq_ignore_ascii_case(&[letter])
+}

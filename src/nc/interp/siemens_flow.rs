@@ -1,0 +1,169 @@
+//! Control structures of Siemens 840D: IF … ELSE … ENDIF, FOR … TO … ENDFOR, WHILE … ENDWHILE, LOOP … ENDLOOP,
+//! REPEAT … UNTIL, and jumps to labels. Every jump is charged to the budget of the run.
+
+use super::Run;
+use super::line::Line;
+use crate::diag::{Severity, Span};
+use crate::ids::BlockId;
+use crate::nc::expr;
+use crate::nc::lex::{Token, TokenKind};
+
+/// Words that begin a structure, each with the one that ends it.
+pub(super) const STRUCTURES: [(&str, &str); 5] =
+    [("IF", "ENDIF"), ("FOR", "ENDFOR"), ("WHILE", "ENDWHILE"), ("LOOP", "ENDLOOP"), ("REPEAT", "UNTIL")];
+
+/// The word that a block of this text begins with, upper case, if it belongs to a structure.
+pub(super) fn structure_word(tokens: &[Token], text: &[u8]) -> Option<String> {
+    let first = tokens.first().filter(|token| matches!(token.kind, TokenKind::Name | TokenKind::Call))?;
+    let word: String = name(first, text);
+    let known = word == "ELSE" || STRUCTURES.iter().any(|(open, close)| *open == word || *close == word);
+    let jumps = tokens.iter().any(|token| token.kind == TokenKind::Name && name(token, text).starts_with("GOTO"));
+    let repeats_label = word == "REPEAT" && tokens.len() > 1;
+    (known && !jumps && !repeats_label).then_some(word)
+}
+
+/// Letters of a name or of a call before its parenthesis, upper case.
+fn name(token: &Token, text: &[u8]) -> String {
+    let bytes = token.span.of(text);
+    let length = bytes.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_').count();
+    String::from_utf8_lossy(&bytes[..length]).to_ascii_uppercase()
+}
+
+impl Run<'_> {
+    /// Executes a block that belongs to a structure.
+    pub(super) fn structure(&mut self, word: &str, block: BlockId, tokens: &[Token], text: &[u8], line: &mut Line) {
+        match word {
+            "IF" if !self.holds(tokens[0], text) => self.leave(block, tokens[0].span, true),
+            "ELSE" => self.leave(block, tokens[0].span, false),
+            "WHILE" if !self.holds(tokens[0], text) => self.leave(block, tokens[0].span, false),
+            "ENDWHILE" => self.back(block, tokens[0].span, 0),
+            "ENDLOOP" => self.back(block, tokens[0].span, 1),
+            "UNTIL" if !self.holds(tokens[0], text) => self.back(block, tokens[0].span, 1),
+            "FOR" => {
+                for token in tokens.iter().filter(|token| token.kind == TokenKind::Assignment) {
+                    self.siemens_assignment(*token, token.span.of(text), line);
+                }
+                if !self.counts_on(tokens, text, 0.0) {
+                    self.leave(block, tokens[0].span, false);
+                }
+            }
+            "ENDFOR" => self.next_count(block, tokens[0].span),
+            _ => {}
+        }
+    }
+
+    /// Value of the condition behind the first word of a block.
+    fn holds(&mut self, first: Token, text: &[u8]) -> bool {
+        let word = name(&first, text).len() as u32;
+        let condition = to_comment(Span { start: first.span.start + word, end: text.len() as u32 }, text);
+        match expr::evaluate(condition.of(text), &self.parameters) {
+            Ok(value) => value != 0.0,
+            Err(error) => {
+                self.bad_expression(condition, &error);
+                false
+            }
+        }
+    }
+
+    /// `FOR var = a TO b`: adds `step` to the variable; is it still within b?
+    fn counts_on(&mut self, tokens: &[Token], text: &[u8], step: f64) -> bool {
+        let setting = tokens.iter().find(|token| token.kind == TokenKind::Assignment);
+        let to = tokens.iter().find(|token| token.kind == TokenKind::Name && name(token, text) == "TO");
+        let (Some(setting), Some(to)) = (setting, to) else {
+            self.not_understood("nc::not-understood", tokens[0].span, "FOR without a variable or TO", "");
+            return false;
+        };
+        let bytes = setting.span.of(text);
+        let equals = bytes.iter().position(|&byte| byte == b'=').unwrap_or(0);
+        let variable = bytes[..equals].trim_ascii();
+        let limit = to_comment(Span { start: to.span.end, end: text.len() as u32 }, text);
+        let values = expr::evaluate(variable, &self.parameters)
+            .and_then(|value| Ok((value + step, expr::evaluate(limit.of(text), &self.parameters)?)));
+        match values {
+            Ok((value, limit)) => {
+                self.set_variable(&String::from_utf8_lossy(variable).to_ascii_uppercase(), value);
+                value <= limit
+            }
+            Err(error) => {
+                self.bad_expression(limit, &error);
+                false
+            }
+        }
+    }
+
+    fn next_count(&mut self, block: BlockId, span: Span) {
+        let Some(start) = self.labels().partner(block.0, false, false) else { return self.unbalanced(span) };
+        let source = self.source.clone();
+        let skip = |kind| matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Label);
+        let tokens: Vec<Token> = source.program().tokens(BlockId(start)).filter(|token| !skip(token.kind)).collect();
+        let first = tokens.iter().position(|token| token.kind == TokenKind::Name).unwrap_or(0);
+        if self.counts_on(&tokens[first..], source.program().text(), 1.0) {
+            self.jump(start as usize + 1);
+        }
+    }
+
+    /// Goes on behind the end of the structure (behind ELSE, where there is one and it is asked for).
+    fn leave(&mut self, block: BlockId, span: Span, to_else: bool) {
+        match self.labels().partner(block.0, true, to_else) {
+            Some(end) => self.jump(end as usize + 1),
+            None => self.unbalanced(span),
+        }
+    }
+
+    /// Goes back to the beginning of the structure, or `beyond` it.
+    fn back(&mut self, block: BlockId, span: Span, beyond: usize) {
+        match self.labels().partner(block.0, false, false) {
+            Some(start) => self.jump(start as usize + beyond),
+            None => self.unbalanced(span),
+        }
+    }
+
+    fn unbalanced(&mut self, span: Span) {
+        let text = "the other end of this structure is missing";
+        self.say("nc::unbalanced", Severity::Error, span, text, "the rest of the program is not executed");
+        self.ended = true;
+    }
+
+    /// `GOTOF LABEL`, `GOTOB N100`, `IF condition GOTOF LABEL`.
+    pub(super) fn siemens_jump(&mut self, tokens: &[Token], text: &[u8]) {
+        let goto = tokens.iter().position(|token| name(token, text).starts_with("GOTO"));
+        let Some(goto) = goto else {
+            let why = "this jump is not followed";
+            return self.not_understood("nc::not-understood", tokens[0].span, why, "");
+        };
+        if goto > 0 {
+            let start = tokens[0].span.start + name(&tokens[0], text).len() as u32;
+            let condition = Span { start, end: tokens[goto].span.start };
+            match expr::evaluate(condition.of(text), &self.parameters) {
+                Ok(value) if value != 0.0 => {}
+                Ok(_) => return,
+                Err(error) => return self.bad_expression(condition, &error),
+            }
+        }
+        let Some(target) = tokens.get(goto + 1) else { return };
+        let label = String::from_utf8_lossy(target.span.of(text)).to_ascii_uppercase();
+        let labels = self.labels();
+        let back = name(&tokens[goto], text) == "GOTOB";
+        let numbered =
+            label.strip_prefix('N').and_then(|n| n.parse().ok()).and_then(|n| labels.numbered(n, self.block.0));
+        let mut named = labels.names.iter().filter(|(name, _)| *name == label).map(|(_, block)| *block);
+        let here = self.block.0;
+        let nearest = named.clone().rfind(|block| *block <= here).filter(|_| back);
+        let named = nearest.or_else(|| named.clone().find(|block| *block > here)).or_else(|| named.next());
+        if let Some(block) = named.or(numbered) {
+            self.jump(block as usize);
+        } else {
+            let text = format!("there is no label {label}");
+            self.say("nc::no-target", Severity::Error, target.span, text, "the program ends here");
+            self.ended = true;
+        }
+    }
+}
+
+/// The span up to a comment or the end of its line, without blanks at its end.
+fn to_comment(span: Span, text: &[u8]) -> Span {
+    let bytes = span.of(text);
+    let end = bytes.iter().position(|byte| matches!(byte, b';' | b'\n' | b'\r')).unwrap_or(bytes.len());
+    let length = bytes[..end].trim_ascii_end().len();
+    Span { start: span.start, end: span.start + length as u32 }
+}
