@@ -94,3 +94,23 @@ fn hostile_text_takes_linear_time() {
         }
     }
 }
+
+#[test]
+fn faults_in_blocks_that_are_not_executed_are_shown_too() {
+    let path = read(b"GOTO 20\nX--3\nN20 G1 F100 X5\nM30\nO7\nX.\nM99\n%\n:-) not code\n");
+    let lines: Vec<_> = path.diagnostics.iter().filter(|d| d.code == "nc::not-understood").map(|d| d.line).collect();
+    assert_eq!(lines, [Some(2), Some(2), Some(6), Some(6)], "{:?}", path.diagnostics);
+}
+
+#[test]
+fn long_lines_deep_nesting_and_missing_tools_are_placed_exactly() {
+    let long = format!("G1 F100 {}X5 $\nX5\n", "X1 ".repeat(333_000));
+    let fault = read(long.as_bytes()).diagnostics.into_iter().find(|d| d.code == "nc::not-understood").unwrap();
+    assert_eq!((fault.line, fault.span.unwrap().of(long.as_bytes())), (Some(1), &b"$"[..]));
+    let program = nc::parse(long.clone().into_bytes(), None);
+    assert_eq!(program.column(fault.span.unwrap().start) as usize, long.find('$').unwrap() + 1);
+    let deep = format!("#1={}1{}\nG1 F100 X5\n", "[".repeat(10_000), "]".repeat(10_000));
+    let path = read(deep.as_bytes());
+    assert_eq!(path.diagnostics[0].code, "nc::expression");
+    assert!(path.diagnostics[0].text.contains("nested") && path.moves.len() == 1, "{:?}", path.diagnostics);
+}

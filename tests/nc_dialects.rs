@@ -125,7 +125,10 @@ fn feeds_in_every_mode() {
     let text = "G21 G90 S600 M3\nG93 G1 X30 F2\nG95 X60 F0.1\nG94 X90 F120\nG20 G1 X4 F6\nM2\n";
     let path = read(text, Dialect::LinuxCnc);
     let feeds: Vec<f64> = path.moves.iter().map(|m| (m.feed.mm_s * 1e6).round() / 1e6).collect();
-    assert_eq!(feeds, [1.0, 1.0, 2.0, 2.54]);
+    assert_eq!(feeds, [1.0, 1.0, 2.0, 0.1], "LinuxCNC takes F6 in before G20: 6 mm/min");
+    let feed_of = |dialect| read("G21 G1 X3 F60\nG20 X4 F6\nM2\n", dialect).moves[1].feed.mm_s;
+    assert!((feed_of(Dialect::Fanuc) - 2.54).abs() < 1e-9, "others after it: 6 inch/min");
+    assert!((feed_of(Dialect::Grbl) - 2.54).abs() < 1e-9);
     let modes: Vec<FeedMode> = path.moves.iter().map(|m| m.feed.mode).collect();
     assert_eq!(modes[..3], [FeedMode::InverseTime, FeedMode::PerRev, FeedMode::PerMinute]);
 }
@@ -235,4 +238,76 @@ fn dwells_and_stops_are_events() {
     let stops: Vec<bool> =
         path.events().filter_map(|e| if let Event::Stop { end, .. } = e { Some(end) } else { None }).collect();
     assert_eq!(stops, [false, true]);
+}
+
+/// Kind of each motion and its end.
+fn shape(path: &Toolpath) -> Vec<(MoveKind, [f64; 3])> {
+    path.moves.iter().map(|m| m.kind).zip(ends(path)).collect()
+}
+
+#[test]
+fn fine_boring_steps_off_the_wall_with_the_spindle_still() {
+    use MoveKind::{Feed as F, Rapid as R};
+    let path = read("G0 X0 Y0 Z10.\nS500 M3\nG98 G76 X5. Y0 Z-4. R2. Q.5 F50.\nG80\nM30\n", Dialect::Fanuc);
+    let expected = [
+        (R, [5.0, 0.0, 10.0]),
+        (R, [5.0, 0.0, 2.0]),
+        (F, [5.0, 0.0, -4.0]),
+        (R, [5.5, 0.0, -4.0]),
+        (R, [5.5, 0.0, 10.0]),
+        (R, [5.0, 0.0, 10.0]),
+    ];
+    assert_eq!(shape(&path)[1..], expected);
+    assert_eq!(path.moves[3].freeze, Some(Freeze::Cycle));
+    assert!(path.moves[4].spin.rps == 0.0 && path.moves[3].spin.rps > 0.0, "it steps aside at rest");
+}
+
+#[test]
+fn back_boring_goes_in_aside_and_bores_upwards() {
+    use MoveKind::{Feed as F, Rapid as R};
+    let text = "G0 X0 Y0 Z10.\nS500 M3\nG98 G87 X5. Y0 Z-8. R2. I.5 J0 K-3. F50.\nG80\nM30\n";
+    let path = read(text, Dialect::Fanuc);
+    let feeds: Vec<_> = shape(&path).into_iter().filter(|(kind, _)| *kind == F).collect();
+    assert_eq!(feeds, [(F, [5.0, 0.0, -3.0]), (F, [5.0, 0.0, -8.0])]);
+    let down = shape(&path).iter().position(|step| *step == (R, [5.5, 0.0, -8.0]));
+    let centre = shape(&path).iter().position(|step| *step == (R, [5.0, 0.0, -8.0]));
+    assert!(down.is_some() && down < centre, "{:?}", shape(&path));
+    assert_eq!(shape(&path).last(), Some(&(R, [5.0, 0.0, 10.0])));
+    assert!(path.moves.iter().filter(|m| m.kind == F).all(|m| m.freeze == Some(Freeze::Cycle)));
+}
+
+#[test]
+fn boring_with_a_manual_way_out_dwells_and_leaves_at_rest() {
+    let path = read("G0 X0 Y0 Z10.\nS500 M3\nG98 G88 X5. Z-4. R2. P.3 F50.\nG80\nM30\n", Dialect::Haas);
+    let dwell = path.events().any(|e| matches!(e, Event::Dwell { seconds, .. } if (seconds - 0.3).abs() < 1e-12));
+    let last = path.moves.last().unwrap();
+    assert!(dwell && last.kind == MoveKind::Rapid && last.spin.rps == 0.0 && last.curve().to().z == 10.0);
+}
+
+#[test]
+fn modal_macros_are_said_and_freeze_what_they_follow() {
+    let path = read("G1 X1. F100.\nG66 P9000\nX2.\nG67\nX3.\nM30\n", Dialect::Fanuc);
+    assert_eq!(path.moves.iter().map(|m| m.freeze).collect::<Vec<_>>(), [None, Some(Freeze::Cycle), None]);
+    assert_eq!(path.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(), [("nc::cycle", Some(2))]);
+}
+
+#[test]
+fn a_radius_in_the_block_moves_the_path_aside_by_it() {
+    for word in ["G41 D.75", "G41 R.75", "G41.1 D1.5"] {
+        let text = format!("G0 X0 Y-20.\nG1 F100. Y-19.\n{word} X0 Y-10.\nY30.\nG40 X-20.\nM30\n");
+        let path = read(&text, Dialect::Fanuc);
+        assert_quiet(&path);
+        assert_eq!(path.moves[3].curve().to().x, -0.75, "{word}");
+        assert!(path.moves.iter().all(|m| m.freeze.is_none()), "{word}");
+    }
+}
+
+#[test]
+fn a_cycle_without_g98_or_g99_withdraws_as_its_control_does() {
+    let last_z = |dialect| {
+        let path = read("G21 G90 G0 X0 Y0 Z10.\nG81 X1. Z-1. R2. F100.\nG80\nM30\n", dialect);
+        path.moves.last().unwrap().curve().to().z
+    };
+    assert_eq!(last_z(Dialect::LinuxCnc), 2.0, "LinuxCNC begins with G99");
+    assert_eq!(last_z(Dialect::Fanuc), 10.0, "the others with G98");
 }

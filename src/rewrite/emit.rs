@@ -156,7 +156,7 @@ impl Writer<'_> {
     }
 
     /// May lines be put in? Heidenhain counts its lines.
-    fn may_insert(&self) -> bool {
+    pub(super) fn may_insert(&self) -> bool {
         self.dialect != Dialect::Heidenhain
     }
 }

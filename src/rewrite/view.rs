@@ -69,12 +69,13 @@ impl View {
                 TokenKind::Word(letter) => view.words.push(Word { letter, number: token.number, span: token.span }),
                 TokenKind::Delete => view.delete = true,
                 kind => {
-                    view.plain &= kind == TokenKind::Computed(b'F');
                     if kind == TokenKind::OpenComment {
                         view.user_comment_at = view.user_comment_at.or(Some(token.span.start));
                     }
-                    let first = !std::mem::replace(&mut named, kind == TokenKind::Name || named);
+                    let first = !named;
+                    named |= kind == TokenKind::Name;
                     let moves = plain && kind == TokenKind::Name && !(first && is_flow(token.span.of(program.text())));
+                    view.plain &= moves || kind == TokenKind::Computed(b'F');
                     view.flow |= steers(kind) && !moves;
                     view.jumps |= matches!(kind, TokenKind::Name | TokenKind::Label) && !moves;
                     view.computed_feed |= kind == TokenKind::Computed(b'F');

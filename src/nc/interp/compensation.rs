@@ -9,6 +9,7 @@
 use super::Run;
 use super::arc::sweep;
 use super::line::Line;
+use super::state::Motion;
 use crate::diag::{Severity, Span};
 use crate::machine::Compensation;
 use crate::nc::dialect::Dialect;
@@ -91,7 +92,12 @@ impl Run<'_> {
         let refused = self.refused_before.contains(&range);
         let meaning = match self.env.compensation {
             Some(meaning) => Some(meaning),
-            None if inline || stated(line).is_some() || self.program.dialect() == Dialect::LinuxCnc => Some(Compensation::Control),
+            None if inline
+                || self.stated_diameter(inline, line).is_some()
+                || self.program.dialect() == Dialect::LinuxCnc =>
+            {
+                Some(Compensation::Control)
+            }
             None if refused => Some(Compensation::Wear),
             None => None,
         };
@@ -118,10 +124,22 @@ impl Run<'_> {
         }
     }
 
+    /// A diameter written in the block itself: D of G41.1, a D of G41 that is no whole number (a radius, as the tables of
+    /// most controls hold radii), or R beside G41/G42 on a straight line.
+    fn stated_diameter(&self, inline: bool, line: &Line) -> Option<f64> {
+        let arc = matches!(self.modal.motion, Motion::Clockwise | Motion::CounterClockwise);
+        let straight = !line.has_g(20) && !line.has_g(30) && (!arc || line.has_g(10) || line.has_g(0));
+        let radius = line.get(b'R').filter(|radius| straight && *radius > 0.0);
+        let twice = |radius: f64| if inline { radius } else { 2.0 * radius };
+        line.get(b'D').filter(|d| inline || d.fract() != 0.0).map(twice).or(radius.map(|radius| 2.0 * radius))
+    }
+
     /// Diameter that the D word, or the tool, stands for, mm.
     fn compensation_diameter(&self, inline: bool, line: &Line) -> Option<f64> {
         let value = line.get(b'D');
-        if let Some(diameter) = stated(line).filter(|_| self.program.dialect() != Dialect::LinuxCnc) {
+        if let Some(diameter) =
+            self.stated_diameter(inline, line).filter(|_| self.program.dialect() != Dialect::LinuxCnc)
+        {
             return Some(diameter * self.modal.unit_mm());
         }
         if inline {
@@ -330,13 +348,6 @@ impl Run<'_> {
             }
         }
     }
-}
-
-/// A diameter written in the block itself: a D that is no whole number, or an R beside G41/G42 on a straight line.
-fn stated(line: &Line) -> Option<f64> {
-    let fraction = line.get(b'D').filter(|d| d.fract() != 0.0);
-    let straight = !line.has_g(20) && !line.has_g(30) && (line.has_g(0) || line.has_g(10) || !line.has_any(b"XYZ"));
-    fraction.or(line.get(b'R').filter(|radius| straight && *radius > 0.0).map(|radius| 2.0 * radius))
 }
 
 const GOUGE: Refusal = "the contour cannot be followed with this tool radius without gouging";

@@ -8,7 +8,7 @@ use super::Run;
 use super::line::Line;
 use crate::diag::Severity;
 use crate::nc::dialect::Dialect;
-use crate::nc::toolpath::{Event, Freeze, MoveKind, Spin};
+use crate::nc::toolpath::{Event, FeedMode, Freeze, MoveKind, Spin};
 use crate::path::Vec3;
 
 /// What G73 withdraws, and how far above the last depth G83 slows down, mm (0.010 inch, as LinuxCNC has it).
@@ -49,6 +49,10 @@ impl Run<'_> {
             self.not_understood("nc::cycle", place, "the cycle has no depth or no R plane", "write Z and R");
             return;
         };
+        if self.modal.feed_mode == FeedMode::InverseTime {
+            let text = "a cycle has no feed in inverse time";
+            self.not_understood("nc::inverse-time", place, text, "write G94 before it");
+        }
         self.freeze = self.freeze.or(match code {
             740 | 840 => Some(Freeze::Synchronised),
             730 | 810..=830 => None,

@@ -59,7 +59,7 @@ impl Labels {
                     self.o_lines.push(OLine { block: block.0, label, keyword: String::new() });
                 }
                 TokenKind::Name => {
-                    called |= name == "CALL";
+                    called |= name == "CALL" || name == "GOTO";
                     name = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
                     if let Some(line) = self.o_lines.last_mut().filter(|line| line.block == block.0)
                         && line.keyword.is_empty()

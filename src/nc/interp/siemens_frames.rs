@@ -72,7 +72,8 @@ impl Run<'_> {
         let Some((plane, degrees)) = asked else { return true };
         let before = self.frame.rotation.map_or(0.0, |(_, _, angle)| angle);
         let same = self.frame.rotation.is_none_or(|(turned, centre, _)| turned == plane && centre == Vec3::zeros());
-        let even = self.frame.scale.is_none_or(|(_, f)| f.abs().max() - f.abs().min() < 1e-12);
+        let (a, b, _) = plane.axes();
+        let even = self.frame.scale.is_none_or(|(_, f)| (f[a].abs() - f[b].abs()).abs() < 1e-12);
         if degrees == 0.0 {
             return true;
         }

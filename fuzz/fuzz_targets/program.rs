@@ -1,0 +1,31 @@
+//! Any bytes in any dialect (the first byte chooses it) through parsing, interpreting, unrolling and the proof.
+#![cfg_attr(feature = "libfuzzer", no_main)]
+
+use feedwright::nc::{self, Dialect, Environment};
+use feedwright::rewrite::verify;
+
+fn go_through(data: &[u8]) {
+    let Some((first, text)) = data.split_first() else { return };
+    let dialect = Dialect::ALL[usize::from(*first) % Dialect::ALL.len()];
+    let environment = Environment { max_repeated_bytes: 1 << 14, max_depth: 8, ..Environment::default() };
+    let program = nc::parse(text.to_vec(), Some(dialect));
+    let tokens: usize = program.blocks().flat_map(|block| program.tokens(block)).map(|token| token.span.len()).sum();
+    assert_eq!(tokens, text.len(), "tokens tile the text");
+    nc::interpret(&program, &environment);
+    assert!(verify(&program, &program, &environment).holds(), "a program is itself");
+    let expanded = nc::expand(&program, &environment);
+    let plain = nc::parse(expanded.text, Some(dialect));
+    if expanded.obstacles.is_empty() && nc::steers(&program) && !nc::steers(&plain) {
+        assert!(verify(&program, &plain, &environment).holds(), "unrolled");
+    }
+}
+
+#[cfg(feature = "libfuzzer")]
+libfuzzer_sys::fuzz_target!(|data: &[u8]| go_through(data));
+
+#[cfg(not(feature = "libfuzzer"))]
+fn main() {
+    for file in std::env::args().skip(1) {
+        go_through(&std::fs::read(&file).expect("the file can be read"));
+    }
+}

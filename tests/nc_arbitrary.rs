@@ -1,0 +1,176 @@
+//! Arbitrary bytes, and real programs with bytes changed: nothing panics, tokens tile the text, a program without new
+//! feeds comes back byte for byte, and what is written proves against what was read.
+
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
+#[path = "common/rewriting.rs"]
+mod rewriting;
+
+use feedwright::nc::{self, Dialect, Environment, Program};
+use feedwright::rewrite::{rewrite, verify};
+use proptest::prelude::*;
+use rewriting::{job, schedule, toolpath, unchanged};
+
+/// Pieces of programs of every dialect, loops and calls among them.
+const PIECES: [&str; 44] = [
+    "G1 X1.5 Y-2 F300",
+    "G0 Z5",
+    "X3",
+    "G2 X1 Y1 R5",
+    "G3 X0 Y0 I1 J1",
+    "G91",
+    "G90",
+    "G20",
+    "G21",
+    "G93 G1 X5 F2",
+    "G94 F100",
+    "G95 F0.1",
+    "S1000 M3",
+    "T2 M6",
+    "G41 D1",
+    "G40",
+    "G81 X1 Z-5 R2",
+    "G83 Z-9 R1 Q2",
+    "G80",
+    "G33 Z-2 K1",
+    "#1=#1+1",
+    "G1 X#1 F[#1*10]",
+    "IF [#1 LT 5] GOTO 10",
+    "N10 G1 X1",
+    "WHILE [#1 LT 3] DO1",
+    "END1",
+    "M98 P7",
+    "O7",
+    "M99",
+    "o1 sub",
+    "o1 endsub",
+    "o1 call [3]",
+    "o2 repeat [2]",
+    "o2 endrepeat",
+    "/G1 X7 F50",
+    "%",
+    "(note)",
+    "; note",
+    "G68 X0 Y0 R30",
+    "G10 L2 P1 X5",
+    "G92 X0",
+    "L X+5 Y+2 R0 FMAX",
+    "LBL 1",
+    "CALL LBL 1 REP 2/2",
+];
+const MORE: [&str; 16] = [
+    "L X+10 F500",
+    "CC X+0 Y+0",
+    "C X+5 Y+5 DR+",
+    "CP IPA+90 DR-",
+    "RND R1",
+    "CYCL DEF 200",
+    "Q1=Q1+1",
+    "FN 12: IF +Q1 LT +3 GOTO LBL 1",
+    "FOR R1=1 TO 3",
+    "ENDFOR",
+    "G1 X=R1*2 F=R2",
+    "CIP X5 Y5 I1=2 J1=3",
+    "CT X7 Y7",
+    "ROT RPL=45",
+    "G1 X9 RND=2",
+    "MCALL CYCLE81(5,0,1,-3)",
+];
+
+fn environment() -> Environment<'static> {
+    Environment { max_repeated_bytes: 1 << 14, max_depth: 8, ..Environment::default() }
+}
+
+/// The whole way of a text in one dialect.
+fn go_through(text: &[u8], dialect: Dialect, seed: u64) -> Result<(), TestCaseError> {
+    let program = nc::parse(text.to_vec(), Some(dialect));
+    tiles(&program)?;
+    let environment = environment();
+    let path = toolpath(&program, &environment, &job());
+    for diagnostic in &path.diagnostics {
+        let (line, span) = (diagnostic.line, diagnostic.span);
+        prop_assert!(line.is_none_or(|line| line as usize <= program.len().max(1)), "{diagnostic:?}");
+        prop_assert!(
+            span.is_none_or(|span| span.start <= span.end && span.end as usize <= text.len()),
+            "{diagnostic:?}"
+        );
+    }
+    let same = rewrite(&program, &path, &unchanged(&path), &job());
+    prop_assert_eq!(&same.bytes[..], text);
+    let factor = |index: usize, piece: usize| [0.5, 1.0, 1.5, 0.8][(index + piece + seed as usize) % 4];
+    let asked = schedule(&path, |index| if index % 3 == 0 { vec![0.5] } else { Vec::new() }, factor);
+    let written = rewrite(&program, &path, &asked, &job());
+    let output = nc::parse(written.bytes, Some(dialect));
+    let proof = verify(&program, &output, &environment);
+    prop_assert!(proof.holds(), "{:?}\n{}\n→\n{}", proof.differences, show(text), show(output.text()));
+    let expanded = nc::expand(&program, &environment);
+    let plain = nc::parse(expanded.text, Some(dialect));
+    if expanded.obstacles.is_empty() && nc::steers(&program) && !nc::steers(&plain) {
+        let proof = verify(&program, &plain, &environment);
+        prop_assert!(proof.holds(), "{:?}\n{}\n→\n{}", proof.differences, show(text), show(plain.text()));
+    }
+    Ok(())
+}
+
+fn show(text: &[u8]) -> String {
+    String::from_utf8_lossy(text).into_owned()
+}
+
+fn tiles(program: &Program) -> Result<(), TestCaseError> {
+    let mut at = 0;
+    for block in program.blocks() {
+        for token in program.tokens(block) {
+            prop_assert_eq!(token.span.start, at);
+            prop_assert!(token.span.end > at);
+            at = token.span.end;
+        }
+    }
+    prop_assert_eq!(at as usize, program.text().len());
+    Ok(())
+}
+
+fn dialects() -> impl Strategy<Value = Dialect> {
+    prop::sample::select(Dialect::ALL.to_vec())
+}
+
+fn mixed() -> impl Strategy<Value = Vec<u8>> {
+    let known: Vec<&str> = PIECES.into_iter().chain(MORE).collect();
+    let line =
+        (prop::sample::select(known), proptest::option::weighted(0.1, (any::<prop::sample::Index>(), any::<u8>())));
+    proptest::collection::vec(line, 1..30).prop_map(|lines| {
+        let mut text = Vec::new();
+        for (line, change) in lines {
+            let mut line = line.as_bytes().to_vec();
+            if let Some((at, byte)) = change {
+                let at = at.index(line.len());
+                line[at] = byte;
+            }
+            text.extend(line);
+            text.push(b'\n');
+        }
+        text
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn arbitrary_bytes(text in proptest::collection::vec(any::<u8>(), 0..300), dialect in dialects(), seed in any::<u64>()) {
+        go_through(&text, dialect, seed)?;
+    }
+
+    #[test]
+    fn bytes_of_the_alphabet_of_programs(
+        text in proptest::collection::vec(prop::sample::select(&b"GXYZIJKRFSTMNOPLQD0123456789.-+#[]()<>=/%;:* \n\r\t\"IFWHLEDOsubcal"[..]), 0..200),
+        dialect in dialects(),
+        seed in any::<u64>(),
+    ) {
+        go_through(&text, dialect, seed)?;
+    }
+
+    #[test]
+    fn lines_of_programs_with_a_byte_changed_here_and_there(text in mixed(), dialect in dialects(), seed in any::<u64>()) {
+        go_through(&text, dialect, seed)?;
+    }
+}

@@ -1,0 +1,127 @@
+//! Siemens 840D: structures, frames, corners and arcs, worked out by hand.
+
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
+use feedwright::nc::{self, Dialect, Environment, Freeze, MoveKind, Toolpath};
+use feedwright::path::Curve;
+
+fn read(text: &str) -> Toolpath {
+    let environment = Environment { max_repeated_bytes: 1 << 18, ..Environment::default() };
+    nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(Dialect::Siemens)), &environment)
+}
+
+fn ends(path: &Toolpath) -> Vec<[f64; 2]> {
+    let round = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
+    path.moves.iter().map(|m| m.curve().to()).map(|p| [round(p.x), round(p.y)]).collect()
+}
+
+#[track_caller]
+fn assert_ends(text: &str, expected: &[[f64; 2]]) {
+    let path = read(text);
+    assert!(path.diagnostics.is_empty(), "{text}: {:?}", path.diagnostics);
+    let stated = usize::from(text.starts_with("G1 F100\n")); // G1 alone is a motion without length
+    assert_eq!(ends(&path)[stated..], *expected, "{text}");
+}
+
+#[test]
+fn structures_are_executed() {
+    assert_ends("FOR R1=1 TO 3\nG1 X=R1 F100\nENDFOR\nM30\n", &[[1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]);
+    assert_ends("FOR R1=5 TO 3\nG1 X=R1 F100\nENDFOR\nG0 X9\nM30\n", &[[9.0, 0.0]]);
+    assert_ends(
+        "G1 F100\nFOR R1 = 0 TO 1\nFOR R2 = 1 TO 2\nX=R1*10+R2\nENDFOR\nENDFOR\nM30\n",
+        &[[1.0, 0.0], [2.0, 0.0], [11.0, 0.0], [12.0, 0.0]],
+    );
+    assert_ends("R1=0\nWHILE R1<2\nG1 Y=R1 F100\nR1=R1+1\nENDWHILE\nM30\n", &[[0.0, 0.0], [0.0, 1.0]]);
+    assert_ends("R1=0\nREPEAT\nG1 Y=R1 F100\nR1=R1+1\nUNTIL (R1==2)\nM30\n", &[[0.0, 0.0], [0.0, 1.0]]);
+    assert_ends(
+        "R1=0\nLOOP\nR1=R1+1\nIF R1>2 GOTOF OUT\nG1 X=R1 F100\nENDLOOP\nOUT:\nX9\nM30\n",
+        &[[1.0, 0.0], [2.0, 0.0], [9.0, 0.0]],
+    );
+    let choice = "G1 F100\nIF R1==1\nX1\nIF R2==1\nX2\nELSE\nX3\nENDIF\nELSE\nX4\nENDIF\nY1\nM30\n";
+    assert_ends(choice, &[[4.0, 0.0], [4.0, 1.0]]);
+    assert_ends(&choice.replace("G1 F100", "G1 F100\nR1=1"), &[[1.0, 0.0], [3.0, 0.0], [3.0, 1.0]]);
+    assert_ends("N10 GOTOF END\nG1 X1 F1\nEND: G1 X2 F100\nM30\n", &[[2.0, 0.0]]);
+}
+
+#[test]
+fn what_does_not_end_or_close_is_said() {
+    for (text, code) in [
+        ("LOOP\nENDLOOP\n", "nc::runaway"),
+        ("FOR R1=1 TO 3\nG1 X1 F1\n", ""),
+        ("ENDWHILE\n", "nc::unbalanced"),
+        ("WHILE 1<0\nG1 X1 F1\n", "nc::unbalanced"),
+        ("GOTOF NOWHERE\n", "nc::no-target"),
+        ("CASE R1 OF 1 GOTOF A DEFAULT GOTOF B\nA:\nB:\n", "nc::not-understood"),
+        ("FOR R1=1\nENDFOR\n", "nc::not-understood"),
+    ] {
+        let found: Vec<_> = read(text).diagnostics.iter().map(|d| d.code).collect();
+        assert!(found.contains(&code) || code.is_empty() && found.is_empty(), "{text}: {found:?}");
+    }
+}
+
+#[test]
+fn frames_shift_turn_scale_and_mirror() {
+    assert_ends("G1 F100\nTRANS X10\nX1\nATRANS X5\nX1\nTRANS\nX1\nM30\n", &[[11.0, 0.0], [16.0, 0.0], [1.0, 0.0]]);
+    assert_ends("G1 F100\nTRANS X10 Y5\nAROT RPL=90\nX2 Y0\nM30\n", &[[10.0, 7.0]]);
+    assert_ends("G1 F100\nROT Z90\nX2 Y0\nATRANS X3\nX0\nROT\nX1 Y0\nM30\n", &[[0.0, 2.0], [0.0, 3.0], [1.0, 0.0]]);
+    assert_ends(
+        "G1 F100\nSCALE X2 Y2\nX3 Y1\nAROT RPL=90\nX1 Y0\nSCALE\nX1\nM30\n",
+        &[[6.0, 2.0], [0.0, 2.0], [1.0, 2.0]],
+    );
+    assert_ends("G1 F100\nMIRROR X0\nX3 Y1\nAROT RPL=90\nX1 Y0\nMIRROR\nM30\n", &[[-3.0, 1.0], [0.0, 1.0]]);
+    let mirrored = read("G1 F100\nAMIRROR Y0\nG2 X10 Y0 CR=5\nM30\n");
+    let Curve::Arc(arc) = mirrored.moves[1].curve() else { panic!("an arc") };
+    assert!(arc.sweep_rad > 0.0);
+    let tilted = read("G1 F100\nX1\nROT X30\nX2\nTRANS\nX3\nM30\n");
+    assert_eq!(
+        tilted.moves.iter().map(|m| m.freeze).collect::<Vec<_>>(),
+        [None, None, Some(Freeze::NotUnderstood), None]
+    );
+    assert_eq!(tilted.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(), [("nc::frame", Some(3))]);
+}
+
+#[test]
+fn arcs_through_a_point_and_tangential_ones() {
+    let path = read("G1 F100 X0 Y0\nCIP X10 Y0 I1=5 J1=5\nM30\n");
+    assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+    let Curve::Arc(arc) = path.moves[1].curve() else { panic!("an arc") };
+    assert!((arc.radius_mm - 5.0).abs() < 1e-9 && (arc.sweep_rad + std::f64::consts::PI).abs() < 1e-9, "{arc:?}");
+    let path = read("G1 F100 X10\nCT X20 Y10\nG1 X20 Y20\nM30\n");
+    assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+    let Curve::Arc(arc) = path.moves[1].curve() else { panic!("an arc") };
+    assert!((arc.radius_mm - 10.0).abs() < 1e-9 && (arc.sweep_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
+    let lost = read("G0 X10\nCT X20 Y10 F100\nM30\n");
+    assert_eq!(lost.moves[1].freeze, Some(Freeze::NotUnderstood));
+}
+
+#[test]
+fn corners_are_rounded_and_chamfered() {
+    let path = read("G1 F100 X10 RND=2\nY10 CHR=3\nX0\nM30\n");
+    assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+    let expected = [[8.0, 0.0], [10.0, 2.0], [10.0, 7.0], [7.0, 10.0], [0.0, 10.0]];
+    assert_eq!(ends(&path), expected);
+    let Curve::Arc(arc) = path.moves[1].curve() else { panic!("an arc") };
+    assert!((arc.radius_mm - 2.0).abs() < 1e-9 && (arc.centre.x - 8.0).abs() < 1e-9 && arc.sweep_rad > 0.0);
+    let chamfer = read("G1 F100 X10 CHF=2\nY10\nM30\n");
+    let Curve::Line { from, to } = chamfer.moves[1].curve() else { panic!("a line") };
+    assert!(((to - from).norm() - 2.0).abs() < 1e-9);
+    let too_large = read("G1 F100 X10 RND=20\nY10\nM30\n");
+    assert_eq!(ends(&too_large), [[10.0, 0.0], [10.0, 10.0]]);
+    assert!(too_large.moves.iter().all(|m| m.freeze == Some(Freeze::NotUnderstood)));
+    assert_eq!(too_large.diagnostics[0].code, "nc::corner");
+}
+
+#[test]
+fn common_drilling_cycles_are_simulated_and_the_others_said() {
+    let deepest = |text: &str| {
+        let path = read(text);
+        let feeds = path.moves.iter().filter(|m| m.kind == MoveKind::Feed);
+        (feeds.clone().count(), feeds.map(|m| m.curve().to().z).fold(f64::INFINITY, f64::min), path)
+    };
+    assert_eq!(deepest("G0 Z50\nF100\nCYCLE81(10,0,2,-8)\nM30\n").1, -8.0);
+    assert_eq!(deepest("G0 Z50\nF100\nCYCLE82(10,0,2,,8,0.5)\nM30\n").1, -8.0);
+    let (pecks, depth, _) = deepest("G0 Z50\nF100\nCYCLE83(10,0,1,-9,,-3,,3,0,0,1,1)\nM30\n");
+    assert!(pecks >= 3 && depth == -9.0, "{pecks} {depth}");
+    let (moves, _, path) = deepest("G0 Z50\nPOCKET3(10,0,2,-5)\nM30\n");
+    assert_eq!((moves, path.diagnostics[0].code), (0, "nc::cycle"));
+}
