@@ -76,7 +76,7 @@ impl View {
                     named |= kind == TokenKind::Name;
                     let moves = plain && kind == TokenKind::Name && !(first && is_flow(token.span.of(program.text())));
                     view.plain &= moves || kind == TokenKind::Computed(b'F');
-                    view.flow |= steers(kind) && !moves;
+                    view.flow |= steers(kind) && !moves || kind == TokenKind::Percent && !view.empty;
                     view.jumps |= matches!(kind, TokenKind::Name | TokenKind::Label) && !moves;
                     view.computed_feed |= kind == TokenKind::Computed(b'F');
                 }

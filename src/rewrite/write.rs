@@ -71,8 +71,6 @@ pub struct Writer<'a> {
     now: Now,
     /// The original F in force, where it is a plain number.
     original: Option<Feed>,
-    /// The original F in force stands under the block-delete switch.
-    doubtful: bool,
     /// The F of the program that the input was optimised from (the original's, unless a note remembers another).
     reference: Option<String>,
     manner: Manner,
@@ -120,7 +118,6 @@ impl<'a> Writer<'a> {
             modes: Modes { inch: toolpath.inch, incremental: false },
             now: Now::Original,
             original: None,
-            doubtful: false,
             reference: None,
             manner: Manner { letter, style },
             tool_changed: false,
@@ -212,7 +209,6 @@ impl<'a> Writer<'a> {
 
     /// Notes the original feed and the manner of an F word of the input.
     fn remember(&mut self, view: &View, word: &Word, mode: FeedMode) {
-        self.doubtful = view.delete;
         let number = view::number_bytes(self.program, word);
         let text = String::from_utf8_lossy(number).into_owned();
         let bytes = word.span.of(self.program.text());
@@ -240,7 +236,6 @@ impl<'a> Writer<'a> {
     fn feeds(&mut self, id: BlockId, plan: &Plan, view: &View, pieces: &[Piece]) -> Change {
         let Some(first) = plan.first else { return Change::default() };
         let motion = &self.toolpath.moves[first.ix()];
-        let earlier = self.original.clone().filter(|_| !self.doubtful);
         if let Some(word) = view.only(b'F') {
             self.remember(view, word, motion.feed.mode);
         } else if let Some((block, span)) = plan.word {
@@ -259,7 +254,7 @@ impl<'a> Writer<'a> {
                 |cut: &split::Pieces| cut.before.iter().all(|code| code.len() + MOST_N_AND_F <= self.most_bytes);
             if let Some(cut) = split::split(&block, &at).filter(short) {
                 if view.has(b'F') && self.now == Now::Original {
-                    self.now = earlier.map_or(Now::Either, Now::Ours);
+                    self.now = Now::Either;
                 }
                 return self.cut(view, plan, &numbers, cut);
             }
