@@ -9,6 +9,7 @@ mod rewriting;
 use feedwright::nc::{self, Dialect, Environment, Program};
 use feedwright::rewrite::{rewrite, verify};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use rewriting::{job, schedule, toolpath, unchanged};
 
 /// Pieces of programs of every dialect, loops and calls among them.
@@ -153,7 +154,7 @@ fn mixed() -> impl Strategy<Value = Vec<u8>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(20260), ..ProptestConfig::default() })]
 
     #[test]
     fn arbitrary_bytes(text in proptest::collection::vec(any::<u8>(), 0..300), dialect in dialects(), seed in any::<u64>()) {

@@ -32,7 +32,7 @@ pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
 /// Why each move must keep its feed, by move index: what the interpreter found, then what the text forbids.
 pub fn freezes(program: &Program, toolpath: &Toolpath, job: &Job) -> Vec<Option<Freeze>> {
     let modes = modes_by_block(program, toolpath);
-    let spans = mixed_spans(program, toolpath);
+    let spans = mixed_spans(program, toolpath, &modes);
     let uneven = uneven_groups(toolpath);
     let mut text = Text::default();
     let of_move = |(_, motion): (MoveId, &Move)| {
@@ -68,14 +68,17 @@ fn modes_by_block(program: &Program, toolpath: &Toolpath) -> Vec<Modes> {
     program.blocks().map(&mut next).collect()
 }
 
-/// Starts of the F words, sorted, in whose spans a block is reached that another F word reaches too.
-fn mixed_spans(program: &Program, toolpath: &Toolpath) -> Vec<u32> {
+/// Starts of the F words, sorted, in whose spans a block is reached that another F word reaches too, or that reads lengths
+/// in another unit than the word was written in.
+fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u32> {
     let feeds =
         || toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed && motion.block.ix() < program.len());
     let mut first: Vec<Option<Option<u32>>> = vec![None; program.len()];
     let mut mixed = vec![false; program.len()];
     for motion in feeds() {
         let word = motion.feed.word.map(start);
+        let unit = |block: BlockId| modes[block.ix()].inch;
+        mixed[motion.block.ix()] |= motion.feed.word.is_some_and(|(block, _)| unit(block) != unit(motion.block));
         let known = first[motion.block.ix()].get_or_insert(word);
         mixed[motion.block.ix()] |= *known != word;
     }
