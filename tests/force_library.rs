@@ -3,6 +3,7 @@
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 use feedwright::force::Cutter;
+use feedwright::machine::material::{ForceModel, LinearEdge};
 use feedwright::setup::{library, load};
 use std::path::Path;
 
@@ -41,8 +42,7 @@ fn every_material_and_machine_loads() {
 #[test]
 fn the_tangent_lies_above_the_published_curve() {
     let (job, _) = load(&setup("aluminium", "small-vmc"), Path::new(".")).expect("loads");
-    let feedwright::machine::material::ForceModel::LinearEdge(k) = job.material(&job.tools[0]).expect("has one").model
-    else {
+    let ForceModel::LinearEdge(k) = job.material(&job.tools[0]).expect("has one").model else {
         panic!("a linear edge model")
     };
     for h in [0.001, 0.01, 0.05, 0.1, 0.3] {
@@ -60,13 +60,13 @@ fn a_name_that_is_not_there_is_answered_with_the_nearest() {
     assert!(format!("{error:?}").contains("aluminium-6061-t6"), "{error:?}");
 }
 
-fn coefficients(material: &str) -> feedwright::machine::material::LinearEdge {
+fn coefficients(material: &str) -> LinearEdge {
     let text = setup("aluminium", "small-vmc").replace("material = \"aluminium\"\n", "") + material;
     let (job, _) = load(&text, Path::new(".")).expect("loads");
-    match job.material(&job.tools[0]).expect("has one").model {
-        feedwright::machine::material::ForceModel::LinearEdge(k) => k,
-        ref other => panic!("{other:?}"),
-    }
+    let ForceModel::LinearEdge(k) = job.material(&job.tools[0]).expect("has one").model else {
+        panic!("a linear edge model")
+    };
+    k
 }
 
 #[test]

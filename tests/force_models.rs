@@ -180,7 +180,7 @@ fn bending_evens_out_runout_and_nothing_else() {
     };
     tool.youngs_modulus_mpa = 600e3;
     assert!((spread(&tool, 1.0) / spread(&tool, 0.0) - 1.0).abs() < 1e-9, "equal teeth");
-    tool.runout = Some(feedwright::machine::Runout { offset_mm: 0.01, angle_rad: 0.3 });
+    tool.runout = Some(Runout { offset_mm: 0.01, angle_rad: 0.3 });
     let rigid = spread(&tool, 0.0);
     let stiff = spread(&tool, 1.0);
     tool.youngs_modulus_mpa = 300e3;
