@@ -80,8 +80,7 @@ impl Case {
             one => vec![one],
         };
         let hidden = names.iter().map(|name| Hidden::draw(name, 1.0, &part, &mut rng)).collect();
-        let channel =
-            if row == "runout" || (row == "none" && seed % 4 == 3) { Channel::ForceXy } else { Channel::Power };
+        let channel = if Self::has_forces(row, seed) { Channel::PowerAndForceXy } else { Channel::Power };
         let form = match seed % 5 {
             0 | 1 => Form::PositionsAndFeed,
             2 => Form::Positions,
@@ -93,13 +92,14 @@ impl Case {
         Self { seed, names, hidden, truth, part, channel, form, rate_hz }
     }
 
-    /// Is a force measured in place of power? Runout shows in forces only; some logs without an effect have them too.
+    /// Is a force measured beside the power? Runout shows in forces only; some logs without an effect have them too.
     pub fn has_forces(row: &str, seed: u64) -> bool {
         row == "runout" || (row == "none" && seed % 4 == 3)
     }
 
-    /// The log with noise of a standard deviation of `noise` times the mean cutting load, and that deviation.
-    pub fn log(&self, noise: f64) -> (String, f64) {
+    /// The log with noise of a standard deviation of `noise` times the mean cutting load, and that deviation: of power and
+    /// of force.
+    pub fn log(&self, noise: f64) -> (String, [f64; 2]) {
         let mut rng = Rng::new(self.seed, 3);
         let milling = Milling::new(&self.part, &self.truth, &self.hidden, self.channel);
         let rate_hz = self.rate_hz;
@@ -107,23 +107,26 @@ impl Case {
         let count = ((milling.end_s() + before_s + 1.0) * rate_hz) as usize;
         let times: Vec<f64> = (0..count).map(|k| (k as f64 + rng.uniform(-0.03, 0.03)) / rate_hz - before_s).collect();
         let readings = milling.read(&times);
-        let cutting: Vec<f64> = readings.iter().map(|r| r.cutting).filter(|c| *c > 0.0).collect();
-        let deviation = noise * cutting.iter().sum::<f64>() / cutting.len().max(1) as f64;
+        let mean = |of: &dyn Fn(&Reading) -> f64| {
+            let cutting: Vec<f64> = readings.iter().map(of).filter(|c| *c > 0.0).collect();
+            cutting.iter().sum::<f64>() / cutting.len().max(1) as f64
+        };
+        let deviation = [noise * mean(&|r| r.cutting), noise * mean(&|r| r.force)];
         (self.text(&times, &readings, before_s, deviation, &mut rng), deviation)
     }
 
-    /// Noise at the shaft over noise of the reading.
-    pub fn meter_to_shaft(&self) -> f64 {
-        if self.channel == Channel::Power { self.part.shop.efficiency } else { 1.0 }
-    }
-
-    fn text(&self, times: &[f64], readings: &[Reading], before_s: f64, deviation: f64, rng: &mut Rng) -> String {
+    fn text(&self, times: &[f64], readings: &[Reading], before_s: f64, deviation: [f64; 2], rng: &mut Rng) -> String {
         let mut text = format!("{}\n", self.header());
-        let mut noise = 0.0;
+        let mut noise = [0.0; 2];
+        let channels = if self.channel == Channel::Power { 1 } else { 2 };
         for (time, reading) in times.iter().zip(readings) {
-            noise = MEMORY * noise + (1.0 - MEMORY * MEMORY).sqrt() * rng.normal();
-            let value = (reading.value + deviation * noise).max(0.0);
-            text.push_str(&format!("{:.3},{}{value:.2}\n", time + before_s, self.place(reading)));
+            text.push_str(&format!("{:.3},{}", time + before_s, self.place(reading)));
+            for k in 0..channels {
+                noise[k] = MEMORY * noise[k] + (1.0 - MEMORY * MEMORY).sqrt() * rng.normal();
+                let value = ([reading.value, reading.force][k] + deviation[k] * noise[k]).max(0.0);
+                text.push_str(&format!("{}{value:.2}", if k == 0 { "" } else { "," }));
+            }
+            text.push('\n');
         }
         text
     }
@@ -131,7 +134,7 @@ impl Case {
     fn header(&self) -> String {
         let measured = match self.channel {
             Channel::Power => "spindle_power_w",
-            Channel::ForceXy => "force_xy_n",
+            Channel::PowerAndForceXy => "spindle_power_w,force_xy_n",
         };
         let place = match self.form {
             Form::PositionsAndFeed => "x_mm,y_mm,z_mm,spindle_rpm,feed_mm_min,",

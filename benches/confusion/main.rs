@@ -144,7 +144,7 @@ fn write(asked: &Asked, dir: &Path) {
         let (log, deviation) = case.log(noise / 100.0);
         let folder = dir.join(format!("{row}-{seed}-noise{noise}"));
         let truth = format!(
-            "{:?}\nnames {:?}\n{:?}\nnoise {deviation:.3}\n{:?}\n",
+            "{:?}\nnames {:?}\n{:?}\nnoise {deviation:?}\n{:?}\n",
             case.hidden, case.names, case.truth, case.form
         );
         let files = [

@@ -2,14 +2,14 @@
 //! [`Margin`].
 //!
 //! An oracle that knows every formula explains the noiseless readings y. About the base model y₀ (true coefficients, no
-//! effect) it fits d = y − y₀ by the derivatives with respect to the coefficients (tare, k_tc, k_te; k_rc, k_re for forces)
+//! effect) it fits d = y − y₀ by the derivatives with respect to the coefficients (tare, k_tc, k_te; k_rc, k_re beside them for forces)
 //! and, for a rival, by its change of the readings at a usual size, over a grid of what is not linear in it. The truth
 //! itself fits d exactly. With the residual r of the best rival, white noise σ whose neighbours correlate by ρ, and n
 //! readings, the margin is Σ r² / (2σ²) · (1 − ρ)/(1 + ρ) nats. Readings are those at known places: the feed there is the
 //! one that the control would have reached, as in a log without feed.
 
 use super::cases::{Case, MEMORY};
-use super::physics::{Channel, Coefficients, Hidden, LISTED, Milling};
+use super::physics::{Channel, Coefficients, Hidden, LISTED, Milling, Reading};
 use super::rng::Rng;
 use nalgebra::{DMatrix, DVector};
 
@@ -39,7 +39,7 @@ pub fn margin(case: &Case, noise: f64) -> Margin {
     let none = oracle.residual_squares(&[]);
     let mut best = Margin { rival: "none".to_owned(), nats: none * per_square, over_none_nats: none * per_square };
     for rival in LISTED.iter().filter(|name| !case.names.contains(*name)) {
-        if (*rival == "runout") != (case.channel == Channel::ForceXy) && *rival == "runout" {
+        if (*rival == "runout") != (case.channel == Channel::PowerAndForceXy) && *rival == "runout" {
             continue;
         }
         // Beside one half of a pair the rival has the other half's help.
@@ -71,6 +71,8 @@ struct Oracle<'a> {
     difference: Vec<f64>,
     derivatives: Vec<Vec<f64>>,
     cutting: Vec<f64>,
+    /// W per N at which the noise of both is the same; 0 without forces.
+    force_to_power: f64,
 }
 
 impl<'a> Oracle<'a> {
@@ -81,7 +83,7 @@ impl<'a> Oracle<'a> {
         let steady = |r: &super::physics::Reading| r.moment.rps > 0.0 && r.moment.runup.is_none();
         let all = true_milling.read(&times);
         let times: Vec<f64> = times.iter().zip(&all).filter(|(_, r)| steady(r)).map(|(t, _)| *t).collect();
-        let readings: Vec<_> = all.into_iter().filter(steady).collect();
+        let readings: Vec<Reading> = all.into_iter().filter(steady).collect();
         let mut oracle = Self {
             case,
             true_milling,
@@ -90,9 +92,11 @@ impl<'a> Oracle<'a> {
             difference: Vec::new(),
             derivatives: Vec::new(),
             cutting: readings.iter().map(|r| r.cutting).collect(),
+            force_to_power: 0.0,
         };
+        oracle.force_to_power = oracle.ratio(&readings);
         oracle.base = oracle.values(&case.truth, &[]);
-        oracle.difference = readings.iter().zip(&oracle.base).map(|(r, b)| r.value - b).collect();
+        oracle.difference = oracle.all(&readings).iter().zip(&oracle.base).map(|(r, b)| r - b).collect();
         oracle.derivatives = oracle.coefficients().iter().map(|k| oracle.change(k, &[])).collect();
         oracle
     }
@@ -105,19 +109,38 @@ impl<'a> Oracle<'a> {
     /// Coefficients changed one by one.
     fn coefficients(&self) -> Vec<Coefficients> {
         let k = self.case.truth;
-        let mut changed = vec![Coefficients { k_tc: 1.02 * k.k_tc, ..k }, Coefficients { k_te: 1.02 * k.k_te, ..k }];
-        match self.case.channel {
-            Channel::Power => changed.push(Coefficients { tare: 1.02 * k.tare, ..k }),
-            Channel::ForceXy => {
-                changed.extend([Coefficients { k_rc: 1.02 * k.k_rc, ..k }, Coefficients { k_re: 1.02 * k.k_re, ..k }]);
-            }
+        let mut changed = vec![
+            Coefficients { k_tc: 1.02 * k.k_tc, ..k },
+            Coefficients { k_te: 1.02 * k.k_te, ..k },
+            Coefficients { tare: 1.02 * k.tare, ..k },
+        ];
+        if self.case.channel == Channel::PowerAndForceXy {
+            changed.extend([Coefficients { k_rc: 1.02 * k.k_rc, ..k }, Coefficients { k_re: 1.02 * k.k_re, ..k }]);
         }
         changed
     }
 
     fn values(&self, truth: &Coefficients, hidden: &[Hidden]) -> Vec<f64> {
         let milling = Milling::new(&self.case.part, truth, hidden, self.case.channel).at_places_of(&self.true_milling);
-        milling.read(&self.times).iter().map(|r| r.value).collect()
+        self.all(&milling.read(&self.times))
+    }
+
+    /// Powers, then forces (if there are any) on the same scale.
+    fn all(&self, readings: &[Reading]) -> Vec<f64> {
+        let forces = readings.iter().filter(|_| self.force_to_power > 0.0).map(|r| r.force * self.force_to_power);
+        readings.iter().map(|r| r.value).chain(forces).collect()
+    }
+
+    /// Mean cutting power over mean force.
+    fn ratio(&self, readings: &[Reading]) -> f64 {
+        if self.case.channel == Channel::Power {
+            return 0.0;
+        }
+        let mean = |of: &dyn Fn(&Reading) -> f64| {
+            let all: Vec<f64> = readings.iter().map(of).filter(|v| *v > 0.0).collect();
+            all.iter().sum::<f64>() / all.len().max(1) as f64
+        };
+        mean(&|r| r.cutting) / mean(&|r| r.force)
     }
 
     fn change(&self, truth: &Coefficients, hidden: &[Hidden]) -> Vec<f64> {

@@ -3,7 +3,9 @@
 //!
 //! A tooth at φ meets the chip h = f sin φ. On every slice it takes k_c·h + k_e per length of edge, tangentially and
 //! radially. Power is the sum of the tangential force times cutting speed over teeth, slices and angles, plus the tare; a
-//! force reading is the largest resultant in the plane over one turn. Sums are numeric (midpoints).
+//! force reading is the largest resultant in the plane over one turn. Sums are numeric (midpoints). A log with forces holds
+//! power too: a peak alone cannot part a tooth that stands out from a larger edge coefficient, but the mean power does not
+//! know of the one and grows with the other.
 //!
 //! Effects, with their own formulas (not those of the program under test):
 //!
@@ -147,8 +149,8 @@ impl Hidden {
 pub enum Channel {
     /// Spindle power as the meter reads it, W.
     Power,
-    /// Largest resultant in the plane in the turn about the sample, N.
-    ForceXy,
+    /// The same, and the largest resultant in the plane in the turn about the sample, N.
+    PowerAndForceXy,
 }
 
 /// A reading without noise.
@@ -156,10 +158,12 @@ pub enum Channel {
 pub struct Reading {
     /// Where the machine is.
     pub moment: Moment,
-    /// Value, W or N.
+    /// Power as the meter reads it, W.
     pub value: f64,
     /// The part of it that cutting makes, before drive and meter.
     pub cutting: f64,
+    /// Peak force, N; 0 where it is not measured.
+    pub force: f64,
 }
 
 /// A part being milled with its hidden effects.
@@ -326,15 +330,42 @@ impl<'a> Milling<'a> {
         let [q, a, slide] = self.terms_at(&moment);
         running.sliding_mm += slide * moment.rps * step_s;
         let (cutting, edge) = self.factors_in_time(now, running.sliding_mm);
-        let load = match self.channel {
-            Channel::Power => self.power(&moment, q, a, cutting, edge),
-            Channel::ForceXy => self.force_peak(&moment, cutting, edge),
+        let idle = self.idle(&moment);
+        let load = self.power(&moment, q, a, cutting, edge * (1.0 - idle));
+        let value = self.meter(load + self.tare(&moment, now)) + self.aside(now, moment.rps);
+        let force = match self.channel {
+            Channel::Power => 0.0,
+            Channel::PowerAndForceXy => self.force_peak(&moment, cutting, edge),
         };
-        let value = match self.channel {
-            Channel::Power => self.meter(load + self.tare(&moment, now)) + self.aside(now, moment.rps),
-            Channel::ForceXy => load,
-        };
-        Reading { moment, value: self.lagged(value, step_s, running), cutting: load }
+        Reading { moment, value: self.lagged(value, step_s, running), cutting: load, force }
+    }
+
+    /// Station next to a moment.
+    fn station(&self, moment: &Moment) -> Option<&Station> {
+        let stations = &self.stations[moment.step];
+        let last = stations.len().checked_sub(1)?;
+        let spacing = stations[last].s_mm / last.max(1) as f64;
+        let station = &stations[((moment.s_mm / spacing.max(1e-9)).round() as usize).min(last)];
+        (!station.arcs.is_empty()).then_some(station)
+    }
+
+    /// Share of the contact that teeth miss because those before them left nothing: their edges rub nothing there, while
+    /// the chips of all teeth together stay what they are.
+    fn idle(&self, moment: &Moment) -> f64 {
+        let has_runout = self.hidden.iter().any(|h| matches!(h, Hidden::Runout { .. }));
+        let Some(station) = self.station(moment).filter(|_| has_runout) else { return 0.0 };
+        let chips = self.chips(self.feed_per_tooth(moment));
+        let (mut missed, mut all) = (0.0, 0.0);
+        for arc in &station.arcs {
+            let step = (arc.phi[1] - arc.phi[0]) / 12.0;
+            for k in 0..12 {
+                let sin = (arc.phi[0] + (f64::from(k) + 0.5) * step).sin();
+                let misses = |before: &&Vec<[f64; 2]>| before.iter().any(|[f, out]| f * sin + out <= 0.0);
+                missed += chips.iter().filter(misses).count() as f64 * step * arc.dz_mm;
+                all += chips.len() as f64 * step * arc.dz_mm;
+            }
+        }
+        missed / f64::max(all, 1e-12)
     }
 
     fn factors_in_time(&self, now: f64, sliding_mm: f64) -> (f64, f64) {
@@ -409,15 +440,7 @@ impl<'a> Milling<'a> {
 
     /// Largest resultant in the plane over one turn, N.
     fn force_peak(&self, moment: &Moment, cutting: f64, edge: f64) -> f64 {
-        let stations = &self.stations[moment.step];
-        if stations.is_empty() {
-            return 0.0;
-        }
-        let spacing = stations[stations.len() - 1].s_mm / (stations.len() - 1).max(1) as f64;
-        let station = &stations[((moment.s_mm / spacing.max(1e-9)).round() as usize).min(stations.len() - 1)];
-        if station.arcs.is_empty() {
-            return 0.0;
-        }
+        let Some(station) = self.station(moment) else { return 0.0 };
         let chips = self.chips(self.feed_per_tooth(moment));
         (0..72).map(|k| self.force(station, TAU * f64::from(k) / 72.0, &chips, cutting, edge)).fold(0.0, f64::max)
     }

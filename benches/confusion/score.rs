@@ -46,7 +46,7 @@ impl Outcome {
         case: &Case,
         row: &'static str,
         noise: f64,
-        deviation: f64,
+        deviation: [f64; 2],
         report: Result<LearnReport, String>,
     ) -> Self {
         let mut outcome = Self {
@@ -70,7 +70,7 @@ impl Outcome {
         outcome
     }
 
-    fn judge(&mut self, case: &Case, deviation: f64, report: &LearnReport) {
+    fn judge(&mut self, case: &Case, deviation: [f64; 2], report: &LearnReport) {
         self.named = report.effects.iter().map(|e| e.name.clone()).collect();
         self.unexplained = report.unexplained.as_ref().map(|u| u.largest_correlate.clone());
         self.false_names = self.named.iter().filter(|name| !case.names.contains(&name.as_str())).count();
@@ -85,8 +85,9 @@ impl Outcome {
             self.by_confounded = among && margin(case, self.noise / 100.0).nats < THRESHOLD_NATS;
             self.right = self.by_confounded;
         }
-        let floor = deviation * case.meter_to_shaft() * mean_of(report.samples as f64 / report.used.max(1) as f64);
-        self.error_ratio = report.final_test.rmse / floor;
+        // The model is fitted to the power at the shaft.
+        let [power, force] = deviation;
+        self.error_ratio = error_ratio([power * case.part.shop.efficiency, force], report);
     }
 
     /// One line for the reader.
@@ -105,6 +106,13 @@ impl Outcome {
             self.failure.as_deref().unwrap_or("")
         )
     }
+}
+
+/// Held-out error over the noise that was put in; of several channels the larger.
+fn error_ratio(deviation: [f64; 2], report: &LearnReport) -> f64 {
+    let cells = report.used as f64 / report.channels.len().max(1) as f64;
+    let floor = |k: usize| deviation[k] * mean_of(report.samples as f64 / cells);
+    report.channels.iter().enumerate().map(|(k, c)| c.final_rmse / floor(k)).fold(f64::NAN, f64::max)
 }
 
 /// Standard deviation of the mean of `m` neighbouring readings over that of one, for noise with correlation ρ^k.

@@ -1,4 +1,5 @@
-//! Hard zone: all coefficients · (1 + z) inside a box of the work coordinates.
+//! Hard zone: all coefficients · (1 + z·u), u = ½(1 + tanh((1 − ρ)/w)), ρ⁴ = ((x − x₀)/a)⁴ + ((y − y₀)/b)⁴: a box of the
+//! work coordinates with rounded corners and a soft border, w its half width over that of the box; mean over the arc.
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -26,7 +27,7 @@ pub const EFFECT: Effect = Effect {
             max: 1e9,
             starts: &[0.0],
             neutral: None,
-            scanned: true,
+            scanned: false,
             meaning: "region",
         },
         Parameter {
@@ -36,7 +37,7 @@ pub const EFFECT: Effect = Effect {
             max: 1e9,
             starts: &[0.0],
             neutral: None,
-            scanned: true,
+            scanned: false,
             meaning: "region",
         },
         Parameter {
@@ -46,7 +47,7 @@ pub const EFFECT: Effect = Effect {
             max: 1e9,
             starts: &[0.0],
             neutral: None,
-            scanned: true,
+            scanned: false,
             meaning: "region",
         },
         Parameter {
@@ -56,8 +57,18 @@ pub const EFFECT: Effect = Effect {
             max: 1e9,
             starts: &[0.0],
             neutral: None,
-            scanned: true,
+            scanned: false,
             meaning: "region",
+        },
+        Parameter {
+            name: "border",
+            unit: "-",
+            min: 0.02,
+            max: 2.0,
+            starts: &[0.2],
+            neutral: None,
+            scanned: false,
+            meaning: "half the width of its border over half the width of the region",
         },
     ],
     change,
@@ -65,8 +76,11 @@ pub const EFFECT: Effect = Effect {
 };
 
 fn change(p: &[f64], state: &State) -> Change {
-    let (x, y) = (state.position.x, state.position.y);
-    let inside = x >= p[1] && x <= p[2] && y >= p[3] && y <= p[4];
-    let factor = if inside { 1.0 + p[0] } else { 1.0 };
-    Change { cutting: factor, edge: factor, ..Change::default() }
+    let centre = [f64::midpoint(p[1], p[2]), f64::midpoint(p[3], p[4])];
+    let half = [(0.5 * (p[2] - p[1])).abs().max(0.5), (0.5 * (p[4] - p[3])).abs().max(0.5)];
+    let [cutting, edge] = state.over_arc(|sector| {
+        let far: f64 = (0..2).map(|k| ((sector.at[k] - centre[k]) / half[k]).powi(4)).sum();
+        1.0 + p[0] * 0.5 * (1.0 + ((1.0 - far.sqrt().sqrt()) / p[5]).tanh())
+    });
+    Change { cutting, edge, ..Change::default() }
 }

@@ -137,6 +137,20 @@ impl Covariate {
     }
 }
 
+/// Sectors of 30° that the engaged arc is looked at in.
+pub const SECTORS: usize = 6;
+
+/// What a tooth meets in one sector of the engaged arc.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sector {
+    /// Share of the cutting terms (by chip) and of the edge terms (by contact).
+    pub share: [f64; 2],
+    /// Mean chip thickness, mm.
+    pub chip_thickness_mm: f64,
+    /// Where it is, work coordinates, mm.
+    pub at: [f64; 2],
+}
+
 /// What a cut is when an effect looks at it. Quantities that are not known are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
@@ -178,6 +192,28 @@ pub struct State {
     pub path_speed_mm_s: f64,
     /// Acceleration along the path, mm/s².
     pub path_acceleration_mm_s2: f64,
+    /// The engaged arc in sectors; all shares 0 where it is not known.
+    pub sectors: [Sector; SECTORS],
+}
+
+impl State {
+    /// Mean of a factor over the engaged arc, by chip and by contact. Where the arc is not known the cut is taken as one
+    /// sector with its mean chip thickness.
+    pub fn over_arc(&self, factor: impl Fn(&Sector) -> f64) -> [f64; 2] {
+        let whole: f64 = self.sectors.iter().map(|s| s.share[0] + s.share[1]).sum();
+        if whole <= 0.0 {
+            let at = [self.position.x, self.position.y];
+            let one = Sector { share: [1.0; 2], chip_thickness_mm: self.chip_thickness_mm, at };
+            return [factor(&one); 2];
+        }
+        let mut mean = [0.0; 2];
+        for sector in self.sectors.iter().filter(|s| s.share[0] + s.share[1] > 0.0) {
+            let value = factor(sector);
+            mean[0] += sector.share[0] * value;
+            mean[1] += sector.share[1] * value;
+        }
+        mean
+    }
 }
 
 impl Default for State {
@@ -203,6 +239,7 @@ impl Default for State {
             since_entry_mm: nan,
             path_speed_mm_s: nan,
             path_acceleration_mm_s2: nan,
+            sectors: [Sector::default(); SECTORS],
         }
     }
 }
@@ -218,6 +255,8 @@ pub struct Change {
     pub edge: f64,
     /// Added to the chip thickness of the most loaded tooth (peaks only), mm.
     pub peak_chip_mm: f64,
+    /// Offset of the tool's axis from that of the spindle, mm, where the measurement is compared with it.
+    pub runout_mm: f64,
     /// Stock stands higher by this, mm.
     pub stock_top_mm: f64,
     /// Stock stands out to the sides by this, mm.
@@ -241,6 +280,7 @@ impl Default for Change {
             cutting: 1.0,
             edge: 1.0,
             peak_chip_mm: 0.0,
+            runout_mm: 0.0,
             stock_top_mm: 0.0,
             stock_side_mm: 0.0,
             diameter_mm: 0.0,

@@ -1,4 +1,6 @@
-//! Runout: the most loaded tooth cuts h + δ; means over a revolution stay as they are.
+//! Runout: the axis of the tool turns at ρ from that of the spindle, so that of N teeth one stands out over the tooth
+//! before it by up to δ = 2ρ sin(π/N) ≤ √3 ρ (N ≥ 3). The most loaded tooth cuts h + δ; the chips of all teeth together stay
+//! as they are; at small feeds teeth miss the cut.
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -9,19 +11,19 @@ pub const EFFECT: Effect = Effect {
     acts: Acts::Geometry,
     covariates: &[Covariate::FeedPerTooth],
     parameters: &[Parameter {
-        name: "chip_offset",
+        name: "offset",
         unit: "mm",
         min: 0.0,
-        max: 0.2,
+        max: 0.1,
         starts: &[0.01],
         neutral: None,
         scanned: false,
-        meaning: "added to the chip of the most loaded tooth",
+        meaning: "of the tool's axis from that of the spindle",
     }],
     change,
     separated_by: "peak forces at four feeds: the excess does not grow with feed",
 };
 
 fn change(p: &[f64], _: &State) -> Change {
-    Change { peak_chip_mm: p[0], ..Change::default() }
+    Change { peak_chip_mm: 1.732 * p[0], runout_mm: p[0], ..Change::default() }
 }

@@ -1,4 +1,4 @@
-//! Size effect: k_?c · (h/0.05 mm)^−m with the mean chip thickness h over the engaged arc (Kienzle's exponent).
+//! Size effect: k_?c · (h/0.05 mm)^−m (Kienzle's exponent), h the chip thickness in every sector of the engaged arc.
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -16,13 +16,13 @@ pub const EFFECT: Effect = Effect {
         starts: &[0.2],
         neutral: None,
         scanned: false,
-        meaning: "exponent of the mean chip thickness over 0.05 mm",
+        meaning: "exponent of the chip thickness over 0.05 mm",
     }],
     change,
     separated_by: "one immersion at five feeds over a factor of eight",
 };
 
 fn change(p: &[f64], state: &State) -> Change {
-    let h = state.chip_thickness_mm.max(1e-4);
-    Change { cutting: (h / 0.05).powf(-p[0]), ..Change::default() }
+    let [cutting, _] = state.over_arc(|sector| (sector.chip_thickness_mm.max(1e-4) / 0.05).powf(-p[0]));
+    Change { cutting, ..Change::default() }
 }

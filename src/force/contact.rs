@@ -3,9 +3,13 @@
 //! effects need to know of a cut. The arcs of a station belong to its most engaged point; they are scaled to its mean
 //! section.
 
+use crate::effects::SECTORS;
 use crate::engage::{EngagementMap, Station};
 use crate::machine::Slice;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Width of a sector of the engaged arc.
+const SECTOR_RAD: f64 = PI / SECTORS as f64;
 
 /// Engagement of a station as effects and diagnosis look at it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -22,17 +26,21 @@ pub struct Engaged {
     pub up_share_chip: f64,
     /// Middle of the contact from the axis: along the feed and to the left of it, mm.
     pub contact_mm: [f64; 2],
+    /// Engaged arc by sectors of φ: section (mm²), contact of one tooth (mm²), middle from the axis as above (mm).
+    pub sectors: [[f64; 4]; SECTORS],
     /// Height engaged, mm.
     pub axial_mm: f64,
     /// Derivative of the peak force in the plane at the predicted speed by k_tc, k_rc, k_te, k_re.
     pub peak: [f64; 4],
+    /// Under each of two runouts: relative change of the peak force, and of what the edges take of the power.
+    pub runout: [[f64; 2]; 2],
 }
 
 /// Engagement of a station by its arcs. Under a level feed a bottom face sweeps without a chip; it is no part of the
 /// contact (Xu, Eq. 3.7).
 pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes: u32, tangent_z: f64) -> Engaged {
     let (mut contact, mut section, mut up, mut way, mut height) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    let (mut up_chip, mut middle) = (0.0, [0.0; 2]);
+    let (mut up_chip, mut middle, mut sectors) = (0.0, [0.0; 2], [[0.0; 4]; SECTORS]);
     let level = tangent_z.abs() < 0.02;
     for arc in map.arcs_of(station) {
         let slice = &slices[arc.slice as usize];
@@ -49,8 +57,19 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
         up_chip += turn(entry.min(FRAC_PI_2), exit.min(FRAC_PI_2)) - turn(entry.max(FRAC_PI_2), exit.max(FRAC_PI_2));
         middle[0] += slice.radius_mm * turn(entry, exit);
         middle[1] += slice.radius_mm * slice.radius_mm * slice.edge_mm * (exit.sin() - entry.sin());
+        for (k, sector) in sectors.iter_mut().enumerate() {
+            let [from, to] = [k, k + 1].map(|k| (k as f64 * SECTOR_RAD).clamp(entry, exit));
+            let (chip, r) = (turn(from, to), slice.radius_mm);
+            sector[0] += chip * slice.normal_r.max(0.0);
+            sector[1] += r * (to - from) * slice.edge_mm;
+            sector[2] += r * chip;
+            sector[3] += r * r * slice.edge_mm * (to.sin() - from.sin());
+        }
         way += slice.radius_mm * (exit - entry) * slice.dz_mm();
         height += slice.dz_mm();
+    }
+    for sector in sectors.iter_mut().filter(|s| s[1] > 0.0) {
+        (sector[2], sector[3]) = (sector[2] / sector[1], sector[3] / sector[1]);
     }
     let mean = f64::from(station.removal_area_mm2);
     let share = if level && section > 1e-9 { (mean / section).clamp(0.0, 1.2) } else { 1.0 };
@@ -61,7 +80,9 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
         up_share: if contact > 0.0 { up / contact } else { 0.0 },
         up_share_chip: if section > 0.0 { up_chip / section } else { 0.0 },
         contact_mm: middle.map(|m| m / contact.max(1e-12)),
+        sectors,
         axial_mm: f64::from(station.axial_depth_mm),
         peak: [0.0; 4],
+        runout: [[0.0; 2]; 2],
     }
 }

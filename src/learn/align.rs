@@ -2,15 +2,15 @@
 //! which the machine is where it was, NaN where it is outside the program.
 //!
 //! By position: the tool is followed along the path, never backwards, taking the nearest point within what it can have
-//! moved; standing still is spread over the dwells and changes that belong there. By line: runs of equal lines are matched
-//! to the spots of those lines in order, each run spread over its spots. By load: see [`super::matching`].
+//! moved; standing still is spread over the dwells and changes that belong there. By line: see [`super::lines`]; by load:
+//! see [`super::loads`].
 
 use super::log::Log;
 use super::timeline::{Doing, Timeline};
 use crate::path::Vec3;
 
 /// How a log was tied.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Aligned {
     /// Predicted program time of each sample, s; NaN outside.
     pub program_s: Vec<f64>,
@@ -20,6 +20,10 @@ pub struct Aligned {
     pub uncertainty_s: f64,
     /// Share of the samples that could not be placed well.
     pub misfit: f64,
+    /// Pauses: (time in the log, length), s.
+    pub pauses: Vec<(f64, f64)>,
+    /// Acceleration over the declared one that the times of the blocks show, and by how many nats they prefer it.
+    pub acceleration: Option<(f64, f64)>,
 }
 
 /// Distance at which a position counts as off the path, mm.
@@ -55,6 +59,8 @@ pub fn by_position(log: &Log, timeline: &Timeline) -> Option<Aligned> {
         method: "position",
         uncertainty_s: 0.1 * rate_s,
         misfit: off as f64 / points.len().max(1) as f64,
+        pauses: Vec::new(),
+        acceleration: None,
     })
 }
 
@@ -146,74 +152,8 @@ fn leave_ends(program_s: &mut [f64], moved: &[bool], timeline: &Timeline) {
     }
 }
 
-fn median_step(time: &[f64]) -> f64 {
+/// Median time from sample to sample, s.
+pub fn median_step(time: &[f64]) -> f64 {
     let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
     super::linear::median(&steps)
-}
-
-/// Matches runs of equal lines to the spots of those lines, in order.
-pub fn by_line(log: &Log, timeline: &Timeline) -> Option<Aligned> {
-    let lines = log.line.as_ref()?;
-    let legs = legs(timeline);
-    let mut program_s = vec![f64::NAN; lines.len()];
-    let (mut next, mut i, mut lost) = (0, 0, 0);
-    while i < lines.len() {
-        let mut j = i;
-        while j + 1 < lines.len() && lines[j + 1] == lines[i] {
-            j += 1;
-        }
-        match legs[next..].iter().position(|leg| f64::from(leg.line) == lines[i]) {
-            Some(k) => {
-                let leg = &legs[next + k];
-                next += k;
-                let before = if i > 0 { 0.5 * (log.time_s[i] + log.time_s[i - 1]) } else { log.time_s[i] };
-                let after = if j + 1 < lines.len() { 0.5 * (log.time_s[j] + log.time_s[j + 1]) } else { log.time_s[j] };
-                let ends = (i == 0, j + 1 == lines.len());
-                place(&mut program_s[i..=j], &log.time_s[i..=j], leg, [before, after], ends);
-            }
-            None => lost += j - i + 1,
-        }
-        i = j + 1;
-    }
-    let rate_s = median_step(&log.time_s);
-    Some(Aligned {
-        program_s,
-        method: "line",
-        uncertainty_s: 0.3 * rate_s,
-        misfit: lost as f64 / lines.len().max(1) as f64,
-    })
-}
-
-/// Stretch of spots of one line.
-struct Leg {
-    line: u32,
-    start_s: f64,
-    end_s: f64,
-}
-
-fn legs(timeline: &Timeline) -> Vec<Leg> {
-    let mut legs: Vec<Leg> = Vec::new();
-    for spot in &timeline.spots {
-        match legs.last_mut() {
-            Some(leg) if leg.line == spot.line => leg.end_s = spot.end_s,
-            _ => legs.push(Leg { line: spot.line, start_s: spot.start_s, end_s: spot.end_s }),
-        }
-    }
-    legs
-}
-
-/// Spreads samples over a leg. At the ends of the log the leg may be cut off: it is then placed by its length.
-fn place(out: &mut [f64], time: &[f64], leg: &Leg, [before, after]: [f64; 2], (first, last): (bool, bool)) {
-    let planned = leg.end_s - leg.start_s;
-    let taken = (after - before).max(1e-9);
-    for (slot, t) in out.iter_mut().zip(time) {
-        let share = match (first, last) {
-            (true, _) => 1.0 - (after - t) / planned.max(1e-9),
-            (false, true) => (t - before) / planned.max(1e-9),
-            _ => (t - before) / taken,
-        };
-        if (0.0..=1.0).contains(&share) {
-            *slot = leg.start_s + share * planned;
-        }
-    }
 }

@@ -47,7 +47,7 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         "edge-position" => varies(Covariate::EdgePosition, 0.05),
         "up-down-asymmetry" => varies(Covariate::UpShare, 0.3),
         "hard-zone" => varies(Covariate::X, 1.0).or_else(|| varies(Covariate::Y, 1.0)).or_else(|| too_short(data)),
-        "runout" => variant(Variant::PeakChip),
+        "runout" => variant(Variant::LargeRunout),
         "stock-proud" => match (variant(Variant::StockTop), variant(Variant::StockSide)) {
             (Some(why), Some(_)) => Some(why),
             _ => None,
@@ -253,7 +253,8 @@ fn zone_starts(data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
     }
     let [a0, a1, b0, b1] = best.1;
     let refined = refine(data, &score, [x[a0], x[a1], y[b0], y[b1]], [x[1] - x[0], y[1] - y[0]]);
-    vec![[0.2].into_iter().chain(refined).collect()]
+    let starts = |excess: f64, border: f64| [excess].into_iter().chain(refined).chain([border]).collect();
+    vec![starts(0.2, 0.1), starts(0.2, 0.4)]
 }
 
 /// Cell edges in x and y; `None` when nothing is cut over an area.

@@ -2,28 +2,31 @@
 //!
 //! The columns of a power sample are tare(n)/tare(n₀), section·speed and contact·n (times 1e-3: N·mm/s is mW); those of a
 //! peak force its derivatives by k_tc, k_rc, k_te, k_re. Samples where a small error of the alignment makes a large error
-//! of the load are weighted down by 1/(1 + (e/σ)²), e being that error; run-ups count next to nothing.
+//! of the load are weighted down by 1/(1 + (e/σ)²), e being that error; run-ups count next to nothing. A cell holds sure samples or doubtful
+//! ones, never both.
 
-use super::align::Aligned;
+use super::align::{Aligned, median_step};
 use super::linear::median;
 use super::log::Log;
 use super::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
 use super::table::{Quantity, column_factor, spindle_base};
 use super::timeline::{Doing, Spot, Timeline};
-use crate::effects::State;
+use crate::effects::{Sector, State};
 use crate::force::contact::Engaged;
 use crate::machine::Job;
 use crate::machine::material::{ForceModel, LinearEdge};
 use std::f64::consts::PI;
 
 /// Most cells that a log is averaged into.
-const MOST_CELLS: usize = 3000;
+const MOST_CELLS: usize = 4000;
 /// Stretches of time that are left out or kept as a whole.
 const BLOCKS: f64 = 60.0;
 /// Weight of samples while the spindle runs up, or changes tools.
 const RUN_UP_WEIGHT: f64 = 1e-3;
 /// Time before and after a change of spindle speed in which readings are doubtful, s.
 const SETTLING_S: f64 = 0.35;
+/// Uncertainties of the alignment before and after a sample within which its load should not vary.
+const DOUBT: f64 = 2.5;
 /// Standard deviation of a base coefficient about the declared value, relative: power, forces.
 const PRIOR: [f64; 2] = [0.5, 0.25];
 
@@ -87,7 +90,7 @@ pub fn cells(log: &Log, aligned: &Aligned, known: &Known, channels: &Channels) -
         .others
         .iter()
         .map(|o| o.variant)
-        .chain(channels.force_xy.map(|_| Variant::PeakChip))
+        .chain(channels.force_xy.iter().flat_map(|_| [Variant::SmallRunout, Variant::LargeRunout]))
         .map(|variant| VariantColumns { variant, columns: vec![Vec::new(); data.base.len()] })
         .collect();
     data.slower = known.slower.iter().map(|(factor, _)| SlowerMachine { factor: *factor, ratio: Vec::new() }).collect();
@@ -209,20 +212,25 @@ impl<'a> Along<'a> {
         names: &[Base],
     ) -> Vec<f64> {
         let rps = self.rps(i, spot);
-        names
-            .iter()
-            .map(|base| match (quantity, base.name.as_str()) {
-                (Some(_), "tare") => self.tare_shape(rps),
-                (Some(_), "run_up") => self.running_up(i, spot),
-                (Some(q), "k_tc") => column_factor(q, rps) * engaged.section_mm2 * spot.speed_mm_s(),
-                (Some(q), "k_te") => column_factor(q, rps) * engaged.contact_mm2 * rps,
-                (None, "k_tc") => engaged.peak[0],
-                (None, "k_rc") => engaged.peak[1],
-                (None, "k_te") => engaged.peak[2],
-                (None, "k_re") => engaged.peak[3],
-                _ => 0.0,
-            })
-            .collect()
+        let value = |base: &Base| match (quantity, base.name.as_str()) {
+            (Some(_), "tare") => self.tare_shape(rps),
+            (Some(_), "run_up") => self.running_up(i, spot),
+            (_, name) => Self::column(name, quantity, rps, spot, engaged),
+        };
+        names.iter().map(value).collect()
+    }
+
+    /// What a coefficient of the cut multiplies.
+    fn column(name: &str, quantity: Option<Quantity>, rps: f64, spot: &Spot, engaged: &Engaged) -> f64 {
+        match (quantity, name) {
+            (Some(q), "k_tc") => column_factor(q, rps) * engaged.section_mm2 * spot.speed_mm_s(),
+            (Some(q), "k_te") => column_factor(q, rps) * engaged.contact_mm2 * rps,
+            (None, "k_tc") => engaged.peak[0],
+            (None, "k_rc") => engaged.peak[1],
+            (None, "k_te") => engaged.peak[2],
+            (None, "k_re") => engaged.peak[3],
+            _ => 0.0,
+        }
     }
 
     /// Share of the speed reached while the spindle runs up, 0 otherwise: what its mass takes then is no tare.
@@ -252,27 +260,30 @@ impl<'a> Along<'a> {
         let values = &self.log.measured[k].1;
         let valid: Vec<usize> =
             (0..values.len()).filter(|i| values[*i].is_finite() && self.spot[*i].is_some()).collect();
-        let load = self.rough_load(quantity, &data.base);
+        let loads = self.rough_loads(quantity, &data.base);
         let sigma = noise(&valid, values);
-        let size = valid.len().div_ceil(MOST_CELLS).max(1);
-        let gap = 5.0 * median(&self.log.time_s.windows(2).map(|p| p[1] - p[0]).collect::<Vec<f64>>());
+        let weights: Vec<f64> = valid.iter().map(|i| self.weight(*i, &loads, sigma)).collect();
+        let step_s = median_step(&self.log.time_s);
         let offset = data.run.last().map_or(0, |r| r + 1);
         let (mut run, mut lowered, mut last) = (offset, 0, f64::NEG_INFINITY);
         let span = self.known.timeline.total_s();
-        for members in valid.chunks(size) {
+        let mut next = 0;
+        let channels = usize::from(data.variants.iter().any(|v| v.variant == Variant::LargeRunout)) + 1;
+        for size in cell_sizes(&weights, MOST_CELLS / channels) {
+            let (members, weights) = (&valid[next..next + size], &weights[next..next + size]);
+            next += size;
             let begin = self.log.time_s[members[0]];
-            run += usize::from(begin - last > gap && last.is_finite());
+            run += usize::from(begin - last > 5.0 * step_s && last.is_finite());
             last = self.log.time_s[members[members.len() - 1]];
-            let weight = self.weight(members, &load, sigma);
+            let weight: f64 = weights.iter().sum();
             lowered += if weight < 0.5 * members.len() as f64 { members.len() } else { 0 };
             self.cell(data, members, quantity, values, channel);
             data.weight.push(weight);
-            data.span_s.push((last - begin) * size as f64 / (size as f64 - 1.0).max(1.0));
+            data.span_s.push(last - begin + step_s);
             data.run.push(run);
             let middle = self.aligned.program_s[members[members.len() / 2]];
             data.block.push((middle / (span / BLOCKS).max(1.0)) as usize);
         }
-        fill_spans(&mut data.span_s, &data.state);
         lowered
     }
 
@@ -301,8 +312,11 @@ impl<'a> Along<'a> {
                     sum[b] += (changed[b] - plain[b]) / other.size_mm / n;
                 }
             }
-            if quantity.is_none() {
-                peak_chip(variants.last_mut(), &plain, &data.base, n);
+            let first = self.known.others.len();
+            for (sums, change) in variants[first..].iter_mut().zip(&spot.engaged.runout) {
+                for (b, sum) in sums.iter_mut().enumerate() {
+                    *sum += plain[b] * runout_change(quantity, &data.base[b], change) / n;
+                }
             }
             ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += all[index] / n);
             reading += self.at_shaft(values[i], quantity) / n;
@@ -360,25 +374,34 @@ impl<'a> Along<'a> {
         state.radial_depth_mm = e.section_mm2 / e.axial_mm.max(1e-6);
         state.up_share = e.up_share;
         state.up_share_chip = e.up_share_chip;
-        state.position =
-            spot.from + (spot.to - spot.from) * share + spot.direction * e.contact_mm[0] + left * e.contact_mm[1];
+        let at =
+            |along: f64, aside: f64| spot.from + (spot.to - spot.from) * share + spot.direction * along + left * aside;
+        state.position = at(e.contact_mm[0], e.contact_mm[1]);
+        let whole = [0, 1].map(|k| e.sectors.iter().map(|s| s[k]).sum::<f64>().max(1e-12));
+        state.sectors = e.sectors.map(|[section, contact, along, aside]| {
+            let place = at(along, aside);
+            Sector {
+                share: [section / whole[0], contact / whole[1]],
+                chip_thickness_mm: state.feed_per_tooth_mm * section / contact.max(1e-12),
+                at: [place.x, place.y],
+            }
+        });
         state.direction = spot.direction;
         state.curvature_per_mm = spot.curvature_per_mm;
         state.edge_position_mm = 0.5 * e.axial_mm;
         state
     }
 
-    /// Load of each sample by the declared coefficients, for weights only.
-    fn rough_load(&self, quantity: Option<Quantity>, base: &[Base]) -> Vec<f64> {
+    /// Load of each spot by the declared coefficients in each geometry, for weights only.
+    fn rough_loads(&self, quantity: Option<Quantity>, base: &[Base]) -> Vec<Vec<f64>> {
         let value = |b: &Base| b.prior.map_or(if b.class == Class::Tare { 0.0 } else { 1.0 }, |(mean, _)| mean);
-        (0..self.spot.len())
-            .map(|i| {
-                let Some(index) = self.spot[i] else { return 0.0 };
-                let spot = &self.known.timeline.spots[index];
-                let columns = self.columns(i, spot, &spot.engaged, quantity, base);
-                columns.iter().zip(base).map(|(x, b)| x * value(b)).sum()
-            })
-            .collect()
+        let load = |spot: &Spot, engaged: &Engaged| -> f64 {
+            base.iter().map(|b| Self::column(&b.name, quantity, spot.rps, spot, engaged) * value(b)).sum()
+        };
+        let spots = &self.known.timeline.spots;
+        let declared = spots.iter().map(|spot| load(spot, &spot.engaged)).collect();
+        let other = |o: &OtherGeometry| spots.iter().zip(&o.engaged).map(|(spot, e)| load(spot, e)).collect();
+        std::iter::once(declared).chain(self.known.others.iter().map(other)).collect()
     }
 
     /// Does the spindle change its speed about this sample?
@@ -396,32 +419,39 @@ impl<'a> Along<'a> {
         })
     }
 
-    /// Weight of a cell: that of its samples together.
-    fn weight(&self, members: &[usize], load: &[f64], sigma: f64) -> f64 {
-        let share = if self.aligned.method == "load" { 0.3 } else { 0.1 };
-        members
-            .iter()
-            .map(|&i| {
-                let around = i.saturating_sub(1)..(i + 2).min(load.len());
-                let (lo, hi) = load[around]
-                    .iter()
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
-                let running = self.speed_settles(i);
-                let doubt = 1.0 / (1.0 + (share * (hi - lo) / sigma).powi(2));
-                if running { RUN_UP_WEIGHT } else { doubt }
-            })
-            .sum()
+    /// Weight of a sample: 1 where neither the alignment nor the spindle casts a doubt on it.
+    fn weight(&self, i: usize, loads: &[Vec<f64>], sigma: f64) -> f64 {
+        if self.speed_settles(i) {
+            return RUN_UP_WEIGHT;
+        }
+        let (at, about) = (self.aligned.program_s[i], DOUBT * self.aligned.uncertainty_s);
+        let total_s = self.known.timeline.total_s();
+        let [from, to] = [at - about, at + about].map(|t| self.known.timeline.at(t.clamp(0.0, total_s)).unwrap_or(0));
+        let spread = |load: &Vec<f64>| {
+            let bounds = (f64::INFINITY, f64::NEG_INFINITY);
+            let near = &load[from.saturating_sub(1)..(to + 2).min(load.len())];
+            let (lo, hi) = near.iter().fold(bounds, |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+            hi - lo
+        };
+        let most = loads.iter().map(spread).fold(0.0, f64::max);
+        1.0 / (1.0 + (0.5 * most / sigma).powi(2))
     }
 }
 
-/// A tooth that stands out by δ cuts k_c·δ per length of edge all along its arc: what an edge coefficient does.
-fn peak_chip(variant: Option<&mut Vec<f64>>, plain: &[f64], base: &[Base], n: f64) {
-    let Some(sum) = variant else { return };
-    let column = |name: &str| base.iter().position(|b| b.name == name);
-    for (cutting, edge) in [("k_tc", "k_te"), ("k_rc", "k_re")] {
-        if let (Some(c), Some(e)) = (column(cutting), column(edge)) {
-            sum[c] += plain[e] / n;
-        }
+/// Samples of each cell: neighbours that are all sure or all doubtful, and no more than the number of cells asks for.
+fn cell_sizes(weights: &[f64], count: usize) -> Vec<usize> {
+    let most = weights.len().div_ceil(count).max(1);
+    let sure = |weight: &f64| *weight > 0.5;
+    let stretches = weights.chunk_by(|a, b| sure(a) == sure(b)).map(<[f64]>::len);
+    stretches.flat_map(|n| std::iter::repeat_n(most, n / most).chain((n % most > 0).then_some(n % most))).collect()
+}
+
+/// Relative change of a column by runout: all of a peak force, the edge term of a mean.
+fn runout_change(quantity: Option<Quantity>, base: &Base, [peak, edge]: &[f64; 2]) -> f64 {
+    match quantity {
+        None => *peak,
+        Some(_) if base.class == Class::Edge => *edge,
+        Some(_) => 0.0,
     }
 }
 
@@ -443,20 +473,4 @@ fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 2]> {
 fn noise(valid: &[usize], values: &[f64]) -> f64 {
     let steps: Vec<f64> = valid.windows(2).map(|p| (values[p[1]] - values[p[0]]).abs()).collect();
     (median(&steps) / 0.954).max(1e-9)
-}
-
-/// Cells of one sample stand for the time to the next.
-fn fill_spans(spans: &mut [f64], state: &[State]) {
-    for i in 0..spans.len() {
-        if spans[i] <= 0.0 {
-            let next = if i + 1 < state.len() { state[i + 1].time_s - state[i].time_s } else { 0.0 };
-            spans[i] = if next > 0.0 {
-                next
-            } else if i > 0 {
-                spans[i - 1]
-            } else {
-                0.0
-            };
-        }
-    }
 }

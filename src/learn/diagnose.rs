@@ -7,16 +7,17 @@
 //! 3. The best is added if its score is above the threshold, its parameters are physical, it lowers the held-out error of
 //!    the folds by more than one standard error over the blocks, and it does no harm on kinds of cuts it was not fitted on.
 //! 4. Rivals within the margin of the best that have nothing to add to it are reported as confounded with it.
+//!    When none is found alone, pairs are tried: one may hide the other from the fit.
 //! 5. Again from 2; then each effect must still pay beside the others, and no other must do better in its place.
 //! 6. What pattern is left in the residual is reported as unexplained.
 
 use super::candidates::{starts, why_not};
 use super::fit::{Fitted, Use, fit};
-use super::report::{Added, Confounded, Errors, LearnReport, Rejected, Transfer, Unexplained, Value};
+use super::report::{Added, ChannelError, Confounded, Errors, LearnReport, Rejected, Transfer, Unexplained, Value};
 use super::residual::{inflation, is_series, noise_floor, patterns};
 use super::samples::{Class, Data};
 use super::split::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
-use crate::effects::Effect;
+use crate::effects::{Acts, Effect};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -47,6 +48,13 @@ const MARGIN: f64 = 6.0;
 const LEAST_DROP: f64 = 0.005;
 /// Least share of what the base model leaves beyond the noise that one effect must take away.
 const LEAST_SHARE: f64 = 0.04;
+/// The same of what the effects before it leave: a small effect beside a large one.
+const LEAST_REST: f64 = 0.3;
+/// Effects that are tried in pairs when none is found alone, and the least share that a pair must take away.
+const PAIRED: usize = 6;
+const PAIR_EXPLAINED: f64 = 0.7;
+/// Least error over the noise that makes pairs worth trying.
+const PAIR_NEEDED: f64 = 1.3;
 /// Least share of it that all effects together must take away, or none is named.
 const LEAST_EXPLAINED: f64 = 0.5;
 /// Share of the residual's variance above which what is left is called structure.
@@ -76,11 +84,14 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
         floor: 0.0,
     };
     let base = fit(&search.train, &[], 0)?;
-    search.base_residual = held_out_residuals(&search.train, &[], split);
+    let begin = search.timed(&base);
+    search.base_residual = held_out_residuals(&search.train, &begin.model.effects, split);
     search.floor = noise_floor(&search.train, &base.residuals(data)).unwrap_or(0.0);
-    let (fitted, confounded) = search.add_effects(&base);
+    let (fitted, confounded) = search.add_effects(&begin);
     let fitted = search.prune(fitted);
-    let fitted = search.withdraw(&base, fitted);
+    let fitted = search.withdraw(&begin, fitted);
+    let nothing = fitted.model.effects.len() == begin.model.effects.len();
+    let fitted = if nothing { search.pair(&begin).unwrap_or(fitted) } else { fitted };
     let mut report = search.report(&base, &fitted);
     report.confounded =
         confounded.into_iter().filter(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0])).collect();
@@ -137,6 +148,23 @@ impl Diagnosis<'_> {
         (present, confounded)
     }
 
+    /// The base model, with the acceleration that the times of the blocks show.
+    fn timed(&mut self, base: &Fitted) -> Fitted {
+        let corner = self.options.candidates.iter().copied().find(|e| e.acts == Acts::Motion);
+        let Some(((factor, nats), effect)) = self.data.timed_acceleration.zip(corner) else { return base.clone() };
+        let each = Use { effect, values: vec![factor], free: vec![false] };
+        let Some(fitted) = fit(&self.train, &[each], 5) else { return base.clone() };
+        let text =
+            format!("the times that the blocks took show it ({nats:.0} nats ahead of the declared acceleration)");
+        let errors = [self.judged(&[]).rmse, self.judged(&fitted.model.effects).rmse];
+        self.evidence.push((effect.name, text, (-nats).exp(), errors));
+        fitted
+    }
+
+    fn is_timed(&self, effect: &Effect) -> bool {
+        self.data.timed_acceleration.is_some() && effect.acts == Acts::Motion
+    }
+
     /// Every candidate on top of the present model.
     fn trials(&mut self, present: &Fitted, note: bool) -> Vec<Trial> {
         let has = |effect: &Effect| present.model.effects.iter().any(|u| u.effect.name == effect.name);
@@ -170,8 +198,9 @@ impl Diagnosis<'_> {
             let after = self.unseen_residuals(present, trial);
             let drop = self.drop_of(&before, &after);
             let t = t_statistic(&improvement_by_block(&self.train, &before, &after));
-            let share = self.share_of_excess(&before, &after);
-            if share < LEAST_SHARE {
+            let share = self.share_of_excess(&before, &after, &self.base_residual);
+            let of_rest = self.share_of_excess(&before, &after, &before);
+            if share < LEAST_SHARE && of_rest < LEAST_REST {
                 self.reject(trial, format!("it takes away only {:.1} % of what the base model leaves", 100.0 * share));
                 continue;
             }
@@ -200,24 +229,64 @@ impl Diagnosis<'_> {
         None
     }
 
-    /// Held-out squares that go from `before` to `after`, over those of the base model beyond the noise.
-    fn share_of_excess(&self, before: &[f64], after: &[f64]) -> f64 {
+    /// Held-out squares that go from `before` to `after`, over those of `whole` beyond the noise.
+    fn share_of_excess(&self, before: &[f64], after: &[f64], whole: &[f64]) -> f64 {
         let mean = |r: &[f64]| errors(&self.train, |i| r[i]).rmse.powi(2);
-        let excess = mean(&self.base_residual) - self.floor.powi(2);
-        (mean(before) - mean(after)) / excess.max(1e-12 * mean(&self.base_residual))
+        let excess = mean(whole) - self.floor.powi(2);
+        (mean(before) - mean(after)) / excess.max(0.02 * mean(whole))
+    }
+
+    /// Two effects that explain together what neither does alone (each hides the other from the fit).
+    fn pair(&mut self, base: &Fitted) -> Option<Fitted> {
+        let left = errors(&self.train, |i| self.base_residual[i]).rmse;
+        if left < PAIR_NEEDED * self.floor {
+            return None;
+        }
+        let mut first = self.trials(base, false);
+        first.sort_by(|a, b| b.score.total_cmp(&a.score));
+        first.truncate(PAIRED);
+        let mut best: Option<(f64, Trial)> = None;
+        for one in &first {
+            for two in self.trials(&one.fitted, false) {
+                let asked = two.fitted.model.effects.iter().map(Use::asked).sum();
+                let (score, _) = score_of(&self.train, base, &two.fitted, asked);
+                let sound = two.fitted.model.effects.iter().all(|u| unphysical(Some(u)).is_none());
+                if sound && best.as_ref().is_none_or(|(most, _)| score > *most) {
+                    best = Some((score, two));
+                }
+            }
+        }
+        let (score, two) = best.filter(|(score, _)| *score > 2.0 * self.threshold())?;
+        let after = held_out_residuals(&self.train, &two.fitted.model.effects, self.split);
+        let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual);
+        let t = t_statistic(&improvement_by_block(&self.train, &self.base_residual, &after));
+        if share < PAIR_EXPLAINED || t < 1.0 {
+            return None;
+        }
+        let errors = [self.judged(&[]).rmse, self.judged(&two.fitted.model.effects).rmse];
+        for each in &two.fitted.model.effects[base.model.effects.len()..] {
+            let text = format!(
+                "only together with the other it takes away {:.0} % of what the base model leaves (score {score:.1})",
+                100.0 * share
+            );
+            self.evidence.push((each.effect.name, text, chance(&two), errors));
+            self.rejected.retain(|r| r.name != each.effect.name);
+        }
+        Some(two.fitted)
     }
 
     /// Effects that leave most of the excess are no explanation of it.
     fn withdraw(&mut self, base: &Fitted, fitted: Fitted) -> Fitted {
-        if fitted.model.effects.is_empty() {
+        if fitted.model.effects.len() == base.model.effects.len() {
             return fitted;
         }
         let after = held_out_residuals(&self.train, &fitted.model.effects, self.split);
-        let share = self.share_of_excess(&self.base_residual, &after);
+        let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual);
         if share >= LEAST_EXPLAINED {
             return fitted;
         }
-        for each in &fitted.model.effects {
+        let kept = base.model.effects.len();
+        for each in &fitted.model.effects[kept..] {
             self.rejected.push(Rejected {
                 name: each.effect.name.into(),
                 why: format!(
@@ -342,6 +411,10 @@ impl Diagnosis<'_> {
             let others: Vec<Use> = remove(&present.model.effects, k);
             let Some(without_it) = fit(&self.train, &others, 12) else { break };
             let own = present.model.effects[k].effect;
+            if self.is_timed(own) {
+                k += 1;
+                continue;
+            }
             let asked = present.model.effects[k].asked();
             let (score, _) = score_of(&self.train, &without_it, &present, asked);
             if score < self.threshold() {
@@ -378,13 +451,29 @@ impl Diagnosis<'_> {
 
     /// Errors on data that a model with these effects was not fitted on.
     fn judged(&self, effects: &[Use]) -> Errors {
-        if self.split.test.iter().any(|t| *t) && self.same_kinds() {
-            let predicted = fit(&self.train, effects, 12).map(|f| f.predicted).unwrap_or_default();
-            let test = self.data.with_weights(without(self.data, |i| !self.split.test[i]));
-            return errors(&test, |i| test.reading[i] - predicted[i]);
+        let residual = self.unseen(effects);
+        errors(self.data, |i| residual[i])
+    }
+
+    /// Residuals of such data, NaN for the others.
+    fn unseen(&self, effects: &[Use]) -> Vec<f64> {
+        if !self.split.test.iter().any(|t| *t) || !self.same_kinds() {
+            return held_out_residuals(&self.train, effects, self.split);
         }
-        let residual = held_out_residuals(&self.train, effects, self.split);
-        errors(&self.train, |i| residual[i])
+        let predicted = fit(&self.train, effects, 12).map(|f| f.predicted).unwrap_or_default();
+        let of = |i: usize| if self.split.test[i] { self.data.reading[i] - predicted[i] } else { f64::NAN };
+        (0..predicted.len()).map(of).collect()
+    }
+
+    /// Held-out errors of each measured quantity.
+    fn channels(&self, fitted: &Fitted) -> Vec<ChannelError> {
+        let (base, last) = (self.unseen(&[]), self.unseen(&fitted.model.effects));
+        let on =
+            |r: &[f64], c: usize| errors(self.data, |i| if self.data.channel[i] == c { r[i] } else { f64::NAN }).rmse;
+        let names = self.data.channel_names.iter().enumerate();
+        names
+            .map(|(c, name)| ChannelError { name: name.clone(), base_rmse: on(&base, c), final_rmse: on(&last, c) })
+            .collect()
     }
 
     /// Do the samples kept for the judgement belong to the kinds that were fitted?
@@ -412,6 +501,7 @@ impl Diagnosis<'_> {
             rejected: std::mem::take(&mut self.rejected),
             final_train: errors_of(fitted, &self.train),
             final_test: self.judged(&fitted.model.effects),
+            channels: self.channels(fitted),
             final_base: values(data, fitted),
             covariance: covariance(data, fitted),
             tare_rps: data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite()),

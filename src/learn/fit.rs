@@ -7,6 +7,7 @@
 //! θ, with θ kept inside its bounds.
 
 use super::samples::{Class, Data, Variant};
+use super::timeline::RUNOUTS_MM;
 use crate::effects::{Change, Effect};
 use nalgebra::{DMatrix, DVector};
 
@@ -110,8 +111,19 @@ fn size_of(variant: Variant, change: &Change) -> f64 {
         Variant::StockSide => change.stock_side_mm,
         Variant::Diameter => change.diameter_mm,
         Variant::Curved => change.curved,
-        Variant::PeakChip => change.peak_chip_mm,
+        Variant::SmallRunout => runout_shares(change.runout_mm)[0],
+        Variant::LargeRunout => runout_shares(change.runout_mm)[1],
     }
+}
+
+/// Shares of the changes at two runouts: linear between none, the smaller and the larger, and on beyond.
+fn runout_shares(offset_mm: f64) -> [f64; 2] {
+    let [small, large] = RUNOUTS_MM;
+    if offset_mm <= small {
+        return [offset_mm / small, 0.0];
+    }
+    let t = (offset_mm - small) / (large - small);
+    [1.0 - t, t]
 }
 
 fn combined_change(effects: &[Use], data: &Data, i: usize) -> Change {
@@ -124,6 +136,7 @@ fn combined_change(effects: &[Use], data: &Data, i: usize) -> Change {
         sum.cutting *= known(one.cutting);
         sum.edge *= known(one.edge);
         sum.peak_chip_mm += one.peak_chip_mm;
+        sum.runout_mm += one.runout_mm;
         sum.stock_top_mm += one.stock_top_mm;
         sum.stock_side_mm += one.stock_side_mm;
         sum.diameter_mm += one.diameter_mm;

@@ -1,8 +1,8 @@
 //! Measured data → residual → named effect → process model.
 //!
 //! *Tables of steady cuts*: [`columns`] → [`table`] → [`calibrate`] (coefficients), or → [`samples::Data`] → [`diagnose`].
-//! *Logs*: [`log`] → [`align`], [`matching`] (where in the program each sample belongs) against [`timeline`] (what should
-//! happen when, and what is cut) → [`cells`] → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
+//! *Logs*: [`log`] → [`align`], [`lines`] or [`loads`] (where in the program each sample belongs, by position, by line
+//! number or by load) against [`timeline`] (what should happen when, and what is cut) → [`cells`] → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
 //!
 //! [`diagnose`] lets the effects of [`crate::effects`] compete: [`candidates`] says where each search begins, [`fit`] fits
 //! it with the base coefficients, [`split`] keeps whole blocks out of the fit, [`residual`] says what structure is left.
@@ -17,12 +17,16 @@ pub mod calibrate;
 pub mod candidates;
 pub mod cells;
 pub mod chance;
+pub mod clock;
 pub mod columns;
 pub mod diagnose;
+pub mod drift;
 pub mod experiment;
 pub mod fit;
 pub mod forces;
 pub mod linear;
+pub mod lines;
+pub mod loads;
 pub mod log;
 pub mod matching;
 pub mod model;

@@ -70,6 +70,17 @@ pub struct Unexplained {
     pub largest_correlate: String,
 }
 
+/// Held-out error of one measured quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelError {
+    /// Quantity and unit.
+    pub name: String,
+    /// Error of the base model.
+    pub base_rmse: f64,
+    /// Error of the final model.
+    pub final_rmse: f64,
+}
+
 /// How well the model does on a kind of cut it was not fitted on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transfer {
@@ -146,6 +157,8 @@ pub struct LearnReport {
     pub final_train: Errors,
     /// Errors of the final model on held-out data.
     pub final_test: Errors,
+    /// The same, quantity by quantity.
+    pub channels: Vec<ChannelError>,
     /// Base parameters of the final model.
     pub final_base: Vec<Value>,
     /// Covariance of the final base parameters.

@@ -48,8 +48,10 @@ pub enum Variant {
     Diameter,
     /// With the curvature of the path, minus without.
     Curved,
-    /// Per mm added to the chip of the most loaded tooth.
-    PeakChip,
+    /// Under the smaller of two runouts.
+    SmallRunout,
+    /// Under the larger.
+    LargeRunout,
 }
 
 /// Change of every column, [`Base`] by [`Base`].
@@ -101,6 +103,8 @@ pub struct Data {
     pub variants: Vec<VariantColumns>,
     /// How feeds change with the machine, by falling factor; the factor 1 is implied.
     pub slower: Vec<SlowerMachine>,
+    /// Acceleration over the declared one that the times of the blocks show (with how many nats), whatever the loads say.
+    pub timed_acceleration: Option<(f64, f64)>,
 }
 
 impl Data {

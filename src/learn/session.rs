@@ -1,19 +1,19 @@
 //! The whole of `learn`: a program, a job and a measured log in; a [`LearnReport`] and the process model out.
 
-use super::align::{Aligned, by_line, by_position};
+use super::align::{Aligned, by_position};
 use super::cells::{Channels, Known, OtherGeometry, cells, channels};
 use super::columns::DataError;
 use super::diagnose::{Options, diagnose};
 use super::forces::{Sample, resultant};
+use super::lines::{by_line, paced};
+use super::loads::by_load;
 use super::log::{Log, read_log};
-use super::matching::match_load;
 use super::report::{Alignment, LearnReport, Value};
 use super::samples::{Base, Class, Data, Variant};
 use super::split::by_blocks;
-use super::timeline::{Spot, Timeline, engaged_otherwise, speed_ratios, timeline};
+use super::timeline::{Timeline, engaged_otherwise, speed_ratios, timeline};
 use crate::engage::{EngageError, EngagementMap, engage};
 use crate::machine::Job;
-use crate::machine::material::ForceModel;
 use crate::nc::{Environment, Toolpath, interpret, parse};
 use rayon::prelude::*;
 
@@ -55,7 +55,10 @@ const STRETCH: [f64; 2] = [0.1, 10.0];
 /// Longest spot between two engagements, mm.
 const SPACING_MM: f64 = 0.5;
 /// Accelerations tried, over the declared one.
-const SLOWER: [f64; 7] = [0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.007];
+const SLOWER: [f64; 14] = [0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 0.03, 0.02, 0.015, 0.01, 0.007];
+/// The times of the blocks show another acceleration when it is below this share of the declared one, with so many nats.
+const LEAST_SLOWER: f64 = 0.6;
+const SHOWN_NATS: f64 = 30.0;
 /// How much the stock is grown, mm, and the tool shrunk, to see what that changes.
 const GROWN_MM: f64 = 0.5;
 const SHRUNK: f64 = 0.04;
@@ -248,120 +251,30 @@ pub fn data_of(
     channels: &Channels,
 ) -> Result<(Data, Aligned, usize), LearnError> {
     let aligned = aligned(prepared, job, log, channels)?;
-    let (data, lowered) = cells(log, &aligned, &prepared.known(job), channels);
+    let (mut data, lowered) = cells(log, &aligned, &prepared.known(job), channels);
+    let shown = |(factor, nats): &(f64, f64)| *factor < LEAST_SLOWER && *nats > SHOWN_NATS;
+    data.timed_acceleration = aligned.acceleration.filter(shown);
     Ok((data, aligned, lowered))
 }
 
 /// A log tied to its program: by position, by line, or by its load.
 pub fn aligned(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
-    by_position(log, &prepared.timeline)
-        .or_else(|| by_line(log, &prepared.timeline))
-        .map_or_else(|| by_load(prepared, job, log, channels), Ok)
-}
-
-/// Predicted spindle power, or peak force, of a spot by the declared coefficients.
-fn rough(spot: &Spot, job: &Job, force: bool) -> f64 {
-    let Some(tool) = job.tool(spot.tool) else { return 0.0 };
-    let k = match job.material(tool).map(|m| &m.model) {
-        Some(ForceModel::LinearEdge(k)) => *k,
-        _ => crate::machine::material::LinearEdge { k_tc: 1000.0, k_te: 15.0, ..Default::default() },
-    };
-    if force {
-        let peak = spot.engaged.peak;
-        return peak[0] * k.k_tc + peak[1] * k.k_rc + peak[2] * k.k_te + peak[3] * k.k_re;
-    }
-    let tare = if spot.rps > 0.0 { job.machine.spindle.tare_w.at(spot.rps) } else { 0.0 };
-    tare + 1e-3 * (k.k_tc * spot.engaged.section_mm2 * spot.speed_mm_s() + k.k_te * spot.engaged.contact_mm2 * spot.rps)
+    let by_position = by_position(log, &prepared.timeline).map(|aligned| {
+        let acceleration = paced(log, &aligned.program_s, &prepared.timeline, &prepared.slower);
+        Aligned { acceleration, ..aligned }
+    });
+    by_position
+        .or_else(|| by_line(log, &prepared.timeline, &prepared.slower))
+        .map_or_else(|| found_by_load(prepared, job, log, channels), Ok)
 }
 
 /// The log found in the program by its load.
-fn by_load(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
-    let (index, force) = match (channels.spindle, channels.force_xy) {
-        (Some((k, ..)), _) => (k, false),
-        (None, Some(k)) => (k, true),
-        _ => return Err(DataError::Unfit("the log measures nothing that a load can be compared with".into()).into()),
-    };
-    let end = log.time_s.last().copied().unwrap_or(0.0);
-    let step = (end / 5000.0).max(0.1);
-    let measured = gridded(&log.time_s, &log.measured[index].1, step);
-    let mut best: Option<(f64, Aligned)> = None;
-    for factor in std::iter::once(1.0).chain([0.25, 0.06, 0.03]) {
-        let times = slowed(prepared, factor);
-        let predicted = predicted_grid(prepared, &times, job, force, step);
-        let Some(found) = match_load(&measured, &predicted, step, 20.0) else { continue };
-        // A slower machine must fit clearly better; costs are in units of each match's own deviation and do not compare.
-        let miss = 1.0 - found.correlation;
-        let better = best.as_ref().is_none_or(|(least, _)| miss < 0.9 * least);
-        if better {
-            let program_s =
-                log.time_s.iter().map(|t| declared_time(&found.program_s, step, *t, &times, prepared)).collect();
-            let aligned =
-                Aligned { program_s, method: "load", uncertainty_s: 0.5 * step, misfit: miss.clamp(0.0, 1.0) };
-            best = Some((miss, aligned));
-        }
-    }
-    best.map(|(_, aligned)| aligned)
-        .ok_or_else(|| DataError::Unfit("the log is too short to be found in the program".into()).into())
-}
-
-/// Start of every spot, and the end, on a machine with `factor` of the declared acceleration.
-fn slowed(prepared: &Prepared, factor: f64) -> Vec<f64> {
-    let ratios = prepared.slower.iter().find(|(f, _)| *f == factor).map(|(_, r)| r);
-    let mut now = 0.0;
-    let mut times = vec![0.0];
-    for (k, spot) in prepared.timeline.spots.iter().enumerate() {
-        now += (spot.end_s - spot.start_s) / ratios.map_or(1.0, |r| r[k].max(1e-3));
-        times.push(now);
-    }
-    times
-}
-
-fn predicted_grid(prepared: &Prepared, times: &[f64], job: &Job, force: bool, step: f64) -> Vec<f64> {
-    let loads: Vec<f64> = prepared.timeline.spots.iter().map(|s| rough(s, job, force)).collect();
-    let count = (times.last().copied().unwrap_or(0.0) / step) as usize;
-    let mut k = 0;
-    (0..count)
-        .map(|i| {
-            let t = (i as f64 + 0.5) * step;
-            while k + 1 < loads.len() && times[k + 1] < t {
-                k += 1;
-            }
-            loads[k]
-        })
-        .collect()
-}
-
-/// Means of a signal over a grid; gaps take the value before.
-fn gridded(time: &[f64], values: &[f64], step: f64) -> Vec<f64> {
-    let count = (time.last().copied().unwrap_or(0.0) / step) as usize + 1;
-    let (mut sums, mut counts) = (vec![0.0; count], vec![0.0; count]);
-    for (t, v) in time.iter().zip(values).filter(|(_, v)| v.is_finite()) {
-        let k = ((t / step) as usize).min(count - 1);
-        sums[k] += v;
-        counts[k] += 1.0;
-    }
-    let mut last = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
-    (0..count)
-        .map(|k| {
-            if counts[k] > 0.0 {
-                last = sums[k] / counts[k];
-            }
-            last
-        })
-        .collect()
-}
-
-/// Program time on the declared machine of a log time that was matched on a slower one.
-fn declared_time(matched: &[f64], step: f64, log_s: f64, times: &[f64], prepared: &Prepared) -> f64 {
-    let k = ((log_s / step) as usize).min(matched.len() - 1);
-    let on_slow = matched[k] + (log_s - k as f64 * step);
-    if !on_slow.is_finite() || on_slow > times[times.len() - 1] {
-        return f64::NAN;
-    }
-    let spot = (times.partition_point(|t| *t <= on_slow)).clamp(1, times.len() - 1) - 1;
-    let share = (on_slow - times[spot]) / (times[spot + 1] - times[spot]).max(1e-9);
-    let s = &prepared.timeline.spots[spot];
-    s.start_s + share.clamp(0.0, 1.0) * (s.end_s - s.start_s)
+fn found_by_load(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
+    let index = channels.spindle.map(|(k, ..)| k).or(channels.force_xy);
+    let unfit = |why: &str| LearnError::from(DataError::Unfit(why.into()));
+    let index = index.ok_or_else(|| unfit("the log measures nothing that a load can be compared with"))?;
+    by_load(log, index, &prepared.timeline, &prepared.slower, job)
+        .ok_or_else(|| unfit("the log is too short to be found in the program"))
 }
 
 fn described(aligned: &Aligned, log: &Log) -> Alignment {
@@ -373,7 +286,7 @@ fn described(aligned: &Aligned, log: &Log) -> Alignment {
         stretch: (last.0 - first.0) / (last.1 - first.1).max(1e-9),
         method: aligned.method.to_owned(),
         uncertainty_s: aligned.uncertainty_s,
-        pauses: Vec::new(),
+        pauses: aligned.pauses.clone(),
     }
 }
 

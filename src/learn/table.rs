@@ -263,6 +263,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
         channel_names: vec![name.to_owned()],
         variants,
         slower: Vec::new(),
+        timed_acceleration: None,
     })
 }
 

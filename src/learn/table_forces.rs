@@ -59,5 +59,6 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
         channel_names: vec!["mean force, relative".into()],
         variants: Vec::new(),
         slower: Vec::new(),
+        timed_acceleration: None,
     })
 }

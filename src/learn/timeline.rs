@@ -11,7 +11,7 @@ use crate::force::contact::{Engaged, engaged as geometry};
 use crate::force::{Cut, Cutter};
 use crate::ids::MoveId;
 use crate::machine::material::{ForceModel, LinearEdge, Material, Process};
-use crate::machine::{Job, Machine};
+use crate::machine::{Job, Machine, Runout, Tool};
 use crate::nc::{Event, Move, MoveKind, Spin, Toolpath};
 use crate::path::Vec3;
 use crate::schedule::realise::{as_programmed, realise};
@@ -103,7 +103,7 @@ impl Timeline {
 pub fn timeline(path: &Toolpath, map: &EngagementMap, job: &Job, with_forces: bool) -> Timeline {
     let pieces = Pieces::new(path, map);
     let seconds = piece_seconds(&pieces.path, &job.machine);
-    let mut forces = Forces { map, job, wanted: with_forces, known: Vec::new() };
+    let mut forces = Forces { map, job, wanted: with_forces, runout: true, known: Vec::new() };
     let mut build = Build {
         path,
         job,
@@ -221,7 +221,7 @@ impl Build<'_> {
             .spots
             .last()
             .map_or_else(|| self.path.moves.first().map_or_else(Vec3::zeros, |m| m.curve().from()), |s| s.to);
-        self.push(Spot {
+        self.push(&Spot {
             start_s: self.now,
             end_s: self.now + seconds,
             doing,
@@ -252,7 +252,7 @@ impl Build<'_> {
             done_mm += curve.length();
             let speed_mm_s = curve.length() / self.seconds[piece].max(1e-9);
             let tangent_z = curve.tangent(half).z;
-            self.push(Spot {
+            self.push(&Spot {
                 start_s: self.now,
                 end_s: self.now + self.seconds[piece],
                 doing: if motion.kind == MoveKind::Feed { Doing::Feed } else { Doing::Rapid },
@@ -272,9 +272,9 @@ impl Build<'_> {
         }
     }
 
-    fn push(&mut self, spot: Spot) {
+    fn push(&mut self, spot: &Spot) {
         self.now = spot.end_s;
-        self.spots.push(spot);
+        self.spots.push(*spot);
     }
 }
 
@@ -286,7 +286,7 @@ pub fn engaged_otherwise(
     timeline: &Timeline,
     with_forces: bool,
 ) -> Vec<Engaged> {
-    let mut forces = Forces { map, job, wanted: with_forces, known: Vec::new() };
+    let mut forces = Forces { map, job, wanted: with_forces, runout: false, known: Vec::new() };
     let of = |spot: &Spot| {
         let id = spot.move_id?;
         let stations = map.stations_of(id);
@@ -297,63 +297,91 @@ pub fn engaged_otherwise(
     timeline.spots.iter().map(of).map(Option::unwrap_or_default).collect()
 }
 
-/// Cutters with one coefficient at a time a little larger, for the derivatives of the peak force.
+/// Cutters with one coefficient at a time a little larger, round and with runout, for the derivatives of the peak force.
 struct Forces<'a> {
     map: &'a EngagementMap,
     job: &'a Job,
     wanted: bool,
-    /// (tool, speed) and the cutters: nominal, then k_tc, k_rc, k_te, k_re larger, with by how much.
+    /// Is the change by runout asked for?
+    runout: bool,
+    /// (tool, speed) and the cutters.
     known: Vec<((u32, u64), Option<Probe>)>,
 }
 
 struct Probe {
     nominal: Cutter,
+    /// k_tc, k_rc, k_te, k_re larger, with by how much.
     larger: [(Cutter, f64); 4],
+    /// k_te larger, with by how much relative to it.
+    sharper: (Cutter, f64),
+    /// Nominal with each of [`RUNOUTS_MM`].
+    out: [Cutter; 2],
 }
+
+/// Offsets of the axis at which the change of the loads is taken, mm.
+pub const RUNOUTS_MM: [f64; 2] = [0.006, 0.018];
 
 impl Forces<'_> {
     fn engaged(&mut self, motion: &Move, station: &Station, tangent_z: f64, speed_mm_s: f64) -> Engaged {
         let Some(tool) = self.job.tool(motion.tool) else { return Engaged::default() };
         let mut engaged = geometry(station, self.map, self.map.slices_of(motion.tool), tool.flutes, tangent_z);
         if self.wanted && station.arc_count > 0 && motion.spin.rps > 0.0 {
-            engaged.peak = self.peak(motion, station, tangent_z, speed_mm_s);
+            (engaged.peak, engaged.runout) = self.peak(motion, station, tangent_z, speed_mm_s);
         }
         engaged
     }
 
-    fn peak(&mut self, motion: &Move, station: &Station, tangent_z: f64, speed_mm_s: f64) -> [f64; 4] {
+    fn peak(&mut self, motion: &Move, station: &Station, tangent_z: f64, speed_mm_s: f64) -> ([f64; 4], [[f64; 2]; 2]) {
         let key = (motion.tool, motion.spin.rps.to_bits());
         if !self.known.iter().any(|(k, _)| *k == key) {
             let probe = self.probe(motion);
             self.known.push((key, probe));
         }
         let probe = self.known.iter().find(|(k, _)| *k == key).and_then(|(_, probe)| probe.as_ref());
-        let Some(probe) = probe else { return [0.0; 4] };
+        let Some(probe) = probe else { return Default::default() };
         let cut = Cut { arcs: self.map.arcs_of(station), tangent_z, ..Cut::default() };
-        let peak = |cutter: &Cutter| cutter.loads(&cut, speed_mm_s).force_xy_peak_n;
-        let nominal = peak(&probe.nominal);
-        std::array::from_fn(|k| (peak(&probe.larger[k].0) - nominal) / probe.larger[k].1)
+        let loads = |cutter: &Cutter| cutter.loads(&cut, speed_mm_s);
+        let nominal = loads(&probe.nominal);
+        let peak = nominal.force_xy_peak_n;
+        let slopes = std::array::from_fn(|k| {
+            let (cutter, step) = &probe.larger[k];
+            (loads(cutter).force_xy_peak_n - peak) / step
+        });
+        if !self.runout || peak <= 0.0 {
+            return (slopes, [[0.0; 2]; 2]);
+        }
+        // The chips of all teeth together stay; what the power loses, the edges lose.
+        let edge_w = (loads(&probe.sharper.0).power_w - nominal.power_w) / probe.sharper.1;
+        let change = |out: &Cutter| {
+            let out = loads(out);
+            let lost = if edge_w.abs() > 1e-9 { (out.power_w - nominal.power_w) / edge_w } else { 0.0 };
+            [out.force_xy_peak_n / peak - 1.0, lost.clamp(-1.0, 0.0)]
+        };
+        (slopes, [change(&probe.out[0]), change(&probe.out[1])])
     }
 
     fn probe(&self, motion: &Move) -> Option<Probe> {
         let tool = self.job.tool(motion.tool)?;
         let ForceModel::LinearEdge(k) = self.job.material(tool)?.model else { return None };
-        let cutter = |k: LinearEdge| {
+        let cutter = |k: LinearEdge, runout: Option<Runout>| {
             let material = Material { name: String::new(), model: ForceModel::LinearEdge(k), uncertainty: None };
+            let tool = Tool { runout, ..tool.clone() };
             let slices = self.map.slices_of(motion.tool);
-            let spindle = &self.job.machine.spindle;
-            Cutter::new(tool, &material, spindle, &Process::default(), slices, motion.spin.rps).ok()
+            Cutter::new(&tool, &material, &self.job.machine.spindle, &Process::default(), slices, motion.spin.rps).ok()
         };
         let step = |value: f64| 1e-3 * value.abs().max(1.0);
         let (tc, rc, te, re) = (step(k.k_tc), step(k.k_rc), step(k.k_te), step(k.k_re));
+        let out = |offset_mm: f64| cutter(k, Some(Runout { offset_mm, angle_rad: 0.0 }));
         Some(Probe {
-            nominal: cutter(k)?,
+            nominal: cutter(k, tool.runout)?,
             larger: [
-                (cutter(LinearEdge { k_tc: k.k_tc + tc, ..k })?, tc),
-                (cutter(LinearEdge { k_rc: k.k_rc + rc, ..k })?, rc),
-                (cutter(LinearEdge { k_te: k.k_te + te, ..k })?, te),
-                (cutter(LinearEdge { k_re: k.k_re + re, ..k })?, re),
+                (cutter(LinearEdge { k_tc: k.k_tc + tc, ..k }, tool.runout)?, tc),
+                (cutter(LinearEdge { k_rc: k.k_rc + rc, ..k }, tool.runout)?, rc),
+                (cutter(LinearEdge { k_te: k.k_te + te, ..k }, tool.runout)?, te),
+                (cutter(LinearEdge { k_re: k.k_re + re, ..k }, tool.runout)?, re),
             ],
+            sharper: (cutter(LinearEdge { k_te: 1.1 * k.k_te, ..k }, tool.runout)?, 0.1),
+            out: [out(RUNOUTS_MM[0])?, out(RUNOUTS_MM[1])?],
         })
     }
 }

@@ -1,0 +1,150 @@
+//! Ties the samples of a log to the program by their line numbers. In: log, timeline, slower machines. Out: [`Aligned`].
+//!
+//! Runs of equal lines are matched in order to the legs of the program (spots of one line that follow each other). Where
+//! one run ends and the next begins, the boundary of their legs was passed between two samples: an observation of the drift
+//! of the log's clock against the program's, with the variance of a uniform distribution. The drift is smoothed
+//! ([`super::drift`]), so that many boundaries place every sample much better than its own two. The machine's acceleration
+//! is the one under which the drift is the least surprising.
+
+use super::align::{Aligned, median_step};
+use super::clock::{Clock, Slower};
+use super::drift::{Drift, Seen, drift};
+use super::log::Log;
+use super::timeline::Timeline;
+
+/// By how much a slower machine must be likelier than the declared one, nats.
+const SLOWER_PAYS: f64 = 10.0;
+/// Most places whose times are compared.
+const PACED: usize = 800;
+
+/// Ties samples by line; `None` when the log has no lines or they belong to no leg.
+pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Aligned> {
+    let lines = log.line.as_ref()?;
+    let legs = legs(timeline);
+    let (runs, lost) = runs(lines, &legs);
+    let walk = |factor: f64| {
+        let clock = Clock::new(timeline, slower, factor);
+        let seen = boundaries(log, &legs, &runs, &clock);
+        drift(&seen).map(|drift| (clock, drift))
+    };
+    let (clock, drift, nats) = likeliest(slower, &walk)?;
+    let mut program_s = vec![f64::NAN; lines.len()];
+    let placed = drift.program_s(&log.time_s);
+    for run in &runs {
+        let leg = &legs[run.leg];
+        let [from, to] = [clock.starts[leg.from], clock.starts[leg.to]];
+        for i in run.from..run.to {
+            let beyond = leg.from == 0 && placed[i] < 0.0 || leg.to + 1 == clock.starts.len() && placed[i] > to;
+            if !beyond {
+                program_s[i] = clock.declared_s(timeline, placed[i].clamp(from, (to - 1e-6).max(from)));
+            }
+        }
+    }
+    Some(Aligned {
+        program_s,
+        method: "line",
+        uncertainty_s: drift.uncertainty_s().max(0.02 * median_step(&log.time_s)),
+        misfit: lost as f64 / lines.len().max(1) as f64,
+        acceleration: (clock.factor < 1.0).then_some((clock.factor, nats)),
+        pauses: drift.pauses.iter().filter(|p| p.1 > 0.0).map(|(t, length)| (drift.log_s(*t), *length)).collect(),
+    })
+}
+
+/// The factor of the acceleration with the likeliest drift: the declared one unless another is clearly better; and by how
+/// many nats the best of the others is ahead.
+pub fn likeliest(slower: &[Slower], walk: &impl Fn(f64) -> Option<(Clock, Drift)>) -> Option<(Clock, Drift, f64)> {
+    let declared = walk(1.0)?;
+    let factors: Vec<f64> = std::iter::once(1.0).chain(slower.iter().map(|(f, _)| *f)).collect();
+    let likelihood = |factor: f64| walk(factor).map_or(f64::NEG_INFINITY, |(_, d)| d.likelihood);
+    let (best, _) = factors.iter().enumerate().map(|(k, f)| (k, likelihood(*f))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (mut high, mut low) = (factors[best.saturating_sub(1)].ln(), factors[(best + 1).min(factors.len() - 1)].ln());
+    for _ in 0..14 {
+        let (a, b) = (high + 0.382 * (low - high), high + 0.618 * (low - high));
+        if likelihood(a.exp()) > likelihood(b.exp()) {
+            low = b;
+        } else {
+            high = a;
+        }
+    }
+    let found = walk(f64::midpoint(high, low).exp())?;
+    let nats = found.1.likelihood - declared.1.likelihood;
+    let (clock, drift) = if nats > SLOWER_PAYS { found } else { declared };
+    Some((clock, drift, nats))
+}
+
+/// Acceleration that the times between known places show: (factor, nats) when it is clearly not the declared one.
+pub fn paced(log: &Log, program_s: &[f64], timeline: &Timeline, slower: &[Slower]) -> Option<(f64, f64)> {
+    let moving = |i: &usize| timeline.at(program_s[*i]).is_some_and(|k| timeline.spots[k].move_id.is_some());
+    let known: Vec<usize> = (0..program_s.len()).filter(moving).collect();
+    let declared = Clock::new(timeline, slower, 1.0);
+    let variance = (0.2 * median_step(&log.time_s)).powi(2);
+    let places: Vec<(f64, (usize, f64))> = known
+        .iter()
+        .step_by(known.len().div_ceil(PACED).max(1))
+        .filter_map(|&i| Some((log.time_s[i], declared.place(program_s[i])?)))
+        .collect();
+    let walk = |factor: f64| {
+        let clock = Clock::new(timeline, slower, factor);
+        let seen = places.iter().map(|(t, place)| (t, clock.time(*place)));
+        let seen: Vec<Seen> = seen.map(|(t, at_s)| Seen { at_s, drift_s: t - at_s, variance }).collect();
+        drift(&seen).map(|d| (clock, d))
+    };
+    let (clock, _, nats) = likeliest(slower, &walk)?;
+    (clock.factor < 1.0).then_some((clock.factor, nats))
+}
+
+/// Spots of one line that follow each other: from … to (exclusive).
+struct Leg {
+    line: u32,
+    from: usize,
+    to: usize,
+}
+
+/// Samples of one line that follow each other, and their leg.
+struct Run {
+    from: usize,
+    to: usize,
+    leg: usize,
+}
+
+fn legs(timeline: &Timeline) -> Vec<Leg> {
+    let mut legs: Vec<Leg> = Vec::new();
+    for (k, spot) in timeline.spots.iter().enumerate() {
+        match legs.last_mut() {
+            Some(leg) if leg.line == spot.line => leg.to = k + 1,
+            _ => legs.push(Leg { line: spot.line, from: k, to: k + 1 }),
+        }
+    }
+    legs
+}
+
+/// Runs that belong to a leg, in order, and how many samples do not.
+fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<Run>, usize) {
+    let (mut runs, mut next, mut from, mut lost) = (Vec::new(), 0, 0, 0);
+    while from < lines.len() {
+        let to = (from..lines.len()).find(|i| lines[*i] != lines[from]).unwrap_or(lines.len());
+        match legs[next..].iter().position(|leg| f64::from(leg.line) == lines[from]) {
+            Some(k) => {
+                next += k;
+                runs.push(Run { from, to, leg: next });
+            }
+            None => lost += to - from,
+        }
+        from = to;
+    }
+    (runs, lost)
+}
+
+/// Drift at the boundaries between runs that follow each other.
+fn boundaries(log: &Log, legs: &[Leg], runs: &[Run], clock: &Clock) -> Vec<Seen> {
+    let between = |pair: &[Run]| {
+        let (before, after) = (&pair[0], &pair[1]);
+        let [lo, hi] = [log.time_s[before.to - 1], log.time_s[after.from]];
+        let [end, start] = [clock.starts[legs[before.leg].to], clock.starts[legs[after.leg].from]];
+        // Legs in between that no sample fell into widen what is known.
+        let width = (hi - lo).powi(2) + (start - end).max(0.0).powi(2);
+        let at_s = f64::midpoint(end, start);
+        (after.leg > before.leg).then(|| Seen { at_s, drift_s: f64::midpoint(lo, hi) - at_s, variance: width / 12.0 })
+    };
+    runs.windows(2).filter_map(between).collect()
+}

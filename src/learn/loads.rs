@@ -1,0 +1,404 @@
+//! Ties a log to the program by its load alone. In: log, timeline, slower machines, job. Out: [`Aligned`].
+//!
+//! 1. Coarse: the load that each machine would have (the declared acceleration and lower ones) is found in the measured one
+//!    by dynamic programming over the lag ([`super::matching`]); the machine with the best correlation is taken.
+//! 2. Fine: in windows of the program the reading is y ≈ c₀ + (1 + c)·ŷ(T) − δ·ŷ′(T), by which every window observes its
+//!    own shift δ beside its own level, with the variance σ²/Σŷ′². The drift is smoothed over the windows
+//!    ([`super::drift`]); the acceleration is chosen under which it is the least surprising. ŷ is refitted (tare, cutting
+//!    and edge part by robust least squares), and both are repeated.
+//! 3. A lag of the sensor looks like a late alignment: first-order lags are tried on ŷ, and kept where they lower the
+//!    squares clearly, so that the alignment is that of the load and not of its echo.
+
+use super::align::Aligned;
+use super::clock::{Clock, Slower};
+use super::drift::{Drift, Seen, drift, interpolated};
+use super::linear::{Loss, robust, scale_of};
+use super::lines::likeliest;
+use super::log::Log;
+use super::matching::{Match, match_load};
+use super::timeline::{Doing, Timeline};
+use crate::machine::Job;
+use crate::machine::material::{ForceModel, LinearEdge};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+/// Lags beyond the difference in length that are searched, s.
+const REACH_S: f64 = 20.0;
+/// Length of a window that observes its shift, s.
+const WINDOW_S: f64 = 6.0;
+/// Time over which the slope of the predicted load is taken, s, round by round.
+const SLOPES_S: [f64; 8] = [0.4, 0.3, 0.2, 0.3, 0.2, 0.15, 0.1, 0.1];
+/// Lags of the sensor that are tried, s.
+const LAGS_S: [f64; 7] = [0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0];
+/// Share of the squares that a lag must take away.
+const LAG_PAYS: f64 = 0.3;
+/// Round before which lags are tried.
+const LAG_ROUND: usize = 3;
+/// Most measured points that are looked at.
+const MOST_POINTS: f64 = 8000.0;
+
+/// Parts of a load: tare, cutting, edge, run-up.
+const PARTS: usize = 4;
+
+/// The measured load, thinned.
+struct Measured {
+    time_s: Vec<f64>,
+    load: Vec<f64>,
+    /// Time over which a point is a mean, s.
+    span_s: f64,
+}
+
+/// Ties samples by the measured quantity `index`; `None` when it cannot be found in the program.
+pub fn by_load(log: &Log, index: usize, timeline: &Timeline, slower: &[Slower], job: &Job) -> Option<Aligned> {
+    let force = log.measured[index].0.starts_with("force");
+    let measured = thinned(log, index)?;
+    let parts = parts(timeline, job, force);
+    let (clock, found) = coarse(&measured, timeline, slower, &parts)?;
+    let seen = matched(&found, &clock);
+    let mut state = State { walk: drift(&seen)?, clock, lag_s: 0.0, scale: 1.0 };
+    let mut nats = 0.0;
+    for (round, slope_s) in SLOPES_S.iter().enumerate() {
+        let mut predicted = Predicted::new(timeline, &state.clock, &parts, state.lag_s, measured.span_s);
+        if round == LAG_ROUND {
+            (state.lag_s, state.walk) = lagged(&measured, timeline, &state, &parts);
+            predicted = Predicted::new(timeline, &state.clock, &parts, state.lag_s, measured.span_s);
+        }
+        let seen = shifts(&measured, &predicted, &mut state, *slope_s)?;
+        let places: Vec<(Seen, (usize, f64))> =
+            seen.iter().filter_map(|s| Some((*s, state.clock.place(s.at_s)?))).collect();
+        let walk = |factor: f64| {
+            let clock = Clock::new(timeline, slower, factor);
+            let again = |(s, place): &(Seen, (usize, f64))| {
+                let at_s = clock.time(*place);
+                Seen { at_s, drift_s: s.at_s + s.drift_s - at_s, variance: s.variance }
+            };
+            let seen: Vec<Seen> = places.iter().map(again).collect();
+            drift(&seen).map(|d| (clock, d))
+        };
+        if round <= LAG_ROUND + 1 {
+            (state.clock, state.walk, nats) = likeliest(slower, &walk)?;
+        } else {
+            (state.clock, state.walk) = walk(state.clock.factor)?;
+        }
+    }
+    let predicted = Predicted::new(timeline, &state.clock, &parts, state.lag_s, measured.span_s);
+    let misfit = 1.0 - correlation(&measured, &predicted, &state.walk);
+    let placed = state.walk.program_s(&log.time_s);
+    let pauses = state.walk.pauses.iter().filter(|p| p.1 > 0.0).map(|(t, s)| (state.walk.log_s(*t), *s)).collect();
+    Some(Aligned {
+        program_s: placed.iter().map(|t| state.clock.declared_s(timeline, *t)).collect(),
+        method: "load",
+        uncertainty_s: state.walk.uncertainty_s().hypot(0.01),
+        misfit: misfit.clamp(0.0, 1.0),
+        acceleration: (state.clock.factor < 1.0).then_some((state.clock.factor, nats)),
+        pauses,
+    })
+}
+
+/// The present alignment.
+struct State {
+    clock: Clock,
+    walk: Drift,
+    lag_s: f64,
+    /// Deviation of the residual.
+    scale: f64,
+}
+
+fn thinned(log: &Log, index: usize) -> Option<Measured> {
+    let values = &log.measured[index].1;
+    let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
+    let size = (known.len() as f64 / MOST_POINTS).ceil().max(1.0) as usize;
+    let mean = |of: &dyn Fn(usize) -> f64, c: &[usize]| c.iter().map(|i| of(*i)).sum::<f64>() / c.len() as f64;
+    let step_s = (log.time_s.last()? - log.time_s.first()?) / known.len() as f64;
+    let measured = Measured {
+        span_s: (size - 1) as f64 * step_s,
+        time_s: known.chunks(size).map(|c| mean(&|i| log.time_s[i], c)).collect(),
+        load: known.chunks(size).map(|c| mean(&|i| values[i], c)).collect(),
+    };
+    (measured.load.len() >= 50).then_some(measured)
+}
+
+/// Parts of the load of every spot by the declared coefficients: tare, cutting per mm/s, edge, and what the mass of the
+/// spindle takes at the end of its run-up (in units of the tare).
+fn parts(timeline: &Timeline, job: &Job, force: bool) -> Vec<[f64; PARTS]> {
+    timeline
+        .spots
+        .iter()
+        .map(|spot| {
+            let Some(tool) = job.tool(spot.tool) else { return [0.0; PARTS] };
+            let k = match job.material(tool).map(|m| &m.model) {
+                Some(ForceModel::LinearEdge(k)) => *k,
+                _ => LinearEdge { k_tc: 1000.0, k_te: 15.0, ..LinearEdge::default() },
+            };
+            let e = &spot.engaged;
+            if force {
+                let [tc, rc, te, re] = e.peak;
+                return [
+                    0.0,
+                    (tc * k.k_tc + rc * k.k_rc) / spot.speed_mm_s().max(1e-9),
+                    te * k.k_te + re * k.k_re,
+                    0.0,
+                ];
+            }
+            let tare = if spot.rps > 0.0 { job.machine.spindle.tare_w.at(spot.rps).max(1.0) } else { 0.0 };
+            let running = if spot.doing == Doing::RunUp { 1.0 } else { 0.0 };
+            [tare, 1e-3 * k.k_tc * e.section_mm2, 1e-3 * k.k_te * e.contact_mm2 * spot.rps, running * tare]
+        })
+        .collect()
+}
+
+/// Predicted parts of the load over program time.
+struct Predicted {
+    step_s: f64,
+    parts: [Vec<f64>; PARTS],
+    /// Factors on the parts.
+    factors: [f64; PARTS],
+}
+
+impl Predicted {
+    fn new(timeline: &Timeline, clock: &Clock, parts: &[[f64; PARTS]], lag_s: f64, span_s: f64) -> Self {
+        let step_s = f64::max(0.02, clock.total_s() / 200_000.0);
+        let count = (clock.total_s() / step_s) as usize + 1;
+        let mut out: [Vec<f64>; PARTS] = std::array::from_fn(|_| Vec::with_capacity(count));
+        let keep = (-step_s / lag_s.max(1e-9)).exp();
+        let (mut k, mut level) = (0, [0.0; PARTS]);
+        for i in 0..count {
+            let t = (i as f64 + 0.5) * step_s;
+            while k + 1 < parts.len() && clock.starts[k + 1] < t {
+                k += 1;
+            }
+            let speed = timeline.spots[k].length_mm / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
+            let share = (t - clock.starts[k]) / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
+            let turning = if timeline.spots[k].doing == Doing::RunUp { share.clamp(0.0, 1.0) } else { 1.0 };
+            let [tare, cutting, edge, run_up] = parts[k];
+            let now = [tare * turning, cutting * speed, edge, run_up * turning];
+            for b in 0..PARTS {
+                level[b] = if lag_s > 0.0 { now[b] + keep * (level[b] - now[b]) } else { now[b] };
+                out[b].push(level[b]);
+            }
+        }
+        for part in &mut out {
+            smooth(part, (span_s / step_s) as usize);
+        }
+        Self { step_s, parts: out, factors: [1.0, 1.0, 1.0, 0.0] }
+    }
+
+    fn part(&self, b: usize, t: f64) -> f64 {
+        let k = t / self.step_s;
+        if k < 0.0 { 0.0 } else { self.parts[b].get(k as usize).copied().unwrap_or(0.0) }
+    }
+
+    fn at(&self, t: f64) -> f64 {
+        (0..PARTS).map(|b| self.factors[b] * self.part(b, t)).sum()
+    }
+
+    /// Change per second over `width` seconds.
+    fn slope(&self, t: f64, width: f64) -> f64 {
+        (self.at(t + 0.5 * width) - self.at(t - 0.5 * width)) / width
+    }
+
+    /// Mean over `width` seconds.
+    fn mean(&self, t: f64, width: f64) -> f64 {
+        (-2..=2).map(|k| self.at(t + width * f64::from(k) / 5.0)).sum::<f64>() / 5.0
+    }
+}
+
+/// Running mean over `count` neighbours.
+fn smooth(values: &mut [f64], count: usize) {
+    if count < 2 {
+        return;
+    }
+    let mut sums = vec![0.0; values.len() + 1];
+    for (k, v) in values.iter().enumerate() {
+        sums[k + 1] = sums[k] + v;
+    }
+    for k in 0..values.len() {
+        let (from, to) = (k.saturating_sub(count / 2), (k + count.div_ceil(2)).min(values.len()));
+        values[k] = (sums[to] - sums[from]) / (to - from) as f64;
+    }
+}
+
+/// The best machine and where its load was found.
+fn coarse(
+    measured: &Measured,
+    timeline: &Timeline,
+    slower: &[Slower],
+    parts: &[[f64; PARTS]],
+) -> Option<(Clock, Match)> {
+    let end = measured.time_s.last().copied().unwrap_or(0.0);
+    let step = (end / 3000.0).max(0.2);
+    let on_grid = gridded(&measured.time_s, &measured.load, step);
+    let mut best: Option<(f64, Clock, Match)> = None;
+    for factor in std::iter::once(1.0).chain(slower.iter().map(|(f, _)| *f)) {
+        let clock = Clock::new(timeline, slower, factor);
+        if factor < 1.0 && clock.total_s() > end + REACH_S {
+            break;
+        }
+        let predicted = Predicted::new(timeline, &clock, parts, 0.0, 0.0);
+        let count = (clock.total_s() / step) as usize;
+        let loads: Vec<f64> = (0..count).map(|i| predicted.mean((i as f64 + 0.5) * step, step)).collect();
+        let Some(found) = match_load(&on_grid, &loads, step, REACH_S) else { continue };
+        // A slower machine must fit clearly better; costs are in units of each match's own deviation and do not compare.
+        let miss = 1.0 - found.correlation;
+        if best.as_ref().is_none_or(|(least, ..)| miss < 0.9 * least) {
+            best = Some((miss, clock, found));
+        }
+    }
+    best.map(|(_, clock, found)| (clock, found))
+}
+
+/// Drift that a match shows, window by window.
+fn matched(found: &Match, clock: &Clock) -> Vec<Seen> {
+    let size = (WINDOW_S / found.step_s).ceil() as usize;
+    let total = clock.total_s();
+    let pairs: Vec<(f64, f64)> = found
+        .program_s
+        .iter()
+        .enumerate()
+        .filter(|(_, t)| t.is_finite() && **t <= total)
+        .map(|(i, t)| (*t, i as f64 * found.step_s - t))
+        .collect();
+    pairs
+        .chunks(size)
+        .map(|c| {
+            let middle = c[c.len() / 2];
+            Seen { at_s: middle.0, drift_s: middle.1, variance: found.step_s.powi(2) }
+        })
+        .collect()
+}
+
+/// Refits the parts of the load and lets every window observe its own shift.
+fn shifts(measured: &Measured, predicted: &Predicted, state: &mut State, width_s: f64) -> Option<Vec<Seen>> {
+    let placed = state.walk.program_s(&measured.time_s);
+    let (factors, scale) = refitted(measured, predicted, &placed)?;
+    state.scale = scale;
+    let predicted = Predicted { factors, parts: predicted.parts.clone(), ..*predicted };
+    let inside: Vec<usize> = (0..placed.len())
+        .filter(|i| placed[*i] >= -WINDOW_S && placed[*i] <= state.clock.total_s() + WINDOW_S)
+        .collect();
+    let mut seen = Vec::new();
+    let mut first = 0;
+    while first < inside.len() {
+        let begin = placed[inside[first]];
+        let last = first + inside[first..].partition_point(|i| placed[*i] < begin + WINDOW_S);
+        let rows: Vec<[f64; 4]> = inside[first..last]
+            .iter()
+            .map(|&i| {
+                let t = placed[i];
+                [measured.load[i] - predicted.at(t), predicted.slope(t, width_s), predicted.mean(t, width_s), t]
+            })
+            .collect();
+        let at_s = (begin + 0.5 * WINDOW_S).clamp(0.0, state.clock.total_s());
+        if let Some((shift, variance)) = shift(&rows, scale) {
+            let known = interpolated(&state.walk.at_s, &state.walk.drift_s, at_s);
+            seen.push(Seen { at_s, drift_s: known + shift.clamp(-0.75, 0.75), variance });
+        }
+        first = last.max(first + 1);
+    }
+    Some(seen)
+}
+
+/// δ of r ≈ c₀ + c·ŷ − δ·ŷ′ and its variance; `None` where the load has no edge.
+fn shift(rows: &[[f64; 4]], scale: f64) -> Option<(f64, f64)> {
+    if rows.len() < 8 {
+        return None;
+    }
+    let mean = rows.iter().map(|r| r[2]).sum::<f64>() / rows.len() as f64;
+    let (mut normal, mut rhs) = (Matrix3::<f64>::zeros(), Vector3::<f64>::zeros());
+    for [r, slope, level, _] in rows {
+        let x = Vector3::new(-slope, level - mean, 1.0);
+        normal += x * x.transpose();
+        rhs += x * *r;
+    }
+    // Levels that hardly vary have no factor of their own.
+    normal[(1, 1)] += 10.0 * scale * scale / 0.04;
+    normal[(2, 2)] += 1e-6;
+    let inverse = normal.try_inverse()?;
+    let found = inverse * rhs;
+    let variance = inverse[(0, 0)] * scale * scale + 1e-5;
+    (variance.is_finite() && variance < 0.04).then_some((found[0], variance))
+}
+
+/// Factors on the parts at this alignment, and the deviation of what is left.
+fn refitted(measured: &Measured, predicted: &Predicted, placed: &[f64]) -> Option<([f64; PARTS], f64)> {
+    let inside: Vec<usize> = (0..placed.len()).filter(|i| placed[*i].is_finite()).collect();
+    let used: Vec<usize> = (0..PARTS).filter(|b| predicted.parts[*b].iter().any(|x| *x != 0.0)).collect();
+    let x = DMatrix::from_fn(inside.len(), used.len(), |r, c| predicted.part(used[c], placed[inside[r]]));
+    let y: Vec<f64> = inside.iter().map(|i| measured.load[*i]).collect();
+    let fit = robust(&x, &y, &vec![1.0; y.len()], Loss::Huber)?;
+    let mut factors = [0.0; PARTS];
+    for (b, factor) in used.iter().zip(&fit.coefficients) {
+        factors[*b] = *factor;
+    }
+    let top = y.iter().copied().fold(0.0, f64::max);
+    Some((factors, scale_of(&fit.residuals).max(0.002 * top).max(1e-9)))
+}
+
+/// The lag of the sensor that lowers the squares most, with the alignment it asks for.
+fn lagged(measured: &Measured, timeline: &Timeline, state: &State, parts: &[[f64; PARTS]]) -> (f64, Drift) {
+    let moved = |by: f64| {
+        let drift_s = state.walk.drift_s.iter().map(|d| d + by).collect();
+        Drift { drift_s, ..state.walk.clone() }
+    };
+    let mut best = (f64::INFINITY, 0.0, 0.0);
+    for lag_s in std::iter::once(0.0).chain(LAGS_S) {
+        let predicted = Predicted::new(timeline, &state.clock, parts, lag_s, measured.span_s);
+        for k in 0..=8 {
+            let by = -lag_s * f64::from(k) / 8.0;
+            let squares = squares(measured, &predicted, &moved(by).program_s(&measured.time_s));
+            let pays = if lag_s > 0.0 { 1.0 - LAG_PAYS } else { 1.0 };
+            if squares < best.0 * if best.1 == 0.0 { pays } else { 1.0 } {
+                best = (squares, lag_s, by);
+            }
+            if lag_s == 0.0 {
+                break;
+            }
+        }
+    }
+    (best.1, moved(best.2))
+}
+
+/// Squares that the best factors on the parts leave.
+fn squares(measured: &Measured, predicted: &Predicted, placed: &[f64]) -> f64 {
+    let (mut normal, mut rhs, mut whole) = (DMatrix::<f64>::zeros(PARTS, PARTS), DVector::<f64>::zeros(PARTS), 0.0);
+    for (t, y) in placed.iter().zip(&measured.load) {
+        let x = DVector::from_fn(PARTS, |b, _| predicted.part(b, *t));
+        normal.syger(1.0, &x, &x, 1.0);
+        rhs.axpy(*y, &x, 1.0);
+        whole += y * y;
+    }
+    let full =
+        DMatrix::from_fn(PARTS, PARTS, |a, b| normal[(a.max(b), a.min(b))] + if a == b { 1e-9 * whole } else { 0.0 });
+    full.cholesky().map_or(f64::INFINITY, |c| whole - rhs.dot(&c.solve(&rhs)))
+}
+
+fn correlation(measured: &Measured, predicted: &Predicted, walk: &Drift) -> f64 {
+    let placed = walk.program_s(&measured.time_s);
+    let Some((factors, _)) = refitted(measured, predicted, &placed) else { return 0.0 };
+    let predicted = Predicted { factors, parts: predicted.parts.clone(), ..*predicted };
+    let pairs: Vec<(f64, f64)> = placed.iter().zip(&measured.load).map(|(t, y)| (predicted.at(*t), *y)).collect();
+    let n = pairs.len().max(1) as f64;
+    let (mp, my) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
+    let sum = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
+    let spread = sum(&|p| (p.0 - mp).powi(2)) * sum(&|p| (p.1 - my).powi(2));
+    if spread > 0.0 { sum(&|p| (p.0 - mp) * (p.1 - my)) / spread.sqrt() } else { 0.0 }
+}
+
+/// Means of a signal over a grid; gaps take the value before.
+fn gridded(time: &[f64], values: &[f64], step: f64) -> Vec<f64> {
+    let count = (time.last().copied().unwrap_or(0.0) / step) as usize + 1;
+    let (mut sums, mut counts) = (vec![0.0; count], vec![0.0; count]);
+    for (t, v) in time.iter().zip(values) {
+        let k = ((t / step) as usize).min(count - 1);
+        sums[k] += v;
+        counts[k] += 1.0;
+    }
+    let mut last = values.first().copied().unwrap_or(0.0);
+    (0..count)
+        .map(|k| {
+            if counts[k] > 0.0 {
+                last = sums[k] / counts[k];
+            }
+            last
+        })
+        .collect()
+}
