@@ -119,7 +119,7 @@ fn feeds_are_lower_where_the_tool_has_just_entered() {
 
 #[test]
 fn feeds_fall_in_the_hard_zone_only() {
-    let zone = "[[effect]]\nname = \"hard-zone\"\n[effect.parameters]\nexcess = 0.4\nx_min = 90\nx_max = 130\ny_min = -50\ny_max = 200\n";
+    let zone = "[[effect]]\nname = \"hard-zone\"\n[effect.parameters]\nexcess = 0.4\nx_min = 90\nx_max = 130\ny_min = -50\ny_max = 200\nborder = 0.05\n";
     let plain = feeds(None, [100.0, 115.0]);
     let inside = feeds(Some(zone), [100.0, 115.0]);
     let outside = feeds(Some(zone), [30.0, 70.0]);
