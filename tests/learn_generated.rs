@@ -100,10 +100,7 @@ fn steady_cuts_take_the_power_of_the_closed_form() {
             let r = 0.5 * part.mill.diameter_mm;
             let Moment { at_mm, speed_mm_s, rps, .. } = reading.moment;
             let inside = |k: usize| at_mm[k] > r && at_mm[k] < part.stock_mm[k] - r;
-            let path = match part.steps[steady.step].action {
-                writer::Action::Move { path, .. } => path,
-                _ => continue,
-            };
+            let writer::Action::Move { path, .. } = part.steps[steady.step].action else { continue };
             if !inside(usize::from(path.from[0] == path.to[0])) {
                 continue;
             }

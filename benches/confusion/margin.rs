@@ -80,7 +80,7 @@ impl<'a> Oracle<'a> {
         let true_milling = Milling::new(&case.part, &case.truth, &case.hidden, case.channel);
         let times: Vec<f64> = (1..(true_milling.end_s() / SPACING_S) as usize).map(|k| k as f64 * SPACING_S).collect();
         // Nobody judges by readings while the spindle runs up.
-        let steady = |r: &super::physics::Reading| r.moment.rps > 0.0 && r.moment.runup.is_none();
+        let steady = |r: &Reading| r.moment.rps > 0.0 && r.moment.runup.is_none();
         let all = true_milling.read(&times);
         let times: Vec<f64> = times.iter().zip(&all).filter(|(_, r)| steady(r)).map(|(t, _)| *t).collect();
         let readings: Vec<Reading> = all.into_iter().filter(steady).collect();
