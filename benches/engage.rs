@@ -5,9 +5,12 @@
 
 #[path = "../tests/engage_common/mod.rs"]
 mod engage_common;
-use engage_common::{Path, ball, block, flat, job, plain_program, run};
-use feedwright::engage::EngagementMap;
-use feedwright::machine::Job;
+use engage_common::{Path, ball, block, flat, job, plain_program};
+use feedwright::engage::cache::{from_bytes, key, to_bytes};
+use feedwright::engage::{EngagementMap, Options, engage};
+use feedwright::machine::{Box3, Job, StockShape};
+use feedwright::path::Vec3;
+use feedwright::stock::{Field, saved};
 use std::time::Instant;
 
 fn main() {
@@ -30,8 +33,8 @@ fn main() {
     }
 }
 
-/// A 6 mm ball on a wavy surface, 0.24 mm blocks, rows 0.3 mm apart, 0.3 mm of stock over it, 0.1 mm cells, stock of
-/// 300 × 200 mm. The stock left by the roughing is made by a first pass over the rows 0.3 mm higher.
+/// A 6 mm ball on a wavy surface, 0.24 mm blocks, rows 0.25 mm apart, 0.3 mm of stock over it, 0.1 mm cells, stock of
+/// 300 × 200 mm read from a file as an earlier program would have left it.
 fn finishing(blocks: usize) {
     let per_row = 1250;
     let rows = blocks.div_ceil(per_row);
@@ -51,8 +54,13 @@ fn finishing(blocks: usize) {
             made += 1;
         }
     }
-    let job = job(vec![ball(6.0)], vec![block([0.0, 0.0, -20.0], [300.0, 200.0, -4.0])]);
-    measure(&format!("finishing {blocks} blocks"), &path, &job, 0.1);
+    let extent = Box3 { min: Vec3::new(0.0, 0.0, -20.0), max: Vec3::new(300.0, 200.0, -4.0) };
+    let stock = saved::to_bytes(&Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3), Vec3::zeros());
+    let mut job = job(vec![ball(6.0)], vec![block([0.0; 3], [1.0; 3])]);
+    job.stocks[0].shape = StockShape::Saved("roughed.stock".into());
+    let load = |_: &std::path::Path| Ok(stock.clone());
+    let options = Options { cell_mm: Some(0.1), loader: Some(&load), ..Options::default() };
+    measure(&format!("finishing {blocks} blocks"), &path, &job, &options);
 }
 
 /// Square spirals of a 10 mm flat mill in layers of 2 mm, 150 × 100 × 50 mm.
@@ -77,7 +85,8 @@ fn roughing(blocks: usize) {
         }
     }
     let job = job(vec![flat(10.0)], vec![block([0.0, 0.0, -50.0], [150.0, 100.0, 0.0])]);
-    measure(&format!("roughing {blocks} blocks"), &path, &job, 0.2);
+    let options = Options { cell_mm: Some(0.2), ..Options::default() };
+    measure(&format!("roughing {blocks} blocks"), &path, &job, &options);
 }
 
 fn bear() {
@@ -86,13 +95,15 @@ fn bear() {
         return;
     };
     let job = job(vec![ball(3.175)], vec![block([0.0, 0.0, -20.0], [80.0, 80.0, 0.0])]);
-    measure("bear", &plain_program(&text), &job, 0.1);
-    measure("bear", &plain_program(&text), &job, 0.2);
+    for cell in [0.1, 0.2] {
+        measure("bear", &plain_program(&text), &job, &Options { cell_mm: Some(cell), ..Options::default() });
+    }
 }
 
-fn measure(name: &str, path: &Path, job: &Job, cell: f64) {
+fn measure(name: &str, path: &Path, job: &Job, options: &Options) {
     let (begin, cpu) = (Instant::now(), cpu_s());
-    let map = run(path, job, cell, 1.0);
+    let map = engage(&path.toolpath, job, options, &|_| {}).unwrap();
+    let cell = map.cell_mm;
     let seconds = begin.elapsed().as_secs_f64();
     let cpu = cpu_s() - cpu;
     let moves = path.toolpath.moves.len() as f64;
@@ -104,6 +115,19 @@ fn measure(name: &str, path: &Path, job: &Job, cell: f64) {
         arcs_per_station(&map),
         peak_mib(),
         map.removed_mm3
+    );
+    let begin = Instant::now();
+    let mark = key(&path.toolpath, job, options);
+    let bytes = to_bytes(&map, &mark);
+    let (written, begin) = (begin.elapsed().as_secs_f64(), Instant::now());
+    drop(map);
+    let again = key(&path.toolpath, job, options);
+    let back = from_bytes(&bytes, &again).unwrap();
+    let seconds = begin.elapsed().as_secs_f64();
+    println!(
+        "    as a cache: {:.1} MiB, key and bytes {written:.3} s, key and back {seconds:.3} s, {} stations",
+        bytes.len() as f64 / (1 << 20) as f64,
+        back.stations.len()
     );
 }
 

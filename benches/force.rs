@@ -105,6 +105,7 @@ fn flat_mill() -> Tool {
         flute_length_mm: 20.0,
         overhang_mm: 35.0,
         shank_diameter_mm: 10.0,
+        flute_length_given: true,
         runout: None,
         youngs_modulus_mpa: 600_000.0,
         allowable_stress_mpa: None,

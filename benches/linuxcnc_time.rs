@@ -13,7 +13,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use feedwright::job::{Task, Wanted, Watch, optimize};
+use feedwright::job::{Keep, Task, Wanted, Watch, optimize};
 use feedwright::nc::{self, MoveKind};
 use feedwright::{engage, setup};
 
@@ -101,8 +101,13 @@ fn rewritten(text: &str, setup_file: &str, acceleration: f64) -> Result<String, 
     let folder = Path::new(setup_file).parent().unwrap_or(Path::new("."));
     let (mut job, assumptions) = setup::load(&toml, folder).map_err(|error| error.to_string())?;
     job.machine = linuxcnc::machine(acceleration);
-    let watch =
-        Watch { progress: &|_, _| (), clock: &|| 0.0, subprograms: &|_| None, engage: engage::Options::default() };
+    let watch = Watch {
+        progress: &|_, _| (),
+        clock: &|| 0.0,
+        subprograms: &|_| None,
+        engage: engage::Options::default(),
+        keep: Keep::default(),
+    };
     let task = Task { program, job, assumptions, wanted: Wanted::default() };
     let run = optimize(task, &watch).map_err(|error| error.to_string())?;
     Ok(run.written.unwrap().bytes.iter().map(|byte| *byte as char).collect())

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use corpus::{LISTED, canon, motions, rs274_is_there, same_motions, shared};
-use feedwright::job::{MET, Task, Wanted, Watch, optimize};
+use feedwright::job::{Keep, MET, Task, Wanted, Watch, optimize};
 use feedwright::nc::{self, Dialect, Environment, Program};
 use feedwright::report::Run;
 use feedwright::{engage, rewrite, setup};
@@ -21,8 +21,13 @@ static ONE: Mutex<()> = Mutex::new(());
 fn run(program: Program, setup_file: &Path) -> Run {
     let text = std::fs::read_to_string(setup_file).unwrap();
     let (job, assumptions) = setup::load(&text, setup_file.parent().unwrap()).unwrap();
-    let watch =
-        Watch { progress: &|_, _| (), clock: &|| 0.0, subprograms: &|_| None, engage: engage::Options::default() };
+    let watch = Watch {
+        progress: &|_, _| (),
+        clock: &|| 0.0,
+        subprograms: &|_| None,
+        engage: engage::Options::default(),
+        keep: Keep::default(),
+    };
     optimize(Task { program, job, assumptions, wanted: Wanted::default() }, &watch).unwrap()
 }
 

@@ -134,3 +134,38 @@ fn two_parts_on_two_offsets_are_cut_each_in_its_place() {
     assert!((map.removed_mm3 / (800.0 + ramp) - 1.0).abs() < 1e-3, "{}", map.removed_mm3);
     assert!((map.initial_mm3 - 2.0 * 40.0 * 40.0 * 20.0).abs() < 1e-3);
 }
+
+#[test]
+fn a_shank_as_wide_as_the_cutter_rubs_along_a_wall_deeper_than_the_flutes() {
+    // A slot in steps of 4 mm down to 12 mm with 8 mm of flutes: its walls stand along the shank from the third step on.
+    let slot = |relief: f64, given: bool| {
+        let mut tool = flat(10.0);
+        tool.profile = Profile::flat(10.0, 8.0);
+        tool.flute_length_mm = 8.0;
+        tool.flute_length_given = given;
+        tool.overhang_mm = 25.0;
+        tool.shank_diameter_mm = 10.0 - relief;
+        let mut path = Path::from([-20.0, 0.0, 5.0]);
+        for step in 1..=3 {
+            let z = -4.0 * f64::from(step);
+            path.line([-20.0, 0.0, z]).line([60.0, 0.0, z]).line([60.0, 0.0, 5.0]).line([-20.0, 0.0, 5.0]);
+        }
+        run(&path, &block_job(tool), 0.2, 1.0)
+    };
+    let map = slot(0.0, true);
+    assert_eq!(kinds(&map, 5), [], "{:?}", map.events);
+    assert_eq!(kinds(&map, 9), [EventKind::ShankContact]);
+    assert!(map.events[0].detail.contains("4.00 mm"), "{:?}", map.events);
+    assert_eq!(slot(0.1, true).events, []);
+    assert_eq!(slot(0.0, false).events, []);
+    // A step-over wider by 0.05 mm at every depth leaves the wall beside the shank, not on it.
+    let mut tool = flat(10.0);
+    tool.profile = Profile::flat(10.0, 8.0);
+    (tool.flute_length_mm, tool.overhang_mm) = (8.0, 25.0);
+    let mut path = Path::from([-20.0, 25.0, 5.0]);
+    for (step, y) in [(1, 20.0), (2, 20.05), (3, 20.1)] {
+        let z = -4.0 * f64::from(step);
+        path.line([-20.0, y, z]).line([60.0, y, z]).line([60.0, 30.0, 5.0]).line([-20.0, 30.0, 5.0]);
+    }
+    assert_eq!(run(&path, &block_job(tool), 0.2, 1.0).events, []);
+}

@@ -118,6 +118,7 @@ fn mill(profile: Profile, diameter: f64, helix_deg: f64) -> Tool {
         flute_length_mm: 25.4,
         overhang_mm: 50.0,
         shank_diameter_mm: diameter,
+        flute_length_given: true,
         runout: None,
         youngs_modulus_mpa: 210_000.0,
         allowable_stress_mpa: None,

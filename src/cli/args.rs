@@ -123,6 +123,12 @@ pub struct Work {
     /// Write the problem that is solved, with its answer, as JSON; - is standard output.
     #[arg(long, value_name = "FILE")]
     pub dump_problem: Option<PathBuf>,
+    /// Keep what was simulated beside the program, as PROGRAM.fwcache: other limits are then solved at once.
+    #[arg(long)]
+    pub cache: bool,
+    /// Write the stock as the program leaves it: FILE.stock for the next program, FILE.stl for other software.
+    #[arg(long, value_name = "FILE")]
+    pub save_stock: Option<PathBuf>,
 }
 
 /// `optimize`.

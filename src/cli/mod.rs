@@ -6,6 +6,7 @@ mod calibrate;
 mod dump;
 mod error;
 mod input;
+mod keep;
 mod learn;
 mod library;
 mod limits;

@@ -6,11 +6,12 @@ use super::Outcome;
 use super::args::{Global, Optimize, Work};
 use super::error::CliError;
 use super::input::{self, Source};
+use super::keep::Kept;
 use super::output::{Kind, Output, Outputs};
 use super::plain::plain;
 use super::problem;
 use super::screen::Screen;
-use super::work::{Done, inputs, peak_memory, run, wanted};
+use super::work::{Done, inputs, peak_memory, run_keeping, wanted};
 use crate::diag::Severity;
 use crate::job;
 use crate::report::{self, Extras, Run};
@@ -25,15 +26,12 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let target = target(command.output.as_deref(), &source);
     let program = outputs.open(&target, Kind::Program)?;
     let reports = Reports::open(&command.work, &mut outputs)?;
+    let kept = Kept::open(&command.work, &source, &mut outputs, screen)?;
     let source = plain(source, command.work.setup.as_deref(), command.expand, global, screen)?;
-    let done = run(
-        source,
-        command.work.setup.as_deref(),
-        job::optimize,
-        global,
-        wanted(&command.work, command.stress),
-        screen,
-    )?;
+    let setup = command.work.setup.as_deref();
+    let wanted = wanted(&command.work, command.stress);
+    let done = kept.with(|keep| run_keeping(source, setup, job::optimize, global, wanted, screen, keep))?;
+    kept.write()?;
     let written = done.run.written.as_ref().expect("optimize always writes");
     let held_back = done.run.infeasible_share() > HELD_BACK && !command.accept_infeasible;
     let to_stdout = program.is_stdout() || reports.uses_stdout();
@@ -63,8 +61,12 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     let source = input::program(&command.program)?;
     let mut outputs = Outputs::new(inputs(&source, command.setup.as_deref(), global), global.force);
     let reports = Reports::open(command, &mut outputs)?;
+    let kept = Kept::open(command, &source, &mut outputs, screen)?;
     let source = plain(source, command.setup.as_deref(), false, global, screen)?;
-    let done = run(source, command.setup.as_deref(), job::simulate, global, wanted(command, false), screen)?;
+    let setup = command.setup.as_deref();
+    let wanted = wanted(command, false);
+    let done = kept.with(|keep| run_keeping(source, setup, job::simulate, global, wanted, screen, keep))?;
+    kept.write()?;
     let to_stdout = reports.uses_stdout();
     reports.write(&done, global, screen, to_stdout)?;
     Ok(outcome(&done.run, false))

@@ -9,6 +9,7 @@ use tempfile::NamedTempFile;
 
 use super::error::CliError;
 use super::screen;
+use crate::stock::saved;
 
 /// Kinds of file, each with its own mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +22,10 @@ pub enum Kind {
     Csv,
     /// SVG picture, HTML report.
     Markup,
+    /// Simulated engagement.
+    Cache,
+    /// Stock, for the next program or as a mesh.
+    Stock,
 }
 
 /// A file to be.
@@ -145,6 +150,8 @@ fn is_ours(bytes: &[u8], kind: Kind) -> bool {
         Kind::Json => holds(&format!("\"{}\"", crate::report::WRITTEN_BY)),
         Kind::Csv => holds(crate::report::CSV_HEAD),
         Kind::Markup => holds(crate::report::MARK),
+        Kind::Cache => bytes.starts_with(crate::engage::cache::FAMILY),
+        Kind::Stock => bytes.starts_with(saved::MARK) || bytes.starts_with(saved::MESH_MARK),
     }
 }
 

@@ -9,7 +9,7 @@ use super::error::CliError;
 use super::input::{self, Source};
 use super::screen::Screen;
 use crate::engage;
-use crate::job::{JobError, Task, Wanted, Watch};
+use crate::job::{JobError, Keep, Task, Wanted, Watch};
 use crate::report::Run;
 
 /// What is asked besides, by the options of a command.
@@ -43,6 +43,19 @@ pub fn run(
     wanted: Wanted,
     screen: Screen,
 ) -> Result<Done, CliError> {
+    run_keeping(source, setup, pipeline, global, wanted, screen, Keep::default())
+}
+
+/// As [`run`], with hooks for what is kept.
+pub fn run_keeping(
+    source: Source,
+    setup: Option<&Path>,
+    pipeline: Pipeline,
+    global: &Global,
+    wanted: Wanted,
+    screen: Screen,
+    keep: Keep,
+) -> Result<Done, CliError> {
     let found = input::setup(setup, &source, global)?;
     let program = input::parse(&source, global, Some(&found.job));
     let task = Task { program, job: found.job, assumptions: found.assumptions, wanted };
@@ -57,10 +70,11 @@ pub fn run(
         clock: &|| start.elapsed().as_secs_f64(),
         subprograms: &|name| subprogram(folder.as_deref(), name),
         engage: engage::Options {
-            max_memory_bytes: global.max_memory,
+            max_memory_bytes: global.max_memory.or_else(half_the_machine),
             loader: Some(&|path| std::fs::read(path)),
             ..engage::Options::default()
         },
+        keep,
     };
     let result = pipeline(task, &watch);
     bar.finish_and_clear();
@@ -100,6 +114,13 @@ fn explain(error: &JobError, file: &str) -> CliError {
 
 fn tool_table(number: u32) -> String {
     format!("[[tool]]\nnumber = {number}\nshape = \"flat\"\ndiameter = 10\nflutes = 4\n")
+}
+
+/// Half the memory of the machine, bytes, where the system tells.
+fn half_the_machine() -> Option<u64> {
+    let info = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = info.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 512)
 }
 
 /// Largest memory the process ever had, bytes, where the system tells.

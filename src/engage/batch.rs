@@ -1,12 +1,16 @@
 //! One batch of the simulation: nomination and sweeping tile by tile, then arcs sample by sample. In: the fields as they
 //! are before the batch, its elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample.
 //!
+//! Between samples whose engagement differs it is looked at more closely ([`super::between`]).
+//!
 //! Tiles are worked in parallel, each through its own operations in order of execution; what they say about a sample is
 //! merged in the order of the tiles, so the result does not depend on the number of threads.
 
 use super::arcs::{Cut, RawArc, Scene, arcs_at};
+use super::between::{Between, Locate, look};
 use super::cutter::Cutter;
-use super::nominate::{Mark, Nominations, Sample, Scratch, nominate};
+use super::nominate::{Mark, Nomination, Nominations, Sample, Scratch, nominate};
+use crate::ids::MoveId;
 use crate::stock::{Field, Tile, sweep};
 use rayon::prelude::*;
 
@@ -28,8 +32,10 @@ pub struct Outcome {
 /// What happened in a batch.
 #[derive(Debug, Default)]
 pub struct BatchResult {
-    /// One outcome per sample.
+    /// One outcome per sample; of optional ones nothing.
     pub outcomes: Vec<Outcome>,
+    /// What was found between a required sample and the one before it, where that was looked at.
+    pub between: Vec<Option<Between>>,
     /// Volumes removed by the elements that were to be watched: (element, mm³).
     pub watched: Vec<(u32, f64)>,
 }
@@ -52,6 +58,7 @@ pub fn run(
     elements: std::ops::Range<u32>,
     samples: &[Sample],
     watch: impl Fn(u32) -> bool + Sync,
+    locate: Locate,
 ) -> BatchResult {
     let operations = assign(scene, fields, elements, samples);
     let tiles: Vec<&mut Tile> = fields.iter_mut().flat_map(|field| field.tiles.iter_mut()).collect();
@@ -62,15 +69,25 @@ pub fn run(
         .collect();
     let mut watched: Vec<(u32, f64)> = said.iter().flat_map(|(_, watched)| watched.iter().copied()).collect();
     watched.sort_by_key(|(element, _)| *element);
-    let merged = Merged::new(&said, samples.len());
-    let outcomes = (0..samples.len())
+    let view = View { scene, samples, merged: Merged::new(&said, samples.len()), said: &said };
+    let outcomes: Vec<Outcome> = (0..samples.len())
         .into_par_iter()
         .with_min_len(64)
         .map_init(Gathered::default, |gathered, index| {
-            outcome(scene, &samples[index], &said, merged.of(index), gathered)
+            if samples[index].optional { Outcome::default() } else { view.outcome_with(index, gathered) }
         })
         .collect();
-    BatchResult { outcomes, watched }
+    let required: Vec<usize> = (0..samples.len()).filter(|index| !samples[*index].optional).collect();
+    let mut between = vec![None; samples.len()];
+    let looked: Vec<(usize, Option<Between>)> = required
+        .par_windows(2)
+        .with_min_len(16)
+        .map(|ends| (ends[1], look(&view, [ends[0], ends[1]], [&outcomes[ends[0]], &outcomes[ends[1]]], locate)))
+        .collect();
+    for (index, found) in looked {
+        between[index] = found;
+    }
+    BatchResult { outcomes, between, watched }
 }
 
 /// Operations of every tile, in order of execution.
@@ -185,47 +202,86 @@ impl Merged {
     }
 }
 
-/// Working space of [`outcome`].
+/// Working space of an outcome.
 #[derive(Default)]
 struct Gathered {
     marks: Vec<Mark>,
     candidates: Vec<u32>,
 }
 
-fn outcome(
-    scene: &Scene,
-    sample: &Sample,
-    said: &[(Nominations, Vec<(u32, f64)>)],
-    places: &[[u32; 4]],
-    gathered: &mut Gathered,
-) -> Outcome {
-    gathered.marks.clear();
-    gathered.candidates.clear();
-    let mut clear = scene.clear_of_fixtures(sample);
-    let mut struck = [0.0f32; 2];
-    for [tile, index, mark, candidate] in places {
-        let said = &said[*tile as usize].0;
-        let entry = &said.entries[*index as usize];
-        clear &= entry.clear;
-        struck = [struck[0].max(entry.struck[0]), struck[1].max(entry.struck[1])];
-        gathered.marks.extend_from_slice(&said.marks[*mark as usize..(mark + entry.marks) as usize]);
-        let candidates = &said.candidates[*candidate as usize..(candidate + entry.candidates) as usize];
-        gathered.candidates.extend_from_slice(candidates);
+/// What the tiles said about the samples of a batch.
+pub struct View<'a> {
+    scene: &'a Scene<'a>,
+    /// The samples.
+    pub samples: &'a [Sample],
+    merged: Merged,
+    said: &'a [(Nominations, Vec<(u32, f64)>)],
+}
+
+impl View<'_> {
+    /// Move of a sample.
+    pub fn move_of(&self, index: usize) -> MoveId {
+        self.scene.elements[self.samples[index].element as usize].move_id
     }
-    gathered.marks.sort_by_key(|mark| mark.band);
-    gathered.marks.dedup_by(|next, kept| {
-        let one = next.band == kept.band;
-        if one {
-            kept.bins |= next.bins;
-            kept.top = kept.top.max(next.top);
+    /// Does the grid say that something may be met there?
+    pub fn nominated(&self, index: usize) -> bool {
+        self.entries(index).any(|(entry, ..)| entry.marks > 0)
+    }
+    /// Outcome at a sample.
+    pub fn outcome(&self, index: usize) -> Outcome {
+        self.outcome_with(index, &mut Gathered::default())
+    }
+    /// Outcome at a position between a sample and the next one, from what was said about both.
+    pub fn outcome_between(&self, index: usize, sample: &Sample) -> Outcome {
+        let mut gathered = Gathered::default();
+        let mut outcome = Outcome::default();
+        for index in [index, index + 1] {
+            self.gather(index, &mut gathered, &mut outcome);
         }
-        one
-    });
-    gathered.candidates.sort_unstable();
-    gathered.candidates.dedup();
-    let neck = cutter_of(scene, sample).neck_mm.map_or(f64::INFINITY, |neck| sample.tip.z + neck);
-    let undercut = gathered.marks.iter().any(|mark| f64::from(mark.top) > neck + UNDERCUT_MM);
-    let mut outcome = Outcome { clear, struck, undercut, ..Outcome::default() };
-    outcome.cut = arcs_at(scene, sample, &gathered.marks, &gathered.candidates, &mut outcome.arcs);
-    outcome
+        self.resolve(sample, &mut gathered, &mut outcome);
+        outcome
+    }
+    fn outcome_with(&self, index: usize, gathered: &mut Gathered) -> Outcome {
+        let sample = &self.samples[index];
+        let mut outcome = Outcome { clear: self.scene.clear_of_fixtures(sample), ..Outcome::default() };
+        gathered.marks.clear();
+        gathered.candidates.clear();
+        self.gather(index, gathered, &mut outcome);
+        self.resolve(sample, gathered, &mut outcome);
+        outcome
+    }
+    fn entries(&self, index: usize) -> impl Iterator<Item = (Nomination, usize, u32, u32)> {
+        self.merged.of(index).iter().map(|[tile, entry, mark, candidate]| {
+            let tile = *tile as usize;
+            (self.said[tile].0.entries[*entry as usize], tile, *mark, *candidate)
+        })
+    }
+    fn gather(&self, index: usize, gathered: &mut Gathered, outcome: &mut Outcome) {
+        for (entry, tile, mark, candidate) in self.entries(index) {
+            let said = &self.said[tile].0;
+            outcome.clear &= entry.clear;
+            let struck = outcome.struck;
+            outcome.struck = [struck[0].max(entry.struck[0]), struck[1].max(entry.struck[1])];
+            gathered.marks.extend_from_slice(&said.marks[mark as usize..(mark + entry.marks) as usize]);
+            let candidates = &said.candidates[candidate as usize..(candidate + entry.candidates) as usize];
+            gathered.candidates.extend_from_slice(candidates);
+        }
+    }
+    fn resolve(&self, sample: &Sample, gathered: &mut Gathered, outcome: &mut Outcome) {
+        gathered.marks.sort_by_key(|mark| mark.band);
+        gathered.marks.dedup_by(|next, kept| {
+            let one = next.band == kept.band;
+            if one {
+                kept.bins |= next.bins;
+                kept.top = kept.top.max(next.top);
+            }
+            one
+        });
+        gathered.candidates.sort_unstable();
+        gathered.candidates.dedup();
+        let neck = cutter_of(self.scene, sample).neck_mm.map_or(f64::INFINITY, |neck| sample.tip.z + neck);
+        outcome.undercut = gathered.marks.iter().any(|mark| f64::from(mark.top) > neck + UNDERCUT_MM);
+        outcome.cut = arcs_at(self.scene, sample, &gathered.marks, &gathered.candidates, &mut outcome.arcs);
+        outcome.struck[0] = outcome.struck[0].max(outcome.cut.rub_mm as f32);
+    }
 }

@@ -12,8 +12,10 @@ use crate::machine::{Job, Slice, StockShape};
 use crate::nc::Toolpath;
 use sha2::{Digest, Sha256};
 
+/// First bytes of a cache of any version.
+pub const FAMILY: &[u8] = b"FWENGM";
 /// First bytes of a cache; the number changes with the layout or the mathematics.
-const MARK: &[u8; 8] = b"FWENGM02";
+const MARK: &[u8; 8] = b"FWENGM03";
 
 /// Key of the simulation of a toolpath.
 pub type Key = [u8; 32];
@@ -45,7 +47,8 @@ pub fn key(path: &Toolpath, job: &Job, options: &Options) -> Key {
         &format!("{:?} {:?} {:?}", job.machine.offsets, job.fixtures, job.air_feed.map(|air| air.approach_mm)),
     );
     for tool in &job.tools {
-        let outside = (tool.overhang_mm, tool.shank_diameter_mm, &tool.holder, tool.centre_cutting);
+        let shank = (tool.shank_diameter_mm, tool.flute_length_given);
+        let outside = (tool.overhang_mm, shank, &tool.holder, tool.centre_cutting);
         put(
             &mut hash,
             &format!("{} {:?} {:?} {:?} {:?}", tool.number, tool.shape, tool.profile, tool.flute_length_mm, outside),

@@ -4,7 +4,7 @@
 //! A band is one ring, or all the rings of a cylindrical side: above each other with one radius, their engaged arcs can
 //! only shrink with height, which saves most of the work.
 
-use crate::machine::{Slice, Tool};
+use crate::machine::{Profile, Segment, Slice, Tool};
 use crate::stock::Form;
 
 /// Rings worked on together.
@@ -18,6 +18,8 @@ pub struct Band {
     pub low: f64,
     /// Looks straight down: leads only in a descending move.
     pub bottom: bool,
+    /// Bins of the diamond angle about bin 0 in which a cell may matter to it.
+    pub spread: u64,
 }
 
 /// A part of the tool that must not touch stock: the shank, or a cylinder of the holder.
@@ -40,6 +42,8 @@ pub struct Near {
     bands: Vec<u16>,
     /// Lowest height above the tip of the bands in each bin; infinite where there is none.
     pub lowest: Vec<f32>,
+    /// Lower bounds of those heights: a + b d².
+    pub bounds: [[f32; 2]; 4],
 }
 
 /// A tool with its tables.
@@ -51,12 +55,16 @@ pub struct Cutter {
     pub form: Form,
     /// Its slices.
     pub slices: Vec<Slice>,
+    /// Where each begins on its segment, and its share of it.
+    spans: Vec<[f64; 2]>,
     /// Its bands.
     pub bands: Vec<Band>,
     /// Bands by distance: for level and rising moves, and with the bottom for descending ones.
     pub near: [Near; 2],
     /// Shank and holder, from below.
     pub bodies: Vec<Body>,
+    /// Height above the tip from which a shank as wide as the cutter may rub along a wall.
+    pub rubs_from_mm: Option<f64>,
     /// Height at which the outline begins to narrow: above it a height field cannot hold what is cut.
     pub neck_mm: Option<f64>,
     /// May it plunge into material?
@@ -70,19 +78,44 @@ impl Cutter {
     pub fn new(tool: &Tool, cell_mm: f64) -> Self {
         let profile = &tool.profile;
         let slices = profile.rings();
-        let bands = bands(&slices);
         let margin = 1.5 * cell_mm;
+        let bands = bands(&slices, margin);
         let near = [false, true].map(|bottom| Near::new(&bands, profile.max_radius(), margin, cell_mm, bottom));
         Self {
             number: tool.number,
             form: Form::new(profile),
+            spans: spans(&slices, profile),
             slices,
             bands,
             near,
             bodies: bodies(tool),
+            rubs_from_mm: rubs_from(tool),
             neck_mm: profile.neck(),
             centre_cutting: tool.centre_cutting,
             margin,
+        }
+    }
+    /// A part of a slice, from below in [0, 1], as a ring of its own at its middle.
+    pub fn part(&self, index: u16, [from, to]: [f64; 2]) -> Slice {
+        let slice = self.slices[index as usize];
+        if (from, to) == (0.0, 1.0) {
+            return slice;
+        }
+        let [begin, share] = self.spans[index as usize];
+        let at = begin + 0.5 * (from + to) * share;
+        let ([radius_mm, z_mm], [normal_r, normal_z]) = self.form.profile.segments[slice.segment as usize].at(at);
+        Slice { z_mm, radius_mm, edge_mm: (to - from) * slice.edge_mm, normal_r, normal_z, segment: slice.segment }
+    }
+    /// The part of a slice, from below in [0, 1], at a height above the tip.
+    pub fn part_at(&self, index: u16, z_mm: f64) -> f64 {
+        let slice = &self.slices[index as usize];
+        let [begin, share] = self.spans[index as usize];
+        match &self.form.profile.segments[slice.segment as usize] {
+            Segment::Arc { centre, radius, from_rad, to_rad } => {
+                let angle = ((z_mm - centre[1]) / radius).clamp(-1.0, 1.0).asin();
+                ((angle - from_rad) / (to_rad - from_rad) - begin) / share
+            }
+            Segment::Line { .. } => 0.5 + (z_mm - slice.z_mm) / slice.dz_mm(),
         }
     }
     /// Height above the tip of the lowest body; infinite without one.
@@ -99,6 +132,15 @@ impl Cutter {
     }
 }
 
+/// A shank narrower than the cutter by this much rubs nowhere, mm.
+const RELIEF_MM: f64 = 0.01;
+
+fn rubs_from(tool: &Tool) -> Option<f64> {
+    let flutes = tool.flute_length_mm.max(tool.profile.height());
+    let as_wide = 0.5 * tool.shank_diameter_mm > tool.profile.max_radius() - RELIEF_MM;
+    (as_wide && tool.flute_length_given && tool.overhang_mm > flutes).then_some(flutes)
+}
+
 fn bodies(tool: &Tool) -> Vec<Body> {
     let mut bodies = Vec::new();
     let flutes = tool.flute_length_mm.max(tool.profile.height());
@@ -113,7 +155,18 @@ fn bodies(tool: &Tool) -> Vec<Body> {
     bodies
 }
 
-fn bands(slices: &[Slice]) -> Vec<Band> {
+fn spans(slices: &[Slice], profile: &Profile) -> Vec<[f64; 2]> {
+    let mut spans: Vec<[f64; 2]> = Vec::with_capacity(slices.len());
+    for (index, slice) in slices.iter().enumerate() {
+        let share = slice.edge_mm / profile.segments[slice.segment as usize].length();
+        let goes_on = index > 0 && slices[index - 1].segment == slice.segment;
+        let begin = if goes_on { spans[index - 1][0] + share } else { 0.0 };
+        spans.push([begin, share]);
+    }
+    spans
+}
+
+fn bands(slices: &[Slice], margin: f64) -> Vec<Band> {
     let mut bands: Vec<Band> = Vec::new();
     for (index, slice) in slices.iter().enumerate() {
         let upright = slice.normal_z.abs() < 1e-9;
@@ -129,12 +182,47 @@ fn bands(slices: &[Slice]) -> Vec<Band> {
                     radius: slice.radius_mm,
                     low,
                     bottom: slice.normal_r < 1e-9,
+                    spread: spread(1.5 * margin / slice.radius_mm.max(1e-6)),
                 });
             }
         }
     }
     bands
 }
+
+/// Bins (of 64) within an angle of bin 0, either way.
+fn spread(angle: f64) -> u64 {
+    let bins = (16.0 * angle).ceil();
+    if bins >= 31.0 {
+        return u64::MAX;
+    }
+    let bins = bins as u32;
+    ((1u64 << (2 * bins + 1)) - 1).rotate_right(bins)
+}
+
+/// Lines in the square of the distance below all of `lowest` (a value holds up to the end of its bin).
+fn bounds(lowest: &[f32], per_mm: f64) -> [[f32; 2]; 4] {
+    let points: Vec<[f64; 2]> = lowest
+        .iter()
+        .enumerate()
+        .filter(|(_, low)| low.is_finite())
+        .map(|(bin, low)| [((bin + 1) as f64 / per_mm).powi(2), f64::from(*low)])
+        .collect();
+    std::array::from_fn(|k| {
+        let slope = match points.len() * k / 4 {
+            0 => 0.0,
+            at => {
+                let ([x0, y0], [x1, y1]) = (points[at - 1], points[(at + points.len() / 8).min(points.len() - 1)]);
+                ((y1 - y0) / (x1 - x0).max(1e-9)).max(0.0)
+            }
+        };
+        let below = points.iter().map(|[x, y]| y - slope * x).fold(f64::INFINITY, f64::min);
+        [(below - BOUND_MM) as f32, slope as f32]
+    })
+}
+
+/// What the bounds stay below for the sake of rounding, mm.
+const BOUND_MM: f64 = 1e-4;
 
 impl Near {
     fn new(bands: &[Band], radius: f64, margin: f64, cell_mm: f64, bottom: bool) -> Self {
@@ -153,7 +241,12 @@ impl Near {
             first.push(list.len() as u32);
             lowest.push(low as f32);
         }
-        Self { per_mm, first, bands: list, lowest }
+        let bounds = bounds(&lowest, per_mm);
+        Self { per_mm, first, bands: list, lowest, bounds }
+    }
+    /// Lowest height of all, mm.
+    pub fn floor(&self) -> f32 {
+        self.bounds[0][0]
     }
     /// Bin of a distance.
     pub fn bin(&self, distance: f32) -> usize {

@@ -2,18 +2,21 @@
 //! each with the engaged arcs of the cutter's slices and the removal rate.
 //!
 //! The height field of [`crate::stock`] only nominates earlier moves ([`nominate`]); the arcs are worked out exactly from
-//! what those moves swept ([`arcs`]). [`batch`] runs both over the tiles of the stock, [`stations`] joins sampled points
+//! what those moves swept ([`arcs`], [`cover`]). [`batch`] runs both over the tiles of the stock, [`stations`] joins sampled points
 //! into stations, [`simulate`] is the loop over the program.
 
 pub mod arcs;
 pub mod batch;
+pub mod between;
 pub mod cache;
+pub mod cover;
 pub mod cutter;
 pub mod finish;
 pub mod hazards;
 pub mod map;
 pub mod nominate;
 pub mod options;
+mod rings;
 pub mod simulate;
 pub mod stations;
 pub mod workpiece;

@@ -5,7 +5,7 @@
 //! A cell at distance d from the axis matters to a band when |d − r| is within a cell and a half and the cell stands higher
 //! than the band's lowest point. Directions are kept as 64 bins of the diamond angle from the feed direction.
 
-use super::cutter::Cutter;
+use super::cutter::{Cutter, Near};
 use crate::path::Vec3;
 use crate::stock::{Tile, UNTOUCHED};
 
@@ -28,6 +28,8 @@ pub struct Sample {
     pub cutter: u16,
     /// Clearance within which nothing may stand for air feed, mm.
     pub clearance_mm: f64,
+    /// Looked at closely only where engagement changes between its neighbours.
+    pub optional: bool,
 }
 
 /// Directions in which a band may meet material.
@@ -108,46 +110,113 @@ fn mark_cells(tile: &Tile, sample: &Sample, cutter: &Cutter, work: &mut Scratch)
         return false;
     }
     let near = cutter.near(vertical);
-    let slack = (SLACK * cutter.margin / 1.5) as f32;
-    let tip = sample.tip.z as f32;
-    let lowest = near.lowest.iter().copied().fold(f32::INFINITY, f32::min);
-    if tile.highest <= tip + lowest - slack {
+    let base = sample.tip.z as f32 - (SLACK * cutter.margin / 1.5) as f32;
+    if tile.highest <= base + near.floor() {
         return false;
     }
     work.start(cutter.bands.len());
     let [inner, outer] = near.range_mm();
     let behind = if vertical < 0.0 { f64::NEG_INFINITY } else { -cutter.margin };
-    let [columns, rows] =
-        tile.window([sample.tip.x - outer, sample.tip.y - outer], [sample.tip.x + outer, sample.tip.y + outer]);
+    let around = [sample.tip.x, sample.tip.y];
+    let [columns, rows] = tile.window(around.map(|x| x - outer), around.map(|x| x + outer));
     let (rows, columns) = (clip(rows, tile.core[1]), clip(columns, tile.core[0]));
-    let mut found = false;
-    let (inner2, outer2) = ((inner * inner) as f32, (outer * outer) as f32);
-    let dir = sample.dir.map(|d| d as f32);
+    let mut look = Look { tile, near, cutter, base, dir: sample.dir.map(|d| d as f32), work, found: false };
     for j in rows {
-        let y = (tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y) as f32;
-        let mut last = usize::MAX;
-        for i in columns.clone() {
-            let height = tile.heights[j * tile.size[0] + i];
-            if height <= tip + lowest - slack {
-                continue;
+        let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
+        let Some((from, to)) = row_ahead(outer, sample.dir, behind, y) else { continue };
+        let column = |x: f64| ((x + sample.tip.x - tile.first[0]) / tile.cell[0]).clamp(0.0, tile.size[0] as f64);
+        // Within the innermost band there is nothing to see.
+        let hole = (inner * inner - y * y).max(0.0).sqrt();
+        for (from, to) in
+            if hole > 0.0 { [(from, to.min(-hole)), (from.max(hole), to)] } else { [(from, to), (1.0, 0.0)] }
+        {
+            let begin = (column(from) as usize).max(columns.start);
+            let end = (column(to) as usize + 1).min(columns.end);
+            if from <= to && begin < end {
+                let x = tile.first[0] + begin as f64 * tile.cell[0] - sample.tip.x;
+                look.row(j, begin..end, [x as f32, y as f32]);
             }
-            let x = (tile.first[0] + i as f64 * tile.cell[0] - sample.tip.x) as f32;
-            let d2 = x * x + y * y;
-            let forward = x * dir[0] + y * dir[1];
-            if d2 < inner2 || d2 > outer2 || f64::from(forward) < behind {
-                continue;
-            }
-            let bin = near.bin(d2.sqrt());
-            if height <= tip + near.lowest[bin] - slack {
-                continue;
-            }
-            found = true;
-            work.mark(near.bands(bin), cutter, height, tip - slack, [forward, y * dir[0] - x * dir[1]]);
-            work.gather(tile, i, j, last.checked_add(1) == Some(i));
-            last = i;
         }
     }
-    found
+    look.found
+}
+
+/// Range of x in which the row at `y` lies within `outer` of the axis and no further than `behind` behind it.
+fn row_ahead(outer: f64, dir: [f64; 2], behind: f64, y: f64) -> Option<(f64, f64)> {
+    let left = outer * outer - y * y;
+    if left < 0.0 {
+        return None;
+    }
+    let (mut from, mut to) = (-left.sqrt(), left.sqrt());
+    let rest = behind - y * dir[1];
+    if dir[0] > 1e-9 {
+        from = from.max(rest / dir[0]);
+    } else if dir[0] < -1e-9 {
+        to = to.min(rest / dir[0]);
+    } else if rest > 0.0 {
+        return None;
+    }
+    (from <= to).then_some((from, to))
+}
+
+/// Cells looked at together.
+const LANES: usize = 8;
+
+/// A look at the cells of a tile from one position.
+struct Look<'a> {
+    tile: &'a Tile,
+    near: &'a Near,
+    cutter: &'a Cutter,
+    /// Height of the tip less the slack.
+    base: f32,
+    dir: [f32; 2],
+    work: &'a mut Scratch,
+    found: bool,
+}
+
+impl Look<'_> {
+    /// Looks at a run of cells of row `j`, the first at (x, y) from the axis: eight at a time against a lower bound of the
+    /// bands' heights, those that exceed it closely.
+    fn row(&mut self, j: usize, run: std::ops::Range<usize>, [x, y]: [f32; 2]) {
+        let first = j * self.tile.size[0];
+        let heights = &self.tile.heights[first..][run.clone()];
+        let (dx, square) = (self.tile.cell[0] as f32, y * y);
+        let [[a0, b0], [a1, b1], [a2, b2], [a3, b3]] = self.near.bounds;
+        let higher = |p: f32, q: f32| if p > q { p } else { q };
+        let mut last = usize::MAX;
+        for (chunk, cells) in heights.chunks(LANES).enumerate() {
+            let x = x + (chunk * LANES) as i32 as f32 * dx;
+            let mut hits = [false; LANES];
+            for (k, cell) in cells.iter().enumerate() {
+                let x = x + k as i32 as f32 * dx;
+                let d2 = x * x + square;
+                let low = higher(higher(a0 + b0 * d2, a1 + b1 * d2), higher(a2 + b2 * d2, a3 + b3 * d2));
+                hits[k] = *cell > self.base + low;
+            }
+            if hits == [false; LANES] {
+                continue;
+            }
+            for k in 0..cells.len() {
+                let i = run.start + chunk * LANES + k;
+                let x = x + k as i32 as f32 * dx;
+                if hits[k] && self.cell([i, j], cells[k], [x, y], last.checked_add(1) == Some(i)) {
+                    last = i;
+                }
+            }
+        }
+    }
+    /// True when some band may meet the cell.
+    fn cell(&mut self, [i, j]: [usize; 2], height: f32, [x, y]: [f32; 2], neighbour_done: bool) -> bool {
+        let bin = self.near.bin((x * x + y * y).sqrt());
+        if height <= self.base + self.near.lowest[bin] {
+            return false;
+        }
+        let at = [x * self.dir[0] + y * self.dir[1], y * self.dir[0] - x * self.dir[1]];
+        self.work.mark(self.near.bands(bin), self.cutter, height, self.base, at);
+        self.work.gather(self.tile, i, j, neighbour_done);
+        self.found = true;
+        true
+    }
 }
 
 fn clip(range: std::ops::Range<usize>, core: [usize; 2]) -> std::ops::Range<usize> {
@@ -172,14 +241,7 @@ impl Scratch {
             if height <= base + band.low as f32 {
                 continue;
             }
-            let spread = (1.5 * cutter.margin / band.radius.max(1e-6) * 16.0).ceil();
-            let bits = if spread >= 31.0 {
-                u64::MAX
-            } else {
-                let spread = spread as u32;
-                ((1u64 << (2 * spread + 1)) - 1).rotate_left((bin + 64 - spread) & 63)
-            };
-            self.bins[index as usize] |= bits;
+            self.bins[index as usize] |= band.spread.rotate_left(bin);
             let top = &mut self.tops[index as usize];
             *top = top.max(height);
         }
@@ -235,7 +297,13 @@ fn struck(tile: &Tile, sample: &Sample, cutter: &Cutter) -> [f32; 2] {
         let [columns, rows] = tile.window(around.map(|x| x - reach), around.map(|x| x + reach));
         for j in clip(rows, tile.core[1]) {
             let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
-            for i in clip(columns.clone(), tile.core[0]) {
+            let columns = clip(columns.clone(), tile.core[0]);
+            let row = &tile.heights[j * tile.size[0]..][columns.start..columns.end.max(columns.start)];
+            let level = low + worst[usize::from(body.holder)];
+            if !row.iter().fold(false, |any, height| any | (*height > level)) {
+                continue;
+            }
+            for i in columns {
                 let above = tile.heights[j * tile.size[0] + i] - low;
                 let x = tile.first[0] + i as f64 * tile.cell[0] - sample.tip.x;
                 if above <= worst[usize::from(body.holder)] || x * x + y * y > reach * reach {

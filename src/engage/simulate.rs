@@ -1,7 +1,8 @@
 //! The simulation from first move to last. In: the toolpath, the job. Out: the [`EngagementMap`].
 //!
 //! Moves are taken in batches. A feed move near the stock is sampled at its beginning, at its end and in equal steps of at
-//! most `spacing` between; its beginning takes the outcome of the end before it where the path runs on smoothly.
+//! most `spacing` between; its beginning takes the outcome of the end before it where the path runs on smoothly. Between
+//! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
 
 use super::arcs::Scene;
 use super::batch::{BatchResult, Outcome, run};
@@ -23,6 +24,9 @@ use crate::stock::{Element, Field, append_elements};
 const BATCH: usize = 16384;
 /// Cosine of the bend up to which a path runs on smoothly.
 const SMOOTH: f64 = 0.996;
+/// Largest distance of optional samples, in cells: a nomination sees a cell and a half to either side of a ring, and the
+/// neighbours of those cells.
+const OPTIONAL_CELLS: f64 = 2.5;
 /// Where the beginning of a move is looked at: at its very start the end of the move before still fills the whole circle.
 const JUST_AFTER_MM: f64 = 2e-3;
 
@@ -93,6 +97,8 @@ pub(super) struct Plan<'a> {
     /// Keep-out boxes.
     pub fixtures: Vec<Box3>,
     spacing_mm: f64,
+    /// Largest distance of optional samples, mm.
+    optional_mm: f64,
     /// Clearance asked for beyond half the spacing, mm.
     clearance_mm: f64,
 }
@@ -113,6 +119,7 @@ impl<'a> Plan<'a> {
             extents: fields.iter().map(|field| field.extent).collect(),
             fixtures: job.fixtures.clone(),
             spacing_mm: options.spacing_mm,
+            optional_mm: OPTIONAL_CELLS * fields.iter().map(|f| f.cell[0].min(f.cell[1])).fold(f64::INFINITY, f64::min),
             clearance_mm: uncertainty + approach,
         };
         for (index, motion) in path.moves.iter().enumerate() {
@@ -176,7 +183,11 @@ fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Buil
         }
         let rapid =
             |element: u32| plan.path.moves[scene.elements[element as usize].move_id.ix()].kind == MoveKind::Rapid;
-        let result = run(scene, fields, plan.first[begin]..plan.first[end], &samples, rapid);
+        let locate = |like: &Sample, s_mm: f64| {
+            let element = &scene.elements[like.element as usize];
+            sample_at(plan, element.move_id.ix(), s_mm, like.dir, like.cutter)
+        };
+        let result = run(scene, fields, plan.first[begin]..plan.first[end], &samples, rapid, &locate);
         report_rapids(scene, &result, &mut builder.map);
         report_fixtures(plan, scene, begin..end, &mut builder.map);
         for (index, way) in (begin..end).zip(&ways) {
@@ -205,24 +216,40 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2],
     let inherits = runs_on(plan, index);
     let first = samples.len();
     let count = (length / plan.spacing_mm - 1e-9).ceil().max(1.0) as usize;
-    let elements = plan.elements_of(index);
-    let (by, clearance_mm) = (plan.shift(motion), plan.clearance());
-    let mut element = elements.start;
+    let parts = (length / count as f64 / plan.optional_mm - 1e-9).ceil().max(1.0) as usize;
     let mut dir = before;
-    for k in usize::from(inherits)..=count {
-        let s_mm = if k == count { length } else { length * k as f64 / count as f64 };
-        while element + 1 < elements.end && plan.elements[element as usize + 1].from_mm <= s_mm - JUST_AFTER_MM {
-            element += 1;
-        }
-        let at = if k == 0 { JUST_AFTER_MM.min(0.5 * length) } else { s_mm };
-        let tangent = motion.curve().tangent(at);
-        turn(&mut dir, tangent);
-        let along_mm = at - plan.elements[element as usize].from_mm;
-        let tangent = [tangent.x.hypot(tangent.y), tangent.z];
-        let tip = motion.curve().point(at) + by;
-        samples.push(Sample { element, along_mm, s_mm, tip, dir, tangent, cutter, clearance_mm });
+    for k in usize::from(inherits)..=count * parts {
+        let optional = k % parts != 0;
+        let s_mm = if k == count * parts { length } else { length * k as f64 / (count * parts) as f64 };
+        let sample = sample_at(plan, index, s_mm, dir, cutter);
+        dir = sample.dir;
+        samples.push(Sample { optional, ..sample });
     }
     Way::Sampled { samples: first..samples.len(), inherits }
+}
+
+/// The cutter at a place of a move; `dir` is kept under a vertical feed.
+fn sample_at(plan: &Plan, index: usize, s_mm: f64, dir: [f64; 2], cutter: u16) -> Sample {
+    let motion = &plan.path.moves[index];
+    let curve = motion.curve();
+    let at = if s_mm > 0.0 { s_mm } else { JUST_AFTER_MM.min(0.5 * curve.length()) };
+    let elements = plan.elements_of(index);
+    let of_move = &plan.elements[elements.start as usize..elements.end as usize];
+    let element = of_move.partition_point(|element| element.from_mm <= s_mm - JUST_AFTER_MM).max(1) as u32 - 1;
+    let tangent = curve.tangent(at);
+    let mut dir = dir;
+    turn(&mut dir, tangent);
+    Sample {
+        element: elements.start + element,
+        along_mm: at - of_move[element as usize].from_mm,
+        s_mm,
+        tip: curve.point(at) + plan.shift(motion),
+        dir,
+        tangent: [tangent.x.hypot(tangent.y), tangent.z],
+        cutter,
+        clearance_mm: plan.clearance(),
+        optional: false,
+    }
 }
 
 /// Takes the horizontal direction of a tangent, where it has one.
@@ -268,9 +295,13 @@ fn enter(
         Way::Sampled { samples: range, inherits } => {
             let mut points = Vec::with_capacity(range.len() + 1);
             if *inherits {
-                points.push(Point { s_mm: 0.0, outcome: &*held });
+                points.push(Point { s_mm: 0.0, outcome: &*held, before: None });
             }
-            points.extend(range.clone().map(|k| Point { s_mm: samples[k].s_mm, outcome: &result.outcomes[k] }));
+            points.extend(range.clone().filter(|k| !samples[*k].optional).map(|k| Point {
+                s_mm: samples[k].s_mm,
+                outcome: &result.outcomes[k],
+                before: result.between[k].as_ref(),
+            }));
             let cutter = samples[range.start].cutter;
             let tool = &scene.cutters[cutter as usize];
             let motion = &plan.path.moves[index];

@@ -1,22 +1,23 @@
 //! From samples to stations. In: the outcomes at the sampled points of each move, in order. Out: the stations of the
 //! [`EngagementMap`], their arcs, and the partial rings those arcs need.
 //!
-//! A piece between two samples takes the arcs of the more engaged one (by removal area) and the mean of both areas;
-//! neighbouring pieces with equal arcs become one station. A ring that a level cuts in two is entered into the tool's list
-//! of slices as a ring of its own, its bounds rounded to 1/128 of the whole.
+//! A piece between two samples takes the arcs of the more engaged one (by removal area) and the mean of both areas, or what
+//! was found between them; where nothing is cut on a part of it that part is a piece of its own. Neighbouring pieces with
+//! equal arcs become one station as long as both ends of each are engaged alike: entry and exit stay by themselves. A ring that a level cuts in two is entered into the tool's list
+//! of slices as a ring of its own, its bounds rounded to 1/256 of the whole.
 
 use super::arcs::RawArc;
 use super::batch::Outcome;
+use super::between::{Between, Stretch};
 use super::cutter::Cutter;
 use super::map::{EngagedArc, EngagementMap, Station, StationFlags};
 use crate::ids::MoveId;
-use crate::machine::Slice;
 use std::collections::BTreeMap;
 
 /// Angle by which arcs may differ and still count as equal, rad.
 const EQUAL_RAD: f32 = 2e-3;
 /// Steps in which the bounds of partial rings are kept.
-const PARTS: f32 = 128.0;
+const PARTS: f32 = 256.0;
 
 /// Builds the map station by station.
 #[derive(Debug, Default)]
@@ -24,7 +25,7 @@ pub struct Builder {
     /// The map so far.
     pub map: EngagementMap,
     /// Partial rings entered: (cutter, slice, from, to) → slice.
-    partial: BTreeMap<(u16, u16, u8, u8), u16>,
+    partial: BTreeMap<(u16, u16, u16, u16), u16>,
 }
 
 /// A sampled point of a move: distance along it and what was found.
@@ -33,34 +34,43 @@ pub struct Point<'a> {
     pub s_mm: f64,
     /// What was found.
     pub outcome: &'a Outcome,
+    /// What was found between the point before and this one.
+    pub before: Option<&'a Between>,
+}
+
+/// A piece of a move before it becomes a station.
+struct Piece<'a> {
+    /// Its arcs and their removal area; `None` where nothing is cut.
+    lead: Option<&'a Outcome>,
+    to_mm: f64,
+    volume_mm3: f64,
+    clear: bool,
+    /// Engaged alike from end to end.
+    steady: bool,
 }
 
 impl Builder {
     /// Enters the stations of a move sampled at `points` (at least two, the first at its beginning, the last at its end).
     pub fn push_move(&mut self, id: MoveId, cutter_index: u16, cutter: &Cutter, points: &[Point], uncertain: bool) {
         let first = self.map.stations.len() as u32;
-        let mut current: Option<(&Outcome, Station, f64)> = None;
-        for pair in points.windows(2) {
-            let (a, b) = (pair[0].outcome, pair[1].outcome);
-            let length = pair[1].s_mm - pair[0].s_mm;
-            let volume = 0.5 * (a.cut.area_mm2 + b.cut.area_mm2) * length;
-            let lead = if a.cut.area_mm2 > b.cut.area_mm2 { a } else { b };
-            let clear = a.clear && b.clear && lead.arcs.is_empty();
+        let mut current: Option<(Piece, Station)> = None;
+        for piece in points.windows(2).flat_map(|pair| pieces(&pair[0], &pair[1])) {
             match &mut current {
-                Some((held, station, sum)) if station.flags.clear_air == clear && same(&held.arcs, &lead.arcs) => {
-                    station.to_mm = pair[1].s_mm;
-                    *sum += volume;
-                    if lead.cut.area_mm2 > held.cut.area_mm2 {
-                        *held = lead;
+                Some((held, station)) if joins(held, &piece) => {
+                    station.to_mm = piece.to_mm;
+                    held.volume_mm3 += piece.volume_mm3;
+                    if area(piece.lead) > area(held.lead) {
+                        held.lead = piece.lead;
                     }
                 }
                 _ => {
+                    let from_mm = current.as_ref().map_or(points[0].s_mm, |(_, station)| station.to_mm);
                     if let Some(done) = current.take() {
                         self.close(cutter_index, cutter, done);
                     }
-                    let flags = StationFlags { clear_air: clear, uncertain, final_surface: false };
-                    let station = empty_station(id, [pair[0].s_mm, pair[1].s_mm], flags);
-                    current = Some((lead, station, volume));
+                    let flags = StationFlags { clear_air: piece.clear, uncertain, final_surface: false };
+                    let station = empty_station(id, [from_mm, piece.to_mm], flags);
+                    current = Some((piece, station));
                 }
             }
         }
@@ -90,23 +100,26 @@ impl Builder {
         self.map.of_move.push(first..self.map.stations.len() as u32);
     }
 
-    fn close(&mut self, index: u16, cutter: &Cutter, (outcome, mut station, volume): (&Outcome, Station, f64)) {
+    fn close(&mut self, index: u16, cutter: &Cutter, (piece, mut station): (Piece, Station)) {
         station.first_arc = self.map.arcs.len() as u32;
-        station.arc_count = outcome.arcs.len() as u32;
-        station.axial_depth_mm = outcome.cut.top_mm as f32;
-        station.removal_area_mm2 = if station.length_mm() > 0.0 { (volume / station.length_mm()) as f32 } else { 0.0 };
-        for arc in &outcome.arcs {
-            let slice = self.slice(index, cutter, arc);
-            let [entry_rad, exit_rad] = arc.angles;
-            self.map.arcs.push(EngagedArc { slice, entry_rad, exit_rad });
+        if let Some(outcome) = piece.lead {
+            station.arc_count = outcome.arcs.len() as u32;
+            station.axial_depth_mm = outcome.cut.top_mm as f32;
+            let length = station.length_mm();
+            station.removal_area_mm2 = if length > 0.0 { (piece.volume_mm3 / length) as f32 } else { 0.0 };
+            for arc in &outcome.arcs {
+                let slice = self.slice(index, cutter, arc);
+                let [entry_rad, exit_rad] = arc.angles;
+                self.map.arcs.push(EngagedArc { slice, entry_rad, exit_rad });
+            }
         }
         self.map.stations.push(station);
     }
 
     /// Slice of an arc: the whole ring, or a partial one entered for it.
     fn slice(&mut self, index: u16, cutter: &Cutter, arc: &RawArc) -> u16 {
-        let [from, to] = arc.part.map(|part| (part * PARTS).round() as u8);
-        if (from, to) == (0, PARTS as u8) {
+        let [from, to] = arc.part.map(|part| (part * PARTS).round() as u16);
+        if (from, to) == (0, PARTS as u16) {
             return arc.slice;
         }
         let slices = &mut self.map.slices[index as usize].1;
@@ -114,28 +127,55 @@ impl Builder {
             if slices.len() >= usize::from(u16::MAX) {
                 return arc.slice;
             }
-            slices.push(part_of(&cutter.slices[arc.slice as usize], [from, to.max(from + 1)]));
+            slices
+                .push(cutter.part(arc.slice, [from, to.max(from + 1)].map(|part| f64::from(part) / f64::from(PARTS))));
             (slices.len() - 1) as u16
         })
     }
 }
 
-fn part_of(ring: &Slice, [from, to]: [u8; 2]) -> Slice {
-    let (from, to) = (f64::from(from) / f64::from(PARTS), f64::from(to) / f64::from(PARTS));
-    let middle = 0.5 * (from + to) - 0.5;
-    Slice {
-        z_mm: ring.z_mm + middle * ring.dz_mm(),
-        radius_mm: ring.radius_mm - middle * ring.edge_mm * ring.normal_z,
-        edge_mm: (to - from) * ring.edge_mm,
-        ..*ring
-    }
+/// The pieces between two points.
+fn pieces<'a>(a: &Point<'a>, b: &Point<'a>) -> Vec<Piece<'a>> {
+    let clear = a.outcome.clear && b.outcome.clear;
+    let more = if a.outcome.cut.area_mm2 > b.outcome.cut.area_mm2 { a.outcome } else { b.outcome };
+    let Some(between) = b.before else {
+        let lead = (!more.arcs.is_empty()).then_some(more);
+        let volume_mm3 = 0.5 * (a.outcome.cut.area_mm2 + b.outcome.cut.area_mm2) * (b.s_mm - a.s_mm);
+        let steady = same(&a.outcome.arcs, &b.outcome.arcs);
+        return vec![Piece { lead, to_mm: b.s_mm, volume_mm3, clear: clear && lead.is_none(), steady }];
+    };
+    let lead = between.peak.as_ref().unwrap_or(more);
+    let stretch = |stretch: &Stretch| Piece {
+        lead: stretch.engaged.then_some(lead),
+        to_mm: stretch.to_mm,
+        volume_mm3: stretch.volume_mm3,
+        clear: clear && !stretch.engaged,
+        steady: !stretch.engaged,
+    };
+    between.stretches.iter().map(stretch).collect()
+}
+
+fn joins(held: &Piece, next: &Piece) -> bool {
+    held.clear == next.clear
+        && held.steady
+        && next.steady
+        && match (held.lead, next.lead) {
+            (Some(held), Some(next)) => same(&held.arcs, &next.arcs),
+            (None, None) => true,
+            _ => false,
+        }
+}
+
+fn area(outcome: Option<&Outcome>) -> f64 {
+    outcome.map_or(0.0, |outcome| outcome.cut.area_mm2)
 }
 
 fn empty_station(move_id: MoveId, [from_mm, to_mm]: [f64; 2], flags: StationFlags) -> Station {
     Station { move_id, from_mm, to_mm, removal_area_mm2: 0.0, axial_depth_mm: 0.0, first_arc: 0, arc_count: 0, flags }
 }
 
-fn same(a: &[RawArc], b: &[RawArc]) -> bool {
+/// Are these the same arcs, but for what does not matter?
+pub fn same(a: &[RawArc], b: &[RawArc]) -> bool {
     a.len() == b.len()
         && a.iter().zip(b).all(|(a, b)| {
             let near =

@@ -149,5 +149,6 @@ fn fitting_cell(extents: &[Box3], too_small: f64, allowed: f64) -> f64 {
     while memory_bytes(extents, cell) > allowed && cell < 1e6 {
         cell *= 1.01;
     }
-    cell
+    // As it will be printed.
+    (cell * 1e3).ceil() * 1e-3
 }

@@ -63,6 +63,19 @@ pub fn events(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     map.events.iter().map(one).collect()
 }
 
+/// What is to be said about the stock: what was repaired in its files, and that nothing of it is cut.
+pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
+    let note = |note: &String| Diagnostic::new("engage::stock-file", Severity::Note, note.clone());
+    let mut found: Vec<Diagnostic> = map.notes.iter().map(note).collect();
+    let feeds = toolpath.moves.iter().find(|motion| motion.kind == MoveKind::Feed);
+    if let Some(first) = feeds.filter(|_| map.removed_mm3 <= 0.0) {
+        let text = "the program never touches the stock: nothing is cut, no load can be predicted";
+        let help = "check [stock] and its offset: are its coordinates those of the program?";
+        found.push(Diagnostic::new("engage::untouched", Severity::Warning, text).on_line(first.line).help(help));
+    }
+    found
+}
+
 /// Cuts whose loads cannot be predicted, once per tool and speed, and runout that leaves teeth idle.
 pub fn cutters(map: &EngagementMap, toolpath: &Toolpath, job: &Job) -> Vec<Diagnostic> {
     let mut seen: Vec<(u32, f64)> = Vec::new();

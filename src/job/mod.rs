@@ -23,13 +23,16 @@ pub use look::{events, tool_assumption, unknown_tools};
 pub use wanted::Wanted;
 
 use crate::diag::Diagnostic;
+use crate::engage::cache::Key;
 use crate::engage::{self, EngageError, EngagementMap};
 use crate::machine::Job;
 use crate::nc::{self, Environment, Program, Toolpath};
+use crate::path::Vec3;
 use crate::report::{Answers, Check, Run, Written};
 use crate::rewrite;
 use crate::schedule::{self, Problem};
 use crate::setup::Assumption;
+use crate::stock::Field;
 
 /// How often caps are tightened at most.
 pub const ROUNDS: usize = 5;
@@ -62,6 +65,19 @@ pub struct Watch<'a> {
     pub subprograms: nc::environment::Loader<'a>,
     /// Settings of the simulation; its spacing is that of [`SPACING_MM`].
     pub engage: engage::Options<'a>,
+    /// What is kept of the simulation.
+    pub keep: Keep<'a>,
+}
+
+/// Hooks for what outlives a run.
+#[derive(Clone, Copy, Default)]
+pub struct Keep<'a> {
+    /// The map of an earlier run with this key.
+    pub recall: Option<&'a dyn Fn(&Key) -> Option<EngagementMap>>,
+    /// Keeps a map under its key.
+    pub remember: Option<&'a dyn Fn(&Key, &EngagementMap)>,
+    /// Takes the stock as the program leaves it, each piece with the shift from the common frame into its own.
+    pub stock: Option<&'a dyn Fn(Vec<(Field, Vec3)>)>,
 }
 
 /// A program with its setup.
@@ -95,7 +111,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     look::freeze_tools(&mut toolpath, &job);
     rewrite::freeze(&program, &mut toolpath, &job);
     let parsed = (watch.clock)();
-    let map = engagement(&toolpath, &job, watch, "simulate", SPACING_MM[0])?;
+    let map = first_engagement(&toolpath, &job, watch)?;
     let simulated = (watch.clock)();
     let mut answers = Answers::default();
     if let Some(percentile) = wanted.reference {
@@ -107,6 +123,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let before = schedule::as_programmed(&toolpath);
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
     let mut diagnostics: Vec<Diagnostic> = std::mem::take(&mut toolpath.diagnostics);
+    diagnostics.extend(look::stock(&map, &toolpath));
     diagnostics.extend(events(&map, &toolpath));
     diagnostics.extend(look::cutters(&map, &toolpath, &job));
     let scheduled = (watch.clock)();
@@ -183,6 +200,31 @@ fn environment<'a>(job: &Job, watch: &Watch<'a>) -> Environment<'a> {
     Environment { load: watch.subprograms, ..Environment::from_job(job) }
 }
 
+/// Engagement of the program as it came: from an earlier run if that has it and nobody asks for the stock.
+fn first_engagement(toolpath: &Toolpath, job: &Job, watch: &Watch) -> Result<EngagementMap, EngageError> {
+    let options = engage::Options { spacing_mm: SPACING_MM[0], ..watch.engage };
+    let Keep { recall, remember, stock } = watch.keep;
+    let key = (recall.is_some() || remember.is_some()).then(|| engage::cache::key(toolpath, job, &options));
+    let known = recall.zip(key.as_ref()).filter(|_| stock.is_none()).and_then(|(recall, key)| recall(key));
+    if let Some(map) = known {
+        return Ok(cut(map, job, SPACING_MM[0]));
+    }
+    let (map, fields) = engage::engage_and_keep(toolpath, job, &options, &|done| (watch.progress)("simulate", done))?;
+    if let Some((remember, key)) = remember.zip(key.as_ref()) {
+        remember(key, &map);
+    }
+    if let Some(take) = stock {
+        let shifts = job.stocks.iter().map(|stock| -engage::workpiece::stock_shift(job, toolpath, stock));
+        take(fields.into_iter().zip(shifts).collect());
+    }
+    Ok(cut(map, job, SPACING_MM[0]))
+}
+
+/// With effects of history no station may be longer than the spacing.
+fn cut(map: EngagementMap, job: &Job, spacing_mm: f64) -> EngagementMap {
+    if schedule::history::is_asked_for(job) { map.cut_to(spacing_mm) } else { map }
+}
+
 fn engagement(
     toolpath: &Toolpath,
     job: &Job,
@@ -192,7 +234,7 @@ fn engagement(
 ) -> Result<EngagementMap, EngageError> {
     let options = engage::Options { spacing_mm, ..watch.engage };
     let map = engage::engage(toolpath, job, &options, &|done| (watch.progress)(stage, done))?;
-    Ok(if schedule::history::is_asked_for(job) { map.cut_to(spacing_mm) } else { map })
+    Ok(cut(map, job, spacing_mm))
 }
 
 /// Caps and floors relative to the feeds that the program was written for: where our own notes remember them, the F

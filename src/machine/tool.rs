@@ -63,6 +63,8 @@ pub struct Tool {
     pub rake_rad: f64,
     /// Length of the cutting edges along the axis, mm.
     pub flute_length_mm: f64,
+    /// Was that length given? One that is assumed says nothing about where the shank begins to rub.
+    pub flute_length_given: bool,
     /// Length out of the holder, mm.
     pub overhang_mm: f64,
     /// Diameter of the shank above the flutes, mm.

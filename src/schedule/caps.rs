@@ -23,6 +23,10 @@ use crate::units::{mm_s_from_mm_min, nmm_from_nm};
 
 /// Share of the lowest feed asked for below which a load limit counts as impossible to meet.
 pub const LEAST: f64 = 0.1;
+/// Radial depth below which a cut is one of rounding, mm: two increments of the usual third decimal.
+const SKIM_MM: f64 = 0.002;
+/// Longest stretch of air that counts as the edge of the cut beside it, mm.
+const SLIVER_MM: f64 = 0.05;
 /// Default of `feed_change`.
 pub const FEED_CHANGE: (f64, f64) = (0.2, 2.0);
 
@@ -53,9 +57,33 @@ pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
         .filter_map(|(node, (_, conflict))| conflict.map(|(floor, cap)| Conflict { node, floor, cap }))
         .collect();
     let mut problem = Problem { nodes: answers.into_iter().map(|(node, _)| node).collect(), of_move, conflicts };
+    slivers(&mut problem);
     context.keep_force_rates(&mut problem, &work);
     ramps::apply(&mut problem, toolpath, &rules, job);
     problem
+}
+
+/// Is what is cut here as thin as the rounding of the program's coordinates? Then it may as well be air.
+fn skims(station: &Station) -> bool {
+    f64::from(station.removal_area_mm2) < SKIM_MM * f64::from(station.axial_depth_mm)
+}
+
+/// A sliver of air beside a cut takes the cap of the cut: where exactly a cut begins is known no better, and a feed that
+/// changes there would move with every split.
+fn slivers(problem: &mut Problem) {
+    for range in &problem.of_move {
+        let nodes = &mut problem.nodes[range.start as usize..range.end as usize];
+        for i in 0..nodes.len() {
+            if nodes[i].cutting || !nodes[i].free || nodes[i].length_mm() > SLIVER_MM {
+                continue;
+            }
+            let beside = [i + 1, i.wrapping_sub(1)].into_iter().filter_map(|k| nodes.get(k));
+            if let Some(cut) = beside.into_iter().find(|node| node.cutting && node.free).copied() {
+                nodes[i].cap = cut.cap;
+                nodes[i].floor = cut.floor;
+            }
+        }
+    }
 }
 
 /// One cutter per tool and spindle speed, and the cutter of each move.
@@ -204,7 +232,7 @@ impl Context<'_> {
         let cap = |line: &LoadLine, kind, limit| robust::cap(line, &others, self.deviations, kind, limit);
         let load = line.as_ref().map_or(LoadCap::Free, |line| load_cap(line, &cap, rule, spindle, motion.spin.rps));
         let floor = lowest_feed(line.as_ref(), rule, programmed);
-        let highest = if rule.limits.bounds_a_load() && line.is_some() {
+        let highest = if rule.limits.bounds_a_load() && line.is_some() && !skims(station) {
             let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE.1);
             Bound { feed_mm_s: programmed * most, kind: LimitKind::FeedChange, per_unit: programmed }
         } else {

@@ -59,6 +59,7 @@ pub fn tool(reader: &mut Reader, table: &ToolTable, position: usize) -> Option<T
         pitch_rad: pitch(reader, &key("pitch"), table.pitch.as_deref(), flutes),
         rake_rad: rake(reader, &key("rake"), table.rake.as_ref()),
         flute_length_mm,
+        flute_length_given: table.flute_length.is_some(),
         overhang_mm,
         shank_diameter_mm: reader.or(
             &key("shank_diameter"),

@@ -67,9 +67,33 @@ impl Track {
     pub fn point(&self, along_mm: f64) -> Vec3 {
         match self.until(along_mm) {
             Track::Line { to, .. } => to,
-            Track::Arc { centre, z, radius, start, sweep } => {
-                let (sin, cos) = (start + sweep).sin_cos();
-                Vec3::new(centre[0] + radius[1] * cos, centre[1] + radius[1] * sin, z)
+            arc @ Track::Arc { .. } => arc.ends().1,
+        }
+    }
+    /// First and last point.
+    pub fn ends(&self) -> (Vec3, Vec3) {
+        match *self {
+            Track::Line { from, to } => (from, to),
+            Track::Arc { centre: [x, y], z, radius, start, sweep } => {
+                let end = |angle: f64, r: f64| Vec3::new(x + r * angle.cos(), y + r * angle.sin(), z);
+                (end(start, radius[0]), end(start + sweep, radius[1]))
+            }
+        }
+    }
+    /// The track seen from `origin` with the unit vector `dir` as x axis; heights stay.
+    pub fn seen_from(&self, origin: [f64; 2], dir: [f64; 2]) -> Self {
+        let local = |x: f64, y: f64| {
+            let (x, y) = (x - origin[0], y - origin[1]);
+            [x * dir[0] + y * dir[1], y * dir[0] - x * dir[1]]
+        };
+        let point = |p: Vec3| {
+            let [x, y] = local(p.x, p.y);
+            Vec3::new(x, y, p.z)
+        };
+        match *self {
+            Track::Line { from, to } => Track::Line { from: point(from), to: point(to) },
+            Track::Arc { centre: [x, y], z, radius, start, sweep } => {
+                Track::Arc { centre: local(x, y), z, radius, start: start - dir[1].atan2(dir[0]), sweep }
             }
         }
     }

@@ -100,6 +100,26 @@ impl Field {
     pub fn volume_mm3(&self) -> f64 {
         self.tiles.iter().map(Tile::volume_mm3).sum()
     }
+    /// Height at (x, y), linear between the middles of the cells; minus infinity outside.
+    pub fn surface(&self, x: f64, y: f64) -> f64 {
+        let place = [(x - self.extent.min.x) / self.cell[0], (y - self.extent.min.y) / self.cell[1]];
+        if (0..2).any(|axis| !(0.0..=self.size[axis] as f64).contains(&place[axis])) {
+            return f64::NEG_INFINITY;
+        }
+        let [(i, s), (j, t)] = [0, 1].map(|axis| {
+            let last = (self.size[axis] - 1) as f64;
+            let at = (place[axis] - 0.5).clamp(0.0, last);
+            let k = at.floor().min((last - 1.0).max(0.0));
+            (k as usize, at - k)
+        });
+        // The halo of a tile holds the neighbours of its last cells.
+        let tile = &self.tiles[(j / TILE) * self.tiling[0] + i / TILE];
+        let (i, j) = (i % TILE + tile.core[0][0], j % TILE + tile.core[1][0]);
+        let (next_i, next_j) = ((i + 1).min(tile.size[0] - 1), (j + 1).min(tile.size[1] - 1));
+        let at = |i: usize, j: usize| f64::from(tile.heights[j * tile.size[0] + i]);
+        let row = |j: usize| at(i, j) * (1.0 - s) + at(next_i, j) * s;
+        row(j) * (1.0 - t) + row(next_j) * t
+    }
     /// Height of the cell under (x, y), `None` outside.
     pub fn height(&self, x: f64, y: f64) -> Option<f32> {
         let i = ((x - self.extent.min.x) / self.cell[0]).floor();

@@ -15,5 +15,5 @@ pub use blank::Blank;
 pub use element::{Element, Track, append_elements};
 pub use field::{Field, Tile, UNTOUCHED};
 pub use mesh::{Mesh, MeshError, read_stl};
-pub use region::{Region, Swept};
+pub use region::{Region, Ring, Swept};
 pub use sweep::{Form, sweep};

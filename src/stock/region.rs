@@ -37,10 +37,14 @@ pub struct Capsule {
 /// A disc of radius `reach` swept along an arc.
 #[derive(Debug, Clone, Copy)]
 pub struct Ring {
-    centre: [f64; 2],
-    radius: [f64; 2],
-    start: f64,
-    sweep: f64,
+    /// Centre of the arc.
+    pub centre: [f64; 2],
+    /// Its radius at start and end.
+    pub radius: [f64; 2],
+    /// Angle of its start.
+    pub start: f64,
+    /// Angle turned.
+    pub sweep: f64,
     ends: [[f64; 2]; 2],
     reach: f64,
 }
@@ -197,10 +201,18 @@ impl Capsule {
 }
 
 impl Ring {
+    /// Angle from the start to where the arc passes nearest to `p`, in its own sense, less than a turn.
+    fn ahead(&self, p: [f64; 2]) -> f64 {
+        let (x, y) = (p[0] - self.centre[0], p[1] - self.centre[1]);
+        ((y.atan2(x) - self.start) * self.sweep.signum()).rem_euclid(std::f64::consts::TAU)
+    }
+    /// Does it pass `p`: is its nearest point none of its ends?
+    pub fn passes(&self, p: [f64; 2]) -> bool {
+        self.ahead(p) <= self.sweep.abs()
+    }
     fn distance(&self, p: [f64; 2]) -> f64 {
         let (x, y) = (p[0] - self.centre[0], p[1] - self.centre[1]);
-        let turn = std::f64::consts::TAU;
-        let ahead = ((y.atan2(x) - self.start) * self.sweep.signum()).rem_euclid(turn);
+        let ahead = self.ahead(p);
         let to_end = |end: [f64; 2]| norm(p[0] - end[0], p[1] - end[1]);
         let mut nearest = to_end(self.ends[0]).min(to_end(self.ends[1]));
         if ahead <= self.sweep.abs() {

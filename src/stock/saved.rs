@@ -8,7 +8,10 @@ use crate::machine::Box3;
 use crate::path::Vec3;
 use sha2::{Digest, Sha256};
 
-const MARK: &[u8; 8] = b"FWSTOCK1";
+/// First bytes of a saved stock.
+pub const MARK: &[u8; 8] = b"FWSTOCK1";
+/// First bytes of a mesh.
+pub const MESH_MARK: &[u8] = b"stock left by a program, feedwright";
 /// Most cells along and across a mesh that is written: 4 triangles a cell.
 const MESH_CELLS: usize = 1000;
 
@@ -96,6 +99,7 @@ fn coordinates(field: &Field, axis: usize, stride: usize) -> Vec<(f64, usize)> {
 
 fn binary_stl(triangles: &[[Vec3; 3]]) -> Vec<u8> {
     let mut out = vec![0u8; 80];
+    out[..MESH_MARK.len()].copy_from_slice(MESH_MARK);
     out.reserve(4 + 50 * triangles.len());
     out.extend_from_slice(&(triangles.len() as u32).to_le_bytes());
     for [a, b, c] in triangles {

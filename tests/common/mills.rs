@@ -19,6 +19,7 @@ pub fn mill(profile: Profile, diameter_mm: f64, flutes: u32, helix_deg: f64) -> 
         flute_length_mm: 22.0,
         overhang_mm: 35.0,
         shank_diameter_mm: diameter_mm,
+        flute_length_given: true,
         runout: None,
         youngs_modulus_mpa: 600_000.0,
         allowable_stress_mpa: None,

@@ -1,6 +1,8 @@
 //! Toolpaths and jobs put together by hand for the engagement tests.
 #![allow(dead_code)]
 
+pub mod oracle;
+
 use feedwright::engage::{EngagementMap, Options, Station, engage};
 use feedwright::ids::{BlockId, MoveId};
 use feedwright::machine::limits::Limits;
@@ -26,6 +28,7 @@ pub fn tool(number: u32, shape: Shape, profile: Profile) -> Tool {
         flute_length_mm: length,
         overhang_mm: length + 20.0,
         shank_diameter_mm: diameter_mm,
+        flute_length_given: true,
         runout: None,
         youngs_modulus_mpa: 600_000.0,
         allowable_stress_mpa: None,

@@ -1,0 +1,547 @@
+//! The rings of a cutter at one position. In: what covers them, the blanks. Out: engaged angles per part of a ring.
+//!
+//! Rings of a cylindrical side have one radius and can only be less engaged with height: equal ends of a stack mean that all
+//! between are equal. A ring is cut in two where a level (a flat top or floor) passes through it; where engagement begins
+//! or ends between two rings of a curved outline the last one is cut there; where neighbours on a cylinder differ
+//! much though no level lies between them (a floor on a slope) both are looked at in four parts.
+
+use super::arcs::{RawArc, Scene, area};
+use super::cover::{Cover, Gaps, TOUCH_MM};
+use super::cutter::{Band, Cutter};
+use super::nominate::{Mark, Sample};
+use crate::stock::Blank;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::LazyLock;
+
+/// Change of engagement from one ring to the next above which both are looked at in parts, rad.
+const JUMP_RAD: f64 = 0.15;
+/// Shortest arc kept, mm.
+const SHORTEST_MM: f64 = 1e-3;
+/// Bisections for the height at which engagement of a curved outline ends.
+const BISECTIONS: usize = 4;
+
+/// How often a ring is halved, and the bend of the width, as a part of all that is cut, from which it is.
+const HALVINGS: usize = 2;
+const BEND: f64 = 0.03;
+
+/// Gap beside the shank that counts as none, and the height above the flutes at which it is looked for, mm.
+const RUB_MM: f64 = 0.005;
+const RUB_ABOVE_MM: f64 = 0.05;
+/// Height that stands for none, mm.
+const FAR_BELOW: f64 = -1e6;
+
+type Angles = Vec<[f64; 2]>;
+
+/// A part of a ring with one height.
+#[derive(Debug, Clone, Copy)]
+struct SubRing {
+    slice: u16,
+    part: [f64; 2],
+    /// Absolute height of its middle, and of its upper end.
+    z: f64,
+    top: f64,
+    radius: f64,
+    /// Outward normal, across and along the axis.
+    normal: [f64; 2],
+}
+
+/// One position of the cutter.
+pub(super) struct Work<'a> {
+    scene: &'a Scene<'a>,
+    sample: &'a Sample,
+    cutter: &'a Cutter,
+    covers: Vec<Cover<'a>>,
+    levels: Vec<f64>,
+}
+
+impl<'a> Work<'a> {
+    /// A position and what may cover rings there.
+    pub fn new(scene: &'a Scene<'a>, sample: &'a Sample, cutter: &'a Cutter, covers: Vec<Cover<'a>>) -> Self {
+        let levels = levels(scene, &covers);
+        Self { scene, sample, cutter, covers, levels }
+    }
+
+    /// Appends the engaged arcs of the marked bands; the volume they remove per mm of path, mm².
+    pub fn arcs(&self, marks: &[Mark], out: &mut Vec<RawArc>) -> f64 {
+        let mut curved: Vec<Curved> = Vec::new();
+        let mut area_mm2 = 0.0;
+        for mark in marks {
+            let band = &self.cutter.bands[mark.band as usize];
+            let windows = windows(mark.bins);
+            let rings = self.sub_rings(band, f64::from(mark.top));
+            if band.slices[0] == band.slices[1] {
+                curved.extend(rings.iter().map(|ring| Curved {
+                    ring: *ring,
+                    bottom: band.bottom,
+                    angles: self.ring(ring, &windows),
+                    windows: windows.clone(),
+                }));
+            } else {
+                area_mm2 += self.ends(&mut curved, out);
+                for (ring, angles) in self.refine(&self.stack(&rings, &windows), &windows) {
+                    let [width, edge] = self.width(&ring, &angles);
+                    area_mm2 += width * edge;
+                    push(&ring, &angles, out);
+                }
+            }
+        }
+        area_mm2 + self.ends(&mut curved, out)
+    }
+
+    /// How far above the flutes a wall stands that a shank as wide as the cutter runs along, mm: a ring of the shank, wider by
+    /// [`RUB_MM`], is taken just above the flutes.
+    pub fn rub_mm(&self, marks: &[Mark]) -> f64 {
+        let Some(from) = self.cutter.rubs_from_mm else { return 0.0 };
+        let low = self.sample.tip.z + from + RUB_ABOVE_MM;
+        let stands = |mark: &&Mark| {
+            f64::from(mark.top) > low && self.cutter.bands[mark.band as usize].radius >= self.cutter.form.radius
+        };
+        let Some(mark) = marks.iter().find(stands) else { return 0.0 };
+        let radius = self.cutter.form.radius + RUB_MM;
+        let ring = SubRing { slice: 0, part: [0.0, 1.0], z: low, top: low, radius, normal: [1.0, 0.0] };
+        let touches = !self.ring(&ring, &windows(mark.bins)).is_empty();
+        if touches { f64::from(mark.top) - self.sample.tip.z - from } else { 0.0 }
+    }
+
+    /// Half width of the leading part of a ring; `None` when it does not lead anywhere.
+    fn zone(&self, [normal_r, normal_z]: [f64; 2]) -> Option<f64> {
+        let [horizontal, vertical] = self.sample.tangent;
+        let (across, along) = (normal_r * horizontal, normal_z * vertical);
+        if across <= 1e-9 {
+            return (along > 1e-9).then_some(PI);
+        }
+        let limit = -along / across;
+        (limit < 1.0).then(|| limit.max(-1.0).acos())
+    }
+
+    /// Rings of a band that lie lower than `top`, split where a level passes through them.
+    fn sub_rings(&self, band: &Band, top: f64) -> Vec<SubRing> {
+        let mut rings = Vec::new();
+        let slack = 0.1 * self.cutter.margin;
+        for index in band.slices[0]..=band.slices[1] {
+            let slice = &self.cutter.slices[index as usize];
+            let dz = slice.dz_mm().abs();
+            let low = self.sample.tip.z + slice.z_mm - 0.5 * dz;
+            if low > top + slack {
+                break;
+            }
+            let first = self.levels.partition_point(|level| *level <= low + 0.01 * dz);
+            let last = self.levels.partition_point(|level| *level < low + 0.99 * dz);
+            let place = |level: &f64| self.cutter.part_at(index, level - self.sample.tip.z);
+            let cuts = self.levels[first..last.max(first)].iter().map(place).filter(|at| (0.01..0.99).contains(at));
+            let mut from = 0.0;
+            for to in cuts.chain([1.0]) {
+                rings.push(self.sub_ring(index, [from, to], band.bottom));
+                from = to;
+            }
+        }
+        rings
+    }
+
+    /// A part of a ring. A bottom meets what lies under it: exactly at its height the sweep so far has cleared it all.
+    fn sub_ring(&self, index: u16, part: [f64; 2], bottom: bool) -> SubRing {
+        let slice = self.cutter.part(index, part);
+        let z = self.sample.tip.z + slice.z_mm;
+        let top = self.sample.tip.z + self.cutter.part(index, [part[1], part[1]]).z_mm;
+        let normal = [slice.normal_r, slice.normal_z];
+        SubRing { slice: index, part, z: if bottom { z - TOUCH_MM } else { z }, top, radius: slice.radius_mm, normal }
+    }
+
+    /// Hands on the rings of a curved outline, cut where engagement begins and ends; their removal area, mm².
+    fn ends(&self, curved: &mut Vec<Curved>, out: &mut Vec<RawArc>) -> f64 {
+        let mut found: Vec<(SubRing, Angles)> = Vec::with_capacity(curved.len() + 2);
+        for k in 0..curved.len() {
+            let this = &curved[k];
+            if this.angles.is_empty() {
+                continue;
+            }
+            let below = k.checked_sub(1).map(|k| &curved[k]).filter(|below| follows(&below.ring, &this.ring));
+            let above = curved.get(k + 1).filter(|above| follows(&this.ring, &above.ring));
+            let mut part = this.ring.part;
+            if below.is_some_and(|below| below.angles.is_empty()) {
+                match self.limit(this, below, 0) {
+                    Limit::Within(limit) => part[0] = limit,
+                    Limit::Beyond(ring, angles) => found.push((ring, angles)),
+                    Limit::Between => {}
+                }
+            }
+            let mut beyond = None;
+            if above.is_none_or(|above| above.angles.is_empty()) {
+                match self.limit(this, above, 1) {
+                    Limit::Within(limit) => part[1] = limit,
+                    Limit::Beyond(ring, angles) => beyond = Some((ring, angles)),
+                    Limit::Between => {}
+                }
+            }
+            if part == this.ring.part {
+                found.push((this.ring, this.angles.clone()));
+            } else {
+                let ring = self.sub_ring(this.ring.slice, part, this.bottom);
+                found.push((ring, self.ring(&ring, &this.windows)));
+            }
+            found.extend(beyond);
+        }
+        found.retain(|(_, angles)| !angles.is_empty());
+        let found = self.halved(self.tip_in_parts(found, curved), curved);
+        for (ring, angles) in &found {
+            push(ring, angles, out);
+        }
+        curved.clear();
+        self.integral(&found)
+    }
+
+    /// ∫ of the width over the outline: the midpoint rule with its error of second order, edge³ f″/24, put right.
+    fn integral(&self, found: &[(SubRing, Angles)]) -> f64 {
+        let widths: Vec<[f64; 2]> = found.iter().map(|(ring, angles)| self.width(ring, angles)).collect();
+        let bend = |k: usize| {
+            let ([w0, e0], [w1, e1], [w2, e2]) = (widths[k - 1], widths[k], widths[k + 1]);
+            let (h0, h2) = (0.5 * (e0 + e1), 0.5 * (e1 + e2));
+            2.0 * ((w2 - w1) / h2 - (w1 - w0) / h0) / (h0 + h2)
+        };
+        let joined = |k: usize| {
+            k > 0
+                && k + 1 < found.len()
+                && follows(&found[k - 1].0, &found[k].0)
+                && follows(&found[k].0, &found[k + 1].0)
+        };
+        let of = |k: usize| {
+            let [width, edge] = widths[k];
+            let near = [k, k + 1, k.wrapping_sub(1)].into_iter().find(|k| *k < found.len() && joined(*k));
+            // Rings of very different edges meet where the width bends: nothing smooth to put right.
+            let alike =
+                |near: &usize| (near - 1..=near + 1).all(|j| widths[j][1] > 0.4 * edge && widths[j][1] < 2.5 * edge);
+            let near = near.filter(alike);
+            (edge * width + near.map_or(0.0, |near| edge * edge * edge * bend(near) / 24.0)).max(0.0)
+        };
+        (0..found.len()).map(of).sum()
+    }
+
+    /// The ring about the tip in four: its width grows from nothing to that of a row within it.
+    fn tip_in_parts(&self, mut found: Vec<(SubRing, Angles)>, curved: &[Curved]) -> Vec<(SubRing, Angles)> {
+        let tip = self.cutter.form.profile.segments[0].at(0.0).0[0] == 0.0 && !self.cutter.form.flat_bottom;
+        let Some(of) = curved.first().filter(|of| tip && of.ring.slice == 0 && of.ring.part == [0.0, 1.0]) else {
+            return found;
+        };
+        if found.first().is_none_or(|(ring, _)| ring.slice != 0 || ring.part != [0.0, 1.0]) {
+            return found;
+        }
+        let parts = (0..4).map(|k| {
+            let ring = self.sub_ring(0, [0.25 * f64::from(k), 0.25 * f64::from(k + 1)], of.bottom);
+            (ring, self.ring(&ring, &of.windows))
+        });
+        let parts: Vec<(SubRing, Angles)> = parts.filter(|(_, angles)| !angles.is_empty()).collect();
+        found.splice(0..1, parts);
+        found
+    }
+
+    /// Halves the rings about which the width of what is cut bends: the midpoint rule is off by up to an eighth of the
+    /// second difference there.
+    fn halved(&self, found: Vec<(SubRing, Angles)>, curved: &[Curved]) -> Vec<(SubRing, Angles)> {
+        let mut found = found;
+        for _ in 0..HALVINGS {
+            let widths: Vec<[f64; 2]> = found.iter().map(|(ring, angles)| self.width(ring, angles)).collect();
+            let total: f64 = widths.iter().map(|[width, edge]| width * edge).sum();
+            let bends = |k: usize| {
+                let ([before, _], [here, edge], [after, _]) = (widths[k - 1], widths[k], widths[k + 1]);
+                (before - 2.0 * here + after).abs() * edge > BEND * total
+            };
+            let joined = |k: usize| follows(&found[k - 1].0, &found[k].0) && follows(&found[k].0, &found[k + 1].0);
+            let inner: Vec<bool> =
+                (0..found.len()).map(|k| k > 0 && k + 1 < found.len() && joined(k) && bends(k)).collect();
+            // The rings at either end have no second difference of their own: they go with their neighbour.
+            let split: Vec<bool> = (0..found.len())
+                .map(|k| {
+                    inner[k]
+                        || (k == 0 && inner.get(1) == Some(&true))
+                        || (k + 1 == found.len() && k > 0 && inner[k - 1])
+                })
+                .collect();
+            if !split.contains(&true) {
+                break;
+            }
+            let mut next = Vec::with_capacity(2 * found.len());
+            for ((ring, angles), split) in found.into_iter().zip(split) {
+                let Some(of) = curved.iter().find(|of| of.ring.slice == ring.slice).filter(|_| split) else {
+                    next.push((ring, angles));
+                    continue;
+                };
+                let middle = 0.5 * (ring.part[0] + ring.part[1]);
+                for part in [[ring.part[0], middle], [middle, ring.part[1]]] {
+                    let half = self.sub_ring(ring.slice, part, of.bottom);
+                    next.push((half, self.ring(&half, &of.windows)));
+                }
+            }
+            found = next;
+        }
+        found
+    }
+
+    /// Volume per mm of path and mm of edge of a ring, and its edge, mm.
+    fn width(&self, ring: &SubRing, angles: &Angles) -> [f64; 2] {
+        let slice = self.cutter.part(ring.slice, ring.part);
+        let width = |arc: &[f64; 2]| area(&slice, self.sample.tangent, [FRAC_PI_2 - arc[1], FRAC_PI_2 - arc[0]]);
+        [angles.iter().map(width).sum::<f64>() / slice.edge_mm, slice.edge_mm]
+    }
+
+    /// Where the engagement of `this` ends towards its neighbour on one side (0 below, 1 above), which is not engaged.
+    fn limit(&self, this: &Curved, beside: Option<&Curved>, side: usize) -> Limit {
+        let border = this.ring.part[side];
+        let height = if side == 1 { this.ring.top } else { beside.map_or(f64::NEG_INFINITY, |beside| beside.ring.top) };
+        if self.levels.iter().any(|level| (level - height).abs() < 1e-6) {
+            return Limit::Between;
+        }
+        let engaged = |of: &Curved, at: f64| {
+            let ring = self.sub_ring(of.ring.slice, [at, at], of.bottom);
+            !self.ring(&ring, &of.windows).is_empty()
+        };
+        let middle = |ring: &SubRing| 0.5 * (ring.part[0] + ring.part[1]);
+        if !engaged(this, border) {
+            return Limit::Within(bisect(middle(&this.ring), border, |at| engaged(this, at)));
+        }
+        let Some(beside) = beside else { return Limit::Between };
+        let border = beside.ring.part[1 - side];
+        let end = bisect(border, middle(&beside.ring), |at| engaged(beside, at));
+        if (end - border).abs() < 1e-3 {
+            return Limit::Between;
+        }
+        let ring = self.sub_ring(beside.ring.slice, [border.min(end), border.max(end)], beside.bottom);
+        Limit::Beyond(ring, self.ring(&ring, &beside.windows))
+    }
+
+    /// Where the arcs of neighbouring rings of a cylinder differ much though no level lies between them both are looked at
+    /// in four parts.
+    fn refine(&self, found: &[(SubRing, Angles)], windows: &[[f64; 2]]) -> Vec<(SubRing, Angles)> {
+        let jumps = |k: usize| {
+            let (ring, angles) = &found[k];
+            let above = found.get(k + 1).map_or(0.0, |(_, above)| extent(above));
+            let at_level = self.levels.iter().any(|level| (level - ring.top).abs() < 1e-3);
+            !at_level && (extent(angles) - above).abs() > JUMP_RAD
+        };
+        let mut refined: Vec<(SubRing, Angles)> = Vec::with_capacity(found.len());
+        for (k, (ring, angles)) in found.iter().enumerate() {
+            if !jumps(k) && (k == 0 || !jumps(k - 1)) {
+                refined.push((*ring, angles.clone()));
+                continue;
+            }
+            for quarter in 0..4 {
+                let at = |q: i32| ring.part[0] + (ring.part[1] - ring.part[0]) * 0.25 * f64::from(q);
+                let part = self.sub_ring(ring.slice, [at(quarter), at(quarter + 1)], false);
+                let angles = self.ring(&part, windows);
+                match refined.last_mut() {
+                    Some((last, held))
+                        if last.slice == part.slice && last.part[1] == part.part[0] && same(held, &angles) =>
+                    {
+                        *last = self.sub_ring(ring.slice, [last.part[0], part.part[1]], false);
+                    }
+                    _ => refined.push((part, angles)),
+                }
+            }
+        }
+        refined
+    }
+
+    /// Arcs of rings above each other with one radius: they only shrink with height, so equal ends mean all equal.
+    fn stack(&self, rings: &[SubRing], windows: &[[f64; 2]]) -> Vec<(SubRing, Angles)> {
+        let mut found = vec![None; rings.len()];
+        if rings.is_empty() {
+            return Vec::new();
+        }
+        let last = rings.len() - 1;
+        found[0] = Some(self.ring(&rings[0], windows));
+        if last > 0 {
+            let lower = found[0].clone().unwrap_or_default();
+            found[last] = Some(if lower.is_empty() { Angles::new() } else { self.ring(&rings[last], windows) });
+            self.between(rings, windows, 0, last, &mut found);
+        }
+        rings.iter().copied().zip(found.into_iter().map(Option::unwrap_or_default)).collect()
+    }
+
+    fn between(&self, rings: &[SubRing], windows: &[[f64; 2]], low: usize, high: usize, found: &mut [Option<Angles>]) {
+        if high - low < 2 {
+            return;
+        }
+        let (below, above) = (found[low].clone().unwrap_or_default(), found[high].clone().unwrap_or_default());
+        if below.is_empty() || same(&below, &above) {
+            found[low + 1..high].fill(Some(below));
+            return;
+        }
+        let middle = usize::midpoint(low, high);
+        found[middle] = Some(self.ring(&rings[middle], windows));
+        self.between(rings, windows, low, middle, found);
+        self.between(rings, windows, middle, high, found);
+    }
+
+    /// Engaged intervals of one ring, angles from the feed direction, counter-clockwise. The latest move is the likeliest
+    /// to have covered it.
+    fn ring(&self, ring: &SubRing, windows: &[[f64; 2]]) -> Angles {
+        let Some(zone) = self.zone(ring.normal) else { return Angles::new() };
+        let ahead = windows.iter().map(|[from, to]| [from.max(-zone), to.min(zone)]);
+        let mut gaps = Gaps(ahead.filter(|[from, to]| from < to).collect());
+        for cover in self.covers.iter().rev() {
+            cover.cover(&mut gaps, ring.radius, ring.z);
+            if gaps.0.is_empty() {
+                return gaps.0;
+            }
+        }
+        gaps.0.retain(|[from, to]| (to - from) * ring.radius >= SHORTEST_MM);
+        self.in_blanks(gaps, ring)
+    }
+
+    /// The parts of gaps that lie in some blank.
+    fn in_blanks(&self, gaps: Gaps, ring: &SubRing) -> Angles {
+        if let [blank] = self.scene.blanks {
+            let mut gaps = gaps;
+            self.in_blank(blank, &mut gaps, ring);
+            return gaps.0;
+        }
+        let mut inside = Angles::new();
+        for blank in self.scene.blanks {
+            let mut part = gaps.clone();
+            self.in_blank(blank, &mut part, ring);
+            inside.extend(part.0);
+        }
+        inside.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+        inside
+    }
+
+    fn in_blank(&self, blank: &Blank, gaps: &mut Gaps, ring: &SubRing) {
+        let [dx, dy] = self.sample.dir;
+        let (x, y, r) = (self.sample.tip.x, self.sample.tip.y, ring.radius);
+        match blank {
+            Blank::Box(extent) => {
+                if ring.z < extent.min.z || ring.z > extent.max.z {
+                    gaps.0.clear();
+                }
+                let inside =
+                    x - r > extent.min.x && x + r < extent.max.x && y - r > extent.min.y && y + r < extent.max.y;
+                if inside || gaps.0.is_empty() {
+                    return;
+                }
+                let heading = dy.atan2(dx);
+                gaps.cover_beyond(PI - heading, (x - extent.min.x) / r);
+                gaps.cover_beyond(-heading, (extent.max.x - x) / r);
+                gaps.cover_beyond(-FRAC_PI_2 - heading, (y - extent.min.y) / r);
+                gaps.cover_beyond(FRAC_PI_2 - heading, (extent.max.y - y) / r);
+            }
+            Blank::Cylinder { centre, radius, z } => {
+                if ring.z < z[0] || ring.z > z[1] {
+                    gaps.0.clear();
+                }
+                let (u, v) = (centre[0] - x, centre[1] - y);
+                let d = u.hypot(v);
+                // Beyond the cylinder: cos(β − β₀) < (r² + d² − R²)/(2 r d).
+                if d > 1e-12 {
+                    let angle = (v * dx - u * dy).atan2(u * dx + v * dy);
+                    gaps.cover_beyond(angle + PI, -(r * r + d * d - radius * radius) / (2.0 * r * d));
+                } else if r > *radius {
+                    gaps.0.clear();
+                }
+            }
+            Blank::Heights(field) => {
+                if ring.z < field.extent.min.z {
+                    gaps.0.clear();
+                }
+                let above = |cos: f64, sin: f64| {
+                    field.surface(x + r * (cos * dx - sin * dy), y + r * (cos * dy + sin * dx)).max(FAR_BELOW) - ring.z
+                };
+                gaps.keep_points(r, field.cell[0].min(field.cell[1]), &above);
+            }
+        }
+    }
+}
+
+/// A ring of a curved outline with what was found at its middle.
+struct Curved {
+    ring: SubRing,
+    bottom: bool,
+    windows: Angles,
+    angles: Angles,
+}
+
+/// Where engagement ends beside a ring.
+enum Limit {
+    /// At its border.
+    Between,
+    /// At this part of it.
+    Within(f64),
+    /// In its neighbour, of which this much is engaged.
+    Beyond(SubRing, Angles),
+}
+
+/// Heights at which engagement may change abruptly: flat tops of blanks, level floors left by candidates.
+fn levels(scene: &Scene, covers: &[Cover]) -> Vec<f64> {
+    let mut levels: Vec<f64> = scene
+        .blanks
+        .iter()
+        .filter_map(|blank| match blank {
+            Blank::Box(extent) => Some(extent.max.z),
+            Blank::Cylinder { z, .. } => Some(z[1]),
+            Blank::Heights(_) => None,
+        })
+        .collect();
+    levels.extend(covers.iter().filter(|cover| cover.leaves_floor()).map(Cover::lowest));
+    levels.sort_unstable_by(f64::total_cmp);
+    levels.dedup_by(|a, b| *a - *b < 1e-6);
+    levels
+}
+
+fn push(ring: &SubRing, angles: &Angles, out: &mut Vec<RawArc>) {
+    for [from, to] in angles {
+        let angles = [(FRAC_PI_2 - to) as f32, (FRAC_PI_2 - from) as f32];
+        out.push(RawArc { slice: ring.slice, part: ring.part.map(|p| p as f32), angles });
+    }
+}
+
+/// Is `above` the next part of the outline?
+fn follows(below: &SubRing, above: &SubRing) -> bool {
+    (above.slice == below.slice && above.part[0] == below.part[1])
+        || (above.slice == below.slice + 1 && above.part[0] == 0.0 && below.part[1] == 1.0)
+}
+
+/// The argument at which a predicate that holds at `holds` and not at `fails` changes.
+fn bisect(mut holds: f64, mut fails: f64, predicate: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (holds + fails);
+        if predicate(middle) {
+            holds = middle;
+        } else {
+            fails = middle;
+        }
+    }
+    0.5 * (holds + fails)
+}
+
+/// Sum of the lengths of intervals, rad.
+fn extent(angles: &Angles) -> f64 {
+    angles.iter().map(|[from, to]| to - from).sum()
+}
+
+fn same(a: &Angles, b: &Angles) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a[0] - b[0]).abs() < 1e-5 && (a[1] - b[1]).abs() < 1e-5)
+}
+
+/// The angles whose bins are marked, in order.
+fn windows(bins: u64) -> Angles {
+    let mut windows = Angles::new();
+    let ordered = bins.rotate_left(32); // from straight behind, counter-clockwise
+    let edges = &*BIN_EDGES;
+    for k in 0..64 {
+        if ordered >> k & 1 == 0 {
+            continue;
+        }
+        let (from, to) = (edges[k], edges[k + 1]);
+        match windows.last_mut() {
+            Some(last) if last[1] >= from => last[1] = to,
+            _ => windows.push([from, to]),
+        }
+    }
+    windows
+}
+
+/// Angles from −π of the edges of the 64 bins of the diamond angle, counted from straight behind.
+static BIN_EDGES: LazyLock<[f64; 65]> = LazyLock::new(|| {
+    std::array::from_fn(|k| {
+        let x = (k % 16) as f64 / 16.0;
+        (k / 16) as f64 * FRAC_PI_2 + x.atan2(1.0 - x) - PI
+    })
+});
