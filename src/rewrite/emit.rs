@@ -150,7 +150,12 @@ impl Writer<'_> {
         }
         let mut motions =
             views.filter(|(_, view)| view.has(b'X') && view.user_comment_at.is_none() && view.ours.is_empty());
-        if let Some((_, view)) = motions.next() {
+        // A comment runs to the end of the line: there is room for one.
+        let touched = |block: BlockId, end: u32| {
+            let start = self.program.span(block).start;
+            self.edits.iter().any(|edit| (start..=end).contains(&edit.span.start))
+        };
+        if let Some((_, view)) = motions.find(|(block, view)| !touched(*block, view.line_end)) {
             self.edits.push(Edit::insert(view.line_end, [b" ".as_slice(), &text].concat()));
         }
     }
