@@ -187,7 +187,11 @@ impl<'a> Writer<'a> {
     /// In plain language a kept motion says the original F itself.
     fn say_original(&mut self, view: &View, plan: &Plan, change: &mut Change) {
         let word = plan.word.and_then(|(block, span)| self.written_feed(block, span));
-        let Some(feed) = word.filter(|_| !view.flow && !view.delete && plan.first.is_some()) else { return };
+        let per_block = |feed: &Feed| feed.mode == FeedMode::InverseTime;
+        let Some(feed) = word.filter(|feed| !per_block(feed) && !view.flow && !view.delete && plan.first.is_some())
+        else {
+            return;
+        };
         change.append = [b" ".as_slice(), &self.f_word(&feed.text)].concat();
         self.stats.f_words_inserted += 1;
         self.now = Now::Original;
