@@ -6,14 +6,14 @@
 #[path = "common/rewriting.rs"]
 mod rewriting;
 
-use feedwright::nc::{self, Dialect, Environment, Program};
+use feedwright::nc::{self, Dialect, Environment, Program, Syntax};
 use feedwright::rewrite::{rewrite, verify};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rewriting::{job, schedule, toolpath, unchanged};
 
-/// Pieces of programs of every dialect, loops and calls among them.
-const PIECES: [&str; 44] = [
+/// Lines of ISO programs, loops and calls among them.
+const ISO: [&str; 41] = [
     "G1 X1.5 Y-2 F300",
     "G0 Z5",
     "X3",
@@ -55,11 +55,12 @@ const PIECES: [&str; 44] = [
     "G68 X0 Y0 R30",
     "G10 L2 P1 X5",
     "G92 X0",
+];
+/// Lines of plain language.
+const PLAIN: [&str; 11] = [
     "L X+5 Y+2 R0 FMAX",
     "LBL 1",
     "CALL LBL 1 REP 2/2",
-];
-const MORE: [&str; 16] = [
     "L X+10 F500",
     "CC X+0 Y+0",
     "C X+5 Y+5 DR+",
@@ -68,6 +69,9 @@ const MORE: [&str; 16] = [
     "CYCL DEF 200",
     "Q1=Q1+1",
     "FN 12: IF +Q1 LT +3 GOTO LBL 1",
+];
+/// What Siemens adds to ISO.
+const SIEMENS: [&str; 8] = [
     "FOR R1=1 TO 3",
     "ENDFOR",
     "G1 X=R1*2 F=R2",
@@ -98,6 +102,9 @@ fn go_through(text: &[u8], dialect: Dialect, seed: u64) -> Result<(), TestCaseEr
     }
     let same = rewrite(&program, &path, &unchanged(&path), &job());
     prop_assert_eq!(&same.bytes[..], text);
+    if path.diagnostics.iter().any(|d| d.code == "nc::runaway") {
+        return Ok(()); // where an endless program is stopped depends on its bytes
+    }
     let factor = |index: usize, piece: usize| [0.5, 1.0, 1.5, 0.8][(index + piece + seed as usize) % 4];
     let asked = schedule(&path, |index| if index % 3 == 0 { vec![0.5] } else { Vec::new() }, factor);
     let written = rewrite(&program, &path, &asked, &job());
@@ -134,8 +141,13 @@ fn dialects() -> impl Strategy<Value = Dialect> {
     prop::sample::select(Dialect::ALL.to_vec())
 }
 
-fn mixed() -> impl Strategy<Value = Vec<u8>> {
-    let known: Vec<&str> = PIECES.into_iter().chain(MORE).collect();
+/// Lines that the dialect may have, in any order, a byte of some of them changed.
+fn mixed(dialect: Dialect) -> impl Strategy<Value = Vec<u8>> {
+    let known: Vec<&str> = match dialect.syntax() {
+        Syntax::Rs274 => ISO.to_vec(),
+        Syntax::Siemens => [&ISO[..], &SIEMENS].concat(),
+        Syntax::Heidenhain => PLAIN.to_vec(),
+    };
     let line =
         (prop::sample::select(known), proptest::option::weighted(0.1, (any::<prop::sample::Index>(), any::<u8>())));
     proptest::collection::vec(line, 1..30).prop_map(|lines| {
@@ -171,7 +183,7 @@ proptest! {
     }
 
     #[test]
-    fn lines_of_programs_with_a_byte_changed_here_and_there(text in mixed(), dialect in dialects(), seed in any::<u64>()) {
+    fn lines_of_programs_with_a_byte_changed_here_and_there((dialect, text) in dialects().prop_flat_map(|dialect| (Just(dialect), mixed(dialect))), seed in any::<u64>()) {
         go_through(&text, dialect, seed)?;
     }
 }

@@ -65,6 +65,15 @@ pub fn expand(program: &Program, environment: &Environment<'_>) -> Expanded {
     let (record, path) = execute_recorded(program, environment);
     let Record { mut text, mut obstacles, percent, .. } = record;
     obstacles.extend(path.diagnostics.into_iter().filter(|d| LOST.contains(&d.code)));
+    if program.has_block_delete() {
+        // With the switch on, the same text without those blocks must be what is executed.
+        let (on, _) = execute_recorded(program, &Environment { block_delete: true, ..environment.clone() });
+        let left =
+            text.split_inclusive(|&byte| byte == b'\n').filter(|line| !line.trim_ascii_start().starts_with(b"/"));
+        if left.collect::<Vec<_>>().concat() != on.text {
+            obstacles.push(obstacle("what is executed hangs on the block-delete switch"));
+        }
+    }
     if percent {
         text.extend_from_slice(b"%\n");
     }

@@ -106,6 +106,8 @@ struct Run<'a> {
     tool: Vec3,
     /// Has this axis been commanded, or was its position known from the start?
     known: [bool; 3],
+    /// Is the position of this axis another one with the block-delete switch on?
+    switched: [bool; 3],
     /// Rotary axes, deg.
     rotary: [f64; 3],
     /// The last motion turned one of them in a cut.
@@ -196,6 +198,7 @@ impl<'a> Run<'a> {
             programmed: tool,
             tool,
             known: [start.is_some(); 3],
+            switched: [false; 3],
             rotary: [0.0; 3],
             rotary_range: false,
             rotary_positioned: false,
@@ -314,6 +317,15 @@ impl<'a> Run<'a> {
         if line.any {
             self.began = true;
             self.execute(line);
+            self.note_switched(line);
+        }
+    }
+
+    /// After a block under the switch every axis may be elsewhere, until it is commanded to an absolute place.
+    fn note_switched(&mut self, line: &Line) {
+        for (axis, letter) in b"XYZ".iter().enumerate() {
+            let placed = line.has(*letter) && !self.modal.incremental;
+            self.switched[axis] = line.delete || self.switched[axis] && !placed;
         }
     }
 
@@ -397,7 +409,8 @@ impl<'a> Run<'a> {
         if self.source_id != 0 {
             self.freeze = Some(Freeze::OtherFile);
         }
-        self.splittable = self.calls.is_empty() && !line.has_any(b"ST") && line.m.is_empty();
+        self.splittable =
+            self.calls.is_empty() && self.switched == [false; 3] && !line.has_any(b"ST") && line.m.is_empty();
     }
 
     /// Diagnoses what could not be read in a block.
