@@ -165,7 +165,8 @@ impl<'a> Writer<'a> {
     /// A block that keeps its bytes: the original F is put in force before it.
     fn keep(&mut self, view: &View, plan: &Plan) -> Change {
         let mut change = Change { leave_note: true, ..Change::default() };
-        let restates_itself = (view.has(b'F') || view.computed_feed) && !view.delete;
+        let without = plan.first.is_some() && plan.word.is_none();
+        let restates_itself = without || (view.has(b'F') || view.computed_feed) && !view.delete;
         if !restates_itself && self.now != Now::Original && !self.may_insert() {
             self.say_original(view, plan, &mut change);
         } else if !restates_itself && self.now != Now::Original {

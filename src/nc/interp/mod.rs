@@ -321,11 +321,14 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// After a block under the switch every axis may be elsewhere, until it is commanded to an absolute place.
+    /// After a block under the switch the axes it names (all, if it does more than move) may be elsewhere, until they are
+    /// commanded to an absolute place.
     fn note_switched(&mut self, line: &Line) {
+        let moves = line.g.iter().all(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
         for (axis, letter) in b"XYZ".iter().enumerate() {
             let placed = line.has(*letter) && !self.modal.incremental;
-            self.switched[axis] = line.delete || self.switched[axis] && !placed;
+            let named = line.delete && (line.has(*letter) || !moves);
+            self.switched[axis] = named || self.switched[axis] && !placed;
         }
     }
 
