@@ -49,10 +49,6 @@ impl Run<'_> {
             self.not_understood("nc::cycle", place, "the cycle has no depth or no R plane", "write Z and R");
             return;
         };
-        if self.modal.feed_mode == FeedMode::InverseTime {
-            let text = "a cycle has no feed in inverse time";
-            self.not_understood("nc::inverse-time", place, text, "write G94 before it");
-        }
         self.freeze = self.freeze.or(match code {
             740 | 840 => Some(Freeze::Synchronised),
             730 | 810..=830 => None,
@@ -110,6 +106,11 @@ impl Run<'_> {
 
     /// One hole at `hole`, its rapid approach ending at `level`.
     pub(super) fn one_hole(&mut self, cycle: Cycle, code: u16, mut hole: Vec3, level: f64) {
+        if self.modal.feed_mode == FeedMode::InverseTime {
+            let span = self.source.program().span(self.block);
+            let text = "a cycle has no feed in inverse time";
+            self.not_understood("nc::inverse-time", span, text, "write G94 before it");
+        }
         let (_, _, n) = self.modal.plane.axes();
         let clear = if self.modal.retract_to_r { level } else { level.max(cycle.initial) };
         let travel = if self.modal.retract_to_r { self.programmed[n] } else { clear };
