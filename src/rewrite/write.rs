@@ -71,6 +71,8 @@ pub struct Writer<'a> {
     now: Now,
     /// The original F in force, where it is a plain number.
     original: Option<Feed>,
+    /// G93, G94 or G95, times ten.
+    feed_mode: u32,
     /// The F of the program that the input was optimised from (the original's, unless a note remembers another).
     reference: Option<String>,
     manner: Manner,
@@ -118,6 +120,7 @@ impl<'a> Writer<'a> {
             modes: Modes { inch: toolpath.inch, incremental: false },
             now: Now::Original,
             original: None,
+            feed_mode: 940,
             reference: None,
             manner: Manner { letter, style },
             tool_changed: false,
@@ -133,6 +136,11 @@ impl<'a> Writer<'a> {
     pub fn block(&mut self, id: BlockId, plan: &Plan) {
         let view = View::of(self.program, id);
         self.modes = self.modes.after(&view);
+        let mode = view.g_codes().filter(|code| matches!(code, 930 | 940 | 950)).last();
+        if mode.is_some_and(|mode| std::mem::replace(&mut self.feed_mode, mode) != mode) {
+            // Another unit of feed: none is in force.
+            (self.original, self.now) = (None, Now::Original);
+        }
         self.tool_changed |= view.tool_change();
         self.stats.f_words_before += view.words.iter().filter(|word| word.letter == b'F').count();
         let numbered = view.only(b'N').map(|word| word.number);
