@@ -69,15 +69,22 @@ pub struct Watch<'a> {
     pub keep: Keep<'a>,
 }
 
+/// Finds a map by its key.
+pub type Recall<'a> = dyn Fn(&Key) -> Option<EngagementMap> + 'a;
+/// Keeps a map.
+pub type Remember<'a> = dyn Fn(&Key, &EngagementMap) + 'a;
+/// Takes pieces of stock with their shifts.
+pub type TakeStock<'a> = dyn Fn(Vec<(Field, Vec3)>) + 'a;
+
 /// Hooks for what outlives a run.
 #[derive(Clone, Copy, Default)]
 pub struct Keep<'a> {
     /// The map of an earlier run with this key.
-    pub recall: Option<&'a dyn Fn(&Key) -> Option<EngagementMap>>,
+    pub recall: Option<&'a Recall<'a>>,
     /// Keeps a map under its key.
-    pub remember: Option<&'a dyn Fn(&Key, &EngagementMap)>,
+    pub remember: Option<&'a Remember<'a>>,
     /// Takes the stock as the program leaves it, each piece with the shift from the common frame into its own.
-    pub stock: Option<&'a dyn Fn(Vec<(Field, Vec3)>)>,
+    pub stock: Option<&'a TakeStock<'a>>,
 }
 
 /// A program with its setup.

@@ -84,6 +84,9 @@ pub fn left_by(mill: Mill, way: &Way, p: [f64; 2]) -> f64 {
     }
 }
 
+/// Steps along the path.
+const STEPS: i32 = 400;
+
 /// Engaged intervals of immersion (entry, exit) of a ring: radius, height, normal, where it leads and `uncut(x, y, z)`.
 pub fn engaged(
     tip: [f64; 3],
@@ -101,7 +104,6 @@ pub fn engaged(
         let leads = normal_r * across * forward + normal_z * tangent[2] > 1e-12;
         leads && uncut(tip[0] + radius * x, tip[1] + radius * y, tip[2] + z)
     };
-    const STEPS: i32 = 400;
     let at = |k: i32| -FRAC_PI_2 + TAU * (f64::from(k) + 0.137) / f64::from(STEPS);
     let edge = |mut a: f64, mut b: f64| {
         let first = inside(a);
