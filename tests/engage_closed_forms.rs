@@ -95,6 +95,7 @@ fn planes_and_helices_are_swept() {
     let map = run(&path, &job(vec![flat(6.0)], vec![block([-20.0, -20.0, -10.0], [20.0, 20.0, 0.0])]), 0.1, 0.5);
     let hole = PI * (64.0 - 4.0) * 5.0;
     assert!((map.removed_mm3 / hole - 1.0).abs() < 2e-3, "{} {hole}", map.removed_mm3);
+    println!("helix {} turn {} removed {}", volume_of(&map, 1), volume_of(&map, 2), map.removed_mm3);
     let sum = volume_of(&map, 1) + volume_of(&map, 2);
     assert!((sum / map.removed_mm3 - 1.0).abs() < 5e-3, "{sum} {}", map.removed_mm3);
 

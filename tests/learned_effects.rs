@@ -39,12 +39,18 @@ feed_change = { max = 20 }
 minimum_change = 0
 "#;
 
-/// Eight equal passes of half immersion along X at a depth of 4 mm, all climb, each beginning and ending in air.
+/// Blocks of a pass: an F word is worth little more than nothing at their ends.
+const BLOCKS: u32 = 11;
+
+/// Eight equal passes of half immersion along X at a depth of 4 mm, all climb, each beginning and ending in air, in blocks of
+/// 20 mm.
 fn passes() -> String {
     let mut text = String::from("G21 G90 G94\nT1 M6\nS6000 M3\nG0 X210 Y-10 Z5\nG0 Z-4\n");
     for pass in 1..=8 {
         let y = 5.0 * f64::from(pass) - 5.0;
-        text += &format!("G0 Y{y}\nG1 X-10 F300\nG0 Z5\nG0 X210\nG0 Z-4\n");
+        text += &format!("G0 Y{y}\nG1 X190 F300\n");
+        text.extend((0..BLOCKS - 1).map(|block| format!("X{}\n", 170 - 20 * i64::from(block))));
+        text += "G0 Z5\nG0 X210\nG0 Z-4\n";
     }
     text + "M30\n"
 }
@@ -73,13 +79,14 @@ fn feeds(model: Option<&str>, [from, to]: [f64; 2]) -> Vec<f64> {
     let rows = optimized(folder.path(), model, ["line", "x_mm", "feed_after_mm_min"]);
     let of = |line: u32| {
         // A station begins at its x and reaches to that of the next, downwards.
-        let starts: Vec<&Vec<f64>> = rows.iter().filter(|row| row[0] as u32 == line).collect();
+        let of_pass = line..line + BLOCKS;
+        let starts: Vec<&Vec<f64>> = rows.iter().filter(|row| of_pass.contains(&(row[0] as u32))).collect();
         let within = |pair: &&[&Vec<f64>]| pair[0][1] > from && pair[1][1] < to;
         let found: Vec<f64> = starts.windows(2).filter(within).map(|pair| pair[0][2]).collect();
         assert!(!found.is_empty(), "no station of line {line}");
         found.iter().sum::<f64>() / found.len() as f64
     };
-    (0..8).map(|pass| of(7 + 5 * pass)).collect()
+    (0..8).map(|pass| of(7 + (BLOCKS + 4) * pass)).collect()
 }
 
 const MIDDLE: [f64; 2] = [20.0, 180.0];

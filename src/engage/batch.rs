@@ -11,6 +11,7 @@ use super::between::{Between, Locate, look};
 use super::cutter::Cutter;
 use super::nominate::{Mark, Nomination, Nominations, Sample, Scratch, nominate};
 use crate::ids::MoveId;
+use crate::stock::element::Track;
 use crate::stock::{Field, Tile, sweep};
 use rayon::prelude::*;
 
@@ -222,6 +223,13 @@ impl View<'_> {
     /// Move of a sample.
     pub fn move_of(&self, index: usize) -> MoveId {
         self.scene.elements[self.samples[index].element as usize].move_id
+    }
+    /// Is the move of a sample one of several elements, as arcs and helices are?
+    pub fn is_on_curve(&self, index: usize) -> bool {
+        let (elements, own) = (self.scene.elements, self.samples[index].element as usize);
+        let beside = [own.checked_sub(1), Some(own + 1)].into_iter().flatten();
+        let same = |k: usize| elements.get(k).is_some_and(|other| other.move_id == elements[own].move_id);
+        beside.into_iter().any(same) || matches!(elements[own].track, Track::Arc { .. })
     }
     /// Does the grid say that something may be met there?
     pub fn nominated(&self, index: usize) -> bool {
