@@ -11,7 +11,6 @@ use super::between::{Between, Locate, look};
 use super::cutter::Cutter;
 use super::nominate::{Mark, Nomination, Nominations, Sample, Scratch, nominate};
 use crate::ids::MoveId;
-use crate::stock::element::Track;
 use crate::stock::{Field, Tile, sweep};
 use rayon::prelude::*;
 
@@ -224,13 +223,6 @@ impl View<'_> {
     pub fn move_of(&self, index: usize) -> MoveId {
         self.scene.elements[self.samples[index].element as usize].move_id
     }
-    /// Is the move of a sample one of several elements, as arcs and helices are?
-    pub fn is_on_curve(&self, index: usize) -> bool {
-        let (elements, own) = (self.scene.elements, self.samples[index].element as usize);
-        let beside = [own.checked_sub(1), Some(own + 1)].into_iter().flatten();
-        let same = |k: usize| elements.get(k).is_some_and(|other| other.move_id == elements[own].move_id);
-        beside.into_iter().any(same) || matches!(elements[own].track, Track::Arc { .. })
-    }
     /// Does the grid say that something may be met there?
     pub fn nominated(&self, index: usize) -> bool {
         self.entries(index).any(|(entry, ..)| entry.marks > 0)
@@ -246,6 +238,11 @@ impl View<'_> {
         for index in [index, index + 1] {
             self.gather(index, &mut gathered, &mut outcome);
         }
+        // The later sample knows chords that are still to come here, and may show nothing else of those that went before.
+        gathered.candidates.retain(|id| *id < sample.element);
+        let own = self.scene.elements[sample.element as usize].move_id;
+        let since = self.samples[index].element..sample.element;
+        gathered.candidates.extend(since.filter(|id| self.scene.elements[*id as usize].move_id == own));
         self.resolve(sample, &mut gathered, &mut outcome);
         outcome
     }

@@ -1,7 +1,7 @@
 //! What happens between two sampled points. In: the outcomes at both, the optional samples between them. Out: the volume
 //! removed, in stretches with and without engagement, and the most engaged point met.
 //!
-//! Where both ends are engaged alike, or a helix is engaged at both, nothing is looked at. Elsewhere the removal area is integrated by bisection over the
+//! Where both ends are engaged alike, nothing is looked at. Elsewhere the removal area is integrated by bisection over the
 //! optional samples, and between two of those (closer than the cells that nominate see) over positions whose candidates are
 //! those of both. A stretch is halved until its trapezoid agrees with that of its halves to [`AGREE`] of the full area over
 //! a millimetre, or it is shorter than [`SHORTEST_MM`]; where engagement begins or ends it is always halved to that.
@@ -44,12 +44,6 @@ pub fn look(view: &View, ends: [usize; 2], outcomes: [&Outcome; 2], locate: Loca
         return None;
     }
     let quiet = |outcome: &Outcome| outcome.arcs.is_empty();
-    // On a helix positions between samples miss what the turn before left: the samples themselves are taken.
-    let sample = &view.samples[ends[1]];
-    let on_arc = view.is_on_curve(ends[1]);
-    if on_arc && sample.tangent[1].abs() > 1e-9 && !outcomes.iter().any(|outcome| quiet(outcome)) {
-        return None;
-    }
     if outcomes.iter().all(|outcome| quiet(outcome)) && !(ends[0] + 1..ends[1]).any(|k| view.nominated(k)) {
         return None;
     }
