@@ -122,9 +122,9 @@ fn sinusoid(base: f64, s: C, from: C, to: C) -> [f64; 2] {
     let (mut low, mut high) = (a.im.min(b.im), a.im.max(b.im));
     // The derivative is the real part: it changes sign where the sine peaks.
     if a.re > 0.0 && b.re < 0.0 {
-        high = s.norm();
+        high = s.norm_sqr().sqrt();
     } else if a.re < 0.0 && b.re > 0.0 {
-        low = -s.norm();
+        low = -s.norm_sqr().sqrt();
     }
     [base + low, base + high]
 }

@@ -16,12 +16,14 @@ mod kinds;
 mod laws;
 pub mod line;
 pub mod loads;
+mod means;
 pub mod models;
 mod modifiers;
 mod rings;
 mod scan;
 mod summary;
 pub mod surface;
+mod sweep;
 mod zone;
 
 pub use cutter::{Cut, Cutter};

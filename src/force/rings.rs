@@ -95,6 +95,10 @@ impl Teeth {
     pub(super) fn groups(&self) -> usize {
         self.lead_rad.len()
     }
+    /// Index of the tooth of a group that is `step` periods on.
+    pub(super) fn index(&self, group: usize, step: i32) -> usize {
+        group * self.per_group + step.rem_euclid(self.per_group as i32) as usize
+    }
 }
 
 /// One tooth on one ring.
@@ -144,7 +148,7 @@ impl Ring {
         }
     }
 
-    /// All teeth on this ring, by index group·per_group + tooth.
+    /// All teeth on this ring, by [`Teeth::index`].
     pub(super) fn teeth(&self, teeth: &Teeth) -> Vec<ToothRing> {
         let places = (0..teeth.groups()).flat_map(|group| (0..teeth.per_group).map(move |tooth| (group, tooth)));
         let lead = |(group, tooth): (usize, usize)| teeth.lead_rad[group] + tooth as f64 * teeth.period_rad;
@@ -167,5 +171,25 @@ impl Ring {
             t_s: turn.conj() * (self.tangential_c * self.radius_mm * self.n_r * share),
         };
         ToothRing { turn, sums }
+    }
+}
+
+/// The rings of a cutter with all their teeth.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Rings {
+    pub list: Vec<Ring>,
+    pub teeth: Teeth,
+    /// Teeth of each ring, by [`Teeth::index`].
+    pub teeth_of: Vec<Vec<ToothRing>>,
+}
+
+impl Rings {
+    pub(super) fn new(list: Vec<Ring>, teeth: Teeth) -> Self {
+        let teeth_of = list.iter().map(|ring| ring.teeth(&teeth)).collect();
+        Self { list, teeth, teeth_of }
+    }
+    /// Number of teeth.
+    pub(super) fn flutes(&self) -> f64 {
+        (self.teeth.groups() * self.teeth.per_group) as f64
     }
 }

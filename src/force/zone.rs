@@ -44,9 +44,9 @@ pub(super) enum Zone {
 }
 
 impl Zone {
-    /// Of a ring with normal (`n_r`, `n_z`) under a feed whose unit direction has the vertical part `tangent_z`.
-    pub(super) fn of(n_r: f64, n_z: f64, tangent_z: f64) -> Self {
-        let swing = (1.0 - tangent_z * tangent_z).max(0.0).sqrt() * n_r.max(0.0);
+    /// Of a ring with normal (`n_r`, `n_z`) under a feed with the unit direction (c, t_z).
+    pub(super) fn of(n_r: f64, n_z: f64, [c, tangent_z]: [f64; 2]) -> Self {
+        let swing = c * n_r.max(0.0);
         let base = tangent_z * n_z;
         if base.abs() < 1e-12 && swing > 1e-12 {
             return Zone::From(0.0);
@@ -70,8 +70,12 @@ pub(super) fn clip(zone: Zone, slice: usize, entry: f64, exit: f64, out: &mut Ve
         Zone::Everywhere => push(slice, entry, exit, out),
         Zone::From(lo) => {
             let (lo, hi) = (lo, PI - lo);
-            let first = ((entry - hi) / TAU).ceil() as i64;
-            let last = ((exit - lo) / TAU).floor() as i64;
+            if entry >= lo && exit <= hi {
+                push(slice, entry, exit, out);
+                return;
+            }
+            let first = -floor((hi - entry) / TAU);
+            let last = floor((exit - lo) / TAU);
             for turn in first..=last {
                 let shift = turn as f64 * TAU;
                 push(slice, entry.max(lo + shift), exit.min(hi + shift), out);
@@ -94,13 +98,20 @@ fn push(slice: usize, entry: f64, exit: f64, out: &mut Vec<Piece>) {
     out.push(Piece { slice, angle: [entry, exit], sin: [s0, s1], cos: [c0, c1] });
 }
 
+/// Greatest whole number not above `x` (without the call that a baseline processor needs for `f64::floor`).
+pub(super) fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole - i64::from((whole as f64) > x)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn pieces(n_r: f64, n_z: f64, tangent_z: f64, arc: [f64; 2]) -> Vec<[f64; 2]> {
         let mut out = Vec::new();
-        clip(Zone::of(n_r, n_z, tangent_z), 0, arc[0], arc[1], &mut out);
+        let c = (1.0f64 - tangent_z * tangent_z).sqrt();
+        clip(Zone::of(n_r, n_z, [c, tangent_z]), 0, arc[0], arc[1], &mut out);
         out.iter().map(|piece| piece.angle).collect()
     }
 

@@ -1,5 +1,5 @@
 //! Toolpaths and jobs put together by hand for the engagement tests.
-#![allow(dead_code)]
+#![allow(dead_code)] // each test file uses its own part of it
 
 pub mod oracle;
 

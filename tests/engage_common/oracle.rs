@@ -1,6 +1,6 @@
 //! Closed forms of what a cutter meets, written without the simulator: the lowest height that earlier passes left over a
 //! point, and the engaged angles and sections that follow from it.
-#![allow(dead_code)]
+#![allow(dead_code)] // each test file uses its own part of it
 
 use super::{ball, bull, flat};
 use feedwright::engage::{EngagementMap, Station};
