@@ -18,7 +18,7 @@ pub(super) fn sweep(rings: &Rings, pieces: &[Piece], direction: [f64; 2], mean: 
     let mut sums = Sums::default();
     let events = events_of(rings, pieces, &mut sums);
     let mut spans = Vec::with_capacity(events.len() + 8);
-    let mut wall = Vec::with_capacity(events.iter().filter(|event| event.leaves_wall).count());
+    let mut wall = Vec::with_capacity(pieces.len());
     let mut from = (0.0, C::new(1.0, 0.0));
     let end = rings.teeth.period_rad;
     for event in in_order(&events) {

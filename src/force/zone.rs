@@ -70,8 +70,9 @@ pub(super) fn clip(zone: Zone, slice: usize, entry: f64, exit: f64, out: &mut Ve
         Zone::Everywhere => push(slice, entry, exit, out),
         Zone::From(lo) => {
             let (lo, hi) = (lo, PI - lo);
-            if entry >= lo && exit <= hi {
-                push(slice, entry, exit, out);
+            // Mostly it is the zone of the first turn that is met, and no other.
+            if entry <= hi && entry > hi - TAU && exit >= lo && exit < lo + TAU {
+                push(slice, entry.max(lo), exit.min(hi), out);
                 return;
             }
             let first = -floor((hi - entry) / TAU);
