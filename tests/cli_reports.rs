@@ -265,6 +265,14 @@ fn every_stage_can_be_dumped() {
     for shelf in ["tools", "materials", "machines", "effects", "models"] {
         let output = feedwright(dir.path()).args(["library", shelf]).output().unwrap();
         assert!(output.status.success() && output.stdout.len() > 50, "{shelf} is empty");
+        let text = String::from_utf8(output.stdout).unwrap();
+        let shown = match shelf {
+            "materials" => "k_tc = 693.8",
+            "machines" => "corner_tolerance = \"0.03 mm\"",
+            "effects" => "offset [mm], 0 to 0.1",
+            _ => "",
+        };
+        assert!(text.contains(shown), "{shelf} shows no {shown}");
     }
 }
 

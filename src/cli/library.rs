@@ -4,6 +4,7 @@ use super::Outcome;
 use super::args::{Library, Shelf};
 use super::error::CliError;
 use super::screen;
+use crate::effects::Parameter;
 use crate::setup::library;
 
 /// Lists one shelf, or all of them.
@@ -48,14 +49,31 @@ fn tools() -> String {
 
 fn materials() -> String {
     let entry = |m: library::MaterialEntry| {
-        format!("{}\n    {}\n    forces ±{:.0} %; {}\n", m.name, m.meaning, 100.0 * m.uncertainty, m.source)
+        let keys: Vec<String> = m.keys().iter().map(|(key, value)| format!("{key} = {value}")).collect();
+        format!(
+            "{}\n    {}\n    {}\n    forces ±{:.0} %; {}\n",
+            m.name,
+            m.meaning,
+            keys.join(", "),
+            100.0 * m.uncertainty,
+            m.source
+        )
     };
     library::materials().into_iter().map(entry).collect()
 }
 
 fn machines() -> String {
     let entry = |m: library::MachineEntry| {
-        format!("{}\n    {}\n    assumed values ±{:.0} %; {}\n", m.name, m.meaning, 100.0 * m.uncertainty, m.source)
+        let keys = library::machine_keys(&m.name).into_iter();
+        let keys: Vec<String> = keys.map(|(key, value)| format!("{key} = {value}")).collect();
+        let keys = keys.join("\n    ");
+        format!(
+            "{}\n    {}\n    {keys}\n    assumed values ±{:.0} %; {}\n",
+            m.name,
+            m.meaning,
+            100.0 * m.uncertainty,
+            m.source
+        )
     };
     library::machines().into_iter().map(entry).collect()
 }
@@ -65,8 +83,11 @@ fn effects() -> String {
     for effect in crate::effects::ALL {
         text += &format!("{}  (acts on {})\n    {}\n", effect.name, effect.acts.name(), effect.meaning);
         for parameter in effect.parameters {
-            text += &format!("    {} [{}]: {}\n", parameter.name, parameter.unit, parameter.meaning);
+            let Parameter { name, unit, min, max, meaning, .. } = parameter;
+            text += &format!("    {name} [{unit}], {min} to {max}: {meaning}\n");
         }
+        let along: Vec<&str> = effect.covariates.iter().map(|covariate| covariate.name()).collect();
+        text += &format!("    shows along: {}\n    told apart by: {}\n", along.join(", "), effect.separated_by);
     }
     text
 }

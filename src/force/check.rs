@@ -1,6 +1,9 @@
 //! Whether a tool, a speed and coefficients make sense, with the key of the setup file and the sensible range.
 
 use super::ForceError;
+use super::coefficients::ByPart;
+use super::models::{self, Values};
+use crate::machine::material::ForceModel;
 use crate::machine::{Spindle, Tool};
 use crate::units::rpm_from_rps;
 
@@ -17,12 +20,28 @@ pub(super) fn tool(tool: &Tool) -> Result<(), ForceError> {
     Ok(())
 }
 
+/// The coefficients of a model, whatever tool they are used with.
+pub fn model(model: &ForceModel) -> Result<(), ForceError> {
+    let (name, given) = match model {
+        ForceModel::LinearEdge(k) => return ByPart::same(k).map(drop),
+        ForceModel::Named { name, parameters } => (name, parameters),
+    };
+    if let Some(coefficients) = ByPart::named(name, given) {
+        return coefficients.map(drop);
+    }
+    let known = models::ALL.iter().find(|known| known.name == name);
+    let known = known.ok_or_else(|| ForceError::UnknownModel { name: name.clone() })?;
+    Values::checked(known, given).map(drop)
+}
+
 /// The spindle speed.
 pub(super) fn speed(spindle: &Spindle, rps: f64) -> Result<(), ForceError> {
     if rps <= 0.0 {
         return Err(ForceError::SpindleStopped);
     }
-    range("S", rpm_from_rps(rps), 0.0, rpm_from_rps(spindle.max_rps) * (1.0 + 1e-9))
+    // The highest speed itself, come through rev/s, may stand a rounding above itself.
+    let (rpm, most) = (rpm_from_rps(rps), rpm_from_rps(spindle.max_rps));
+    if rpm <= most * (1.0 + 1e-9) { Ok(()) } else { range("S", rpm, 0.0, most) }
 }
 
 /// One value within its range.

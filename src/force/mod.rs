@@ -7,7 +7,7 @@
 mod affine;
 pub mod beam;
 mod cap;
-mod check;
+pub mod check;
 pub mod closed;
 mod coefficients;
 pub mod contact;

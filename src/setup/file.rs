@@ -66,7 +66,7 @@ pub struct MachineTable {
 
 /// The linear axes.
 #[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table with x, y and z")]
 pub struct AxesTable {
     /// X
     pub x: Option<AxisTable>,
@@ -78,7 +78,7 @@ pub struct AxesTable {
 
 /// One linear axis.
 #[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table like { velocity = 15000, acceleration = 1500, jerk = 20000 }")]
 pub struct AxisTable {
     /// Highest velocity, mm/min.
     pub velocity: Option<Quantity>,
@@ -90,7 +90,7 @@ pub struct AxisTable {
 
 /// The spindle.
 #[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [machine.spindle]")]
 pub struct SpindleTable {
     /// Highest speed, rev/min.
     pub max_rpm: Option<Quantity>,
@@ -129,7 +129,7 @@ pub struct StockTable {
 
 /// An axis-parallel box, mm.
 #[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table like { min = [0, 0, -20], max = [100, 60, 0] }")]
 pub struct BoxTable {
     /// Lowest corner [x, y, z].
     pub min: [Quantity; 3],
@@ -217,7 +217,7 @@ pub struct ToolTable {
 
 /// Offset of the cutter axis from the spindle axis.
 #[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table like { offset = 0.005, angle = 0 }")]
 pub struct RunoutTable {
     /// Offset, mm.
     pub offset: Quantity,
@@ -227,7 +227,7 @@ pub struct RunoutTable {
 
 /// Lowest and highest.
 #[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table like { min = 100, max = 2000 }")]
 pub struct RangeTable {
     /// Lowest.
     pub min: Option<Quantity>,
@@ -237,7 +237,7 @@ pub struct RangeTable {
 
 /// Highest only.
 #[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table like { max = 0.1 }")]
 pub struct MaxTable {
     /// Highest.
     pub max: Option<Quantity>,
@@ -245,7 +245,7 @@ pub struct MaxTable {
 
 /// Limits; what is absent does not bind, except feed_change.
 #[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [limits]")]
 pub struct LimitsTable {
     /// Peak resultant in the plane normal to the tool axis, N.
     pub force_xy: Option<Quantity>,

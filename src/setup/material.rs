@@ -6,6 +6,7 @@ use super::forms::MaterialTable;
 use super::library;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
+use crate::force::ForceError;
 use crate::machine::Material;
 use crate::machine::material::{ForceModel, LinearEdge, SHARES};
 use crate::units::Dimension;
@@ -14,6 +15,7 @@ const LINEAR_EDGE: [&str; 6] = ["k_tc", "k_rc", "k_ac", "k_te", "k_re", "k_ae"];
 /// Keys of the model `power`: radial and axial coefficients as shares of the tangential ones.
 const POWER_SHARES: [&str; 4] =
     ["normal_cutting_share", "axial_cutting_share", "normal_edge_share", "axial_edge_share"];
+const MODELS: &str = "`feedwright library models` lists the models with their parameters";
 const COMMON: [&str; 3] = ["model", "name", "uncertainty"];
 
 /// A material written out.
@@ -22,13 +24,31 @@ pub fn material(reader: &mut Reader, key: &str, table: &MaterialTable) -> Materi
     let uncertainty = table.0.get("uncertainty");
     let uncertainty = uncertainty
         .map(|written| reader.value(&format!("{key}.uncertainty"), written, Dimension::Ratio, Sense::NotNegative));
-    Material {
-        name: text(table, "name").unwrap_or("as in the setup").to_owned(),
-        model: match model {
-            "linear-edge" | "power" => ForceModel::LinearEdge(linear_edge(reader, key, table)),
-            other => named(reader, key, table, other),
-        },
-        uncertainty,
+    let complaints = reader.wrong.len();
+    let model = match model {
+        "linear-edge" | "power" => ForceModel::LinearEdge(linear_edge(reader, key, table)),
+        other => named(reader, key, table, other),
+    };
+    if reader.wrong.len() == complaints {
+        check(reader, key, &model);
+    }
+    Material { name: text(table, "name").unwrap_or("as in the setup").to_owned(), model, uncertainty }
+}
+
+/// Complains about coefficients that no material has.
+fn check(reader: &mut Reader, key: &str, model: &ForceModel) {
+    match crate::force::check::model(model) {
+        Ok(()) => {}
+        Err(ForceError::OutOfRange { key: name, value, low, high }) => reader.complain(
+            &format!("{key}.{name}"),
+            format!("{value} makes no sense here"),
+            format!("sensible values lie between {low} and {high}"),
+        ),
+        Err(ForceError::UnknownParameter { key: name, .. }) => {
+            reader.complain(&format!("{key}.{name}"), "is no parameter of this model", MODELS);
+        }
+        Err(ForceError::MissingParameter { key: name, .. }) => reader.missing(&format!("{key}.{name}"), MODELS),
+        Err(other) => reader.complain(&format!("{key}.model"), other.to_string(), MODELS),
     }
 }
 

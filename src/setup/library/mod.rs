@@ -67,6 +67,16 @@ pub struct ToolMaterialEntry {
 }
 
 impl MaterialEntry {
+    /// Its model and coefficients, as keys of a `[material]` table.
+    pub fn keys(&self) -> Vec<(String, String)> {
+        let table = self.table().0.into_iter().filter(|(key, _)| key != "name" && key != "uncertainty");
+        let text = |quantity| match quantity {
+            Quantity::Number(number) => format!("{}", (number * 1e4).round() / 1e4),
+            Quantity::Text(text) => format!("\"{text}\""),
+        };
+        table.map(|(key, quantity)| (key, text(quantity))).collect()
+    }
+
     /// Its `[material]` table.
     pub(super) fn table(&self) -> MaterialTable {
         let mut table = match (&self.coefficients, self.k_c11.zip(self.m_c)) {
@@ -113,6 +123,18 @@ pub fn machines() -> Vec<MachineEntry> {
     }
     let file: File = toml::from_str(include_str!("machines.toml")).expect("the built-in machines are well formed");
     file.machine
+}
+
+/// The keys of a machine as its `[machine]` table in a setup file would hold them.
+pub fn machine_keys(name: &str) -> Vec<(String, String)> {
+    #[derive(Deserialize)]
+    struct File {
+        machine: Vec<toml::Table>,
+    }
+    let file: File = toml::from_str(include_str!("machines.toml")).expect("the built-in machines are well formed");
+    let entry = file.machine.into_iter().find(|entry| entry["name"].as_str() == Some(name));
+    let table = entry.as_ref().and_then(|entry| entry.get("machine")?.as_table());
+    table.into_iter().flatten().map(|(key, value)| (key.clone(), value.to_string())).collect()
 }
 
 /// Every tool material.
