@@ -170,6 +170,52 @@ fn a_limit_on_the_rate_of_force_slows_entries_and_exits_only() {
         limits.iter().any(|limit| limit["name"] == "force_rate" && limit["active_time_percent"].as_f64().unwrap() > 0.0)
     };
     assert!(active(&held) && !active(&free));
+    // The written file keeps it, at the finer spacing of the check.
+    let ratio = held["check"]["resimulated_force_rate_ratio"].as_f64().unwrap();
+    assert!(ratio > 0.3 && ratio <= 1.01, "{ratio}");
+    assert!(free["check"]["resimulated_force_rate_ratio"].is_null());
+}
+
+#[test]
+fn a_load_that_a_tool_does_not_meet_limits_nothing() {
+    // A drill has no force in the plane: its own loads give no limit on it, and no price is told beyond the time there is.
+    let drill = PROGRAM.replace("G0 Z10\nM30", "G0 Z10\nT2 M6\nS3000 M3\nG0 X20 Y10\nG1 Z-8 F200\nG0 Z10\nM30");
+    let setup =
+        SETUP.replace("[limits]", "[[tool]]\nnumber = 2\nshape = \"drill\"\ndiameter = 5\nflutes = 2\n[limits]");
+    let dir = bench(&setup.replace("force_xy = 80\n", ""));
+    fs::write(dir.path().join("part.nc"), drill).unwrap();
+    let found = report(dir.path(), &["--reference", "self", "--stress"]);
+    for limit in found["limits"].as_array().unwrap() {
+        assert!(limit["limit"].as_f64().is_none_or(|limit| limit > 1e-9), "{limit}");
+        let saved = 0.01 * limit["shadow_price"].as_f64().unwrap_or(0.0) * limit["limit"].as_f64().unwrap_or(0.0);
+        assert!(saved.abs() <= 0.05 * time(&found), "{limit}");
+    }
+    for case in found["stress"].as_array().unwrap() {
+        assert!(case["worst_ratio"].as_f64().unwrap() < 10.0, "{case}");
+    }
+}
+
+#[test]
+fn an_operation_that_no_move_is_under_is_said() {
+    let warned = |matches: &str| {
+        let setup = format!("{SETUP}[[operation]]\nmatch = {{ {matches} }}\nmode = \"keep\"\n");
+        let found = report(bench(&setup).path(), &[]);
+        found["warnings"].as_array().unwrap().iter().any(|warning| warning["code"] == "setup::idle-operation")
+    };
+    assert!(warned("tool = 7") && warned("comment = \"FINISH\"") && warned("lines = [90, 95]"));
+    assert!(!warned("tool = 1") && !warned("lines = [6, 8]") && !warned("surface = \"final\""));
+}
+
+#[test]
+fn feeds_without_notes_are_said_to_be_the_only_ones_known() {
+    let again = |annotate: &str| {
+        let dir = bench(&format!("{SETUP}[output]\nannotate = \"{annotate}\"\n"));
+        report(dir.path(), &["-o", "once.nc"]);
+        fs::rename(dir.path().join("once.nc"), dir.path().join("part.nc")).unwrap();
+        let found = report(dir.path(), &["-o", "twice.nc"]);
+        found["warnings"].as_array().unwrap().iter().any(|warning| warning["code"] == "rewrite::no-notes")
+    };
+    assert!(again("none") && !again("changes"));
 }
 
 #[test]

@@ -11,11 +11,12 @@
 use rayon::prelude::*;
 
 use super::follow::{Origin, feeds, follow};
+use super::force_rate::{self, Step};
 use super::{JobError, MET, SPACING_MM, Watch, engagement, environment};
 use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, LoadLine};
 use crate::machine::{Job, LimitKind};
-use crate::nc::{Freeze, Program, Toolpath};
+use crate::nc::{Freeze, MoveKind, Program, Toolpath};
 use crate::report::answers::Stressed;
 use crate::report::{Check, Run};
 use crate::rewrite::{Rewritten, verify};
@@ -83,8 +84,9 @@ pub fn check(
     let kept: Vec<u32> = rewritten.kept.iter().map(|(line, _)| *line).collect();
     let mut rate = |known: &Known| {
         let ratios = Ratios::new(run, known, &known.map, &run.job, (&after, 1.0), kept.clone());
-        let (worst, p99, breaches) = ratios.all();
+        let (worst, p99, mut breaches) = ratios.all();
         (check.worst_ratio, check.p99_ratio) = (worst, p99);
+        check.force_rate_ratio = ratios.force_rate(&mut breaches);
         breaches
     };
     let mut breaches = Vec::new();
@@ -189,6 +191,44 @@ impl<'a> Ratios<'a> {
         let worst = found.iter().map(|ratio| ratio.value).fold(0.0, f64::max);
         let breaches = found.iter().filter_map(|ratio| ratio.breach).collect();
         (worst, p99(found.iter().map(|ratio| (ratio.value, ratio.length_mm)).collect()), breaches)
+    }
+
+    /// Largest rate of change of force over its limit, where one is in force.
+    fn force_rate(&self, breaches: &mut Vec<Breach>) -> Option<f64> {
+        if self.rules.rules.iter().all(|rule| rule.limits.force_rate_n_s.is_none()) {
+            return None;
+        }
+        let places: Vec<(Origin, Step)> = self.map.stations.par_iter().map(|station| self.step(station)).collect();
+        let mut steps: Vec<Step> = places.iter().map(|(_, step)| *step).collect();
+        let stations = &self.map.stations;
+        for i in 1..steps.len() {
+            let between = stations[i - 1].move_id.ix()..=stations[i].move_id.ix();
+            steps[i].joined &= self.written.moves[between].iter().all(|motion| motion.kind == MoveKind::Feed);
+        }
+        force_rate::worst(&steps, SPACING_MM[0], MET, &mut |from, to, ratio| {
+            let slower = places[from..=to].iter().map(|(origin, step)| Breach {
+                origin: *origin,
+                kind: LimitKind::ForceRate,
+                cap_mm_s: Some(step.feed_mm_s / ratio),
+            });
+            breaches.extend(slower);
+        })
+    }
+
+    fn step(&self, station: &Station) -> (Origin, Step) {
+        let motion = &self.written.moves[station.move_id.ix()];
+        let origin = self.on_original(station);
+        let feed_mm_s = self.feed_mm_s(&origin);
+        let cutter = self.cutters.of(station.move_id).filter(|_| station.arc_count > 0);
+        let loads = cutter.map(|cutter| cutter.loads(&self.cutters.cut(self.map, motion, station), feed_mm_s));
+        let step = Step {
+            force_n: loads.map_or(0.0, |loads| loads.force_xy_peak_n),
+            length_mm: station.length_mm(),
+            feed_mm_s,
+            limit_n_s: self.rules.of(origin.move_id).limits.force_rate_n_s,
+            joined: !self.is_apart(&origin),
+        };
+        (origin, step)
     }
 
     /// `None` where nothing is cut, or the feed was not ours to choose.

@@ -4,12 +4,12 @@
 use crate::machine::{Match, Operation};
 use crate::nc::{Program, TokenKind};
 
-/// Replaces every match by comment by matches by line; those that match nothing are left out.
-pub fn by_lines(operations: &[Operation], program: &Program) -> Vec<Operation> {
+/// Replaces every match by comment by matches by line; those that match nothing are left out. With each the index that it had.
+pub fn by_lines(operations: &[Operation], program: &Program) -> Vec<(usize, Operation)> {
     let mut resolved = Vec::new();
-    for operation in operations {
+    for (index, operation) in operations.iter().enumerate() {
         let Some(words) = &operation.matches.comment else {
-            resolved.push(operation.clone());
+            resolved.push((index, operation.clone()));
             continue;
         };
         for stretch in stretches(program, &words.to_lowercase()) {
@@ -19,7 +19,7 @@ pub fn by_lines(operations: &[Operation], program: &Program) -> Vec<Operation> {
             };
             if lines.0 <= lines.1 {
                 let matches = Match { comment: None, lines: Some(lines), ..operation.matches.clone() };
-                resolved.push(Operation { matches, ..operation.clone() });
+                resolved.push((index, Operation { matches, ..operation.clone() }));
             }
         }
     }
@@ -62,7 +62,7 @@ mod tests {
             matches: Match { comment: Some("FINISH".into()), lines: Some((4, 100)), ..Match::default() },
             ..Operation::default()
         };
-        let lines: Vec<_> = by_lines(&[operation], &program).iter().map(|o| o.matches.lines).collect();
+        let lines: Vec<_> = by_lines(&[operation], &program).iter().map(|(_, o)| o.matches.lines).collect();
         assert_eq!(lines, [Some((4, 5)), Some((8, 9))]);
     }
 }

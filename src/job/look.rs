@@ -6,8 +6,9 @@ use crate::engage::{EngagementMap, EventKind};
 use crate::force::Cutter;
 use crate::ids::MoveId;
 use crate::machine::{Job, Tool};
-use crate::nc::{Event, Freeze, Move, MoveKind, Toolpath};
-use crate::schedule::rules::load_limits;
+use crate::nc::{Event, Freeze, Move, MoveKind, Program, Toolpath};
+use crate::rewrite;
+use crate::schedule::rules::{load_limits, rules};
 use crate::setup::Assumption;
 
 /// Where the program calls no tool and the setup has just one, that one is meant; a toolpath read without the setup calls
@@ -61,6 +62,35 @@ pub fn events(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
         Diagnostic::new(code, severity, format!("{text}{detail}")).on_line(motion.line).help(help)
     };
     map.events.iter().map(one).collect()
+}
+
+/// Operations that no move is under: a misspelt comment, a tool or lines that cut nothing, or a later operation that takes all.
+/// `origins`: which of the `count` operations of the setup each of the job's is.
+pub fn idle_operations(
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    job: &Job,
+    origins: &[usize],
+    count: usize,
+) -> Vec<Diagnostic> {
+    let rules = rules(toolpath, map, job);
+    let idle = |index: &usize| rules.rules.iter().filter_map(|rule| rule.operation).all(|one| origins[one] != *index);
+    let said = |index: usize| {
+        let text = format!("no feed move is under [[operation]] {} of the setup", index + 1);
+        let help = "check what it matches; of several that match a move the last one holds";
+        Diagnostic::new("setup::idle-operation", Severity::Warning, text).help(help)
+    };
+    (0..count).filter(idle).map(said).collect()
+}
+
+/// A program of ours without the notes that remember what its feeds were.
+pub fn forgotten(program: &Program, toolpath: &Toolpath) -> Option<Diagnostic> {
+    if !rewrite::is_ours(program) || rewrite::remembers(program, toolpath) {
+        return None;
+    }
+    let text = "an earlier run wrote these feeds and no notes beside them: feed_change counts from them, not from the original's";
+    let help = "optimise the original again, or write with annotate = \"changes\"";
+    Some(Diagnostic::new("rewrite::no-notes", Severity::Warning, text).help(help))
 }
 
 /// What is to be said about the stock: what was repaired in its files, and that nothing of it is cut.

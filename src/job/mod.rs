@@ -13,6 +13,7 @@
 mod check;
 mod comments;
 mod follow;
+mod force_rate;
 mod learned;
 mod look;
 mod switch;
@@ -105,7 +106,9 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let start = (watch.clock)();
     assumptions.extend(wanted.confidence.map(|confidence| wanted::confident(&mut job, confidence)));
     assumptions.extend(learned::apply(&mut job));
-    job.operations = comments::by_lines(&job.operations, &program);
+    let asked_for = job.operations.len();
+    let origins: Vec<usize>;
+    (origins, job.operations) = comments::by_lines(&job.operations, &program).into_iter().unzip();
     let mut toolpath = interpret(&program, &job, watch);
     if toolpath.moves.is_empty() {
         return Err(JobError::NoMotion);
@@ -130,6 +133,8 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let before = schedule::as_programmed(&toolpath);
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
     let mut diagnostics: Vec<Diagnostic> = std::mem::take(&mut toolpath.diagnostics);
+    diagnostics.extend(look::forgotten(&program, &toolpath));
+    diagnostics.extend(look::idle_operations(&toolpath, &map, &job, &origins, asked_for));
     diagnostics.extend(look::stock(&map, &toolpath));
     diagnostics.extend(events(&map, &toolpath));
     diagnostics.extend(look::cutters(&map, &toolpath, &job));

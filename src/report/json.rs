@@ -94,6 +94,8 @@ struct CheckPart<'a> {
     differences: &'a [String],
     resimulated_worst_ratio: f64,
     resimulated_p99_ratio: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    resimulated_force_rate_ratio: Option<f64>,
     rounds: usize,
     spacing_mm: f64,
 }
@@ -252,6 +254,7 @@ fn check(written: &Written) -> CheckPart<'_> {
         differences: &check.differences,
         resimulated_worst_ratio: check.worst_ratio,
         resimulated_p99_ratio: check.p99_ratio,
+        resimulated_force_rate_ratio: check.force_rate_ratio,
         rounds: check.rounds,
         spacing_mm: check.spacing_mm,
     }

@@ -68,6 +68,8 @@ pub struct Check {
     pub worst_ratio: f64,
     /// The ratio that 99 % of the cut length stays below.
     pub p99_ratio: f64,
+    /// Largest rate of change of force over its limit, on commanded feeds; `None` where none is limited.
+    pub force_rate_ratio: Option<f64>,
     /// How often caps were tightened after simulating again.
     pub rounds: usize,
     /// Spacing of the stations it was simulated with, mm.

@@ -160,15 +160,19 @@ fn prices(figures: &Figures) -> String {
     let mut items = Vec::new();
     for figure in &figures.limits {
         let (Some(price), Some(limit)) = (figure.shadow_price, figure.limit) else { continue };
-        if seen.contains(&figure.kind.name()) || price.abs() * limit.abs() < 0.05 {
+        if seen.contains(&figure.kind.name()) || price.abs() * limit.abs() < 0.5 {
             continue;
         }
         seen.push(figure.kind.name());
-        let tenth = 0.1 * limit;
+        let percent = 0.01 * limit;
         let unit = if figure.kind.unit() == "-" { String::new() } else { format!(" {}", figure.kind.unit()) };
-        items.push(format!("{} +{}{unit}: {:+.1} s", figure.kind.name(), short(tenth), price * tenth));
+        items.push(format!("{} +{}{unit}: {:+.2} s", figure.kind.name(), short(percent), price * percent));
     }
-    if items.is_empty() { String::new() } else { format!("a tenth more of a limit\n{}", wrapped("          ", &items)) }
+    if items.is_empty() {
+        String::new()
+    } else {
+        format!("one percent more of a limit\n{}", wrapped("          ", &items))
+    }
 }
 
 fn output(run: &Run) -> String {
@@ -176,7 +180,7 @@ fn output(run: &Run) -> String {
     let stats = &written.stats;
     let check = &written.check;
     format!(
-        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}\nchecked   {}; read back and simulated at {} mm: largest load {:.3} of its limit{}\n",
+        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}\nchecked   {}; read back and simulated at {} mm: largest load {:.3} of its limit{}{}\n",
         stats.f_words_after,
         stats.f_words_before,
         stats.f_words_changed,
@@ -186,6 +190,7 @@ fn output(run: &Run) -> String {
         if check.identical { "only feeds differ" } else { "MORE THAN FEEDS DIFFERS" },
         short(check.spacing_mm),
         check.worst_ratio,
+        check.force_rate_ratio.map_or(String::new(), |ratio| format!(", rate of force {ratio:.3}")),
         if check.rounds > 0 { format!(" (caps tightened {} times)", check.rounds) } else { String::new() }
     )
 }

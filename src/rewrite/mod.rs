@@ -18,7 +18,7 @@ mod write;
 
 pub use freeze::freeze;
 pub use mark::{is_ours, strip};
-pub use reference::references;
+pub use reference::{references, remembers};
 pub use verify::{Difference, Proof, verify};
 
 use crate::machine::Job;

@@ -22,6 +22,11 @@ pub fn references(program: &Program, toolpath: &Toolpath) -> Vec<f64> {
     toolpath.moves.iter().map(feed).collect()
 }
 
+/// Does any note remember a feed?
+pub fn remembers(program: &Program, toolpath: &Toolpath) -> bool {
+    toolpath.moves.iter().filter_map(|motion| motion.feed.word).any(|word| remembered(program, word).is_some())
+}
+
 /// What the note remembers over what the word says; `None`: there is no note, or it speaks of another feed.
 fn remembered(program: &Program, (block, span): (BlockId, Span)) -> Option<f64> {
     let view = View::of(program, block);

@@ -19,7 +19,7 @@ use crate::force::{Cap, Cut, Cutter, LoadLine};
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Mode, Spindle};
 use crate::nc::{Move, MoveKind, Toolpath};
-use crate::units::{mm_s_from_mm_min, nmm_from_nm};
+use crate::units::{mm_s_from_mm_min, nm_from_nmm, nmm_from_nm};
 
 /// Share of the lowest feed asked for below which a load limit counts as impossible to meet.
 pub const LEAST: f64 = 0.1;
@@ -230,7 +230,6 @@ impl Context<'_> {
             self.others.iter().filter_map(|cutters| self.line(cutters, motion, station)).collect();
         let spindle = &self.job.machine.spindle;
         let cap = |line: &LoadLine, kind, limit| robust::cap(line, &others, self.deviations, kind, limit);
-        let load = line.as_ref().map_or(LoadCap::Free, |line| load_cap(line, &cap, rule, spindle, motion.spin.rps));
         let floor = lowest_feed(line.as_ref(), rule, programmed);
         let highest = if rule.limits.bounds_a_load() && line.is_some() && !skims(station) {
             let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE.1);
@@ -239,6 +238,8 @@ impl Context<'_> {
             bound(programmed, LimitKind::Programmed)
         };
         let allowed = lesser(highest, highest_feed(rule));
+        let of_loads = |line| load_cap(line, &cap, rule, (spindle, motion.spin.rps), allowed.feed_mm_s);
+        let load = line.as_ref().map_or(LoadCap::Free, of_loads);
         node.floor = Bound { feed_mm_s: floor.feed_mm_s.min(allowed.feed_mm_s), ..floor };
         let lowest = node.floor.feed_mm_s;
         match load {
@@ -265,26 +266,37 @@ enum LoadCap {
 /// The cap of one load.
 type CapOf<'a> = dyn Fn(&LoadLine, LimitKind, f64) -> Cap + 'a;
 
-fn load_cap(line: &LoadLine, cap: &CapOf, rule: &Rule, spindle: &Spindle, rps: f64) -> LoadCap {
+fn load_cap(line: &LoadLine, cap: &CapOf, rule: &Rule, (spindle, rps): (&Spindle, f64), allowed_mm_s: f64) -> LoadCap {
     let curve = [
         (LimitKind::Power, spindle.power_w.as_ref().map(|table| table.at(rps))),
         (LimitKind::Torque, spindle.torque_nmm.as_ref().map(|table| table.at(rps))),
     ];
     let own = curve.into_iter().filter_map(|(kind, value)| Some((kind, value?)));
-    let mut least: Option<Bound> = None;
+    // The least cap with what one percent more of its limit is, and the cap above it.
+    let (mut least, mut next_mm_s): (Option<(Bound, f64)>, f64) = (None, allowed_mm_s);
     for (kind, value) in rule.loads.iter().copied().chain(own) {
         match cap(line, kind, value) {
             Cap::Free => {}
             Cap::Unreachable => return LoadCap::Impossible(kind),
             Cap::Feed { feed_mm_s, per_unit } => {
                 // Prices are told per unit of the report.
-                let per_unit = if kind == LimitKind::Torque { nmm_from_nm(per_unit) } else { per_unit };
-                let found = Bound { feed_mm_s, kind, per_unit };
-                least = Some(least.map_or(found, |known| lesser(known, found)));
+                let told = |per: f64, value: f64| (Bound { feed_mm_s, kind, per_unit: per }, 0.01 * value);
+                let torque = kind == LimitKind::Torque;
+                let found =
+                    if torque { told(nmm_from_nm(per_unit), nm_from_nmm(value)) } else { told(per_unit, value) };
+                match &mut least {
+                    Some((known, _)) if known.feed_mm_s <= feed_mm_s => next_mm_s = next_mm_s.min(feed_mm_s),
+                    Some(known) => next_mm_s = next_mm_s.min(std::mem::replace(known, found).0.feed_mm_s),
+                    None => least = Some(found),
+                }
             }
         }
     }
-    least.map_or(LoadCap::Free, LoadCap::At)
+    // A limit that the feed leaves at once for another is worth what one percent more of it gives.
+    least.map_or(LoadCap::Free, |(bound, percent)| {
+        let most = (next_mm_s - bound.feed_mm_s).max(0.0) / percent;
+        LoadCap::At(Bound { per_unit: bound.per_unit.min(most), ..bound })
+    })
 }
 
 /// Lowest feed asked for in a cut: the largest of the minima.

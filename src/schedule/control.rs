@@ -1,8 +1,8 @@
 //! A model of the control: how it follows the blocks it is given. In: moves with commanded feeds, machine. Out: a chain of
 //! primitives (what is left of each move, and the arcs that round its corners) whose exact pass is the realised motion.
 //!
-//! Between two primitives the control either stops (exact stop; rapid against feed; a path that turns back), runs through
-//! with a kink (the jump of velocity must fit into one servo period), or rounds the corner with an arc within the path
+//! Between two primitives the control either stops (exact stop; rapid against feed; a path that turns back; an exact path with a
+//! kink), runs through with a kink (the jump of velocity in one servo period may take a share of the acceleration), or rounds the corner with an arc within the path
 //! tolerance, whichever is faster. An arc may use √3/2 of the acceleration to follow its curve and half of it to change
 //! speed. It looks ahead over a number of primitives, from the end of which it must be able to stop.
 //! Facts about rounding, kinks and look-ahead are those of LinuxCNC's planner (`tp.c`, `blendmath.c`), which is published;
@@ -20,21 +20,16 @@ use crate::path::{Curve, Vec3};
 const NORMAL_SHARE: f64 = 0.866_025_403_784_438_6;
 /// Share that is left for changing speed on it.
 const TANGENT_SHARE: f64 = 0.5;
-/// Share of the acceleration that a kink may take.
-const KINK_SHARE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// A path that turns by more than this cosine says turns back.
 const TURN_BACK: f64 = -0.9987;
 /// Servo periods below which what is left of a line is taken into the arc that follows.
 const GAP_CYCLES: f64 = 4.0;
-/// Change of direction above which an exact path (G61) is stopped. Measured on LinuxCNC 2.9: it stops at 0.0125, where its
-/// acceleration would have let it run through.
-const TANGENT: f64 = 1e-3;
 /// Sine of the angle to the plane of an arc below which a move lies in it.
 const FLAT: f64 = 1e-3;
 /// Most points that are joined into one line.
 const JOINED: usize = 100;
-/// Servo periods lost at a stop.
-const STOP_CYCLES: f64 = 3.0;
+/// Servo periods lost at a stop: a motion ends within a period, the next begins with one.
+const STOP_CYCLES: f64 = 0.5;
 
 /// What sets one control apart from another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +38,9 @@ pub struct Control {
     pub look_ahead: Option<usize>,
     /// Does it join short lines within the path tolerance (G64 P) before it plans?
     pub joins_lines: bool,
-    /// Does a kink take acceleration away from both its moves?
+    /// Share of the acceleration that the jump of velocity at a kink may take.
+    pub kink_share: f64,
+    /// Does a kink take its share away from both its moves?
     pub kink_slows: bool,
 }
 
@@ -51,7 +48,9 @@ impl Control {
     /// The control of a machine, by its dialect.
     pub fn of(machine: &Machine) -> Self {
         let linuxcnc = machine.dialect.as_deref() == Some("linuxcnc");
-        Self { look_ahead: linuxcnc.then_some(50), joins_lines: linuxcnc, kink_slows: linuxcnc }
+        // LinuxCNC: ARC_BLEND_KINK_RATIO, unless the machine's own file says otherwise.
+        let kink_share = if linuxcnc { 0.1 } else { std::f64::consts::FRAC_1_SQRT_2 };
+        Self { look_ahead: linuxcnc.then_some(50), joins_lines: linuxcnc, kink_share, kink_slows: linuxcnc }
     }
 }
 
@@ -98,7 +97,7 @@ struct Primitive {
 
 /// How the control goes from one primitive to the next.
 enum Junction {
-    Stop,
+    Stop { share: f64 },
     Kink { speed: f64, share: f64 },
     Arc { speed: f64, trim_mm: f64, length_mm: f64 },
 }
@@ -233,13 +232,10 @@ impl Planner<'_> {
         let mut speeds = vec![0.0; run.len()];
         for i in 1..run.len() {
             match self.junction(&run[i - 1], &run[i]) {
-                Junction::Stop => {}
+                Junction::Stop { share } => self.reserve(&mut run[i - 1..=i], share),
                 Junction::Kink { speed, share } => {
                     speeds[i] = speed;
-                    if self.control.kink_slows {
-                        run[i - 1].kink = run[i - 1].kink.max(share);
-                        run[i].kink = share;
-                    }
+                    self.reserve(&mut run[i - 1..=i], share);
                 }
                 Junction::Arc { speed, trim_mm, length_mm } => {
                     let accel = TANGENT_SHARE * run[i - 1].accel.min(run[i].accel);
@@ -270,6 +266,15 @@ impl Planner<'_> {
         }
     }
 
+    /// Takes the share of a kink away from the acceleration of both its primitives.
+    fn reserve(&self, pair: &mut [Primitive], share: f64) {
+        if self.control.kink_slows {
+            for primitive in pair {
+                primitive.kink = primitive.kink.max(share);
+            }
+        }
+    }
+
     /// One leg; `entry` is the highest speed at its beginning.
     fn push(&mut self, id: MoveId, ds_mm: f64, speed: f64, accel_mm_s2: f64, entry: f64) {
         if let Some(b) = self.plan.chain.point_b.last_mut() {
@@ -285,19 +290,17 @@ impl Planner<'_> {
     fn junction(&self, a: &Primitive, b: &Primitive) -> Junction {
         let cos = a.end.dot(&b.start);
         if a.mode == PathMode::ExactStop || a.rapid != b.rapid || cos < TURN_BACK {
-            return Junction::Stop;
+            return Junction::Stop { share: 0.0 };
         }
-        if a.mode == PathMode::ExactPath && (b.start - a.end).norm() > TANGENT {
-            return Junction::Stop;
-        }
+        let most = self.control.kink_share;
         let (kink_speed, share) = self.kink(a, b);
-        if share < KINK_SHARE {
+        if share < most {
             return Junction::Kink { speed: kink_speed, share };
         }
         let tolerance_mm = match a.mode {
             PathMode::Tolerance(tolerance_mm) => tolerance_mm,
             PathMode::Continuous => self.machine.corner_tolerance_mm,
-            PathMode::ExactPath | PathMode::ExactStop => return Junction::Stop,
+            PathMode::ExactPath | PathMode::ExactStop => return Junction::Stop { share: most },
         };
         // An arc is rounded only within its own plane.
         let flat = [(a.normal, b.start), (b.normal, a.end)]
@@ -305,11 +308,11 @@ impl Planner<'_> {
             .all(|(normal, other)| normal.is_none_or(|normal| normal.dot(other).abs() < FLAT));
         match rounded(a, b, cos, tolerance_mm).filter(|_| flat) {
             Some((speed, trim_mm, length_mm)) if speed >= kink_speed => Junction::Arc { speed, trim_mm, length_mm },
-            _ => Junction::Kink { speed: kink_speed, share: KINK_SHARE },
+            _ => Junction::Kink { speed: kink_speed, share: most },
         }
     }
 
-    /// Speed through a kink and the share of the acceleration it takes (at full speed; [`KINK_SHARE`] when it is slower).
+    /// Speed through a kink and the share of the acceleration it takes (at full speed; the most it may take when it is slower).
     fn kink(&self, a: &Primitive, b: &Primitive) -> (f64, f64) {
         let speed = a.speed.min(b.speed);
         let change = b.start - a.end;
@@ -319,7 +322,8 @@ impl Planner<'_> {
         if a.arc_radius_mm.or(b.arc_radius_mm).is_some() {
             share /= TANGENT_SHARE;
         }
-        if share < KINK_SHARE { (speed, share) } else { (speed * KINK_SHARE / share, KINK_SHARE.max(share)) }
+        let most = self.control.kink_share;
+        if share < most { (speed, share) } else { (speed * most / share, most) }
     }
 }
 

@@ -10,6 +10,9 @@ use crate::engage::EngagementMap;
 use crate::machine::{Job, LimitKind, Limits};
 use crate::nc::Toolpath;
 
+/// A load below this is none, in the unit of [`Limits`]: a drill has no force in the plane but for rounding.
+const NOTHING: f64 = 1e-6;
+
 /// Loads that can serve as a reference.
 pub const LOADS: [LimitKind; 6] = [
     LimitKind::ForceXy,
@@ -84,13 +87,18 @@ pub fn distributions(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec
 }
 
 /// The job with every tool's force, power, torque and deflection limited to a percentile (0 … 100) of what it meets in the
-/// program as it stands; limits that the setup gives stay where they are lower.
+/// program as it stands, or the largest where that percentile is nothing; limits that the setup gives stay where they are lower. A
+/// load that the tool does not meet limits nothing.
 pub fn limited_to_itself(job: &Job, found: &[Distribution], percentile: f64) -> Job {
     let mut job = job.clone();
     for tool in &mut job.tools {
         let merged = job.limits.overridden_by(&tool.limits);
         for distribution in found.iter().filter(|one| one.tool == tool.number) {
-            let reference = distribution.quantile(percentile / 100.0);
+            let at = distribution.quantile(percentile / 100.0);
+            let reference = if at > NOTHING { at } else { distribution.max() };
+            if reference <= NOTHING {
+                continue;
+            }
             let lower = |own: Option<f64>| Some(own.map_or(reference, |own| own.min(reference)));
             put(&mut tool.limits, &merged, distribution.kind, &lower);
         }

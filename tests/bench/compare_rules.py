@@ -122,12 +122,12 @@ def main():
     text = open(program, encoding="latin-1").read()
     unit = 25.4 if re.search(r"\bG20\b", text) else 1.0
     with tempfile.TemporaryDirectory() as folder:
-        def judge(name, text, words, loss=""):
+        def judge(name, text, words):
             path = os.path.join(folder, "part.nc")
             open(path, "w", encoding="latin-1").write(text)
             report, rows = simulated(path, setup, folder)
             worst, p99 = ratios(report, rows)
-            return [name, f"{report['time']['realised_before_s']:.1f}", f"{worst:.3f}", f"{p99:.3f}", str(words), loss]
+            return [name, f"{report['time']['realised_before_s']:.1f}", f"{worst:.3f}", f"{p99:.3f}", str(words)]
 
         known = caps(program, setup)
         before, rows = simulated(program, setup, folder)
@@ -146,8 +146,11 @@ def main():
         out = os.path.join(folder, "part.fw.nc")
         run(["optimize", program, "--setup", setup, "-o", out, "--json", os.path.join(folder, "o.json"), "--quiet", "--force"])
         found = json.load(open(os.path.join(folder, "o.json")))
-        loss = f"{found['output']['loss_vs_continuous_percent']:.1f} %"
-        table.append(judge("Feedwright", open(out, encoding="latin-1").read(), found["output"]["f_words_after"], loss))
+        table.append(judge("Feedwright", open(out, encoding="latin-1").read(), found["output"]["f_words_after"]))
+        # The time of the continuous optimum, which no F words reach; below it only feeds that break a limit get.
+        least = found["time"]["realised_after_s"] / (1 + 0.01 * found["output"]["loss_vs_continuous_percent"])
+        for row in table:
+            row.append(f"{100 * (float(row[1]) / least - 1):+.1f} %")
     head = ["feeds by", "time, s", "worst load / limit", "99 % below", "F words", "over the continuous optimum"]
     for row in [head, ["---"] * len(head)] + table:
         print("| " + " | ".join(row) + " |")

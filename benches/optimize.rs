@@ -1,0 +1,147 @@
+//! The whole pipeline on a finishing program: `optimize` by stage with peak memory, then the same with one limit changed and the
+//! engagement of the first run kept, as `--cache` keeps it. `cargo bench --bench optimize -- [blocks]` (default 100,000).
+
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
+use std::cell::RefCell;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Instant;
+
+use feedwright::engage::cache::{from_bytes, to_bytes};
+use feedwright::engage::{self, EngagementMap};
+use feedwright::job::{Keep, Task, Wanted, Watch, optimize, simulate};
+use feedwright::path::Vec3;
+use feedwright::report::Run;
+use feedwright::rewrite::rewrite;
+use feedwright::schedule::{Options, solve};
+use feedwright::stock::{Field, saved};
+use feedwright::{machine, nc, setup};
+
+/// Blocks of 0.24 mm in rows of 1,250, 0.3 mm apart or less.
+const PER_ROW: usize = 1250;
+const STAGES: [&str; 5] = ["parse", "simulate", "schedule", "rewrite", "check"];
+
+fn main() {
+    let blocks = std::env::args().skip(1).find_map(|word| word.parse().ok()).unwrap_or(100_000);
+    let text = program(blocks);
+    let stock = stock();
+    let load = |_: &Path| Ok(stock.clone());
+    let kept = RefCell::new(Vec::new());
+    let remember = |key: &engage::cache::Key, map: &EngagementMap| *kept.borrow_mut() = to_bytes(map, key);
+    let recall = |key: &engage::cache::Key| from_bytes(&kept.borrow(), key).ok();
+    let start = Instant::now();
+    let clock = || start.elapsed().as_secs_f64();
+    let watch = Watch {
+        progress: &|_, _| (),
+        clock: &clock,
+        subprograms: &|_| None,
+        engage: engage::Options { loader: Some(&load), ..engage::Options::default() },
+        keep: Keep { recall: Some(&recall), remember: Some(&remember), stock: None },
+    };
+    let begin = clock();
+    let run = optimize(task(&text, 60.0), &watch).unwrap();
+    print_run(&format!("optimize, {blocks} blocks"), clock() - begin, &run);
+    for (jerk, name) in [(true, "with jerk"), (false, "without jerk: the exact pass")] {
+        resolve(&text, name, jerk, &watch);
+    }
+}
+
+/// Another force limit on the engagement that was kept: best of three.
+fn resolve(text: &str, name: &str, jerk: bool, watch: &Watch) {
+    let clock = watch.clock;
+    let times = [66.0, 67.0, 68.0].map(|force_xy_n| {
+        let mut task = task(text, force_xy_n);
+        if !jerk {
+            task.job.machine.axes.iter_mut().for_each(|axis| axis.jerk_mm_s3 = None);
+        }
+        let begin = clock();
+        let run = simulate(task, watch).unwrap();
+        let (capped, moves) = (clock(), &run.toolpath);
+        let schedule = solve(&run.problem, moves, &run.job, &Options::of(moves));
+        let solved = clock();
+        let bytes = rewrite(&run.program, moves, &schedule, &run.job).bytes.len();
+        ([capped - begin, solved - capped, clock() - solved], schedule.how, bytes)
+    });
+    let whole = |times: &[f64; 3]| times.iter().sum::<f64>();
+    let (best, how, bytes) = times.iter().min_by(|a, b| whole(&a.0).total_cmp(&whole(&b.0))).unwrap();
+    println!(
+        "one limit changed, {name}: {:.2} s ({:.2} interpretation, engagement from the cache, caps, time as programmed; {:.2} solving; {:.2} rewriting {bytes} bytes); {how}",
+        whole(best),
+        best[0],
+        best[1],
+        best[2]
+    );
+}
+
+fn print_run(name: &str, wall_s: f64, run: &Run) {
+    let written = run.written.as_ref().unwrap();
+    let stages: String =
+        STAGES.iter().zip(run.stage_s).map(|(stage, seconds)| format!(", {stage} {seconds:.2}")).collect();
+    println!(
+        "{name}: {wall_s:.2} s wall{stages}; peak {:.0} MB; {} nodes; {:.1} s -> {:.1} s, caps tightened {} times, worst {:.3}",
+        peak_memory_bytes() as f64 / 1e6,
+        run.problem.nodes.len(),
+        run.realised_before.total_s,
+        written.realised_after.total_s,
+        written.check.rounds,
+        written.check.worst_ratio
+    );
+}
+
+fn surface(x: f64, y: f64) -> f64 {
+    -8.0 + 3.0 * (x * 0.05).sin() * (y * 0.04).cos()
+}
+
+fn program(blocks: usize) -> String {
+    let rows = blocks.div_ceil(PER_ROW);
+    let pitch = (200.0 / rows as f64).min(0.3);
+    let mut text = String::from("%\nG21 G17 G90 G64\nT1 M6\nS12000 M3\nG0 X0 Y0 Z5\n");
+    for made in 0..blocks {
+        let (row, k) = (made / PER_ROW, made % PER_ROW);
+        let at = if row.is_multiple_of(2) { k } else { PER_ROW - 1 - k };
+        let (x, y) = (0.24 * at as f64, pitch * row as f64);
+        let feed = if made == 0 { " F1800" } else { "" };
+        let _ = writeln!(text, "G1 X{x:.3} Y{y:.3} Z{:.3}{feed}", surface(x, y));
+    }
+    text + "G0 Z50\nM30\n%\n"
+}
+
+/// 0.3 mm over the surface, 300 by 200 mm, as an earlier program would have left it.
+fn stock() -> Vec<u8> {
+    let extent = machine::Box3 { min: Vec3::new(0.0, 0.0, -20.0), max: Vec3::new(300.0, 200.0, -4.0) };
+    saved::to_bytes(&Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3), Vec3::zeros())
+}
+
+fn task(text: &str, force_xy_n: f64) -> Task {
+    let toml = format!(
+        r#"
+resolution = 0.1
+[machine]
+dialect = "linuxcnc"
+[machine.axes]
+x = {{ velocity = 15000, acceleration = 2000, jerk = 50000 }}
+y = {{ velocity = 15000, acceleration = 2000, jerk = 50000 }}
+z = {{ velocity = 12000, acceleration = 1500, jerk = 50000 }}
+[stock]
+material = "aluminium-6061-t6"
+saved = "roughed.stock"
+[[tool]]
+number = 1
+shape = "ball"
+diameter = 6
+flutes = 2
+[limits]
+force_xy = {force_xy_n}
+"#
+    );
+    let (job, assumptions) = setup::load(&toml, Path::new(".")).unwrap();
+    let program = nc::parse(text.as_bytes().to_vec(), Some(nc::Dialect::LinuxCnc));
+    Task { program, job, assumptions, wanted: Wanted::default() }
+}
+
+fn peak_memory_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").trim().parse::<u64>().ok()).map_or(0, |kb| kb * 1024)
+}
