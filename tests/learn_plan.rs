@@ -7,13 +7,14 @@ mod common {
     pub mod follow;
 }
 
-use common::follow::{Noise, follow, job, log};
+use common::follow::{At, Noise, clear_of_ends, follow, job, log};
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, calibrate};
 use feedwright::learn::cells::channels;
+use feedwright::learn::forces::Sample;
 use feedwright::learn::log::read_log;
 use feedwright::learn::plan::{Kind, Plan, plan};
 use feedwright::learn::reading::{coefficients, parse};
-use feedwright::learn::session::{aligned, prepare};
+use feedwright::learn::session::{LogOptions, aligned, prepare, run};
 use feedwright::learn::steady::steady_cuts;
 use std::f64::consts::{PI, TAU};
 
@@ -73,10 +74,44 @@ fn mean_force_cuts_give_their_coefficients_back() {
     let plan = plan(Kind::MeanForce, &job()).unwrap();
     assert_eq!(plan.cuts.len(), 9);
     assert!(plan.condition < 40.0, "{}", plan.condition);
+    let c = calibrated(&plan, &mean_forces(&follow(&plan.program, 5.0)));
+    assert_eq!(c.tests, 9);
+    agree(&c, &[("k_tc", K_TC), ("k_rc", K_RC), ("k_te", K_TE), ("k_re", K_RE)], 0.03);
+}
+
+/// A log whose force samples are means over turns: `learn --sample mean` compares them with the predicted mean force.
+#[test]
+fn mean_forces_of_a_log_are_learned_from() {
+    let plan = plan(Kind::MeanForce, &job()).unwrap();
+    let samples: Vec<At> = clear_of_ends(follow(&plan.program, 5.0), 5.0).into_iter().step_by(2).collect();
+    let text = mean_forces(&samples);
+    let options = LogOptions { sample: Sample::Mean, ..LogOptions::default() };
+    let learned = run(plan.program.as_bytes(), &job(), text.as_bytes(), &options).unwrap();
+    let (report, data) = (learned.report, learned.data);
+    assert_eq!(data.channel_names, ["force_xy_n (mean)"]);
+    assert!(report.effects.is_empty() && report.supports_model, "{}", report.verdict);
+    // The declared coefficients miss by far more than the 4 N of the noise; those learned do not.
+    let declared: Vec<f64> = data.base.iter().map(|b| b.prior.unwrap().0).collect();
+    let of = |k: &dyn Fn(usize) -> f64, i: usize| (0..4).map(|b| k(b) * data.columns[b][i]).sum::<f64>();
+    let cutting: Vec<usize> = data.used().filter(|i| data.reading[*i] > 50.0).collect();
+    let rms = |k: &dyn Fn(usize) -> f64| {
+        let squares = cutting.iter().map(|i| (data.reading[*i] - of(k, *i)).powi(2)).sum::<f64>();
+        (squares / cutting.len() as f64).sqrt()
+    };
+    let learned = |b: usize| report.final_base.iter().find(|v| v.name == data.base[b].name).unwrap().value;
+    assert!(
+        cutting.len() > 200 && rms(&|b| declared[b]) > 25.0 && rms(&learned) < 5.0,
+        "{} {}",
+        rms(&|b| declared[b]),
+        rms(&learned)
+    );
+}
+
+/// Mean forces of flat climb cuts with 4 N of noise. Independent of the closed form: the mean over a turn of the force of one
+/// tooth, summed over its angles, on the workpiece, machine axes: feed along +X, the wall towards −Y.
+fn mean_forces(samples: &[At]) -> String {
     let mut noise = Noise(2);
-    // Independent of the closed form: the mean over a turn of the force of one tooth, summed over its angles, climb, on the
-    // workpiece, machine axes: feed along +X, the wall towards −Y.
-    let text = log(&follow(&plan.program, 5.0), "force_x_n,force_y_n", |s| {
+    log(samples, "force_x_n,force_y_n", |s| {
         let (mut fx, mut fy) = (0.0, 0.0);
         if let Some((axial, radial)) = s.cut {
             let (theta, ft, steps) = ((1.0 - radial / 5.0).acos(), s.feed_mm_s / (3.0 * s.rps), 400);
@@ -91,10 +126,7 @@ fn mean_force_cuts_give_their_coefficients_back() {
             }
         }
         format!("{:.2},{:.2}", fx + 4.0 * noise.normal(), fy + 4.0 * noise.normal())
-    });
-    let c = calibrated(&plan, &text);
-    assert_eq!(c.tests, 9);
-    agree(&c, &[("k_tc", K_TC), ("k_rc", K_RC), ("k_te", K_TE), ("k_re", K_RE)], 0.03);
+    })
 }
 
 #[test]

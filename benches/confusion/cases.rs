@@ -22,6 +22,15 @@ pub const PAIRS: [[&str; 2]; 10] = [
     ["size-effect", "tare-speed"],
 ];
 
+/// Rows whose programs do not hold the cut that parts the truth from its rival, with the truth: the mill eats through the
+/// stock from one side to the other, so that "from some instant on" and "beyond some place" are the same readings.
+pub const TWINS: [(&str, &str); 2] = [("chipping-or-zone", "edge-chipping"), ("zone-or-chipping", "hard-zone")];
+
+/// Is the row one of [`TWINS`]?
+pub fn is_twin(row: &str) -> bool {
+    TWINS.iter().any(|(name, _)| *name == row)
+}
+
 /// Correlation of the noise of neighbouring readings.
 pub const MEMORY: f64 = 0.3;
 
@@ -30,6 +39,7 @@ pub fn rows() -> Vec<&'static str> {
     let mut rows = vec!["none"];
     rows.extend(LISTED);
     rows.push("two");
+    rows.extend(TWINS.map(|(row, _)| row));
     rows.extend(UNLISTED);
     rows
 }
@@ -71,15 +81,19 @@ pub struct Case {
 impl Case {
     /// Draws a case.
     pub fn new(row: &'static str, seed: u64) -> Self {
-        let part = Part::new(seed);
+        let part = if is_twin(row) { Part::lean(seed) } else { Part::new(seed) };
         let mut rng = Rng::new(seed, 2);
         let truth = Coefficients::draw(&part, &mut rng);
         let names = match row {
             "none" => vec![],
             "two" => PAIRS[seed as usize % PAIRS.len()].to_vec(),
-            one => vec![one],
+            row => vec![TWINS.iter().find(|(twin, _)| *twin == row).map_or(row, |(_, truth)| truth)],
         };
-        let hidden = names.iter().map(|name| Hidden::draw(name, 1.0, &part, &mut rng)).collect();
+        let hidden = names.iter().map(|name| match row {
+            "zone-or-chipping" => Self::beyond_a_place(&part, &mut rng),
+            _ => Hidden::draw(name, 1.0, &part, &mut rng),
+        });
+        let hidden = hidden.collect();
         let channel = if Self::has_forces(row, seed) { Channel::PowerAndForceXy } else { Channel::Power };
         let form = match seed % 5 {
             0 | 1 => Form::PositionsAndFeed,
@@ -90,6 +104,14 @@ impl Case {
         let names = if UNLISTED.contains(&row) { vec![] } else { names };
         let rate_hz = rng.pick(&[10.0, 20.0]);
         Self { seed, names, hidden, truth, part, channel, form, rate_hz }
+    }
+
+    /// A hard zone over the whole length, from somewhere near the middle of the width on.
+    fn beyond_a_place(part: &Part, rng: &mut Rng) -> Hidden {
+        let [length, width, _] = part.stock_mm;
+        let from = width * rng.uniform(0.3, 0.7);
+        let (centre, half) = ([0.5 * length, 2.0 * width], [5.0 * length, 2.0 * width - from]);
+        Hidden::HardZone { excess: rng.uniform(0.12, 0.3), centre, half }
     }
 
     /// Is a force measured beside the power? Runout shows in forces only; some logs without an effect have them too.

@@ -3,13 +3,15 @@
 //!
 //! `cargo bench --bench confusion -- [--seeds A..B] [--noise PERCENT] [--only ROW] [--write DIR] [--margins]
 //! [--page FILE]`. The run without options (seeds 0..20, all rows, all three noises) writes the page into `matrix.md`; the
-//! others print it, or write it where `--page` says. `--write` writes the
-//! cases into folders instead, `--margins` prints how far each truth is ahead of its best rival.
+//! others print it, or write it where `--page` says. Outcomes are kept while the run goes on: stopped and begun again, the
+//! same build goes on where it was. `--write` writes the cases into folders instead, `--margins` prints how far each truth
+//! is ahead of its best rival.
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 mod cases;
 mod cut;
+mod kept;
 mod margin;
 mod motion;
 mod physics;
@@ -18,15 +20,17 @@ mod rng;
 mod score;
 mod writer;
 
-use cases::{Case, rows};
+use cases::{Case, is_twin, rows};
 use feedwright::learn::cells::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::report::LearnReport;
 use feedwright::learn::session::{LogOptions, Prepared, learn, prepare};
+use kept::Kept;
 use rayon::prelude::*;
 use score::{Outcome, page};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Instant;
 
 /// What was asked for on the command line.
@@ -48,21 +52,27 @@ fn main() {
     }
 }
 
-/// What is simulated once for all logs of a part, by seed and whether forces are measured.
-type Shared = BTreeMap<(u64, bool), Prepared>;
+/// What is simulated once for all logs of a part: by seed, whether forces are measured, and whether it is a lean part.
+type Shared = BTreeMap<(u64, bool, bool), OnceLock<Prepared>>;
+
+fn shared_key(row: &str, seed: u64) -> (u64, bool, bool) {
+    (seed, Case::has_forces(row, seed), is_twin(row))
+}
 
 /// Diagnoses every case and prints or writes the page.
 fn judge(asked: &Asked) {
     let cases = asked_cases(asked);
-    let mut keys: Vec<(u64, bool)> = cases.iter().map(|(row, seed, _)| (*seed, Case::has_forces(row, *seed))).collect();
-    keys.sort_unstable();
-    keys.dedup();
-    let shared: Shared = keys.into_par_iter().map(|(seed, forces)| ((seed, forces), simulated(seed, forces))).collect();
-    let outcomes: Vec<Outcome> =
-        cases.par_iter().map(|(row, seed, noise)| diagnosed(row, *noise, *seed, &shared)).collect();
-    for outcome in &outcomes {
-        println!("{}", outcome.line());
-    }
+    let kept = Kept::open();
+    let shared: Shared = cases.iter().map(|(row, seed, _)| (shared_key(row, *seed), OnceLock::new())).collect();
+    let outcome = |(row, seed, noise): &(&'static str, u64, f64)| {
+        kept.known(row, *seed, *noise).unwrap_or_else(|| {
+            let outcome = diagnosed(row, *noise, *seed, &shared);
+            kept.keep(&outcome);
+            println!("{}", outcome.line());
+            outcome
+        })
+    };
+    let outcomes: Vec<Outcome> = cases.par_iter().map(outcome).collect();
     let page = page(&outcomes);
     println!("{page}");
     if let Some(file) = &asked.page {
@@ -70,33 +80,32 @@ fn judge(asked: &Asked) {
     }
 }
 
-fn simulated(seed: u64, forces: bool) -> Prepared {
-    let part = programs::Part::new(seed);
-    let (job, _) = feedwright::setup::load(&part.setup, Path::new(".")).expect("a generated setup loads");
-    prepare(part.program.as_bytes(), &job, forces).expect("a generated part is simulated")
+fn simulated(case: &Case, forces: bool) -> Prepared {
+    let (job, _) = feedwright::setup::load(&case.part.setup, Path::new(".")).expect("a generated setup loads");
+    prepare(case.part.program.as_bytes(), &job, forces).expect("a generated part is simulated")
 }
 
 fn diagnosed(row: &'static str, noise: f64, seed: u64, shared: &Shared) -> Outcome {
     let case = Case::new(row, seed);
     let (log, deviation) = case.log(noise / 100.0);
     let begun = Instant::now();
-    let report = answer(&case, &log, shared);
+    let prepared = shared[&shared_key(row, seed)].get_or_init(|| simulated(&case, Case::has_forces(row, seed)));
+    let report = answer(&case, &log, prepared);
     let mut outcome = Outcome::new(&case, row, noise, deviation, report);
     outcome.seconds = begun.elapsed().as_secs_f64();
     outcome
 }
 
-fn answer(case: &Case, log: &str, shared: &Shared) -> Result<LearnReport, String> {
+fn answer(case: &Case, log: &str, prepared: &Prepared) -> Result<LearnReport, String> {
     let (job, _) = feedwright::setup::load(&case.part.setup, Path::new(".")).map_err(|e| e.to_string())?;
     let log = read_log(log.as_bytes(), &[]).map_err(|e| e.to_string())?;
     let channels = channels(&log);
-    let prepared = &shared[&(case.seed, channels.force_xy.is_some())];
     learn(prepared, &job, &log, &channels, &LogOptions::default()).map_err(|e| e.to_string())
 }
 
 fn asked(arguments: impl Iterator<Item = String>) -> Asked {
     let mut asked =
-        Asked { seeds: 0..20, noise: vec![1.0, 3.0, 6.0], only: None, write: None, margins: false, page: None };
+        Asked { seeds: 0..20, noise: vec![3.0, 1.0, 6.0], only: None, write: None, margins: false, page: None };
     let mut untouched = true;
     let mut arguments = arguments.filter(|a| a != "--bench");
     while let Some(option) = arguments.next() {
@@ -162,7 +171,8 @@ fn write(asked: &Asked, dir: &Path) {
 
 /// How far the truth of every case is ahead of its best rival.
 fn print_margins(asked: &Asked) {
-    let listed = |(row, ..): &(&'static str, u64, f64)| *row != "none" && !physics::UNLISTED.contains(row);
+    let listed =
+        |(row, ..): &(&'static str, u64, f64)| *row != "none" && !is_twin(row) && !physics::UNLISTED.contains(row);
     let cases: Vec<_> = asked_cases(asked).into_iter().filter(listed).collect();
     let margins: Vec<_> =
         cases.par_iter().map(|(row, seed, noise)| margin::margin(&Case::new(row, *seed), noise / 100.0)).collect();

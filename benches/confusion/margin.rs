@@ -192,6 +192,11 @@ fn grid(name: &str, case: &Case) -> Vec<Vec<Hidden>> {
             })
             .collect(),
         "sensor-lag" => [0.2, 0.8].map(|time_s| vec![Hidden::SensorLag { time_s }]).to_vec(),
+        "entry" => [8.0, 16.0].map(|length_mm| vec![Hidden::Entry { excess: 0.3, length_mm }]).to_vec(),
+        "axis-power" => vec![vec![
+            Hidden::AxisPower { friction: 0.3, acceleration: 0.0 },
+            Hidden::AxisPower { friction: 0.0, acceleration: 0.3 },
+        ]],
         "corner-feed" => [0.05, 0.2].map(|acceleration| vec![Hidden::CornerFeed { acceleration }]).to_vec(),
         _ => vec![vec![Hidden::draw(name, 0.5, &case.part, &mut Rng::new(case.seed, 4))]],
     }

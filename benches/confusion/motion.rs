@@ -46,19 +46,19 @@ impl Trapezoid {
         let used = 0.5 * (self.top + self.entry) * up + 0.5 * (self.top + self.exit) * down;
         [up, (self.length - used).max(0.0) / self.top, down]
     }
-    /// Distance and speed at a time after its start.
-    fn at(&self, t: f64) -> (f64, f64) {
+    /// Distance, speed and acceleration at a time after its start.
+    fn at(&self, t: f64) -> (f64, f64, f64) {
         let [up, steady, _] = self.phases();
         let a = self.acceleration;
         if t < up {
-            return (t * (self.entry + 0.5 * a * t), self.entry + a * t);
+            return (t * (self.entry + 0.5 * a * t), self.entry + a * t, a);
         }
         let first = 0.5 * (self.top + self.entry) * up;
         if t < up + steady {
-            return (first + self.top * (t - up), self.top);
+            return (first + self.top * (t - up), self.top, 0.0);
         }
         let late = t - up - steady;
-        (first + self.top * steady + late * (self.top - 0.5 * a * late), (self.top - a * late).max(0.0))
+        (first + self.top * steady + late * (self.top - 0.5 * a * late), (self.top - a * late).max(0.0), -a)
     }
 }
 
@@ -71,6 +71,8 @@ pub struct Moment {
     pub s_mm: f64,
     /// Speed along it, mm/s.
     pub speed_mm_s: f64,
+    /// Acceleration along it, mm/s².
+    pub acceleration_mm_s2: f64,
     /// Tool tip, mm.
     pub at_mm: [f64; 3],
     /// Spindle speed, rev/s.
@@ -83,10 +85,10 @@ impl Leg {
     /// Where the machine is at the time `t`.
     pub fn at(&self, t: f64) -> Moment {
         let late = (t - self.start_s).clamp(0.0, self.duration_s);
-        let (s_mm, speed_mm_s) = self.motion.map_or((0.0, 0.0), |m| m.at(late));
+        let (s_mm, speed_mm_s, acceleration_mm_s2) = self.motion.map_or((0.0, 0.0, 0.0), |m| m.at(late));
         let at_mm = self.path.map_or(self.rest, |path| path.at(s_mm).0);
         let runup = self.runup.then(|| late / self.duration_s.max(1e-9));
-        Moment { step: self.step, s_mm, speed_mm_s, at_mm, rps: self.rps, runup }
+        Moment { step: self.step, s_mm, speed_mm_s, acceleration_mm_s2, at_mm, rps: self.rps, runup }
     }
     /// Speed at a distance along the path, mm/s.
     pub fn speed_at(&self, s_mm: f64) -> f64 {

@@ -22,6 +22,8 @@
 //! | drive-efficiency | η = η₀·(1 − c P/P_top) |
 //! | sensor-lag | T ẏ + y = P |
 //! | hard-zone | k·(1 + c u), u = 1/(1 + ((x−x₀)/a)⁸ + ((y−y₀)/b)⁸), at the place of the cutting edge |
+//! | entry | k·(1 + c (1 − s/l)²) over the first l of the way s since the tool met material |
+//! | axis-power | + X v/v_rapid, and + Y v a/(v_rapid a_top) while the axes accelerate |
 //! | edge-chipping | from t₀: k_c·(1 + c), k_e·(1 + c/2) |
 //! | coolant-pump (unlisted) | + X while the pump is on, period and duty |
 //! | rolling-direction (unlisted) | k·(1 + c cos 2(γ − γ₀)), γ the direction of the feed |
@@ -79,13 +81,15 @@ pub enum Hidden {
     SensorLag { time_s: f64 },
     HardZone { excess: f64, centre: [f64; 2], half: [f64; 2] },
     EdgeChipping { jump: f64, at_share: f64 },
+    Entry { excess: f64, length_mm: f64 },
+    AxisPower { friction: f64, acceleration: f64 },
     CoolantPump { share: f64, period_s: f64, duty: f64 },
     RollingDirection { share: f64, angle: f64 },
     Chiller { share: f64, period_s: f64 },
 }
 
 /// Singles in the list of effects, in the order of the rows.
-pub const LISTED: [&str; 13] = [
+pub const LISTED: [&str; 15] = [
     "flank-wear",
     "tare-warm-up",
     "tare-speed",
@@ -99,6 +103,8 @@ pub const LISTED: [&str; 13] = [
     "sensor-lag",
     "hard-zone",
     "edge-chipping",
+    "entry",
+    "axis-power",
 ];
 
 /// Effects in no list. The last two are kept for checking: nothing was developed against them.
@@ -132,6 +138,8 @@ impl Hidden {
                 half: [length * rng.uniform(0.14, 0.24), width * rng.uniform(0.16, 0.28)],
             },
             "edge-chipping" => Self::EdgeChipping { jump: size(0.12, 0.3), at_share: rng.uniform(0.3, 0.7) },
+            "entry" => Self::Entry { excess: size(0.4, 0.9), length_mm: rng.uniform(8.0, 16.0) },
+            "axis-power" => Self::AxisPower { friction: size(0.4, 0.8), acceleration: size(0.4, 0.8) },
             "coolant-pump" => Self::CoolantPump {
                 share: size(0.15, 0.3),
                 period_s: rng.uniform(5.0, 13.0),
@@ -178,6 +186,8 @@ pub struct Milling<'a> {
     stations: Vec<Vec<Station>>,
     /// Removal and contact terms of every station.
     terms: Vec<Vec<[f64; 3]>>,
+    /// Way since material was met, at every station, mm.
+    since_entry: Vec<Vec<f64>>,
     radius_mm: f64,
     /// Sliding of a tooth over the whole program, mm.
     total_sliding_mm: f64,
@@ -219,6 +229,7 @@ impl<'a> Milling<'a> {
             channel,
             legs,
             speeds: None,
+            since_entry: since_entry(&stations),
             stations,
             terms,
             radius_mm,
@@ -329,10 +340,12 @@ impl<'a> Milling<'a> {
         }
         let [q, a, slide] = self.terms_at(&moment);
         running.sliding_mm += slide * moment.rps * step_s;
-        let (cutting, edge) = self.factors_in_time(now, running.sliding_mm);
+        let (mut cutting, mut edge) = self.factors_in_time(now, running.sliding_mm);
+        let at_entry = self.at_entry(&moment);
+        (cutting, edge) = (cutting * at_entry, edge * at_entry);
         let idle = self.idle(&moment);
         let load = self.power(&moment, q, a, cutting, edge * (1.0 - idle));
-        let value = self.meter(load + self.tare(&moment, now)) + self.aside(now, moment.rps);
+        let value = self.meter(load + self.tare(&moment, now)) + self.aside(now, moment.rps) + self.axes(&moment);
         let force = match self.channel {
             Channel::Power => 0.0,
             Channel::PowerAndForceXy => self.force_peak(&moment, cutting, edge),
@@ -381,6 +394,33 @@ impl<'a> Milling<'a> {
             }
         }
         (cutting, edge)
+    }
+
+    /// Factor on all coefficients where the tool has just met material.
+    fn at_entry(&self, moment: &Moment) -> f64 {
+        let found = self.hidden.iter().find_map(|h| match h {
+            Hidden::Entry { excess, length_mm } => Some((*excess, *length_mm)),
+            _ => None,
+        });
+        let Some((excess, length_mm)) = found else { return 1.0 };
+        let stations = &self.stations[moment.step];
+        let Some(k) = stations.partition_point(|s| s.s_mm <= moment.s_mm).checked_sub(1) else { return 1.0 };
+        let way = self.since_entry[moment.step][k] + moment.s_mm - stations[k].s_mm;
+        1.0 + excess * (1.0 - way / length_mm).max(0.0).powi(2)
+    }
+
+    /// What the axes take on the same line, W; braking gives nothing back.
+    fn axes(&self, moment: &Moment) -> f64 {
+        let shop = &self.part.shop;
+        let share = moment.speed_mm_s / shop.rapid_mm_s;
+        let of = |h: &Hidden| match h {
+            Hidden::AxisPower { friction, acceleration } => {
+                let ramp = (moment.acceleration_mm_s2 / shop.acceleration_mm_s2).max(0.0);
+                self.mean_cutting_w * share * (friction + acceleration * ramp)
+            }
+            _ => 0.0,
+        };
+        self.hidden.iter().map(of).sum()
     }
 
     fn tare(&self, moment: &Moment, now: f64) -> f64 {
@@ -491,6 +531,25 @@ impl<'a> Milling<'a> {
         }
         x.hypot(y)
     }
+}
+
+/// Way since material was met, station by station; a step that cuts nothing ends it.
+fn since_entry(stations: &[Vec<Station>]) -> Vec<Vec<f64>> {
+    let mut way = 0.0;
+    let mut of_step = |step: &Vec<Station>| {
+        let mut last = 0.0;
+        let mut next = |s: &Station| {
+            way = if s.arcs.is_empty() { 0.0 } else { way + s.s_mm - last };
+            last = s.s_mm;
+            way
+        };
+        let ways: Vec<f64> = step.iter().map(&mut next).collect();
+        if step.is_empty() {
+            way = 0.0;
+        }
+        ways
+    };
+    stations.iter().map(&mut of_step).collect()
 }
 
 /// Run-in, steady wear, end of life.

@@ -106,6 +106,20 @@ struct Plan {
 impl Part {
     /// The part of a seed.
     pub fn new(seed: u64) -> Self {
+        Self::made(seed, |plan| match seed % 3 {
+            0 => plan.raster_part(false),
+            1 => plan.raster_part(true),
+            _ => plan.contour_part(),
+        })
+    }
+
+    /// A part without the cuts that tell effects apart: one layer from one wall to the other, at one speed, feed and width.
+    #[allow(dead_code)]
+    pub fn lean(seed: u64) -> Self {
+        Self::made(seed, Plan::lean_part)
+    }
+
+    fn made(seed: u64, cut: impl Fn(&mut Plan)) -> Self {
         let mut rng = Rng::new(seed, 1);
         let steel = rng.index(3) == 0;
         let diameter_mm = rng.pick(&[8.0, 10.0, 10.0, 12.0]);
@@ -113,11 +127,7 @@ impl Part {
         let shop = Shop::new(&mut rng, steel);
         let mut plan = Plan::new(rng, mill, steel);
         plan.begin();
-        match seed % 3 {
-            0 => plan.raster_part(false),
-            1 => plan.raster_part(true),
-            _ => plan.contour_part(),
-        }
+        cut(&mut plan);
         plan.end();
         let setup = setup_text(&plan.stock_mm, &mill, &shop);
         Self {
@@ -357,6 +367,15 @@ impl Plan {
             let sawtooth = if layer % 2 == 0 { 3 } else { 0 };
             self.raster(along_x, [0.0, across], layer % 2 == 1, sawtooth);
         }
+    }
+
+    fn lean_part(&mut self) {
+        let speed = self.speeds.deal(&mut self.rng);
+        (self.speeds, self.feeds) = (Deck::new(&[speed]), Deck::new(&[0.08]));
+        self.widths = Deck::new(&[0.1 * self.mill.diameter_mm]);
+        self.deeper();
+        self.writer.spindle(speed, 3.0);
+        self.raster(true, [0.0, self.stock_mm[1]], false, 0);
     }
 
     /// Two slots with gaps between them: the passes that cross them later meet material and air in turn.

@@ -1,5 +1,6 @@
 //! Axes on the meter: a meter that feeds the whole machine reads the friction and the acceleration of the axes too:
-//! reading without a cut · (1 + f·v + a·v·|a|), v the speed along the path in m/min and |a| the acceleration in m/s².
+//! reading without a cut · (1 + f·v + a·v·max(0, a)), v the speed along the path in m/min and a the acceleration in m/s²: a
+//! drive that brakes gives nothing back.
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -37,6 +38,6 @@ pub const EFFECT: Effect = Effect {
 
 fn change(p: &[f64], state: &State) -> Change {
     let speed_m_min = 0.06 * state.path_speed_mm_s;
-    let acceleration_m_s2 = 1e-3 * state.path_acceleration_mm_s2.abs().max(0.0); // unknown: none
+    let acceleration_m_s2 = 1e-3 * state.path_acceleration_mm_s2.max(0.0); // unknown: none
     Change { tare: 1.0 + p[0] * speed_m_min + p[1] * speed_m_min * acceleration_m_s2, ..Change::default() }
 }

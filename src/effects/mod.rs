@@ -257,6 +257,8 @@ pub struct Change {
     pub peak_chip_mm: f64,
     /// Offset of the tool's axis from that of the spindle, mm, where the measurement is compared with it.
     pub runout_mm: f64,
+    /// Which way it points, in pitches of the teeth: 0 … 1 from one tooth to the next.
+    pub runout_phase: f64,
     /// Stock stands higher by this, mm.
     pub stock_top_mm: f64,
     /// Stock stands out to the sides by this, mm.
@@ -281,6 +283,7 @@ impl Default for Change {
             edge: 1.0,
             peak_chip_mm: 0.0,
             runout_mm: 0.0,
+            runout_phase: 0.0,
             stock_top_mm: 0.0,
             stock_side_mm: 0.0,
             diameter_mm: 0.0,

@@ -10,20 +10,32 @@ pub const EFFECT: Effect = Effect {
     meaning: "the tool turns off its axis, so that one tooth cuts more than the others",
     acts: Acts::Geometry,
     covariates: &[Covariate::FeedPerTooth],
-    parameters: &[Parameter {
-        name: "offset",
-        unit: "mm",
-        min: 0.0,
-        max: 0.1,
-        starts: &[0.01],
-        neutral: None,
-        scanned: false,
-        meaning: "of the tool's axis from that of the spindle",
-    }],
+    parameters: &[
+        Parameter {
+            name: "offset",
+            unit: "mm",
+            min: 0.0,
+            max: 0.1,
+            starts: &[0.01],
+            neutral: None,
+            scanned: false,
+            meaning: "of the tool's axis from that of the spindle",
+        },
+        Parameter {
+            name: "phase",
+            unit: "pitch",
+            min: 0.0,
+            max: 1.0,
+            starts: &[0.12, 0.37, 0.62, 0.87],
+            neutral: None,
+            scanned: false,
+            meaning: "where it points: 0 towards one tooth … 1 towards the next",
+        },
+    ],
     change,
     separated_by: "peak forces at four feeds: the excess does not grow with feed",
 };
 
 fn change(p: &[f64], _: &State) -> Change {
-    Change { peak_chip_mm: 1.732 * p[0], runout_mm: p[0], ..Change::default() }
+    Change { peak_chip_mm: 1.732 * p[0], runout_mm: p[0], runout_phase: p[1], ..Change::default() }
 }

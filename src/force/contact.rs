@@ -11,6 +11,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Width of a sector of the engaged arc.
 const SECTOR_RAD: f64 = PI / SECTORS as f64;
 
+/// Under each of two runouts, pointing each of four ways: relative change of the peak force, and of what the edges take of
+/// the power.
+pub type Runouts = [[[f64; 2]; 4]; 2];
+
 /// Engagement of a station as effects and diagnosis look at it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Engaged {
@@ -32,8 +36,8 @@ pub struct Engaged {
     pub axial_mm: f64,
     /// Derivative of the peak force in the plane at the predicted speed by k_tc, k_rc, k_te, k_re.
     pub peak: [f64; 4],
-    /// Under each of two runouts: relative change of the peak force, and of what the edges take of the power.
-    pub runout: [[f64; 2]; 2],
+    /// Relative changes by runout.
+    pub runout: Runouts,
 }
 
 /// Engagement of a station by its arcs. Under a level feed a bottom face sweeps without a chip; it is no part of the
@@ -83,6 +87,6 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
         sectors,
         axial_mm: f64::from(station.axial_depth_mm),
         peak: [0.0; 4],
-        runout: [[0.0; 2]; 2],
+        runout: Runouts::default(),
     }
 }

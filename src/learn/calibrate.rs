@@ -13,7 +13,7 @@
 //! Bounds: cutting and edge coefficients are not negative; where the free answer is, it is solved again within them.
 
 use super::columns::{DataError, Frame};
-use super::diagnose::errors;
+use super::judgement::errors;
 use super::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
 use super::plausible::{doubts, readable};
 use super::report::{Errors, Value};

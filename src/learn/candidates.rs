@@ -5,7 +5,8 @@
 //! present model, a mask m gains (Σ m w s r)² / (Σ m w s² − vᵀ(JᵀWJ)⁻¹v), v = Σ m w s J, and all these sums add up over
 //! cells, so that thousands of masks cost no more than one pass over the samples.
 
-use super::fit::{Fitted, Use, changed_columns, jacobian};
+use super::acting::{Acting, Use, acting, changed_columns};
+use super::fit::{Fitted, jacobian, pseudo_inverse};
 use super::residual::value_of;
 use super::samples::{Class, Data, Variant};
 use crate::effects::{Covariate, Effect};
@@ -47,7 +48,7 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         "edge-position" => varies(Covariate::EdgePosition, 0.05),
         "up-down-asymmetry" => varies(Covariate::UpShare, 0.3),
         "hard-zone" => varies(Covariate::X, 1.0).or_else(|| varies(Covariate::Y, 1.0)).or_else(|| too_short(data)),
-        "runout" => variant(Variant::LargeRunout),
+        "runout" => variant(Variant::Runout { offset: 1, phase: 0 }),
         "stock-proud" => match (variant(Variant::StockTop), variant(Variant::StockSide)) {
             (Some(why), Some(_)) => Some(why),
             _ => None,
@@ -156,8 +157,12 @@ impl Score {
             let (w, s) = (data.weight[i], sensitivity[i]);
             each.push(Sums { g: w * s * residual[i], ss: w * s * s, sj: row * (w * s) });
         }
-        let full = DMatrix::from_fn(p, p, |a, b| normal[(a.max(b), a.min(b))]);
-        let inverse = full.pseudo_inverse(1e-14).unwrap_or_else(|_| DMatrix::zeros(p, p));
+        let mut full = DMatrix::from_fn(p, p, |a, b| normal[(a.max(b), a.min(b))]);
+        // Columns that these cuts cannot tell apart are told apart by the priors, as in the fit.
+        for (b, sd) in data.base.iter().enumerate().filter_map(|(b, base)| Some((b, base.prior?.1))) {
+            full[(b, b)] += 1.0 / (sd * sd);
+        }
+        let inverse = pseudo_inverse(&full);
         Self { each, used, inverse, p }
     }
 
@@ -178,8 +183,9 @@ impl Score {
 }
 
 /// Part of the present prediction that belongs to the given classes.
-fn part(data: &Data, present: &Fitted, classes: &[Class]) -> Vec<f64> {
-    let columns = changed_columns(data, &present.model.effects);
+pub fn part(data: &Data, present: &Fitted, classes: &[Class]) -> Vec<f64> {
+    let acting: Vec<Acting> = present.model.effects.iter().map(|each| acting(each, data)).collect();
+    let columns = changed_columns(data, &acting.iter().collect::<Vec<_>>());
     let mut sum = vec![0.0; data.len()];
     for (b, column) in columns.iter().enumerate() {
         if classes.contains(&data.base[b].class) {

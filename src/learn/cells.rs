@@ -8,6 +8,7 @@
 use super::align::{Aligned, median_step};
 use super::linear::median;
 use super::log::Log;
+use super::motion::motion;
 use super::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
 use super::table::{Quantity, column_factor, spindle_base};
 use super::timeline::{Doing, Spot, Timeline};
@@ -27,6 +28,8 @@ const RUN_UP_WEIGHT: f64 = 1e-3;
 const SETTLING_S: f64 = 0.35;
 /// Uncertainties of the alignment before and after a sample within which its load should not vary.
 const DOUBT: f64 = 2.5;
+/// Most spots between two readings; beyond that a gap lies between them.
+const MOST_BETWEEN: usize = 200;
 /// Standard deviation of a base coefficient about the declared value, relative: power, forces.
 const PRIOR: [f64; 2] = [0.5, 0.25];
 
@@ -90,7 +93,10 @@ pub fn cells(log: &Log, aligned: &Aligned, known: &Known, channels: &Channels) -
         .others
         .iter()
         .map(|o| o.variant)
-        .chain(channels.force_xy.iter().flat_map(|_| [Variant::SmallRunout, Variant::LargeRunout]))
+        .chain(
+            channels.force_xy.iter().flat_map(|_| runouts()).map(|(offset, phase)| Variant::Runout { offset, phase }),
+        )
+        .chain([Variant::OverSpan])
         .map(|variant| VariantColumns { variant, columns: vec![Vec::new(); data.base.len()] })
         .collect();
     data.slower = known.slower.iter().map(|(factor, _)| SlowerMachine { factor: *factor, ratio: Vec::new() }).collect();
@@ -174,8 +180,8 @@ struct Along<'a> {
     aligned: &'a Aligned,
     /// Spot of each sample.
     spot: Vec<Option<usize>>,
-    /// Cumulated sliding and volume at the start of each spot.
-    cumulated: Vec<[f64; 2]>,
+    /// Cumulated sliding and volume, and the path since material was met, at the start of each spot.
+    cumulated: Vec<[f64; 3]>,
     reference_rps: f64,
     tools: Vec<u32>,
 }
@@ -268,7 +274,7 @@ impl<'a> Along<'a> {
         let (mut run, mut lowered, mut last) = (offset, 0, f64::NEG_INFINITY);
         let span = self.known.timeline.total_s();
         let mut next = 0;
-        let channels = usize::from(data.variants.iter().any(|v| v.variant == Variant::LargeRunout)) + 1;
+        let channels = usize::from(data.variants.iter().any(|v| matches!(v.variant, Variant::Runout { .. }))) + 1;
         for size in cell_sizes(&weights, MOST_CELLS / channels) {
             let (members, weights) = (&valid[next..next + size], &weights[next..next + size]);
             next += size;
@@ -280,6 +286,7 @@ impl<'a> Along<'a> {
             self.cell(data, members, quantity, values, channel);
             data.weight.push(weight);
             data.span_s.push(last - begin + step_s);
+            data.readings_each.push(members.len() as f64);
             data.run.push(run);
             let middle = self.aligned.program_s[members[members.len() / 2]];
             data.block.push((middle / (span / BLOCKS).max(1.0)) as usize);
@@ -295,6 +302,7 @@ impl<'a> Along<'a> {
         let mut variants = vec![vec![0.0; p]; data.variants.len()];
         let mut ratios = vec![0.0; data.slower.len()];
         let mut reading = 0.0;
+        let (first, last) = (self.known.others.len(), data.variants.len() - 1);
         // Rates of the cell: what is a ratio of them must not come from a single sample.
         let mut rates = [0.0; 4];
         for &i in members {
@@ -312,12 +320,14 @@ impl<'a> Along<'a> {
                     sum[b] += (changed[b] - plain[b]) / other.size_mm / n;
                 }
             }
-            let first = self.known.others.len();
-            for (sums, change) in variants[first..].iter_mut().zip(&spot.engaged.runout) {
+            for (sums, (offset, phase)) in variants[first..last].iter_mut().zip(runouts()) {
+                let change = &spot.engaged.runout[offset][phase];
                 for (b, sum) in sums.iter_mut().enumerate() {
                     *sum += plain[b] * runout_change(quantity, &data.base[b], change) / n;
                 }
             }
+            let more = self.over_span(i, quantity, &data.base, &plain);
+            variants[last].iter_mut().zip(more).for_each(|(sum, m)| *sum += m / n);
             ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += all[index] / n);
             reading += self.at_shaft(values[i], quantity) / n;
         }
@@ -338,6 +348,32 @@ impl<'a> Along<'a> {
             state.up_share = rates[3] / rates[1];
         }
         data.state.push(state);
+    }
+
+    /// Mean of the columns since the reading before, minus those at the reading: what was cut between two readings.
+    fn over_span(&self, i: usize, quantity: Option<Quantity>, base: &[Base], plain: &[f64]) -> Vec<f64> {
+        let spots = &self.known.timeline.spots;
+        let end_s = self.aligned.program_s[i];
+        let begin_s = if i == 0 { f64::NAN } else { self.aligned.program_s[i - 1] };
+        let (Some(from), Some(to)) = (self.known.timeline.at(begin_s), self.spot[i]) else {
+            return vec![0.0; base.len()];
+        };
+        if from >= to || to - from > MOST_BETWEEN {
+            return vec![0.0; base.len()];
+        }
+        let mut mean = vec![0.0; base.len()];
+        for spot in &spots[from..=to] {
+            let share = (spot.end_s.min(end_s) - spot.start_s.max(begin_s)).max(0.0) / (end_s - begin_s);
+            for ((sum, b), at_end) in mean.iter_mut().zip(base).zip(plain) {
+                let own = if b.class == Class::Tare {
+                    *at_end
+                } else {
+                    Self::column(&b.name, quantity, self.rps(i, spot), spot, &spot.engaged)
+                };
+                *sum += share * (own - at_end);
+            }
+        }
+        mean
     }
 
     /// A meter reading as the power at the motor shaft that the setup makes of it.
@@ -364,6 +400,8 @@ impl<'a> Along<'a> {
             reference_rps: self.reference_rps,
             ..State::default()
         };
+        (state.path_speed_mm_s, state.path_acceleration_mm_s2) =
+            motion(self.known.timeline, index, program_s, self.aligned.method == "position", &self.known.job.machine);
         let Some(tool) = tool.filter(|_| e.section_mm2 > 1e-6 && rps > 0.0) else { return state };
         let left = crate::path::Vec3::new(-spot.direction.y, spot.direction.x, 0.0);
         let speed = spot.speed_mm_s();
@@ -389,6 +427,7 @@ impl<'a> Along<'a> {
         state.direction = spot.direction;
         state.curvature_per_mm = spot.curvature_per_mm;
         state.edge_position_mm = 0.5 * e.axial_mm;
+        state.since_entry_mm = self.cumulated[index][2] + share * spot.length_mm;
         state
     }
 
@@ -446,6 +485,11 @@ fn cell_sizes(weights: &[f64], count: usize) -> Vec<usize> {
     stretches.flat_map(|n| std::iter::repeat_n(most, n / most).chain((n % most > 0).then_some(n % most))).collect()
 }
 
+/// Offsets and ways of the runouts that are tried, in the order of their variants.
+fn runouts() -> impl Iterator<Item = (usize, usize)> {
+    (0..2).flat_map(|offset| (0..4).map(move |phase| (offset, phase)))
+}
+
 /// Relative change of a column by runout: all of a peak force, the edge term of a mean.
 fn runout_change(quantity: Option<Quantity>, base: &Base, [peak, edge]: &[f64; 2]) -> f64 {
     match quantity {
@@ -455,8 +499,8 @@ fn runout_change(quantity: Option<Quantity>, base: &Base, [peak, edge]: &[f64; 2
     }
 }
 
-fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 2]> {
-    let mut sums = vec![[0.0; 2]; tools.len()];
+fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 3]> {
+    let mut sums = vec![[0.0; 3]; tools.len()];
     spots
         .iter()
         .map(|spot| {
@@ -464,6 +508,7 @@ fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 2]> {
             let before = *sum;
             sum[0] += spot.engaged.way_mm * spot.rps * (spot.end_s - spot.start_s);
             sum[1] += spot.engaged.section_mm2 * spot.length_mm;
+            sum[2] = if spot.engaged.section_mm2 > 1e-6 { sum[2] + spot.length_mm } else { 0.0 };
             before
         })
         .collect()

@@ -6,18 +6,20 @@
 //! the whole run, is written. The run is taken to follow the log, with the same edge and a warm machine, on a fresh block.
 //! Out: [`Experiment`].
 
+use super::acting::Use;
 use super::align::Aligned;
 use super::candidates::starts;
 use super::cells::{Known, cells, channels};
 use super::columns::DataError;
 use super::diagnose::whitened;
-use super::fit::{Fitted, Use, fit, predict};
+use super::fit::{Fitted, fit, predict};
+use super::forces::Sample;
 use super::log::Log;
 use super::passes::{Action, Pass, program};
 use super::plan::block;
 use super::report::{Added, Confounded, LearnReport};
 use super::samples::Data;
-use super::session::{Prepared, prepare};
+use super::session::{MEAN_FORCE, Prepared, prepare_for};
 use crate::effects::{self, State};
 use crate::machine::{Box3, Job, Tool};
 
@@ -92,8 +94,9 @@ pub fn used(added: &Added) -> Option<Use> {
 
 /// Least root mean square difference between the predictions of any two rivals.
 pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -> Option<f64> {
-    let forces = learned.channel_names.iter().any(|name| name.starts_with("force"));
-    let prepared = prepare(program.as_bytes(), job, forces).ok()?;
+    let force = learned.channel_names.iter().find(|name| name.starts_with("force"));
+    let sample = force.map(|name| if name == MEAN_FORCE { Sample::Mean } else { Sample::Peak });
+    let prepared = prepare_for(program.as_bytes(), job, sample).ok()?;
     let mut data = imagined(&prepared, job, &learned.channel_names);
     continue_after(&mut data, learned);
     let predicted: Vec<Vec<f64>> = rivals.iter().map(|r| predict(&data, &r.model)).collect();

@@ -1,10 +1,10 @@
-//! Measured force components of a log as the peak resultant in the plane, which the diagnosis compares with its own.
+//! Measured force components of a log as the resultant in the plane, which the diagnosis compares with its own.
 //!
 //! In: a log with F_x and F_y, what one sample of them is, and a window. Out: the same log with `force_xy_n`: the magnitude
 //! where a sample is a peak already; the largest magnitude within half a window on either side where samples are
-//! instantaneous. A magnitude is the same on the tool and on the workpiece.
+//! instantaneous; the magnitude of the mean vector where samples are means (over whole turns), which is compared with the
+//! predicted magnitude of the mean force. A magnitude is the same on the tool and on the workpiece.
 
-use super::columns::DataError;
 use super::log::Log;
 use std::collections::VecDeque;
 
@@ -24,28 +24,20 @@ pub enum Sample {
 const WINDOW_S: f64 = 0.1;
 
 /// Adds the resultant where it is missing, and turns instantaneous samples into peaks.
-pub fn resultant(log: &mut Log, sample: Sample, window_s: Option<f64>) -> Result<(), DataError> {
+pub fn resultant(log: &mut Log, sample: Sample, window_s: Option<f64>) {
     let find = |log: &Log, name: &str| log.measured.iter().position(|(n, _)| *n == name);
     let values = match (find(log, "force_xy_n"), find(log, "force_x_n"), find(log, "force_y_n")) {
         (Some(k), ..) => log.measured.remove(k).1,
         (None, Some(x), Some(y)) => {
             log.measured[x].1.iter().zip(&log.measured[y].1).map(|(x, y)| x.hypot(*y)).collect()
         }
-        _ => return Ok(()),
+        _ => return,
     };
     let peaks = match sample {
-        Sample::Peak => values,
+        Sample::Peak | Sample::Mean => values,
         Sample::Instant => rolling_peak(&log.time_s, &values, window_s.unwrap_or_else(|| turn_s(log))),
-        Sample::Mean => {
-            return Err(DataError::Unfit(
-                "mean forces of a log cannot be compared with predicted peaks: give peaks or instantaneous forces, or \
-                 calibrate from them (calibrate PROGRAM --log LOG --model linear-edge)"
-                    .into(),
-            ));
-        }
     };
     log.measured.push(("force_xy_n", peaks));
-    Ok(())
 }
 
 /// One turn of the spindle as logged.
@@ -86,9 +78,8 @@ mod tests {
         let force = |phase: f64| time_s.iter().map(|t| 100.0 * (t * 314.159 + phase).sin()).collect::<Vec<f64>>();
         let mut log = Log { time_s: time_s.clone(), ..Log::default() };
         log.measured = vec![("force_x_n", force(0.0)), ("force_y_n", vec![0.0; 400])];
-        resultant(&mut log, Sample::Instant, Some(0.02)).unwrap();
+        resultant(&mut log, Sample::Instant, Some(0.02));
         let peaks = &log.measured.last().unwrap().1;
         assert!(peaks.iter().all(|p| (99.0..=100.0).contains(p)), "{peaks:?}");
-        assert!(resultant(&mut log.clone(), Sample::Mean, None).is_err());
     }
 }

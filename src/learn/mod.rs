@@ -12,6 +12,7 @@
 //!
 //! [`report`] holds the answer, [`model`] makes a process model of it, [`windows`] follows the coefficients over time.
 
+pub mod acting;
 pub mod align;
 pub mod calibrate;
 pub mod candidates;
@@ -24,12 +25,14 @@ pub mod drift;
 pub mod experiment;
 pub mod fit;
 pub mod forces;
+pub mod judgement;
 pub mod linear;
 pub mod lines;
 pub mod loads;
 pub mod log;
 pub mod matching;
 pub mod model;
+pub mod motion;
 pub mod nonlinear;
 pub mod passes;
 pub mod plan;
@@ -47,4 +50,7 @@ pub mod steady;
 pub mod table;
 pub mod table_forces;
 pub mod timeline;
+pub mod transfer;
+pub mod trial;
+pub mod unnamed;
 pub mod windows;

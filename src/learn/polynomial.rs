@@ -5,7 +5,7 @@
 
 use super::calibrate::{Calibration, mean_force_columns, rms};
 use super::columns::{DataError, Frame};
-use super::diagnose::errors;
+use super::judgement::errors;
 use super::linear::{Fit, least_squares, leave_one_out};
 use super::report::Value;
 use super::samples::Data;

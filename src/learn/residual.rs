@@ -42,30 +42,49 @@ pub fn is_series(data: &Data) -> bool {
     data.run.windows(2).filter(|pair| pair[0] == pair[1]).count() * 2 > data.len()
 }
 
-/// Autocorrelation at a lag, within runs, of the residual in units of its expected deviation.
-pub fn autocorrelation(data: &Data, residual: &[f64], lag: usize) -> f64 {
-    let whole: f64 = data.used().map(|i| data.weight[i]).sum();
-    let mean = data.used().map(|i| data.weight[i] * residual[i]).sum::<f64>() / whole.max(1e-300);
-    let scaled = |i: usize| data.weight[i].sqrt() * (residual[i] - mean);
-    let (mut product, mut pairs, mut square, mut count) = (0.0, 0.0, 0.0, 0.0);
-    for i in data.used() {
-        let r = scaled(i);
-        square += r * r;
-        count += 1.0;
-        let j = i + lag;
-        if j < data.len() && data.run[j] == data.run[i] && data.weight[j] > 0.0 {
-            product += r * scaled(j);
-            pairs += 1.0;
+/// A residual in units of its expected deviation, about its mean.
+struct Scaled<'a> {
+    data: &'a Data,
+    used: Vec<usize>,
+    /// 0 where a sample does not count.
+    values: Vec<f64>,
+    variance: f64,
+}
+
+impl<'a> Scaled<'a> {
+    fn new(data: &'a Data, residual: &[f64]) -> Self {
+        let used: Vec<usize> = data.used().collect();
+        let whole: f64 = used.iter().map(|&i| data.weight[i]).sum();
+        let mean = used.iter().map(|&i| data.weight[i] * residual[i]).sum::<f64>() / whole.max(1e-300);
+        let mut values = vec![0.0; data.len()];
+        for &i in &used {
+            values[i] = data.weight[i].sqrt() * (residual[i] - mean);
         }
+        let variance = values.iter().map(|r| r * r).sum::<f64>() / used.len().max(1) as f64;
+        Self { data, used, values, variance }
     }
-    if pairs < 8.0 || square <= 0.0 { 0.0 } else { (product / pairs) / (square / count) }
+
+    /// Autocorrelation at a lag, within runs.
+    fn autocorrelation(&self, lag: usize) -> f64 {
+        let data = self.data;
+        let (mut product, mut pairs) = (0.0, 0.0);
+        for &i in &self.used {
+            let j = i + lag;
+            if j < data.len() && data.run[j] == data.run[i] && data.weight[j] > 0.0 {
+                product += self.values[i] * self.values[j];
+                pairs += 1.0;
+            }
+        }
+        if pairs < 8.0 || self.variance <= 0.0 { 0.0 } else { product / pairs / self.variance }
+    }
 }
 
 fn series_inflation(data: &Data, residual: &[f64]) -> f64 {
-    let noise = 2.0 / (data.used().count().max(4) as f64).sqrt();
+    let scaled = Scaled::new(data, residual);
+    let noise = 2.0 / (scaled.used.len().max(4) as f64).sqrt();
     let mut sum = 1.0;
     for lag in 1..(data.len() / 4).min(400) {
-        let rho = autocorrelation(data, residual, lag);
+        let rho = scaled.autocorrelation(lag);
         if rho < noise {
             break;
         }
@@ -212,7 +231,7 @@ fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -
 }
 
 /// Bin of each used sample, by quantiles; `None` when there is only one.
-fn bins_of(used: &[usize], values: &[f64], count: usize) -> Option<Vec<usize>> {
+pub fn bins_of(used: &[usize], values: &[f64], count: usize) -> Option<Vec<usize>> {
     let mut sorted: Vec<f64> = used.iter().map(|i| values[*i]).collect();
     sorted.sort_by(f64::total_cmp);
     let mut edges: Vec<f64> = (1..count).map(|k| sorted[k * sorted.len() / count]).collect();
@@ -267,14 +286,15 @@ fn permuted(data: &Data, used: &[usize], bins: &[usize], blocks: &[usize], chanc
 
 /// Structure in time that no covariate shows: persistence from sample to sample, or a period.
 fn in_time(data: &Data, residual: &[f64]) -> Vec<Pattern> {
-    let rho = autocorrelation(data, residual, 1);
+    let scaled = Scaled::new(data, residual);
+    let rho = scaled.autocorrelation(1);
     let n = data.used().count() as f64;
     let z = rho * n.sqrt();
     if z < 4.0 || rho < 0.1 {
         return Vec::new();
     }
     let span = data.used().map(|i| data.span_s[i]).sum::<f64>() / n;
-    let lasts = (1..400).find(|k| autocorrelation(data, residual, *k) < 0.37 * rho).unwrap_or(400);
+    let lasts = (1..400).find(|k| scaled.autocorrelation(*k) < 0.37 * rho).unwrap_or(400);
     let mut found = vec![Pattern {
         along: format!("time (persists over about {:.1} s)", lasts as f64 * span),
         test_r2: rho * rho,

@@ -48,10 +48,15 @@ pub enum Variant {
     Diameter,
     /// With the curvature of the path, minus without.
     Curved,
-    /// Under the smaller of two runouts.
-    SmallRunout,
-    /// Under the larger.
-    LargeRunout,
+    /// Under one of several runouts: which offset, and which way it points.
+    Runout {
+        /// Index into the offsets.
+        offset: usize,
+        /// Index into the phases.
+        phase: usize,
+    },
+    /// Mean since the reading before, minus at the reading: what a chain with a lag is fed with.
+    OverSpan,
 }
 
 /// Change of every column, [`Base`] by [`Base`].
@@ -87,6 +92,8 @@ pub struct Data {
     pub state: Vec<State>,
     /// Length of time that a sample stands for, s; 0 for tables.
     pub span_s: Vec<f64>,
+    /// Readings that a sample is the mean of; empty for tables.
+    pub readings_each: Vec<f64>,
     /// Samples with the same number follow each other without a gap (logs); in tables every sample has its own.
     pub run: Vec<usize>,
     /// Measured quantity (power 0, others after it).

@@ -50,6 +50,8 @@ pub struct Prepared {
     slower: Vec<(f64, Vec<f64>)>,
 }
 
+/// Name of a measured force that is a mean over time.
+pub const MEAN_FORCE: &str = "force_xy_n (mean)";
 /// Time of the log over that of the program, beyond which the clock is wrong rather than the machine slow.
 const STRETCH: [f64; 2] = [0.1, 10.0];
 /// Longest spot between two engagements, mm.
@@ -65,11 +67,16 @@ const SHRUNK: f64 = 0.04;
 
 /// Simulates the program as declared and with each geometry that an effect may ask for.
 pub fn prepare(program: &[u8], job: &Job, with_forces: bool) -> Result<Prepared, LearnError> {
+    prepare_for(program, job, with_forces.then(Sample::default))
+}
+
+/// The same, for forces that are sampled so; `None`: no forces are measured.
+pub fn prepare_for(program: &[u8], job: &Job, forces: Option<Sample>) -> Result<Prepared, LearnError> {
     let program = parse(program.to_vec(), None);
     let path = interpret(&program, &Environment::from_job(job));
     let options = crate::engage::Options { spacing_mm: SPACING_MM, ..crate::engage::Options::default() };
     let map = engage(&path, job, &options, &|_| ())?;
-    let timeline = timeline(&path, &map, job, with_forces);
+    let timeline = timeline(&path, &map, job, forces);
     let shrunk_mm = SHRUNK * typical_diameter(job);
     let jobs = [
         (Variant::StockTop, GROWN_MM, Some(job.with_stock_grown(GROWN_MM, 0.0))),
@@ -81,7 +88,7 @@ pub fn prepare(program: &[u8], job: &Job, with_forces: bool) -> Result<Prepared,
         .filter_map(|(variant, size_mm, other)| {
             let other = other?;
             let changed = engage(&path, &other, &options, &|_| ()).ok()?;
-            let engaged = engaged_otherwise(&path, &changed, &other, &timeline, with_forces);
+            let engaged = engaged_otherwise(&path, &changed, &other, &timeline, forces);
             Some(OtherGeometry { variant, size_mm, engaged })
         })
         .collect();
@@ -101,10 +108,14 @@ pub struct Learned {
 /// Learns from a log in CSV or adapter output.
 pub fn run(program: &[u8], job: &Job, log: &[u8], options: &LogOptions) -> Result<Learned, LearnError> {
     let mut log = read_log(log, &options.mapping)?;
-    resultant(&mut log, options.sample, options.window_s)?;
+    resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
-    let prepared = prepare(program, job, channels.force_xy.is_some())?;
-    learn_with_data(&prepared, job, &log, &channels, options)
+    let prepared = prepare_for(program, job, channels.force_xy.map(|_| options.sample))?;
+    let mut learned = learn_with_data(&prepared, job, &log, &channels, options)?;
+    if options.sample == Sample::Mean {
+        learned.data.channel_names.iter_mut().for_each(|name| *name = name.replace("force_xy_n", MEAN_FORCE));
+    }
+    Ok(learned)
 }
 
 /// Learns from a log that was read, with what was prepared for its program.

@@ -1,9 +1,10 @@
 //! What a report on learning shows: measured and predicted readings in order, before and after, and the mean residual along
 //! every covariate. In: data, report. Out: plain numbers for [`crate::report`].
 
+use super::acting::Use;
 use super::diagnose::whitened;
 use super::experiment::used;
-use super::fit::{Use, fit};
+use super::fit::fit;
 use super::report::LearnReport;
 use super::residual::{COVARIATES, value_of};
 use super::samples::Data;

@@ -11,7 +11,7 @@
 
 use super::calibrate::Calibration;
 use super::columns::{DataError, Frame};
-use super::diagnose::errors;
+use super::judgement::errors;
 use super::nonlinear::{Solution, Variable, levenberg_marquardt};
 use super::report::Value;
 use super::samples::Data;

@@ -1,7 +1,8 @@
 //! Which samples a model is fitted on, chosen on, and finally judged on. Always whole blocks (set-ups, parts, passes or
 //! stretches of time), never neighbouring samples.
 
-use super::fit::{Use, fit};
+use super::acting::Use;
+use super::fit::fit;
 use super::residual::block_names;
 use super::samples::Data;
 

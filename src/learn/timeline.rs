@@ -6,9 +6,10 @@
 //! of a spot: removed section a_p·a_e (mm²), area swept by all edges in a revolution (mm²), share of it in the up half
 //! minus the climb half. The arcs of a station belong to its most engaged point; they are scaled to its mean section.
 
+use super::forces::Sample;
 use crate::engage::{EngagementMap, Station};
-use crate::force::contact::{Engaged, engaged as geometry};
-use crate::force::{Cut, Cutter};
+use crate::force::contact::{Engaged, Runouts, engaged as geometry};
+use crate::force::{Cut, Cutter, Loads};
 use crate::ids::MoveId;
 use crate::machine::material::{ForceModel, LinearEdge, Material, Process};
 use crate::machine::{Job, Machine, Runout, Tool};
@@ -100,10 +101,10 @@ impl Timeline {
 }
 
 /// Builds the timeline of a program.
-pub fn timeline(path: &Toolpath, map: &EngagementMap, job: &Job, with_forces: bool) -> Timeline {
+pub fn timeline(path: &Toolpath, map: &EngagementMap, job: &Job, wanted: Option<Sample>) -> Timeline {
     let pieces = Pieces::new(path, map);
     let seconds = piece_seconds(&pieces.path, &job.machine);
-    let mut forces = Forces { map, job, wanted: with_forces, runout: true, known: Vec::new() };
+    let mut forces = Forces { map, job, wanted, runout: true, known: Vec::new() };
     let mut build = Build {
         path,
         job,
@@ -284,9 +285,9 @@ pub fn engaged_otherwise(
     map: &EngagementMap,
     job: &Job,
     timeline: &Timeline,
-    with_forces: bool,
+    wanted: Option<Sample>,
 ) -> Vec<Engaged> {
-    let mut forces = Forces { map, job, wanted: with_forces, runout: false, known: Vec::new() };
+    let mut forces = Forces { map, job, wanted, runout: false, known: Vec::new() };
     let of = |spot: &Spot| {
         let id = spot.move_id?;
         let stations = map.stations_of(id);
@@ -301,7 +302,8 @@ pub fn engaged_otherwise(
 struct Forces<'a> {
     map: &'a EngagementMap,
     job: &'a Job,
-    wanted: bool,
+    /// The force that is asked for: a peak, or the magnitude of the mean vector.
+    wanted: Option<Sample>,
     /// Is the change by runout asked for?
     runout: bool,
     /// (tool, speed) and the cutters.
@@ -314,24 +316,26 @@ struct Probe {
     larger: [(Cutter, f64); 4],
     /// k_te larger, with by how much relative to it.
     sharper: (Cutter, f64),
-    /// Nominal with each of [`RUNOUTS_MM`].
-    out: [Cutter; 2],
+    /// Nominal with each of [`RUNOUTS_MM`], pointing each of the first four ways of [`RUNOUT_PHASES`].
+    out: Vec<Cutter>,
 }
 
 /// Offsets of the axis at which the change of the loads is taken, mm.
 pub const RUNOUTS_MM: [f64; 2] = [0.006, 0.018];
+/// Ways that it points, in pitches of the teeth; the last is the first again.
+pub const RUNOUT_PHASES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 impl Forces<'_> {
     fn engaged(&mut self, motion: &Move, station: &Station, tangent_z: f64, speed_mm_s: f64) -> Engaged {
         let Some(tool) = self.job.tool(motion.tool) else { return Engaged::default() };
         let mut engaged = geometry(station, self.map, self.map.slices_of(motion.tool), tool.flutes, tangent_z);
-        if self.wanted && station.arc_count > 0 && motion.spin.rps > 0.0 {
+        if self.wanted.is_some() && station.arc_count > 0 && motion.spin.rps > 0.0 {
             (engaged.peak, engaged.runout) = self.peak(motion, station, tangent_z, speed_mm_s);
         }
         engaged
     }
 
-    fn peak(&mut self, motion: &Move, station: &Station, tangent_z: f64, speed_mm_s: f64) -> ([f64; 4], [[f64; 2]; 2]) {
+    fn peak(&mut self, motion: &Move, station: &Station, tangent_z: f64, speed_mm_s: f64) -> ([f64; 4], Runouts) {
         let key = (motion.tool, motion.spin.rps.to_bits());
         if !self.known.iter().any(|(k, _)| *k == key) {
             let probe = self.probe(motion);
@@ -341,23 +345,25 @@ impl Forces<'_> {
         let Some(probe) = probe else { return Default::default() };
         let cut = Cut { arcs: self.map.arcs_of(station), tangent_z, ..Cut::default() };
         let loads = |cutter: &Cutter| cutter.loads(&cut, speed_mm_s);
+        let mean = self.wanted == Some(Sample::Mean);
+        let force = |loads: &Loads| if mean { loads.force_xy_mean_n } else { loads.force_xy_peak_n };
         let nominal = loads(&probe.nominal);
-        let peak = nominal.force_xy_peak_n;
+        let peak = force(&nominal);
         let slopes = std::array::from_fn(|k| {
             let (cutter, step) = &probe.larger[k];
-            (loads(cutter).force_xy_peak_n - peak) / step
+            (force(&loads(cutter)) - peak) / step
         });
         if !self.runout || peak <= 0.0 {
-            return (slopes, [[0.0; 2]; 2]);
+            return (slopes, Runouts::default());
         }
         // The chips of all teeth together stay; what the power loses, the edges lose.
         let edge_w = (loads(&probe.sharper.0).power_w - nominal.power_w) / probe.sharper.1;
         let change = |out: &Cutter| {
             let out = loads(out);
             let lost = if edge_w.abs() > 1e-9 { (out.power_w - nominal.power_w) / edge_w } else { 0.0 };
-            [out.force_xy_peak_n / peak - 1.0, lost.clamp(-1.0, 0.0)]
+            [force(&out) / peak - 1.0, lost.clamp(-1.0, 0.0)]
         };
-        (slopes, [change(&probe.out[0]), change(&probe.out[1])])
+        (slopes, std::array::from_fn(|k| std::array::from_fn(|p| change(&probe.out[4 * k + p]))))
     }
 
     fn probe(&self, motion: &Move) -> Option<Probe> {
@@ -371,7 +377,9 @@ impl Forces<'_> {
         };
         let step = |value: f64| 1e-3 * value.abs().max(1.0);
         let (tc, rc, te, re) = (step(k.k_tc), step(k.k_rc), step(k.k_te), step(k.k_re));
-        let out = |offset_mm: f64| cutter(k, Some(Runout { offset_mm, angle_rad: 0.0 }));
+        let pitch = std::f64::consts::TAU / f64::from(tool.flutes.max(1));
+        let ways = |offset_mm: f64| RUNOUT_PHASES[..4].iter().map(move |p| (offset_mm, p * pitch));
+        let out = |(offset_mm, angle_rad): (f64, f64)| cutter(k, Some(Runout { offset_mm, angle_rad }));
         Some(Probe {
             nominal: cutter(k, tool.runout)?,
             larger: [
@@ -381,7 +389,7 @@ impl Forces<'_> {
                 (cutter(LinearEdge { k_re: k.k_re + re, ..k }, tool.runout)?, re),
             ],
             sharper: (cutter(LinearEdge { k_te: 1.1 * k.k_te, ..k }, tool.runout)?, 0.1),
-            out: [out(RUNOUTS_MM[0])?, out(RUNOUTS_MM[1])?],
+            out: RUNOUTS_MM.into_iter().flat_map(ways).map(out).collect::<Option<_>>()?,
         })
     }
 }

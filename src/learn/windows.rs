@@ -38,29 +38,120 @@ fn window(data: &Data, base: &Fitted, members: &[usize]) -> Option<Window> {
     })
 }
 
-/// What the windows say of the edge: slow wear with the time until the edge factor doubles, or a jump.
+/// What the windows say of the edge: a jump of the cutting factor that stays (chipping), or a slow rise of the edge factor
+/// (wear) with the time until it has doubled. Either must stand out of the scatter of the windows about it.
 pub fn said(windows: &[Window]) -> Option<String> {
     let (first, last) = (windows.first()?, windows.last()?);
-    let jump = windows
-        .windows(2)
-        .map(|p| (p[1].cutting[0] - p[0].cutting[0], p[1].time_s[0]))
-        .max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let error = windows.iter().map(|w| w.cutting[1]).fold(0.0, f64::max);
-    if jump.0 > 0.1 && jump.0 > 6.0 * error {
-        return Some(format!(
-            "the cutting coefficients jump by {:.0} % at {:.0} s: look for a chipped edge",
-            100.0 * jump.0,
-            jump.1
-        ));
+    let length_s = last.time_s[1] - first.time_s[0];
+    let jump = jump(windows).filter(|j| j.by > LEAST && j.by > JUMP_STANDS_OUT * j.error);
+    let rise = rise(windows).filter(|r| r.by * length_s > LEAST && r.by > RISE_STANDS_OUT * r.error);
+    // The one that stands out more; an edge that wears makes the cutting factor creep, and the other way round.
+    match (jump, rise) {
+        (Some(j), Some(r)) if r.by / r.error > j.by / j.error => Some(worn(&r, length_s)),
+        (Some(j), _) => Some(format!(
+            "the cutting coefficients jump by {:.0} % at {:.0} s and stay: look for a chipped edge",
+            100.0 * j.by,
+            j.at
+        )),
+        (None, Some(r)) => Some(worn(&r, length_s)),
+        (None, None) => None,
     }
-    let rise = last.edge[0] - first.edge[0];
-    let hours = (last.time_s[1] - first.time_s[0]) / 3600.0;
-    (rise > 0.1 && rise > 4.0 * first.edge[1].hypot(last.edge[1])).then(|| {
-        format!(
-            "the edge coefficients rise by {:.0} % over {:.1} min (wear); at this rate they double in {:.1} min of this program",
-            100.0 * rise,
-            60.0 * hours,
-            60.0 * hours / rise * last.edge[0]
-        )
-    })
+}
+
+/// Least rise of a factor that is worth a word.
+const LEAST: f64 = 0.05;
+/// A change over its standard error from which it stands out: a jump, whose instant is searched for, and a steady rise.
+const JUMP_STANDS_OUT: f64 = 6.0;
+const RISE_STANDS_OUT: f64 = 4.0;
+
+/// A change of a factor with its standard error.
+struct Changed {
+    /// A jump: by how much. A rise: per second.
+    by: f64,
+    error: f64,
+    /// A jump: when, s. A rise: the factor when everything began.
+    at: f64,
+}
+
+fn worn(rise: &Changed, length_s: f64) -> String {
+    let end = rise.at + rise.by * length_s;
+    format!(
+        "the edge coefficients rise by {:.0} % over {:.1} min (wear); at this rate they are twice those of the sharp edge in \
+         {:.1} min of this program",
+        100.0 * rise.by * length_s / rise.at,
+        length_s / 60.0,
+        ((2.0 * rise.at - end) / rise.by / 60.0).max(0.0)
+    )
+}
+
+/// The step of the cutting factor that leaves the least scatter on either side of it.
+fn jump(windows: &[Window]) -> Option<Changed> {
+    let values: Vec<f64> = windows.iter().map(|w| w.cutting[0]).collect();
+    let n = values.len();
+    let split = |k: usize| {
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+        let (before, after) = (mean(&values[..k]), mean(&values[k..]));
+        let scatter = |part: &[f64], mean: f64| part.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+        let squares = scatter(&values[..k], before) + scatter(&values[k..], after);
+        let own = windows.iter().map(|w| w.cutting[1].powi(2)).sum::<f64>() / n as f64;
+        let variance = (squares / (n - 2) as f64).max(own);
+        let error = (variance * (1.0 / k as f64 + 1.0 / (n - k) as f64)).sqrt();
+        (squares, Changed { by: after - before, error, at: windows[k].time_s[0] })
+    };
+    let splits = if n < 5 { 0..0 } else { 2..n - 1 };
+    splits.map(split).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, changed)| changed)
+}
+
+/// Straight line through the edge factors over time.
+fn rise(windows: &[Window]) -> Option<Changed> {
+    if windows.len() < 4 {
+        return None;
+    }
+    let begin = windows[0].time_s[0];
+    let middle = |w: &Window| f64::midpoint(w.time_s[0], w.time_s[1]) - begin;
+    let x = DMatrix::from_fn(windows.len(), 2, |k, j| if j == 0 { 1.0 } else { middle(&windows[k]) });
+    let y: Vec<f64> = windows.iter().map(|w| w.edge[0]).collect();
+    let weights: Vec<f64> = windows.iter().map(|w| 1.0 / w.edge[1].powi(2).max(1e-12)).collect();
+    let fit = least_squares(&x, &y, &weights)?;
+    Some(Changed { by: fit.coefficients[1], error: fit.std_errors[1].max(1e-12), at: fit.coefficients[0].max(1e-3) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn windows(cutting: impl Fn(f64) -> f64, edge: impl Fn(f64) -> f64) -> Vec<Window> {
+        let wobble = |k: usize| 0.01 * (((k * 37) % 11) as f64 / 5.0 - 1.0);
+        (0..8)
+            .map(|k| {
+                let t = 60.0 * k as f64;
+                Window {
+                    time_s: [t, t + 60.0],
+                    cutting: [cutting(t + 30.0) + wobble(k), 0.01],
+                    edge: [edge(t + 30.0) + wobble(k + 3), 0.02],
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_slow_rise_is_wear_and_says_how_long_the_edge_lasts() {
+        // 1 + t/1000 s: twice the sharp edge at 1000 s, that is 520 s after the end of the log.
+        let said = said(&windows(|_| 1.0, |t| 1.0 + t / 1000.0)).unwrap();
+        assert!(said.contains("wear"), "{said}");
+        let minutes: f64 = said.split(" min of this").next().unwrap().rsplit(' ').next().unwrap().parse().unwrap();
+        assert!((minutes - 520.0 / 60.0).abs() < 0.8, "{said}");
+    }
+
+    #[test]
+    fn a_jump_that_stays_is_a_chipped_edge() {
+        let said = said(&windows(|t| if t > 240.0 { 1.2 } else { 1.0 }, |_| 1.0)).unwrap();
+        assert!(said.contains("chipped") && said.contains("20 % at 240 s"), "{said}");
+    }
+
+    #[test]
+    fn scatter_and_a_single_window_that_is_off_say_nothing() {
+        assert_eq!(said(&windows(|_| 1.0, |_| 1.0)), None);
+        assert_eq!(said(&windows(|t| if (200.0..220.0).contains(&t) { 1.6 } else { 1.0 }, |_| 1.0)), None);
+    }
 }

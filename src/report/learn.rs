@@ -49,6 +49,9 @@ pub fn learn_json(r: &LearnReport) -> String {
         "final": {
             "parameters": values(&r.final_base), "train": errors(&r.final_train), "test": errors(&r.final_test),
             "noise_floor": r.noise_floor,
+            "quantities": r.channels.iter().map(|c| json!({
+                "name": c.name, "test_rmse_before": c.base_rmse, "test_rmse_after": c.final_rmse,
+            })).collect::<Vec<_>>(),
         },
         "transfer": r.transfer.iter().map(|t| json!({
             "kind": t.kind, "samples": t.samples, "rmse_before": t.rmse_before, "rmse_after": t.rmse_after,

@@ -1,0 +1,276 @@
+//! What effects make of the columns of [`Data`]. In: samples, effects with values. Out: columns, or the load that they add up
+//! to with base coefficients.
+//!
+//! Geometry variants are added to the columns first; then tare columns are multiplied by Π tare, cutting columns by
+//! Π cutting · feed ratio, edge columns by Π edge; a lag filters along time last. Factors differ from sample to sample;
+//! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
+
+use super::samples::{Class, Data, Variant};
+use super::timeline::{RUNOUT_PHASES, RUNOUTS_MM};
+use crate::effects::{Change, Effect, State};
+
+/// An effect with values of its parameters.
+#[derive(Debug, Clone)]
+pub struct Use {
+    /// Which.
+    pub effect: &'static Effect,
+    /// Values in the order of its parameters.
+    pub values: Vec<f64>,
+    /// Which of them are fitted; the others stay.
+    pub free: Vec<bool>,
+}
+
+impl Use {
+    /// Parameters that the data were asked for.
+    pub fn asked(&self) -> usize {
+        self.free.iter().filter(|f| **f).count()
+    }
+}
+
+/// What one effect does to every sample.
+pub struct Acting {
+    /// Factors on tare, cutting and edge columns; `None` where all are 1.
+    factors: [Option<Vec<f64>>; 3],
+    /// What is the same for all samples.
+    whole: Change,
+}
+
+/// Evaluates an effect for every sample.
+pub fn acting(each: &Use, data: &Data) -> Acting {
+    let mut factors = [const { None::<Vec<f64>> }; 3];
+    for (i, state) in data.state.iter().enumerate() {
+        let one = (each.effect.change)(&each.values, state);
+        for (factor, value) in factors.iter_mut().zip([one.tare, one.cutting, one.edge]) {
+            // In air a covariate of the cut is not known, and nothing is there to change.
+            if value.is_finite() && value != 1.0 {
+                factor.get_or_insert_with(|| vec![1.0; data.len()])[i] = value;
+            }
+        }
+    }
+    Acting { factors, whole: (each.effect.change)(&each.values, &State::default()) }
+}
+
+/// What all effects together do to all samples alike.
+pub fn together(acting: &[&Acting]) -> Change {
+    let mut sum = Change::default();
+    for one in acting.iter().map(|a| &a.whole) {
+        sum.runout_mm += one.runout_mm;
+        sum.runout_phase += one.runout_phase;
+        sum.stock_top_mm += one.stock_top_mm;
+        sum.stock_side_mm += one.stock_side_mm;
+        sum.diameter_mm += one.diameter_mm;
+        sum.acceleration *= one.acceleration;
+        sum.reading_excess += one.reading_excess;
+        sum.lag_s += one.lag_s;
+        sum.curved += one.curved;
+    }
+    sum
+}
+
+/// Columns as the effects change them.
+pub fn changed_columns(data: &Data, acting: &[&Acting]) -> Vec<Vec<f64>> {
+    let whole = together(acting);
+    let ratio = feed_ratio(data, whole.acceleration);
+    let filter = Filter::new(data, whole.lag_s);
+    let mut columns = data.columns.clone();
+    for (b, column) in columns.iter_mut().enumerate() {
+        for (size, more) in sizes(data, &whole) {
+            column.iter_mut().zip(&more[b]).for_each(|(x, m)| *x += size * m);
+        }
+        factored(column, data.base[b].class, acting, ratio.as_ref());
+        filter.iter().for_each(|f| f.run(column));
+    }
+    columns
+}
+
+/// Σ β·column of the columns as the effects change them.
+pub fn load(data: &Data, acting: &[&Acting], base: &[f64]) -> Vec<f64> {
+    let whole = together(acting);
+    let ratio = feed_ratio(data, whole.acceleration);
+    let mut sum = vec![0.0; data.len()];
+    for class in [Class::Tare, Class::Cutting, Class::Edge] {
+        let mut part = vec![0.0; data.len()];
+        for (b, beta) in base.iter().enumerate().filter(|(b, _)| data.base[*b].class == class) {
+            part.iter_mut().zip(&data.columns[b]).for_each(|(p, x)| *p += beta * x);
+            for (size, more) in sizes(data, &whole) {
+                part.iter_mut().zip(&more[b]).for_each(|(p, m)| *p += beta * size * m);
+            }
+        }
+        factored(&mut part, class, acting, ratio.as_ref());
+        sum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
+    }
+    Filter::new(data, whole.lag_s).iter().for_each(|f| f.run(&mut sum));
+    sum
+}
+
+fn factored(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<&Vec<f64>>) {
+    for factors in acting.iter().filter_map(|a| a.factors[class as usize].as_ref()) {
+        column.iter_mut().zip(factors).for_each(|(x, f)| *x *= f);
+    }
+    if let Some(ratio) = ratio.filter(|_| class == Class::Cutting) {
+        column.iter_mut().zip(ratio).for_each(|(x, r)| *x *= r);
+    }
+}
+
+/// Variants that the change asks for, with how much of them.
+fn sizes<'a>(data: &'a Data, change: &Change) -> Vec<(f64, &'a Vec<Vec<f64>>)> {
+    let size = |v: &'a super::samples::VariantColumns| (size_of(v.variant, change), &v.columns);
+    data.variants.iter().map(size).filter(|(size, _)| *size != 0.0).collect()
+}
+
+/// How much of a variant a change asks for, mm (or 0 … 1 for the curvature).
+fn size_of(variant: Variant, change: &Change) -> f64 {
+    match variant {
+        Variant::StockTop => change.stock_top_mm,
+        Variant::StockSide => change.stock_side_mm,
+        Variant::Diameter => change.diameter_mm,
+        Variant::Curved => change.curved,
+        Variant::Runout { offset, phase } => {
+            let way = |k: usize| share(change.runout_phase, &RUNOUT_PHASES, k, false);
+            let again = if phase == 0 { way(RUNOUT_PHASES.len() - 1) } else { 0.0 };
+            share(change.runout_mm, &RUNOUTS_MM, offset, true) * (way(phase) + again)
+        }
+        Variant::OverSpan => f64::from(change.lag_s > 0.0),
+    }
+}
+
+/// Share of the `k`-th of rising places in a value between them: linear between neighbours, from nothing at 0 before the
+/// first if `from_zero`, and on beyond the last two.
+fn share(value: f64, places: &[f64], k: usize, from_zero: bool) -> f64 {
+    if from_zero && value <= places[0] {
+        return if k == 0 { value / places[0] } else { 0.0 };
+    }
+    let low = places.partition_point(|p| *p < value).clamp(1, places.len() - 1) - 1;
+    let t = (value - places[low]) / (places[low + 1] - places[low]);
+    if k == low {
+        1.0 - t
+    } else if k == low + 1 {
+        t
+    } else {
+        0.0
+    }
+}
+
+/// Feed over declared feed on a machine with this factor of the acceleration: between two factors linear in the logarithm.
+fn feed_ratio(data: &Data, factor: f64) -> Option<Vec<f64>> {
+    let last = data.slower.last().filter(|_| factor < 1.0)?;
+    let after = data.slower.iter().position(|s| s.factor <= factor);
+    let (below, t) = match after {
+        None => (last, 1.0),
+        Some(k) => {
+            let above = if k == 0 { 1.0 } else { data.slower[k - 1].factor };
+            (&data.slower[k], (above / factor).ln() / (above / data.slower[k].factor).ln())
+        }
+    };
+    let above = after.filter(|k| *k > 0).map(|k| &data.slower[k - 1].ratio);
+    let between = |i: usize| {
+        let high = above.map_or(1.0, |ratio| ratio[i]);
+        high + t * (below.ratio[i] - high)
+    };
+    Some((0..data.len()).map(between).collect())
+}
+
+/// First-order lag along the runs. With u the mean of the load over the span of a sample and L the level before it, the
+/// level after k of its m readings is u + (L − u)·qᵏ, q = e^(−span/(m T)); the sample is the mean over k = 1 … m.
+struct Filter {
+    /// Per sample: does it follow the one before, share of L − u in the sample, and in the level after it.
+    steps: Vec<(bool, f64, f64)>,
+}
+
+impl Filter {
+    fn new(data: &Data, lag_s: f64) -> Option<Self> {
+        let step = |i: usize| {
+            let m = data.readings_each.get(i).copied().unwrap_or(1.0).max(1.0);
+            let q = (-data.span_s[i] / (m * lag_s)).exp();
+            let keep = (-data.span_s[i] / lag_s).exp();
+            let share = if q < 1.0 { q * (1.0 - keep) / ((1.0 - q) * m) } else { 1.0 };
+            (i > 0 && data.run[i] == data.run[i - 1], share, keep)
+        };
+        (lag_s > 0.0).then(|| Self { steps: (0..data.len()).map(step).collect() })
+    }
+
+    fn run(&self, values: &mut [f64]) {
+        let mut level = 0.0;
+        for (value, (follows, share, keep)) in values.iter_mut().zip(&self.steps) {
+            let input = *value;
+            level = if *follows { level } else { input };
+            *value = input + (level - input) * share;
+            level = input + (level - input) * keep;
+        }
+    }
+}
+
+/// The reading that the measuring chain makes of a load, `top` being the scale of the excess.
+pub fn measured(mut load: Vec<f64>, acting: &[&Acting], top: f64) -> Vec<f64> {
+    let excess = together(acting).reading_excess;
+    if excess != 0.0 {
+        load.iter_mut().for_each(|p| *p *= 1.0 + excess * *p / top);
+    }
+    load
+}
+
+/// Scale of the efficiency effect: the 99th percentile of the readings.
+pub fn top_reading(data: &Data) -> f64 {
+    let mut sorted: Vec<f64> = data.used().map(|i| data.reading[i]).collect();
+    let at = sorted.len() * 99 / 100;
+    if sorted.is_empty() {
+        return 1.0;
+    }
+    sorted.select_nth_unstable_by(at, f64::total_cmp).1.abs().max(1e-9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::named;
+
+    /// Two classes of one sample each step, a step of the load after sample 10.
+    fn stepped(readings_each: f64) -> Data {
+        let n = 40;
+        Data {
+            base: vec![super::super::samples::Base {
+                name: "k_tc".into(),
+                unit: String::new(),
+                class: Class::Cutting,
+                prior: None,
+                bounds: super::super::samples::UNBOUNDED,
+            }],
+            columns: vec![(0..n).map(|i| f64::from(i >= 10)).collect()],
+            reading: vec![0.0; n as usize],
+            weight: vec![1.0; n as usize],
+            state: vec![State::default(); n as usize],
+            span_s: vec![0.1 * readings_each; n as usize],
+            readings_each: vec![readings_each; n as usize],
+            run: vec![0; n as usize],
+            ..Data::default()
+        }
+    }
+
+    #[test]
+    fn a_lag_is_the_step_response_at_the_readings_and_their_mean_in_a_cell() {
+        let lag = Use { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
+        let response = |t: f64| 1.0 - (-t / 0.4f64).exp();
+        for m in [1usize, 3] {
+            let data = stepped(m as f64);
+            let out = &changed_columns(&data, &[&acting(&lag, &data)])[0];
+            for (i, value) in out.iter().enumerate() {
+                let readings = (1..=m).map(|k| response(0.1 * ((i as f64 - 10.0) * m as f64 + k as f64)).max(0.0));
+                let expected = readings.sum::<f64>() / m as f64;
+                assert!((value - expected).abs() < 1e-12, "{m} {i}: {value} {expected}");
+            }
+            let whole = load(&data, &[&acting(&lag, &data)], &[2.0]);
+            assert!(whole.iter().zip(out).all(|(w, x)| (w - 2.0 * x).abs() < 1e-12));
+        }
+    }
+
+    #[test]
+    fn shares_are_linear_between_places_and_add_up() {
+        let places = [1.0, 3.0];
+        assert_eq!([0, 1].map(|k| share(0.5, &places, k, true)), [0.5, 0.0]);
+        assert_eq!([0, 1].map(|k| share(2.0, &places, k, true)), [0.5, 0.5]);
+        assert_eq!([0, 1].map(|k| share(4.0, &places, k, true)), [-0.5, 1.5]);
+        let three = [0.0, 0.5, 1.0];
+        assert_eq!([0, 1, 2].map(|k| share(0.75, &three, k, false)), [0.0, 0.5, 0.5]);
+        assert_eq!([0, 1, 2].map(|k| share(0.0, &three, k, false)), [1.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,91 @@
+//! What a trial does to data that it was not fitted on. In: the diagnosis with its split, a trial. Out: residuals of blocks
+//! left out, and whether kinds of cuts left out get worse.
+
+use super::diagnose::Diagnosis;
+use super::fit::{Fitted, fit};
+use super::samples::Data;
+use super::split::{held_out_residuals, improvement_by_block, t_statistic, without};
+use super::trial::{Trial, best_trial};
+use rayon::prelude::*;
+
+impl Diagnosis<'_> {
+    /// Held-out residuals with a trial; what was found by scanning is found again without each fold.
+    pub(super) fn unseen_residuals(&self, present: &Fitted, trial: &Trial) -> Vec<f64> {
+        if !trial.effect.parameters.iter().any(|p| p.scanned) {
+            return held_out_residuals(&self.train, &trial.fitted.model.effects, self.split);
+        }
+        let folds: Vec<Vec<(usize, f64)>> = (0..self.split.folds)
+            .into_par_iter()
+            .map(|fold| {
+                let rest = self.train.with_weights(without(&self.train, |i| self.split.fold[i] == fold));
+                let found = fit(&rest, &present.model.effects, 8)
+                    .and_then(|own| best_trial(&rest, &own, &own.model.effects, trial.effect).1);
+                let Some(found) = found else { return Vec::new() };
+                let held = self.train.used().filter(|i| self.split.fold[*i] == fold);
+                held.map(|i| (i, self.train.reading[i] - found.fitted.predicted[i])).collect()
+            })
+            .collect();
+        let mut residuals = vec![f64::NAN; self.train.len()];
+        folds.into_iter().flatten().for_each(|(i, r)| residuals[i] = r);
+        residuals
+    }
+
+    pub(super) fn drop_of(&self, before: &[f64], after: &[f64]) -> f64 {
+        let (mut b, mut a) = (0.0, 0.0);
+        for i in self.train.used().filter(|i| before[*i].is_finite() && after[*i].is_finite()) {
+            b += self.train.weight[i] * before[i].powi(2);
+            a += self.train.weight[i] * after[i].powi(2);
+        }
+        1.0 - (a / f64::max(b, 1e-300)).sqrt()
+    }
+
+    /// An effect must not make cuts worse that it was not fitted on.
+    pub(super) fn harms_another_kind(&self, present: &Fitted, trial: &Trial) -> Option<String> {
+        for kind in self.kinds() {
+            let members: Vec<usize> = self.data.used().filter(|i| self.data.kind[*i] == kind).collect();
+            let others = self.train.with_weights(without(&self.train, |i| self.data.kind[i] == kind));
+            let rest = others.used().count();
+            if members.len() * 20 < self.data.len() || rest * 5 < self.data.len() {
+                continue;
+            }
+            let (Some(plain), Some(with)) =
+                (fit(&others, &present.model.effects, 8), fit(&others, &trial.fitted.model.effects, 8))
+            else {
+                continue;
+            };
+            let squares = |f: &Fitted| -> Vec<f64> {
+                members.iter().map(|&i| (self.data.reading[i] - f.predicted[i]).powi(2)).collect()
+            };
+            let (a, b) = (squares(&plain), squares(&with));
+            let ratio = (b.iter().sum::<f64>() / a.iter().sum::<f64>().max(1e-300)).sqrt();
+            let worse = improvement_by_block(
+                self.data,
+                &residual_on(&members, &plain, self.data),
+                &residual_on(&members, &with, self.data),
+            );
+            if ratio > 1.02 && t_statistic(&worse) < -1.0 {
+                return Some(format!(
+                    "fitted without {}, it makes that worse ({:+.1} % error)",
+                    self.data.kind_names[kind],
+                    100.0 * (ratio - 1.0)
+                ));
+            }
+        }
+        None
+    }
+
+    pub(super) fn kinds(&self) -> Vec<usize> {
+        let mut kinds: Vec<usize> = self.data.used().map(|i| self.data.kind[i]).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        if kinds.len() < 2 { Vec::new() } else { kinds }
+    }
+}
+
+fn residual_on(members: &[usize], fitted: &Fitted, data: &Data) -> Vec<f64> {
+    let mut residual = vec![f64::NAN; data.len()];
+    for &i in members {
+        residual[i] = data.reading[i] - fitted.predicted[i];
+    }
+    residual
+}

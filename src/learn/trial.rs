@@ -1,0 +1,62 @@
+//! One candidate on top of a model. In: data, the model so far, an effect. Out: its best fit, and what that is worth.
+
+use super::acting::Use;
+use super::candidates::starts;
+use super::fit::{Fitted, fit};
+use super::residual::inflation;
+use super::samples::Data;
+use crate::effects::Effect;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// A candidate on top of a model.
+pub struct Trial {
+    /// Effect.
+    pub effect: &'static Effect,
+    /// Fitted with it, it being the last.
+    pub fitted: Fitted,
+    /// Log-likelihood ratio of the fit, by samples that count.
+    pub gain: f64,
+    /// The same less the charge for its parameters.
+    pub score: f64,
+}
+
+/// Best fit of a candidate over its forms and starts, and how many fits that took.
+pub fn best_trial(data: &Data, present: &Fitted, effects: &[Use], effect: &'static Effect) -> (usize, Option<Trial>) {
+    let begin = starts(effect, data, present);
+    let with = |each: &Use| effects.iter().cloned().chain([each.clone()]).collect::<Vec<Use>>();
+    let trial = |each: &Use, iterations: usize| {
+        let fitted = fit(data, &with(each), iterations)?;
+        let (score, gain) = score_of(data, present, &fitted, each.asked());
+        Some(Trial { effect, fitted, gain, score })
+    };
+    let best = begin.iter().filter_map(|each| trial(each, 5)).max_by(|a, b| a.score.total_cmp(&b.score));
+    // What does not even pay for its parameters by now is not worth fitting to the end.
+    let polished = best.and_then(|b| if b.score < 0.0 { Some(b) } else { trial(b.fitted.model.effects.last()?, 25) });
+    (begin.len(), polished)
+}
+
+/// (score, gain) of `after` over `before` with `k` more parameters.
+pub fn score_of(data: &Data, before: &Fitted, after: &Fitted, k: usize) -> (f64, f64) {
+    let n = data.used().count() as f64 / inflation(data, &after.residuals(data));
+    let gain = n * (before.squares.max(1e-300) / after.squares.max(1e-300)).ln();
+    (gain - k as f64 * n.max(2.0).ln(), gain)
+}
+
+/// Chance of such a gain without the effect.
+pub fn chance(trial: &Trial) -> f64 {
+    let freedom = trial.fitted.model.effects.last().map_or(1, Use::asked).max(1) as f64;
+    ChiSquared::new(freedom).map_or(1.0, |chi| chi.sf(trial.gain.max(0.0)))
+}
+
+/// Why the strength of an effect is not physical.
+pub fn unphysical(each: Option<&Use>) -> Option<String> {
+    let each = each?;
+    if !each.effect.is_physical(&each.values) {
+        return Some("its parameters leave their physical bounds".into());
+    }
+    let strength = (0..each.values.len()).find(|k| each.free[*k] && !each.effect.parameters[*k].scanned)?;
+    let (value, parameter) = (each.values[strength], &each.effect.parameters[strength]);
+    let at = |bound: f64| (value - bound).abs() < 1e-6 * (parameter.max - parameter.min);
+    (at(parameter.max) || (at(parameter.min) && parameter.min != 0.0))
+        .then(|| format!("{} runs into its physical bound ({value:.3})", parameter.name))
+}

@@ -1,0 +1,191 @@
+//! Logs that know neither where the tool is nor when the program began: the mapping that was put in against the one found.
+//!
+//! A generated part is cut by a machine that begins late, whose logger's clock runs 1.5 % fast, that is held once in the
+//! air for 8 s, and whose operator turns the feed down to 80 % for a fifth of the program. Every reading knows the step and
+//! the way along it; the place of that in the predicted program is where it should be tied.
+
+#![allow(clippy::format_collect, clippy::unwrap_used)]
+
+#[path = "../benches/confusion/cases.rs"]
+#[allow(dead_code)]
+mod cases;
+#[path = "../benches/confusion/cut.rs"]
+#[allow(dead_code)]
+mod cut;
+#[path = "../benches/confusion/motion.rs"]
+#[allow(dead_code)]
+mod motion;
+#[path = "../benches/confusion/physics.rs"]
+#[allow(dead_code)]
+mod physics;
+#[path = "../benches/confusion/programs.rs"]
+#[allow(dead_code)]
+mod programs;
+#[path = "../benches/confusion/rng.rs"]
+#[allow(dead_code)]
+mod rng;
+#[path = "../benches/confusion/writer.rs"]
+#[allow(dead_code)]
+mod writer;
+
+use feedwright::learn::align::Aligned;
+use feedwright::learn::cells::channels;
+use feedwright::learn::log::read_log;
+use feedwright::learn::session::{LogOptions, Prepared, aligned, learn, prepare};
+use feedwright::machine::Job;
+use motion::Moment;
+use physics::{Channel, Coefficients, Milling};
+use programs::Part;
+use rng::Rng;
+use std::fmt::Write;
+use writer::Action;
+
+const BEFORE_S: f64 = 7.3;
+const STRETCH: f64 = 1.015;
+const HELD_S: f64 = 8.0;
+const OVERRIDE: f64 = 0.8;
+const RATE_HZ: f64 = 10.0;
+
+/// The log, and the moment that every row of it belongs to; `None` outside the program and while it is held.
+struct Told {
+    text: String,
+    moments: Vec<Option<Moment>>,
+    /// When it is held, in the time of the log.
+    held_s: f64,
+}
+
+fn told(seed: u64, lines: bool) -> (Part, Told) {
+    let part = Part::new(seed);
+    let mut machine = Part::new(seed);
+    let count = machine.steps.len();
+    for step in &mut machine.steps[count * 2 / 5..count * 3 / 5] {
+        if let Action::Move { feed_mm_s: Some(feed), .. } = &mut step.action {
+            *feed *= OVERRIDE;
+        }
+    }
+    let mut rng = Rng::new(seed, 9);
+    let truth = Coefficients::draw(&part, &mut rng);
+    let milling = Milling::new(&machine, &truth, &[], Channel::Power);
+    let times: Vec<f64> = (0..(milling.end_s() * RATE_HZ) as usize).map(|k| k as f64 / RATE_HZ).collect();
+    let readings = milling.read(&times);
+    let mean =
+        readings.iter().map(|r| r.cutting).sum::<f64>() / readings.iter().filter(|r| r.cutting > 0.0).count() as f64;
+    // Held where nothing is cut, past three quarters.
+    let held = (readings.len() * 3 / 4..readings.len())
+        .find(|&k| readings[k].cutting == 0.0 && readings[k].moment.rps > 0.0 && readings[k].moment.runup.is_none())
+        .unwrap();
+    let mut out = Told {
+        text: format!("time_s,{}spindle_power_w\n", if lines { "line," } else { "" }),
+        moments: Vec::new(),
+        held_s: STRETCH * (BEFORE_S + times[held]),
+    };
+    let mut row = |t: f64, moment: Option<Moment>, line: usize, value: f64| {
+        let value = (value + 0.03 * mean * rng.normal()).max(0.0);
+        let place = if lines { format!("{line},") } else { String::new() };
+        writeln!(out.text, "{:.3},{place}{value:.1}", STRETCH * t).unwrap();
+        out.moments.push(moment);
+    };
+    let line = |k: usize| part.steps[readings[k].moment.step].line;
+    for k in 0..(BEFORE_S * RATE_HZ) as usize {
+        row(k as f64 / RATE_HZ, None, 1, 0.0);
+    }
+    for (k, reading) in readings.iter().enumerate() {
+        let late = if k > held { HELD_S } else { 0.0 };
+        row(BEFORE_S + times[k] + late, Some(reading.moment), line(k), reading.value);
+        if k == held {
+            for j in 1..(HELD_S * RATE_HZ) as usize {
+                row(BEFORE_S + times[k] + j as f64 / RATE_HZ, None, line(k), reading.value);
+            }
+        }
+    }
+    (part, out)
+}
+
+fn job_of(part: &Part) -> Job {
+    feedwright::setup::load(&part.setup, std::path::Path::new(".")).unwrap().0
+}
+
+/// Predicted time of the program at a place of a step that moves.
+fn expected_s(prepared: &Prepared, part: &Part, moment: &Moment) -> Option<f64> {
+    let line = part.steps[moment.step].line;
+    let mut way = 0.0;
+    for spot in prepared.timeline().spots.iter().filter(|s| s.line as usize == line && s.length_mm > 0.0) {
+        if moment.s_mm <= way + spot.length_mm {
+            return Some(spot.start_s + (moment.s_mm - way) / spot.length_mm * (spot.end_s - spot.start_s));
+        }
+        way += spot.length_mm;
+    }
+    None
+}
+
+/// Errors of the samples in cuts, s, sorted by size.
+fn errors(prepared: &Prepared, part: &Part, told: &Told, found: &Aligned) -> Vec<f64> {
+    let feeds = |m: &Moment| matches!(part.steps[m.step].action, Action::Move { feed_mm_s: Some(_), .. });
+    let error = |(moment, at): (&Option<Moment>, &f64)| {
+        let moment = moment.as_ref().filter(|m| feeds(m))?;
+        Some((at - expected_s(prepared, part, moment)?).abs())
+    };
+    let mut all: Vec<f64> = told.moments.iter().zip(&found.program_s).filter_map(error).collect();
+    all.sort_by(f64::total_cmp);
+    assert!(all.iter().all(|e| e.is_finite()) && all.len() > 1000, "{} samples in cuts", all.len());
+    all
+}
+
+/// Ties the log of a part; gives the errors and the alignment.
+fn tied(seed: u64, lines: bool) -> (Vec<f64>, Aligned, Told) {
+    let (part, told) = told(seed, lines);
+    let job = job_of(&part);
+    let prepared = prepare(part.program.as_bytes(), &job, false).unwrap();
+    let log = read_log(told.text.as_bytes(), &[]).unwrap();
+    let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
+    let errors = errors(&prepared, &part, &told, &found);
+    let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
+    eprintln!(
+        "{seed} {}: u {:.3} s, errors {:.3} {:.3} {:.3}",
+        found.method,
+        found.uncertainty_s,
+        at(0.5),
+        at(0.68),
+        at(0.95)
+    );
+    (errors, found, told)
+}
+
+#[test]
+fn by_load_alone_a_log_with_offset_stretch_pause_and_override_is_tied_within_what_is_stated() {
+    for seed in [1003, 1004] {
+        let (errors, found, told) = tied(seed, false);
+        assert_eq!(found.method, "load");
+        let u = found.uncertainty_s;
+        // Two thirds of the errors within the standard uncertainty, and hardly any beyond three of it.
+        let within = |by: f64| errors.iter().filter(|e| **e <= by).count() as f64 / errors.len() as f64;
+        assert!(u < 0.3 && within(u) > 0.6 && within(3.0 * u) > 0.95, "{u} {} {}", within(u), within(3.0 * u));
+        let long: Vec<&(f64, f64)> = found.pauses.iter().filter(|p| p.1 > 4.0).collect();
+        assert_eq!(long.len(), 1, "{:?}", found.pauses);
+        assert!((long[0].1 - STRETCH * HELD_S).abs() < 1.0 && (long[0].0 - told.held_s).abs() < 6.0, "{long:?}");
+    }
+}
+
+#[test]
+fn by_line_numbers_the_same_log_is_tied_within_what_is_stated() {
+    let (errors, found, _) = tied(1003, true);
+    assert_eq!(found.method, "line");
+    let u = found.uncertainty_s;
+    let within = |by: f64| errors.iter().filter(|e| **e <= by).count() as f64 / errors.len() as f64;
+    assert!(u < 0.2 && within(u) > 0.6 && within(3.0 * u) > 0.95, "{u} {} {}", within(u), within(3.0 * u));
+}
+
+#[test]
+fn the_report_says_the_offset_and_the_stretch() {
+    let (part, told) = told(1003, false);
+    let job = job_of(&part);
+    let prepared = prepare(part.program.as_bytes(), &job, false).unwrap();
+    let log = read_log(told.text.as_bytes(), &[]).unwrap();
+    let report = learn(&prepared, &job, &log, &channels(&log), &LogOptions::default()).unwrap();
+    let alignment = report.alignment.unwrap();
+    assert!((alignment.offset_s - STRETCH * BEFORE_S).abs() < 0.5, "{alignment:?}");
+    // The whole log over the whole program: the clock, the hold and the override together.
+    let total_s = prepared.timeline().total_s();
+    let logged_s = log.time_s.last().unwrap() - STRETCH * BEFORE_S;
+    assert!((alignment.stretch - logged_s / total_s).abs() < 0.01, "{alignment:?} {}", logged_s / total_s);
+}
