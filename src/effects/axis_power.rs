@@ -1,6 +1,6 @@
 //! Axes on the meter: a meter that feeds the whole machine reads the friction and the acceleration of the axes too:
-//! reading without a cut · (1 + f·v + a·v·max(0, a)), v the speed along the path in m/min and a the acceleration in m/s²: a
-//! drive that brakes gives nothing back.
+//! idle reading + idle reading at the reference speed of the spindle · (f·v + a·v·max(0, a)), v the speed along the path in
+//! m/min and a the acceleration in m/s²: the axes know nothing of the spindle, and a drive that brakes gives nothing back.
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -39,5 +39,6 @@ pub const EFFECT: Effect = Effect {
 fn change(p: &[f64], state: &State) -> Change {
     let speed_m_min = 0.06 * state.path_speed_mm_s;
     let acceleration_m_s2 = 1e-3 * state.path_acceleration_mm_s2.max(0.0); // unknown: none
-    Change { tare: 1.0 + p[0] * speed_m_min + p[1] * speed_m_min * acceleration_m_s2, ..Change::default() }
+    let share = if state.tare_share > 0.0 { state.tare_share } else { 1.0 };
+    Change { tare: 1.0 + speed_m_min * (p[0] + p[1] * acceleration_m_s2) / share, ..Change::default() }
 }

@@ -188,6 +188,8 @@ pub struct State {
     pub edge_position_mm: f64,
     /// Path since the tool met material, mm.
     pub since_entry_mm: f64,
+    /// Declared tare at this spindle speed over that at the reference speed.
+    pub tare_share: f64,
     /// Speed along the path, mm/s.
     pub path_speed_mm_s: f64,
     /// Acceleration along the path, mm/s².
@@ -237,6 +239,7 @@ impl Default for State {
             curvature_per_mm: nan,
             edge_position_mm: nan,
             since_entry_mm: nan,
+            tare_share: nan,
             path_speed_mm_s: nan,
             path_acceleration_mm_s2: nan,
             sectors: [Sector::default(); SECTORS],

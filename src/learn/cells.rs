@@ -402,6 +402,7 @@ impl<'a> Along<'a> {
         };
         (state.path_speed_mm_s, state.path_acceleration_mm_s2) =
             motion(self.known.timeline, index, program_s, self.aligned.method == "position", &self.known.job.machine);
+        state.tare_share = self.tare_shape(rps);
         let Some(tool) = tool.filter(|_| e.section_mm2 > 1e-6 && rps > 0.0) else { return state };
         let left = crate::path::Vec3::new(-spot.direction.y, spot.direction.x, 0.0);
         let speed = spot.speed_mm_s();
