@@ -288,7 +288,7 @@ fn boring_with_a_manual_way_out_dwells_and_leaves_at_rest() {
 fn modal_macros_are_said_and_freeze_what_they_follow() {
     let path = read("G1 X1. F100.\nG66 P9000\nX2.\nG67\nX3.\nM30\n", Dialect::Fanuc);
     assert_eq!(path.moves.iter().map(|m| m.freeze).collect::<Vec<_>>(), [None, Some(Freeze::Cycle), None]);
-    assert_eq!(path.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(), [("nc::cycle", Some(2))]);
+    assert_eq!(path.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(), [("nc::no-routine", Some(2))]);
 }
 
 #[test]
@@ -310,4 +310,65 @@ fn a_cycle_without_g98_or_g99_withdraws_as_its_control_does() {
     };
     assert_eq!(last_z(Dialect::LinuxCnc), 2.0, "LinuxCNC begins with G99");
     assert_eq!(last_z(Dialect::Fanuc), 10.0, "the others with G98");
+}
+
+const MODAL: &str = "O1\nG90 G0 X0 Y0 Z5.\nG66 P9100 Z-3. R1. F77.\nX10.\nX20. Y5.\nG67\nX0 Y0\nG1 X5. F300.\nM30\nO9100\n\
+    G0 Z#18\nG1 Z#26 F200.\nG0 Z5.\n#26=#26-1\nM99\n";
+
+#[test]
+fn a_modal_macro_is_called_after_every_motion() {
+    let path = read(MODAL, Dialect::Fanuc);
+    assert_quiet(&path);
+    // The second call finds the variables as the first one left them: one deeper.
+    let hole = |x: f64, y: f64, z: f64| [[x, y, 5.0], [x, y, 1.0], [x, y, z], [x, y, 5.0]];
+    let expected = [&[[0.0, 0.0, 5.0]][..], &hole(10.0, 0.0, -3.0), &hole(20.0, 5.0, -4.0)].concat();
+    assert_eq!(ends(&path)[..9], expected);
+    assert_eq!(ends(&path)[9..], [[0.0, 0.0, 5.0], [5.0, 0.0, 5.0]]);
+    let drilled: Vec<_> = path.moves.iter().filter(|m| m.kind == MoveKind::Feed && m.block.0 == 11).collect();
+    assert_eq!(drilled.len(), 2);
+    assert!(drilled.iter().all(|m| m.freeze.is_none() && m.shared.is_some() && m.shared == drilled[0].shared));
+    assert!((path.moves[3].feed.mm_s - 200.0 / 60.0).abs() < 1e-12, "F of G66 is an argument");
+}
+
+#[test]
+fn a_modal_macro_that_is_not_there_is_kept_and_said() {
+    let path = read(&MODAL.replace("O9100", "O9101"), Dialect::Fanuc);
+    assert!(path.diagnostics.iter().any(|d| d.code == "nc::no-routine" && d.line == Some(3)), "{:?}", path.diagnostics);
+    assert!(ends(&path).iter().all(|end| end[2] == 5.0));
+}
+
+#[test]
+fn arguments_of_a_macro_call_are_no_words() {
+    let path = read("G0 X0 Y0\nG1 X1. F60.\nG65 P5 F9. S7. X3.\nM30\nO5\nG1 Y#24\nM99\n", Dialect::Fanuc);
+    assert_eq!(ends(&path)[2], [1.0, 3.0, 0.0]);
+    assert!((path.moves[2].feed.mm_s - 1.0).abs() < 1e-12 && path.moves[2].spin.rps == 0.0);
+}
+
+#[test]
+fn wear_moves_the_path_by_its_value() {
+    let text = "G0 X0 Y0\nG41 D1 G1 X10 Y5 F100\nX20\nY30\nG2 X30 Y40 I10\nG40 G1 X50\n";
+    let with = |text: &str, environment: Environment<'_>| {
+        let path = nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(Dialect::Fanuc)), &environment);
+        ends(&path)
+    };
+    let wear = |meaning, wear_mm| Environment { compensation: Some(meaning), wear_mm, ..Environment::default() };
+    // The same as the control with a tool of twice that diameter.
+    let control = |side: &str| {
+        let tool = Environment {
+            diameters_mm: vec![(1, 0.2)],
+            compensation: Some(Compensation::Control),
+            ..Environment::default()
+        };
+        with(&text.replace("G41", side), tool)
+    };
+    let plain = with(text, wear(Compensation::Wear, Vec::new()));
+    assert_eq!(plain, with(&text.replace("G41 D1", "").replace("G40", ""), Environment::default()));
+    assert_ne!(plain, control("G41"));
+    assert_eq!(with(text, wear(Compensation::Wear, vec![(1, 0.1)])), control("G41"));
+    assert_eq!(with(text, wear(Compensation::Wear, vec![(1, -0.1)])), control("G42"));
+    assert_eq!(with(text, wear(Compensation::InverseWear, vec![(1, 0.1)])), control("G42"));
+    assert_eq!(with(&format!("G10 L13 P1 R0.1\n{text}"), wear(Compensation::Wear, vec![(1, 5.0)])), control("G41"));
+    let unknown = nc::parse(text.as_bytes().to_vec(), Some(Dialect::Fanuc));
+    let said = nc::interpret(&unknown, &wear(Compensation::Wear, Vec::new())).diagnostics;
+    assert!(said.iter().any(|d| d.code == "nc::wear" && d.line == Some(2)), "{said:?}");
 }

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use feedwright::machine::Compensation;
-use feedwright::nc::{self, Dialect, Environment, Event, MoveKind, Toolpath};
+use feedwright::nc::{self, Dialect, Environment, Event, FeedMode, MoveKind, Toolpath};
 use feedwright::path::{Curve, Plane, Vec3};
-use feedwright::units::{MM_PER_INCH, rpm_from_rps};
+use feedwright::units::{MM_PER_INCH, mm_min_from_mm_s, rpm_from_rps};
 
 const SCOREBOARD: &str = "tests/rs274_scoreboard.txt";
 /// Tolerance on end points and centres, in the program's unit (rs274 prints four decimals).
@@ -27,6 +27,8 @@ struct Motion {
     centre: Option<(Plane, Vec3, f64)>,
     tool: u32,
     rpm: f64,
+    /// Feed of a feed motion, mm/min; NaN per revolution.
+    feed: f64,
     /// mm in the unit it was written in.
     unit_mm: f64,
 }
@@ -48,7 +50,9 @@ fn ours(path: &Toolpath) -> Vec<Motion> {
         };
         let rpm = rpm_from_rps(motion.spin.rps) * if motion.spin.reverse { -1.0 } else { 1.0 };
         let to = motion.curve().to() - shift;
-        motions.push(Motion { line: motion.line, kind, to, centre, tool: motion.tool, rpm, unit_mm: 1.0 });
+        let per_rev = motion.feed.mode == FeedMode::PerRev;
+        let feed = if per_rev { f64::NAN } else { mm_min_from_mm_s(motion.feed.mm_s) };
+        motions.push(Motion { line: motion.line, kind, to, centre, tool: motion.tool, rpm, feed, unit_mm: 1.0 });
     }
     motions
 }
@@ -56,7 +60,7 @@ fn ours(path: &Toolpath) -> Vec<Motion> {
 /// Reads canonical calls as `canon.sh` prints them.
 fn theirs(text: &str) -> Vec<Motion> {
     let (mut unit, mut plane, mut tool, mut speed, mut turning) = (1.0, Plane::Xy, 0, 0.0, 0.0);
-    let mut at = Vec3::zeros();
+    let (mut at, mut feed, mut per_rev) = (Vec3::zeros(), f64::NAN, false);
     let mut motions = Vec::new();
     for row in text.lines() {
         let Some((head, call)) = row.split_once(" N").and_then(|_| row.trim_start().split_once(' ')) else { continue };
@@ -69,7 +73,8 @@ fn theirs(text: &str) -> Vec<Motion> {
         let numbers: Vec<f64> =
             arguments.trim_end_matches(')').split(',').filter_map(|a| a.trim().parse().ok()).collect();
         let mut push = |kind, to: Vec3, centre| {
-            motions.push(Motion { line, kind, to, centre, tool, rpm: speed * turning, unit_mm: unit });
+            let feed = if per_rev { f64::NAN } else { feed };
+            motions.push(Motion { line, kind, to, centre, tool, rpm: speed * turning, feed, unit_mm: unit });
         };
         match name {
             "USE_LENGTH_UNITS" => unit = if arguments.contains("INCH") { MM_PER_INCH } else { 1.0 },
@@ -82,6 +87,8 @@ fn theirs(text: &str) -> Vec<Motion> {
                     Plane::Yz
                 };
             }
+            "SET_FEED_RATE" => feed = numbers[0] * unit,
+            "SET_FEED_MODE" => per_rev = numbers[1] != 0.0,
             "CHANGE_TOOL" => tool = numbers[0] as u32,
             "SET_SPINDLE_SPEED" => speed = numbers[1],
             "START_SPINDLE_CLOCKWISE" => turning = 1.0,
@@ -140,6 +147,9 @@ fn difference(ours: &[Motion], theirs: &[Motion]) -> Option<String> {
             {
                 return Some(format!("{place}: {:?} here, {:?} there", a.centre, b.centre));
             }
+        }
+        if a.kind != "rapid" && (a.feed - b.feed).abs() > 1e-4 * b.unit_mm + 1e-5 * b.feed {
+            return Some(format!("{place}: feed {} here, {} there", a.feed, b.feed));
         }
         if (a.rpm - b.rpm).abs() > 1e-3 {
             return Some(format!("{place}: spindle {} here, {} there", a.rpm, b.rpm));
@@ -250,5 +260,23 @@ fn motions_equal_those_of_rs274() {
         let found = found.join("\n");
         fs::write(&place, &found).unwrap();
         panic!("the scoreboard has changed; the new one is {}:\n{found}", place.display());
+    }
+}
+
+#[test]
+fn lines_are_as_long_as_the_control_reads() {
+    if Command::new("rs274").arg("-h").output().is_err() {
+        println!("skipped: needs rs274 (Debian package linuxcnc-uspace)");
+        return;
+    }
+    let scratch = tempfile::tempdir().unwrap();
+    let most = Dialect::LinuxCnc.max_line_length();
+    for (length, end) in [(most - 1, "\n"), (most, "\n"), (most + 1, "\n"), (most - 1, "\r\n"), (most, "\r\n")] {
+        let words = format!("G1 X1 F100{}Y2", " ".repeat(length - 12));
+        fs::write(scratch.path().join("long.ngc"), ["G21", &words, "M2", ""].join(end)).unwrap();
+        let mut control = Command::new("rs274");
+        let output = control.current_dir(scratch.path()).args(["-g", "-n", "2", "-v", "rs.var", "long.ngc"]).output();
+        let reads = length + end.len() - 1 <= most;
+        assert_eq!(output.unwrap().status.success(), reads, "{length} bytes and {end:?}");
     }
 }

@@ -77,6 +77,17 @@ fn lines_are_cut_before_the_original_block() {
 }
 
 #[test]
+fn where_there_is_no_room_between_numbers_a_piece_has_none() {
+    // No number stands twice and none is changed: a GOTO finds the block it found before.
+    let text = "N1 G21 G90\nN2 G0 X0 Y0\nN3 G1 X10 F600\nN4 X30\nN6 X50\n";
+    let out = rewritten(text, Dialect::Generic, &quiet(), halves);
+    let numbers: Vec<&str> =
+        out.lines().filter(|line| line.starts_with('N')).map(|l| l.split(' ').next().unwrap()).collect();
+    assert_eq!(numbers, ["N1", "N2", "N3", "N4", "N5", "N6"]);
+    assert_eq!(out.lines().filter(|line| line.starts_with(['G', 'X'])).count(), 2, "{out}");
+}
+
+#[test]
 fn increments_add_up_exactly() {
     let text = "G21 G90\nG0 X0 Y0\nG91\nG1 X10.001 Y1 F600\nG90 G1 X0 Y0\n";
     let out = rewritten(text, Dialect::Generic, &quiet(), |toolpath| {

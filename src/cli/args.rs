@@ -137,7 +137,8 @@ pub struct Optimize {
     /// Program, setup and reports.
     #[command(flatten)]
     pub work: Work,
-    /// Where the program goes; without it PROGRAM.fw.EXT beside the program; - is standard output.
+    /// Where the program goes; without it PROGRAM.fw.EXT beside the program; - is standard output. In another folder the files
+    /// of its subprograms are written beside it, under their own names.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
     /// Unroll loops, calls and expressions into plain blocks, so that each pass gets its own feeds.

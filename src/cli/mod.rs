@@ -15,6 +15,7 @@ mod output;
 mod problem;
 mod plain;
 mod screen;
+mod subprograms;
 mod toolpath;
 mod verify;
 mod work;

@@ -11,9 +11,10 @@ use super::output::{Kind, Output, Outputs};
 use super::plain::plain;
 use super::problem;
 use super::screen::Screen;
+use super::subprograms;
 use super::work::{Done, inputs, peak_memory, run_keeping, wanted};
 use crate::diag::Severity;
-use crate::job;
+use crate::job::{self, Wanted};
 use crate::report::{self, Extras, Run};
 
 /// Share of the cutting length on which limits may be impossible to meet before the program is held back.
@@ -29,7 +30,8 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let kept = Kept::open(&command.work, &source, &mut outputs, screen)?;
     let source = plain(source, command.work.setup.as_deref(), command.expand, global, screen)?;
     let setup = command.work.setup.as_deref();
-    let wanted = wanted(&command.work, command.stress);
+    let beside = subprograms::folder(&target, &source);
+    let wanted = Wanted { rewrites_files: beside.is_some(), ..wanted(&command.work, command.stress) };
     let done = kept.with(|keep| run_keeping(source, setup, job::optimize, global, wanted, screen, keep))?;
     kept.write()?;
     let written = done.run.written.as_ref().expect("optimize always writes");
@@ -49,7 +51,12 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
         screen.say("nothing was written; with --accept-infeasible the program is written all the same");
         return Ok(Outcome::Unmet);
     }
+    let files = beside.map(|folder| subprograms::write(&written.files, &folder, &done.source, &mut outputs));
+    let files = files.transpose()?.unwrap_or_default();
     program.write(&written.bytes)?;
+    for path in files {
+        screen.say(&format!("written   {}", path.display()));
+    }
     if !to_stdout {
         screen.say(&format!("written   {}", target.display()));
     }

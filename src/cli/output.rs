@@ -1,7 +1,7 @@
 //! Writing files so that no half-written one can exist: the temporary file is made in the target's folder before the long
 //! work begins (so that a folder that cannot be written is found out early) and renamed over the target at the end.
 //!
-//! An existing file is replaced only if Feedwright wrote it, or with `--force`; an input never is.
+//! An existing file is replaced only if Feedwright wrote it, if it is a copy of an input, or with `--force`; an input never is.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -60,6 +60,11 @@ impl Outputs {
         Self { inputs, force, ..Self::default() }
     }
 
+    /// Adds a file that must stay as it is.
+    pub fn keep(&mut self, path: &Path) {
+        self.inputs.extend(path.canonicalize());
+    }
+
     /// Makes ready to write `path`; `-` is standard output.
     pub fn open(&mut self, path: &Path, kind: Kind) -> Result<Output, CliError> {
         if path == Path::new("-") {
@@ -104,7 +109,9 @@ impl Outputs {
             ));
         }
         let bytes = std::fs::read(target).map_err(|error| CliError::file("read", path, &error))?;
-        if self.force || bytes.is_empty() || is_ours(&bytes, kind) {
+        // A copy of an input, as a program is that was written without a change, holds nothing that could be lost.
+        let copy = || self.inputs.iter().any(|input| std::fs::read(input).is_ok_and(|known| known == bytes));
+        if self.force || bytes.is_empty() || is_ours(&bytes, kind) || copy() {
             return Ok(());
         }
         Err(CliError::new(

@@ -1,5 +1,7 @@
 //! `verify`: the proof that only feeds differ.
 
+use std::path::Path;
+
 use serde::Serialize;
 
 use super::Outcome;
@@ -8,6 +10,7 @@ use super::error::CliError;
 use super::input;
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
+use super::work;
 use crate::nc::{self, Environment};
 use crate::rewrite::{self, Proof};
 
@@ -27,6 +30,9 @@ struct Report<'a> {
 
 #[derive(Serialize)]
 struct DifferencePart<'a> {
+    /// The subprogram that the lines belong to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<&'a str>,
     original_line: Option<u32>,
     rewritten_line: Option<u32>,
     text: &'a str,
@@ -42,10 +48,15 @@ pub fn verify(command: &Verify, global: &Global, screen: Screen) -> Result<Outco
     let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let job = setup.as_ref().map(|setup| &setup.job);
     let before = input::parse(&original, global, job);
-    let after = nc::parse(rewritten.bytes, Some(before.dialect()));
-    let folder = original.path.as_deref().and_then(std::path::Path::parent).map(std::path::Path::to_owned);
-    let load = |name: &str| super::work::subprogram(folder.as_deref(), name);
+    let after = nc::parse(rewritten.bytes.clone(), Some(before.dialect()));
+    let folder = |source: Option<&Path>| source.and_then(Path::parent).map(Path::to_owned);
+    let [own, other] = [original.path.as_deref(), rewritten.path.as_deref()].map(folder);
+    let load = |name: &str| work::subprogram(own.as_deref(), name);
+    // A file that is not beside the rewritten program is the original's for the control too.
+    let load_other = |name: &str| work::subprogram(other.as_deref(), name).or_else(|| load(name));
     let environment = Environment { load: &load, ..job.map(Environment::from_job).unwrap_or_default() };
+    let (before, _) = nc::linked(&before, &environment);
+    let (after, _) = nc::linked(&after, &Environment { load: &load_other, ..environment.clone() });
     let proof = rewrite::verify(&before, &after, &environment);
     let text = words(&proof);
     if let Some(output) = json {
@@ -77,13 +88,15 @@ fn words(proof: &Proof) -> String {
     for difference in &proof.differences {
         let line = |line: Option<u32>| line.map_or_else(|| "-".to_owned(), |line| line.to_string());
         let (original, rewritten) = (line(difference.original_line), line(difference.rewritten_line));
-        text += &format!("  line {original} → line {rewritten}: {}\n", difference.text);
+        let file = difference.file.as_ref().map_or_else(String::new, |file| format!("{file}, "));
+        text += &format!("  {file}line {original} → line {rewritten}: {}\n", difference.text);
     }
     text
 }
 
 fn report<'a>(proof: &'a Proof, original: &'a str, rewritten: &'a str) -> Report<'a> {
     let part = |difference: &'a rewrite::Difference| DifferencePart {
+        file: difference.file.as_deref(),
         original_line: difference.original_line,
         rewritten_line: difference.rewritten_line,
         text: &difference.text,

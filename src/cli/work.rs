@@ -14,7 +14,13 @@ use crate::report::Run;
 
 /// What is asked besides, by the options of a command.
 pub fn wanted(work: &Work, stress: bool) -> Wanted {
-    Wanted { reference: work.reference, stress, cycle_time_s: work.cycle_time, confidence: work.confidence }
+    Wanted {
+        reference: work.reference,
+        stress,
+        cycle_time_s: work.cycle_time,
+        confidence: work.confidence,
+        ..Wanted::default()
+    }
 }
 
 /// Runs the pipeline: `simulate` or `optimize` of [`crate::job`].
@@ -84,16 +90,13 @@ pub fn run_keeping(
     }
 }
 
-/// A subprogram beside the program: as it is named, and with the usual endings.
+/// A file of this name beside the program.
 pub fn subprogram(folder: Option<&Path>, name: &str) -> Option<Vec<u8>> {
     let safe = !name.is_empty()
         && name.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c))
         && !name.starts_with('.');
     let folder = folder.filter(|_| safe)?;
-    ["", ".ngc", ".nc", ".NC", ".SPF", ".MPF", ".H", ".txt"]
-        .iter()
-        .map(|ending| folder.join(format!("{name}{ending}")))
-        .find_map(|path| std::fs::read(path).ok())
+    std::fs::read(folder.join(name)).ok()
 }
 
 fn explain(error: &JobError, file: &str) -> CliError {

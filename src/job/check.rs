@@ -6,19 +6,22 @@
 //! one, loads are looked at on the stations of that simulation first, each at the highest feed over it; only a file that passes
 //! this is simulated anew.
 //!
+//! Where blocks hang on the block-delete switch, all this is done for both of its positions.
+//!
 //! Places that are infeasible, frozen or were kept by the rewriting stay apart: their feed is not ours to choose.
 
 use rayon::prelude::*;
 
 use super::follow::{Origin, feeds, follow};
 use super::force_rate::{self, Step};
-use super::{JobError, MET, SPACING_MM, Watch, engagement, environment};
+use super::{JobError, MET, SPACING_MM, Watch, engagement, environment, switch};
 use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, LoadLine};
+use crate::ids::BlockId;
 use crate::machine::{Job, LimitKind};
-use crate::nc::{Freeze, MoveKind, Program, Toolpath};
+use crate::nc::{Environment, Freeze, MoveKind, Program, Toolpath};
 use crate::report::answers::Stressed;
-use crate::report::{Check, Run};
+use crate::report::{Check, Run, Switched};
 use crate::rewrite::{Rewritten, verify};
 use crate::schedule::caps::Cutters;
 use crate::schedule::realise::pieces_of_moves;
@@ -48,8 +51,8 @@ pub struct Found {
     pub after: Vec<FeedPiece>,
     /// Loads above their limits.
     pub breaches: Vec<Breach>,
-    /// Lines of the original that the proof objects to.
-    pub doubtful: Vec<u32>,
+    /// Blocks of the original that the proof objects to.
+    pub doubtful: Vec<BlockId>,
 }
 
 /// A written program that was simulated.
@@ -59,64 +62,128 @@ pub struct Known {
     map: EngagementMap,
 }
 
-/// Reads back, verifies, simulates unless `known` says what the cutter meets already.
+/// One position of the block-delete switch: what the original does in it, and what is known of that.
+struct Side<'a> {
+    toolpath: &'a Toolpath,
+    map: &'a EngagementMap,
+    problem: &'a Problem,
+    job: &'a Job,
+}
+
+impl<'a> Side<'a> {
+    fn off(run: &'a Run) -> Self {
+        Self { toolpath: &run.toolpath, map: &run.map, problem: &run.problem, job: &run.job }
+    }
+    fn on(switched: &'a Switched, job: &'a Job) -> Self {
+        Self { toolpath: &switched.toolpath, map: &switched.map, problem: &switched.problem, job }
+    }
+}
+
+/// Loads of the written program in one position of the switch.
+#[derive(Default)]
+struct Rated {
+    after: Vec<FeedPiece>,
+    worst: f64,
+    p99: f64,
+    force_rate: Option<f64>,
+    breaches: Vec<Breach>,
+}
+
+/// Reads back, verifies, simulates unless `known` says what the cutter meets already, with the block-delete switch off and,
+/// where blocks hang on it, on.
 pub fn check(
     run: &Run,
     rewritten: &Rewritten,
     reread: &Program,
     watch: &Watch,
-    known: &mut Option<Known>,
+    known: &mut [Option<Known>; 2],
 ) -> Result<Found, JobError> {
     let environment = environment(&run.job, watch);
     let proof = verify(&run.program, reread, &environment);
-    let doubtful: Vec<u32> = proof.differences.iter().filter_map(|difference| difference.original_line).collect();
+    let doubtful: Vec<BlockId> = proof.differences.iter().filter_map(|difference| difference.block).collect();
     let differences: Vec<String> = proof.differences.iter().map(ToString::to_string).collect();
-    let mut written = crate::nc::interpret(reread, &environment);
-    super::look::freeze_tools(&mut written, &run.job);
-    let mut check =
-        Check { identical: differences.is_empty(), differences, spacing_mm: SPACING_MM[1], ..Check::default() };
-    let Some(origins) = follow(&run.toolpath, &written) else {
-        check.identical = false;
-        check.differences.push("the written path does not run along the original".into());
-        return Ok(Found { check, after: run.before.clone(), breaches: Vec::new(), doubtful });
+    let identical = differences.is_empty();
+    let check = Check { identical, differences, spacing_mm: SPACING_MM[1], ..Check::default() };
+    let mut found = Found { check, after: run.before.clone(), breaches: Vec::new(), doubtful };
+    let kept: Vec<BlockId> = rewritten.kept.iter().map(|(block, _)| *block).collect();
+    let [off, on] = known;
+    let mut take = |rated: Option<Rated>| {
+        let Some(rated) = rated else {
+            found.check.identical = false;
+            found.check.differences.push("the written path does not run along the original".into());
+            return None;
+        };
+        found.check.worst_ratio = found.check.worst_ratio.max(rated.worst);
+        found.check.p99_ratio = found.check.p99_ratio.max(rated.p99);
+        found.check.force_rate_ratio =
+            [found.check.force_rate_ratio, rated.force_rate].into_iter().flatten().reduce(f64::max);
+        Some(rated)
     };
+    let Some(rated) = take(rated(&Side::off(run), &kept, (reread, &environment), watch, off)?) else {
+        return Ok(found);
+    };
+    let Rated { after, mut breaches, .. } = rated;
+    if let Some(switched) = &run.switched {
+        let environment = Environment { block_delete: true, ..environment };
+        let side = Side::on(switched, &run.job);
+        if let Some(rated) = take(self::rated(&side, &kept, (reread, &environment), watch, on)?) {
+            let ids = switch::moves_off(&run.toolpath, &switched.toolpath);
+            let place = |breach: &Breach| Some(Origin { move_id: ids[breach.origin.move_id.ix()]?, ..breach.origin });
+            breaches.extend(rated.breaches.iter().filter_map(|b| Some(Breach { origin: place(b)?, ..*b })));
+        }
+    }
+    (found.after, found.breaches) = (after, breaches);
+    Ok(found)
+}
+
+/// Simulates the written program in one position of the switch; `None` where it does not run along the original.
+fn rated(
+    side: &Side,
+    kept: &[BlockId],
+    (reread, environment): (&Program, &Environment),
+    watch: &Watch,
+    known: &mut Option<Known>,
+) -> Result<Option<Rated>, JobError> {
+    let mut written = crate::nc::interpret(reread, environment);
+    super::look::freeze_tools(&mut written, side.job);
+    let Some(origins) = follow(side.toolpath, &written) else { return Ok(None) };
     let after = feeds(&written, &origins);
-    let kept: Vec<u32> = rewritten.kept.iter().map(|(line, _)| *line).collect();
-    let mut rate = |known: &Known| {
-        let ratios = Ratios::new(run, known, &known.map, &run.job, (&after, 1.0), kept.clone());
+    let rate = |known: &Known| {
+        let ratios = Ratios::new(side, known, &known.map, side.job, (&after, 1.0), kept.to_vec());
         let (worst, p99, mut breaches) = ratios.all();
-        (check.worst_ratio, check.p99_ratio) = (worst, p99);
-        check.force_rate_ratio = ratios.force_rate(&mut breaches);
-        breaches
+        let force_rate = ratios.force_rate(&mut breaches);
+        Rated { after: Vec::new(), worst, p99, force_rate, breaches }
     };
-    let mut breaches = Vec::new();
+    let mut found = Rated::default();
     let same = known.as_ref().is_some_and(|known| known.origins == origins);
     if let Some(known) = known.as_mut() {
         if same {
             known.written = written.clone();
         }
-        breaches = rate(known);
+        found = rate(known);
     }
-    if !same && breaches.is_empty() {
+    if !same && found.breaches.is_empty() {
         // The old map goes before the new one comes.
         *known = None;
-        let map = engagement(&written, &run.job, watch, "check", SPACING_MM[1])?;
-        breaches = rate(known.insert(Known { written, origins, map }));
+        let map = engagement(&written, side.job, watch, "check", SPACING_MM[1])?;
+        found = rate(known.insert(Known { written, origins, map }));
     }
-    Ok(Found { check, after, breaches, doubtful })
+    Ok(Some(Rated { after, ..found }))
 }
 
 /// The written program under each variation of what was assumed.
 pub fn stressed(run: &Run, known: &Known, watch: &Watch) -> Vec<Stressed> {
     let after = feeds(&known.written, &known.origins);
-    let kept: Vec<u32> = run.written.iter().flat_map(|written| written.kept.iter().map(|(line, _)| *line)).collect();
+    let kept = run.written.iter().flat_map(|written| &written.kept);
+    let kept: Vec<BlockId> = kept.map(|(block, _)| *block).collect();
+    let side = Side::off(run);
     cases(&run.job)
         .into_iter()
         .map(|case| {
             let same = case.job.stocks == run.job.stocks;
             let map = (!same).then(|| engagement(&known.written, &case.job, watch, "stress", SPACING_MM[1]));
             let ratios = |map: &EngagementMap| {
-                Ratios::new(run, known, map, &case.job, (&after, case.override_factor), kept.clone()).all()
+                Ratios::new(&side, known, map, &case.job, (&after, case.override_factor), kept.clone()).all()
             };
             let found = match &map {
                 None => Some(ratios(&known.map)),
@@ -129,7 +196,7 @@ pub fn stressed(run: &Run, known: &Known, watch: &Watch) -> Vec<Stressed> {
 }
 
 struct Ratios<'a> {
-    run: &'a Run,
+    side: &'a Side<'a>,
     written: &'a Toolpath,
     map: &'a EngagementMap,
     origins: &'a [Origin],
@@ -140,8 +207,8 @@ struct Ratios<'a> {
     factor: f64,
     /// Of the original: operations are chosen by its lines.
     rules: Rules,
-    /// Lines of the original that the rewriting kept, sorted.
-    kept: Vec<u32>,
+    /// Blocks of the original that the rewriting kept, sorted.
+    kept: Vec<BlockId>,
 }
 
 /// Ratio of the load nearest to its limit, and the length it holds for.
@@ -154,23 +221,23 @@ struct Ratio {
 
 impl<'a> Ratios<'a> {
     fn new(
-        run: &'a Run,
+        side: &'a Side<'a>,
         known: &'a Known,
         map: &'a EngagementMap,
         job: &Job,
         (feeds, factor): (&'a [FeedPiece], f64),
-        kept: Vec<u32>,
+        kept: Vec<BlockId>,
     ) -> Self {
         Self {
-            run,
+            side,
             written: &known.written,
             map,
             origins: &known.origins,
             cutters: Cutters::new(&known.written, map, job),
             feeds,
-            of_move: pieces_of_moves(feeds, run.toolpath.moves.len()),
+            of_move: pieces_of_moves(feeds, side.toolpath.moves.len()),
             factor,
-            rules: rules(&run.toolpath, &run.map, &run.job),
+            rules: rules(side.toolpath, side.map, side.job),
             kept,
         }
     }
@@ -259,7 +326,7 @@ impl<'a> Ratios<'a> {
     }
 
     fn limits(&self, origin: &Origin, rps: f64) -> impl Iterator<Item = (LimitKind, f64)> + '_ {
-        load_limits(&self.rules.of(origin.move_id).loads, self.run, rps)
+        load_limits(&self.rules.of(origin.move_id).loads, self.side.job, rps)
     }
 
     /// Largest feed that meets every limit.
@@ -283,9 +350,9 @@ impl<'a> Ratios<'a> {
     }
 
     fn is_apart(&self, origin: &Origin) -> bool {
-        let motion = &self.run.toolpath.moves[origin.move_id.ix()];
-        let frozen = motion.freeze.is_some() || self.kept.binary_search(&motion.line).is_ok();
-        let nodes = self.run.problem.nodes_of(origin.move_id);
+        let motion = &self.side.toolpath.moves[origin.move_id.ix()];
+        let frozen = motion.freeze.is_some() || self.kept.binary_search(&motion.block).is_ok();
+        let nodes = self.side.problem.nodes_of(origin.move_id);
         frozen || nodes.iter().any(|node| (node.infeasible.is_some() || !node.free) && overlaps(node, origin))
     }
 }
@@ -293,10 +360,10 @@ impl<'a> Ratios<'a> {
 /// Load limits in force, those of the spindle's curves included.
 pub fn load_limits<'a>(
     rule: &'a [(LimitKind, f64)],
-    run: &Run,
+    job: &Job,
     rps: f64,
 ) -> impl Iterator<Item = (LimitKind, f64)> + 'a {
-    let spindle = &run.job.machine.spindle;
+    let spindle = &job.machine.spindle;
     let power = spindle.power_w.as_ref().map(|table| (LimitKind::Power, table.at(rps)));
     let torque = spindle.torque_nmm.as_ref().map(|table| (LimitKind::Torque, table.at(rps)));
     rule.iter().copied().chain(power).chain(torque)
@@ -321,10 +388,10 @@ fn p99(mut found: Vec<(f64, f64)>) -> f64 {
 }
 
 /// Blocks that the proof objects to keep their feed from now on.
-pub fn leave_alone(run: &mut Run, lines: &[u32]) {
+pub fn leave_alone(run: &mut Run, blocks: &[BlockId]) {
     for node in &mut run.problem.nodes {
         let motion = &mut run.toolpath.moves[node.move_id.ix()];
-        if lines.contains(&motion.line) {
+        if blocks.contains(&motion.block) {
             node.free = false;
             node.cap =
                 crate::schedule::Bound { feed_mm_s: node.programmed_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };

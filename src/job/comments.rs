@@ -30,7 +30,7 @@ pub fn by_lines(operations: &[Operation], program: &Program) -> Vec<(usize, Oper
 fn stretches(program: &Program, words: &str) -> Vec<(u32, u32)> {
     let mut found: Vec<(u32, u32)> = Vec::new();
     let mut inside = false;
-    for block in program.blocks() {
+    for block in program.blocks().take(program.own_len()) {
         let comments = program.tokens(block).filter(|token| token.kind == TokenKind::Comment);
         let theirs = comments
             .map(|token| token.span.of(program.text()))

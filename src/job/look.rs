@@ -53,6 +53,16 @@ pub fn freeze_tools(toolpath: &mut Toolpath, job: &Job) {
     }
 }
 
+/// Files whose feeds stay.
+pub fn files(program: &Program, toolpath: &Toolpath) -> Option<Diagnostic> {
+    let stays = |motion: &&Move| motion.freeze == Some(Freeze::OtherFile);
+    let first = toolpath.moves.iter().find(stays)?;
+    let names: Vec<&str> = toolpath.files[program.files().len()..].iter().map(|file| file.name.as_str()).collect();
+    let text = format!("the feeds of {} stay: a file that was read is never written over", names.join(", "));
+    let help = "write the program into another folder with -o: its subprograms are then written beside it";
+    Some(Diagnostic::new("nc::other-file", Severity::Note, text).on_line(first.line).help(help))
+}
+
 /// Collisions and other things that must not happen, as diagnostics.
 pub fn events(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     let one = |event: &crate::engage::Event| {

@@ -109,7 +109,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let asked_for = job.operations.len();
     let origins: Vec<usize>;
     (origins, job.operations) = comments::by_lines(&job.operations, &program).into_iter().unzip();
-    let mut toolpath = interpret(&program, &job, watch);
+    let (program, mut toolpath) = read(program, &job, wanted, watch);
     if toolpath.moves.is_empty() {
         return Err(JobError::NoMotion);
     }
@@ -129,12 +129,15 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     }
     let mut problem = asked(&program, &toolpath, &map, &job);
     answers.wear = wanted::keep_wear(&mut problem, &toolpath, &map, &job);
-    assumptions.extend(switch::both_positions(&program, &job, &toolpath, &mut problem, watch)?);
+    let switched = switch::both_positions(&program, &job, &toolpath, &mut problem, watch)?;
+    let (switched, told) = switched.map_or((None, None), |(switched, told)| (Some(Box::new(switched)), Some(told)));
+    assumptions.extend(told);
     let before = schedule::as_programmed(&toolpath);
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
     let mut diagnostics: Vec<Diagnostic> = std::mem::take(&mut toolpath.diagnostics);
     diagnostics.extend(look::forgotten(&program, &toolpath));
     diagnostics.extend(look::idle_operations(&toolpath, &map, &job, &origins, asked_for));
+    diagnostics.extend(look::files(&program, &toolpath));
     diagnostics.extend(look::stock(&map, &toolpath));
     diagnostics.extend(events(&map, &toolpath));
     diagnostics.extend(look::cutters(&map, &toolpath, &job));
@@ -147,6 +150,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
         toolpath,
         map,
         problem,
+        switched,
         before,
         realised_before,
         diagnostics,
@@ -164,7 +168,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let wanted = task.wanted;
     let mut run = simulate(task, watch)?;
     let options = schedule::Options::of(&run.toolpath);
-    let mut known = None;
+    let mut known = [None, None];
     for round in 0..=ROUNDS {
         let start = (watch.clock)();
         (watch.progress)("schedule", 0.0);
@@ -173,12 +177,13 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         let solved = (watch.clock)();
         let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
         let wrote = (watch.clock)();
-        let reread = nc::parse(rewritten.bytes.clone(), Some(run.program.dialect()));
+        let reread = rewritten.read(&run.program);
         let found = check::check(&run, &rewritten, &reread, watch, &mut known)?;
         let realised_after = schedule::realise(&run.toolpath, &found.after, &run.job.machine);
         let checked = (watch.clock)();
         run.written = Some(Written {
             bytes: rewritten.bytes,
+            files: rewritten.files,
             after: found.after,
             realised_after,
             schedule,
@@ -195,7 +200,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         check::leave_alone(&mut run, &found.doubtful);
         check::tighten(&mut run.problem, &found.breaches, round == ROUNDS);
     }
-    if let (true, Some(known)) = (wanted.stress, &known) {
+    if let (true, [Some(known), _]) = (wanted.stress, &known) {
         run.answers.stress = check::stressed(&run, known, watch);
     }
     run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fitted(&run, measured_s));
@@ -203,9 +208,14 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
     Ok(run)
 }
 
-/// Reads the moves of a program as the setup says.
-fn interpret(program: &Program, job: &Job, watch: &Watch) -> Toolpath {
-    nc::interpret(program, &environment(job, watch))
+/// Reads the moves of a program as the setup says, linked to the files it calls if those are written again.
+fn read(program: Program, job: &Job, wanted: Wanted, watch: &Watch) -> (Program, Toolpath) {
+    let environment = environment(job, watch);
+    if wanted.rewrites_files {
+        return nc::linked(&program, &environment);
+    }
+    let toolpath = nc::interpret(&program, &environment);
+    (program, toolpath)
 }
 
 fn environment<'a>(job: &Job, watch: &Watch<'a>) -> Environment<'a> {

@@ -8,18 +8,19 @@ use super::{JobError, SPACING_MM, Watch, asked, engagement, environment, look};
 use crate::ids::MoveId;
 use crate::machine::Job;
 use crate::nc::{self, Environment, Move, MoveKind, Program, Toolpath};
+use crate::report::Switched;
 use crate::rewrite;
 use crate::schedule::Problem;
 use crate::setup::Assumption;
 
-/// Lowers the caps; nothing happens to a program without such blocks.
+/// Lowers the caps and tells what happens with the switch on; nothing happens to a program without such blocks.
 pub fn both_positions(
     program: &Program,
     job: &Job,
     toolpath: &Toolpath,
     problem: &mut Problem,
     watch: &Watch,
-) -> Result<Option<Assumption>, JobError> {
+) -> Result<Option<(Switched, Assumption)>, JobError> {
     if !program.has_block_delete() {
         return Ok(None);
     }
@@ -28,17 +29,28 @@ pub fn both_positions(
     rewrite::freeze(program, &mut other, job);
     let map = engagement(&other, job, watch, "simulate", SPACING_MM[0])?;
     let switched = asked(program, &other, &map, job);
-    let ids: BTreeMap<_, _> = numbered(toolpath).map(|(key, id, _)| (key, id)).collect();
-    for (key, id, motion) in numbered(&other) {
-        let Some(&here) = ids.get(&key) else { continue };
+    let ids = moves_off(toolpath, &other);
+    for (id, motion) in other.iter_moves() {
+        let Some(here) = ids[id.ix()] else { continue };
         let same = toolpath.moves[here.ix()].curve() == motion.curve();
         lower(problem, here, &switched, id, same);
     }
-    Ok(Some(Assumption {
+    let assumption = Assumption {
         key: "block delete".into(),
         value: "feeds are the lower of those with the switch off and on; loads are shown with it off".into(),
         source: "the program has blocks under the switch".into(),
-    }))
+    };
+    Ok(Some((Switched { toolpath: other, map, problem: switched }, assumption)))
+}
+
+/// For each move with the switch on the same move with it off.
+pub fn moves_off(off: &Toolpath, on: &Toolpath) -> Vec<Option<MoveId>> {
+    let ids: BTreeMap<_, _> = numbered(off).map(|(key, id, _)| (key, id)).collect();
+    let mut found = vec![None; on.moves.len()];
+    for (key, id, _) in numbered(on) {
+        found[id.ix()] = ids.get(&key).copied();
+    }
+    found
 }
 
 /// Feed moves with block, execution, and their number in it.

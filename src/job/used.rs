@@ -16,7 +16,7 @@ pub fn used(run: &Run, schedule: &Schedule) -> Vec<Option<f64>> {
     let rules = rules(&run.toolpath, &run.map, &run.job);
     let of_piece = |piece: &FeedPiece| {
         let motion = &run.toolpath.moves[piece.move_id.ix()];
-        let mut limits = load_limits(&rules.of(piece.move_id).loads, run, motion.spin.rps);
+        let mut limits = load_limits(&rules.of(piece.move_id).loads, &run.job, motion.spin.rps);
         let (_, limit) = limits.find(|(kind, _)| *kind == piece.limit)?;
         let cutter = cutters.of(piece.move_id)?;
         let inside = |station: &&Station| {

@@ -29,6 +29,8 @@ pub struct Wanted {
     pub cycle_time_s: Option<f64>,
     /// Confidence at which load limits hold.
     pub confidence: Option<f64>,
+    /// The files of subprograms are written again beside the output; else their feeds stay.
+    pub rewrites_files: bool,
 }
 
 /// The job at a confidence: the stock at its largest, the process model's doubt in the caps.

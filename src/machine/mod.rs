@@ -72,6 +72,8 @@ pub struct Machine {
     pub home_mm: Option<Vec3>,
     /// What G41/G42 means; `None`: not said.
     pub compensation: Option<Compensation>,
+    /// Wear offsets by D number, mm, added to the radius.
+    pub wear_mm: Vec<(u32, f64)>,
     /// Longest line the control reads, bytes.
     pub max_line_length: Option<usize>,
     /// X, Y, Z.

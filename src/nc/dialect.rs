@@ -75,11 +75,12 @@ impl Dialect {
             Syntax::Siemens | Syntax::Heidenhain => format!("; {text}"),
         }
     }
-    /// Longest line the control reads, bytes without the line end, when nothing else is said.
+    /// Longest line the control reads, bytes without a line end of one byte, when nothing else is said. LinuxCNC 2.9 refuses
+    /// a line of 254 bytes with its end ("Command too long").
     pub fn max_line_length(self) -> usize {
         match self {
             Dialect::Grbl => 80,
-            Dialect::LinuxCnc => 255,
+            Dialect::LinuxCnc => 252,
             Dialect::Heidenhain => 128,
             Dialect::Siemens => 512,
             Dialect::Generic | Dialect::Fanuc | Dialect::Haas => 256,

@@ -19,6 +19,8 @@ pub struct Environment<'a> {
     pub clear_z_mm: f64,
     /// Diameter of each tool, mm, by its number; used for a D word that names it.
     pub diameters_mm: Vec<(u32, f64)>,
+    /// Wear of each offset, mm, by its D number: added to the radius where the path is already offset.
+    pub wear_mm: Vec<(u32, f64)>,
     /// The tool in the spindle before any is called: the only one of the setup.
     pub only_tool: Option<u32>,
     /// What G41/G42 means; `None`: not said.
@@ -49,6 +51,7 @@ impl Default for Environment<'_> {
             start_mm: Some(Vec3::zeros()),
             clear_z_mm: 0.0,
             diameters_mm: Vec::new(),
+            wear_mm: Vec::new(),
             only_tool: None,
             compensation: None,
             block_delete: false,
@@ -71,6 +74,7 @@ impl Environment<'_> {
             start_mm: None,
             clear_z_mm,
             diameters_mm: job.tools.iter().map(|tool| (tool.number, tool.diameter_mm)).collect(),
+            wear_mm: job.machine.wear_mm.clone(),
             only_tool: if let [only] = job.tools.as_slice() { Some(only.number) } else { None },
             compensation: job.machine.compensation,
             ..Environment::default()

@@ -15,8 +15,8 @@ pub mod toolpath;
 
 pub use dialect::{Dialect, Syntax};
 pub use environment::Environment;
-pub use interp::{Expanded, expand, interpret, interpret_each, plain_feeds, steers};
+pub use interp::{Expanded, expand, interpret, interpret_each, linked, plain_feeds, steers};
 pub use lex::{Token, TokenKind};
 pub use number::decimal;
-pub use program::{MAX_TEXT, Program, parse};
+pub use program::{File, MAX_TEXT, Part, Program, parse};
 pub use toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind, PathMode, Spin, State, Toolpath};

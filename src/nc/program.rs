@@ -1,5 +1,11 @@
 //! A program as text: its bytes, where its lines begin, and its dialect. Blocks are physical lines; tokens are lexed on
 //! demand and tile the bytes, so the text costs its own size and four bytes a line.
+//!
+//! A *linked* program holds the files it calls behind its own text, in the order they were first called: every block and
+//! byte of all of them has a number of its own, and what is done to blocks is done to theirs as well.
+
+use std::ops::Range;
+use std::sync::Arc;
 
 use super::dialect::{Dialect, Syntax};
 use super::lex::{self, Token, TokenKind};
@@ -14,6 +20,36 @@ pub struct Program {
     /// Where each line begins; one more entry at the end of the text.
     starts: Vec<u32>,
     dialect: Dialect,
+    /// Blocks of its own text; those of `files` follow.
+    own: u32,
+    files: Vec<File>,
+}
+
+/// A file that a program calls.
+#[derive(Debug, Clone, PartialEq)]
+pub struct File {
+    /// Its name, without a folder.
+    pub name: String,
+    /// Its text.
+    pub program: Arc<Program>,
+}
+
+/// The program's own text, or one of its files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part<'a> {
+    /// Name of the file; `None`: the program itself.
+    pub name: Option<&'a str>,
+    /// Its blocks.
+    pub blocks: Range<u32>,
+    /// Its bytes.
+    pub span: Span,
+}
+
+impl Part<'_> {
+    /// Every block of it in order.
+    pub fn blocks(&self) -> impl Iterator<Item = BlockId> + use<> {
+        self.blocks.clone().map(BlockId)
+    }
 }
 
 /// Longest text that spans can address, bytes.
@@ -31,15 +67,59 @@ pub fn parse(bytes: Vec<u8>, dialect: Option<Dialect>) -> Program {
     }
     starts.shrink_to_fit();
     let dialect = dialect.unwrap_or_else(|| Dialect::detect(&bytes));
-    Program { text: bytes, starts, dialect }
+    let own = starts.len() as u32 - 1;
+    Program { text: bytes, starts, dialect, own, files: Vec::new() }
 }
 
 impl Program {
-    /// The bytes, exactly as they were read.
+    /// The program together with the files it calls, in this order; without them where the bytes of all could not be
+    /// addressed.
+    pub fn with_files(&self, files: Vec<File>) -> Program {
+        let length = files.iter().map(|file| file.program.text.len()).sum::<usize>() + self.own_text().len();
+        let mut linked = Program {
+            text: self.own_text().to_vec(),
+            starts: self.starts[..=self.own as usize].to_vec(),
+            dialect: self.dialect,
+            own: self.own,
+            files: if length <= MAX_TEXT { files } else { Vec::new() },
+        };
+        for file in &linked.files {
+            let base = linked.text.len() as u32;
+            linked.starts.pop();
+            linked.starts.extend(file.program.starts.iter().map(|start| base + start));
+            linked.text.extend_from_slice(&file.program.text);
+        }
+        linked
+    }
+    /// Files that belong to it.
+    pub fn files(&self) -> &[File] {
+        &self.files
+    }
+    /// Its own text, then its files.
+    pub fn parts(&self) -> impl Iterator<Item = Part<'_>> {
+        let mut next = 0;
+        let own = std::iter::once((None, self.own));
+        let files = self.files.iter().map(|file| (Some(file.name.as_str()), file.program.len() as u32));
+        own.chain(files).map(move |(name, count)| {
+            let blocks = next..next + count;
+            next = blocks.end;
+            let span = Span { start: self.starts[blocks.start as usize], end: self.starts[blocks.end as usize] };
+            Part { name, blocks, span }
+        })
+    }
+    /// Number of blocks of its own text.
+    pub fn own_len(&self) -> usize {
+        self.own as usize
+    }
+    /// The bytes of its own text.
+    pub fn own_text(&self) -> &[u8] {
+        &self.text[..self.starts[self.own as usize] as usize]
+    }
+    /// The bytes, exactly as they were read, those of its files behind its own.
     pub fn text(&self) -> &[u8] {
         &self.text
     }
-    /// Number of blocks (lines).
+    /// Number of blocks (lines), those of its files included.
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
@@ -55,9 +135,17 @@ impl Program {
     pub fn span(&self, block: BlockId) -> Span {
         Span { start: self.starts[block.ix()], end: self.starts[block.ix() + 1] }
     }
-    /// Physical line of a block, 1-based.
+    /// Physical line of a block in the text it belongs to, 1-based.
     pub fn line(&self, block: BlockId) -> u32 {
-        block.0 + 1
+        self.place(block).0
+    }
+    /// Physical line of a block, 1-based, and the file it stands in if that is not the program's own text.
+    pub fn place(&self, block: BlockId) -> (u32, Option<&str>) {
+        if block.0 < self.own {
+            return (block.0 + 1, None);
+        }
+        let part = self.parts().find(|part| part.blocks.contains(&block.0));
+        part.map_or((block.0 + 1, None), |part| (block.0 - part.blocks.start + 1, part.name))
     }
     /// Text of a block, its line end included.
     pub fn line_text(&self, block: BlockId) -> &[u8] {

@@ -5,6 +5,7 @@
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc as Rc;
 
+use super::program::File;
 use crate::diag::{Diagnostic, Span};
 use crate::ids::{BlockId, MoveId};
 use crate::path::{Arc, Curve, Plane, Vec3};
@@ -136,9 +137,9 @@ pub struct State {
 /// One motion; its [`State`] reads and writes like fields of its own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Move {
-    /// Block it comes from (for a cycle or a call: the block that makes it happen).
+    /// Block it comes from (for a cycle, or a call of a file that is not linked: the block that makes it happen).
     pub block: BlockId,
-    /// Physical line of that block, 1-based.
+    /// Physical line of the program's own text that makes it happen, 1-based: that of the block, or of the call of its file.
     pub line: u32,
     /// How many times this block had been executed before (0 for plain programs).
     pub instance: u32,
@@ -257,6 +258,8 @@ pub struct Toolpath {
     pub diagnostics: Vec<Diagnostic>,
     /// Shifts of the programmed zero against the work offset (G92, G52, G10), mm: each holds from its move on.
     pub shifts: Vec<(MoveId, Vec3)>,
+    /// The files that were called, in the order of their first call; those linked to the program come first.
+    pub files: Vec<File>,
     /// True when the program's own lengths are in inches (the unit in force at its first motion).
     pub inch: bool,
 }

@@ -200,10 +200,10 @@ pub fn json(run: &Run, figures: &Figures, file: &str, extras: Extras) -> String 
 }
 
 fn program<'a>(run: &Run, file: &'a str) -> ProgramPart<'a> {
-    let digest = Sha256::digest(run.program.text());
+    let digest = Sha256::digest(run.program.own_text());
     ProgramPart {
         file,
-        blocks: run.program.len(),
+        blocks: run.program.own_len(),
         motions: run.toolpath.moves.len(),
         dialect: run.program.dialect().name(),
         sha256: digest.iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}")),
@@ -277,7 +277,7 @@ fn output(run: &Run, written: &Written) -> OutputPart {
         f_words_changed: written.stats.f_words_changed,
         f_words_inserted: written.stats.f_words_inserted,
         blocks_added: written.stats.blocks_added,
-        bytes_before: run.program.text().len(),
+        bytes_before: run.program.own_text().len(),
         bytes_after: written.bytes.len(),
         loss_vs_continuous_percent: super::loss_percent(written),
         solved_by: written.schedule.how.clone(),

@@ -21,7 +21,7 @@ pub use html::html;
 pub use json::{Extras, json};
 pub use learn_page::learn_html;
 pub use picture::picture;
-pub use run::{Check, Infeasible, Run, Written};
+pub use run::{Check, Infeasible, Run, Switched, Written};
 pub use stations::{StationLoads, each_station};
 pub use summary::{short, summary};
 pub use surface::surface;

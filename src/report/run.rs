@@ -3,6 +3,7 @@
 use super::answers::Answers;
 use crate::diag::Diagnostic;
 use crate::engage::EngagementMap;
+use crate::ids::BlockId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{Program, Toolpath};
 use crate::rewrite::Stats;
@@ -24,6 +25,8 @@ pub struct Run {
     pub map: EngagementMap,
     /// Caps and floors.
     pub problem: Problem,
+    /// The same with the block-delete switch on, where blocks hang on it.
+    pub switched: Option<Box<Switched>>,
     /// Feeds as programmed.
     pub before: Vec<FeedPiece>,
     /// Time as programmed.
@@ -38,11 +41,24 @@ pub struct Run {
     pub stage_s: [f64; 5],
 }
 
+/// The program with the block-delete switch on.
+#[derive(Debug)]
+pub struct Switched {
+    /// What it does.
+    pub toolpath: Toolpath,
+    /// What the cutter meets.
+    pub map: EngagementMap,
+    /// Caps and floors.
+    pub problem: Problem,
+}
+
 /// The rewritten program.
 #[derive(Debug)]
 pub struct Written {
     /// Its bytes.
     pub bytes: Vec<u8>,
+    /// The files it calls, each with its name and its bytes, where they are written again.
+    pub files: Vec<(String, Vec<u8>)>,
     /// Feeds it commands, on the moves of the original.
     pub after: Vec<FeedPiece>,
     /// Time it takes.
@@ -51,8 +67,8 @@ pub struct Written {
     pub schedule: Schedule,
     /// F words and blocks.
     pub stats: Stats,
-    /// Lines that kept their feed although it might have changed, and why.
-    pub kept: Vec<(u32, String)>,
+    /// Blocks that kept their feed although it might have changed, and why, in order.
+    pub kept: Vec<(BlockId, String)>,
     /// What reading it back and simulating it again gave.
     pub check: Check,
 }
@@ -128,9 +144,13 @@ impl Run {
                 frozen.push((motion.line, why.why().to_owned()));
             }
         }
-        frozen.extend(self.written.iter().flat_map(|written| written.kept.iter().cloned()));
+        let kept = |(block, why): &(BlockId, String)| match self.program.place(*block) {
+            (line, None) => (line, why.clone()),
+            (line, Some(file)) => (line, format!("in {file}: {why}")),
+        };
+        frozen.extend(self.written.iter().flat_map(|written| written.kept.iter().map(kept)));
         frozen.sort();
-        frozen.dedup_by_key(|(line, _)| *line);
+        frozen.dedup_by_key(|(line, why)| (*line, why.starts_with("in ")));
         frozen
     }
 }

@@ -31,7 +31,7 @@ fn hopeless(run: &Run) -> String {
 fn head(run: &Run, file: &str) -> String {
     format!(
         "{file}: {} blocks, {} motions, {}, {}; stock {:.0} mm³ removed of {:.0}, cell {:.3} mm\n",
-        run.program.len(),
+        run.program.own_len(),
         run.toolpath.moves.len(),
         run.program.dialect().name(),
         if run.toolpath.inch { "inch" } else { "mm" },

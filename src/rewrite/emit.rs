@@ -115,7 +115,8 @@ impl Writer<'_> {
         self.edits.push(Edit::insert(start, out));
     }
 
-    /// Numbers between the last block's and this one's, evenly spaced; `None` where the program has none, or no room.
+    /// Numbers between the last block's and this one's, evenly spaced; `None` where the program has none, or no room: a number
+    /// may not stand twice, and those of the program stay.
     fn line_numbers(&self, view: &View, count: usize) -> Option<Vec<String>> {
         let word = view.only(b'N')?;
         let (last, next) = (self.last_number?, word.number);
@@ -131,14 +132,37 @@ impl Writer<'_> {
         Some((1..=count).map(|k| format!("{letter}{}", text(k))).collect())
     }
 
+    /// Ends the text: where a file goes back to its caller without a word, the original F is put in force behind its last
+    /// block; the mark of the file is put in if anything was changed.
+    pub fn end(&mut self) {
+        if let (Some(_), true, Some(feed)) = (self.part.name, self.now_is_ours(), self.original_feed()) {
+            let note = Note { feed: feed.clone(), kept: true, ..Note::default() };
+            let code = |block: &BlockId| {
+                !View::of(self.program, *block).empty && !self.program.line_text(*block).starts_with(b"%")
+            };
+            let last = self.part.blocks().filter(code).last();
+            let end = last.map_or(self.part.span.end, |block| self.program.span(block).end);
+            let whole = self.program.text()[..end as usize].ends_with(b"\n");
+            let before: &[u8] = if whole { b"" } else { self.line_end };
+            let text = [&self.f_word(&feed), b" ".as_slice(), &mark::comment(self.dialect, &note.text())].concat();
+            let text = if self.job.output.annotate == Annotate::None { self.f_word(&feed) } else { text };
+            self.edits.push(Edit::insert(end, [before, &text, if whole { self.line_end } else { b"" }].concat()));
+            self.stats.blocks_added += 1;
+            self.stats.f_words_after += 1;
+        }
+        if !self.edits.is_empty() {
+            self.header();
+        }
+    }
+
     /// Puts the mark of the file in, unless it is there: a line before the first block of code, or in plain language (whose
     /// lines are counted) at the end of the first motion.
-    pub fn header(&mut self) {
+    fn header(&mut self) {
         if self.marked {
             return;
         }
         let text = mark::comment(self.dialect, &mark::header_text());
-        let views = self.program.blocks().map(|block| (block, View::of(self.program, block)));
+        let views = self.part.blocks().map(|block| (block, View::of(self.program, block)));
         if self.may_insert() {
             let mut code = views.filter(|(_, view)| !view.empty && !view.flow && !view.words.is_empty());
             if let Some((block, _)) = code.next() {

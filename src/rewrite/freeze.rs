@@ -9,7 +9,7 @@
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
 use crate::machine::Job;
-use crate::nc::{Dialect, FeedMode, Freeze, Move, MoveKind, Program, Toolpath};
+use crate::nc::{Dialect, FeedMode, Freeze, Move, MoveKind, Part, Program, Toolpath};
 
 use super::fword::FeedUnit;
 use super::plain;
@@ -58,14 +58,16 @@ fn start((_, span): (BlockId, Span)) -> u32 {
     span.start
 }
 
-/// Modes in force in each block, in text order.
+/// Modes in force in each block, in the order of each text.
 fn modes_by_block(program: &Program, toolpath: &Toolpath) -> Vec<Modes> {
-    let mut modes = Modes { inch: toolpath.inch, incremental: false };
-    let mut next = |block| {
-        modes = modes.after(&View::of(program, block));
-        modes
+    let of_part = |part: Part<'_>| {
+        let mut modes = Modes { inch: toolpath.inch, incremental: false };
+        part.blocks().map(move |block| {
+            modes = modes.after(&View::of(program, block));
+            modes
+        })
     };
-    program.blocks().map(&mut next).collect()
+    program.parts().flat_map(of_part).collect()
 }
 
 /// Starts of the F words, sorted, in whose spans a block is reached that another F word reaches too, or that reads lengths
@@ -148,26 +150,36 @@ impl Text {
     }
 }
 
-/// Is this F number, read in the modes in force, the feed of the move? (In inverse time a cycle's moves have their own.)
+/// Is this F number, read in the modes in force, the feed of the move? In inverse time that hangs on the length of the
+/// contour, which is not that of the move where the tool runs beside it.
 fn explains(number: f64, motion: &Move, modes: Modes) -> bool {
     let length_mm = motion.curve().length();
+    let inverse = motion.feed.mode == FeedMode::InverseTime;
+    let beside = inverse && !motion.splittable && number > 0.0 && motion.feed.mm_s > 0.0;
     let unit = FeedUnit { mode: motion.feed.mode, unit_mm: modes.unit_mm(), rps: motion.spin.rps, length_mm };
-    let empty = motion.feed.mode == FeedMode::InverseTime && length_mm == 0.0;
-    empty || unit.is_usable() && (unit.f_of(motion.feed.mm_s) - number).abs() <= 1e-6 * number.abs()
+    let empty = inverse && length_mm == 0.0;
+    empty || beside || unit.is_usable() && (unit.f_of(motion.feed.mm_s) - number).abs() <= 1e-6 * number.abs()
 }
 
 /// Which moves belong to a block that cannot be cut, by move index.
 fn uncuttable(program: &Program, toolpath: &Toolpath) -> Vec<bool> {
     let modes = modes_by_block(program, toolpath);
-    let manners = Manners::of(program);
-    let jumps = program.blocks().any(|block| View::of(program, block).jumps);
+    let parts: Vec<(Part<'_>, Manners, bool)> = program
+        .parts()
+        .map(|part| {
+            let jumps = part.blocks().any(|block| View::of(program, block).jumps);
+            (part.clone(), Manners::of(program, &part), jumps)
+        })
+        .collect();
     let of_move = |(id, motion): (MoveId, &Move)| {
         if !motion.splittable || motion.kind == MoveKind::Rapid || motion.block.ix() >= program.len() {
             return true;
         }
         let view = View::of(program, motion.block);
-        let block = Block::new(program, toolpath, &view, modes[motion.block.ix()], manners, id);
-        (jumps && view.has(b'N')) || !split::can_be_cut(&block)
+        let part = parts.partition_point(|(part, ..)| part.blocks.end <= motion.block.0);
+        let (_, manners, jumps) = &parts[part];
+        let block = Block::new(program, toolpath, &view, modes[motion.block.ix()], *manners, id);
+        (*jumps && view.has(b'N')) || !split::can_be_cut(&block)
     };
     toolpath.iter_moves().map(of_move).collect()
 }

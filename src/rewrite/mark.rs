@@ -9,7 +9,7 @@
 
 use crate::diag::Span;
 use crate::machine::LimitKind;
-use crate::nc::{Dialect, Program, TokenKind};
+use crate::nc::{Dialect, Part, Program, TokenKind};
 
 use super::edit::{self, Edit};
 
@@ -112,8 +112,13 @@ pub fn read(comment: &[u8]) -> Option<Ours> {
 
 /// Does the program carry our mark?
 pub fn is_ours(program: &Program) -> bool {
-    let found = memchr::memmem::find_iter(program.text(), HEADER.as_bytes());
-    found.map(|at| program.block_at(at as u32)).any(|block| {
+    program.parts().any(|part| is_marked(program, &part))
+}
+
+/// Does this part of the program carry our header?
+pub fn is_marked(program: &Program, part: &Part<'_>) -> bool {
+    let found = memchr::memmem::find_iter(part.span.of(program.text()), HEADER.as_bytes());
+    found.map(|at| program.block_at(part.span.start + at as u32)).any(|block| {
         let tokens = program.tokens(block);
         tokens.filter(|t| t.kind == TokenKind::Comment).any(|t| read(t.span.of(program.text())) == Some(Ours::Header))
     })
@@ -131,7 +136,8 @@ pub fn strip(program: &Program) -> Vec<u8> {
         let with_blank = |t: &crate::nc::Token| Edit::replace(with_blank_before(program.text(), t.span), *b"");
         tokens.iter().filter(ours).map(with_blank).collect()
     });
-    edit::apply(program.text(), edits.collect())
+    let all = Span { start: 0, end: program.text().len() as u32 };
+    edit::apply(all, program.text(), edits.collect())
 }
 
 /// The span, with the blank before it if there is one.

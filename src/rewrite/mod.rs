@@ -21,8 +21,11 @@ pub use mark::{is_ours, strip};
 pub use reference::{references, remembers};
 pub use verify::{Difference, Proof, verify};
 
+use std::sync::Arc;
+
+use crate::ids::BlockId;
 use crate::machine::Job;
-use crate::nc::{Program, Toolpath};
+use crate::nc::{self, File, Program, Toolpath};
 use crate::schedule::Schedule;
 
 /// What rewriting did, in numbers.
@@ -40,31 +43,62 @@ pub struct Stats {
     pub blocks_added: usize,
 }
 
+impl std::ops::AddAssign for Stats {
+    fn add_assign(&mut self, other: Self) {
+        self.f_words_before += other.f_words_before;
+        self.f_words_after += other.f_words_after;
+        self.f_words_changed += other.f_words_changed;
+        self.f_words_inserted += other.f_words_inserted;
+        self.blocks_added += other.blocks_added;
+    }
+}
+
 /// A rewritten program.
 #[derive(Debug, Clone, Default)]
 pub struct Rewritten {
     /// Its bytes.
     pub bytes: Vec<u8>,
+    /// The files linked to it, in order, each with its name and its bytes.
+    pub files: Vec<(String, Vec<u8>)>,
     /// Number of edits that made them.
     pub edits: usize,
     /// What was done.
     pub stats: Stats,
-    /// Lines of the input that kept their feed, and why.
-    pub kept: Vec<(u32, String)>,
+    /// Blocks of the input that kept their feed, and why, in order.
+    pub kept: Vec<(BlockId, String)>,
+}
+
+impl Rewritten {
+    /// The written program, read again together with its files.
+    pub fn read(&self, original: &Program) -> Program {
+        let parse = |bytes: &Vec<u8>| nc::parse(bytes.clone(), Some(original.dialect()));
+        if self.files.is_empty() {
+            return parse(&self.bytes);
+        }
+        let file = |(name, bytes): &(String, Vec<u8>)| File { name: name.clone(), program: Arc::new(parse(bytes)) };
+        parse(&self.bytes).with_files(self.files.iter().map(file).collect())
+    }
 }
 
 /// Writes the schedule's feeds into the program. Where nothing changes, the bytes come back as they are. A schedule made
 /// after [`freeze`] asks for nothing that cannot be written; one made without it is obeyed as far as the text allows.
 pub fn rewrite(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &Job) -> Rewritten {
     let plans = plan::plan(program, toolpath, schedule, job);
-    let mut writer = write::Writer::new(program, toolpath, job);
-    for (block, plan) in program.blocks().zip(&plans) {
-        writer.block(block, plan);
+    let mut out = Rewritten::default();
+    for part in program.parts() {
+        let mut writer = write::Writer::new(program, &part, toolpath, job);
+        for block in part.blocks() {
+            writer.block(block, &plans[block.ix()]);
+        }
+        writer.end();
+        out.edits += writer.edits.len();
+        out.stats += writer.stats;
+        out.kept.append(&mut writer.kept);
+        let bytes = edit::apply(part.span, program.text(), writer.edits);
+        match part.name {
+            None => out.bytes = bytes,
+            Some(name) => out.files.push((name.to_owned(), bytes)),
+        }
     }
-    if !writer.edits.is_empty() {
-        writer.header();
-    }
-    let count = writer.edits.len();
-    let (stats, kept) = (writer.stats, writer.kept);
-    Rewritten { bytes: edit::apply(program.text(), writer.edits), edits: count, stats, kept }
+    out
 }

@@ -73,7 +73,7 @@ pub fn plan(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &J
             add(plan, motion, if whole { &all[first..next] } else { &[] }, common);
         }
     }
-    exclude(&mut plans, job);
+    exclude(&mut plans[..program.own_len()], job);
     plans
 }
 

@@ -3,7 +3,7 @@
 
 use crate::diag::Span;
 use crate::ids::BlockId;
-use crate::nc::{Dialect, Program, TokenKind};
+use crate::nc::{Dialect, Part, Program, TokenKind};
 
 use super::mark::{self, Ours};
 
@@ -85,6 +85,10 @@ impl View {
             view.code_end = token.span.end;
         }
         view.flow |= view.words.iter().any(calls);
+        if view.g_codes().any(|code| [650, 660, 661].contains(&code)) {
+            // An argument of the macro, not a feed.
+            view.words.retain(|word| word.letter != b'F');
+        }
         view.jumps |=
             view.words.iter().any(|word| word.letter == b'M' && [97.0, 99.0].contains(&word.number)) && view.has(b'P');
         view
@@ -128,10 +132,10 @@ fn steers(kind: TokenKind) -> bool {
     matches!(kind, TokenKind::Name | TokenKind::Routine | TokenKind::Label | TokenKind::Call)
 }
 
-/// M97, M98, M99, G65 to G67, a program number, and Siemens' L call.
+/// M97, M98, M99, the M17 of Siemens, G65 to G67, and a program number.
 fn calls(word: &Word) -> bool {
     match word.letter {
-        b'M' => [97.0, 98.0, 99.0].contains(&word.number),
+        b'M' => [17.0, 97.0, 98.0, 99.0].contains(&word.number),
         b'G' => [65.0, 66.0, 67.0, 66.1].contains(&word.number),
         b'O' => true,
         _ => false,
@@ -191,10 +195,10 @@ pub struct Manners {
 }
 
 impl Manners {
-    /// The manners of most words in the first 4000 lines.
-    pub fn of(program: &Program) -> Self {
+    /// The manners of most words in the first 4000 lines of a part.
+    pub fn of(program: &Program, part: &Part<'_>) -> Self {
         let (mut spaced, mut zero, mut lower) = (0_i64, 0_i64, 0_i64);
-        for block in program.blocks().take(4000) {
+        for block in part.blocks().take(4000) {
             let words = View::of(program, block).words;
             for pair in words.windows(2) {
                 spaced += if pair[0].span.end < pair[1].span.start { 1 } else { -1 };
@@ -211,8 +215,8 @@ impl Manners {
     }
 }
 
-/// The line end of the program: that of its first line that has one.
-pub fn line_end(program: &Program) -> &'static [u8] {
-    let first = memchr::memchr(b'\n', program.text());
-    if first.is_some_and(|at| at > 0 && program.text()[at - 1] == b'\r') { b"\r\n" } else { b"\n" }
+/// The line end of a text: that of its first line that has one.
+pub fn line_end(text: &[u8]) -> &'static [u8] {
+    let first = memchr::memchr(b'\n', text);
+    if first.is_some_and(|at| at > 0 && text[at - 1] == b'\r') { b"\r\n" } else { b"\n" }
 }

@@ -8,7 +8,7 @@
 
 use crate::ids::BlockId;
 use crate::machine::{Annotate, Job};
-use crate::nc::{Dialect, FeedMode, Program, Toolpath};
+use crate::nc::{Dialect, FeedMode, Part, Program, Toolpath};
 
 use super::Stats;
 use super::decimal::NumberStyle;
@@ -59,6 +59,7 @@ const MOST_N_AND_F: usize = 20;
 /// The writer's state.
 pub struct Writer<'a> {
     pub(super) program: &'a Program,
+    pub(super) part: Part<'a>,
     toolpath: &'a Toolpath,
     pub(super) job: &'a Job,
     pub(super) dialect: Dialect,
@@ -84,7 +85,15 @@ pub struct Writer<'a> {
     /// Counts.
     pub stats: Stats,
     /// Blocks left as they are, and why.
-    pub kept: Vec<(u32, String)>,
+    pub kept: Vec<(BlockId, String)>,
+}
+
+/// Longest line to be written, bytes without a line end of one byte: what the setup says, but never more than LinuxCNC is
+/// known to read.
+fn most_bytes(dialect: Dialect, job: &Job) -> usize {
+    let own = dialect.max_line_length();
+    let most = job.machine.max_line_length.unwrap_or(own);
+    if dialect == Dialect::LinuxCnc { most.min(own) } else { most }
 }
 
 /// Changes of one block while they are gathered.
@@ -102,21 +111,22 @@ pub(super) struct Change {
 }
 
 impl<'a> Writer<'a> {
-    /// A writer at the start of the text.
-    pub fn new(program: &'a Program, toolpath: &'a Toolpath, job: &'a Job) -> Self {
+    /// A writer at the start of a text: the program's own, or that of a file.
+    pub fn new(program: &'a Program, part: &Part<'a>, toolpath: &'a Toolpath, job: &'a Job) -> Self {
         let dialect = program.dialect();
-        let manners = Manners::of(program);
+        let manners = Manners::of(program, part);
         let letter = vec![if manners.lower { b'f' } else { b'F' }];
         let style = NumberStyle::of(b"0", manners.leading_zero);
         Self {
             program,
+            part: part.clone(),
             toolpath,
             job,
             dialect,
             manners,
-            most_bytes: job.machine.max_line_length.unwrap_or(dialect.max_line_length()),
-            line_end: view::line_end(program),
-            jumps: program.blocks().any(|block| View::of(program, block).jumps),
+            most_bytes: most_bytes(dialect, job) - (view::line_end(part.span.of(program.text())).len() - 1),
+            line_end: view::line_end(part.span.of(program.text())),
+            jumps: part.blocks().any(|block| View::of(program, block).jumps),
             modes: Modes { inch: toolpath.inch, incremental: false },
             now: Now::Original,
             original: None,
@@ -125,7 +135,7 @@ impl<'a> Writer<'a> {
             manner: Manner { letter, style },
             tool_changed: false,
             last_number: None,
-            marked: mark::is_ours(program),
+            marked: mark::is_marked(program, part),
             edits: Vec::new(),
             stats: Stats::default(),
             kept: Vec::new(),
@@ -150,14 +160,14 @@ impl<'a> Writer<'a> {
         let change = match &plan.want {
             Want::Feeds(pieces) if !view.flow && !view.delete => self.feeds(id, plan, &view, pieces),
             Want::Keep(why) => {
-                self.kept.push((self.program.line(id), (*why).to_owned()));
-                self.keep(&view, plan)
+                self.kept.push((id, (*why).to_owned()));
+                self.keep(id, &view, plan)
             }
             Want::Feeds(_) => {
-                self.kept.push((self.program.line(id), "it steers the flow of the program".to_owned()));
-                self.keep(&view, plan)
+                self.kept.push((id, "it steers the flow of the program".to_owned()));
+                self.keep(id, &view, plan)
             }
-            Want::Nothing if view.flow || view.delete => self.keep(&view, plan),
+            Want::Nothing if view.flow || view.delete => self.keep(id, &view, plan),
             Want::Nothing => self.pass(&view),
         };
         self.emit(id, &view, change);
@@ -171,7 +181,7 @@ impl<'a> Writer<'a> {
     }
 
     /// A block that keeps its bytes: the original F is put in force before it.
-    fn keep(&mut self, view: &View, plan: &Plan) -> Change {
+    fn keep(&mut self, id: BlockId, view: &View, plan: &Plan) -> Change {
         let mut change = Change { leave_note: true, ..Change::default() };
         let without = plan.first.is_some() && plan.word.is_none();
         let restates_itself = without || (view.has(b'F') || view.computed_feed) && !view.delete;
@@ -186,7 +196,7 @@ impl<'a> Writer<'a> {
                     change.before.push((self.f_word(&feed.text), Some(note)));
                     self.now = Now::Original;
                 }
-                None => self.kept.push((0, "the feed before a kept block could not be restated".to_owned())),
+                None => self.kept.push((id, "the feed before a kept block could not be restated".to_owned())),
             }
         }
         self.take_original(view);
@@ -241,7 +251,7 @@ impl<'a> Writer<'a> {
         Some(Feed { text, value: word.number, mode: known.mode, unit_mm: self.modes.unit_mm() })
     }
 
-    fn f_word(&self, number: &str) -> Vec<u8> {
+    pub(super) fn f_word(&self, number: &str) -> Vec<u8> {
         [self.manner.letter.as_slice(), number.as_bytes()].concat()
     }
 
@@ -256,8 +266,8 @@ impl<'a> Writer<'a> {
         }
         let numbers = if view.computed_feed { None } else { self.numbers(pieces, motion) };
         let Some(numbers) = numbers else {
-            self.kept.push((self.program.line(id), "its feed cannot be written as an F word".to_owned()));
-            return self.keep(view, plan);
+            self.kept.push((id, "its feed cannot be written as an F word".to_owned()));
+            return self.keep(id, view, plan);
         };
         let splits = numbers.len() > 1 && !(self.jumps && view.has(b'N')) && !plan.repeated;
         if splits {
@@ -286,7 +296,21 @@ impl<'a> Writer<'a> {
         Some(Feed { text, value: word.number, mode: motion.feed.mode, unit_mm: self.modes.unit_mm() })
     }
 
+    /// Is the F in force another than the original's?
+    pub(super) fn now_is_ours(&self) -> bool {
+        self.now != Now::Original
+    }
+
+    /// Number of the original F in force.
+    pub(super) fn original_feed(&self) -> Option<String> {
+        self.original.as_ref().map(|feed| feed.text.clone())
+    }
+
+    /// In inverse time a block that stays whole has the time of its contour, which the tool may run beside.
     fn unit(&self, motion: &crate::nc::Move, length_mm: f64) -> FeedUnit {
+        let contour_mm = || Some(crate::units::mm_min_from_mm_s(motion.feed.mm_s) / self.original.as_ref()?.value);
+        let whole = motion.feed.mode == FeedMode::InverseTime && !motion.splittable;
+        let length_mm = if whole { contour_mm().unwrap_or(length_mm) } else { length_mm };
         FeedUnit { mode: motion.feed.mode, unit_mm: self.modes.unit_mm(), rps: motion.spin.rps, length_mm }
     }
 

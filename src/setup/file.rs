@@ -56,6 +56,9 @@ pub struct MachineTable {
     pub home: Option<[Quantity; 3]>,
     /// What G41/G42 means: control (programmed contour), wear (path already offset) or inverse-wear.
     pub compensation: Option<String>,
+    /// Wear offsets of the tool table by D number, as they are added to the radius where the path is already offset, mm:
+    /// `{ D1 = -0.02 }`.
+    pub wear_offsets: Option<BTreeMap<String, Quantity>>,
     /// Longest line the control reads, bytes.
     pub max_line_length: Option<u32>,
     /// The linear axes.

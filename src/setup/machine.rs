@@ -51,6 +51,7 @@ pub fn machine(
         ),
         home_mm: table.home.as_ref().map(|home| reader.point("machine.home", home)),
         compensation: table.compensation.as_deref().and_then(|word| compensation(reader, word)),
+        wear_mm: table.wear_offsets.as_ref().map_or_else(Vec::new, |written| wear_offsets(reader, written)),
         max_line_length: table.max_line_length.map(|length| line_length(reader, length)),
         axes: all_axes(reader, &axes, mm_min_from_mm_s(rapid_mm_s)),
         spindle: spindle(reader, &table.spindle.clone().unwrap_or_default()),
@@ -67,6 +68,19 @@ fn compensation(reader: &mut Reader, word: &str) -> Option<Compensation> {
     let known =
         [("control", Compensation::Control), ("wear", Compensation::Wear), ("inverse-wear", Compensation::InverseWear)];
     reader.choice("machine.compensation", word, &known)
+}
+
+/// "D1" → 1, each with its radius.
+fn wear_offsets(reader: &mut Reader, written: &BTreeMap<String, Quantity>) -> Vec<(u32, f64)> {
+    let mut offsets = Vec::new();
+    for (name, value) in written {
+        let key = format!("machine.wear_offsets.{name}");
+        match name.strip_prefix(['D', 'd']).and_then(|number| number.parse().ok()) {
+            Some(number) => offsets.push((number, reader.value(&key, value, Dimension::Length, Sense::Any))),
+            None => reader.complain(&key, "is no offset number", "write D and the number of the offset, as in D1"),
+        }
+    }
+    offsets
 }
 
 fn line_length(reader: &mut Reader, length: u32) -> usize {

@@ -70,7 +70,7 @@ pub fn check(
 ) -> Result<Rewritten, String> {
     let toolpath = toolpath(program, environment, job);
     let rewritten = rewrite::rewrite(program, &toolpath, schedule, job);
-    let output = nc::parse(rewritten.bytes.clone(), Some(program.dialect()));
+    let output = rewritten.read(program);
     let text = || String::from_utf8_lossy(&rewritten.bytes).into_owned();
     let proof = rewrite::verify(program, &output, environment);
     if !proof.holds() {
@@ -79,7 +79,7 @@ pub fn check(
     let after = nc::interpret(&output, environment);
     feeds_hold(&toolpath, &after, schedule).map_err(|why| format!("{why}\n{}", text()))?;
     let again = rewrite::rewrite(&output, &after, &unchanged(&after), job);
-    if again.bytes != rewritten.bytes {
+    if again.bytes != rewritten.bytes || again.files != rewritten.files {
         return Err(format!("a second run changes it:\n{}\n---\n{}", text(), String::from_utf8_lossy(&again.bytes)));
     }
     Ok(rewritten)

@@ -77,6 +77,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
             tool_change_time_s: 5.0,
             home_mm: None,
             compensation: None,
+            wear_mm: Vec::new(),
             max_line_length: None,
             axes: [axis; 3],
             spindle: Spindle {

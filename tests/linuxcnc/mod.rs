@@ -37,6 +37,7 @@ pub fn machine(acceleration_mm_s2: f64) -> Machine {
         tool_change_time_s: 0.0,
         home_mm: None,
         compensation: None,
+        wear_mm: Vec::new(),
         max_line_length: None,
         axes: [axis; 3],
         spindle: Spindle {

@@ -1,6 +1,7 @@
-//! Calls of subprograms and returns from them: O call, M97, M98, M99, G65, in the same text or in another file.
+//! Calls of subprograms and returns from them: O call, M97, M98, M99, G65, G66, in the same text or in another file.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::Run;
 use super::labels::Labels;
@@ -8,7 +9,7 @@ use super::line::Line;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::dialect::Dialect;
-use crate::nc::program::{Program, parse};
+use crate::nc::program::{File, Program, parse};
 
 /// A program text being executed.
 #[derive(Clone)]
@@ -16,7 +17,7 @@ pub(super) enum Source<'a> {
     /// The one that was asked for.
     Main(&'a Program),
     /// A file it calls.
-    File(Rc<Program>),
+    File(Arc<Program>),
 }
 
 impl Source<'_> {
@@ -43,8 +44,22 @@ pub(super) struct Call<'a> {
     saved: Option<Vec<(u32, f64)>>,
     /// The block of the main text that makes the call happen.
     main_block: BlockId,
+    /// It is the macro of G66.
+    modal: bool,
 }
 
+/// The macro that G66 calls after every motion.
+#[derive(Debug, Clone)]
+pub(super) struct ModalMacro {
+    /// Its number; `None`: it is not executed (it was not found, or is called after blocks of any kind).
+    label: Option<String>,
+    /// #1–#33 as the last call left them.
+    arguments: Vec<(u32, f64)>,
+    repeats: u64,
+}
+
+/// Endings of the names of subprogram files, in the order they are tried.
+const ENDINGS: [&str; 12] = [".ngc", ".nc", "", ".spf", ".SPF", ".NC", ".tap", ".MPF", ".mpf", ".H", ".h", ".txt"];
 /// Local numbered parameters.
 const LOCALS: std::ops::RangeInclusive<u32> = 1..=33;
 
@@ -58,7 +73,7 @@ impl Run<'_> {
         self.labels[self.source_id].get_or_insert_with(|| Rc::new(Labels::of(program))).clone()
     }
 
-    /// M97, M98, M99 and G65 of a block.
+    /// M97, M98 and M99 of a block.
     pub(super) fn call_words(&mut self, line: &Line) {
         let repeats = line.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
         for &(code, span) in &line.m {
@@ -68,9 +83,6 @@ impl Run<'_> {
                 990 => self.return_word(line, span),
                 _ => {}
             }
-        }
-        if line.has_g(650) {
-            self.call_macro(line, repeats);
         }
     }
 
@@ -93,12 +105,55 @@ impl Run<'_> {
         }
     }
 
-    fn call_macro(&mut self, line: &Line, repeats: u64) {
+    /// G66 P… and its arguments: the macro is called after every block with a motion from the next one on, up to G67.
+    /// (G66.1 calls it after every block, with the words of that block: it is kept, not executed.)
+    pub(super) fn call_after_motions(&mut self, line: &Line, code: u16, span: Span) {
+        let number = line.get(b'P').map_or(0, |p| p.max(0.0) as u64).to_string();
+        let found = code == 660 && (self.labels().routine(&number).is_some() || self.file(&number).is_some());
+        if !found {
+            let what = if code == 660 {
+                format!("macro {number} is neither in the text nor beside it")
+            } else {
+                "G66.1".into()
+            };
+            let text = format!("{what}: the calls after the blocks up to G67 are kept, not simulated");
+            let help = "put the macro beside the program; feeds are kept up to G67";
+            self.say("nc::no-routine", Severity::Warning, span, text, help);
+        }
+        let repeats = line.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
+        self.modal_macro = Some(ModalMacro { label: found.then_some(number), arguments: arguments(line), repeats });
+    }
+
+    /// Is a macro that G66 called being executed?
+    pub(super) fn in_modal_macro(&self) -> bool {
+        self.calls.iter().any(|call| call.modal)
+    }
+
+    /// After a block with a motion, where G66 is in force. The motions of the macro itself call nothing.
+    pub(super) fn call_modal_macro(&mut self, line: &Line) {
+        let defines = line.has_g(660) || line.has_g(661);
+        let moves = line.has_any(b"XYZ") && !defines;
+        let Some(ModalMacro { label: Some(label), arguments, repeats }) =
+            self.modal_macro.clone().filter(|_| moves && !self.ended && !self.in_modal_macro())
+        else {
+            return;
+        };
+        let depth = self.calls.len();
+        if self.call_by_name(&label, repeats, Some(arguments))
+            && let Some(call) = self.calls.get_mut(depth)
+        {
+            call.modal = true;
+        }
+    }
+
+    /// G65; G66 has done its work already.
+    pub(super) fn call_macro(&mut self, line: &Line) {
+        if !line.has_g(650) {
+            return;
+        }
+        let repeats = line.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
         let number = line.get(b'P').map_or(0, |p| p.max(0.0) as u64);
-        let letters = b"ABCDEFHIJKMQRSTUVWXYZ";
-        let places = [1, 2, 3, 7, 8, 9, 11, 4, 5, 6, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26];
-        let argument = |(&letter, place): (&u8, u32)| line.get(letter).map(|value| (place, value));
-        let arguments: Vec<_> = letters.iter().zip(places).filter_map(argument).collect();
+        let arguments = arguments(line);
         if !self.call_by_name(&number.to_string(), repeats, Some(arguments)) {
             let span = line.g.first().map_or_else(Span::default, |g| g.1);
             self.no_routine(span, &format!("macro {number}"));
@@ -124,7 +179,7 @@ impl Run<'_> {
             return true;
         }
         let Some(id) = self.file(label) else { return false };
-        let program = self.files[id].1.clone();
+        let program = self.files[id].program.clone();
         let keep = (self.source.clone(), self.source_id);
         (self.source, self.source_id) = (Source::File(program), id + 1);
         let start = self.labels().routine(label).map_or(0, |line| line.block as usize + 1);
@@ -133,25 +188,20 @@ impl Run<'_> {
         true
     }
 
-    /// Index of the loaded file that holds a routine.
+    /// Index of the file that holds a routine: one that was called before, else one that is loaded now.
     fn file(&mut self, label: &str) -> Option<usize> {
-        if let Some(index) = self.files.iter().position(|(name, _)| name == label) {
-            return Some(index);
+        let names = file_names(label);
+        let known = names.iter().find_map(|name| self.files.iter().position(|file| file.name == *name));
+        if known.is_some() || self.missing.contains(label) {
+            return known;
         }
-        let number: Option<u32> = label.parse().ok();
-        let mut names = vec![
-            format!("{label}.ngc"),
-            format!("{label}.nc"),
-            label.to_owned(),
-            format!("{label}.spf"),
-            format!("{label}.SPF"),
-        ];
-        if let Some(number) = number {
-            names.extend(["", ".nc", ".NC", ".ngc", ".tap"].map(|ending| format!("O{number:04}{ending}")));
-        }
-        let bytes = names.iter().find_map(|name| (self.env.load)(name))?;
+        let Some((name, bytes)) = names.into_iter().find_map(|name| (self.env.load)(&name).map(|bytes| (name, bytes)))
+        else {
+            self.missing.insert(label.to_owned());
+            return None;
+        };
         let dialect: Dialect = self.program.dialect();
-        self.files.push((label.to_owned(), Rc::new(parse(bytes, Some(dialect)))));
+        self.files.push(File { name, program: Arc::new(parse(bytes, Some(dialect))) });
         Some(self.files.len() - 1)
     }
 
@@ -179,14 +229,18 @@ impl Run<'_> {
             again: repeats - 1,
             saved,
             main_block: self.main_block(),
+            modal: false,
         });
         if let Some(arguments) = arguments {
             self.clear_locals();
             self.parameters.numbered.extend(arguments);
             self.parameters.depth += 1;
         }
-        self.source =
-            if source_id == 0 { Source::Main(self.program) } else { Source::File(self.files[source_id - 1].1.clone()) };
+        self.source = if source_id == 0 {
+            Source::Main(self.program)
+        } else {
+            Source::File(self.files[source_id - 1].program.clone())
+        };
         self.source_id = source_id;
         self.at = start;
     }
@@ -196,6 +250,15 @@ impl Run<'_> {
         for index in set {
             self.parameters.numbered.remove(&index);
         }
+    }
+
+    /// First block and first byte that the text being executed has in the linked program; `None`: it is not linked.
+    pub(super) fn linked_at(&self) -> Option<(u32, u32)> {
+        if self.source_id == 0 || self.source_id > self.program.files().len() {
+            return (self.source_id == 0).then_some((0, 0));
+        }
+        let part = self.program.parts().nth(self.source_id)?;
+        Some((part.blocks.start, part.span.start))
     }
 
     /// The block of the main text that makes the current one happen.
@@ -231,6 +294,13 @@ impl Run<'_> {
             return;
         }
         let Some(call) = self.calls.pop() else { return };
+        if call.modal {
+            let numbered = &self.parameters.numbered;
+            let locals = numbered.range(LOCALS).map(|(&index, &value)| (index, value)).collect();
+            if let Some(modal) = &mut self.modal_macro {
+                modal.arguments = locals;
+            }
+        }
         if let Some(saved) = call.saved {
             self.clear_locals();
             self.parameters.numbered.extend(saved);
@@ -242,4 +312,22 @@ impl Run<'_> {
         self.source_id = call.source_id;
         self.at = call.at;
     }
+}
+
+/// The arguments of a macro call: the local variable of each letter.
+fn arguments(line: &Line) -> Vec<(u32, f64)> {
+    let letters = b"ABCDEFHIJKMQRSTUVWXYZ";
+    let places = [1, 2, 3, 7, 8, 9, 11, 4, 5, 6, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26];
+    let argument = |(&letter, place): (&u8, u32)| line.get(letter).map(|value| (place, value));
+    letters.iter().zip(places).filter_map(argument).collect()
+}
+
+/// Names a file with this routine may have.
+fn file_names(label: &str) -> Vec<String> {
+    let mut stems = vec![label.to_owned()];
+    if let Ok(number) = label.parse::<u32>() {
+        stems.extend([format!("O{number:04}"), format!("O{number:05}"), format!("o{number}")]);
+    }
+    let named = |stem: &String| ENDINGS.map(|ending| format!("{stem}{ending}"));
+    stems.iter().flat_map(named).collect()
 }

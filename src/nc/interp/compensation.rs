@@ -37,7 +37,7 @@ enum Moved {
 pub(super) enum Contour {
     /// It is not.
     Off,
-    /// The path is written as the tool runs; the wear value is taken as zero.
+    /// The path is written as the tool runs, and there is no wear.
     AsWritten,
     /// What it means is not known: feeds are kept.
     Unknown,
@@ -102,7 +102,16 @@ impl Run<'_> {
             None => None,
         };
         match (meaning, diameter) {
-            (Some(Compensation::Wear | Compensation::InverseWear), _) => self.contour_only = Contour::AsWritten,
+            (Some(meaning @ (Compensation::Wear | Compensation::InverseWear)), _) => {
+                let sign = if meaning == Compensation::Wear { 1.0 } else { -1.0 };
+                match self.wear_mm(inline, line, place) {
+                    0.0 => self.contour_only = Contour::AsWritten,
+                    wear => {
+                        let side = side * sign * wear.signum();
+                        self.compensation = Some(Active { side, radius: wear.abs(), range, before: None });
+                    }
+                }
+            }
             (Some(Compensation::Control), Some(diameter)) => {
                 let side = side * diameter.signum();
                 if diameter != 0.0 {
@@ -122,6 +131,23 @@ impl Run<'_> {
                 self.say("nc::compensation", Severity::Warning, place, text, help);
             }
         }
+    }
+
+    /// Wear of the offset the block names, mm on the radius: as the block states it, as the program set it (G10 L13), as the
+    /// setup has it; else none, which is said.
+    fn wear_mm(&mut self, inline: bool, line: &Line, place: Span) -> f64 {
+        if let Some(diameter) = self.stated_diameter(inline, line) {
+            return 0.5 * diameter * self.modal.unit_mm();
+        }
+        let number = line.get(b'D').map_or(self.modal.tool, |d| d.max(0.0) as u32);
+        let known = |table: &[(u32, f64)]| table.iter().rfind(|(d, _)| *d == number).map(|(_, wear)| *wear);
+        let wear = known(&self.wear_set).or_else(|| known(&self.env.wear_mm));
+        if wear.is_none() && number != 0 {
+            let text = format!("the wear value D{number} is not known here: it is taken as zero");
+            let help = format!("write it under [machine]: wear_offsets = {{ D{number} = 0.0 }}");
+            self.say("nc::wear", Severity::Note, place, text, &help);
+        }
+        wear.unwrap_or(0.0)
     }
 
     /// A diameter written in the block itself: D of G41.1, a D of G41 that is no whole number (a radius, as the tables of
@@ -162,6 +188,8 @@ impl Run<'_> {
             active.side = -active.side;
         }
         let element = Element { from, to, arc };
+        let about = arc.map(|(centre, angle)| Curve::Arc(Arc::new(self.modal.plane, from, to, centre, angle)));
+        self.contour_mm = Some(about.unwrap_or(Curve::Line { from, to }).length());
         self.splittable = false;
         self.programmed = target;
         match self.follow(active, kind, element) {

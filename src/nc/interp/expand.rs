@@ -49,7 +49,7 @@ const OWN: u32 = 1000;
 pub fn steers(program: &Program) -> bool {
     let steering = |token: Token| match token.kind {
         TokenKind::Word(b'M') => [97.0, 98.0].contains(&token.number),
-        TokenKind::Word(b'G') => token.number == 65.0,
+        TokenKind::Word(b'G') => [65.0, 66.0].contains(&token.number),
         TokenKind::Name | TokenKind::Routine | TokenKind::Assignment | TokenKind::Computed(_) => true,
         _ => false,
     };
@@ -95,7 +95,7 @@ pub fn plain_feeds(program: &Program, environment: &Environment<'_>, exclude: &[
             at = span.end as usize;
         }
     }
-    text.extend_from_slice(&program.text()[at..]);
+    text.extend_from_slice(&program.own_text()[at..]);
     text
 }
 
@@ -135,7 +135,7 @@ impl Record {
     /// What the control keeps itself (probe results, tool tables, alarms) is not known here.
     fn note_machine(&mut self, program: &Program, block: BlockId, main: bool) {
         let text = program.line_text(block);
-        let modal = program.tokens(block).any(|t| t.kind == TokenKind::Word(b'G') && [66.0, 66.1].contains(&t.number));
+        let modal = program.tokens(block).any(|t| t.kind == TokenKind::Word(b'G') && t.number == 66.1);
         let own = memchr::memchr_iter(b'#', text).any(|at| {
             let (number, length) = crate::nc::decimal(&text[at + 1..]).unwrap_or_default();
             let known = [5041, 5042, 5043, 5220, 5400, 5420, 5421, 5422];
@@ -151,10 +151,11 @@ impl Record {
     fn block(&mut self, program: &Program, block: BlockId, line: &Line, in_main: bool) {
         let text = program.text();
         let call = line.m.iter().any(|m| [970, 980, 990].contains(&m.0)) && !(in_main && line.has_m(990));
-        let macro_call = line.has_g(650);
+        let macro_call = line.has_g(650) || line.has_g(660);
         let dropped = |token: &Token| match token.kind {
             TokenKind::Word(b'N') | TokenKind::Assignment | TokenKind::Routine => true,
             TokenKind::Word(b'O') => self.began && !(self.percent && self.text.len() < 4),
+            TokenKind::Word(b'G') if token.number == 67.0 => true,
             TokenKind::Word(b'M') => call && [97.0, 98.0, 99.0].contains(&token.number),
             TokenKind::Word(b'P' | b'L') | TokenKind::Computed(b'P' | b'L') => call || macro_call,
             TokenKind::Word(_) | TokenKind::Computed(_) => macro_call,

@@ -326,12 +326,22 @@ impl Run<'_> {
         self.at = to;
     }
 
-    /// From the first jump on, counts how often each block of the main text is executed.
+    /// From the first jump on, counts how often each block is executed, those of linked files included.
     pub(super) fn count_from_here(&mut self) {
         if self.counts.is_empty() {
-            let executed = self.at.min(self.program.len());
+            let executed = self.at.min(self.program.own_len());
             self.counts = vec![0; self.program.len()];
             self.counts[..executed].fill(1);
+        }
+    }
+
+    /// Counts the block that is executed now.
+    pub(super) fn count(&mut self) {
+        if !self.counts.is_empty()
+            && let Some((first, _)) = self.linked_at()
+            && let Some(count) = self.counts.get_mut(first as usize + self.block.ix())
+        {
+            *count += 1;
         }
     }
 }

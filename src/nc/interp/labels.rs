@@ -38,7 +38,7 @@ impl Labels {
     /// Reads a program through.
     pub fn of(program: &Program) -> Self {
         let mut labels = Labels::default();
-        for block in program.blocks() {
+        for block in program.blocks().take(program.own_len()) {
             labels.read(program, block);
         }
         labels

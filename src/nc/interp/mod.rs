@@ -7,6 +7,7 @@ mod compensation;
 mod corner;
 mod cycles;
 mod expand;
+mod faults;
 mod flow;
 mod heidenhain;
 mod heidenhain_cycles;
@@ -22,12 +23,13 @@ mod siemens_flow;
 mod siemens_frames;
 mod state;
 
+use std::collections::BTreeSet;
 use std::rc::Rc;
 use std::sync::Arc;
 
 pub use expand::{Expanded, expand, plain_feeds, steers};
 
-use calls::{Call, Source};
+use calls::{Call, ModalMacro, Source};
 use compensation::{Active, Contour};
 use corner::Corner;
 use cycles::Cycle;
@@ -41,14 +43,12 @@ use super::dialect::{Dialect, Syntax};
 use super::environment::Environment;
 use super::expr::{self, Parameters, Target};
 use super::lex::{Token, TokenKind};
-use super::program::Program;
+use super::program::{File, Program};
 use super::toolpath::{Event, Freeze, State as MoveState, Toolpath};
-use crate::diag::{Diagnostic, Severity, Span};
+use crate::diag::{Severity, Span};
 use crate::ids::{BlockId, MoveId};
 use crate::path::Vec3;
 
-/// Diagnostics of one code that are kept; further ones are only counted.
-const SAME_CODE: u32 = 100;
 /// Moves of a chunk of [`interpret_each`].
 const CHUNK: usize = 4096;
 /// What executing a block costs besides its bytes.
@@ -64,6 +64,27 @@ pub fn interpret(program: &Program, environment: &Environment<'_>) -> Toolpath {
         run.execute_all();
     }
     run.finish()
+}
+
+/// Interprets a program together with the files it calls, with the block-delete switch off and on: the linked program
+/// ([`Program::with_files`]), and what it does in this environment.
+pub fn linked(program: &Program, environment: &Environment<'_>) -> (Program, Toolpath) {
+    let (mut program, mut path) = (program.clone(), interpret(program, environment));
+    let known = program.files().len();
+    if path.files.len() > known {
+        program = program.with_files(path.files.clone());
+    }
+    if program.has_block_delete() {
+        let switched = Environment { block_delete: !environment.block_delete, ..environment.clone() };
+        let files = interpret(&program, &switched).files;
+        if files.len() > program.files().len() {
+            program = program.with_files(files);
+        }
+    }
+    if program.files().len() > known {
+        path = interpret(&program, environment);
+    }
+    (program, path)
 }
 
 /// As [`interpret`], but hands the toolpath out in chunks as it grows, so that a program of any length takes little
@@ -127,6 +148,8 @@ struct Run<'a> {
     freeze: Option<Freeze>,
     /// May the moves of this block be cut in pieces?
     splittable: bool,
+    /// Length of the contour that the block programs, mm, where the tool runs beside it: its time is that of this length.
+    contour_mm: Option<f64>,
     /// How often each code was said.
     said: Vec<(&'static str, u32)>,
     parameters: Parameters,
@@ -135,7 +158,9 @@ struct Run<'a> {
     /// The text being executed; 0 is the main one, 1 the first of `files` …
     source: Source<'a>,
     source_id: usize,
-    files: Vec<(String, Rc<Program>)>,
+    files: Vec<File>,
+    /// Routines that no file was found for.
+    missing: BTreeSet<String>,
     labels: Vec<Option<Rc<Labels>>>,
     calls: Vec<Call<'a>>,
     /// O-repeat loops under way: depth of calls, block, times left.
@@ -151,6 +176,8 @@ struct Run<'a> {
     /// Ranges a control would have to refuse in this pass, and in the one before.
     refused: Vec<usize>,
     refused_before: Vec<usize>,
+    /// Wear offsets that the program set, mm.
+    wear_set: Vec<(u32, f64)>,
     /// A range was read as if the control offset it, only to see whether it could.
     undecided: bool,
     /// The second pass, in which that is known.
@@ -170,8 +197,8 @@ struct Run<'a> {
     compensation_side: u16,
     /// Radius of polar coordinates (G16), mm, and angle, rad, as last written.
     polar: Option<(f64, f64)>,
-    /// G66 is in force.
-    modal_macro: bool,
+    /// G66 is in force: the macro that is called after every motion.
+    modal_macro: Option<ModalMacro>,
     /// The canned cycle in force.
     cycle: Option<Cycle>,
     /// Feed moves of drilling cycles, each with the block whose F word drives it.
@@ -209,12 +236,14 @@ impl<'a> Run<'a> {
             block: BlockId(0),
             freeze: None,
             splittable: true,
+            contour_mm: None,
             said: Vec::new(),
             parameters: Parameters::default(),
             assignments: Vec::new(),
             source: Source::Main(program),
             source_id: 0,
-            files: Vec::new(),
+            files: program.files().to_vec(),
+            missing: BTreeSet::new(),
             labels: Vec::new(),
             calls: Vec::new(),
             repeats: Vec::new(),
@@ -224,6 +253,7 @@ impl<'a> Run<'a> {
             ranges: 0,
             refused: Vec::new(),
             refused_before: Vec::new(),
+            wear_set: Vec::new(),
             undecided: false,
             deciding: false,
             modal_call: None,
@@ -236,7 +266,7 @@ impl<'a> Run<'a> {
             call_after: false,
             compensation_side: 400,
             polar: None,
-            modal_macro: false,
+            modal_macro: None,
             cycle: None,
             cycle_moves: Vec::new(),
             budget: (program.text().len() + BLOCK_COST * program.len()) as u64 + env.max_repeated_bytes,
@@ -245,7 +275,7 @@ impl<'a> Run<'a> {
     }
 
     fn execute_all(&mut self) {
-        self.out.moves.reserve(self.program.len());
+        self.out.moves.reserve(self.program.own_len());
         let mut line = Line::default();
         while !self.ended {
             self.step(&mut line);
@@ -253,31 +283,9 @@ impl<'a> Run<'a> {
         self.faults_not_executed();
     }
 
-    /// Diagnoses what cannot be read in blocks of the main text that were not executed (up to the closing `%`).
-    fn faults_not_executed(&mut self) {
-        if self.program.dialect().syntax() != Syntax::Rs274 {
-            return;
-        }
-        self.source_id = 0;
-        let program = self.program;
-        let executed = if self.counts.is_empty() { self.at.min(program.len()) } else { 0 };
-        for block in program.blocks().skip(executed) {
-            if block.0 > 0 && program.line_text(block).starts_with(b"%") {
-                break;
-            }
-            if self.counts.get(block.ix()).is_some_and(|count| *count > 0) {
-                continue;
-            }
-            self.block = block;
-            for token in program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Bad | TokenKind::OpenComment)) {
-                self.complain_about(token.kind, token.span);
-            }
-        }
-    }
-
     /// Executes the next block.
     fn step(&mut self, line: &mut Line) {
-        if self.at >= self.source.program().len() {
+        if self.at >= self.source.program().own_len() {
             self.end_of_text();
             return;
         }
@@ -288,12 +296,8 @@ impl<'a> Run<'a> {
         if !self.pay(block) {
             return;
         }
-        if self.source_id == 0
-            && let Some(count) = self.counts.get_mut(block.ix())
-        {
-            *count += 1;
-        }
-        self.freeze = None;
+        self.count();
+        (self.freeze, self.contour_mm) = (None, None);
         self.gather(block, line);
         if line.delete && self.env.block_delete {
             self.assignments.clear();
@@ -409,66 +413,11 @@ impl<'a> Run<'a> {
         if self.frame_lost {
             self.freeze = Some(Freeze::NotUnderstood);
         }
-        if self.source_id != 0 {
+        if self.linked_at().is_none() {
             self.freeze = Some(Freeze::OtherFile);
         }
         self.splittable =
             self.calls.is_empty() && self.switched == [false; 3] && !line.has_any(b"ST") && line.m.is_empty();
-    }
-
-    /// Diagnoses what could not be read in a block.
-    fn complain(&mut self, line: &Line) {
-        let macro_call = line.has_g(650) || line.has_g(40);
-        for letter in b"EUVW".iter().filter(|&&letter| line.has(letter) && !macro_call) {
-            let text = format!("{} is not an axis or a word known here", char::from(*letter));
-            self.not_understood(
-                "nc::unknown-word",
-                line.span(*letter).unwrap_or_default(),
-                text,
-                "the word is left out",
-            );
-        }
-        for &(kind, span) in &line.bad {
-            self.complain_about(kind, span);
-        }
-        if let Some((letter, span)) = line.repeated {
-            let text = format!("{} stands twice in the block", char::from(letter));
-            self.not_understood("nc::repeated-word", span, text, "keep one of the words");
-        }
-    }
-
-    fn complain_about(&mut self, kind: TokenKind, span: Span) {
-        if kind == TokenKind::OpenComment {
-            self.say("nc::open-comment", Severity::Warning, span, "the comment is never closed", "close it with )");
-        } else {
-            self.not_understood("nc::not-understood", span, "this is not NC text of the dialect", "see --dialect");
-        }
-    }
-
-    /// Diagnoses something that is kept but freezes the moves of its block.
-    fn not_understood(&mut self, code: &'static str, span: Span, text: impl Into<String>, help: &str) {
-        self.say(code, Severity::Warning, span, text, help);
-        self.freeze = self.freeze.or(Some(Freeze::NotUnderstood));
-    }
-
-    fn say(&mut self, code: &'static str, severity: Severity, span: Span, text: impl Into<String>, help: &str) {
-        let known = self.said.iter().position(|(name, _)| *name == code);
-        let index = known.unwrap_or_else(|| {
-            self.said.push((code, 0));
-            self.said.len() - 1
-        });
-        self.said[index].1 += 1;
-        if self.said[index].1 > SAME_CODE {
-            return;
-        }
-        let diagnostic = Diagnostic::new(code, severity, text).help(help);
-        self.out.diagnostics.push(if self.source_id == 0 {
-            diagnostic.at(self.program.line(self.block), span)
-        } else {
-            let file = &self.files[self.source_id - 1].0;
-            let text = format!("subprogram {file}, line {}: {}", self.block.0 + 1, diagnostic.text);
-            Diagnostic { text, ..diagnostic }.on_line(self.line_number())
-        });
     }
 
     fn line_number(&self) -> u32 {
@@ -480,10 +429,8 @@ impl<'a> Run<'a> {
     }
 
     fn finish(mut self) -> Toolpath {
-        for &(code, count) in self.said.iter().filter(|(_, count)| *count > SAME_CODE) {
-            let text = format!("{} more of {code} are not listed", count - SAME_CODE);
-            self.out.diagnostics.push(Diagnostic::new(code, Severity::Note, text));
-        }
+        self.say_how_many();
+        self.out.files = self.files;
         shared::number(&mut self.out.moves, &self.cycle_moves);
         self.out.moves.shrink_to_fit();
         self.out.between.shrink_to_fit();

@@ -6,11 +6,14 @@ use super::Run;
 use super::line::Line;
 use super::state::{Modal, Motion};
 use crate::diag::Severity;
+use crate::ids::BlockId;
 use crate::nc::toolpath::{Feed, FeedMode, Freeze, Move, MoveKind, State};
 use crate::path::{Curve, Vec3};
 
 const AXES: [u8; 3] = *b"XYZ";
 const ROTARY: [u8; 3] = *b"ABC";
+/// Rounding of sums of coordinates, mm.
+const SAME_MM: f64 = 1e-9;
 
 impl Run<'_> {
     /// The motion of a block: the one it states, or the modal one when it has axis words.
@@ -163,8 +166,9 @@ impl Run<'_> {
         if self.compensated(kind, target, None) {
             return;
         }
+        let (from, to) = (self.frame.apply(self.programmed), self.frame.apply(target));
+        self.contour_mm = ((from - self.tool).norm() > SAME_MM).then(|| (to - from).norm());
         self.programmed = target;
-        let to = self.frame.apply(target);
         self.tool_to(kind, Curve::Line { from: self.tool, to });
     }
 
@@ -173,15 +177,20 @@ impl Run<'_> {
         let curve = self.cornered(kind, curve);
         let (feed, freeze) = match kind {
             MoveKind::Rapid => (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None }, self.freeze),
-            MoveKind::Feed => (self.modal.feed_of(curve.length()), self.freeze.or_else(|| self.feed_freeze())),
+            MoveKind::Feed => {
+                let length_mm = self.contour_mm.unwrap_or_else(|| curve.length());
+                (self.modal.feed_of(length_mm), self.freeze.or_else(|| self.feed_freeze()))
+            }
         };
         if self.out.moves.is_empty() {
             self.out.inch = self.modal.inch;
         }
         self.tool = curve.to();
-        let block = self.main_block();
+        let main = self.main_block();
+        let block = self.linked_at().map_or(main, |(first, _)| BlockId(first + self.block.0));
         let state = self.state(kind, feed);
         let mut motion = Move::new(block, kind, curve, state);
+        motion.line = main.0 + 1;
         motion.instance = self.counts.get(block.ix()).map_or(0, |count| count.saturating_sub(1));
         motion.freeze = freeze;
         motion.splittable = self.splittable;

@@ -109,6 +109,13 @@ impl Run<'_> {
     fn g10(&mut self, line: &Line, words: [Option<f64>; 3]) {
         let place = line.g.first().map_or_else(Default::default, |g| g.1);
         let level = line.get(b'L').unwrap_or(0.0);
+        if let (13.0, Some(number), Some(value)) = (level, line.get(b'P'), line.get(b'R')) {
+            let (number, value) = (number.max(0.0) as u32, value * self.modal.unit_mm());
+            let known = |table: &[(u32, f64)]| table.iter().rfind(|(d, _)| *d == number).map(|(_, wear)| *wear);
+            let before = known(&self.wear_set).or_else(|| known(&self.env.wear_mm)).unwrap_or(0.0);
+            self.wear_set.push((number, if self.modal.incremental { before + value } else { value }));
+            return;
+        }
         if level != 2.0 && level != 20.0 {
             self.say("nc::g10", Severity::Note, place, "this G10 does not move the tool here", "");
             return;

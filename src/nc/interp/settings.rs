@@ -4,6 +4,7 @@ use super::Run;
 use super::line::Line;
 use super::state::{FeedWord, Motion};
 use crate::diag::{Severity, Span};
+use crate::ids::BlockId;
 use crate::nc::dialect::Dialect;
 use crate::nc::toolpath::{Event, FeedMode, Freeze, PathMode};
 use crate::path::Plane;
@@ -36,6 +37,10 @@ impl Run<'_> {
         for &(code, span) in &line.g {
             self.setting(code, span, line, &mut action, &mut stated);
         }
+        if line.has_g(650) || line.has_g(660) {
+            // Every other word is an argument of the macro.
+            return self.call_macro(line);
+        }
         if !matches!(self.modal.motion, Motion::Cycle(_)) {
             self.cycle = None;
         }
@@ -45,7 +50,7 @@ impl Run<'_> {
             self.feed_word(value, line, unit_before);
         }
         self.speed_and_tool(line);
-        if self.modal_macro {
+        if self.modal_macro.is_some() && !self.in_modal_macro() {
             self.freeze = self.freeze.or(Some(Freeze::Cycle));
         }
         match action {
@@ -67,6 +72,7 @@ impl Run<'_> {
         self.corner = self.next_corner.take().or(self.corner.take());
         self.stops(line);
         self.call_words(line);
+        self.call_modal_macro(line);
     }
 
     fn setting(&mut self, code: u16, span: Span, line: &Line, action: &mut Action, stated: &mut bool) {
@@ -99,7 +105,7 @@ impl Run<'_> {
             280 | 300 => *action = Action::Home(code),
             530 => *action = Action::Machine,
             100 | 520 | 920..=923 | 680 | 690 | 510 | 511 | 500 | 501 => *action = Action::Offset(code),
-            281 | 301 | 650 => *action = Action::Keep,
+            281 | 301 => *action = Action::Keep,
             540..=593 => self.select_wcs(code, line),
             610 => modal.path_mode = PathMode::ExactPath,
             90 | 611 => modal.path_mode = PathMode::ExactStop,
@@ -117,14 +123,10 @@ impl Run<'_> {
             420 | 421 => self.switch_compensation(-1.0, code == 421, line, span),
             150 => self.polar = None,
             160 => self.polar = self.polar.or(Some((0.0, 0.0))),
-            660 | 661 => {
-                self.modal_macro = true;
-                let text = "G66 calls a macro after every motion: it is kept, not simulated";
-                self.say("nc::cycle", Severity::Warning, span, text, "feeds are kept up to G67");
-            }
-            670 => self.modal_macro = false,
+            660 | 661 => self.call_after_motions(line, code, span),
+            670 => self.modal_macro = None,
             70 => self.refuse_lathe(span),
-            80 | 110 | 430 | 431 | 432 | 434 | 440 | 490 | 620 | 960 | 970 | 1030 | 1870 => {}
+            80 | 110 | 430 | 431 | 432 | 434 | 440 | 490 | 620 | 650 | 960 | 970 | 1030 | 1870 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.source.program().text())).into_owned();
@@ -159,9 +161,11 @@ impl Run<'_> {
         if value <= 0.0 {
             self.say("nc::feed-not-positive", Severity::Warning, span, "the feed is not positive", "write one above 0");
         }
-        let plain = self.source_id == 0 && !computed;
-        let word = plain.then_some((self.block, span));
-        self.modal.feed = FeedWord { value: value.max(0.0) * unit, word, computed: !plain };
+        let place = self.linked_at().filter(|_| !computed);
+        let word = place.map(|(block, byte)| {
+            (BlockId(block + self.block.0), Span { start: byte + span.start, end: byte + span.end })
+        });
+        self.modal.feed = FeedWord { value: value.max(0.0) * unit, word, computed: word.is_none() };
     }
 
     fn speed_and_tool(&mut self, line: &Line) {

@@ -1,5 +1,5 @@
 //! The text half of the proof: which line of the original each line of the rewritten program stands for. In: both
-//! programs. Out: a [`Role`] for every line, with the increment of the control there; differences go into the proof.
+//! programs; the files linked to them are aligned one by one. Out: a [`Role`] for every line, with the increment of the control there; differences go into the proof.
 
 use crate::ids::BlockId;
 use crate::nc::{Program, TokenKind};
@@ -37,16 +37,22 @@ const AXES: [u8; 3] = *b"XYZ";
 
 /// Aligns the two texts.
 pub fn align(original: &Program, rewritten: &Program, proof: &mut Proof) -> Roles {
-    let mut walk = Walk {
-        original,
-        rewritten,
-        i: 0,
-        j: 0,
-        modes: Modes { inch: false, incremental: false },
-        roles: Roles::default(),
-    };
-    while (walk.i < original.len() || walk.j < rewritten.len()) && proof.differences.len() < ENOUGH {
-        walk.step(proof);
+    let mut walk = Walk { original, rewritten, i: 0, j: 0, ends: [0; 2], modes: MODES, roles: Roles::default() };
+    let mut others = rewritten.parts();
+    for part in original.parts() {
+        let Some(other) = others.next().filter(|other| other.name == part.name) else {
+            let name = part.name.unwrap_or_default();
+            proof.differ(None, None, format!("the subprogram {name} is missing beside the rewritten program"));
+            break;
+        };
+        walk.modes = MODES;
+        walk.ends = [part.blocks.end as usize, other.blocks.end as usize];
+        while (walk.i < walk.ends[0] || walk.j < walk.ends[1]) && proof.differences.len() < ENOUGH {
+            walk.step(proof);
+        }
+    }
+    if let Some(name) = others.next().and_then(|other| other.name) {
+        proof.differ(None, None, format!("the rewritten program calls the subprogram {name}, the original does not"));
     }
     let added = |role: &&Role| matches!(role, Role::Added | Role::Piece(_));
     proof.blocks_added = walk.roles.of.iter().filter(added).count();
@@ -54,21 +60,28 @@ pub fn align(original: &Program, rewritten: &Program, proof: &mut Proof) -> Role
     walk.roles
 }
 
+/// What is in force before the first block of a text.
+const MODES: Modes = Modes { inch: false, incremental: false };
+
 struct Walk<'a> {
     original: &'a Program,
     rewritten: &'a Program,
     i: usize,
     j: usize,
+    /// Where the parts that are being aligned end.
+    ends: [usize; 2],
     modes: Modes,
     roles: Roles,
 }
 
 impl Walk<'_> {
     fn step(&mut self, proof: &mut Proof) {
-        let here = (self.i < self.original.len()).then(|| Bare::of(self.original, self.i));
-        let there = (self.j < self.rewritten.len()).then(|| Bare::of(self.rewritten, self.j));
+        let here = (self.i < self.ends[0]).then(|| Bare::of(self.original, self.i));
+        let there = (self.j < self.ends[1]).then(|| Bare::of(self.rewritten, self.j));
         match (here, there) {
-            (Some(a), Some(b)) if a.text == b.text && a.pairs_with(&b) => self.pair(Role::Same(BlockId(self.i as u32))),
+            (Some(a), Some(b)) if self.same_text(&a, &b) && a.pairs_with(&b) => {
+                self.pair(Role::Same(BlockId(self.i as u32)));
+            }
             (_, Some(b)) if b.is_added() => self.push(Role::Added),
             (Some(a), _) if a.is_comment_of_ours() => self.pass_original(),
             (Some(_), Some(_)) => match self.pieces(self.i, self.j) {
@@ -85,6 +98,13 @@ impl Walk<'_> {
             }
             (None, None) => {}
         }
+    }
+
+    /// The same bytes; a last line without an end may have got one where a line was added behind it.
+    fn same_text(&self, a: &Bare, b: &Bare) -> bool {
+        let open = self.i + 1 == self.ends[0] && self.j + 1 < self.ends[1] && !a.text.ends_with(b"\n");
+        let end = b.text.strip_suffix(b"\n").map(|text| text.strip_suffix(b"\r").unwrap_or(text));
+        a.text == b.text || open && end == Some(&a.text)
     }
 
     fn pair(&mut self, role: Role) {
@@ -121,7 +141,7 @@ impl Walk<'_> {
         let whole = Frame::of(self.original, i)?;
         let incremental = self.modes_here().incremental;
         let mut sum = [Some(Decimal::nearest(0.0, 0)); 3];
-        let end = self.rewritten.len().min(j + MOST_PIECES);
+        let end = self.ends[1].min(j + MOST_PIECES);
         for (count, at) in (j..end).enumerate() {
             let piece = Frame::of(self.rewritten, at)?;
             if piece.code != whole.code {
@@ -143,8 +163,8 @@ impl Walk<'_> {
 
     /// Could line `j` stand for line `i`?
     fn agree(&self, i: usize, j: usize) -> bool {
-        if i >= self.original.len() || j >= self.rewritten.len() {
-            return i >= self.original.len() && j >= self.rewritten.len();
+        if i >= self.ends[0] || j >= self.ends[1] {
+            return i >= self.ends[0] && j >= self.ends[1];
         }
         Bare::of(self.original, i).text == Bare::of(self.rewritten, j).text || self.pieces(i, j).is_some()
     }

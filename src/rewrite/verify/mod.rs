@@ -14,11 +14,16 @@
 mod align;
 mod motion;
 
+use crate::ids::BlockId;
 use crate::nc::{self, Environment, Program, interpret, parse};
 
 /// One difference that must not be.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
+    /// Block of the original.
+    pub block: Option<BlockId>,
+    /// The file that the lines belong to; `None`: the program's own text.
+    pub file: Option<String>,
     /// Line of the original, 1-based.
     pub original_line: Option<u32>,
     /// Line of the rewritten program, 1-based.
@@ -29,6 +34,9 @@ pub struct Difference {
 
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(file) = &self.file {
+            write!(f, "{file}, ")?;
+        }
         match (self.original_line, self.rewritten_line) {
             (Some(line), Some(other)) => write!(f, "line {line} (rewritten {other}): {}", self.text),
             (Some(line), None) => write!(f, "line {line}: {}", self.text),
@@ -61,17 +69,32 @@ impl Proof {
         self.differences.is_empty()
     }
     fn differ(&mut self, original_line: Option<u32>, rewritten_line: Option<u32>, text: impl Into<String>) {
-        self.differences.push(Difference { original_line, rewritten_line, text: text.into() });
+        let block = original_line.map(|line| BlockId(line - 1));
+        self.differences.push(Difference { block, file: None, original_line, rewritten_line, text: text.into() });
+    }
+    /// Lines that were counted through all texts become those of the file they stand in.
+    fn name_files(&mut self, original: &Program, rewritten: &Program) {
+        for difference in &mut self.differences {
+            for (program, line) in
+                [(original, &mut difference.original_line), (rewritten, &mut difference.rewritten_line)]
+            {
+                let Some(through) = line.filter(|_| !program.files().is_empty()) else { continue };
+                let (own, file) = program.place(BlockId(through - 1));
+                *line = Some(own);
+                difference.file = file.map(str::to_owned);
+            }
+        }
     }
 }
 
 /// Differences after which no more are looked for.
 const ENOUGH: usize = 100;
 
-/// Compares the two; see the head of the file. The rewritten program is read in the dialect of the original.
+/// Compares the two; see the head of the file. The rewritten program is read in the dialect of the original. Files linked
+/// to the programs ([`nc::linked`]) are compared like their own texts; others are the same for both.
 pub fn verify(original: &Program, rewritten: &Program, environment: &Environment<'_>) -> Proof {
     if rewritten.dialect() != original.dialect() {
-        let same = parse(rewritten.text().to_vec(), Some(original.dialect()));
+        let same = parse(rewritten.own_text().to_vec(), Some(original.dialect()));
         return verify(original, &same, environment);
     }
     if nc::steers(original) && !nc::steers(rewritten) {
@@ -97,6 +120,7 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
     let mut proof = Proof::default();
     let roles = align::align(original, rewritten, &mut proof);
     if !proof.holds() {
+        proof.name_files(original, rewritten);
         return proof;
     }
     each_switch(original, environment, |environment| {
@@ -104,6 +128,7 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
         let after = interpret(rewritten, environment);
         motion::compare(&before, &after, &roles, &mut proof);
     });
+    proof.name_files(original, rewritten);
     proof
 }
 

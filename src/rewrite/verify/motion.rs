@@ -1,10 +1,10 @@
 //! The motion half of the proof. In: what both programs do, and which line stands for which. Out: differences, and counts.
+//! Lines count through the program and its files here.
 //!
 //! Pieces of a block: each begins where the one before ends, the first begins and the last ends where the block did; split
 //! points lie within half an increment of its path, everything between within one increment (an arc's centre is rounded
 //! too), further along at each piece; arcs keep plane, sense, and centre (rounded) or radius, and their turns add up.
 
-use crate::ids::BlockId;
 use crate::nc::{Event, Freeze, Move, MoveKind, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
 
@@ -98,7 +98,7 @@ fn same_unrolled(a: &Event, b: &Event, before: &Toolpath, after: &Toolpath) -> b
 
 fn line_of(event: &Event, toolpath: &Toolpath) -> u32 {
     match event {
-        Event::Move(id) => toolpath.moves[id.ix()].line,
+        Event::Move(id) => toolpath.moves[id.ix()].block.0 + 1,
         Event::Dwell { line, .. }
         | Event::Tool { line, .. }
         | Event::Spindle { line, .. }
@@ -150,7 +150,7 @@ fn pieces<'a>(whole: &Move, events: impl Iterator<Item = Event>, after: &'a Tool
         let motion = &after.moves[id.ix()];
         out.push(motion);
         match roles.of.get(motion.block.ix()) {
-            Some(Role::Piece(block)) if block.0 + 1 == whole.line => {}
+            Some(Role::Piece(block)) if *block == whole.block => {}
             _ => break,
         }
     }
@@ -158,8 +158,8 @@ fn pieces<'a>(whole: &Move, events: impl Iterator<Item = Event>, after: &'a Tool
 }
 
 fn compare_moves(a: &Move, b: &Move, roles: &Roles, proof: &mut Proof) {
-    let mut differ = |text: &str| proof.differ(Some(a.line), Some(b.line), text);
-    if origin(b.line, roles) != Some(a.line) || a.kind != b.kind {
+    let mut differ = |text: &str| proof.differ(Some(a.block.0 + 1), Some(b.block.0 + 1), text);
+    if origin(b.block.0 + 1, roles) != Some(a.block.0 + 1) || a.kind != b.kind {
         differ("the motion is another");
     } else if !same_curve(&a.curve(), &b.curve()) {
         differ("the motion goes another way");
@@ -218,14 +218,15 @@ fn same_curve(a: &Curve, b: &Curve) -> bool {
 }
 
 fn compare_pieces(whole: &Move, pieces: &[&Move], roles: &Roles, proof: &mut Proof) {
-    let increment_mm = roles.increment_mm.get(BlockId(whole.line - 1).ix()).copied().unwrap_or(0.0);
-    let line = pieces.first().map(|piece| piece.line);
+    let increment_mm = roles.increment_mm.get(whole.block.ix()).copied().unwrap_or(0.0);
+    let line = pieces.first().map(|piece| piece.block.0 + 1);
+    let own = Some(whole.block.0 + 1);
     if let Some(text) = wrong_pieces(whole, pieces, increment_mm) {
-        proof.differ(Some(whole.line), line, text);
+        proof.differ(own, line, text);
     }
     let last = pieces.last().is_some_and(|piece| matches!(roles.of.get(piece.block.ix()), Some(Role::Last(_))));
     if !last {
-        proof.differ(Some(whole.line), line, "the pieces of the block do not end it");
+        proof.differ(own, line, "the pieces of the block do not end it");
     }
     proof.motions += 1;
     proof.feeds_changed += 1;

@@ -1,0 +1,128 @@
+//! What is said about a text: words that cannot be read, blocks whose meaning is not known. In: a block or a place in it.
+//! Out: a diagnostic with its place, and the block's feed frozen where it was not understood.
+
+use super::Run;
+use super::line::Line;
+use crate::diag::{Diagnostic, Severity, Span};
+use crate::nc::dialect::Syntax;
+use crate::nc::lex::TokenKind;
+use crate::nc::toolpath::Freeze;
+
+/// Diagnostics of one code that are kept; further ones are only counted.
+const SAME_CODE: u32 = 100;
+
+impl Run<'_> {
+    /// Diagnoses what cannot be read in blocks of the main text that were not executed (up to the closing `%`).
+    pub(super) fn faults_not_executed(&mut self) {
+        if self.program.dialect().syntax() != Syntax::Rs274 {
+            return;
+        }
+        self.source_id = 0;
+        let program = self.program;
+        let executed = if self.counts.is_empty() { self.at.min(program.own_len()) } else { 0 };
+        for block in program.blocks().take(program.own_len()).skip(executed) {
+            if block.0 > 0 && program.line_text(block).starts_with(b"%") {
+                break;
+            }
+            if self.counts.get(block.ix()).is_some_and(|count| *count > 0) {
+                continue;
+            }
+            self.block = block;
+            let bad = program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Bad | TokenKind::OpenComment));
+            let bad: Vec<_> = bad.map(|token| (token.kind, token.span)).collect();
+            self.complain_about_all(&bad);
+        }
+    }
+
+    /// Diagnoses what could not be read in a block.
+    pub(super) fn complain(&mut self, line: &Line) {
+        let macro_call = line.has_g(650) || line.has_g(40);
+        for letter in b"EUVW".iter().filter(|&&letter| line.has(letter) && !macro_call) {
+            let text = format!("{} is not an axis or a word known here", char::from(*letter));
+            self.not_understood(
+                "nc::unknown-word",
+                line.span(*letter).unwrap_or_default(),
+                text,
+                "the word is left out",
+            );
+        }
+        self.complain_about_all(&line.bad);
+        if let Some((letter, span)) = line.repeated {
+            let text = format!("{} stands twice in the block", char::from(letter));
+            self.not_understood("nc::repeated-word", span, text, "keep one of the words");
+        }
+    }
+
+    /// One diagnostic for each stretch of text that cannot be read: what it begins with and what follows belong together.
+    fn complain_about_all(&mut self, bad: &[(TokenKind, Span)]) {
+        let mut rest = bad.iter().copied().peekable();
+        while let Some((kind, mut span)) = rest.next() {
+            if kind == TokenKind::OpenComment {
+                self.say("nc::open-comment", Severity::Warning, span, "the comment is never closed", "close it with )");
+                continue;
+            }
+            while let Some((_, next)) =
+                rest.next_if(|(kind, next)| *kind != TokenKind::OpenComment && next.start == span.end)
+            {
+                span.end = next.end;
+            }
+            let (text, help) = unreadable(span.of(self.source.program().text()));
+            self.not_understood("nc::not-understood", span, text, help);
+        }
+    }
+
+    /// Diagnoses something that is kept but freezes the moves of its block.
+    pub(super) fn not_understood(&mut self, code: &'static str, span: Span, text: impl Into<String>, help: &str) {
+        self.say(code, Severity::Warning, span, text, help);
+        self.freeze = self.freeze.or(Some(Freeze::NotUnderstood));
+    }
+
+    pub(super) fn say(
+        &mut self,
+        code: &'static str,
+        severity: Severity,
+        span: Span,
+        text: impl Into<String>,
+        help: &str,
+    ) {
+        let known = self.said.iter().position(|(name, _)| *name == code);
+        let index = known.unwrap_or_else(|| {
+            self.said.push((code, 0));
+            self.said.len() - 1
+        });
+        self.said[index].1 += 1;
+        if self.said[index].1 > SAME_CODE {
+            return;
+        }
+        let diagnostic = Diagnostic::new(code, severity, text).help(help);
+        self.out.diagnostics.push(if self.source_id == 0 {
+            diagnostic.at(self.program.line(self.block), span)
+        } else {
+            let file = &self.files[self.source_id - 1].name;
+            let text = format!("subprogram {file}, line {}: {}", self.block.0 + 1, diagnostic.text);
+            Diagnostic { text, ..diagnostic }.on_line(self.line_number())
+        });
+    }
+
+    /// Counts what was not listed.
+    pub(super) fn say_how_many(&mut self) {
+        for &(code, count) in self.said.iter().filter(|(_, count)| *count > SAME_CODE) {
+            let text = format!("{} more of {code} are not listed", count - SAME_CODE);
+            self.out.diagnostics.push(Diagnostic::new(code, Severity::Note, text));
+        }
+    }
+}
+
+/// What is wrong with text that cannot be read, and what to do.
+fn unreadable(bytes: &[u8]) -> (String, &'static str) {
+    let letter =
+        bytes.first().filter(|byte| byte.is_ascii_alphabetic()).map(|byte| char::from(byte.to_ascii_uppercase()));
+    let number = bytes.iter().skip(1).all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'+' | b'-'));
+    if bytes.iter().any(|byte| matches!(byte, b'[' | b']')) {
+        ("the brackets do not match".into(), "give each [ its ]")
+    } else if let Some(letter) = letter.filter(|_| number) {
+        (format!("{letter} has no number that can be read"), "write a plain decimal number, such as -1.5")
+    } else {
+        ("this is not NC text of the dialect".into(), "correct it, or name the --dialect it is written in")
+    }
+}
