@@ -10,6 +10,7 @@
 
 use super::cover::Cover;
 use super::cutter::Cutter;
+use super::gaps::{Interval, span};
 use super::nominate::{Mark, Sample};
 use super::rings::Work;
 use crate::machine::{Box3, Slice};
@@ -100,7 +101,8 @@ fn covers<'a>(scene: &Scene<'a>, sample: &Sample, cutter: &'a Cutter, candidates
 }
 
 /// Volume removed per mm of path along an arc of a ring, mm².
-pub fn area(ring: &Slice, [horizontal, vertical]: [f64; 2], [entry, exit]: [f64; 2]) -> f64 {
-    let lead = ring.normal_r * horizontal * (entry.cos() - exit.cos()) + ring.normal_z * vertical * (exit - entry);
-    ring.edge_mm * ring.radius_mm * lead
+pub fn area(ring: &Slice, [horizontal, vertical]: [f64; 2], arc: &Interval) -> f64 {
+    let rising = ring.normal_z * vertical;
+    let turn = if rising == 0.0 { 0.0 } else { rising * span(arc) };
+    ring.edge_mm * ring.radius_mm * (ring.normal_r * horizontal * (arc[1].at[1] - arc[0].at[1]) + turn)
 }

@@ -1,13 +1,14 @@
 //! One batch of the simulation: nomination and sweeping tile by tile, then arcs sample by sample. In: the fields as they
 //! are before the batch, its elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample.
 //!
-//! Between samples whose engagement differs it is looked at more closely ([`super::between`]).
+//! Between samples whose engagement differs it is looked at more closely ([`super::between`]). Only there are the optional
+//! samples asked for, in a second run over the tiles as they were before the batch.
 //!
 //! Tiles are worked in parallel, each through its own operations in order of execution; what they say about a sample is
 //! merged in the order of the tiles, so the result does not depend on the number of threads.
 
 use super::arcs::{Cut, RawArc, Scene, arcs_at};
-use super::between::{Between, Locate, look};
+use super::between::{Between, Locate, alike, look};
 use super::cutter::Cutter;
 use super::nominate::{Mark, Nomination, Nominations, Sample, Scratch, nominate};
 use crate::ids::MoveId;
@@ -62,12 +63,23 @@ pub fn run(
 ) -> BatchResult {
     let operations = assign(scene, fields, elements, samples);
     let tiles: Vec<&mut Tile> = fields.iter_mut().flat_map(|field| field.tiles.iter_mut()).collect();
-    let said: Vec<(Nominations, Vec<(u32, f64)>)> = tiles
+    let optional = |operation: &Operation| matches!(operation, Operation::Nominate(k) if samples[*k as usize].optional);
+    let worked: Vec<Worked> = tiles
         .into_par_iter()
-        .zip(operations)
-        .map(|(tile, operations)| work_tile(scene, tile, samples, &operations, &watch))
+        .zip(&operations)
+        .map(|(tile, operations)| {
+            let before = operations.iter().any(optional).then(|| tile.clone());
+            let (said, watched) = work_tile(scene, tile, samples, operations, &|k| !samples[k].optional, &watch);
+            Worked { said, watched, before }
+        })
         .collect();
-    let mut watched: Vec<(u32, f64)> = said.iter().flat_map(|(_, watched)| watched.iter().copied()).collect();
+    let mut said = Vec::with_capacity(2 * worked.len());
+    let (mut watched, mut before) = (Vec::new(), Vec::with_capacity(worked.len()));
+    for worked in worked {
+        said.push(worked.said);
+        watched.extend(worked.watched);
+        before.push(worked.before);
+    }
     watched.sort_by_key(|(element, _)| *element);
     let view = View { scene, samples, merged: Merged::new(&said, samples.len()), said: &said };
     let outcomes: Vec<Outcome> = (0..samples.len())
@@ -78,6 +90,21 @@ pub fn run(
         })
         .collect();
     let required: Vec<usize> = (0..samples.len()).filter(|index| !samples[*index].optional).collect();
+    let mut wanted = vec![false; samples.len()];
+    for ends in required.windows(2).filter(|ends| !alike([&outcomes[ends[0]], &outcomes[ends[1]]])) {
+        wanted[ends[0] + 1..ends[1]].fill(true);
+    }
+    let more: Vec<Nominations> = before
+        .into_par_iter()
+        .zip(&operations)
+        .filter_map(|(tile, operations)| {
+            let wants = |operation: &Operation| matches!(operation, Operation::Nominate(k) if wanted[*k as usize]);
+            let last = operations.iter().rposition(wants)?;
+            Some(work_tile(scene, &mut tile?, samples, &operations[..=last], &|k| wanted[k], &|_| false).0)
+        })
+        .collect();
+    said.extend(more);
+    let view = View { scene, samples, merged: Merged::new(&said, samples.len()), said: &said };
     let mut between = vec![None; samples.len()];
     let looked: Vec<(usize, Option<Between>)> = required
         .par_windows(2)
@@ -88,6 +115,13 @@ pub fn run(
         between[index] = found;
     }
     BatchResult { outcomes, between, watched }
+}
+
+/// What came of a tile: what it says, the volumes watched, and itself as it was where it may be asked again.
+struct Worked {
+    said: Nominations,
+    watched: Vec<(u32, f64)>,
+    before: Option<Tile>,
 }
 
 /// Operations of every tile, in order of execution.
@@ -124,16 +158,19 @@ fn assign(scene: &Scene, fields: &[Field], elements: std::ops::Range<u32>, sampl
     operations
 }
 
+/// Works through operations, but for nominations of samples that are not `wanted`.
 fn work_tile(
     scene: &Scene,
     tile: &mut Tile,
     samples: &[Sample],
     operations: &[Operation],
+    wanted: &(impl Fn(usize) -> bool + Sync),
     watch: &(impl Fn(u32) -> bool + Sync),
 ) -> (Nominations, Vec<(u32, f64)>) {
     let (mut said, mut watched, mut scratch) = (Nominations::default(), Vec::new(), Scratch::default());
     for operation in operations {
         match *operation {
+            Operation::Nominate(number) if !wanted(number as usize) => {}
             Operation::Nominate(number) => {
                 let sample = &samples[number as usize];
                 nominate(tile, number, sample, cutter_of(scene, sample), &mut scratch, &mut said);
@@ -175,9 +212,9 @@ struct Merged {
 }
 
 impl Merged {
-    fn new(said: &[(Nominations, Vec<(u32, f64)>)], samples: usize) -> Self {
+    fn new(said: &[Nominations], samples: usize) -> Self {
         let mut first = vec![0u32; samples + 1];
-        for entry in said.iter().flat_map(|(said, _)| &said.entries) {
+        for entry in said.iter().flat_map(|said| &said.entries) {
             first[entry.sample as usize + 1] += 1;
         }
         for k in 0..samples {
@@ -185,7 +222,7 @@ impl Merged {
         }
         let mut at = first.clone();
         let mut places = vec![[0; 4]; first[samples] as usize];
-        for (tile, (said, _)) in said.iter().enumerate() {
+        for (tile, said) in said.iter().enumerate() {
             let (mut marks, mut candidates) = (0, 0);
             for (index, entry) in said.entries.iter().enumerate() {
                 let slot = &mut at[entry.sample as usize];
@@ -207,6 +244,7 @@ impl Merged {
 struct Gathered {
     marks: Vec<Mark>,
     candidates: Vec<u32>,
+    arcs: Vec<RawArc>,
 }
 
 /// What the tiles said about the samples of a batch.
@@ -215,7 +253,7 @@ pub struct View<'a> {
     /// The samples.
     pub samples: &'a [Sample],
     merged: Merged,
-    said: &'a [(Nominations, Vec<(u32, f64)>)],
+    said: &'a [Nominations],
 }
 
 impl View<'_> {
@@ -258,12 +296,12 @@ impl View<'_> {
     fn entries(&self, index: usize) -> impl Iterator<Item = (Nomination, usize, u32, u32)> {
         self.merged.of(index).iter().map(|[tile, entry, mark, candidate]| {
             let tile = *tile as usize;
-            (self.said[tile].0.entries[*entry as usize], tile, *mark, *candidate)
+            (self.said[tile].entries[*entry as usize], tile, *mark, *candidate)
         })
     }
     fn gather(&self, index: usize, gathered: &mut Gathered, outcome: &mut Outcome) {
         for (entry, tile, mark, candidate) in self.entries(index) {
-            let said = &self.said[tile].0;
+            let said = &self.said[tile];
             outcome.clear &= entry.clear;
             let struck = outcome.struck;
             outcome.struck = [struck[0].max(entry.struck[0]), struck[1].max(entry.struck[1])];
@@ -286,7 +324,9 @@ impl View<'_> {
         gathered.candidates.dedup();
         let neck = cutter_of(self.scene, sample).neck_mm.map_or(f64::INFINITY, |neck| sample.tip.z + neck);
         outcome.undercut = gathered.marks.iter().any(|mark| f64::from(mark.top) > neck + UNDERCUT_MM);
-        outcome.cut = arcs_at(self.scene, sample, &gathered.marks, &gathered.candidates, &mut outcome.arcs);
+        gathered.arcs.clear();
+        outcome.cut = arcs_at(self.scene, sample, &gathered.marks, &gathered.candidates, &mut gathered.arcs);
+        outcome.arcs = gathered.arcs.as_slice().to_vec();
         outcome.struck[0] = outcome.struck[0].max(outcome.cut.rub_mm as f32);
     }
 }

@@ -38,9 +38,14 @@ pub struct Between {
 /// Position on the move of the second sample, `s_mm` along it, otherwise like the first.
 pub type Locate<'a> = &'a (dyn Fn(&Sample, f64) -> Sample + Sync);
 
+/// Is the cutter engaged at both ends, and alike?
+pub fn alike(outcomes: [&Outcome; 2]) -> bool {
+    !outcomes[0].arcs.is_empty() && same(&outcomes[0].arcs, &outcomes[1].arcs)
+}
+
 /// Looks between the required samples `ends` (with optional ones between them).
 pub fn look(view: &View, ends: [usize; 2], outcomes: [&Outcome; 2], locate: Locate) -> Option<Between> {
-    if ends[1] == ends[0] + 1 || (!outcomes[0].arcs.is_empty() && same(&outcomes[0].arcs, &outcomes[1].arcs)) {
+    if ends[1] == ends[0] + 1 || alike(outcomes) {
         return None;
     }
     let quiet = |outcome: &Outcome| outcome.arcs.is_empty();

@@ -1,139 +1,44 @@
 //! Which angles of a circle are covered, exactly. In: a circle about the origin at some height, and what swept past it, in
 //! the same frame. Out: the [`Gaps`] left.
 //!
-//! A disc (distance d, radius ρ) covers cos(β − β₀) ≥ (r² + d² − ρ²)/(2 r d) of a circle of radius r. A disc swept along a
-//! line covers that of its two ends and, in angles β′ from the line, the part where r cos β′ lies between the ends and
-//! r sin β′ within ρ of the line. A ball swept along an inclined line covers, below its axis, the discs of its ends and
-//! what satisfies f(β′) = |q − A|² − τ² − R² ≤ 0 between them (τ along the axis, linear in cos β′, so f is a trigonometric
-//! polynomial of second degree with a bounded second derivative), and at any height the columns above the axis. An arc
-//! covers a sector of a ring and two discs. Whatever else there is is walked along by its signed distance.
+//! A disc (centre C, radius ρ) covers 2 r q·C ≥ r² + |C|² − ρ² of the directions q of a circle of radius r. A disc swept
+//! along a line covers that of its two ends and, with u along the line and v across it, the part of the circle where u lies
+//! between the ends and v within ρ of the line. A ball swept along an inclined line covers, below its axis, the discs of its
+//! ends and between them what satisfies f(q) = (v − v₀)² + w² − R² ≤ 0 (w the distance from the axis in the upright plane
+//! through it, linear in u, so f is a trigonometric polynomial of second degree with a bounded second derivative), and at
+//! any height the columns above the axis. An arc covers a sector of a ring and two discs. Whatever else there is is walked
+//! along by its signed distance. Most of what is asked covers nothing of what is still open: that is found out first,
+//! without roots or divisions.
 
+use super::gaps::{Dir, Gaps, Interval, between, chord, root};
 use crate::path::Vec3;
 use crate::stock::{Form, Region, Swept, Track};
 use std::f64::consts::{PI, TAU};
 
 /// Distance below which a point counts as covered, mm: rounding of coordinates and f64.
 pub const TOUCH_MM: f64 = 1e-7;
+/// Parts of a rectangle shorter than this are passed over, mm: their ends could not be told apart.
+const LEAST_MM: f64 = 1e-9;
 /// Shortest stretch of a circle that a walk cannot overlook, mm.
 const STEP_MM: f64 = 0.05;
 /// Width below which f is taken to have one sign where it has at both ends, rad.
 const NARROW_RAD: f64 = 5e-4;
-
-/// Angles of a circle that nothing covers: sorted, disjoint, within [−π, π].
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Gaps(pub Vec<[f64; 2]>);
-
-impl Gaps {
-    /// Takes away the angles from `from` to `to`, in whichever turn they are given.
-    pub fn cover(&mut self, from: f64, to: f64) {
-        let (Some(first), Some(last)) = (self.0.first(), self.0.last()) else { return };
-        let (first, last) = (first[0], last[1]);
-        for by in [-TAU, 0.0, TAU] {
-            if from + by < last && to + by > first {
-                self.cut(from + by, to + by);
-            }
-        }
-    }
-    fn cut(&mut self, from: f64, to: f64) {
-        let mut k = 0;
-        while let Some([a, b]) = self.0.get(k).copied() {
-            if to <= a {
-                break;
-            }
-            match (from >= b, from > a, to < b) {
-                (true, ..) => k += 1,
-                (_, true, true) => {
-                    self.0[k] = [a, from];
-                    self.0.insert(k + 1, [to, b]);
-                    break;
-                }
-                (_, true, false) => {
-                    self.0[k] = [a, from];
-                    k += 1;
-                }
-                (_, false, true) => {
-                    self.0[k] = [to, b];
-                    break;
-                }
-                (_, false, false) => {
-                    self.0.remove(k);
-                }
-            }
-        }
-    }
-    /// Covers where cos(β − `angle`) ≥ `least`.
-    pub fn cover_beyond(&mut self, angle: f64, least: f64) {
-        if least < 1.0 {
-            let half = if least <= -1.0 { PI } else { least.acos() };
-            self.cover(angle - half, angle + half);
-        }
-    }
-    /// Keeps only where `depth` is positive, walking by its value: it must be a signed distance on the circle.
-    pub fn keep_where(&mut self, radius: f64, shortest: f64, depth: &impl Fn(f64) -> f64) {
-        let gaps = std::mem::take(&mut self.0);
-        for gap in gaps {
-            walk(depth, gap, radius, shortest, &mut self.0);
-        }
-    }
-    /// Keeps only where `inside` a point of the circle is positive, looked at every `step` along it. A point is given by
-    /// cosine and sine of its angle.
-    pub fn keep_points(&mut self, radius: f64, step: f64, inside: &impl Fn(f64, f64) -> f64) {
-        let gaps = std::mem::take(&mut self.0);
-        for [from, to] in gaps {
-            let count = ((to - from) * radius / step).ceil().max(1.0);
-            let by = (to - from) / count;
-            let (sin_by, cos_by) = by.sin_cos();
-            let (mut sin, mut cos) = from.sin_cos();
-            let mut last = inside(cos, sin);
-            let mut open = (last > 0.0).then_some(from);
-            for k in 1..=count as usize {
-                (sin, cos) = (sin * cos_by + cos * sin_by, cos * cos_by - sin * sin_by);
-                let next = inside(cos, sin);
-                if (next > 0.0) != (last > 0.0) {
-                    // Linear between the two: the heights are so between cells.
-                    let boundary = from + by * ((k - 1) as f64 + last / (last - next));
-                    match open.take() {
-                        Some(from) => self.0.push([from, boundary]),
-                        None => open = Some(boundary),
-                    }
-                }
-                last = next;
-            }
-            self.0.extend(open.map(|from| [from, to]));
-        }
-    }
-    fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-}
-
-/// A point in the plane by distance and angle.
-#[derive(Debug, Clone, Copy)]
-struct Polar {
-    d: f64,
-    angle: f64,
-}
-
-impl Polar {
-    fn of([x, y]: [f64; 2]) -> Self {
-        Self { d: (x * x + y * y).sqrt(), angle: y.atan2(x) }
-    }
-}
 
 /// What one element swept, in the frame of the cutter: its axis the origin, the feed along x.
 #[derive(Debug, Clone, Copy)]
 pub struct Cover<'a> {
     swept: Swept<'a>,
     form: &'a Form,
-    /// Distance of its track from the origin, less the radius of its cutter.
-    gap: f64,
-    ends: [Polar; 2],
+    /// Where its track begins and ends in the plane.
+    ends: [[f64; 2]; 2],
     /// Where its track ends, and whether the one prepared before it ends where this one begins.
     to: Vec3,
     joined: bool,
-    /// Where a straight track begins, along itself and across, and the angle of its direction.
+    /// Where a straight track begins, along itself and across, and its direction.
     base: [f64; 2],
-    angle: f64,
+    dir: [f64; 2],
+    /// Distance of an arc from the origin, less the radius of its cutter.
+    gap: f64,
 }
 
 impl<'a> Cover<'a> {
@@ -141,17 +46,15 @@ impl<'a> Cover<'a> {
     pub fn new(track: &Track, form: &'a Form, before: Option<&Self>) -> Self {
         let swept = Swept::new(track, form);
         let (from, to) = track.ends();
-        let joined = before.is_some_and(|before| std::ptr::eq(before.form, form) && (before.to - from).norm() < 1e-9);
-        let (base, angle, gap) = match swept {
-            Swept::Line { dir: [dx, dy], run, .. } => {
-                let base = [from.x * dx + from.y * dy, from.y * dx - from.x * dy];
-                let off = -base[0] - (-base[0]).clamp(0.0, run);
-                (base, dy.atan2(dx), (off * off + base[1] * base[1]).sqrt())
+        let joined =
+            before.is_some_and(|before| std::ptr::eq(before.form, form) && (before.to - from).norm_squared() < 1e-18);
+        let (base, dir, gap) = match swept {
+            Swept::Line { dir: [dx, dy], .. } => {
+                ([from.x * dx + from.y * dy, from.y * dx - from.x * dy], [dx, dy], f64::NEG_INFINITY)
             }
-            Swept::Arc { ring, .. } => ([0.0; 2], 0.0, Region::Ring(ring).distance([0.0; 2])),
+            Swept::Arc { ring, .. } => ([0.0; 2], [1.0, 0.0], Region::Ring(ring).distance([0.0; 2]) - form.radius),
         };
-        let ends = [from, to].map(|end| Polar::of([end.x, end.y]));
-        Self { swept, form, gap: gap - form.radius, ends, to, joined, base, angle }
+        Self { swept, form, ends: [[from.x, from.y], [to.x, to.y]], to, joined, base, dir, gap }
     }
     /// Lowest height of its tip, mm.
     pub fn lowest(&self) -> f64 {
@@ -163,14 +66,18 @@ impl<'a> Cover<'a> {
     }
     /// Covers what it can of a circle of radius `r` at height `z`.
     pub fn cover(&self, gaps: &mut Gaps, r: f64, z: f64) {
-        if self.gap > r || gaps.is_empty() {
+        let zeta = z - self.lowest();
+        if zeta < 0.0 || gaps.is_empty() {
             return;
         }
         match self.swept {
-            Swept::Arc { .. } => self.arc(gaps, r, z),
+            Swept::Arc { .. } => {
+                if self.gap <= r {
+                    self.arc(gaps, r, z);
+                }
+            }
             Swept::Line { from, rise, run, .. } => {
-                let zeta = z - (from.z + rise.min(0.0));
-                if zeta < 0.0 {
+                if self.beside(gaps, r, zeta) {
                     return;
                 }
                 if rise.abs() < 1e-9 || run < 1e-9 {
@@ -187,6 +94,22 @@ impl<'a> Cover<'a> {
             }
         }
     }
+    /// True when a straight line parts all that is open from what is swept at `zeta` above the lowest tip: across the
+    /// middle of the gaps, when these are less than half the circle.
+    fn beside(&self, gaps: &Gaps, r: f64, zeta: f64) -> bool {
+        let Some([a, b]) = gaps.hull() else { return true };
+        let middle = [a.at[0] + b.at[0], a.at[1] + b.at[1]];
+        let square = middle[0] * middle[0] + middle[1] * middle[1];
+        // Less than half the circle: the turn from the first to the last is to the left.
+        if a.at[0] * b.at[1] - a.at[1] * b.at[0] <= 0.0 || square < 1e-6 {
+            return false;
+        }
+        let along = |p: [f64; 2]| p[0] * middle[0] + p[1] * middle[1];
+        let apart = r * a.along(middle) - along(self.ends[0]).max(along(self.ends[1]));
+        let radius = self.form.radius + 2.0 * TOUCH_MM;
+        let reach = if self.form.is_ball() && zeta < radius { zeta * (2.0 * radius - zeta) } else { radius * radius };
+        apart > 0.0 && apart * apart > reach * square
+    }
     fn walked(&self, gaps: &mut Gaps, r: f64, z: f64) {
         let Some(region) = self.swept.at(z) else { return };
         let depth = |beta: f64| {
@@ -199,29 +122,60 @@ impl<'a> Cover<'a> {
     fn capsule(&self, gaps: &mut Gaps, r: f64, [u0, u1]: [f64; 2], reach: f64) {
         let Swept::Line { run, .. } = self.swept else { return };
         for (u, end, whole) in [(u0, self.ends[0], 0.0), (u1, self.ends[1], run)] {
-            let end = if u == whole { end } else { self.point(u) };
+            let end = if u == whole { end } else { self.turned([self.base[0] + u, self.base[1]]) };
             disc(gaps, r, end, reach * reach);
         }
-        let Some(along) = arccos_range((self.base[0] + u0) / r, (self.base[0] + u1) / r) else { return };
-        let (low, high) = ((self.base[1] - reach) / r, (self.base[1] + reach) / r);
-        if low >= 1.0 || high <= -1.0 || gaps.is_empty() {
+        let along = [self.base[0] + u0, self.base[0] + u1];
+        let across = [self.base[1] - reach, self.base[1] + reach];
+        if !self.may_meet(gaps, r, along, across) {
             return;
         }
-        let (b0, b1) = (low.max(-1.0).asin(), high.min(1.0).asin());
-        let mirrored = [-along[1], -along[0]];
-        for (a, b) in
-            [(along, [b0, b1]), (along, [PI - b1, PI - b0]), (mirrored, [b0, b1]), (mirrored, [-PI - b1, -PI - b0])]
-        {
-            let (from, to) = (a[0].max(b[0]), a[1].min(b[1]));
-            if from < to {
-                gaps.cover(from + self.angle, to + self.angle);
+        // The half of the circle to the left of the line, then the one to the right, as if seen from below.
+        for (side, [low, high]) in [(1.0, across), (-1.0, [-across[1], -across[0]])] {
+            if high < 0.0 || low >= r {
+                continue;
+            }
+            let outer = if low > 0.0 { (r * r - low * low).sqrt() } else { r };
+            let inner = if high < r { (r * r - high * high).sqrt() } else { 0.0 };
+            let (from, to) = (along[0].max(-outer), along[1].min(outer));
+            let parts =
+                if inner > 0.0 { [[from, to.min(-inner)], [from.max(inner), to]] } else { [[from, to], [1.0, 0.0]] };
+            for [from, to] in parts {
+                if to - from > LEAST_MM {
+                    self.cover_part(gaps, r, [from, to], side);
+                }
             }
         }
     }
-    fn point(&self, u: f64) -> Polar {
-        let (x, y) = (self.base[0] + u, self.base[1]);
-        let polar = Polar::of([x, y]);
-        Polar { angle: polar.angle + self.angle, ..polar }
+    /// Covers the part of the circle between `from` and `to` along the line on one side of it.
+    fn cover_part(&self, gaps: &mut Gaps, r: f64, part: [f64; 2], side: f64) {
+        let [from, to] = self.part(r, part, side);
+        gaps.cover(from, to);
+    }
+    /// The part of the circle between two places along the line on one side of it, counter-clockwise.
+    fn part(&self, r: f64, [from, to]: [f64; 2], side: f64) -> Interval {
+        let place = |u: f64| {
+            let along = (u / r).clamp(-1.0, 1.0);
+            Dir::of(self.turned([along, side * ((1.0 - along) * (1.0 + along)).sqrt()]))
+        };
+        if side > 0.0 { [place(to), place(from)] } else { [place(from), place(to)] }
+    }
+    /// A point given along the line and across it, in the frame of the cutter.
+    fn turned(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        let [dx, dy] = self.dir;
+        [u * dx - v * dy, u * dy + v * dx]
+    }
+    /// False when a line along a side of the rectangle parts it from all gaps.
+    fn may_meet(&self, gaps: &Gaps, r: f64, along: [f64; 2], across: [f64; 2]) -> bool {
+        let [dx, dy] = self.dir;
+        along[0] < r
+            && along[1] > -r
+            && across[0] < r
+            && across[1] > -r
+            && gaps.may_meet([dx, dy], along[0] / r)
+            && gaps.may_meet([-dx, -dy], -along[1] / r)
+            && gaps.may_meet([-dy, dx], across[0] / r)
+            && gaps.may_meet([dy, -dx], -across[1] / r)
     }
     fn ball(&self, gaps: &mut Gaps, r: f64, z: f64) {
         let Swept::Line { from, rise, run, .. } = self.swept else { return };
@@ -238,18 +192,28 @@ impl<'a> Cover<'a> {
         }
         let length = (run * run + rise * rise).sqrt();
         let (cos, sin) = (run / length, rise / length);
-        let p0 = above * sin - self.base[0] * cos;
-        let p1 = cos * r;
-        let Some(along) = arccos_range(-p0 / p1, (length - p0) / p1) else { return };
-        let [u, v] = self.base;
+        // Along the axis: above sin + (u − base) cos; from it in the upright plane: above cos − (u − base) sin.
+        let at = |tau: f64| (tau - above * sin) / cos + self.base[0];
+        let along = [at(0.0), at(length)];
         let curve = Quadric {
-            constant: r * r + u * u + v * v + above * above - radius * radius,
-            linear: [-2.0 * r * u, -2.0 * r * v],
-            axis: [p0, p1],
-            bend: 2.0 * r * (u * u + v * v).sqrt() + 2.0 * p1 * (p0.abs() + p1),
+            dir: self.dir,
+            r,
+            across: self.base[1],
+            off: [above * cos + self.base[0] * sin, -sin],
+            square: radius * radius,
+            bend: bend(r, self.base, above, [cos, sin]),
         };
-        for interval in [along, [-along[1], -along[0]]] {
-            curve.cover(gaps, interval, self.angle);
+        let off = [0, 1].map(|k| curve.off[0] + curve.off[1] * along[k]);
+        let nearest = if off[0] * off[1] <= 0.0 { 0.0 } else { off[0].abs().min(off[1].abs()) };
+        let reach = radius * radius - nearest * nearest;
+        if reach <= 0.0 {
+            return;
+        }
+        let reach = reach.sqrt();
+        if self.may_meet(gaps, r, along, [self.base[1] - reach, self.base[1] + reach]) {
+            for side in [1.0, -1.0] {
+                curve.cover(gaps, self.part(r, along, side));
+            }
         }
     }
     fn arc(&self, gaps: &mut Gaps, r: f64, z: f64) {
@@ -263,20 +227,21 @@ impl<'a> Cover<'a> {
         for end in self.ends {
             disc(gaps, r, end, reach * reach);
         }
-        let centre = Polar::of(ring.centre);
+        let [x, y] = ring.centre;
+        let (d, angle) = ((x * x + y * y).sqrt(), y.atan2(x));
         let middle = ring.radius[0];
-        let outer = half_width(r, centre.d, (middle + reach) * (middle + reach));
-        let inner = if middle > reach { half_width(r, centre.d, (middle - reach) * (middle - reach)) } else { 0.0 };
+        let outer = half_width(r, d, (middle + reach) * (middle + reach));
+        let inner = if middle > reach { half_width(r, d, (middle - reach) * (middle - reach)) } else { 0.0 };
         for [from, to] in [[inner, outer], [-outer, -inner]] {
             let mut cuts = [from, to].to_vec();
             let crossings = [ring.start, ring.start + ring.sweep].map(|ray| crossings(ring.centre, ray, r));
-            let inside = crossings.into_iter().flatten().map(|beta| turned(beta - centre.angle, 0.5 * (from + to)));
+            let inside = crossings.into_iter().flatten().map(|beta| turned(beta - angle, 0.5 * (from + to)));
             cuts.extend(inside.filter(|beta| (from..to).contains(beta)));
             cuts.sort_unstable_by(f64::total_cmp);
             for pair in cuts.windows(2) {
-                let (sin, cos) = (0.5 * (pair[0] + pair[1]) + centre.angle).sin_cos();
+                let (sin, cos) = (0.5 * (pair[0] + pair[1]) + angle).sin_cos();
                 if pair[0] < pair[1] && ring.passes([r * cos, r * sin]) {
-                    gaps.cover(pair[0] + centre.angle, pair[1] + centre.angle);
+                    gaps.cover_angles(pair[0] + angle, pair[1] + angle);
                 }
             }
         }
@@ -290,32 +255,39 @@ fn part_below(z0: f64, rise: f64, run: f64, z: f64) -> [f64; 2] {
 }
 
 /// Covers a circle of radius `r` by a disc with the square `square` of its radius.
-fn disc(gaps: &mut Gaps, r: f64, centre: Polar, square: f64) {
-    if square <= 0.0 || gaps.is_empty() {
+fn disc(gaps: &mut Gaps, r: f64, [x, y]: [f64; 2], square: f64) {
+    let Some([a, b]) = gaps.hull() else { return };
+    if square <= 0.0 {
         return;
     }
-    let above = r * r + centre.d * centre.d - square;
-    if centre.d < 1e-12 {
+    let d2 = x * x + y * y;
+    let above = r * r + d2 - square;
+    let twice = [2.0 * r * x, 2.0 * r * y];
+    let (first, last) = (a.along(twice) >= above, b.along(twice) >= above);
+    if !first && !last && !gaps.may_meet(twice, above) {
+        return;
+    }
+    if d2 < 1e-24 {
         if above <= 0.0 {
             gaps.0.clear();
         }
         return;
     }
-    gaps.cover_beyond(centre.angle, above / (2.0 * r * centre.d));
+    if first && last && !gaps.may_meet([-twice[0], -twice[1]], -above) {
+        gaps.0.clear();
+        return;
+    }
+    let d = d2.sqrt();
+    gaps.cover_cap([x / d, y / d], above / (2.0 * r * d));
 }
 
-/// Half the angle that a disc at distance `d` covers of a circle of radius `r`.
+/// Half the angle that a disc at distance `d` covers of a circle of radius `r`, the square of its radius given.
 fn half_width(r: f64, d: f64, square: f64) -> f64 {
     let above = r * r + d * d - square;
     if d < 1e-12 {
         return if above <= 0.0 { PI } else { 0.0 };
     }
     (above / (2.0 * r * d)).clamp(-1.0, 1.0).acos()
-}
-
-/// Angles in [0, π] whose cosine lies between two values.
-fn arccos_range(low: f64, high: f64) -> Option<[f64; 2]> {
-    (low < 1.0 && high > -1.0 && low < high).then(|| [high.min(1.0).acos(), low.max(-1.0).acos()])
 }
 
 /// Angles about the origin where a ray from `from` at `angle` crosses a circle of radius `r`.
@@ -336,28 +308,43 @@ fn turned(angle: f64, middle: f64) -> f64 {
     angle - TAU * ((angle - middle) / TAU).round()
 }
 
-/// f(β′) = constant + linear · (cos β′, sin β′) − (axis₀ + axis₁ cos β′)², |f″| ≤ bend.
+/// f(q) = (v − across)² + (off₀ + off₁ u)² − square at the point q of a circle of radius `r`, u along `dir` and v across;
+/// its second derivative by the angle is at most `bend`.
 struct Quadric {
-    constant: f64,
-    linear: [f64; 2],
-    axis: [f64; 2],
+    dir: [f64; 2],
+    r: f64,
+    across: f64,
+    off: [f64; 2],
+    square: f64,
     bend: f64,
 }
 
+/// Bound of the second derivative of f: from the terms −2 r q·A and −(τ₀ + τ₁ cos β′)² of the same function.
+fn bend(r: f64, [u, v]: [f64; 2], above: f64, [cos, sin]: [f64; 2]) -> f64 {
+    let (p0, p1) = ((above * sin - u * cos).abs(), cos * r);
+    2.0 * r * (u * u + v * v).sqrt() + 2.0 * p1 * (p0 + p1)
+}
+
 impl Quadric {
-    fn at(&self, beta: f64) -> f64 {
-        let (sin, cos) = beta.sin_cos();
-        let along = self.axis[0] + self.axis[1] * cos;
-        self.constant + self.linear[0] * cos + self.linear[1] * sin - along * along
+    #[inline]
+    fn at(&self, dir: &Dir) -> f64 {
+        let [x, y] = [self.r * dir.at[0], self.r * dir.at[1]];
+        let u = x * self.dir[0] + y * self.dir[1];
+        let v = y * self.dir[0] - x * self.dir[1] - self.across;
+        let off = self.off[0] + self.off[1] * u;
+        v * v + off * off - self.square
     }
-    /// Covers where f ≤ 0 in an interval of β′, given in gaps of β = β′ + `shift`.
-    fn cover(&self, gaps: &mut Gaps, [low, high]: [f64; 2], shift: f64) {
+    /// Covers where f ≤ 0 in an interval.
+    fn cover(&self, gaps: &mut Gaps, [from, to]: Interval) {
         let mut covered = Vec::new();
+        let parts =
+            if from.key <= to.key { [[from.key, to.key], [1.0, 0.0]] } else { [[-2.0, to.key], [from.key, 2.0]] };
         for [a, b] in &gaps.0 {
-            for by in [shift - TAU, shift, shift + TAU] {
-                let (from, to) = ((a - by).max(low), (b - by).min(high));
-                if from < to {
-                    self.negative([from, self.at(from)], [to, self.at(to)], by, &mut covered);
+            for [low, high] in parts {
+                let first = if a.key >= low { *a } else { Dir { key: low, ..from } };
+                let last = if b.key <= high { *b } else { Dir { key: high, ..to } };
+                if first.key < last.key && low < high {
+                    self.negative((first, self.at(&first)), (last, self.at(&last)), &mut covered);
                 }
             }
         }
@@ -365,75 +352,38 @@ impl Quadric {
             gaps.cover(from, to);
         }
     }
-    /// Appends where f ≤ 0 between two points (argument, value), shifted.
-    fn negative(&self, a: [f64; 2], b: [f64; 2], by: f64, out: &mut Vec<[f64; 2]>) {
-        let width = b[0] - a[0];
+    /// Appends where f ≤ 0 between two points (direction, value).
+    fn negative(&self, a: (Dir, f64), b: (Dir, f64), out: &mut Vec<Interval>) {
+        let chord = chord(&a.0, &b.0);
+        // No less than the angle, up to half a turn.
+        let width = if chord * chord < 2.0 { chord * (1.0 + 0.0925 * chord * chord) } else { PI };
         let sag = self.bend * width * width / 8.0;
-        let (below, above) = (a[1] <= 0.0, b[1] <= 0.0);
-        if below == above && (width < NARROW_RAD || a[1].abs().min(b[1].abs()) > sag) {
+        let (below, above) = (a.1 <= 0.0, b.1 <= 0.0);
+        if below == above && (width < NARROW_RAD || a.1.abs().min(b.1.abs()) > sag) {
             if below {
-                out.push([a[0] + by, b[0] + by]);
+                out.push([a.0, b.0]);
             }
-        } else if below != above && (width < NARROW_RAD || (a[1] - b[1]).abs() > 4.0 * sag) {
-            let root = root(&|beta| self.at(beta), [a[0], b[0]], [a[1], b[1]]);
-            out.push(if below { [a[0] + by, root + by] } else { [root + by, b[0] + by] });
+        } else if below != above && (width < NARROW_RAD || (a.1 - b.1).abs() > 4.0 * sag) {
+            let place = |part: f64| between(&a.0, &b.0, part);
+            let root = place(root(&|part| self.at(&place(part)), [0.0, 1.0], [a.1, b.1], 1e-7 / width));
+            out.push(if below { [a.0, root] } else { [root, b.0] });
         } else {
-            let middle = 0.5 * (a[0] + b[0]);
-            let middle = [middle, self.at(middle)];
-            self.negative(a, middle, by, out);
-            self.negative(middle, b, by, out);
+            let middle = halfway(&a.0, &b.0);
+            let middle = (middle, self.at(&middle));
+            self.negative(a, middle, out);
+            self.negative(middle, b, out);
         }
     }
 }
 
-/// Appends the intervals of `window` in which `depth` is positive.
-fn walk(depth: &impl Fn(f64) -> f64, window: [f64; 2], radius: f64, shortest: f64, out: &mut Vec<[f64; 2]>) {
-    let (mut at, mut value) = (window[0], depth(window[0]));
-    let mut open = (value > 0.0).then_some(at);
-    while at < window[1] {
-        let next = (at + value.abs().max(shortest) / radius).min(window[1]);
-        let next_value = depth(next);
-        if (next_value > 0.0) != (value > 0.0) {
-            let boundary = root(depth, [at, next], [value, next_value]);
-            match open.take() {
-                Some(from) => out.push([from, boundary]),
-                None => open = Some(boundary),
-            }
-        }
-        (at, value) = (next, next_value);
+/// The direction in the middle of an interval of at most half a turn.
+fn halfway(a: &Dir, b: &Dir) -> Dir {
+    if a.along(b.at) > -0.99 {
+        return between(a, b, 0.5);
     }
-    if let Some(from) = open {
-        out.push([from, window[1]]);
-    }
-}
-
-/// Root of a function that changes sign on an interval: regula falsi (Illinois), to 1e-7 rad.
-fn root(f: &impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2], [mut fa, mut fb]: [f64; 2]) -> f64 {
-    let mut side = 0;
-    for _ in 0..60 {
-        if b - a < 1e-7 {
-            break;
-        }
-        let x = ((a * fb - b * fa) / (fb - fa)).clamp(a, b);
-        let fx = f(x);
-        if fx.abs() < 2e-8 {
-            return x;
-        }
-        if (fx > 0.0) == (fb > 0.0) {
-            (b, fb) = (x, fx);
-            if side == -1 {
-                fa *= 0.5;
-            }
-            side = -1;
-        } else {
-            (a, fa) = (x, fx);
-            if side == 1 {
-                fb *= 0.5;
-            }
-            side = 1;
-        }
-    }
-    0.5 * (a + b)
+    // Nearly opposite: square to the line from the one to the other.
+    let by = 1.0 / chord(a, b);
+    Dir::of([(b.at[1] - a.at[1]) * by, (a.at[0] - b.at[0]) * by])
 }
 
 #[cfg(test)]
@@ -466,13 +416,13 @@ mod tests {
             };
             let track = if k % 5 == 4 { arc } else { line };
             let (r, z) = (0.2 + 3.0 * wave(k, 0.4).abs(), 2.0 * wave(k, 0.6) + 1.0);
-            let mut gaps = Gaps(vec![[-PI, PI]]);
+            let mut gaps = Gaps::whole();
             Cover::new(&track, form, None).cover(&mut gaps, r, z);
             let region = Swept::new(&track, form).at(z);
             for step in 0..360 {
                 let beta = (f64::from(step) - 179.5).to_radians();
                 let distance = region.map_or(1.0, |region| region.distance([r * beta.cos(), r * beta.sin()]));
-                let open = gaps.0.iter().any(|gap| (gap[0]..=gap[1]).contains(&beta));
+                let open = gaps.0.iter().any(|gap| (gap[0].angle()..=gap[1].angle()).contains(&beta));
                 assert!(
                     distance.abs() < 1e-4 || open == (distance > 0.0),
                     "{k}: {track:?} r {r} z {z} at {beta}: {distance}"

@@ -248,6 +248,10 @@ impl Near {
     pub fn floor(&self) -> f32 {
         self.bounds[0][0]
     }
+    /// Distance from the axis beyond which no band is lower than `height` above the tip, mm.
+    pub fn outer_below(&self, height: f32) -> f64 {
+        self.lowest.iter().rposition(|low| *low < height).map_or(0.0, |bin| (bin + 1) as f64 / self.per_mm)
+    }
     /// Bin of a distance.
     pub fn bin(&self, distance: f32) -> usize {
         ((distance * self.per_mm as f32) as usize).min(self.lowest.len() - 1)
@@ -256,10 +260,9 @@ impl Near {
     pub fn bands(&self, bin: usize) -> &[u16] {
         &self.bands[self.first[bin] as usize..self.first[bin + 1] as usize]
     }
-    /// Distances from the axis at which some band passes (first, last), mm.
-    pub fn range_mm(&self) -> [f64; 2] {
+    /// Distance from the axis up to which no band passes, mm.
+    pub fn inner(&self) -> f64 {
         let first = self.lowest.iter().position(|low| low.is_finite()).unwrap_or(self.lowest.len());
-        let last = self.lowest.iter().rposition(|low| low.is_finite()).map_or(0, |bin| bin + 1);
-        [first as f64 / self.per_mm, last as f64 / self.per_mm]
+        first as f64 / self.per_mm
     }
 }

@@ -74,6 +74,8 @@ pub struct Nominations {
 pub struct Scratch {
     bins: Vec<u64>,
     tops: Vec<f32>,
+    /// Per row of the window a bit per column, from its first: was the cell a hit?
+    hits: Vec<u64>,
     seen: Vec<u32>,
     found: Vec<u32>,
 }
@@ -115,48 +117,89 @@ fn mark_cells(tile: &Tile, sample: &Sample, cutter: &Cutter, work: &mut Scratch)
         return false;
     }
     work.start(cutter.bands.len());
-    let [inner, outer] = near.range_mm();
-    let behind = if vertical < 0.0 { f64::NEG_INFINITY } else { -cutter.margin };
     let around = [sample.tip.x, sample.tip.y];
-    let [columns, rows] = tile.window(around.map(|x| x - outer), around.map(|x| x + outer));
-    let (rows, columns) = (clip(rows, tile.core[1]), clip(columns, tile.core[0]));
-    let mut look = Look { tile, near, cutter, base, dir: sample.dir.map(|d| d as f32), work, found: false };
-    for j in rows {
+    let window = |reach: f64| {
+        let [columns, rows] = tile.window(around.map(|x| x - reach), around.map(|x| x + reach));
+        [clip(columns, tile.core[0]), clip(rows, tile.core[1])]
+    };
+    // Bands that pass above all that stands there see nothing.
+    let mut outer = near.outer_below(f32::INFINITY);
+    for _ in 0..2 {
+        outer = outer.min(near.outer_below(tile.top_in(&window(outer)) - base));
+    }
+    let inner = near.inner();
+    let behind = if vertical < 0.0 { f64::NEG_INFINITY } else { -cutter.margin };
+    let [columns, rows] = window(outer);
+    if rows.is_empty() || columns.is_empty() {
+        return false;
+    }
+    let words = columns.len().div_ceil(64);
+    work.hits.clear();
+    work.hits.resize(words * rows.len(), 0);
+    let dir = sample.dir.map(|d| d as f32);
+    let mut look = Look { tile, near, cutter, base, dir, work, first: columns.start, found: false };
+    let ahead = Ahead::new(outer, sample.dir, behind);
+    let per_mm = 1.0 / tile.cell[0];
+    let offset = (sample.tip.x - tile.first[0]) * per_mm;
+    for j in rows.clone() {
         let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
-        let Some((from, to)) = row_ahead(outer, sample.dir, behind, y) else { continue };
-        let column = |x: f64| ((x + sample.tip.x - tile.first[0]) / tile.cell[0]).clamp(0.0, tile.size[0] as f64);
-        // Within the innermost band there is nothing to see.
-        let hole = (inner * inner - y * y).max(0.0).sqrt();
-        for (from, to) in
-            if hole > 0.0 { [(from, to.min(-hole)), (from.max(hole), to)] } else { [(from, to), (1.0, 0.0)] }
-        {
-            let begin = (column(from) as usize).max(columns.start);
-            let end = (column(to) as usize + 1).min(columns.end);
+        let Some((from, to)) = ahead.row(y) else { continue };
+        let mut look_at = |from: f64, to: f64| {
+            let begin = ((from * per_mm + offset).max(0.0) as usize).max(columns.start);
+            let end = ((to * per_mm + offset).max(0.0) as usize + 1).min(columns.end);
             if from <= to && begin < end {
                 let x = tile.first[0] + begin as f64 * tile.cell[0] - sample.tip.x;
-                look.row(j, begin..end, [x as f32, y as f32]);
+                look.row(j, begin..end, [x as f32, y as f32], (j - rows.start) * words);
             }
+        };
+        // Within the innermost band there is nothing to see.
+        if inner > y.abs() {
+            let hole = (inner * inner - y * y).sqrt();
+            look_at(from, to.min(-hole));
+            look_at(from.max(hole), to);
+        } else {
+            look_at(from, to);
         }
     }
-    look.found
+    let found = look.found;
+    if found {
+        work.gather(tile, rows, columns.start, words);
+    }
+    found
 }
 
-/// Range of x in which the row at `y` lies within `outer` of the axis and no further than `behind` behind it.
-fn row_ahead(outer: f64, dir: [f64; 2], behind: f64, y: f64) -> Option<(f64, f64)> {
-    let left = outer * outer - y * y;
-    if left < 0.0 {
-        return None;
+/// What lies within `outer` of the axis and no further than `behind` behind it.
+struct Ahead {
+    square: f64,
+    behind: f64,
+    across: f64,
+    /// One over the component of the feed along the rows; 0 where there is none.
+    per_x: f64,
+}
+
+impl Ahead {
+    fn new(outer: f64, dir: [f64; 2], behind: f64) -> Self {
+        let per_x = if dir[0].abs() > 1e-9 { 1.0 / dir[0] } else { 0.0 };
+        Self { square: outer * outer, behind, across: dir[1], per_x }
     }
-    let (mut from, mut to) = (-left.sqrt(), left.sqrt());
-    let rest = behind - y * dir[1];
-    if dir[0] > 1e-9 {
-        from = from.max(rest / dir[0]);
-    } else if dir[0] < -1e-9 {
-        to = to.min(rest / dir[0]);
-    } else if rest > 0.0 {
-        return None;
+    /// Range of x in the row at `y`.
+    fn row(&self, y: f64) -> Option<(f64, f64)> {
+        let left = self.square - y * y;
+        if left < 0.0 {
+            return None;
+        }
+        let half = left.sqrt();
+        let (mut from, mut to) = (-half, half);
+        let rest = self.behind - y * self.across;
+        if self.per_x > 0.0 {
+            from = from.max(rest * self.per_x);
+        } else if self.per_x < 0.0 {
+            to = to.min(rest * self.per_x);
+        } else if rest > 0.0 {
+            return None;
+        }
+        (from <= to).then_some((from, to))
     }
-    (from <= to).then_some((from, to))
 }
 
 /// Cells looked at together.
@@ -171,51 +214,53 @@ struct Look<'a> {
     base: f32,
     dir: [f32; 2],
     work: &'a mut Scratch,
+    /// First column of the window.
+    first: usize,
     found: bool,
 }
 
 impl Look<'_> {
     /// Looks at a run of cells of row `j`, the first at (x, y) from the axis: eight at a time against a lower bound of the
-    /// bands' heights, those that exceed it closely.
-    fn row(&mut self, j: usize, run: std::ops::Range<usize>, [x, y]: [f32; 2]) {
-        let first = j * self.tile.size[0];
-        let heights = &self.tile.heights[first..][run.clone()];
+    /// bands' heights, those that exceed it closely. `word` is the first of the row's words of hits.
+    fn row(&mut self, j: usize, run: std::ops::Range<usize>, [x, y]: [f32; 2], word: usize) {
+        let heights = &self.tile.heights[j * self.tile.size[0]..][run.clone()];
         let (dx, square) = (self.tile.cell[0] as f32, y * y);
         let [[a0, b0], [a1, b1], [a2, b2], [a3, b3]] = self.near.bounds;
         let higher = |p: f32, q: f32| if p > q { p } else { q };
-        let mut last = usize::MAX;
         for (chunk, cells) in heights.chunks(LANES).enumerate() {
             let x = x + (chunk * LANES) as i32 as f32 * dx;
-            let mut hits = [false; LANES];
+            let mut above = [f32::NEG_INFINITY; LANES];
             for (k, cell) in cells.iter().enumerate() {
                 let x = x + k as i32 as f32 * dx;
                 let d2 = x * x + square;
                 let low = higher(higher(a0 + b0 * d2, a1 + b1 * d2), higher(a2 + b2 * d2, a3 + b3 * d2));
-                hits[k] = *cell > self.base + low;
+                above[k] = *cell - (self.base + low);
             }
-            if hits == [false; LANES] {
+            if above.iter().filter(|above| **above > 0.0).count() == 0 {
                 continue;
             }
-            for k in 0..cells.len() {
-                let i = run.start + chunk * LANES + k;
-                let x = x + k as i32 as f32 * dx;
-                if hits[k] && self.cell([i, j], cells[k], [x, y], last.checked_add(1) == Some(i)) {
-                    last = i;
-                }
-            }
+            self.chunk(cells, above, [x, y], word, run.start + chunk * LANES - self.first);
         }
     }
-    /// True when some band may meet the cell.
-    fn cell(&mut self, [i, j]: [usize; 2], height: f32, [x, y]: [f32; 2], neighbour_done: bool) -> bool {
-        let bin = self.near.bin((x * x + y * y).sqrt());
-        if height <= self.base + self.near.lowest[bin] {
-            return false;
+    /// Looks closely at the cells of a chunk that stand `above` the bound; `column` is its first, within the window.
+    fn chunk(&mut self, cells: &[f32], above: [f32; LANES], [x, y]: [f32; 2], word: usize, column: usize) {
+        let (mut distances, mut turns) = ([0.0f32; LANES], [0.0f32; LANES]);
+        let dx = self.tile.cell[0] as f32;
+        for k in 0..LANES {
+            let x = x + k as i32 as f32 * dx;
+            distances[k] = (x * x + y * y).sqrt();
+            turns[k] = diamond([x * self.dir[0] + y * self.dir[1], y * self.dir[0] - x * self.dir[1]]);
         }
-        let at = [x * self.dir[0] + y * self.dir[1], y * self.dir[0] - x * self.dir[1]];
-        self.work.mark(self.near.bands(bin), self.cutter, height, self.base, at);
-        self.work.gather(self.tile, i, j, neighbour_done);
-        self.found = true;
-        true
+        for (k, height) in cells.iter().enumerate().filter(|(k, _)| above[*k] > 0.0) {
+            let bin = self.near.bin(distances[k]);
+            if *height > self.base + self.near.lowest[bin] {
+                let turn = (turns[k] * 16.0) as u32 & 63;
+                self.work.mark(self.near.bands(bin), self.cutter, *height, self.base, turn);
+                let column = column + k;
+                self.work.hits[word + column / 64] |= 1 << (column % 64);
+                self.found = true;
+            }
+        }
     }
 }
 
@@ -233,26 +278,55 @@ impl Scratch {
         self.seen.resize(SEEN, UNTOUCHED);
         self.found.clear();
     }
-    /// Marks the bands that a cell of this height matters to; `at` is (forward, left).
-    fn mark(&mut self, bands: &[u16], cutter: &Cutter, height: f32, base: f32, at: [f32; 2]) {
-        let bin = (diamond(at) * 16.0) as u32 & 63;
+    /// Marks the bands that a cell of this height matters to; `turn` is its bin of the diamond angle.
+    fn mark(&mut self, bands: &[u16], cutter: &Cutter, height: f32, base: f32, turn: u32) {
         for &index in bands {
             let band = &cutter.bands[index as usize];
-            if height <= base + band.low as f32 {
-                continue;
+            if height > base + band.low as f32 {
+                self.bins[index as usize] |= band.spread.rotate_left(turn);
+                let top = &mut self.tops[index as usize];
+                *top = if height > *top { height } else { *top };
             }
-            self.bins[index as usize] |= band.spread.rotate_left(bin);
-            let top = &mut self.tops[index as usize];
-            *top = top.max(height);
         }
     }
-    /// Collects the provenance of the 3 × 3 cells about (i, j); only the new column when the cell before was done.
-    fn gather(&mut self, tile: &Tile, i: usize, j: usize, neighbour_done: bool) {
-        let columns = if neighbour_done { i + 1 } else { i.saturating_sub(1) }..(i + 2).min(tile.size[0]);
-        for row in j.saturating_sub(1)..(j + 2).min(tile.size[1]) {
-            for id in &tile.ids[row * tile.size[0]..][columns.start.min(columns.end)..columns.end] {
-                self.collect(*id);
+    /// Collects the provenance of the 3 × 3 cells about every hit, each cell once.
+    fn gather(&mut self, tile: &Tile, rows: std::ops::Range<usize>, first: usize, words: usize) {
+        let hits = std::mem::take(&mut self.hits);
+        let word = |row: isize, k: isize| -> u64 {
+            let inside = row >= 0 && row < rows.len() as isize && k >= 0 && k < words as isize;
+            if inside { hits[row as usize * words + k as usize] } else { 0 }
+        };
+        for row in rows.start.saturating_sub(1)..(rows.end + 1).min(tile.size[1]) {
+            let at = row as isize - rows.start as isize;
+            let of = |k: isize| word(at - 1, k) | word(at, k) | word(at + 1, k);
+            let ids = &tile.ids[row * tile.size[0]..][..tile.size[0]];
+            // Bit k of the widened words is column `first + k − 1`.
+            let mut last = UNTOUCHED;
+            for k in 0..=words as isize {
+                let (here, before) = (of(k), of(k - 1));
+                let wide = here | (here << 1 | before >> 63) | (here << 2 | before >> 62);
+                self.runs(wide, ids, (first + 64 * k as usize).wrapping_sub(1), &mut last);
             }
+        }
+        self.hits = hits;
+    }
+    /// Collects the ids of the columns whose bits are set; bit 0 is column `first`, which may lie one before the row.
+    fn runs(&mut self, mut bits: u64, ids: &[u32], first: usize, last: &mut u32) {
+        let mut at = first;
+        while bits != 0 {
+            let skip = bits.trailing_zeros();
+            bits >>= skip;
+            let run = bits.trailing_ones();
+            at = at.wrapping_add(skip as usize);
+            let (begin, end) = (if at == usize::MAX { 0 } else { at }, at.wrapping_add(run as usize).min(ids.len()));
+            for id in &ids[begin.min(end)..end] {
+                if id != last {
+                    *last = *id;
+                    self.collect(*id);
+                }
+            }
+            at = end;
+            bits = if run == 64 { 0 } else { bits >> run };
         }
     }
     fn collect(&mut self, id: u32) {
@@ -269,17 +343,11 @@ const SEEN_BITS: u32 = 7;
 const SEEN: usize = 1 << SEEN_BITS;
 
 /// Diamond angle of (forward, left): 0 ahead, 1 left, 2 behind, 3 right.
+#[inline]
 pub fn diamond([x, y]: [f32; 2]) -> f32 {
-    let sum = x.abs() + y.abs();
-    if sum == 0.0 {
-        return 0.0;
-    }
-    match (x >= 0.0, y >= 0.0) {
-        (true, true) => y / sum,
-        (false, true) => 1.0 - x / sum,
-        (false, false) => 2.0 - y / sum,
-        (true, false) => 3.0 + x / sum,
-    }
+    let share = y.abs() / (x.abs() + y.abs()).max(f32::MIN_POSITIVE);
+    let half = if x >= 0.0 { share } else { 2.0 - share };
+    if y >= 0.0 { half } else { 4.0 - half }
 }
 
 /// How far cells of the tile stand into the shank and into the holder. Under the cutter's own width only what lies ahead
@@ -294,7 +362,11 @@ fn struck(tile: &Tile, sample: &Sample, cutter: &Cutter) -> [f32; 2] {
             continue;
         }
         let around = [sample.tip.x, sample.tip.y];
-        let [columns, rows] = tile.window(around.map(|x| x - reach), around.map(|x| x + reach));
+        let window = tile.window(around.map(|x| x - reach), around.map(|x| x + reach));
+        if tile.top_in(&window) <= low {
+            continue;
+        }
+        let [columns, rows] = window;
         for j in clip(rows, tile.core[1]) {
             let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
             let columns = clip(columns.clone(), tile.core[0]);
@@ -329,22 +401,28 @@ fn is_clear(tile: &Tile, sample: &Sample, cutter: &Cutter) -> bool {
         return true;
     }
     let reach = cutter.form.radius + grow;
-    let [columns, rows] =
-        tile.window([sample.tip.x - reach, sample.tip.y - reach], [sample.tip.x + reach, sample.tip.y + reach]);
-    let (rows, columns) = (clip(rows, tile.core[1]), clip(columns, tile.core[0]));
-    for j in rows {
-        let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
-        for i in columns.clone() {
-            let height = f64::from(tile.heights[j * tile.size[0] + i]);
-            if height <= base {
-                continue;
-            }
-            let x = tile.first[0] + i as f64 * tile.cell[0] - sample.tip.x;
-            let inside = (x.hypot(y) - grow).max(0.0);
-            if cutter.form.profile.height_at(inside).is_some_and(|h| height > base + h) {
-                return false;
-            }
-        }
+    let around = [sample.tip.x, sample.tip.y];
+    let window = tile.window(around.map(|x| x - reach), around.map(|x| x + reach));
+    if f64::from(tile.top_in(&window)) <= base {
+        return true;
     }
-    true
+    let [columns, rows] = window;
+    let (rows, columns) = (clip(rows, tile.core[1]), clip(columns, tile.core[0]));
+    rows.into_iter().all(|j| {
+        let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
+        let row = &tile.heights[j * tile.size[0]..][columns.start..columns.end.max(columns.start)];
+        // Counted, not sought: without a way out the loop runs eight cells at a time.
+        if row.iter().filter(|height| f64::from(**height) > base).count() == 0 {
+            return true;
+        }
+        row.iter().enumerate().all(|(k, height)| {
+            let x = tile.first[0] + (columns.start + k) as f64 * tile.cell[0] - sample.tip.x;
+            let square = x * x + y * y;
+            if f64::from(*height) <= base || square > reach * reach {
+                return true;
+            }
+            let inside = (square.sqrt() - grow).max(0.0);
+            cutter.form.height_at(inside).is_none_or(|h| f64::from(*height) <= base + h)
+        })
+    })
 }

@@ -6,15 +6,20 @@
 //! much though no level lies between them (a floor on a slope) both are looked at in four parts.
 
 use super::arcs::{RawArc, Scene, area};
-use super::cover::{Cover, Gaps, TOUCH_MM};
+use super::cover::{Cover, TOUCH_MM};
 use super::cutter::{Band, Cutter};
+use super::gaps::{Dir, Gaps, Interval, chord, span, windows};
+use super::inside::in_blanks;
 use super::nominate::{Mark, Sample};
 use crate::stock::Blank;
-use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::LazyLock;
+use std::cell::Cell;
+use std::f64::consts::FRAC_PI_2;
+use std::rc::Rc;
 
 /// Change of engagement from one ring to the next above which both are looked at in parts, rad.
 const JUMP_RAD: f64 = 0.15;
+/// Difference of keys up to which directions count as equal: at most 1e-5 rad.
+const EQUAL_KEYS: f64 = 5e-6;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
 /// Bisections for the height at which engagement of a curved outline ends.
@@ -27,10 +32,8 @@ const BEND: f64 = 0.03;
 /// Gap beside the shank that counts as none, and the height above the flutes at which it is looked for, mm.
 const RUB_MM: f64 = 0.005;
 const RUB_ABOVE_MM: f64 = 0.05;
-/// Height that stands for none, mm.
-const FAR_BELOW: f64 = -1e6;
 
-type Angles = Vec<[f64; 2]>;
+type Angles = Vec<Interval>;
 
 /// A part of a ring with one height.
 #[derive(Debug, Clone, Copy)]
@@ -52,13 +55,16 @@ pub(super) struct Work<'a> {
     cutter: &'a Cutter,
     covers: Vec<Cover<'a>>,
     levels: Vec<f64>,
+    /// The covers that took something away last: the next ring is likely to be ended by the same.
+    first: Cell<[usize; 2]>,
 }
 
 impl<'a> Work<'a> {
     /// A position and what may cover rings there.
     pub fn new(scene: &'a Scene<'a>, sample: &'a Sample, cutter: &'a Cutter, covers: Vec<Cover<'a>>) -> Self {
         let levels = levels(scene, &covers);
-        Self { scene, sample, cutter, covers, levels }
+        let first = Cell::new([covers.len().saturating_sub(1), usize::MAX]);
+        Self { scene, sample, cutter, covers, levels, first }
     }
 
     /// Appends the engaged arcs of the marked bands; the volume they remove per mm of path, mm².
@@ -68,13 +74,14 @@ impl<'a> Work<'a> {
         for mark in marks {
             let band = &self.cutter.bands[mark.band as usize];
             let windows = windows(mark.bins);
+            let shared: Rc<[Interval]> = windows.as_slice().into();
             let rings = self.sub_rings(band, f64::from(mark.top));
             if band.slices[0] == band.slices[1] {
                 curved.extend(rings.iter().map(|ring| Curved {
                     ring: *ring,
                     bottom: band.bottom,
                     angles: self.ring(ring, &windows),
-                    windows: windows.clone(),
+                    windows: shared.clone(),
                 }));
             } else {
                 area_mm2 += self.ends(&mut curved, out);
@@ -103,15 +110,20 @@ impl<'a> Work<'a> {
         if touches { f64::from(mark.top) - self.sample.tip.z - from } else { 0.0 }
     }
 
-    /// Half width of the leading part of a ring; `None` when it does not lead anywhere.
-    fn zone(&self, [normal_r, normal_z]: [f64; 2]) -> Option<f64> {
+    /// The leading part of a ring; `None` when it does not lead anywhere.
+    fn zone(&self, [normal_r, normal_z]: [f64; 2]) -> Option<Interval> {
         let [horizontal, vertical] = self.sample.tangent;
         let (across, along) = (normal_r * horizontal, normal_z * vertical);
+        let whole = Gaps::whole().0[0];
         if across <= 1e-9 {
-            return (along > 1e-9).then_some(PI);
+            return (along > 1e-9).then_some(whole);
         }
         let limit = -along / across;
-        (limit < 1.0).then(|| limit.max(-1.0).acos())
+        if limit <= -1.0 {
+            return Some(whole);
+        }
+        let side = ((1.0 - limit) * (1.0 + limit)).sqrt();
+        (limit < 1.0).then(|| [Dir::of([limit, -side]), Dir::of([limit, side])])
     }
 
     /// Rings of a band that lie lower than `top`, split where a level passes through them.
@@ -279,7 +291,7 @@ impl<'a> Work<'a> {
     /// Volume per mm of path and mm of edge of a ring, and its edge, mm.
     fn width(&self, ring: &SubRing, angles: &Angles) -> [f64; 2] {
         let slice = self.cutter.part(ring.slice, ring.part);
-        let width = |arc: &[f64; 2]| area(&slice, self.sample.tangent, [FRAC_PI_2 - arc[1], FRAC_PI_2 - arc[0]]);
+        let width = |arc: &Interval| area(&slice, self.sample.tangent, arc);
         [angles.iter().map(width).sum::<f64>() / slice.edge_mm, slice.edge_mm]
     }
 
@@ -310,7 +322,7 @@ impl<'a> Work<'a> {
 
     /// Where the arcs of neighbouring rings of a cylinder differ much though no level lies between them both are looked at
     /// in four parts.
-    fn refine(&self, found: &[(SubRing, Angles)], windows: &[[f64; 2]]) -> Vec<(SubRing, Angles)> {
+    fn refine(&self, found: &[(SubRing, Angles)], windows: &[Interval]) -> Vec<(SubRing, Angles)> {
         let jumps = |k: usize| {
             let (ring, angles) = &found[k];
             let above = found.get(k + 1).map_or(0.0, |(_, above)| extent(above));
@@ -341,7 +353,7 @@ impl<'a> Work<'a> {
     }
 
     /// Arcs of rings above each other with one radius: they only shrink with height, so equal ends mean all equal.
-    fn stack(&self, rings: &[SubRing], windows: &[[f64; 2]]) -> Vec<(SubRing, Angles)> {
+    fn stack(&self, rings: &[SubRing], windows: &[Interval]) -> Vec<(SubRing, Angles)> {
         let mut found = vec![None; rings.len()];
         if rings.is_empty() {
             return Vec::new();
@@ -356,7 +368,7 @@ impl<'a> Work<'a> {
         rings.iter().copied().zip(found.into_iter().map(Option::unwrap_or_default)).collect()
     }
 
-    fn between(&self, rings: &[SubRing], windows: &[[f64; 2]], low: usize, high: usize, found: &mut [Option<Angles>]) {
+    fn between(&self, rings: &[SubRing], windows: &[Interval], low: usize, high: usize, found: &mut [Option<Angles>]) {
         if high - low < 2 {
             return;
         }
@@ -371,82 +383,30 @@ impl<'a> Work<'a> {
         self.between(rings, windows, middle, high, found);
     }
 
-    /// Engaged intervals of one ring, angles from the feed direction, counter-clockwise. The latest move is the likeliest
-    /// to have covered it.
-    fn ring(&self, ring: &SubRing, windows: &[[f64; 2]]) -> Angles {
-        let Some(zone) = self.zone(ring.normal) else { return Angles::new() };
-        let ahead = windows.iter().map(|[from, to]| [from.max(-zone), to.min(zone)]);
-        let mut gaps = Gaps(ahead.filter(|[from, to]| from < to).collect());
-        for cover in self.covers.iter().rev() {
-            cover.cover(&mut gaps, ring.radius, ring.z);
-            if gaps.0.is_empty() {
+    /// Engaged intervals of one ring, counted from the feed direction, counter-clockwise. Asked first are the covers that
+    /// ended the last ring, then the others, the latest first.
+    fn ring(&self, ring: &SubRing, windows: &[Interval]) -> Angles {
+        let Some([low, high]) = self.zone(ring.normal) else { return Angles::new() };
+        let later = |a: Dir, b: Dir| if a.key > b.key { a } else { b };
+        let sooner = |a: Dir, b: Dir| if a.key < b.key { a } else { b };
+        let ahead = windows.iter().map(|[from, to]| [later(*from, low), sooner(*to, high)]);
+        let mut gaps = Gaps(ahead.filter(|[from, to]| from.key < to.key).collect());
+        let first = self.first.get();
+        let others = (0..self.covers.len()).rev().filter(|k| !first.contains(k));
+        for k in first.into_iter().filter(|k| *k < self.covers.len()).chain(others) {
+            let before = gaps.hull().map(|[a, b]| (a.key, b.key));
+            self.covers[k].cover(&mut gaps, ring.radius, ring.z);
+            let hull = gaps.hull().map(|[a, b]| (a.key, b.key));
+            if hull != before {
+                let [one, other] = self.first.get();
+                self.first.set(if one == k { [one, other] } else { [k, one] });
+            }
+            if gaps.is_empty() {
                 return gaps.0;
             }
         }
-        gaps.0.retain(|[from, to]| (to - from) * ring.radius >= SHORTEST_MM);
-        self.in_blanks(gaps, ring)
-    }
-
-    /// The parts of gaps that lie in some blank.
-    fn in_blanks(&self, gaps: Gaps, ring: &SubRing) -> Angles {
-        if let [blank] = self.scene.blanks {
-            let mut gaps = gaps;
-            self.in_blank(blank, &mut gaps, ring);
-            return gaps.0;
-        }
-        let mut inside = Angles::new();
-        for blank in self.scene.blanks {
-            let mut part = gaps.clone();
-            self.in_blank(blank, &mut part, ring);
-            inside.extend(part.0);
-        }
-        inside.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
-        inside
-    }
-
-    fn in_blank(&self, blank: &Blank, gaps: &mut Gaps, ring: &SubRing) {
-        let [dx, dy] = self.sample.dir;
-        let (x, y, r) = (self.sample.tip.x, self.sample.tip.y, ring.radius);
-        match blank {
-            Blank::Box(extent) => {
-                if ring.z < extent.min.z || ring.z > extent.max.z {
-                    gaps.0.clear();
-                }
-                let inside =
-                    x - r > extent.min.x && x + r < extent.max.x && y - r > extent.min.y && y + r < extent.max.y;
-                if inside || gaps.0.is_empty() {
-                    return;
-                }
-                let heading = dy.atan2(dx);
-                gaps.cover_beyond(PI - heading, (x - extent.min.x) / r);
-                gaps.cover_beyond(-heading, (extent.max.x - x) / r);
-                gaps.cover_beyond(-FRAC_PI_2 - heading, (y - extent.min.y) / r);
-                gaps.cover_beyond(FRAC_PI_2 - heading, (extent.max.y - y) / r);
-            }
-            Blank::Cylinder { centre, radius, z } => {
-                if ring.z < z[0] || ring.z > z[1] {
-                    gaps.0.clear();
-                }
-                let (u, v) = (centre[0] - x, centre[1] - y);
-                let d = u.hypot(v);
-                // Beyond the cylinder: cos(β − β₀) < (r² + d² − R²)/(2 r d).
-                if d > 1e-12 {
-                    let angle = (v * dx - u * dy).atan2(u * dx + v * dy);
-                    gaps.cover_beyond(angle + PI, -(r * r + d * d - radius * radius) / (2.0 * r * d));
-                } else if r > *radius {
-                    gaps.0.clear();
-                }
-            }
-            Blank::Heights(field) => {
-                if ring.z < field.extent.min.z {
-                    gaps.0.clear();
-                }
-                let above = |cos: f64, sin: f64| {
-                    field.surface(x + r * (cos * dx - sin * dy), y + r * (cos * dy + sin * dx)).max(FAR_BELOW) - ring.z
-                };
-                gaps.keep_points(r, field.cell[0].min(field.cell[1]), &above);
-            }
-        }
+        gaps.0.retain(|[from, to]| to.key - from.key > 1.0 || chord(from, to) * ring.radius >= SHORTEST_MM);
+        in_blanks(self.scene.blanks, self.sample, gaps, ring.radius, ring.z)
     }
 }
 
@@ -454,7 +414,7 @@ impl<'a> Work<'a> {
 struct Curved {
     ring: SubRing,
     bottom: bool,
-    windows: Angles,
+    windows: Rc<[Interval]>,
     angles: Angles,
 }
 
@@ -487,7 +447,7 @@ fn levels(scene: &Scene, covers: &[Cover]) -> Vec<f64> {
 
 fn push(ring: &SubRing, angles: &Angles, out: &mut Vec<RawArc>) {
     for [from, to] in angles {
-        let angles = [(FRAC_PI_2 - to) as f32, (FRAC_PI_2 - from) as f32];
+        let angles = [(FRAC_PI_2 - to.angle()) as f32, (FRAC_PI_2 - from.angle()) as f32];
         out.push(RawArc { slice: ring.slice, part: ring.part.map(|p| p as f32), angles });
     }
 }
@@ -513,35 +473,9 @@ fn bisect(mut holds: f64, mut fails: f64, predicate: impl Fn(f64) -> bool) -> f6
 
 /// Sum of the lengths of intervals, rad.
 fn extent(angles: &Angles) -> f64 {
-    angles.iter().map(|[from, to]| to - from).sum()
+    angles.iter().map(span).sum()
 }
 
 fn same(a: &Angles, b: &Angles) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a[0] - b[0]).abs() < 1e-5 && (a[1] - b[1]).abs() < 1e-5)
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (0..2).all(|k| (a[k].key - b[k].key).abs() < EQUAL_KEYS))
 }
-
-/// The angles whose bins are marked, in order.
-fn windows(bins: u64) -> Angles {
-    let mut windows = Angles::new();
-    let ordered = bins.rotate_left(32); // from straight behind, counter-clockwise
-    let edges = &*BIN_EDGES;
-    for k in 0..64 {
-        if ordered >> k & 1 == 0 {
-            continue;
-        }
-        let (from, to) = (edges[k], edges[k + 1]);
-        match windows.last_mut() {
-            Some(last) if last[1] >= from => last[1] = to,
-            _ => windows.push([from, to]),
-        }
-    }
-    windows
-}
-
-/// Angles from −π of the edges of the 64 bins of the diamond angle, counted from straight behind.
-static BIN_EDGES: LazyLock<[f64; 65]> = LazyLock::new(|| {
-    std::array::from_fn(|k| {
-        let x = (k % 16) as f64 / 16.0;
-        (k / 16) as f64 * FRAC_PI_2 + x.atan2(1.0 - x) - PI
-    })
-});

@@ -9,6 +9,8 @@ use crate::machine::Box3;
 /// Provenance of a cell nothing has lowered yet.
 pub const UNTOUCHED: u32 = u32::MAX;
 
+/// Cells along the side of a block.
+pub const BLOCK: usize = 16;
 /// Core cells along the side of a tile.
 const TILE: usize = 192;
 
@@ -31,6 +33,8 @@ pub struct Tile {
     pub floor: f32,
     /// No height in it exceeds this, mm.
     pub highest: f32,
+    /// Likewise block by block, row by row, of [`BLOCK`] cells either way.
+    pub tops: Vec<f32>,
 }
 
 /// The field of one piece of stock.
@@ -153,7 +157,8 @@ fn tile(
     }
     let core = [0, 1].map(|axis| [begin[axis] - low[axis], end[axis] - low[axis]]);
     let ids = vec![UNTOUCHED; heights.len()];
-    let mut tile = Tile { first, cell, size, core, heights, ids, floor: extent.min.z as f32, highest: f32::INFINITY };
+    let (floor, tops) = (extent.min.z as f32, Vec::new());
+    let mut tile = Tile { first, cell, size, core, heights, ids, floor, highest: f32::INFINITY, tops };
     tile.update_highest();
     tile
 }
@@ -161,7 +166,31 @@ fn tile(
 impl Tile {
     /// Works out anew what no height exceeds.
     pub fn update_highest(&mut self) {
-        self.highest = self.heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let higher = |a: f32, b: &f32| if *b > a { *b } else { a };
+        let width = self.size[0].div_ceil(BLOCK);
+        self.tops.clear();
+        self.tops.resize(width * self.size[1].div_ceil(BLOCK), f32::NEG_INFINITY);
+        for (j, row) in self.heights.chunks(self.size[0]).enumerate() {
+            let tops = &mut self.tops[j / BLOCK * width..][..width];
+            for (top, cells) in tops.iter_mut().zip(row.chunks(BLOCK)) {
+                *top = cells.iter().fold(*top, higher);
+            }
+        }
+        self.highest = self.tops.iter().fold(f32::NEG_INFINITY, higher);
+    }
+    /// What no height in a window (columns, rows) exceeds, mm.
+    pub fn top_in(&self, [columns, rows]: &[std::ops::Range<usize>; 2]) -> f32 {
+        let mut top = f32::NEG_INFINITY;
+        if columns.is_empty() || rows.is_empty() {
+            return top;
+        }
+        let width = self.size[0].div_ceil(BLOCK);
+        for row in rows.start / BLOCK..=(rows.end - 1) / BLOCK {
+            for block in &self.tops[row * width..][columns.start / BLOCK..=(columns.end - 1) / BLOCK] {
+                top = if *block > top { *block } else { top };
+            }
+        }
+        top
     }
     /// Volume above the floor in the core cells, mm³.
     pub fn volume_mm3(&self) -> f64 {

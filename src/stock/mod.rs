@@ -11,7 +11,7 @@ pub mod region;
 pub mod saved;
 pub mod sweep;
 
-pub use blank::Blank;
+pub use blank::{Blank, Relief};
 pub use element::{Element, Track, append_elements};
 pub use field::{Field, Tile, UNTOUCHED};
 pub use mesh::{Mesh, MeshError, read_stl};

@@ -74,6 +74,15 @@ impl Form {
             Kind::Bull { .. } | Kind::Other => self.profile.radius_below(z),
         }
     }
+    /// Lowest height of the outline at distance `r` from the axis ([`Profile::height_at`]).
+    pub fn height_at(&self, r: f64) -> Option<f64> {
+        match self.kind {
+            Kind::Flat | Kind::Ball if r > self.radius => None,
+            Kind::Flat => Some(0.0),
+            Kind::Ball => Some(self.radius - (self.radius * self.radius - r * r).sqrt()),
+            Kind::Bull { .. } | Kind::Other => self.profile.height_at(r),
+        }
+    }
 }
 
 /// Sweeps `form` along `track`; lowered cells get `id`. The row loops are compiled twice, and the wider one is taken where
@@ -106,8 +115,17 @@ fn sweep_body(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
     if low.z as f32 >= tile.highest {
         return;
     }
-    let r = form.radius;
-    let [columns, rows] = tile.window([low.x - r, low.y - r], [high.x + r, high.y + r]);
+    let window = |r: f64| tile.window([low.x - r, low.y - r], [high.x + r, high.y + r]);
+    // What stands no higher than the cutter there stays: nothing beyond the radius it has at the height of the stock.
+    let mut r = form.radius;
+    for _ in 0..2 {
+        let above = f64::from(tile.top_in(&window(r))) - low.z;
+        if above <= 0.0 {
+            return;
+        }
+        r = form.radius_below(above + SLACK_MM).map_or(r, |reach| reach.min(r));
+    }
+    let [columns, rows] = window(r);
     if columns.is_empty() || rows.is_empty() {
         return;
     }
@@ -116,10 +134,10 @@ fn sweep_body(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
         return;
     }
     match *track {
-        Track::Line { from, to } => sweep_line(tile, rows, from, to, form, id),
+        Track::Line { from, to } => sweep_line(tile, rows, [from, to], form, r, id),
         Track::Arc { centre, z, radius, start, sweep } => {
             let arc = ArcSweep::new(centre, z, 0.5 * (radius[0] + radius[1]), start, sweep);
-            sweep_arc(tile, [columns, rows], &arc, form, id);
+            sweep_arc(tile, [columns, rows], &arc, form, r, id);
         }
     }
 }
@@ -153,7 +171,7 @@ struct Line {
 }
 
 #[inline(always)]
-fn sweep_line(tile: &mut Tile, rows: std::ops::Range<usize>, from: Vec3, to: Vec3, form: &Form, id: u32) {
+fn sweep_line(tile: &mut Tile, rows: std::ops::Range<usize>, [from, to]: [Vec3; 2], form: &Form, reach: f64, id: u32) {
     let delta = to - from;
     let run = delta.x.hypot(delta.y);
     let dir = if run > 1e-9 { [delta.x / run, delta.y / run] } else { [1.0, 0.0] };
@@ -170,13 +188,13 @@ fn sweep_line(tile: &mut Tile, rows: std::ops::Range<usize>, from: Vec3, to: Vec
     let level = line.rise.abs() < 1e-9;
     let r2 = r * r;
     match form.kind {
-        Kind::Flat if level => lower_rows(tile, rows, &line, form.radius, id, |u, v| {
+        Kind::Flat if level => lower_rows(tile, rows, &line, reach, id, |u, v| {
             let du = u - u.max(0.0).min(run);
             if du * du + v * v <= r2 { z } else { f32::INFINITY }
         }),
         Kind::Flat => {
             let slope = rise / run;
-            lower_rows(tile, rows, &line, form.radius, id, |u, v| {
+            lower_rows(tile, rows, &line, reach, id, |u, v| {
                 let s = (r2 - v * v).max(0.0).sqrt();
                 let lowest = if slope < 0.0 { (u + s).min(run) } else { (u - s).max(0.0) };
                 let inside = v * v <= r2 && u + s >= 0.0 && u - s <= run;
@@ -188,7 +206,13 @@ fn sweep_line(tile: &mut Tile, rows: std::ops::Range<usize>, from: Vec3, to: Vec
             let (slope, sin, inv_cos) =
                 if run > 0.0 { (rise / run, rise / length, length / run) } else { (0.0, 0.0, 1.0) };
             let centre = z + r;
-            lower_rows(tile, rows, &line, form.radius, id, |u, v| {
+            let (cos, slack) = (if run > 0.0 { run / length } else { 1.0 }, 1e-5 * r2);
+            // The endless sweep lies no higher: a cell below it stays. Asked without a root.
+            let may = |u: f32, v: f32, cell: f32| {
+                let below = (centre + slope * u - cell) * cos;
+                below < 0.0 || below * below <= r2 - v * v + slack
+            };
+            lower_rows_where(tile, rows, &line, reach, id, may, |u, v| {
                 let across = r2 - v * v;
                 let s = across.max(0.0).sqrt();
                 let contact = u - s * sin;
@@ -204,7 +228,7 @@ fn sweep_line(tile: &mut Tile, rows: std::ops::Range<usize>, from: Vec3, to: Vec
         }
         Kind::Bull { flat, corner } if level => {
             let c2 = corner * corner;
-            lower_rows(tile, rows, &line, form.radius, id, |u, v| {
+            lower_rows(tile, rows, &line, reach, id, |u, v| {
                 let du = u - u.max(0.0).min(run);
                 let d2 = du * du + v * v;
                 let d = (d2.sqrt() - flat).max(0.0);
@@ -214,9 +238,7 @@ fn sweep_line(tile: &mut Tile, rows: std::ops::Range<usize>, from: Vec3, to: Vec
         }
         Kind::Bull { .. } | Kind::Other => {
             let profile = &form.profile;
-            lower_rows(tile, rows, &line, form.radius, id, |u, v| {
-                swept_height(profile, &line, f64::from(u), f64::from(v))
-            });
+            lower_rows(tile, rows, &line, reach, id, |u, v| swept_height(profile, &line, f64::from(u), f64::from(v)));
         }
     }
 }
@@ -247,6 +269,20 @@ fn lower_rows(
     id: u32,
     height: impl Fn(f32, f32) -> f32,
 ) {
+    lower_rows_where(tile, rows, line, radius, id, |_, _, _| true, height);
+}
+
+/// As [`lower_rows`], for those cells only of which `may(u, v, its height)` says that they may be lowered.
+#[inline(always)]
+fn lower_rows_where(
+    tile: &mut Tile,
+    rows: std::ops::Range<usize>,
+    line: &Line,
+    radius: f64,
+    id: u32,
+    may: impl Fn(f32, f32, f32) -> bool,
+    height: impl Fn(f32, f32) -> f32,
+) {
     for j in rows {
         let y = tile.first[1] + j as f64 * tile.cell[1] - line.from[1];
         let Some((x0, x1)) = row_span(line, radius, y) else { continue };
@@ -260,9 +296,28 @@ fn lower_rows(
         let u = (x * line.dir[0] + y * line.dir[1]) as f32;
         let v = (y * line.dir[0] - x * line.dir[1]) as f32;
         let (du, dv) = ((tile.cell[0] * line.dir[0]) as f32, (-tile.cell[0] * line.dir[1]) as f32);
-        lower_cells(tile, j, begin..end, id, |k| height(u + k * du, v + k * dv));
+        let row = j * tile.size[0];
+        for first in (begin..end).step_by(CHUNK) {
+            let last = (first + CHUNK).min(end);
+            let from = (first - begin) as i32;
+            let mut some = false;
+            for (k, cell) in tile.heights[row + first..row + last].iter().enumerate() {
+                let k = (from + k as i32) as f32;
+                some |= may(u + k * du, v + k * dv, *cell);
+            }
+            if some {
+                lower_cells(tile, j, first..last, id, |k| {
+                    height(u + (from as f32 + k) * du, v + (from as f32 + k) * dv)
+                });
+            }
+        }
     }
 }
+
+/// Height that rounding does not exceed, mm.
+const SLACK_MM: f64 = 1e-3;
+/// Cells asked together whether any may be lowered.
+const CHUNK: usize = 32;
 
 /// Lowers a run of cells of one row; `height` takes the number of the cell in the run.
 #[inline(always)]
@@ -349,20 +404,20 @@ impl ArcSweep {
 }
 
 #[inline(always)]
-fn sweep_arc(tile: &mut Tile, window: [std::ops::Range<usize>; 2], arc: &ArcSweep, form: &Form, id: u32) {
+fn sweep_arc(tile: &mut Tile, window: [std::ops::Range<usize>; 2], arc: &ArcSweep, form: &Form, reach: f64, id: u32) {
     let (z, r) = (arc.z as f32, form.radius as f32);
     match form.kind {
-        Kind::Flat => lower_ring(tile, window, arc, form.radius, id, |d| if d <= r { z } else { f32::INFINITY }),
-        Kind::Ball => lower_ring(tile, window, arc, form.radius, id, |d| {
+        Kind::Flat => lower_ring(tile, window, arc, reach, id, |d| if d <= r { z } else { f32::INFINITY }),
+        Kind::Ball => lower_ring(tile, window, arc, reach, id, |d| {
             let left = r * r - d * d;
             if left >= 0.0 { z + r - left.max(0.0).sqrt() } else { f32::INFINITY }
         }),
-        Kind::Bull { flat, corner } => lower_ring(tile, window, arc, form.radius, id, |d| {
+        Kind::Bull { flat, corner } => lower_ring(tile, window, arc, reach, id, |d| {
             let e = (d - flat).max(0.0);
             let height = z + corner - (corner * corner - e * e).max(0.0).sqrt();
             if d <= r { height } else { f32::INFINITY }
         }),
-        Kind::Other => lower_ring(tile, window, arc, form.radius, id, |d| {
+        Kind::Other => lower_ring(tile, window, arc, reach, id, |d| {
             form.profile.height_at(f64::from(d)).map_or(f32::INFINITY, |h| z + h as f32)
         }),
     }
