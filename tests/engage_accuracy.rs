@@ -100,6 +100,20 @@ fn straight_cuts_at_any_angle() {
     }
 }
 
+#[test]
+fn tapered_and_chamfering_cutters() {
+    let mills = [Mill::Taper(3.0, 1.0, 0.17), Mill::Taper(2.0, 0.5, 0.35), Mill::Chamfer(4.0, 0.5, FRAC_PI_2 / 2.0)];
+    for cell in CELLS {
+        let mut found = Found::default();
+        for (k, mill) in mills.into_iter().enumerate() {
+            for (j, degrees) in [0.0, 17.0, 45.0, 133.3, 301.7].into_iter().enumerate() {
+                beside_a_wall(mill, cell, degrees, [0.1, 0.4, 0.9, 1.6][(j + k) % 4], &mut found);
+            }
+        }
+        found.check(&format!("tapers and chamfers, cell {cell}"));
+    }
+}
+
 /// A second turn at a radial depth outside or inside a first one.
 fn around(mill: Mill, cell: f64, sense: f64, radial: f64, found: &mut Found) {
     let r = mill.radius();

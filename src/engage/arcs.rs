@@ -64,13 +64,20 @@ pub struct Cut {
     pub rub_mm: f64,
 }
 
-/// Appends the arcs at a sample, sorted by slice.
-pub fn arcs_at(scene: &Scene, sample: &Sample, marks: &[Mark], candidates: &[u32], out: &mut Vec<RawArc>) -> Cut {
+/// Appends the arcs at a sample, sorted by slice; `room` is working space.
+pub fn arcs_at<'a>(
+    scene: &'a Scene<'a>,
+    sample: &Sample,
+    (marks, candidates): (&[Mark], &[u32]),
+    room: &mut Vec<Cover<'a>>,
+    out: &mut Vec<RawArc>,
+) -> Cut {
     if marks.is_empty() {
         return Cut::default();
     }
     let cutter = &scene.cutters[sample.cutter as usize];
-    let work = Work::new(scene, sample, cutter, covers(scene, sample, cutter, candidates));
+    fill(room, scene, sample, candidates);
+    let work = Work::new(scene, sample, cutter, room);
     let begin = out.len();
     let area_mm2 = work.arcs(marks, out);
     let mut cut = Cut { arcs: (out.len() - begin) as u32, area_mm2, rub_mm: work.rub_mm(marks), ..Cut::default() };
@@ -83,9 +90,10 @@ pub fn arcs_at(scene: &Scene, sample: &Sample, marks: &[Mark], candidates: &[u32
 
 /// What may have cleared material here, seen from the cutter: the candidates, and on arcs what the current move itself has
 /// swept so far, but for the last stretch, which only clears what is behind the cutter.
-fn covers<'a>(scene: &Scene<'a>, sample: &Sample, cutter: &'a Cutter, candidates: &[u32]) -> Vec<Cover<'a>> {
+fn fill<'a>(covers: &mut Vec<Cover<'a>>, scene: &'a Scene<'a>, sample: &Sample, candidates: &[u32]) {
+    let cutter = &scene.cutters[sample.cutter as usize];
     let origin = [sample.tip.x, sample.tip.y];
-    let mut covers: Vec<Cover> = Vec::with_capacity(candidates.len() + 1);
+    covers.clear();
     for id in candidates {
         let element = &scene.elements[*id as usize];
         let form = &scene.cutters[element.cutter as usize].form;
@@ -97,7 +105,6 @@ fn covers<'a>(scene: &Scene<'a>, sample: &Sample, cutter: &'a Cutter, candidates
         let own = element.track.until(length).seen_from(origin, sample.dir);
         covers.push(Cover::new(&own, &cutter.form, None));
     }
-    covers
 }
 
 /// Volume removed per mm of path along an arc of a ring, mm².

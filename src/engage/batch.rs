@@ -9,6 +9,7 @@
 
 use super::arcs::{Cut, RawArc, Scene, arcs_at};
 use super::between::{Between, Locate, alike, look};
+use super::cover::Cover;
 use super::cutter::Cutter;
 use super::nominate::{Mark, Nomination, Nominations, Sample, Scratch, nominate};
 use crate::ids::MoveId;
@@ -241,9 +242,10 @@ impl Merged {
 
 /// Working space of an outcome.
 #[derive(Default)]
-struct Gathered {
+struct Gathered<'a> {
     marks: Vec<Mark>,
     candidates: Vec<u32>,
+    covers: Vec<Cover<'a>>,
     arcs: Vec<RawArc>,
 }
 
@@ -256,7 +258,7 @@ pub struct View<'a> {
     said: &'a [Nominations],
 }
 
-impl View<'_> {
+impl<'a> View<'a> {
     /// Move of a sample.
     pub fn move_of(&self, index: usize) -> MoveId {
         self.scene.elements[self.samples[index].element as usize].move_id
@@ -284,7 +286,7 @@ impl View<'_> {
         self.resolve(sample, &mut gathered, &mut outcome);
         outcome
     }
-    fn outcome_with(&self, index: usize, gathered: &mut Gathered) -> Outcome {
+    fn outcome_with(&self, index: usize, gathered: &mut Gathered<'a>) -> Outcome {
         let sample = &self.samples[index];
         let mut outcome = Outcome { clear: self.scene.clear_of_fixtures(sample), ..Outcome::default() };
         gathered.marks.clear();
@@ -299,7 +301,7 @@ impl View<'_> {
             (self.said[tile].entries[*entry as usize], tile, *mark, *candidate)
         })
     }
-    fn gather(&self, index: usize, gathered: &mut Gathered, outcome: &mut Outcome) {
+    fn gather(&self, index: usize, gathered: &mut Gathered<'a>, outcome: &mut Outcome) {
         for (entry, tile, mark, candidate) in self.entries(index) {
             let said = &self.said[tile];
             outcome.clear &= entry.clear;
@@ -310,7 +312,7 @@ impl View<'_> {
             gathered.candidates.extend_from_slice(candidates);
         }
     }
-    fn resolve(&self, sample: &Sample, gathered: &mut Gathered, outcome: &mut Outcome) {
+    fn resolve(&self, sample: &Sample, gathered: &mut Gathered<'a>, outcome: &mut Outcome) {
         gathered.marks.sort_by_key(|mark| mark.band);
         gathered.marks.dedup_by(|next, kept| {
             let one = next.band == kept.band;
@@ -325,7 +327,8 @@ impl View<'_> {
         let neck = cutter_of(self.scene, sample).neck_mm.map_or(f64::INFINITY, |neck| sample.tip.z + neck);
         outcome.undercut = gathered.marks.iter().any(|mark| f64::from(mark.top) > neck + UNDERCUT_MM);
         gathered.arcs.clear();
-        outcome.cut = arcs_at(self.scene, sample, &gathered.marks, &gathered.candidates, &mut gathered.arcs);
+        let asked = (gathered.marks.as_slice(), gathered.candidates.as_slice());
+        outcome.cut = arcs_at(self.scene, sample, asked, &mut gathered.covers, &mut gathered.arcs);
         outcome.arcs = gathered.arcs.as_slice().to_vec();
         outcome.struck[0] = outcome.struck[0].max(outcome.cut.rub_mm as f32);
     }

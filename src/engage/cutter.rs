@@ -33,13 +33,24 @@ pub struct Body {
     pub low: f64,
 }
 
+/// A band as a cell near it sees it.
+#[derive(Debug, Clone, Copy)]
+pub struct NearBand {
+    /// Its index.
+    pub index: u16,
+    /// Its lowest height above the tip, mm.
+    pub low: f32,
+    /// Its [`Band::spread`].
+    pub spread: u64,
+}
+
 /// Which bands pass at a distance from the axis.
 #[derive(Debug, Clone)]
 pub struct Near {
     /// Bins per mm.
     per_mm: f64,
     first: Vec<u32>,
-    bands: Vec<u16>,
+    bands: Vec<NearBand>,
     /// Lowest height above the tip of the bands in each bin; infinite where there is none.
     pub lowest: Vec<f32>,
     /// Lower bounds of those heights: a + b d².
@@ -57,6 +68,8 @@ pub struct Cutter {
     pub slices: Vec<Slice>,
     /// Where each begins on its segment, and its share of it.
     spans: Vec<[f64; 2]>,
+    /// Height above the tip of the upper end of each, mm.
+    tops: Vec<f64>,
     /// Its bands.
     pub bands: Vec<Band>,
     /// Bands by distance: for level and rising moves, and with the bottom for descending ones.
@@ -78,13 +91,15 @@ impl Cutter {
     pub fn new(tool: &Tool, cell_mm: f64) -> Self {
         let profile = &tool.profile;
         let slices = profile.rings();
+        let spans = spans(&slices, profile);
         let margin = 1.5 * cell_mm;
         let bands = bands(&slices, margin);
         let near = [false, true].map(|bottom| Near::new(&bands, profile.max_radius(), margin, cell_mm, bottom));
         Self {
             number: tool.number,
             form: Form::new(profile),
-            spans: spans(&slices, profile),
+            tops: tops(&slices, &spans, profile),
+            spans,
             slices,
             bands,
             near,
@@ -105,6 +120,10 @@ impl Cutter {
         let at = begin + 0.5 * (from + to) * share;
         let ([radius_mm, z_mm], [normal_r, normal_z]) = self.form.profile.segments[slice.segment as usize].at(at);
         Slice { z_mm, radius_mm, edge_mm: (to - from) * slice.edge_mm, normal_r, normal_z, segment: slice.segment }
+    }
+    /// Height above the tip of a place on a slice, from below in [0, 1], mm.
+    pub fn height_at(&self, index: u16, part: f64) -> f64 {
+        if part == 1.0 { self.tops[index as usize] } else { self.part(index, [part, part]).z_mm }
     }
     /// The part of a slice, from below in [0, 1], at a height above the tip.
     pub fn part_at(&self, index: u16, z_mm: f64) -> f64 {
@@ -164,6 +183,12 @@ fn spans(slices: &[Slice], profile: &Profile) -> Vec<[f64; 2]> {
         spans.push([begin, share]);
     }
     spans
+}
+
+fn tops(slices: &[Slice], spans: &[[f64; 2]], profile: &Profile) -> Vec<f64> {
+    let top =
+        |(slice, [begin, share]): (&Slice, &[f64; 2])| profile.segments[slice.segment as usize].at(begin + share).0[1];
+    slices.iter().zip(spans).map(top).collect()
 }
 
 fn bands(slices: &[Slice], margin: f64) -> Vec<Band> {
@@ -234,7 +259,7 @@ impl Near {
             let mut low = f64::INFINITY;
             for (index, band) in bands.iter().enumerate() {
                 if (bottom || !band.bottom) && (from..=to).contains(&band.radius) {
-                    list.push(index as u16);
+                    list.push(NearBand { index: index as u16, low: band.low as f32, spread: band.spread });
                     low = low.min(band.low);
                 }
             }
@@ -257,7 +282,7 @@ impl Near {
         ((distance * self.per_mm as f32) as usize).min(self.lowest.len() - 1)
     }
     /// Bands of a bin.
-    pub fn bands(&self, bin: usize) -> &[u16] {
+    pub fn bands(&self, bin: usize) -> &[NearBand] {
         &self.bands[self.first[bin] as usize..self.first[bin + 1] as usize]
     }
     /// Distance from the axis up to which no band passes, mm.

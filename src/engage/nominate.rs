@@ -5,7 +5,7 @@
 //! A cell at distance d from the axis matters to a band when |d − r| is within a cell and a half and the cell stands higher
 //! than the band's lowest point. Directions are kept as 64 bins of the diamond angle from the feed direction.
 
-use super::cutter::{Cutter, Near};
+use super::cutter::{Cutter, Near, NearBand};
 use crate::path::Vec3;
 use crate::stock::{Tile, UNTOUCHED};
 
@@ -137,7 +137,7 @@ fn mark_cells(tile: &Tile, sample: &Sample, cutter: &Cutter, work: &mut Scratch)
     work.hits.clear();
     work.hits.resize(words * rows.len(), 0);
     let dir = sample.dir.map(|d| d as f32);
-    let mut look = Look { tile, near, cutter, base, dir, work, first: columns.start, found: false };
+    let mut look = Look { tile, near, base, dir, work, first: columns.start, found: false };
     let ahead = Ahead::new(outer, sample.dir, behind);
     let per_mm = 1.0 / tile.cell[0];
     let offset = (sample.tip.x - tile.first[0]) * per_mm;
@@ -209,7 +209,6 @@ const LANES: usize = 8;
 struct Look<'a> {
     tile: &'a Tile,
     near: &'a Near,
-    cutter: &'a Cutter,
     /// Height of the tip less the slack.
     base: f32,
     dir: [f32; 2],
@@ -255,7 +254,7 @@ impl Look<'_> {
             let bin = self.near.bin(distances[k]);
             if *height > self.base + self.near.lowest[bin] {
                 let turn = (turns[k] * 16.0) as u32 & 63;
-                self.work.mark(self.near.bands(bin), self.cutter, *height, self.base, turn);
+                self.work.mark(self.near.bands(bin), *height, self.base, turn);
                 let column = column + k;
                 self.work.hits[word + column / 64] |= 1 << (column % 64);
                 self.found = true;
@@ -279,12 +278,11 @@ impl Scratch {
         self.found.clear();
     }
     /// Marks the bands that a cell of this height matters to; `turn` is its bin of the diamond angle.
-    fn mark(&mut self, bands: &[u16], cutter: &Cutter, height: f32, base: f32, turn: u32) {
-        for &index in bands {
-            let band = &cutter.bands[index as usize];
-            if height > base + band.low as f32 {
-                self.bins[index as usize] |= band.spread.rotate_left(turn);
-                let top = &mut self.tops[index as usize];
+    fn mark(&mut self, bands: &[NearBand], height: f32, base: f32, turn: u32) {
+        for band in bands {
+            if height > base + band.low {
+                self.bins[band.index as usize] |= band.spread.rotate_left(turn);
+                let top = &mut self.tops[band.index as usize];
                 *top = if height > *top { height } else { *top };
             }
         }

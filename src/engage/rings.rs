@@ -53,7 +53,7 @@ pub(super) struct Work<'a> {
     scene: &'a Scene<'a>,
     sample: &'a Sample,
     cutter: &'a Cutter,
-    covers: Vec<Cover<'a>>,
+    covers: &'a [Cover<'a>],
     levels: Vec<f64>,
     /// The covers that took something away last: the next ring is likely to be ended by the same.
     first: Cell<[usize; 2]>,
@@ -61,8 +61,8 @@ pub(super) struct Work<'a> {
 
 impl<'a> Work<'a> {
     /// A position and what may cover rings there.
-    pub fn new(scene: &'a Scene<'a>, sample: &'a Sample, cutter: &'a Cutter, covers: Vec<Cover<'a>>) -> Self {
-        let levels = levels(scene, &covers);
+    pub fn new(scene: &'a Scene<'a>, sample: &'a Sample, cutter: &'a Cutter, covers: &'a [Cover<'a>]) -> Self {
+        let levels = levels(scene, covers);
         let first = Cell::new([covers.len().saturating_sub(1), usize::MAX]);
         Self { scene, sample, cutter, covers, levels, first }
     }
@@ -154,7 +154,7 @@ impl<'a> Work<'a> {
     fn sub_ring(&self, index: u16, part: [f64; 2], bottom: bool) -> SubRing {
         let slice = self.cutter.part(index, part);
         let z = self.sample.tip.z + slice.z_mm;
-        let top = self.sample.tip.z + self.cutter.part(index, [part[1], part[1]]).z_mm;
+        let top = self.sample.tip.z + self.cutter.height_at(index, part[1]);
         let normal = [slice.normal_r, slice.normal_z];
         SubRing { slice: index, part, z: if bottom { z - TOUCH_MM } else { z }, top, radius: slice.radius_mm, normal }
     }

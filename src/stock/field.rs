@@ -111,10 +111,11 @@ impl Field {
             return f64::NEG_INFINITY;
         }
         let [(i, s), (j, t)] = [0, 1].map(|axis| {
-            let last = (self.size[axis] - 1) as f64;
-            let at = (place[axis] - 0.5).clamp(0.0, last);
-            let k = at.floor().min((last - 1.0).max(0.0));
-            (k as usize, at - k)
+            let last = self.size[axis] - 1;
+            let at = (place[axis] - 0.5).clamp(0.0, last as f64);
+            // Positive: the conversion rounds down.
+            let k = (at as usize).min(last.saturating_sub(1));
+            (k, at - k as f64)
         });
         // The halo of a tile holds the neighbours of its last cells.
         let tile = &self.tiles[(j / TILE) * self.tiling[0] + i / TILE];

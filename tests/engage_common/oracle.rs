@@ -2,9 +2,9 @@
 //! point, and the engaged angles and sections that follow from it.
 #![allow(dead_code)] // each test file uses its own part of it
 
-use super::{ball, bull, flat};
+use super::{ball, bull, flat, tool};
 use feedwright::engage::{EngagementMap, Station};
-use feedwright::machine::Tool;
+use feedwright::machine::{Profile, Segment, Shape, Tool};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A cutter by its formula.
@@ -14,12 +14,16 @@ pub enum Mill {
     Ball(f64),
     /// Radius, corner radius.
     Bull(f64, f64),
+    /// Radius, radius of the ball at its tip, angle of the side to the axis.
+    Taper(f64, f64, f64),
+    /// Radius, radius of the flat at its tip, angle of the side to the axis.
+    Chamfer(f64, f64, f64),
 }
 
 impl Mill {
     pub fn radius(self) -> f64 {
         match self {
-            Mill::Flat(r) | Mill::Ball(r) | Mill::Bull(r, _) => r,
+            Mill::Flat(r) | Mill::Ball(r) | Mill::Bull(r, _) | Mill::Taper(r, ..) | Mill::Chamfer(r, ..) => r,
         }
     }
     pub fn tool(self) -> Tool {
@@ -27,6 +31,16 @@ impl Mill {
             Mill::Flat(r) => flat(2.0 * r),
             Mill::Ball(r) => ball(2.0 * r),
             Mill::Bull(r, corner) => bull(2.0 * r, corner),
+            Mill::Taper(r, tip, side) => {
+                let ball = Segment::Arc { centre: [0.0, tip], radius: tip, from_rad: -FRAC_PI_2, to_rad: -side };
+                let (foot, top) = ([tip * side.cos(), tip - tip * side.sin()], self.lowest(r));
+                let cone = Segment::Line { from: foot, to: [r, top] };
+                let shank = Segment::Line { from: [r, top], to: [r, top + 20.0] };
+                tool(1, Shape::Taper, Profile { segments: vec![ball, cone, shank] })
+            }
+            Mill::Chamfer(r, tip, side) => {
+                tool(1, Shape::Chamfer, Profile::cone(2.0 * r, 2.0 * tip, 2.0 * side, self.lowest(r) + 20.0))
+            }
         }
     }
     /// Height above the tip of what it leaves at a distance from its axis.
@@ -39,6 +53,9 @@ impl Mill {
             Mill::Flat(_) => 0.0,
             Mill::Ball(r) => fillet(r, w),
             Mill::Bull(r, corner) => fillet(corner, (w - r + corner).max(0.0)),
+            Mill::Taper(_, tip, side) if w <= tip * side.cos() => fillet(tip, w),
+            Mill::Taper(_, tip, side) => tip - tip * side.sin() + (w - tip * side.cos()) / side.tan(),
+            Mill::Chamfer(_, tip, side) => (w - tip).max(0.0) / side.tan(),
         }
     }
 }
