@@ -3,10 +3,14 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "../tests/common/mills.rs"]
+mod mills;
+
 use feedwright::engage::EngagedArc;
-use feedwright::force::{Cap, Cut, Cutter};
-use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};
-use feedwright::machine::{LimitKind, Limits, Profile, Shape, Slice, Spindle, Table, Tool};
+use feedwright::force::{Cap, Cut};
+use feedwright::machine::material::{ForceModel, LinearEdge};
+use feedwright::machine::{LimitKind, Profile, Slice, Tool};
+use mills::mill;
 use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
 use std::time::Instant;
@@ -16,9 +20,9 @@ const RPS: f64 = 100.0;
 const FEED: f64 = 20.0;
 
 fn main() {
-    let tool = flat_mill();
+    let tool = mill(Profile::flat(10.0, 20.0), 10.0, 3, 30.0);
     let slices = tool.profile.slices(0.25);
-    let cutter = cutter(&tool, &slices);
+    let cutter = mills::cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS);
     let arcs: Vec<EngagedArc> = slices
         .iter()
         .enumerate()
@@ -90,42 +94,4 @@ fn peak_by_sum(tool: &Tool, slices: &[Slice], arcs: &[EngagedArc], feed: f64, st
         peak = peak.max(x.hypot(y));
     }
     peak
-}
-
-fn flat_mill() -> Tool {
-    Tool {
-        number: 1,
-        shape: Shape::Flat,
-        profile: Profile::flat(10.0, 20.0),
-        diameter_mm: 10.0,
-        flutes: 3,
-        helix_rad: 30f64.to_radians(),
-        pitch_rad: Vec::new(),
-        rake_rad: 0.0,
-        flute_length_mm: 20.0,
-        overhang_mm: 35.0,
-        shank_diameter_mm: 10.0,
-        flute_length_given: true,
-        runout: None,
-        youngs_modulus_mpa: 600_000.0,
-        allowable_stress_mpa: None,
-        holder_stiffness_n_mm: None,
-        holder: Vec::new(),
-        centre_cutting: true,
-        coefficients: None,
-        limits: Limits::default(),
-    }
-}
-
-fn cutter(tool: &Tool, slices: &[Slice]) -> Cutter {
-    let material = Material { name: "6061-T6".into(), model: ForceModel::LinearEdge(K), uncertainty: None };
-    let spindle = Spindle {
-        max_rps: 400.0,
-        power_w: None,
-        torque_nmm: None,
-        tare_w: Table::constant(100.0),
-        efficiency: Table::constant(1.0),
-        runup_time_s: 0.0,
-    };
-    Cutter::new(tool, &material, &spindle, &Process::default(), slices, RPS).expect("a sound tool")
 }

@@ -2,51 +2,21 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "common/mills.rs"]
+mod mills;
+
 use feedwright::engage::EngagedArc;
 use feedwright::force::{Cap, Cut, Cutter};
-use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};
-use feedwright::machine::{LimitKind, Limits, Profile, Shape, Slice, Spindle, Table, Tool};
+use feedwright::machine::material::{ForceModel, LinearEdge};
+use feedwright::machine::{LimitKind, Profile, Slice, Tool};
+use mills::mill;
 use std::f64::consts::{PI, TAU};
 
 const K: LinearEdge = LinearEdge { k_tc: 842.0, k_rc: 300.0, k_ac: 150.0, k_te: 15.0, k_re: 12.0, k_ae: 2.0 };
 const RPS: f64 = 40.0;
 
-fn tool(profile: Profile, diameter: f64, flutes: u32, helix_deg: f64) -> Tool {
-    Tool {
-        number: 1,
-        shape: Shape::Profile,
-        profile,
-        diameter_mm: diameter,
-        flutes,
-        helix_rad: helix_deg.to_radians(),
-        pitch_rad: Vec::new(),
-        rake_rad: 0.0,
-        flute_length_mm: 22.0,
-        overhang_mm: 35.0,
-        shank_diameter_mm: diameter,
-        flute_length_given: true,
-        runout: None,
-        youngs_modulus_mpa: 600_000.0,
-        allowable_stress_mpa: None,
-        holder_stiffness_n_mm: None,
-        holder: Vec::new(),
-        centre_cutting: true,
-        coefficients: None,
-        limits: Limits::default(),
-    }
-}
-
 fn cutter(tool: &Tool, slices: &[Slice]) -> Cutter {
-    let material = Material { name: "test".into(), model: ForceModel::LinearEdge(K), uncertainty: None };
-    let spindle = Spindle {
-        max_rps: 200.0,
-        power_w: None,
-        torque_nmm: None,
-        tare_w: Table::constant(100.0),
-        efficiency: Table::constant(1.0),
-        runup_time_s: 0.0,
-    };
-    Cutter::new(tool, &material, &spindle, &Process::default(), slices, RPS).expect("a sound tool")
+    mills::cutter(tool, slices, ForceModel::LinearEdge(K), RPS)
 }
 
 /// Forces on the tool (x, y, z) and torque at rotation θ, by the definitions alone.
@@ -123,17 +93,17 @@ fn cases() -> Vec<Case> {
         let arcs = arcs(&slices, depth, entry, exit);
         out.push((name, tool, slices, arcs, tz));
     };
-    case("flat climb", tool(flat.clone(), 10.0, 4, 30.0), 0.25, 5.0, PI - 1.0, PI, 0.0);
-    case("flat slot, two teeth", tool(flat.clone(), 10.0, 2, 30.0), 0.25, 4.0, 0.0, PI, 0.0);
-    case("flat slot, one straight tooth", tool(flat.clone(), 10.0, 1, 0.0), 0.25, 4.0, 0.0, PI, 0.0);
-    case("flat up, straight teeth", tool(flat.clone(), 10.0, 3, 0.0), 0.25, 4.0, 0.0, 1.3, 0.0);
-    case("flat deep, steep helix", tool(flat.clone(), 10.0, 4, 45.0), 0.5, 20.0, 0.4, 2.9, 0.0);
-    case("flat ramping down", tool(flat.clone(), 10.0, 3, 35.0), 0.5, 4.0, 0.0, TAU, -0.1);
-    case("flat plunge", tool(flat.clone(), 10.0, 3, 35.0), 0.5, 4.0, 0.0, TAU, -1.0);
-    case("ball descending", tool(ball.clone(), 8.0, 2, 30.0), 0.2, 3.0, 0.2, 5.0, -0.4);
-    case("ball rising", tool(ball, 8.0, 2, 30.0), 0.2, 3.0, 0.2, 2.5, 0.4);
-    case("bull", tool(bull, 12.0, 5, 38.0), 0.3, 6.0, 1.8, PI, 0.0);
-    let mut uneven = tool(flat, 10.0, 4, 38.0);
+    case("flat climb", mill(flat.clone(), 10.0, 4, 30.0), 0.25, 5.0, PI - 1.0, PI, 0.0);
+    case("flat slot, two teeth", mill(flat.clone(), 10.0, 2, 30.0), 0.25, 4.0, 0.0, PI, 0.0);
+    case("flat slot, one straight tooth", mill(flat.clone(), 10.0, 1, 0.0), 0.25, 4.0, 0.0, PI, 0.0);
+    case("flat up, straight teeth", mill(flat.clone(), 10.0, 3, 0.0), 0.25, 4.0, 0.0, 1.3, 0.0);
+    case("flat deep, steep helix", mill(flat.clone(), 10.0, 4, 45.0), 0.5, 20.0, 0.4, 2.9, 0.0);
+    case("flat ramping down", mill(flat.clone(), 10.0, 3, 35.0), 0.5, 4.0, 0.0, TAU, -0.1);
+    case("flat plunge", mill(flat.clone(), 10.0, 3, 35.0), 0.5, 4.0, 0.0, TAU, -1.0);
+    case("ball descending", mill(ball.clone(), 8.0, 2, 30.0), 0.2, 3.0, 0.2, 5.0, -0.4);
+    case("ball rising", mill(ball, 8.0, 2, 30.0), 0.2, 3.0, 0.2, 2.5, 0.4);
+    case("bull", mill(bull, 12.0, 5, 38.0), 0.3, 6.0, 1.8, PI, 0.0);
+    let mut uneven = mill(flat, 10.0, 4, 38.0);
     uneven.pitch_rad = [83.0f64, 97.0, 83.0, 97.0].map(f64::to_radians).to_vec();
     case("uneven pitch", uneven, 0.5, 8.0, 1.0, PI, 0.0);
     out
@@ -218,7 +188,7 @@ fn caps_give_back_their_limit_and_its_derivative() {
 
 #[test]
 fn nothing_engaged_leaves_the_tare() {
-    let tool = tool(Profile::flat(10.0, 22.0), 10.0, 4, 30.0);
+    let tool = mill(Profile::flat(10.0, 22.0), 10.0, 4, 30.0);
     let slices = tool.profile.slices(0.25);
     let line = cutter(&tool, &slices).line(&Cut::default());
     let loads = line.loads(10.0);
@@ -229,7 +199,7 @@ fn nothing_engaged_leaves_the_tare() {
 
 #[test]
 fn a_plunge_presses_on_the_bottom_only() {
-    let tool = tool(Profile::flat(10.0, 22.0), 10.0, 3, 30.0);
+    let tool = mill(Profile::flat(10.0, 22.0), 10.0, 3, 30.0);
     let slices = tool.profile.slices(0.25);
     let arcs = arcs(&slices, 5.0, 0.0, TAU);
     let loads = cutter(&tool, &slices).loads(&Cut { arcs: &arcs, tangent_z: -1.0, ..Cut::default() }, 3.0);

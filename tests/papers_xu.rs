@@ -7,15 +7,17 @@
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 mod common {
+    pub mod mills;
     pub mod papers;
 }
 
+use common::mills;
 use common::papers::{Row, number, table};
 use feedwright::engage::EngagedArc;
 use feedwright::force::closed::{Rates, SteadyCut, entry_exit_rad, immersion_rad, rates};
 use feedwright::force::{Cut, Cutter};
 use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};
-use feedwright::machine::{Limits, Profile, Shape, Slice, Spindle, Table, Tool};
+use feedwright::machine::{Profile, Shape, Slice, Spindle, Table, Tool};
 use std::f64::consts::PI;
 
 /// Tare at the motor shaft that the printed estimates need (PAPERS.md), W; k_tc, k_te as printed.
@@ -106,40 +108,12 @@ fn flat_slot_reference() {
 }
 
 fn mill(profile: Profile, diameter: f64, helix_deg: f64) -> Tool {
-    Tool {
-        number: 1,
-        shape: Shape::Flat,
-        profile,
-        diameter_mm: diameter,
-        flutes: 2,
-        helix_rad: helix_deg.to_radians(),
-        pitch_rad: Vec::new(),
-        rake_rad: 0.0,
-        flute_length_mm: 25.4,
-        overhang_mm: 50.0,
-        shank_diameter_mm: diameter,
-        flute_length_given: true,
-        runout: None,
-        youngs_modulus_mpa: 210_000.0,
-        allowable_stress_mpa: None,
-        holder_stiffness_n_mm: None,
-        holder: Vec::new(),
-        centre_cutting: true,
-        coefficients: None,
-        limits: Limits::default(),
-    }
+    Tool { overhang_mm: 50.0, youngs_modulus_mpa: 210_000.0, ..mills::mill(profile, diameter, 2, helix_deg) }
 }
 
 fn cutter(tool: &Tool, slices: &[Slice], k: LinearEdge, tare_w: f64, rps: f64) -> Cutter {
     let material = Material { name: "6061-T6".into(), model: ForceModel::LinearEdge(k), uncertainty: None };
-    let spindle = Spindle {
-        max_rps: 200.0,
-        power_w: None,
-        torque_nmm: None,
-        tare_w: Table::constant(tare_w),
-        efficiency: Table::constant(1.0),
-        runup_time_s: 0.0,
-    };
+    let spindle = Spindle { tare_w: Table::constant(tare_w), ..mills::spindle() };
     Cutter::new(tool, &material, &spindle, &Process::default(), slices, rps).expect("a sound tool")
 }
 

@@ -1,4 +1,5 @@
 //! Tools, spindles and cutters for tests of forces.
+#![allow(dead_code)] // each test file uses its own part of it
 
 use feedwright::engage::EngagedArc;
 use feedwright::force::{Cutter, ForceError};
