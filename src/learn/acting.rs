@@ -78,7 +78,9 @@ pub fn changed_columns(data: &Data, acting: &[&Acting]) -> Vec<Vec<f64>> {
             column.iter_mut().zip(&more[b]).for_each(|(x, m)| *x += size * m);
         }
         factored(column, data.base[b].class, acting, ratio.as_ref());
-        filter.iter().for_each(|f| f.run(column));
+        for f in filter.iter() {
+            f.run(column);
+        }
     }
     columns
 }
@@ -99,7 +101,9 @@ pub fn load(data: &Data, acting: &[&Acting], base: &[f64]) -> Vec<f64> {
         factored(&mut part, class, acting, ratio.as_ref());
         sum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
     }
-    Filter::new(data, whole.lag_s).iter().for_each(|f| f.run(&mut sum));
+    for f in Filter::new(data, whole.lag_s).iter() {
+        f.run(&mut sum);
+    }
     sum
 }
 
@@ -204,7 +208,9 @@ impl Filter {
 pub fn measured(mut load: Vec<f64>, acting: &[&Acting], top: f64) -> Vec<f64> {
     let excess = together(acting).reading_excess;
     if excess != 0.0 {
-        load.iter_mut().for_each(|p| *p *= 1.0 + excess * *p / top);
+        for p in load.iter_mut() {
+            *p *= 1.0 + excess * *p / top;
+        }
     }
     load
 }
