@@ -125,3 +125,23 @@ fn common_drilling_cycles_are_simulated_and_the_others_said() {
     let (moves, _, path) = deepest("G0 Z50\nPOCKET3(10,0,2,-5)\nM30\n");
     assert_eq!((moves, path.diagnostics[0].code), (0, "nc::cycle"));
 }
+
+#[test]
+fn tools_are_called_by_name() {
+    let names = || Environment { tool_names: vec![("MILL 10".into(), 7)], ..Environment::default() };
+    let programs = [
+        (Dialect::Siemens, "T=\"MILL 10\" D1\nM6\nG1 X1 F100\nM30\n"),
+        (Dialect::Heidenhain, "0 BEGIN PGM T MM\n1 TOOL CALL \"MILL 10\" Z S3000\n2 L X+1 F100\n3 END PGM T MM\n"),
+    ];
+    for (dialect, text) in programs {
+        let program = nc::parse(text.as_bytes().to_vec(), Some(dialect));
+        let path = nc::interpret(&program, &names());
+        assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+        assert_eq!((path.moves[0].tool, path.moves[0].freeze), (7, None));
+        let changes = path.between.iter().filter(|(_, event)| matches!(event, nc::Event::Tool { .. })).count();
+        assert_eq!(changes, 1, "{dialect:?}: the tool is changed once");
+        let unknown = nc::interpret(&program, &Environment::default());
+        assert_eq!((unknown.moves[0].tool, unknown.diagnostics[0].code), (0, "nc::tool-name"));
+        assert!(unknown.diagnostics[0].help.contains("tool_names = { \"MILL 10\" = 1 }"));
+    }
+}

@@ -78,7 +78,7 @@ pub fn changed_columns(data: &Data, acting: &[&Acting]) -> Vec<Vec<f64>> {
             column.iter_mut().zip(&more[b]).for_each(|(x, m)| *x += size * m);
         }
         factored(column, data.base[b].class, acting, ratio.as_ref());
-        for f in filter.iter() {
+        if let Some(f) = &filter {
             f.run(column);
         }
     }
@@ -101,7 +101,7 @@ pub fn load(data: &Data, acting: &[&Acting], base: &[f64]) -> Vec<f64> {
         factored(&mut part, class, acting, ratio.as_ref());
         sum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
     }
-    for f in Filter::new(data, whole.lag_s).iter() {
+    if let Some(f) = &Filter::new(data, whole.lag_s) {
         f.run(&mut sum);
     }
     sum
@@ -208,7 +208,7 @@ impl Filter {
 pub fn measured(mut load: Vec<f64>, acting: &[&Acting], top: f64) -> Vec<f64> {
     let excess = together(acting).reading_excess;
     if excess != 0.0 {
-        for p in load.iter_mut() {
+        for p in &mut load {
             *p *= 1.0 + excess * *p / top;
         }
     }

@@ -74,6 +74,8 @@ pub struct Machine {
     pub compensation: Option<Compensation>,
     /// Wear offsets by D number, mm, added to the radius.
     pub wear_mm: Vec<(u32, f64)>,
+    /// Numbers of tools that are called by name.
+    pub tool_names: Vec<(String, u32)>,
     /// Longest line the control reads, bytes.
     pub max_line_length: Option<usize>,
     /// X, Y, Z.

@@ -21,6 +21,8 @@ pub struct Environment<'a> {
     pub diameters_mm: Vec<(u32, f64)>,
     /// Wear of each offset, mm, by its D number: added to the radius where the path is already offset.
     pub wear_mm: Vec<(u32, f64)>,
+    /// Numbers of the tools that are called by name.
+    pub tool_names: Vec<(String, u32)>,
     /// The tool in the spindle before any is called: the only one of the setup.
     pub only_tool: Option<u32>,
     /// What G41/G42 means; `None`: not said.
@@ -52,6 +54,7 @@ impl Default for Environment<'_> {
             clear_z_mm: 0.0,
             diameters_mm: Vec::new(),
             wear_mm: Vec::new(),
+            tool_names: Vec::new(),
             only_tool: None,
             compensation: None,
             block_delete: false,
@@ -75,6 +78,7 @@ impl Environment<'_> {
             clear_z_mm,
             diameters_mm: job.tools.iter().map(|tool| (tool.number, tool.diameter_mm)).collect(),
             wear_mm: job.machine.wear_mm.clone(),
+            tool_names: job.machine.tool_names.clone(),
             only_tool: if let [only] = job.tools.as_slice() { Some(only.number) } else { None },
             compensation: job.machine.compensation,
             ..Environment::default()

@@ -59,6 +59,8 @@ pub struct MachineTable {
     /// Wear offsets of the tool table by D number, as they are added to the radius where the path is already offset, mm:
     /// `{ D1 = -0.02 }`.
     pub wear_offsets: Option<BTreeMap<String, Quantity>>,
+    /// Numbers of the tools that the program calls by name: `{ "MILL 10" = 3 }`.
+    pub tool_names: Option<BTreeMap<String, u32>>,
     /// Longest line the control reads, bytes.
     pub max_line_length: Option<u32>,
     /// The linear axes.

@@ -52,6 +52,7 @@ pub fn machine(
         home_mm: table.home.as_ref().map(|home| reader.point("machine.home", home)),
         compensation: table.compensation.as_deref().and_then(|word| compensation(reader, word)),
         wear_mm: table.wear_offsets.as_ref().map_or_else(Vec::new, |written| wear_offsets(reader, written)),
+        tool_names: table.tool_names.iter().flatten().map(|(name, number)| (name.clone(), *number)).collect(),
         max_line_length: table.max_line_length.map(|length| line_length(reader, length)),
         axes: all_axes(reader, &axes, mm_min_from_mm_s(rapid_mm_s)),
         spindle: spindle(reader, &table.spindle.clone().unwrap_or_default()),

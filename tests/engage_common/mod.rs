@@ -78,6 +78,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
             home_mm: None,
             compensation: None,
             wear_mm: Vec::new(),
+            tool_names: Vec::new(),
             max_line_length: None,
             axes: [axis; 3],
             spindle: Spindle {

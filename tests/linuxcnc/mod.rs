@@ -38,6 +38,7 @@ pub fn machine(acceleration_mm_s2: f64) -> Machine {
         home_mm: None,
         compensation: None,
         wear_mm: Vec::new(),
+        tool_names: Vec::new(),
         max_line_length: None,
         axes: [axis; 3],
         spindle: Spindle {

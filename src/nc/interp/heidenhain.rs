@@ -57,7 +57,11 @@ impl Run<'_> {
             }
             ["RND" | "CHF", ..] => self.corner_block(names[0], line, first_number, place),
             ["APPR" | "DEP", ..] => self.approach(&names, line, place),
-            ["TOOL", "CALL", ..] => tool_call(line, first_number, place),
+            ["TOOL", "CALL", ..] => {
+                let named = tokens.iter().find(|token| token.span.of(text).first() == Some(&b'"'));
+                let named = named.and_then(|token| self.tool_by_name(token.span, text));
+                tool_call(line, named.or(first_number), place);
+            }
             ["CALL", "LBL", ..] => self.call_label(&tokens, text, place),
             ["CALL", "PGM", ..] => {
                 line.clear();
@@ -219,10 +223,10 @@ fn formula(text: &[u8]) -> Vec<u8> {
     }
 }
 
+/// T alone brings the tool into the spindle here.
 fn tool_call(line: &mut Line, number: Option<f64>, place: Span) {
     line.remove(b'R');
     if let Some(number) = number {
         line.put(b'T', number, place, false);
-        line.m.push((60, place));
     }
 }

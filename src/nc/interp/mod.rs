@@ -391,6 +391,9 @@ impl<'a> Run<'a> {
 
     /// A word whose value is an expression; `=` before it, `AC(…)`, `IC(…)` and a leading I (as 0x80) are other dialects'.
     fn computed_word(&mut self, letter: u8, token: Token, text: &[u8], line: &mut Line) {
+        if let (b'T', Some(number)) = (letter, self.tool_by_name(token.span, text)) {
+            return line.put(b'T', number, token.span, true);
+        }
         let Some(value) = self.value(token, text) else { return };
         let bytes = token.span.of(text);
         let value_text =

@@ -200,6 +200,22 @@ impl Run<'_> {
         }
     }
 
+    /// Number of the tool whose name stands in quotes in this place, 0 with a diagnostic where the setup does not tell it;
+    /// `None`: there is no name.
+    pub(super) fn tool_by_name(&mut self, place: Span, text: &[u8]) -> Option<f64> {
+        let bytes = place.of(text);
+        let from = bytes.iter().position(|&byte| byte == b'"')? + 1;
+        let length = bytes[from..].iter().position(|&byte| byte == b'"').unwrap_or(bytes.len() - from);
+        let name = String::from_utf8_lossy(&bytes[from..from + length]).into_owned();
+        let known = self.env.tool_names.iter().find(|(known, _)| known.eq_ignore_ascii_case(&name));
+        if known.is_none() {
+            let said = format!("the tool {name} has no number here");
+            let help = format!("write it under [machine]: tool_names = {{ \"{name}\" = 1 }}");
+            self.say("nc::tool-name", Severity::Warning, place, said, &help);
+        }
+        Some(known.map_or(0.0, |(_, number)| f64::from(*number)))
+    }
+
     fn change_tool(&mut self) {
         self.modal.tool = self.modal.next_tool;
         self.event(Event::Tool { number: self.modal.tool, line: self.line_number() });
