@@ -1,4 +1,4 @@
-//! Chipping: from the time t₀ on, k_?c · (1 + c) and k_?e · (1 + e).
+//! Chipping: from the time t₀ on, k_?c · (1 + c) and k_?e · (1 + e). A broken edge takes more force, never less.
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -12,7 +12,7 @@ pub const EFFECT: Effect = Effect {
         Parameter {
             name: "jump_cutting",
             unit: "-",
-            min: -0.9,
+            min: 0.0,
             max: 5.0,
             starts: &[0.1],
             neutral: Some(0.0),
@@ -22,7 +22,7 @@ pub const EFFECT: Effect = Effect {
         Parameter {
             name: "jump_edge",
             unit: "-",
-            min: -0.9,
+            min: 0.0,
             max: 5.0,
             starts: &[0.1],
             neutral: Some(0.0),

@@ -55,6 +55,10 @@ const LEAST_DROP: f64 = 0.005;
 const LEAST_SHARE: f64 = 0.04;
 /// The same of what the effects before it leave: a small effect beside a large one.
 const LEAST_REST: f64 = 0.3;
+/// Least excess of the base model over the noise that shares of it refer to, as a share of its squares.
+const LEAST_EXCESS: f64 = 0.02;
+/// Share of the squares to which the noise is known: a rest smaller than that is no rest to be explained.
+const FLOOR_KNOWN: f64 = 0.1;
 /// Effects that are tried in pairs when none is found alone, and the least share that a pair must take away.
 const PAIRED: usize = 6;
 const PAIR_EXPLAINED: f64 = 0.7;
@@ -196,8 +200,8 @@ impl Diagnosis<'_> {
             let after = self.unseen_residuals(present, trial);
             let drop = self.drop_of(&before, &after);
             let t = t_statistic(&improvement_by_block(&self.train, &before, &after));
-            let share = self.share_of_excess(&before, &after, &self.base_residual);
-            let of_rest = self.share_of_excess(&before, &after, &before);
+            let share = self.share_of_excess(&before, &after, &self.base_residual, LEAST_EXCESS);
+            let of_rest = self.share_of_excess(&before, &after, &before, FLOOR_KNOWN);
             if share < LEAST_SHARE && of_rest < LEAST_REST {
                 self.reject(trial, format!("it takes away only {:.1} % of what the base model leaves", 100.0 * share));
                 continue;
@@ -231,11 +235,12 @@ impl Diagnosis<'_> {
         None
     }
 
-    /// Held-out squares that go from `before` to `after`, over those of `whole` beyond the noise.
-    fn share_of_excess(&self, before: &[f64], after: &[f64], whole: &[f64]) -> f64 {
+    /// Held-out squares that go from `before` to `after`, over those of `whole` beyond the noise, which are taken as no less
+    /// than the share `least` of `whole`.
+    fn share_of_excess(&self, before: &[f64], after: &[f64], whole: &[f64], least: f64) -> f64 {
         let mean = |r: &[f64]| errors(&self.train, |i| r[i]).rmse.powi(2);
         let excess = mean(whole) - self.floor.powi(2);
-        (mean(before) - mean(after)) / excess.max(0.02 * mean(whole))
+        (mean(before) - mean(after)) / excess.max(least * mean(whole))
     }
 
     /// Load of the cut by a model.
@@ -298,7 +303,7 @@ impl Diagnosis<'_> {
         pairs.truncate(PAIRS_JUDGED);
         let judged = pairs.into_iter().find_map(|(score, two)| {
             let after = held_out_residuals(&self.train, &two.fitted.model.effects, self.split);
-            let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual);
+            let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual, LEAST_EXCESS);
             let t = t_statistic(&improvement_by_block(&self.train, &self.base_residual, &after));
             let sound = share >= PAIR_EXPLAINED && t >= 1.0 && self.stand_in(base, &two.fitted, &after).is_none();
             sound.then_some((score, two, share))
@@ -322,7 +327,7 @@ impl Diagnosis<'_> {
             return fitted;
         }
         let after = held_out_residuals(&self.train, &fitted.model.effects, self.split);
-        let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual);
+        let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual, LEAST_EXCESS);
         let little = || {
             format!("all effects found together take away only {:.0} % of what the base model leaves", 100.0 * share)
         };
