@@ -6,39 +6,20 @@
 
 #![allow(clippy::format_collect, clippy::unwrap_used)]
 
-#[path = "../benches/confusion/cases.rs"]
-#[allow(dead_code)]
-mod cases;
-#[path = "../benches/confusion/cut.rs"]
-#[allow(dead_code)]
-mod cut;
-#[path = "../benches/confusion/motion.rs"]
-#[allow(dead_code)]
-mod motion;
-#[path = "../benches/confusion/physics.rs"]
-#[allow(dead_code)]
-mod physics;
-#[path = "../benches/confusion/programs.rs"]
-#[allow(dead_code)]
-mod programs;
-#[path = "../benches/confusion/rng.rs"]
-#[allow(dead_code)]
-mod rng;
-#[path = "../benches/confusion/writer.rs"]
-#[allow(dead_code)]
-mod writer;
+#[path = "../benches/confusion/generator.rs"]
+mod generator;
 
 use feedwright::learn::align::Aligned;
 use feedwright::learn::cells::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::session::{LogOptions, Prepared, aligned, learn, prepare};
 use feedwright::machine::Job;
-use motion::Moment;
-use physics::{Channel, Coefficients, Milling};
-use programs::Part;
-use rng::Rng;
+use generator::motion::Moment;
+use generator::physics::{Channel, Coefficients, Milling};
+use generator::programs::Part;
+use generator::rng::Rng;
+use generator::writer::Action;
 use std::fmt::Write;
-use writer::Action;
 
 const BEFORE_S: f64 = 7.3;
 const STRETCH: f64 = 1.015;

@@ -3,32 +3,20 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
-#[path = "../benches/confusion/cases.rs"]
-#[allow(dead_code)]
-mod cases;
-#[path = "../benches/confusion/cut.rs"]
-mod cut;
-#[path = "../benches/confusion/motion.rs"]
-mod motion;
-#[path = "../benches/confusion/physics.rs"]
-#[allow(dead_code)]
-mod physics;
-#[path = "../benches/confusion/programs.rs"]
-#[allow(dead_code)]
-mod programs;
-#[path = "../benches/confusion/rng.rs"]
-mod rng;
-#[path = "../benches/confusion/writer.rs"]
-mod writer;
+#[path = "../benches/confusion/generator.rs"]
+mod generator;
 
-use cases::Case;
 use feedwright::learn::cells::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::report::LearnReport;
 use feedwright::learn::session::{LogOptions, learn, prepare};
-use motion::Moment;
-use physics::{Channel, Coefficients, Milling};
-use programs::{Part, Steady};
+use generator::cases::Case;
+use generator::cut;
+use generator::motion;
+use generator::motion::Moment;
+use generator::physics::{Channel, Coefficients, Milling};
+use generator::programs::{Part, Steady};
+use generator::writer;
 use std::f64::consts::PI;
 
 /// Entry and exit of a straight cut of known depth: θ = acos(1 − b/r), from the side on which the material stands.

@@ -16,7 +16,7 @@ const SAFE_MM: f64 = 5.0;
 const OVERTRAVEL_MM: f64 = 4.0;
 
 /// A steady straight cut.
-#[allow(dead_code)]
+#[allow(dead_code)] // only the tests of the generator read it
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steady {
     /// Index of its step.
@@ -79,7 +79,7 @@ pub struct Part {
     /// Machine and declared coefficients.
     pub shop: Shop,
     /// Cuts of known depths, against which the tests hold the engagement found by brute force.
-    #[allow(dead_code)]
+    #[allow(dead_code)] // only the tests of the generator read it
     pub steady: Vec<Steady>,
 }
 
@@ -114,7 +114,6 @@ impl Part {
     }
 
     /// A part without the cuts that tell effects apart: one layer from one wall to the other, at one speed, feed and width.
-    #[allow(dead_code)]
     pub fn lean(seed: u64) -> Self {
         Self::made(seed, Plan::lean_part)
     }

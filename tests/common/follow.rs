@@ -1,7 +1,8 @@
 //! A reader of its own for the test programs of `calibrate --plan`: it follows the words at constant feed and knows from
 //! the comments what is being cut, so that logs can be made by closed forms.
 
-#![allow(dead_code, clippy::format_collect, clippy::unwrap_used)]
+#![allow(clippy::format_collect, clippy::unwrap_used)]
+#![allow(dead_code)] // each test file uses its own part of it
 
 use feedwright::machine::Job;
 use std::path::Path;
