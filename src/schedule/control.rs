@@ -72,6 +72,26 @@ pub struct Plan {
     pub chain: Chain,
     /// Move of each leg.
     pub moves: Vec<MoveId>,
+    /// Legs whose time belongs to several moves, in order: (leg, move, share). An arc belongs half to either of its moves, a
+    /// line that was joined from several to them by their lengths.
+    pub shared: Vec<(u32, MoveId, f64)>,
+}
+
+/// Seconds of each of `count` moves, from the seconds of each leg of a plan.
+pub fn seconds_of_moves(plan: &Plan, leg_s: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
+    let mut move_s = vec![0.0; count];
+    let mut shared = plan.shared.iter().peekable();
+    for (leg, (seconds, id)) in leg_s.zip(&plan.moves).enumerate() {
+        let mut alone = true;
+        while let Some((_, of, share)) = shared.next_if(|(l, ..)| *l as usize == leg) {
+            move_s[of.ix()] += share * seconds;
+            alone = false;
+        }
+        if alone {
+            move_s[id.ix()] += seconds;
+        }
+    }
+    move_s
 }
 
 /// One primitive before its corners are known.
@@ -109,7 +129,8 @@ pub fn plan(
     control: &Control,
     orders_of: &mut dyn FnMut(MoveId, &mut Vec<Order>),
 ) -> Plan {
-    let mut planner = Planner { machine, control, plan: Plan::default(), run: Vec::new(), joined: Vec::new() };
+    let mut planner =
+        Planner { machine, control, plan: Plan::default(), run: Vec::new(), joined: Vec::new(), owners: Vec::new() };
     planner.plan.chain.point_b.push(0.0);
     let mut orders = Vec::new();
     for event in toolpath.events() {
@@ -141,6 +162,8 @@ struct Planner<'a> {
     run: Vec<Primitive>,
     /// Points inside the last primitive, where it was joined.
     joined: Vec<Vec3>,
+    /// Moves of joined primitives with their lengths: (primitive, move, mm).
+    owners: Vec<(usize, MoveId, f64)>,
 }
 
 impl Planner<'_> {
@@ -198,6 +221,7 @@ impl Planner<'_> {
     /// Joins a line to the one before it where the control does so: every point joined so far stays within the tolerance of
     /// the line from the first to the new end, and at most [`JOINED`] are kept.
     fn join(&mut self, next: &Primitive) -> bool {
+        let index = self.run.len().saturating_sub(1);
         let Some(last) = self.run.last_mut() else { return false };
         let PathMode::Tolerance(tolerance_mm) = last.mode else { return false };
         let lines = last.arc_radius_mm.is_none() && next.arc_radius_mm.is_none() && !last.rapid && !next.rapid;
@@ -215,6 +239,10 @@ impl Planner<'_> {
             return false;
         }
         self.joined.push(corner);
+        if self.joined.len() == 1 {
+            self.owners.push((index, last.move_id, last.nominal_mm));
+        }
+        self.owners.push((index, next.move_id, next.nominal_mm));
         (last.start, last.end) = (chord / length, chord / length);
         (last.nominal_mm, last.length_mm) = (length, length);
         (last.move_id, last.mode) = (next.move_id, next.mode);
@@ -228,6 +256,7 @@ impl Planner<'_> {
     /// Finishes a run of primitives that ends at a stop.
     fn flush(&mut self) {
         let mut run = std::mem::take(&mut self.run);
+        let owners = std::mem::take(&mut self.owners);
         let mut arcs: Vec<Option<(f64, f64, f64)>> = vec![None; run.len()];
         let mut speeds = vec![0.0; run.len()];
         for i in 1..run.len() {
@@ -251,9 +280,16 @@ impl Planner<'_> {
             }
         }
         for (i, primitive) in run.iter().enumerate() {
+            let own = &owners[owners.partition_point(|o| o.0 < i)..owners.partition_point(|o| o.0 <= i)];
             if let Some((speed, length_mm, accel)) = arcs[i] {
+                let leg = self.plan.moves.len() as u32;
+                let first = own.first().map_or(primitive.move_id, |o| o.1);
+                self.plan.shared.extend([run[i - 1].move_id, first].map(|id| (leg, id, 0.5)));
                 self.push(primitive.move_id, length_mm, speed, accel, speeds[i]);
             }
+            let whole_mm: f64 = own.iter().map(|o| o.2).sum();
+            let leg = self.plan.moves.len() as u32;
+            self.plan.shared.extend(own.iter().map(|o| (leg, o.1, o.2 / whole_mm)));
             let accel = primitive.accel * (1.0 - primitive.kink);
             let (speed, accel) = match primitive.arc_radius_mm {
                 Some(radius) => (primitive.speed.min((NORMAL_SHARE * accel * radius).sqrt()), TANGENT_SHARE * accel),

@@ -4,7 +4,7 @@
 //! tolerance in force there), stops at exact stops, dwells, tool changes and changes of spindle speed, and cannot digest
 //! blocks faster than its block time.
 
-use super::control::{Control, Order, plan, stop_losses};
+use super::control::{Control, Order, plan, seconds_of_moves, stop_losses};
 use super::pass::{exact_pass, leg_times};
 use super::problem::{FeedPiece, Realised};
 use crate::ids::MoveId;
@@ -24,11 +24,8 @@ pub fn realise(toolpath: &Toolpath, feeds: &[FeedPiece], machine: &Machine) -> R
         }));
     });
     let b = exact_pass(&plan.chain);
-    let mut move_s = vec![0.0; toolpath.moves.len()];
     let times = leg_times(&plan.chain, &b).into_iter().zip(stop_losses(&plan));
-    for ((time_s, lost_s), id) in times.zip(&plan.moves) {
-        move_s[id.ix()] += time_s + lost_s;
-    }
+    let move_s = seconds_of_moves(&plan, times.map(|(time_s, lost_s)| time_s + lost_s), toolpath.moves.len());
     let by_cause = causes(toolpath, machine, &move_s);
     Realised { total_s: by_cause.iter().map(|(_, seconds)| seconds).sum(), move_s, by_cause }
 }
