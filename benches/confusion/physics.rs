@@ -29,7 +29,7 @@
 //! | rolling-direction (unlisted) | k·(1 + c cos 2(γ − γ₀)), γ the direction of the feed |
 //! | chiller (unlisted) | + X sin(2πt/period) |
 
-use super::cut::{Reality, Station, contact_point, stations};
+use super::cut::{Arc, Reality, Station, contact_point, stations};
 use super::motion::{Leg, Moment, timeline};
 use super::programs::Part;
 use super::rng::Rng;
@@ -479,13 +479,47 @@ impl<'a> Milling<'a> {
     }
 
     /// Largest resultant in the plane over one turn, N.
+    ///
+    /// The edge of a tooth at the height z is at φ = turn + lead − z tan β / r: what it takes along z is an integral over φ of
+    /// what it takes at φ, read off cumulated sums over a turn.
     fn force_peak(&self, moment: &Moment, cutting: f64, edge: f64) -> f64 {
         let Some(station) = self.station(moment) else { return 0.0 };
         let chips = self.chips(self.feed_per_tooth(moment));
-        (0..72).map(|k| self.force(station, TAU * f64::from(k) / 72.0, &chips, cutting, edge)).fold(0.0, f64::max)
+        let lag = self.part.mill.helix_deg.to_radians().tan() / self.radius_mm;
+        let tables: Vec<(Arc, usize, Vec<[f64; 2]>)> = (station.arcs.iter())
+            .flat_map(|arc| (0..chips.len()).map(move |tooth| (*arc, tooth)))
+            .map(|(arc, tooth)| (arc, tooth, self.cumulated(station, &arc, &chips[tooth], cutting, edge)))
+            .collect();
+        let resultant = |turn: f64| {
+            let mut sum = [0.0; 2];
+            for (arc, tooth, table) in &tables {
+                let lead = turn + TAU * *tooth as f64 / chips.len() as f64;
+                let [low, high] = [arc.z_mm, arc.z_mm + arc.dz_mm].map(|z| up_to(table, lead - lag * z));
+                (0..2).for_each(|k| sum[k] += (low[k] - high[k]) / lag);
+            }
+            sum[0].hypot(sum[1])
+        };
+        (0..TURN_STEPS).map(|k| resultant(TAU * k as f64 / TURN_STEPS as f64)).fold(0.0, f64::max)
     }
 
-    /// For each tooth the chip is f·m·sin φ + r_i − r_(i−m), the least over the m teeth before it: pairs (f m, r_i − r_(i−m)).
+    /// ∫ of the force in the plane of a tooth per mm of height, over φ from 0, N/mm·rad, at [`TURN_STEPS`] + 1 places.
+    fn cumulated(&self, station: &Station, arc: &Arc, before: &[[f64; 2]], cutting: f64, edge: f64) -> Vec<[f64; 2]> {
+        let step = TAU / TURN_STEPS as f64;
+        let mut sum = [0.0; 2];
+        let mut sums = vec![sum];
+        for k in 0..TURN_STEPS {
+            let [from, to] = [k, k + 1].map(|k| (k as f64 * step).clamp(arc.phi[0], arc.phi[1]));
+            if to > from {
+                let at = self.at_angle(station, 0.5 * (from + to), before, cutting, edge);
+                (0..2).for_each(|i| sum[i] += at[i] * (to - from));
+            }
+            sums.push(sum);
+        }
+        sums
+    }
+
+    /// Tooth i + 1 is ahead of tooth i, so that the chip of tooth i is f·m·sin φ + r_i − r_(i+m), the least over the m teeth
+    /// before it: pairs (f m, r_i − r_(i+m)).
     fn chips(&self, feed_per_tooth: f64) -> Vec<Vec<[f64; 2]>> {
         let n = self.part.mill.flutes as usize;
         let stands_out = |i: usize| -> f64 {
@@ -496,41 +530,35 @@ impl<'a> Milling<'a> {
             self.hidden.iter().map(of).sum()
         };
         (0..n)
-            .map(|i| {
-                (1..=n).map(|m| [feed_per_tooth * m as f64, stands_out(i) - stands_out((i + n - m) % n)]).collect()
-            })
+            .map(|i| (1..=n).map(|m| [feed_per_tooth * m as f64, stands_out(i) - stands_out((i + m) % n)]).collect())
             .collect()
     }
 
-    fn force(&self, station: &Station, turn: f64, chips: &[Vec<[f64; 2]>], cutting: f64, edge: f64) -> f64 {
-        let lag = self.part.mill.helix_deg.to_radians().tan() / self.radius_mm;
-        let (mut x, mut y) = (0.0, 0.0);
-        for arc in &station.arcs {
-            let slices = (arc.dz_mm / 0.4).ceil().max(1.0);
-            let dz = arc.dz_mm / slices;
-            for slice in 0..slices as usize {
-                let z = arc.z_mm + (slice as f64 + 0.5) * dz;
-                for (i, before) in chips.iter().enumerate() {
-                    let phi = (turn + TAU * i as f64 / chips.len() as f64 - lag * z).rem_euclid(TAU);
-                    if phi < arc.phi[0] || phi > arc.phi[1] {
-                        continue;
-                    }
-                    let (sin, cos) = phi.sin_cos();
-                    let h = before.iter().map(|[f, out]| f * sin + out).fold(f64::INFINITY, f64::min);
-                    if h <= 0.0 {
-                        continue;
-                    }
-                    let (c, e) = local_factors(station, phi, self.radius_mm, self.hidden);
-                    let size = (h / 0.05).powf(-size_exponent(self.hidden));
-                    let tangential = dz * (self.truth.k_tc * c * cutting * size * h + self.truth.k_te * e * edge);
-                    let radial = dz * (self.truth.k_rc * c * cutting * size * h + self.truth.k_re * e * edge);
-                    x -= tangential * cos + radial * sin;
-                    y += tangential * sin - radial * cos;
-                }
-            }
+    /// Force in the plane of a tooth at φ per mm of height, N/mm.
+    fn at_angle(&self, station: &Station, phi: f64, before: &[[f64; 2]], cutting: f64, edge: f64) -> [f64; 2] {
+        let (sin, cos) = phi.sin_cos();
+        let h = before.iter().map(|[f, out]| f * sin + out).fold(f64::INFINITY, f64::min);
+        if h <= 0.0 {
+            return [0.0; 2];
         }
-        x.hypot(y)
+        let (c, e) = local_factors(station, phi, self.radius_mm, self.hidden);
+        let size = (h / 0.05).powf(-size_exponent(self.hidden));
+        let tangential = self.truth.k_tc * c * cutting * size * h + self.truth.k_te * e * edge;
+        let radial = self.truth.k_rc * c * cutting * size * h + self.truth.k_re * e * edge;
+        [-(tangential * cos + radial * sin), tangential * sin - radial * cos]
     }
+}
+
+/// Places in a turn.
+const TURN_STEPS: usize = 720;
+
+/// Value of a cumulated sum at any angle: every turn adds its whole.
+fn up_to(sums: &[[f64; 2]], angle: f64) -> [f64; 2] {
+    let turns = (angle / TAU).floor();
+    let place = (angle / TAU - turns) * TURN_STEPS as f64;
+    let k = (place as usize).min(TURN_STEPS - 1);
+    let t = place - k as f64;
+    [0, 1].map(|i| turns * sums[TURN_STEPS][i] + sums[k][i] + t * (sums[k + 1][i] - sums[k][i]))
 }
 
 /// Way since material was met, station by station; a step that cuts nothing ends it.
