@@ -11,9 +11,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Width of a sector of the engaged arc.
 const SECTOR_RAD: f64 = PI / SECTORS as f64;
 
-/// Under each of two runouts, pointing each of four ways: relative change of the peak force, and of what the edges take of
-/// the power.
-pub type Runouts = [[[f64; 2]; 4]; 2];
+/// How many offsets of the axis are looked at, and how many ways that each of them points.
+pub const RUNOUT_GRID: [usize; 2] = [2, 4];
+
+/// Under each of these runouts: relative change of what the cutting and the edge coefficients add to the peak force, and of
+/// what the edges take of the power.
+pub type Runouts = [[[f64; 3]; RUNOUT_GRID[1]]; RUNOUT_GRID[0]];
 
 /// Engagement of a station as effects and diagnosis look at it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -5,8 +5,8 @@
 //! Π cutting · feed ratio, edge columns by Π edge; a lag filters along time last. Factors differ from sample to sample;
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
+use super::peaks::{RUNOUT_PHASES, RUNOUTS_MM};
 use super::samples::{Class, Data, Variant};
-use super::timeline::{RUNOUT_PHASES, RUNOUTS_MM};
 use crate::effects::{Change, Effect, State};
 
 /// An effect with values of its parameters.

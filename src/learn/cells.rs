@@ -1,33 +1,25 @@
 //! From aligned samples to [`Data`]: what was cut at every sample, averaged over cells of a few samples.
 //!
 //! The columns of a power sample are tare(n)/tare(n₀), section·speed and contact·n (times 1e-3: N·mm/s is mW); those of a
-//! peak force its derivatives by k_tc, k_rc, k_te, k_re. Samples where a small error of the alignment makes a large error
-//! of the load are weighted down by 1/(1 + (e/σ)²), e being that error; run-ups count next to nothing. A cell holds sure samples or doubtful
-//! ones, never both.
+//! peak force its derivatives by k_tc, k_rc, k_te, k_re. A cell holds sure samples or doubtful ones, never both, and counts
+//! as the sum of their weights ([`super::doubt`]).
 
 use super::align::{Aligned, median_step};
+use super::doubt::cell_sizes;
 use super::linear::median;
 use super::log::Log;
-use super::motion::motion;
 use super::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
+use super::situation::cumulated;
 use super::table::{Quantity, column_factor, spindle_base};
 use super::timeline::{Doing, Spot, Timeline};
-use crate::effects::{Sector, State};
-use crate::force::contact::Engaged;
+use crate::force::contact::{Engaged, RUNOUT_GRID};
 use crate::machine::Job;
 use crate::machine::material::{ForceModel, LinearEdge};
-use std::f64::consts::PI;
 
 /// Most cells that a log is averaged into.
-const MOST_CELLS: usize = 4000;
+const MOST_CELLS: usize = 8000;
 /// Stretches of time that are left out or kept as a whole.
 const BLOCKS: f64 = 60.0;
-/// Weight of samples while the spindle runs up, or changes tools.
-const RUN_UP_WEIGHT: f64 = 1e-3;
-/// Time before and after a change of spindle speed in which readings are doubtful, s.
-const SETTLING_S: f64 = 0.35;
-/// Uncertainties of the alignment before and after a sample within which its load should not vary.
-const DOUBT: f64 = 2.5;
 /// Most spots between two readings; beyond that a gap lies between them.
 const MOST_BETWEEN: usize = 200;
 /// Standard deviation of a base coefficient about the declared value, relative: power, forces.
@@ -174,16 +166,16 @@ fn base(job: &Job, channels: &Channels) -> Vec<Base> {
 }
 
 /// The samples laid along the program.
-struct Along<'a> {
-    log: &'a Log,
-    known: &'a Known<'a>,
-    aligned: &'a Aligned,
+pub(super) struct Along<'a> {
+    pub(super) log: &'a Log,
+    pub(super) known: &'a Known<'a>,
+    pub(super) aligned: &'a Aligned,
     /// Spot of each sample.
-    spot: Vec<Option<usize>>,
+    pub(super) spot: Vec<Option<usize>>,
     /// Cumulated sliding and volume, and the path since material was met, at the start of each spot.
-    cumulated: Vec<[f64; 3]>,
-    reference_rps: f64,
-    tools: Vec<u32>,
+    pub(super) cumulated: Vec<[f64; 3]>,
+    pub(super) reference_rps: f64,
+    pub(super) tools: Vec<u32>,
 }
 
 impl<'a> Along<'a> {
@@ -204,8 +196,21 @@ impl<'a> Along<'a> {
         }
     }
 
-    fn rps(&self, i: usize, spot: &Spot) -> f64 {
+    pub(super) fn rps(&self, i: usize, spot: &Spot) -> f64 {
         self.log.rps.as_ref().map_or(spot.rps, |n| n[i])
+    }
+
+    /// Spots that a sample lies between, with shares: its own, and in a feed move the one whose middle is nearest on the other
+    /// side. What is cut changes steadily along a move, and jumps only where another begins.
+    fn about(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let spots = &self.known.timeline.spots;
+        let index = self.spot[i].unwrap_or(0);
+        let (spot, at_s) = (&spots[index], self.aligned.program_s[i]);
+        let middle = |s: &Spot| f64::midpoint(s.start_s, s.end_s);
+        let next = if at_s < middle(spot) { index.wrapping_sub(1) } else { index + 1 };
+        let other = spots.get(next).filter(|s| spot.doing == Doing::Feed && s.move_id == spot.move_id);
+        let share = other.map_or(0.0, |o| (at_s - middle(spot)) / (middle(o) - middle(spot)));
+        [(index, 1.0 - share), (next, share)].into_iter().filter(|(_, share)| *share > 0.0)
     }
 
     /// Column values of one sample.
@@ -227,7 +232,7 @@ impl<'a> Along<'a> {
     }
 
     /// What a coefficient of the cut multiplies.
-    fn column(name: &str, quantity: Option<Quantity>, rps: f64, spot: &Spot, engaged: &Engaged) -> f64 {
+    pub(super) fn column(name: &str, quantity: Option<Quantity>, rps: f64, spot: &Spot, engaged: &Engaged) -> f64 {
         match (quantity, name) {
             (Some(q), "k_tc") => column_factor(q, rps) * engaged.section_mm2 * spot.speed_mm_s(),
             (Some(q), "k_te") => column_factor(q, rps) * engaged.contact_mm2 * rps,
@@ -249,7 +254,7 @@ impl<'a> Along<'a> {
         self.log.rps.as_ref().map_or(planned, |n| n[i] / spot.rps).clamp(0.0, 1.0)
     }
 
-    fn tare_shape(&self, rps: f64) -> f64 {
+    pub(super) fn tare_shape(&self, rps: f64) -> f64 {
         let tare = &self.known.job.machine.spindle.tare_w;
         let reference = tare.at(self.reference_rps);
         if rps < 0.02 * self.reference_rps {
@@ -267,8 +272,7 @@ impl<'a> Along<'a> {
         let valid: Vec<usize> =
             (0..values.len()).filter(|i| values[*i].is_finite() && self.spot[*i].is_some()).collect();
         let loads = self.rough_loads(quantity, &data.base);
-        let sigma = noise(&valid, values);
-        let weights: Vec<f64> = valid.iter().map(|i| self.weight(*i, &loads, sigma)).collect();
+        let weights = self.weights(&valid, values, &loads);
         let step_s = median_step(&self.log.time_s);
         let offset = data.run.last().map_or(0, |r| r + 1);
         let (mut run, mut lowered, mut last) = (offset, 0, f64::NEG_INFINITY);
@@ -306,29 +310,32 @@ impl<'a> Along<'a> {
         // Rates of the cell: what is a ratio of them must not come from a single sample.
         let mut rates = [0.0; 4];
         for &i in members {
-            let index = self.spot[i].unwrap_or(0);
-            let spot = &self.known.timeline.spots[index];
-            let plain = self.columns(i, spot, &spot.engaged, quantity, &data.base);
-            let (removed, swept) =
-                (spot.engaged.section_mm2 * spot.speed_mm_s(), spot.engaged.contact_mm2 * self.rps(i, spot));
-            let more = [removed, swept, removed * spot.engaged.up_share_chip, swept * spot.engaged.up_share];
-            rates.iter_mut().zip(more).for_each(|(r, m)| *r += m);
-            columns.iter_mut().zip(&plain).for_each(|(c, x)| *c += x / n);
-            for (sum, other) in variants.iter_mut().zip(&self.known.others) {
-                let changed = self.columns(i, spot, &other.engaged[index], quantity, &data.base);
-                for b in 0..p {
-                    sum[b] += (changed[b] - plain[b]) / other.size_mm / n;
+            let mut at_sample = vec![0.0; p];
+            for (index, share) in self.about(i) {
+                let spot = &self.known.timeline.spots[index];
+                let plain = self.columns(i, spot, &spot.engaged, quantity, &data.base);
+                let (removed, swept) =
+                    (spot.engaged.section_mm2 * spot.speed_mm_s(), spot.engaged.contact_mm2 * self.rps(i, spot));
+                let more = [removed, swept, removed * spot.engaged.up_share_chip, swept * spot.engaged.up_share];
+                rates.iter_mut().zip(more).for_each(|(r, m)| *r += share * m);
+                at_sample.iter_mut().zip(&plain).for_each(|(c, x)| *c += share * x);
+                for (sum, other) in variants.iter_mut().zip(&self.known.others) {
+                    let changed = self.columns(i, spot, &other.engaged[index], quantity, &data.base);
+                    for b in 0..p {
+                        sum[b] += share * (changed[b] - plain[b]) / other.size_mm / n;
+                    }
                 }
-            }
-            for (sums, (offset, phase)) in variants[first..last].iter_mut().zip(runouts()) {
-                let change = &spot.engaged.runout[offset][phase];
-                for (b, sum) in sums.iter_mut().enumerate() {
-                    *sum += plain[b] * runout_change(quantity, &data.base[b], change) / n;
+                for (sums, (offset, phase)) in variants[first..last].iter_mut().zip(runouts()) {
+                    let change = &spot.engaged.runout[offset][phase];
+                    for (b, sum) in sums.iter_mut().enumerate() {
+                        *sum += share * plain[b] * runout_change(quantity, &data.base[b], change) / n;
+                    }
                 }
+                ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += share * all[index] / n);
             }
-            let more = self.over_span(i, quantity, &data.base, &plain);
+            let more = self.over_span(i, quantity, &data.base, &at_sample);
             variants[last].iter_mut().zip(more).for_each(|(sum, m)| *sum += m / n);
-            ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += all[index] / n);
+            columns.iter_mut().zip(&at_sample).for_each(|(c, x)| *c += x / n);
             reading += self.at_shaft(values[i], quantity) / n;
         }
         data.columns.iter_mut().zip(columns).for_each(|(c, x)| c.push(x));
@@ -384,139 +391,19 @@ impl<'a> Along<'a> {
             reading
         }
     }
-
-    fn state(&self, i: usize, index: usize) -> State {
-        let spot = &self.known.timeline.spots[index];
-        let e = &spot.engaged;
-        let rps = self.rps(i, spot);
-        let tool = self.known.job.tool(spot.tool);
-        let program_s = self.aligned.program_s[i];
-        let share = ((program_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
-        let mut state = State {
-            time_s: self.log.time_s[i],
-            sliding_mm: self.cumulated[index][0] + share * (e.way_mm * rps * (spot.end_s - spot.start_s)),
-            volume_mm3: self.cumulated[index][1] + share * e.section_mm2 * spot.length_mm,
-            rps,
-            reference_rps: self.reference_rps,
-            ..State::default()
-        };
-        (state.path_speed_mm_s, state.path_acceleration_mm_s2) =
-            motion(self.known.timeline, index, program_s, self.aligned.method == "position", &self.known.job.machine);
-        state.tare_share = self.tare_shape(rps);
-        let Some(tool) = tool.filter(|_| e.section_mm2 > 1e-6 && rps > 0.0) else { return state };
-        let left = crate::path::Vec3::new(-spot.direction.y, spot.direction.x, 0.0);
-        let speed = spot.speed_mm_s();
-        state.feed_per_tooth_mm = speed / (f64::from(tool.flutes) * rps);
-        state.chip_thickness_mm = e.section_mm2 * speed / (e.contact_mm2 * rps).max(1e-12);
-        state.cutting_speed_mm_s = PI * tool.diameter_mm * rps;
-        state.axial_depth_mm = e.axial_mm;
-        state.radial_depth_mm = e.section_mm2 / e.axial_mm.max(1e-6);
-        state.up_share = e.up_share;
-        state.up_share_chip = e.up_share_chip;
-        let at =
-            |along: f64, aside: f64| spot.from + (spot.to - spot.from) * share + spot.direction * along + left * aside;
-        state.position = at(e.contact_mm[0], e.contact_mm[1]);
-        let whole = [0, 1].map(|k| e.sectors.iter().map(|s| s[k]).sum::<f64>().max(1e-12));
-        state.sectors = e.sectors.map(|[section, contact, along, aside]| {
-            let place = at(along, aside);
-            Sector {
-                share: [section / whole[0], contact / whole[1]],
-                chip_thickness_mm: state.feed_per_tooth_mm * section / contact.max(1e-12),
-                at: [place.x, place.y],
-            }
-        });
-        state.direction = spot.direction;
-        state.curvature_per_mm = spot.curvature_per_mm;
-        state.edge_position_mm = 0.5 * e.axial_mm;
-        state.since_entry_mm = self.cumulated[index][2] + share * spot.length_mm;
-        state
-    }
-
-    /// Load of each spot by the declared coefficients in each geometry, for weights only.
-    fn rough_loads(&self, quantity: Option<Quantity>, base: &[Base]) -> Vec<Vec<f64>> {
-        let value = |b: &Base| b.prior.map_or(if b.class == Class::Tare { 0.0 } else { 1.0 }, |(mean, _)| mean);
-        let load = |spot: &Spot, engaged: &Engaged| -> f64 {
-            base.iter().map(|b| Self::column(&b.name, quantity, spot.rps, spot, engaged) * value(b)).sum()
-        };
-        let spots = &self.known.timeline.spots;
-        let declared = spots.iter().map(|spot| load(spot, &spot.engaged)).collect();
-        let other = |o: &OtherGeometry| spots.iter().zip(&o.engaged).map(|(spot, e)| load(spot, e)).collect();
-        std::iter::once(declared).chain(self.known.others.iter().map(other)).collect()
-    }
-
-    /// Does the spindle change its speed about this sample?
-    fn speed_settles(&self, i: usize) -> bool {
-        let last = self.spot.len() - 1;
-        let near = |k: &usize| (self.log.time_s[*k] - self.log.time_s[i]).abs() <= SETTLING_S;
-        let before = (0..i).rev().take_while(near);
-        let around =
-            before.chain([i]).chain((i + 1..=last).take_while(near)).chain([i.saturating_sub(1), (i + 1).min(last)]);
-        let own = self.spot[i].map_or(0.0, |s| self.rps(i, &self.known.timeline.spots[s]));
-        around.into_iter().any(|k| {
-            let Some(s) = self.spot[k] else { return false };
-            let spot = &self.known.timeline.spots[s];
-            matches!(spot.doing, Doing::RunUp | Doing::ToolChange) || (self.rps(k, spot) - own).abs() > 0.02 * own
-        })
-    }
-
-    /// Weight of a sample: 1 where neither the alignment nor the spindle casts a doubt on it.
-    fn weight(&self, i: usize, loads: &[Vec<f64>], sigma: f64) -> f64 {
-        if self.speed_settles(i) {
-            return RUN_UP_WEIGHT;
-        }
-        let (at, about) = (self.aligned.program_s[i], DOUBT * self.aligned.uncertainty_s);
-        let total_s = self.known.timeline.total_s();
-        let [from, to] = [at - about, at + about].map(|t| self.known.timeline.at(t.clamp(0.0, total_s)).unwrap_or(0));
-        let spread = |load: &Vec<f64>| {
-            let bounds = (f64::INFINITY, f64::NEG_INFINITY);
-            let near = &load[from.saturating_sub(1)..(to + 2).min(load.len())];
-            let (lo, hi) = near.iter().fold(bounds, |(lo, hi), v| (lo.min(*v), hi.max(*v)));
-            hi - lo
-        };
-        let most = loads.iter().map(spread).fold(0.0, f64::max);
-        1.0 / (1.0 + (0.5 * most / sigma).powi(2))
-    }
-}
-
-/// Samples of each cell: neighbours that are all sure or all doubtful, and no more than the number of cells asks for.
-fn cell_sizes(weights: &[f64], count: usize) -> Vec<usize> {
-    let most = weights.len().div_ceil(count).max(1);
-    let sure = |weight: &f64| *weight > 0.5;
-    let stretches = weights.chunk_by(|a, b| sure(a) == sure(b)).map(<[f64]>::len);
-    stretches.flat_map(|n| std::iter::repeat_n(most, n / most).chain((n % most > 0).then_some(n % most))).collect()
 }
 
 /// Offsets and ways of the runouts that are tried, in the order of their variants.
 fn runouts() -> impl Iterator<Item = (usize, usize)> {
-    (0..2).flat_map(|offset| (0..4).map(move |phase| (offset, phase)))
+    (0..RUNOUT_GRID[0]).flat_map(|offset| (0..RUNOUT_GRID[1]).map(move |phase| (offset, phase)))
 }
 
-/// Relative change of a column by runout: all of a peak force, the edge term of a mean.
-fn runout_change(quantity: Option<Quantity>, base: &Base, [peak, edge]: &[f64; 2]) -> f64 {
+/// Relative change of a column by runout: either term of a peak force, the edge term of a mean.
+fn runout_change(quantity: Option<Quantity>, base: &Base, [cutting, edge, power]: &[f64; 3]) -> f64 {
     match quantity {
-        None => *peak,
-        Some(_) if base.class == Class::Edge => *edge,
+        None if base.class == Class::Edge => *edge,
+        None => *cutting,
+        Some(_) if base.class == Class::Edge => *power,
         Some(_) => 0.0,
     }
-}
-
-fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; tools.len()];
-    spots
-        .iter()
-        .map(|spot| {
-            let sum = &mut sums[tools.binary_search(&spot.tool).unwrap_or(0)];
-            let before = *sum;
-            sum[0] += spot.engaged.way_mm * spot.rps * (spot.end_s - spot.start_s);
-            sum[1] += spot.engaged.section_mm2 * spot.length_mm;
-            sum[2] = if spot.engaged.section_mm2 > 1e-6 { sum[2] + spot.length_mm } else { 0.0 };
-            before
-        })
-        .collect()
-}
-
-/// Noise of neighbouring samples.
-fn noise(valid: &[usize], values: &[f64]) -> f64 {
-    let steps: Vec<f64> = valid.windows(2).map(|p| (values[p[1]] - values[p[0]]).abs()).collect();
-    (median(&steps) / 0.954).max(1e-9)
 }

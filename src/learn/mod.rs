@@ -2,7 +2,8 @@
 //!
 //! *Tables of steady cuts*: [`columns`] → [`table`] → [`calibrate`] (coefficients), or → [`samples::Data`] → [`diagnose`].
 //! *Logs*: [`log`] → [`align`], [`lines`] or [`loads`] (where in the program each sample belongs, by position, by line
-//! number or by load) against [`timeline`] (what should happen when, and what is cut) → [`cells`] → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
+//! number or by load) against [`timeline`] (what should happen when, and what is cut) → [`cells`] (weighted by [`doubt`], in
+//! their [`situation`]) → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
 //!
 //! [`diagnose`] lets the effects of [`crate::effects`] compete: [`candidates`] says where each search begins, [`fit`] fits
 //! it with the base coefficients, [`split`] keeps whole blocks out of the fit, [`residual`] says what structure is left.
@@ -21,8 +22,10 @@ pub mod chance;
 pub mod clock;
 pub mod columns;
 pub mod diagnose;
+pub mod doubt;
 pub mod drift;
 pub mod experiment;
+pub mod fine;
 pub mod fit;
 pub mod forces;
 pub mod judgement;
@@ -35,6 +38,7 @@ pub mod model;
 pub mod motion;
 pub mod nonlinear;
 pub mod passes;
+pub mod peaks;
 pub mod plan;
 pub mod plausible;
 pub mod polynomial;
@@ -45,6 +49,7 @@ pub mod samples;
 pub mod session;
 pub mod shown;
 pub mod sigmoid;
+pub mod situation;
 pub mod split;
 pub mod steady;
 pub mod table;

@@ -1,7 +1,7 @@
 //! Speed and acceleration along the path at a moment of the program. In: timeline, machine. Out: mm/s, mm/s².
 //!
 //! A rapid is one spot: it begins and ends at rest, v = min(a·t, v_max, a·(T − t)) by time, √(2 a s) and √(2 a (L − s)) by
-//! the way, with what the axes allow in its direction. Along feed moves the speed is that of the spot, and the acceleration
+//! the way, with what the axes allow in its direction and no faster than a rapid goes. Along feed moves the speed is that of the spot, and the acceleration
 //! the change to its neighbours over the time between their middles.
 
 use super::timeline::{Doing, Spot, Timeline};
@@ -23,7 +23,7 @@ fn rapid(spot: &Spot, time_s: f64, by_way: bool, machine: &Machine) -> (f64, f64
         let each = machine.axes.iter().zip(spot.direction.iter());
         each.map(|(axis, d)| of(axis) / d.abs().max(1e-9)).fold(f64::INFINITY, f64::min)
     };
-    let (most, a) = (along(|axis| axis.velocity_mm_s), along(|axis| axis.acceleration_mm_s2));
+    let (most, a) = (along(|axis| axis.velocity_mm_s).min(machine.rapid_mm_s), along(|axis| axis.acceleration_mm_s2));
     let (since, left) = ((time_s - spot.start_s).max(0.0), (spot.end_s - time_s).max(0.0));
     let way_mm = spot.length_mm * since.min(left) / (spot.end_s - spot.start_s).max(1e-9);
     let ramp = if by_way { (2.0 * a * way_mm).sqrt() } else { a * since.min(left) };

@@ -7,13 +7,12 @@
 //! minus the climb half. The arcs of a station belong to its most engaged point; they are scaled to its mean section.
 
 use super::forces::Sample;
+use super::peaks::Forces;
 use crate::engage::{EngagementMap, Station};
-use crate::force::contact::{Engaged, Runouts, engaged as geometry};
-use crate::force::{Cut, Cutter, Loads};
+use crate::force::contact::Engaged;
 use crate::ids::MoveId;
-use crate::machine::material::{ForceModel, LinearEdge, Material, Process};
-use crate::machine::{Job, Machine, Runout, Tool};
-use crate::nc::{Event, Move, MoveKind, Spin, Toolpath};
+use crate::machine::{Job, Machine};
+use crate::nc::{Event, MoveKind, Spin, Toolpath};
 use crate::path::Vec3;
 use crate::schedule::realise::{as_programmed, realise};
 
@@ -104,7 +103,7 @@ impl Timeline {
 pub fn timeline(path: &Toolpath, map: &EngagementMap, job: &Job, wanted: Option<Sample>) -> Timeline {
     let pieces = Pieces::new(path, map);
     let seconds = piece_seconds(&pieces.path, &job.machine);
-    let mut forces = Forces { map, job, wanted, runout: true, known: Vec::new() };
+    let mut forces = Forces::new(map, job, wanted, true);
     let mut build = Build {
         path,
         job,
@@ -287,7 +286,7 @@ pub fn engaged_otherwise(
     timeline: &Timeline,
     wanted: Option<Sample>,
 ) -> Vec<Engaged> {
-    let mut forces = Forces { map, job, wanted, runout: false, known: Vec::new() };
+    let mut forces = Forces::new(map, job, wanted, false);
     let of = |spot: &Spot| {
         let id = spot.move_id?;
         let stations = map.stations_of(id);
@@ -296,100 +295,4 @@ pub fn engaged_otherwise(
         Some(forces.engaged(&path.moves[id.ix()], station, spot.direction.z, spot.speed_mm_s()))
     };
     timeline.spots.iter().map(of).map(Option::unwrap_or_default).collect()
-}
-
-/// Cutters with one coefficient at a time a little larger, round and with runout, for the derivatives of the peak force.
-struct Forces<'a> {
-    map: &'a EngagementMap,
-    job: &'a Job,
-    /// The force that is asked for: a peak, or the magnitude of the mean vector.
-    wanted: Option<Sample>,
-    /// Is the change by runout asked for?
-    runout: bool,
-    /// (tool, speed) and the cutters.
-    known: Vec<((u32, u64), Option<Probe>)>,
-}
-
-struct Probe {
-    nominal: Cutter,
-    /// k_tc, k_rc, k_te, k_re larger, with by how much.
-    larger: [(Cutter, f64); 4],
-    /// k_te larger, with by how much relative to it.
-    sharper: (Cutter, f64),
-    /// Nominal with each of [`RUNOUTS_MM`], pointing each of the first four ways of [`RUNOUT_PHASES`].
-    out: Vec<Cutter>,
-}
-
-/// Offsets of the axis at which the change of the loads is taken, mm.
-pub const RUNOUTS_MM: [f64; 2] = [0.006, 0.018];
-/// Ways that it points, in pitches of the teeth; the last is the first again.
-pub const RUNOUT_PHASES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-
-impl Forces<'_> {
-    fn engaged(&mut self, motion: &Move, station: &Station, tangent_z: f64, speed_mm_s: f64) -> Engaged {
-        let Some(tool) = self.job.tool(motion.tool) else { return Engaged::default() };
-        let mut engaged = geometry(station, self.map, self.map.slices_of(motion.tool), tool.flutes, tangent_z);
-        if self.wanted.is_some() && station.arc_count > 0 && motion.spin.rps > 0.0 {
-            (engaged.peak, engaged.runout) = self.peak(motion, station, tangent_z, speed_mm_s);
-        }
-        engaged
-    }
-
-    fn peak(&mut self, motion: &Move, station: &Station, tangent_z: f64, speed_mm_s: f64) -> ([f64; 4], Runouts) {
-        let key = (motion.tool, motion.spin.rps.to_bits());
-        if !self.known.iter().any(|(k, _)| *k == key) {
-            let probe = self.probe(motion);
-            self.known.push((key, probe));
-        }
-        let probe = self.known.iter().find(|(k, _)| *k == key).and_then(|(_, probe)| probe.as_ref());
-        let Some(probe) = probe else { return Default::default() };
-        let cut = Cut { arcs: self.map.arcs_of(station), tangent_z, ..Cut::default() };
-        let loads = |cutter: &Cutter| cutter.loads(&cut, speed_mm_s);
-        let mean = self.wanted == Some(Sample::Mean);
-        let force = |loads: &Loads| if mean { loads.force_xy_mean_n } else { loads.force_xy_peak_n };
-        let nominal = loads(&probe.nominal);
-        let peak = force(&nominal);
-        let slopes = std::array::from_fn(|k| {
-            let (cutter, step) = &probe.larger[k];
-            (force(&loads(cutter)) - peak) / step
-        });
-        if !self.runout || peak <= 0.0 {
-            return (slopes, Runouts::default());
-        }
-        // The chips of all teeth together stay; what the power loses, the edges lose.
-        let edge_w = (loads(&probe.sharper.0).power_w - nominal.power_w) / probe.sharper.1;
-        let change = |out: &Cutter| {
-            let out = loads(out);
-            let lost = if edge_w.abs() > 1e-9 { (out.power_w - nominal.power_w) / edge_w } else { 0.0 };
-            [force(&out) / peak - 1.0, lost.clamp(-1.0, 0.0)]
-        };
-        (slopes, std::array::from_fn(|k| std::array::from_fn(|p| change(&probe.out[4 * k + p]))))
-    }
-
-    fn probe(&self, motion: &Move) -> Option<Probe> {
-        let tool = self.job.tool(motion.tool)?;
-        let ForceModel::LinearEdge(k) = self.job.material(tool)?.model else { return None };
-        let cutter = |k: LinearEdge, runout: Option<Runout>| {
-            let material = Material { name: String::new(), model: ForceModel::LinearEdge(k), uncertainty: None };
-            let tool = Tool { runout, ..tool.clone() };
-            let slices = self.map.slices_of(motion.tool);
-            Cutter::new(&tool, &material, &self.job.machine.spindle, &Process::default(), slices, motion.spin.rps).ok()
-        };
-        let step = |value: f64| 1e-3 * value.abs().max(1.0);
-        let (tc, rc, te, re) = (step(k.k_tc), step(k.k_rc), step(k.k_te), step(k.k_re));
-        let pitch = std::f64::consts::TAU / f64::from(tool.flutes.max(1));
-        let ways = |offset_mm: f64| RUNOUT_PHASES[..4].iter().map(move |p| (offset_mm, p * pitch));
-        let out = |(offset_mm, angle_rad): (f64, f64)| cutter(k, Some(Runout { offset_mm, angle_rad }));
-        Some(Probe {
-            nominal: cutter(k, tool.runout)?,
-            larger: [
-                (cutter(LinearEdge { k_tc: k.k_tc + tc, ..k }, tool.runout)?, tc),
-                (cutter(LinearEdge { k_rc: k.k_rc + rc, ..k }, tool.runout)?, rc),
-                (cutter(LinearEdge { k_te: k.k_te + te, ..k }, tool.runout)?, te),
-                (cutter(LinearEdge { k_re: k.k_re + re, ..k }, tool.runout)?, re),
-            ],
-            sharper: (cutter(LinearEdge { k_te: 1.1 * k.k_te, ..k }, tool.runout)?, 0.1),
-            out: RUNOUTS_MM.into_iter().flat_map(ways).map(out).collect::<Option<_>>()?,
-        })
-    }
 }

@@ -8,6 +8,9 @@ use super::samples::Data;
 use crate::effects::Effect;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+/// Least side of the region of a hard zone, mm: twice the least that its law resolves.
+const LEAST_ZONE_MM: f64 = 2.0;
+
 /// A candidate on top of a model.
 pub struct Trial {
     /// Effect.
@@ -48,11 +51,20 @@ pub fn chance(trial: &Trial) -> f64 {
     ChiSquared::new(freedom).map_or(1.0, |chi| chi.sf(trial.gain.max(0.0)))
 }
 
+/// Smaller side of the region of a hard zone, mm.
+fn zone_width_mm(each: &Use) -> Option<f64> {
+    let place = |name: &str| each.effect.parameters.iter().position(|p| p.name == name).map(|k| each.values[k]);
+    Some((place("x_max")? - place("x_min")?).abs().min((place("y_max")? - place("y_min")?).abs()))
+}
+
 /// Why the strength of an effect is not physical.
 pub fn unphysical(each: Option<&Use>) -> Option<String> {
     let each = each?;
     if !each.effect.is_physical(&each.values) {
         return Some("its parameters leave their physical bounds".into());
+    }
+    if let Some(width_mm) = zone_width_mm(each).filter(|width| *width < LEAST_ZONE_MM) {
+        return Some(format!("a region {width_mm:.2} mm wide is no zone of a material"));
     }
     let strength = (0..each.values.len()).find(|k| each.free[*k] && !each.effect.parameters[*k].scanned)?;
     let (value, parameter) = (each.values[strength], &each.effect.parameters[strength]);

@@ -1,0 +1,98 @@
+//! How much a sample counts. In: samples laid along the program. Out: a weight for each, 1 where neither the alignment nor the
+//! spindle casts a doubt on it, and cells of samples that are all sure or all doubtful.
+//!
+//! Where a small error of the alignment makes a large error e of the load the weight is 1/(1 + (e/σ)²), σ the noise of
+//! neighbouring samples. While the spindle changes its speed nobody knows what its mass and its drive take: there e is all
+//! that the readings range over.
+
+use super::cells::{Along, OtherGeometry};
+use super::linear::median;
+use super::samples::{Base, Class};
+use super::table::Quantity;
+use super::timeline::{Doing, Spot};
+use crate::force::contact::Engaged;
+
+/// Most weight of samples while the spindle runs up, or changes tools.
+const RUN_UP_WEIGHT: f64 = 1e-3;
+/// Time before and after a change of spindle speed in which readings are doubtful, s.
+const SETTLING_S: f64 = 0.35;
+/// Uncertainties of the alignment before and after a sample within which its load should not vary.
+const DOUBT: f64 = 2.5;
+
+impl Along<'_> {
+    /// Load of each spot by the declared coefficients in each geometry, for weights only.
+    pub(super) fn rough_loads(&self, quantity: Option<Quantity>, base: &[Base]) -> Vec<Vec<f64>> {
+        let value = |b: &Base| b.prior.map_or(if b.class == Class::Tare { 0.0 } else { 1.0 }, |(mean, _)| mean);
+        let load = |spot: &Spot, engaged: &Engaged| -> f64 {
+            base.iter().map(|b| Self::column(&b.name, quantity, spot.rps, spot, engaged) * value(b)).sum()
+        };
+        let spots = &self.known.timeline.spots;
+        let declared = spots.iter().map(|spot| load(spot, &spot.engaged)).collect();
+        let other = |o: &OtherGeometry| spots.iter().zip(&o.engaged).map(|(spot, e)| load(spot, e)).collect();
+        std::iter::once(declared).chain(self.known.others.iter().map(other)).collect()
+    }
+
+    /// Does the spindle change its speed about this sample?
+    fn speed_settles(&self, i: usize) -> bool {
+        let last = self.spot.len() - 1;
+        let near = |k: &usize| (self.log.time_s[*k] - self.log.time_s[i]).abs() <= SETTLING_S;
+        let before = (0..i).rev().take_while(near);
+        let around =
+            before.chain([i]).chain((i + 1..=last).take_while(near)).chain([i.saturating_sub(1), (i + 1).min(last)]);
+        let own = self.spot[i].map_or(0.0, |s| self.rps(i, &self.known.timeline.spots[s]));
+        around.into_iter().any(|k| {
+            let Some(s) = self.spot[k] else { return false };
+            let spot = &self.known.timeline.spots[s];
+            matches!(spot.doing, Doing::RunUp | Doing::ToolChange) || (self.rps(k, spot) - own).abs() > 0.02 * own
+        })
+    }
+
+    /// Weights of the `valid` samples of `values`.
+    pub(super) fn weights(&self, valid: &[usize], values: &[f64], loads: &[Vec<f64>]) -> Vec<f64> {
+        let sigma = noise(valid, values);
+        let settles: Vec<(usize, bool)> = valid.iter().map(|&i| (i, self.speed_settles(i))).collect();
+        let of_stretch = |stretch: &[(usize, bool)]| -> Vec<f64> {
+            if !stretch[0].1 {
+                return stretch.iter().map(|(i, _)| self.weight(*i, loads, sigma)).collect();
+            }
+            let bounds = (f64::INFINITY, f64::NEG_INFINITY);
+            let (lo, hi) = stretch.iter().fold(bounds, |(lo, hi), (i, _)| (lo.min(values[*i]), hi.max(values[*i])));
+            vec![RUN_UP_WEIGHT.min(weight_of(hi - lo, sigma)); stretch.len()]
+        };
+        settles.chunk_by(|a, b| a.1 == b.1).flat_map(of_stretch).collect()
+    }
+
+    /// Weight of a sample at a spindle speed that is settled.
+    fn weight(&self, i: usize, loads: &[Vec<f64>], sigma: f64) -> f64 {
+        let (at, about) = (self.aligned.program_s[i], DOUBT * self.aligned.uncertainty_s);
+        let total_s = self.known.timeline.total_s();
+        let [from, to] = [at - about, at + about].map(|t| self.known.timeline.at(t.clamp(0.0, total_s)).unwrap_or(0));
+        let spread = |load: &Vec<f64>| {
+            let bounds = (f64::INFINITY, f64::NEG_INFINITY);
+            let near = &load[from.saturating_sub(1)..(to + 2).min(load.len())];
+            let (lo, hi) = near.iter().fold(bounds, |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+            hi - lo
+        };
+        let most = loads.iter().map(spread).fold(0.0, f64::max);
+        weight_of(0.5 * most, sigma)
+    }
+}
+
+/// 1/(1 + (e/σ)²).
+fn weight_of(error: f64, sigma: f64) -> f64 {
+    1.0 / (1.0 + (error / sigma).powi(2))
+}
+
+/// Samples of each cell: neighbours that are all sure or all doubtful, and no more than the number of cells asks for.
+pub(super) fn cell_sizes(weights: &[f64], count: usize) -> Vec<usize> {
+    let most = weights.len().div_ceil(count).max(1);
+    let sure = |weight: &f64| *weight > 0.5;
+    let stretches = weights.chunk_by(|a, b| sure(a) == sure(b)).map(<[f64]>::len);
+    stretches.flat_map(|n| std::iter::repeat_n(most, n / most).chain((n % most > 0).then_some(n % most))).collect()
+}
+
+/// Noise of neighbouring samples.
+fn noise(valid: &[usize], values: &[f64]) -> f64 {
+    let steps: Vec<f64> = valid.windows(2).map(|p| (values[p[1]] - values[p[0]]).abs()).collect();
+    (median(&steps) / 0.954).max(1e-9)
+}

@@ -1,0 +1,89 @@
+//! The state in which a sample was taken. In: samples laid along the program. Out: [`State`], what effects depend on.
+
+use super::cells::Along;
+use super::motion::motion;
+use super::timeline::Spot;
+use crate::effects::{Sector, State};
+use std::f64::consts::PI;
+
+impl Along<'_> {
+    /// Speed along the path, and the acceleration that times this speed is the mean of v·max(0, a): both over the times at
+    /// which the sample may have been taken.
+    fn motion(&self, program_s: f64) -> [f64; 2] {
+        let by_way = self.aligned.method == "position";
+        let about_s = if by_way { 0.0 } else { self.aligned.uncertainty_s };
+        let (mut v, mut v_a, mut least) = (0.0, 0.0, 0.0);
+        for k in -2..=2 {
+            let at_s = program_s + 0.75 * f64::from(k) * about_s;
+            let Some(index) = self.known.timeline.at(at_s) else { continue };
+            let (speed, acceleration) = motion(self.known.timeline, index, at_s, by_way, &self.known.job.machine);
+            v += speed;
+            v_a += speed * acceleration.max(0.0);
+            least = f64::min(least, acceleration);
+        }
+        [v / 5.0, if v_a > 0.0 { v_a / v } else { least }]
+    }
+
+    /// State of sample `i` in the spot `index`.
+    pub(super) fn state(&self, i: usize, index: usize) -> State {
+        let spot = &self.known.timeline.spots[index];
+        let e = &spot.engaged;
+        let rps = self.rps(i, spot);
+        let tool = self.known.job.tool(spot.tool);
+        let program_s = self.aligned.program_s[i];
+        let share = ((program_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
+        let mut state = State {
+            time_s: self.log.time_s[i],
+            sliding_mm: self.cumulated[index][0] + share * (e.way_mm * rps * (spot.end_s - spot.start_s)),
+            volume_mm3: self.cumulated[index][1] + share * e.section_mm2 * spot.length_mm,
+            rps,
+            reference_rps: self.reference_rps,
+            ..State::default()
+        };
+        [state.path_speed_mm_s, state.path_acceleration_mm_s2] = self.motion(program_s);
+        state.tare_share = self.tare_shape(rps);
+        let Some(tool) = tool.filter(|_| e.section_mm2 > 1e-6 && rps > 0.0) else { return state };
+        let left = crate::path::Vec3::new(-spot.direction.y, spot.direction.x, 0.0);
+        let speed = spot.speed_mm_s();
+        state.feed_per_tooth_mm = speed / (f64::from(tool.flutes) * rps);
+        state.chip_thickness_mm = e.section_mm2 * speed / (e.contact_mm2 * rps).max(1e-12);
+        state.cutting_speed_mm_s = PI * tool.diameter_mm * rps;
+        state.axial_depth_mm = e.axial_mm;
+        state.radial_depth_mm = e.section_mm2 / e.axial_mm.max(1e-6);
+        state.up_share = e.up_share;
+        state.up_share_chip = e.up_share_chip;
+        let at =
+            |along: f64, aside: f64| spot.from + (spot.to - spot.from) * share + spot.direction * along + left * aside;
+        state.position = at(e.contact_mm[0], e.contact_mm[1]);
+        let whole = [0, 1].map(|k| e.sectors.iter().map(|s| s[k]).sum::<f64>().max(1e-12));
+        state.sectors = e.sectors.map(|[section, contact, along, aside]| {
+            let place = at(along, aside);
+            Sector {
+                share: [section / whole[0], contact / whole[1]],
+                chip_thickness_mm: state.feed_per_tooth_mm * section / contact.max(1e-12),
+                at: [place.x, place.y],
+            }
+        });
+        state.direction = spot.direction;
+        state.curvature_per_mm = spot.curvature_per_mm;
+        state.edge_position_mm = 0.5 * e.axial_mm;
+        state.since_entry_mm = self.cumulated[index][2] + share * spot.length_mm;
+        state
+    }
+}
+
+/// Sliding and volume so far of each spot's tool, and the path since material was met, at the start of each spot.
+pub(super) fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 3]> {
+    let mut sums = vec![[0.0; 3]; tools.len()];
+    spots
+        .iter()
+        .map(|spot| {
+            let sum = &mut sums[tools.binary_search(&spot.tool).unwrap_or(0)];
+            let before = *sum;
+            sum[0] += spot.engaged.way_mm * spot.rps * (spot.end_s - spot.start_s);
+            sum[1] += spot.engaged.section_mm2 * spot.length_mm;
+            sum[2] = if spot.engaged.section_mm2 > 1e-6 { sum[2] + spot.length_mm } else { 0.0 };
+            before
+        })
+        .collect()
+}
