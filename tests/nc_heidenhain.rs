@@ -75,6 +75,30 @@ fn labels_and_jumps() {
 }
 
 #[test]
+fn parameters_stand_wherever_numbers_do() {
+    let path = assert_ends(
+        "Q1 = +10\nQR2 = +600\nQL1 = -3\nTOOL CALL Q1 Z SQR2\nL X+Q1 R0 FQR2\nCC X+0 Y+0\nLP PR+Q1 PA-QL1\nL IX-QL1 Y+0 FQ1",
+        &[[10.0, 0.0], [9.986, 0.523], [12.986, 0.0]],
+    );
+    let feeds: Vec<f64> = path.moves.iter().map(|m| (m.feed.mm_s * 6e3).round() / 1e2).collect();
+    assert_eq!((path.moves[0].tool, feeds), (10, vec![600.0, 600.0, 10.0]));
+    assert!((path.moves[0].spin.rps).abs() < 1e-12 && path.moves.iter().all(|m| m.freeze == Some(Freeze::Expression)));
+}
+
+#[test]
+fn feeds_in_their_other_spellings() {
+    let path =
+        read("TOOL CALL 1 Z S3000 F500\nL X+1 R0 F MAX M3\nL X+2 F200\nL X+3 FAUTO\nL X+4 FU0.1\nL X+5\nL X+6 F300");
+    let kinds: Vec<bool> = path.moves.iter().map(|m| m.kind == nc::MoveKind::Rapid).collect();
+    assert_eq!(kinds, [true, false, false, false, false, false]);
+    let feeds: Vec<f64> = path.moves[1..3].iter().map(|m| (m.feed.mm_s * 60.0).round()).collect();
+    assert_eq!(feeds, [200.0, 500.0]);
+    let frozen: Vec<bool> = path.moves.iter().map(|m| m.freeze.is_some()).collect();
+    assert_eq!(frozen, [false, false, true, true, true, false], "what FAUTO and FU mean is not written into them");
+    assert_eq!(path.diagnostics.iter().map(|d| d.line).collect::<Vec<_>>(), [Some(6)], "{:?}", path.diagnostics);
+}
+
+#[test]
 fn programs_beside_it_are_called() {
     let load =
         |name: &str| (name == "OTHER").then(|| b"0 BEGIN PGM OTHER MM\n1 L X+7 R0 F50\n2 END PGM OTHER MM\n".to_vec());

@@ -51,12 +51,91 @@ fn what_does_not_end_or_close_is_said() {
         ("ENDWHILE\n", "nc::unbalanced"),
         ("WHILE 1<0\nG1 X1 F1\n", "nc::unbalanced"),
         ("GOTOF NOWHERE\n", "nc::no-target"),
-        ("CASE R1 OF 1 GOTOF A DEFAULT GOTOF B\nA:\nB:\n", "nc::not-understood"),
+        ("CASE R1 GOTOF HERE\nHERE:\n", "nc::not-understood"),
+        ("THERE:\nGOTOF THERE\n", "nc::no-target"),
+        ("GOTOB THERE\nTHERE:\n", "nc::no-target"),
+        ("REPEAT NOWHERE P=2\nG1 X1 F1\n", "nc::no-target"),
+        ("REPEAT LATER P=2\nG1 X1 F1\nLATER:\n", "nc::no-target"),
+        ("ON:\nG91 X1\nREPEAT ON P=1000000000\n", "nc::runaway"),
+        ("DEEPER\nM30\n%_N_DEEPER_SPF\nDEEPER\nM17\n", "nc::runaway"),
+        ("MCALL OWNCYCLE(1)\nG1 X1 F1\n", "nc::modal-call"),
+        ("TRAORI\nG1 X1 F1\n", "nc::frame"),
+        ("CYCLE800(1,\"TABLE\",0,57,0,0,0,0,45,0,0,0,0,1)\nG1 X1 F1\n", "nc::frame"),
         ("FOR R1=1\nENDFOR\n", "nc::not-understood"),
     ] {
         let found: Vec<_> = read(text).diagnostics.iter().map(|d| d.code).collect();
         assert!(found.contains(&code) || code.is_empty() && found.is_empty(), "{text}: {found:?}");
     }
+}
+
+#[test]
+fn jumps_go_where_they_say() {
+    let case = |value: i32| {
+        format!(
+            "R1={value}\nG1 F100\nCASE(R1+1) OF 2 GOTOF ONE 3 GOTOF TWO DEFAULT GOTOF NONE\nONE: X1\nTWO: X2\nNONE: X3\nM30\n"
+        )
+    };
+    for (value, expected) in [(1, vec![1.0, 2.0, 3.0]), (2, vec![2.0, 3.0]), (5, vec![3.0])] {
+        let path = read(&case(value));
+        assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+        assert_eq!(ends(&path)[1..].iter().map(|end| end[0]).collect::<Vec<_>>(), expected, "R1={value}");
+    }
+    assert_ends("G1 F100\nX1\nGOTOC NOWHERE\nGOTO ON\nX9\nON: X2\nM30\n", &[[1.0, 0.0], [2.0, 0.0]]);
+    assert_ends(
+        "G1 F100\nIF R1>1 GOTOF OUT\nX=R1\nR1=R1+1\nGOTOS\nOUT:\nM30\n",
+        &[[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [1.0, 0.0]],
+    );
+}
+
+#[test]
+fn sections_are_repeated() {
+    let back = "G1 F100\nG91\nMARK: X1\nY1\nREPEAT MARK P=2\nX5\nM30\n";
+    let step = |n: u32| [f64::from(n), f64::from(n)];
+    assert_ends(back, &[[1.0, 0.0], step(1), [2.0, 1.0], step(2), [3.0, 2.0], step(3), [8.0, 3.0]]);
+    let between = "G1 F100\nG91\nR1=1\nFROM: X1\nUPTO: Y1\nX5\nREPEAT FROM UPTO P=R1\nM30\n";
+    assert_ends(between, &[[1.0, 0.0], [1.0, 1.0], [6.0, 1.0], [7.0, 1.0], [7.0, 2.0]]);
+    let ahead = "G1 F100\nG91\nREPEAT FROM UPTO\nX5\nGOTOF OUT\nFROM: X1\nUPTO: Y1\nOUT: M30\n";
+    assert_ends(ahead, &[[1.0, 0.0], [1.0, 1.0], [6.0, 1.0]]);
+    let closed = "G1 F100\nG91\nREPEAT FROM P=2\nM30\nFROM: X1\nENDLABEL: Y1\nX9\n";
+    assert_ends(closed, &[[1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]);
+    let one = "G1 F100\nG91\nHERE: X1\nY1\nREPEATB HERE P=3\nREPEAT N70\nM30\n";
+    assert_eq!(
+        read(one).diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(),
+        [("nc::no-target", Some(6))]
+    );
+    assert_ends(&one.replace("REPEAT N70\n", ""), &[[1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [3.0, 1.0], [4.0, 1.0]]);
+    let nested = "G1 F100\nG91\nOUTER: X1\nINNER: Y1\nREPEAT INNER P=1\nREPEAT OUTER P=1\nM30\n";
+    assert_eq!(read(nested).moves.last().unwrap().curve().to().y, 4.0);
+    let left = "G1 F100\nG91\nMARK: X1\nR1=R1+1\nIF R1==2 GOTOF OUT\nREPEAT MARK P=5\nOUT: Y1\nM30\n";
+    assert_ends(left, &[[1.0, 0.0], [2.0, 0.0], [2.0, 1.0]]);
+    let repeated = read(back);
+    assert_eq!(repeated.moves[1..6].iter().map(|m| m.instance).collect::<Vec<_>>(), [0, 0, 1, 1, 2]);
+    assert!(repeated.moves[1].shared.is_some() && repeated.moves[1].shared == repeated.moves[5].shared);
+}
+
+#[test]
+fn subprograms_have_names_of_their_own_and_share_r() {
+    let text = "DEF REAL AT=7\nR1=1\nG1 F100\nSIDE(3, 4)\nX=AT Y=R1\nL5 P2\nM30\n\
+        %_N_SIDE_SPF\nPROC SIDE(REAL AT, REAL UP, REAL HIGH=9) SAVE DISPLOF\nDEF INT II\nX=AT Y=UP Z=HIGH\nR1=R1+1\nRET\n\
+        %_N_L5_SPF\nG91 X1\nG90\nM17\n";
+    assert_ends(text, &[[3.0, 4.0], [7.0, 2.0], [8.0, 2.0], [9.0, 2.0]]);
+    let same_label = "G1 F100\nGOTOF OUT\nX9\nOUT: X1\nSUB1\nM30\n%_N_SUB1_SPF\nGOTOF OUT\nX9\nOUT: X2\nM17\n";
+    assert_ends(same_label, &[[1.0, 0.0], [2.0, 0.0]]);
+}
+
+#[test]
+fn machine_coordinates_and_offsets() {
+    let origins = vec![(54, feedwright::path::Vec3::new(100.0, 0.0, 0.0))];
+    let environment = Environment { origins, ..Environment::default() };
+    let program =
+        nc::parse(b"G54 G0 X1\nSUPA X5\nG153 X6\nX1\nG500 X2\nG505 X3\nM30\n".to_vec(), Some(Dialect::Siemens));
+    let path = nc::interpret(&program, &environment);
+    assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+    assert_eq!(path.moves.iter().map(|m| m.curve().to().x).collect::<Vec<_>>(), [1.0, -95.0, -94.0, 1.0, 2.0, 3.0]);
+    let quiet = "WORKPIECE(,,,\"BOX\",112,0,-20,-80,0,0,100,60)\nCYCLE832(0.01,_FINISH,1)\nCYCLE800()\nG331 Z1\nG1 X1 F100 NORM\nM30\n";
+    let path = read(quiet);
+    assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+    assert_eq!(path.moves.iter().map(|m| m.freeze).collect::<Vec<_>>(), [Some(Freeze::Synchronised), None]);
 }
 
 #[test]

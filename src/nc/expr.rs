@@ -265,8 +265,8 @@ impl Reader<'_> {
     }
     /// A variable of Siemens (`R12`, a name) or Heidenhain (`Q12`).
     fn variable(&mut self, name: &str) -> Result<f64, ExprError> {
-        let digits = name.trim_start_matches(['R', 'Q', 'L', 'S']);
-        if let (true, Ok(index)) = (name.len() == digits.len() + 1 || name.starts_with("QR"), digits.parse::<u32>()) {
+        let first = name.starts_with(['R', 'Q']);
+        if let Some(index) = name.get(1..).filter(|_| first).and_then(parameter_index) {
             return Ok(self.parameters.number(index));
         }
         match name {
@@ -276,6 +276,16 @@ impl Reader<'_> {
             _ => self.parameters.name(name).ok_or_else(|| ExprError::Unknown(name.to_owned())),
         }
     }
+}
+
+/// Index of a parameter from what follows its letter: `5` of R5 and Q5; the local QL5 and the lasting QR5 have their own.
+pub fn parameter_index(text: &str) -> Option<u32> {
+    let (base, digits) = match text.as_bytes().first()? {
+        b'L' | b'l' => (10_000_000, &text[1..]),
+        b'R' | b'r' => (20_000_000, &text[1..]),
+        _ => (0, text),
+    };
+    digits.parse::<u32>().ok().and_then(|index| index.checked_add(base))
 }
 
 fn apply(operator: &'static str, a: f64, b: f64) -> Result<f64, ExprError> {

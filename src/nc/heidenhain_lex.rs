@@ -1,7 +1,7 @@
 //! Lexer of Heidenhain plain language. In: the bytes of a line and a position. Out: the token there; tokens tile the line.
 //!
-//! A leading number is the block number (a word N); `X+10`, `IX-5`, `F500` are words, `X+Q1` a computed one, `Q1 = expr` an
-//! assignment, everything else made of letters a name. `;` begins a comment, `~` at the end continues the block.
+//! A leading number is the block number (a word N); `X+10`, `IX-5`, `F500` are words, `X+Q1`, `FQ1` computed ones, `Q1 = expr`
+//! an assignment, everything else made of letters a name. `;` begins a comment, `~` at the end continues the block.
 
 use super::lex::{self, Token, TokenKind, blanks, length_of, to_line_end};
 use super::number::decimal;
@@ -30,6 +30,9 @@ fn scan(rest: &[u8], first: bool) -> (TokenKind, usize, f64) {
                 rest[1..].iter().position(|byte| matches!(byte, b'"' | b'\n' | b'\r')).map_or(rest.len(), |e| e + 1);
             (TokenKind::Expression, end + usize::from(rest.get(end) == Some(&b'"')), 0.0)
         }
+        b'0'..=b'9' | b'+' | b'-' | b'.' | b'Q' if parameter(rest) > 0 && assignment(rest) == 0 => {
+            (TokenKind::Expression, parameter(rest), 0.0)
+        }
         b'0'..=b'9' | b'+' | b'-' | b'.' => match decimal(rest) {
             Some((number, length)) if first => (TokenKind::Word(b'N'), length, number),
             Some((number, length)) => (TokenKind::Expression, length, number),
@@ -49,15 +52,18 @@ fn word(rest: &[u8], letter: u8) -> (TokenKind, usize, f64) {
     let letters = rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
     let incremental = letters == 2 && letter == b'I';
     let after = &rest[letters..];
+    if let length @ 1.. = parameter(&rest[1..])
+        && !matches!(letter, b'L' | b'Q')
+    {
+        return (TokenKind::Computed(letter), 1 + length, 0.0);
+    }
     if letters == 1 || incremental {
         if let Some((number, length)) = decimal(after) {
             return (TokenKind::Word(if incremental { rest[1] | 0x80 } else { letter }), letters + length, number);
         }
-        let sign = usize::from(matches!(after.first(), Some(b'+' | b'-')));
-        let digits = after.get(sign + 1..).map_or(0, |d| d.iter().take_while(|byte| byte.is_ascii_digit()).count());
-        if after.get(sign).is_some_and(|byte| byte.eq_ignore_ascii_case(&b'Q')) && digits > 0 {
+        if let length @ 1.. = parameter(after) {
             let kind = TokenKind::Computed(if incremental { rest[1] | 0x80 } else { letter });
-            return (kind, letters + sign + 1 + digits, 0.0);
+            return (kind, letters + length, 0.0);
         }
     }
     let signed = rest[..letters].eq_ignore_ascii_case(b"DR")
@@ -66,11 +72,22 @@ fn word(rest: &[u8], letter: u8) -> (TokenKind, usize, f64) {
     (TokenKind::Name, letters + usize::from(signed), 0.0)
 }
 
+/// Length of `Q1`, `+Q1`, `-QL5`; 0 when it is none.
+fn parameter(rest: &[u8]) -> usize {
+    let sign = usize::from(matches!(rest.first(), Some(b'+' | b'-')));
+    if !rest.get(sign).is_some_and(|byte| byte.eq_ignore_ascii_case(&b'Q')) {
+        return 0;
+    }
+    let kind = usize::from(rest.get(sign + 1).is_some_and(|byte| matches!(byte.to_ascii_uppercase(), b'L' | b'R')));
+    let digits = rest[sign + 1 + kind..].iter().take_while(|byte| byte.is_ascii_digit()).count();
+    if digits == 0 { 0 } else { sign + 1 + kind + digits }
+}
+
 /// Length of `Q1 = …` up to a comment or the line end; 0 when it is none.
 fn assignment(rest: &[u8]) -> usize {
-    let digits = rest[1..].iter().take_while(|byte| byte.is_ascii_digit()).count();
-    let gap = length_of(blanks, &rest[1 + digits..]);
-    if digits == 0 || rest.get(1 + digits + gap) != Some(&b'=') {
+    let name = parameter(rest);
+    let gap = length_of(blanks, &rest[name..]);
+    if name == 0 || rest.get(name + gap) != Some(&b'=') {
         return 0;
     }
     let end = rest.iter().position(|byte| matches!(byte, b';' | b'~' | b'\n' | b'\r')).unwrap_or(rest.len());

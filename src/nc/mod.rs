@@ -11,12 +11,14 @@ mod number;
 pub mod print;
 pub mod program;
 mod siemens_lex;
+mod steer;
 pub mod toolpath;
 
 pub use dialect::{Dialect, Syntax};
 pub use environment::Environment;
-pub use interp::{Expanded, expand, interpret, interpret_each, linked, plain_feeds, steers};
+pub use interp::{Expanded, expand, interpret, interpret_each, is_setting, linked, plain_feeds};
 pub use lex::{Token, TokenKind};
 pub use number::decimal;
 pub use program::{File, MAX_TEXT, Part, Program, parse};
+pub use steer::steers;
 pub use toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind, PathMode, Spin, State, Toolpath};

@@ -207,7 +207,8 @@ impl Iterator for Tokens<'_> {
             Syntax::Heidenhain => heidenhain_lex::token(self.line, self.at, self.base, self.first),
         };
         self.at = (token.span.end - self.base) as usize;
-        self.first &= token.kind == TokenKind::Blank;
+        let numbered_after = token.kind == TokenKind::Delete && self.syntax == Syntax::Heidenhain;
+        self.first &= token.kind == TokenKind::Blank || numbered_after;
         Some(token)
     }
 }

@@ -195,6 +195,23 @@ fn output(run: &Run) -> String {
     )
 }
 
+/// One line for each reason why blocks keep their feed.
+fn kept_feeds(frozen: &[(u32, String)]) -> String {
+    let mut reasons: Vec<(&str, Vec<u32>)> = Vec::new();
+    for (line, why) in frozen {
+        match reasons.iter_mut().find(|(known, _)| known == why) {
+            Some((_, lines)) => lines.push(*line),
+            None => reasons.push((why, vec![*line])),
+        }
+    }
+    let row = |(index, (why, lines)): (usize, &(&str, Vec<u32>))| {
+        let head = if index == 0 { "frozen" } else { "" };
+        let (count, s) = (lines.len(), if lines.len() == 1 { " keeps its" } else { "s keep their" });
+        format!("{head:<10}{count} block{s} feed, {}: {why}\n", some_lines(lines))
+    };
+    reasons.iter().enumerate().map(row).collect()
+}
+
 fn loss(written: &Written) -> String {
     format!("{:.1} % over the continuous optimum", super::loss_percent(written))
 }
@@ -214,11 +231,7 @@ fn apart(run: &Run, figures: &Figures) -> String {
         );
     }
     let frozen = run.frozen();
-    if !frozen.is_empty() {
-        let lines: Vec<u32> = frozen.iter().map(|(line, _)| *line).collect();
-        text +=
-            &format!("frozen    {} blocks keep their feed, {}: {}\n", frozen.len(), some_lines(&lines), frozen[0].1);
-    }
+    text += &kept_feeds(&frozen);
     for (line, what) in figures.overbent(run) {
         text += &format!("line {line}: {what}\n");
     }

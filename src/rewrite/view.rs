@@ -51,6 +51,7 @@ impl View {
         let span = program.span(block);
         let mut view = View { code_end: span.start, line_end: span.end, plain: true, empty: true, ..View::default() };
         let plain = program.dialect() == Dialect::Heidenhain;
+        let siemens = program.dialect() == Dialect::Siemens;
         let mut named = false;
         for token in program.tokens(block) {
             match token.kind {
@@ -76,8 +77,10 @@ impl View {
                     named |= kind == TokenKind::Name;
                     let moves = plain && kind == TokenKind::Name && !(first && is_flow(token.span.of(program.text())));
                     view.plain &= moves || kind == TokenKind::Computed(b'F');
-                    view.flow |= steers(kind) && !moves || kind == TokenKind::Percent && !view.empty;
-                    view.jumps |= matches!(kind, TokenKind::Name | TokenKind::Label) && !moves;
+                    let setting =
+                        siemens && kind == TokenKind::Name && crate::nc::is_setting(token.span.of(program.text()));
+                    view.flow |= steers(kind) && !moves && !setting || kind == TokenKind::Percent && !view.empty;
+                    view.jumps |= matches!(kind, TokenKind::Name | TokenKind::Label) && !moves && !setting;
                     view.computed_feed |= kind == TokenKind::Computed(b'F');
                 }
             }

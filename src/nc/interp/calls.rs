@@ -1,5 +1,6 @@
 //! Calls of subprograms and returns from them: O call, M97, M98, M99, G65, G66, in the same text or in another file.
 
+use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -9,6 +10,7 @@ use super::line::Line;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::dialect::Dialect;
+use crate::nc::environment::Environment;
 use crate::nc::program::{File, Program, parse};
 
 /// A program text being executed.
@@ -42,10 +44,14 @@ pub(super) struct Call<'a> {
     again: u64,
     /// #1–#33 of the caller, where the call has its own.
     saved: Option<Vec<(u32, f64)>>,
+    /// Named variables of the routine are its own.
+    own_names: bool,
     /// The block of the main text that makes the call happen.
     main_block: BlockId,
     /// It is the macro of G66.
     modal: bool,
+    /// It repeats these blocks of the same text (REPEAT of Siemens) and ends where they end.
+    section: Option<Range<usize>>,
 }
 
 /// The macro that G66 calls after every motion.
@@ -221,6 +227,7 @@ impl Run<'_> {
             let numbered = &self.parameters.numbered;
             numbered.range(LOCALS).map(|(&index, &value)| (index, value)).collect()
         });
+        let own_names = arguments.is_some() || self.program.dialect() == Dialect::Siemens;
         self.calls.push(Call {
             source: self.source.clone(),
             source_id: self.source_id,
@@ -228,14 +235,16 @@ impl Run<'_> {
             start,
             again: repeats - 1,
             saved,
+            own_names,
             main_block: self.main_block(),
             modal: false,
+            section: None,
         });
         if let Some(arguments) = arguments {
             self.clear_locals();
             self.parameters.numbered.extend(arguments);
-            self.parameters.depth += 1;
         }
+        self.parameters.depth += usize::from(own_names);
         self.source = if source_id == 0 {
             Source::Main(self.program)
         } else {
@@ -243,6 +252,30 @@ impl Run<'_> {
         };
         self.source_id = source_id;
         self.at = start;
+    }
+
+    /// Executes blocks of this text so many times, then goes on behind the block that asks for it.
+    pub(super) fn repeat_blocks(&mut self, section: Range<usize>, times: u64) {
+        let depth = self.calls.len();
+        self.enter(self.source_id, section.start, times, None);
+        if let Some(call) = self.calls.get_mut(depth) {
+            self.parameters.depth -= usize::from(call.own_names);
+            (call.section, call.own_names) = (Some(section), false);
+        }
+    }
+
+    /// Where the blocks that are repeated end, begins them again or goes on behind the block that asked for it; a jump out
+    /// of them ends the repetition.
+    pub(super) fn end_sections(&mut self) {
+        while let Some(call) = self.calls.last()
+            && let Some(section) = call.section.as_ref().filter(|section| !section.contains(&self.at))
+        {
+            if self.at == section.end {
+                self.leave_call();
+            } else {
+                self.calls.pop();
+            }
+        }
     }
 
     fn clear_locals(&mut self) {
@@ -270,7 +303,7 @@ impl Run<'_> {
     }
 
     fn return_word(&mut self, line: &Line, span: Span) {
-        if self.calls.is_empty() {
+        if !self.in_subprogram() {
             self.say("nc::endless-program", Severity::Note, span, "M99 begins the program again; one pass is read", "");
             self.ended = true;
             return;
@@ -285,8 +318,18 @@ impl Run<'_> {
         }
     }
 
+    /// Is a subprogram being executed?
+    pub(super) fn in_subprogram(&self) -> bool {
+        self.calls.iter().any(|call| call.section.is_none())
+    }
+
     /// Goes back to the caller, or once more to the start of the routine.
     pub(super) fn return_from_call(&mut self) {
+        while self.calls.pop_if(|call| call.section.is_some()).is_some() {}
+        self.leave_call();
+    }
+
+    fn leave_call(&mut self) {
         let Some(call) = self.calls.last_mut() else { return };
         if call.again > 0 {
             call.again -= 1;
@@ -304,6 +347,8 @@ impl Run<'_> {
         if let Some(saved) = call.saved {
             self.clear_locals();
             self.parameters.numbered.extend(saved);
+        }
+        if call.own_names {
             let depth = self.parameters.depth;
             self.parameters.named.retain(|key, _| key.0 != depth + 1);
             self.parameters.depth -= 1;
@@ -325,9 +370,21 @@ fn arguments(line: &Line) -> Vec<(u32, f64)> {
 /// Names a file with this routine may have.
 fn file_names(label: &str) -> Vec<String> {
     let mut stems = vec![label.to_owned()];
+    let lower = label.to_ascii_lowercase();
+    if lower != label {
+        stems.push(lower);
+    }
     if let Ok(number) = label.parse::<u32>() {
         stems.extend([format!("O{number:04}"), format!("O{number:05}"), format!("o{number}")]);
     }
     let named = |stem: &String| ENDINGS.map(|ending| format!("{stem}{ending}"));
     stems.iter().flat_map(named).collect()
+}
+
+/// Is there a subprogram of this name in the text or in a file?
+pub fn routine_exists(program: &Program, environment: &Environment<'_>, name: &str) -> bool {
+    Labels::of(program).routine(name).is_some()
+        || file_names(name)
+            .iter()
+            .any(|file| program.files().iter().any(|known| known.name == *file) || (environment.load)(file).is_some())
 }

@@ -3,9 +3,11 @@
 //!
 //! Blocks come in the order they are executed, byte for byte but for what steers the flow: O words, labels, calls with
 //! their arguments, assignments and block numbers (they would stand several times) are left out; a word with an expression
-//! gets its value, with nine decimals at most (eight digits in all where the control reads no more). Comments go along.
+//! gets its value, with nine decimals at most (eight digits in all where the control reads no more). Comments go along. Plain
+//! language counts its blocks: they are numbered anew.
 
 use super::calls::Source;
+use super::expand_text::{Noted, number, unnumbered};
 use super::flow::After;
 use super::line::Line;
 use super::{Run, execute_recorded};
@@ -13,7 +15,8 @@ use crate::diag::{Diagnostic, Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::dialect::{Dialect, Syntax};
 use crate::nc::environment::Environment;
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::expr::Parameters;
+use crate::nc::lex::TokenKind;
 use crate::nc::program::Program;
 
 /// A program unrolled.
@@ -28,49 +31,40 @@ pub struct Expanded {
 /// What a run notes down.
 #[derive(Debug, Default)]
 pub(super) struct Record {
-    text: Vec<u8>,
+    pub(super) text: Vec<u8>,
     obstacles: Vec<Diagnostic>,
     /// A block with code was written.
-    began: bool,
+    pub(super) began: bool,
     /// The text begins with `%`.
-    percent: bool,
+    pub(super) percent: bool,
+    /// Numbers of blocks that were written (plain language counts them).
+    pub(super) numbers: u32,
     /// Values of F words that are expressions: place, value, whether it was always the same.
     feeds: Vec<(Span, f64, bool)>,
 }
 
 /// Codes after which the rest of a program is not what the control would execute.
-const LOST: [&str; 5] = ["nc::runaway", "nc::no-routine", "nc::unbalanced", "nc::no-target", "nc::expression"];
-/// Letters of lengths, angles and feeds: Fanuc and Haas read them in increments where they have no point.
-const POINTED: &[u8] = b"ABCEFIJKQRUVWXYZ";
+const LOST: [&str; 6] =
+    ["nc::runaway", "nc::no-routine", "nc::unbalanced", "nc::no-target", "nc::expression", "nc::modal-call"];
+/// What only the control knows.
+const CONTROLS: &str = "a variable that the control keeps itself";
 /// Parameters from here on are the control's own, other than its position, tool and offset.
 const OWN: u32 = 1000;
 
-/// Does the program hold loops, jumps, calls, variables or expressions?
-pub fn steers(program: &Program) -> bool {
-    let steering = |token: Token| match token.kind {
-        TokenKind::Word(b'M') => [97.0, 98.0].contains(&token.number),
-        TokenKind::Word(b'G') => [65.0, 66.0].contains(&token.number),
-        TokenKind::Name | TokenKind::Routine | TokenKind::Assignment | TokenKind::Computed(_) => true,
-        _ => false,
-    };
-    program.blocks().any(|block| program.tokens(block).any(steering))
-}
-
-/// Unrolls a program of the RS274 family.
+/// Unrolls a program.
 pub fn expand(program: &Program, environment: &Environment<'_>) -> Expanded {
-    if program.dialect().syntax() != Syntax::Rs274 {
-        let text = format!("programs of {} are not unrolled", program.dialect().name());
-        return Expanded { text: Vec::new(), obstacles: vec![obstacle(text)] };
-    }
     let (record, path) = execute_recorded(program, environment);
     let Record { mut text, mut obstacles, percent, .. } = record;
     obstacles.extend(path.diagnostics.into_iter().filter(|d| LOST.contains(&d.code)));
     if program.has_block_delete() {
         // With the switch on, the same text without those blocks must be what is executed.
         let (on, _) = execute_recorded(program, &Environment { block_delete: true, ..environment.clone() });
-        let left =
-            text.split_inclusive(|&byte| byte == b'\n').filter(|line| !line.trim_ascii_start().starts_with(b"/"));
-        if left.collect::<Vec<_>>().concat() != on.text {
+        let dialect = program.dialect();
+        let lines = |text: &[u8], kept: fn(&[u8]) -> bool| -> Vec<u8> {
+            let lines = text.split_inclusive(|&byte| byte == b'\n').filter(|line| kept(line));
+            lines.flat_map(|line| unnumbered(line, dialect).to_vec()).collect()
+        };
+        if lines(&text, |line| !line.trim_ascii_start().starts_with(b"/")) != lines(&on.text, |_| true) {
             obstacles.push(obstacle("what is executed hangs on the block-delete switch"));
         }
     }
@@ -104,20 +98,24 @@ fn obstacle(text: impl Into<String>) -> Diagnostic {
 }
 
 impl Run<'_> {
-    /// Notes down the block that is executed now, as it was read from `source`.
-    pub(super) fn note_down(&mut self, source: &Source<'_>, block: BlockId, line: &Line, after: After) {
+    /// Notes down the block that is executed now, as it was read from `source`; `own`: in no subprogram.
+    pub(super) fn note_down(&mut self, source: &Source<'_>, own: bool, block: BlockId, line: &Line, after: After) {
         let program = source.program();
         let main = matches!(source, Source::Main(_));
         let Some(mut record) = self.record.take() else { return };
         if main {
             record.note_feed(line);
         }
-        record.note_machine(program, block, main);
+        record.note_machine(program, block, main, &self.parameters);
+        let rs274 = program.dialect().syntax() == Syntax::Rs274;
         if after == After::Words {
-            record.block(program, block, line, self.calls.is_empty());
-        } else if !record.began && program.line_text(block).starts_with(b"%") {
+            let (defined, parameters) = (&self.defined, &self.parameters);
+            record.block(&Noted { program, block, line, own, main, defined, parameters });
+        } else if rs274 && !record.began && program.line_text(block).starts_with(b"%") {
             record.text.extend_from_slice(program.line_text(block));
             (record.began, record.percent) = (true, true);
+        } else if !rs274 && !record.began && program.line_text(block).starts_with(b"%_N_") {
+            record.text.extend_from_slice(program.line_text(block));
         }
         self.record = Some(record);
     }
@@ -133,7 +131,10 @@ impl Record {
     }
 
     /// What the control keeps itself (probe results, tool tables, alarms) is not known here.
-    fn note_machine(&mut self, program: &Program, block: BlockId, main: bool) {
+    fn note_machine(&mut self, program: &Program, block: BlockId, main: bool, parameters: &Parameters) {
+        if program.dialect().syntax() != Syntax::Rs274 {
+            return self.note_results(program, block, main, parameters);
+        }
         let text = program.line_text(block);
         let modal = program.tokens(block).any(|t| t.kind == TokenKind::Word(b'G') && t.number == 66.1);
         let own = memchr::memchr_iter(b'#', text).any(|at| {
@@ -141,81 +142,33 @@ impl Record {
             let known = [5041, 5042, 5043, 5220, 5400, 5420, 5421, 5422];
             length > 0 && number >= f64::from(OWN) && !known.contains(&(number as u32))
         });
-        if (own || modal) && self.obstacles.len() < 10 {
-            let what = if modal { "a modal macro call" } else { "a variable that the control keeps itself" };
+        if own || modal {
+            let what = if modal { "a modal macro call" } else { CONTROLS };
+            self.stand_in_the_way(what, program, block, main);
+        }
+    }
+
+    /// Q100 to Q199 hold what a Heidenhain control found out by itself, as long as the program does not set them.
+    fn note_results(&mut self, program: &Program, block: BlockId, main: bool, parameters: &Parameters) {
+        if program.dialect() != Dialect::Heidenhain {
+            return;
+        }
+        let text = program.line_text(block);
+        let code = memchr::memchr(b';', text).unwrap_or(text.len());
+        let result = |at: usize| {
+            let digits: Vec<u8> = text[at + 1..].iter().copied().take_while(u8::is_ascii_digit).collect();
+            let number = String::from_utf8_lossy(&digits).parse().unwrap_or(0);
+            (100..200).contains(&number) && !parameters.numbered.contains_key(&number)
+        };
+        if memchr::memchr2_iter(b'Q', b'q', &text[..code]).any(result) {
+            self.stand_in_the_way(CONTROLS, program, block, main);
+        }
+    }
+
+    pub(super) fn stand_in_the_way(&mut self, what: &str, program: &Program, block: BlockId, main: bool) {
+        if self.obstacles.len() < 10 {
             let found = obstacle(format!("{what} cannot be unrolled"));
             self.obstacles.push(if main { found.at(program.line(block), program.span(block)) } else { found });
         }
     }
-
-    fn block(&mut self, program: &Program, block: BlockId, line: &Line, in_main: bool) {
-        let text = program.text();
-        let call = line.m.iter().any(|m| [970, 980, 990].contains(&m.0)) && !(in_main && line.has_m(990));
-        let macro_call = line.has_g(650) || line.has_g(660);
-        let dropped = |token: &Token| match token.kind {
-            TokenKind::Word(b'N') | TokenKind::Assignment | TokenKind::Routine => true,
-            TokenKind::Word(b'O') => self.began && !(self.percent && self.text.len() < 4),
-            TokenKind::Word(b'G') if token.number == 67.0 => true,
-            TokenKind::Word(b'M') => call && [97.0, 98.0, 99.0].contains(&token.number),
-            TokenKind::Word(b'P' | b'L') | TokenKind::Computed(b'P' | b'L') => call || macro_call,
-            TokenKind::Word(_) | TokenKind::Computed(_) => macro_call,
-            _ => false,
-        };
-        let (mut out, mut code, mut had_code) = (Vec::new(), false, false);
-        let mut blank: &[u8] = b"";
-        for token in program.tokens(block) {
-            let bytes = token.span.of(text);
-            match token.kind {
-                TokenKind::Blank => {
-                    blank = bytes;
-                    continue;
-                }
-                TokenKind::LineEnd | TokenKind::Comment => {}
-                _ => had_code = true,
-            }
-            if !dropped(&token) {
-                if !(out.is_empty() && had_code) {
-                    out.extend_from_slice(blank);
-                }
-                match token.kind {
-                    TokenKind::Computed(letter) => out.extend(computed(letter, token.span, line, program)),
-                    _ => out.extend_from_slice(bytes),
-                }
-                code |= !matches!(token.kind, TokenKind::LineEnd | TokenKind::Comment);
-            }
-            blank = b"";
-        }
-        if code || !had_code {
-            self.text.extend(out);
-            if !self.text.ends_with(b"\n") {
-                self.text.push(b'\n');
-            }
-            self.began |= code;
-        }
-    }
-}
-
-/// A word with its value in place of its expression.
-fn computed(letter: u8, span: Span, line: &Line, program: &Program) -> Vec<u8> {
-    let code = |codes: &[super::line::Code]| codes.iter().find(|c| c.1 == span).map(|c| f64::from(c.0) / 10.0);
-    let value = match letter {
-        b'G' => code(&line.g),
-        b'M' => code(&line.m),
-        _ => line.get(letter),
-    };
-    let Some(value) = value else { return Vec::new() };
-    let written = program.text()[span.start as usize];
-    [&[written][..], number(letter, value, program.dialect()).as_bytes()].concat()
-}
-
-/// A number of a word of this letter: as few decimals as tell it from its neighbours.
-fn number(letter: u8, value: f64, dialect: Dialect) -> String {
-    let short = matches!(dialect, Dialect::Fanuc | Dialect::Haas);
-    let whole = format!("{:.0}", value.abs().trunc()).len();
-    let digits = if short { 8_usize.saturating_sub(whole) } else { 9 };
-    let text = format!("{value:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    let text = if text == "-0" { "0" } else { text };
-    let point = if short && POINTED.contains(&letter) && !text.contains('.') { "." } else { "" };
-    format!("{text}{point}")
 }

@@ -8,6 +8,7 @@ use super::Run;
 use super::corner::Corner;
 use super::flow::After;
 use super::line::Line;
+use super::state::FeedWord;
 use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::expr::{self, Target};
@@ -30,7 +31,10 @@ impl Run<'_> {
             .filter(|token| token.kind == TokenKind::Name)
             .map(|token| String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase())
             .collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
+        if let Some(at) = names.windows(2).position(|pair| pair == ["F", "MAX"]) {
+            names.splice(at..at + 2, ["FMAX"]);
+        }
         let place = tokens.first().map_or_else(|| source.program().span(block), |token| token.span);
         if names.first() == Some(&"FN") && self.q_jump(source.program().line_text(block), place) {
             return After::Done;
@@ -38,8 +42,12 @@ impl Run<'_> {
         for token in tokens.iter().filter(|token| token.kind == TokenKind::Assignment) {
             self.q_assignment(*token, text);
         }
+        for token in tokens.iter_mut().filter(|token| token.kind == TokenKind::Expression) {
+            self.insert_parameter(token, text);
+        }
         let first_number = tokens.iter().find(|t| t.kind == TokenKind::Expression).map(|t| t.number);
         line.flow = false;
+        self.named_feed(&names, place);
         match names.as_slice() {
             ["BEGIN", "PGM", ..] => {
                 self.modal.inch = names.last() == Some(&"INCH");
@@ -61,6 +69,10 @@ impl Run<'_> {
                 let named = tokens.iter().find(|token| token.span.of(text).first() == Some(&b'"'));
                 let named = named.and_then(|token| self.tool_by_name(token.span, text));
                 tool_call(line, named.or(first_number), place);
+                if let Some(value) = line.get(b'F') {
+                    let value = value.max(0.0) * self.modal.unit_mm();
+                    self.tool_feed = FeedWord { value, word: None, computed: true };
+                }
             }
             ["CALL", "LBL", ..] => self.call_label(&tokens, text, place),
             ["CALL", "PGM", ..] => {
@@ -92,12 +104,38 @@ impl Run<'_> {
     fn q_assignment(&mut self, token: Token, text: &[u8]) {
         let bytes = token.span.of(text);
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
-        let index = String::from_utf8_lossy(&bytes[1..equals]).trim().parse().unwrap_or(0);
+        let index = expr::parameter_index(String::from_utf8_lossy(&bytes[1..equals]).trim()).unwrap_or(0);
         match expr::evaluate(&formula(&bytes[equals + 1..]), &self.parameters) {
             Ok(value) => self.assignments.push((Target::Number(index), value)),
             Err(error) => self.bad_expression(token.span, &error),
         }
         self.apply_assignments();
+    }
+
+    /// FAUTO is the feed of the tool call; FU and FZ (per revolution, per tooth) and FT (time) are kept as they are.
+    fn named_feed(&mut self, names: &[&str], place: Span) {
+        if names.contains(&"FAUTO") {
+            self.modal.feed = self.tool_feed;
+        } else if let Some(name) = names.iter().find(|name| matches!(**name, "FU" | "FZ" | "FT" | "FMAXT")) {
+            (self.modal.feed.word, self.modal.feed.computed) = (None, true);
+            self.not_understood(
+                "nc::feed",
+                place,
+                format!("{name} is not followed"),
+                "its feed is kept up to the next F",
+            );
+        }
+    }
+
+    /// `+Q5` in place of a number gets its value.
+    fn insert_parameter(&mut self, token: &mut Token, text: &[u8]) {
+        let bytes = token.span.of(text);
+        if memchr::memchr2(b'Q', b'q', bytes).is_some() && !bytes.starts_with(b"\"") {
+            match expr::evaluate(bytes, &self.parameters) {
+                Ok(value) => token.number = value,
+                Err(error) => self.bad_expression(token.span, &error),
+            }
+        }
     }
 
     fn straight(&mut self, names: &[&str], line: &mut Line, place: Span) {

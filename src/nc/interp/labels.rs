@@ -54,6 +54,11 @@ impl Labels {
         for token in program.tokens(block) {
             match token.kind {
                 TokenKind::Word(b'N') => self.n_blocks.entry(token.number as u32).or_default().push(block.0),
+                TokenKind::Percent if program.dialect() == Dialect::Siemens => {
+                    if let Some(label) = archived(token.span.of(text)) {
+                        self.o_lines.push(OLine { block: block.0, label, keyword: String::new() });
+                    }
+                }
                 TokenKind::Word(b'O') | TokenKind::Routine => {
                     let label = label_of(token.kind, token.number, token.span.of(text));
                     self.o_lines.push(OLine { block: block.0, label, keyword: String::new() });
@@ -120,15 +125,19 @@ impl Labels {
     }
     /// The line that defines a routine or begins a program.
     pub fn routine(&self, label: &str) -> Option<&OLine> {
-        let sub = self.o_lines.iter().find(|line| line.is(label, &["SUB"]));
-        sub.or_else(|| self.o_lines.iter().find(|line| line.is(label, &[""])))
+        let label = label.to_ascii_lowercase();
+        let sub = self.o_lines.iter().find(|line| line.is(&label, &["SUB"]));
+        sub.or_else(|| self.o_lines.iter().find(|line| line.is(&label, &[""])))
+    }
+    /// First block of the program of this text that a block belongs to: behind its O word or `%_N_…` line.
+    pub fn start_of_program(&self, block: u32) -> u32 {
+        self.o_lines.iter().rev().find(|o| o.block <= block && o.keyword.is_empty()).map_or(0, |o| o.block + 1)
     }
     /// Block with this N number: after `block` in its program, else from the beginning of that program.
     pub fn numbered(&self, number: u32, block: u32) -> Option<u32> {
         let blocks = self.n_blocks.get(&number)?;
-        let program =
-            |of: u32| self.o_lines.iter().rev().find(|o| o.block <= of && o.keyword.is_empty()).map(|o| o.block);
-        let here = blocks.iter().filter(|&&b| program(b) == program(block));
+        let program = self.start_of_program(block);
+        let here = blocks.iter().filter(|&&b| self.start_of_program(b) == program);
         here.clone().find(|&&b| b > block).or(here.clone().next()).or(blocks.first()).copied()
     }
 }
@@ -137,6 +146,13 @@ impl OLine {
     fn is(&self, label: &str, keywords: &[&str]) -> bool {
         self.label == label && keywords.contains(&self.keyword.as_str())
     }
+}
+
+/// Name of the program that `%_N_NAME_MPF` or `%_N_NAME_SPF` begins, lower case.
+pub fn archived(line: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(line).trim().to_ascii_lowercase();
+    let name = text.strip_prefix("%_n_")?;
+    Some(name.strip_suffix("_mpf").or(name.strip_suffix("_spf")).unwrap_or(name).to_owned())
 }
 
 /// `LBL 1` or `LBL "NAME"` of plain language.

@@ -30,6 +30,10 @@ pub struct Line {
     pub bad: Vec<(TokenKind, Span)>,
     /// A letter that was there before, with the place of the later one.
     pub repeated: Option<(u8, Span)>,
+    /// What the expressions in it came to.
+    pub results: Vec<(Span, f64)>,
+    /// Places of the names that were called.
+    pub called: Vec<Span>,
 }
 
 fn index(letter: u8) -> usize {
@@ -50,6 +54,8 @@ impl Line {
         self.any = false;
         self.bad.clear();
         self.repeated = None;
+        self.results.clear();
+        self.called.clear();
     }
     /// Puts a word in.
     pub fn put(&mut self, letter: u8, value: f64, span: Span, computed: bool) {

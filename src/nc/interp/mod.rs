@@ -7,6 +7,7 @@ mod compensation;
 mod corner;
 mod cycles;
 mod expand;
+mod expand_text;
 mod faults;
 mod flow;
 mod heidenhain;
@@ -19,15 +20,20 @@ mod offsets;
 mod settings;
 mod shared;
 mod siemens;
+mod siemens_calls;
 mod siemens_flow;
 mod siemens_frames;
+mod siemens_jumps;
 mod state;
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
 use std::sync::Arc;
 
-pub use expand::{Expanded, expand, plain_feeds, steers};
+pub(super) use calls::routine_exists;
+pub use expand::{Expanded, expand, plain_feeds};
+pub use siemens::is_setting;
+pub(super) use siemens::is_variable;
 
 use calls::{Call, ModalMacro, Source};
 use compensation::{Active, Contour};
@@ -36,8 +42,8 @@ use cycles::Cycle;
 use flow::After;
 use labels::Labels;
 use line::Line;
-use siemens::ModalCall;
-use state::{Frame, Modal};
+use siemens_calls::ModalCall;
+use state::{FeedWord, Frame, Modal};
 
 use super::dialect::{Dialect, Syntax};
 use super::environment::Environment;
@@ -184,6 +190,10 @@ struct Run<'a> {
     deciding: bool,
     /// Siemens: the cycle MCALL repeats.
     modal_call: Option<ModalCall>,
+    /// Siemens: arguments of the call, until PROC gives them names.
+    passed: Vec<Option<f64>>,
+    /// Siemens: names of variables that DEF and PROC have made.
+    defined: BTreeSet<String>,
     /// Siemens: the point that CIP goes through; a frame that is not followed is in force.
     through: [Option<f64>; 3],
     frame_lost: bool,
@@ -195,6 +205,8 @@ struct Run<'a> {
     cycle_number: u32,
     call_after: bool,
     compensation_side: u16,
+    /// Heidenhain: the feed of the tool call, for FAUTO.
+    tool_feed: FeedWord,
     /// Radius of polar coordinates (G16), mm, and angle, rad, as last written.
     polar: Option<(f64, f64)>,
     /// G66 is in force: the macro that is called after every motion.
@@ -257,6 +269,8 @@ impl<'a> Run<'a> {
             undecided: false,
             deciding: false,
             modal_call: None,
+            passed: Vec::new(),
+            defined: BTreeSet::new(),
             through: [None; 3],
             frame_lost: false,
             corner: None,
@@ -265,6 +279,7 @@ impl<'a> Run<'a> {
             cycle_number: 0,
             call_after: false,
             compensation_side: 400,
+            tool_feed: FeedWord { value: 0.0, word: None, computed: true },
             polar: None,
             modal_macro: None,
             cycle: None,
@@ -285,6 +300,7 @@ impl<'a> Run<'a> {
 
     /// Executes the next block.
     fn step(&mut self, line: &mut Line) {
+        self.end_sections();
         if self.at >= self.source.program().own_len() {
             self.end_of_text();
             return;
@@ -304,15 +320,15 @@ impl<'a> Run<'a> {
             return;
         }
         self.begin(line);
-        let source = self.record.as_ref().map(|_| self.source.clone());
+        let source = self.record.as_ref().map(|_| (self.source.clone(), !self.in_subprogram()));
         let after = match dialect.syntax() {
             Syntax::Rs274 if line.flow => self.flow(block),
             Syntax::Rs274 => After::Words,
             Syntax::Siemens => self.siemens(block, line),
             Syntax::Heidenhain => self.heidenhain(block, line),
         };
-        if let Some(source) = source {
-            self.note_down(&source, block, line, after);
+        if let Some((source, own)) = source {
+            self.note_down(&source, own, block, line, after);
         }
         if after == After::Done {
             return;
@@ -395,6 +411,7 @@ impl<'a> Run<'a> {
             return line.put(b'T', number, token.span, true);
         }
         let Some(value) = self.value(token, text) else { return };
+        line.results.push((token.span, value));
         let bytes = token.span.of(text);
         let value_text =
             bytes[1..].trim_ascii_start().trim_ascii_start().strip_prefix(b"=").unwrap_or(&bytes[1..]).trim_ascii();

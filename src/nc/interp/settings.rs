@@ -50,7 +50,7 @@ impl Run<'_> {
             self.feed_word(value, line, unit_before);
         }
         self.speed_and_tool(line);
-        if self.modal_macro.is_some() && !self.in_modal_macro() {
+        if self.modal_macro.is_some() && !self.in_modal_macro() || self.modal_call_kept() {
             self.freeze = self.freeze.or(Some(Freeze::Cycle));
         }
         match action {
@@ -76,7 +76,8 @@ impl Run<'_> {
     }
 
     fn setting(&mut self, code: u16, span: Span, line: &Line, action: &mut Action, stated: &mut bool) {
-        if self.program.dialect() == Dialect::Siemens && self.siemens_setting(code) {
+        let siemens = self.program.dialect() == Dialect::Siemens;
+        if siemens && self.siemens_setting(code, line) {
             return;
         }
         let modal = &mut self.modal;
@@ -104,6 +105,7 @@ impl Run<'_> {
             200 | 210 => modal.inch = code == 200,
             280 | 300 => *action = Action::Home(code),
             530 => *action = Action::Machine,
+            1530 if siemens => *action = Action::Machine,
             100 | 520 | 920..=923 | 680 | 690 | 510 | 511 | 500 | 501 => *action = Action::Offset(code),
             281 | 301 => *action = Action::Keep,
             540..=593 => self.select_wcs(code, line),

@@ -1,26 +1,21 @@
-//! Siemens 840D beyond what it shares with ISO: names, calls, labels, frames, and the drilling cycles.
+//! Siemens 840D beyond what it shares with ISO: names, assignments, settings; calls, frames and jumps are beside it.
 
 use super::Run;
 use super::corner::Corner;
-use super::cycles::Cycle;
 use super::flow::After;
+use super::labels::archived;
 use super::line::Line;
+use super::siemens_calls::repeats;
 use super::siemens_flow::structure_word;
-use crate::diag::{Severity, Span};
+use super::state::Motion;
+use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
-use crate::nc::toolpath::{Freeze, PathMode};
-
-/// A cycle that MCALL repeats at every position.
-#[derive(Debug, Clone)]
-pub(super) struct ModalCall {
-    name: String,
-    arguments: Vec<Option<f64>>,
-}
+use crate::nc::toolpath::PathMode;
 
 /// Names that change nothing the toolpath shows.
-const QUIET: [&str; 22] = [
+const QUIET: [&str; 25] = [
     "SOFT",
     "BRISK",
     "DRIVE",
@@ -37,12 +32,20 @@ const QUIET: [&str; 22] = [
     "STOPRE",
     "WORKPIECE",
     "FGROUP",
-    "EXTERN",
-    "PROC",
     "DISPLOF",
     "SAVE",
-    "SUPA",
     "UPATH",
+    "KONT",
+    "KONTC",
+    "KONTT",
+    "SETINT",
+    "FIFOCTRL",
+    "STARTFIFO",
+];
+
+/// Names that belong to the motion of their block or change the frame.
+const SETTINGS: [&str; 13] = [
+    "CIP", "CT", "SUPA", "TRAORI", "TRAFOOF", "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR",
 ];
 
 impl Run<'_> {
@@ -53,6 +56,10 @@ impl Run<'_> {
         let skip = |kind| matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Label);
         let tokens: Vec<Token> = source.program().tokens(block).filter(|token| !skip(token.kind)).collect();
         let start = tokens.iter().position(|token| token.kind != TokenKind::Word(b'N')).unwrap_or(0);
+        if tokens.first().is_some_and(|token| token.kind == TokenKind::Percent) {
+            self.next_program(block, tokens[0].span.of(text));
+            return After::Done;
+        }
         if let Some(word) = structure_word(&tokens[start..], text) {
             self.structure(&word, block, &tokens[start..], text, line);
             return After::Done;
@@ -62,15 +69,20 @@ impl Run<'_> {
         for (index, token) in tokens.iter().enumerate() {
             let bytes = token.span.of(text);
             match token.kind {
-                TokenKind::Percent => return After::Done,
                 TokenKind::Assignment => self.siemens_assignment(*token, bytes, line),
                 TokenKind::Call => {
                     let (name, arguments) = self.call_parts(bytes);
-                    if name == "IF" {
-                        self.siemens_jump(&tokens[index..], text);
-                        return After::Done;
+                    match name.as_str() {
+                        "IF" => {
+                            self.siemens_jump(&tokens[index..], text);
+                            return After::Done;
+                        }
+                        "CASE" => {
+                            self.siemens_case(&tokens[index..], text);
+                            return After::Done;
+                        }
+                        _ => self.siemens_call(&name, arguments, modal, token.span, line),
                     }
-                    self.siemens_call(&name, arguments, modal, token.span, line);
                 }
                 TokenKind::Name => {
                     let name = String::from_utf8_lossy(bytes).to_ascii_uppercase();
@@ -79,21 +91,35 @@ impl Run<'_> {
                             modal = true;
                             self.modal_call = None;
                         }
-                        "IF" | "GOTOF" | "GOTOB" | "GOTO" => {
+                        "IF" | "GOTOF" | "GOTOB" | "GOTO" | "GOTOC" | "GOTOS" => {
                             self.siemens_jump(&tokens[index..], text);
                             return After::Done;
                         }
                         "CIP" | "CT" => curve = Some((name, token.span)),
                         "CASE" => {
-                            self.not_understood("nc::not-understood", token.span, "CASE is not followed", "");
+                            self.siemens_case(&tokens[index..], text);
                             return After::Done;
                         }
+                        "REPEAT" | "REPEATB" => {
+                            self.repeat_section(&tokens[index..], text, line);
+                            return After::Done;
+                        }
+                        "EXTERN" => return After::Done,
+                        "PROC" => {
+                            self.procedure(&tokens[index..], text);
+                            return After::Done;
+                        }
+                        "DEF" => {
+                            self.define(&tokens[index..], text, line);
+                            return After::Done;
+                        }
+                        "SUPA" => line.g.push((530, token.span)),
+                        "TRAORI" => self.lose_frame(token.span, "TRAORI"),
+                        "TRAFOOF" => self.frame_lost = false,
                         _ if self.frame_word(&name, token.span, &tokens[index..], text, line) => return After::Done,
                         "RET" => self.siemens_return(),
-                        "DEF" => {}
-                        "REAL" | "INT" | "BOOL" | "AXIS" | "CHAR" | "STRING" => self.define(&tokens[index + 1..], text),
                         _ if QUIET.contains(&name.as_str()) => {}
-                        _ if self.call_by_name(&name, repeats(line), None) => {}
+                        _ if self.call_siemens(&name, repeats(line), Vec::new()) => line.called.push(token.span),
                         _ => self.not_understood(
                             "nc::not-understood",
                             token.span,
@@ -113,7 +139,9 @@ impl Run<'_> {
         }
         if let (Some(number), Some(place)) = (line.get(b'L'), line.span(b'L')) {
             let name = format!("L{number}");
-            if !self.call_by_name(&name, repeats(line), None) {
+            if self.call_siemens(&name, repeats(line), Vec::new()) {
+                line.called.push(place);
+            } else {
                 self.no_routine(place, &name);
             }
         }
@@ -124,28 +152,58 @@ impl Run<'_> {
     }
 
     fn siemens_return(&mut self) {
-        if self.calls.is_empty() {
-            self.ended = true;
-        } else {
+        if self.in_subprogram() {
             self.return_from_call();
+        } else {
+            self.ended = true;
         }
     }
 
-    /// `DEF REAL A, B`: names without a value begin at zero.
-    fn define(&mut self, tokens: &[Token], text: &[u8]) {
-        for token in tokens.iter().filter(|token| token.kind == TokenKind::Name) {
-            let name = String::from_utf8_lossy(token.span.of(text)).into_owned();
-            self.parameters.set_name(&name, 0.0);
+    /// `%_N_NAME_SPF` behind the text of a program ends that.
+    fn next_program(&mut self, block: BlockId, line: &[u8]) {
+        if archived(line).is_none() || block.0 == 0 {
+            return;
         }
+        if self.in_subprogram() {
+            self.return_from_call();
+        } else {
+            self.ended |= self.began;
+        }
+    }
+
+    /// `DEF REAL A, B=5`: names without a value begin at zero.
+    fn define(&mut self, tokens: &[Token], text: &[u8], line: &mut Line) {
+        for token in tokens.iter().skip(2) {
+            match token.kind {
+                TokenKind::Name => {
+                    let name = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
+                    self.parameters.set_name(&name, 0.0);
+                    self.defined.insert(name);
+                }
+                TokenKind::Assignment if !token.span.of(text).contains(&b'"') => {
+                    self.siemens_assignment(*token, token.span.of(text), line);
+                    self.defined.insert(variable(token.span.of(text)));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Something puts a frame in force that is not followed: feeds are kept until the frame is set anew.
+    pub(super) fn lose_frame(&mut self, place: Span, word: &str) {
+        self.frame_lost = true;
+        let text = format!("this {word} is not followed: feeds are kept until the frame is set anew");
+        self.not_understood("nc::frame", place, text, "TRANS, ROT, SCALE or MIRROR alone sets it anew");
     }
 
     pub(super) fn siemens_assignment(&mut self, token: Token, bytes: &[u8], line: &mut Line) {
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
-        let name = String::from_utf8_lossy(&bytes[..equals]).trim().to_ascii_uppercase();
+        let name = variable(bytes);
         let value = match expr::evaluate(&bytes[equals + 1..], &self.parameters) {
             Ok(value) => value,
             Err(error) => return self.bad_expression(token.span, &error),
         };
+        line.results.push((token.span, value));
         let number = name[1..].parse::<u32>().ok();
         match (name.as_str(), number) {
             ("CR", _) => line.put(b'R', value, token.span, true),
@@ -182,124 +240,36 @@ impl Run<'_> {
         self.next_corner = Some((corner, place));
     }
 
-    /// Name and arguments of `NAME(a, b, , c)`.
-    fn call_parts(&mut self, bytes: &[u8]) -> (String, Vec<Option<f64>>) {
-        let open = bytes.iter().position(|&byte| byte == b'(').unwrap_or(bytes.len());
-        let name = String::from_utf8_lossy(&bytes[..open]).to_ascii_uppercase();
-        let inner = bytes.get(open + 1..bytes.len().saturating_sub(1)).unwrap_or_default();
-        let mut depth = 0;
-        let parts = inner.split(|&byte| {
-            depth += i32::from(byte == b'(') - i32::from(byte == b')');
-            byte == b',' && depth == 0
-        });
-        let arguments = parts.map(|part| expr::evaluate(part, &self.parameters).ok()).collect();
-        (name, arguments)
-    }
-
-    fn siemens_call(&mut self, name: &str, arguments: Vec<Option<f64>>, modal: bool, span: Span, line: &mut Line) {
-        match name {
-            "MSG" | "SETAL" | "G4" => {}
-            "HOLES1" | "HOLES2" => self.hole_pattern(name, &arguments),
-            _ if modal => self.modal_call = Some(ModalCall { name: name.to_owned(), arguments }),
-            _ if drilling_code(name).is_some() => {
-                line.any = true;
-                self.drilling_cycle(&ModalCall { name: name.to_owned(), arguments });
-            }
-            _ => {
-                let values = (1..).zip(arguments.into_iter().map(Option::unwrap_or_default)).collect();
-                if !self.call_by_name(name, 1, Some(values)) {
-                    let text = format!("{name} is kept, not simulated");
-                    self.say("nc::cycle", Severity::Warning, span, text, "what it cuts is not known to the simulation");
-                }
-            }
-        }
-    }
-
-    /// After a block that positions: the cycle MCALL put in force.
-    pub(super) fn modal_cycle(&mut self, line: &Line) {
-        if line.has_any(b"XY")
-            && let Some(call) = self.modal_call.clone()
-        {
-            self.drilling_cycle(&call);
-        }
-    }
-
-    /// HOLES1 (row: X, Y, angle, distance to the first, spacing, number), HOLES2 (circle: X, Y, radius, angle, step, number).
-    fn hole_pattern(&mut self, name: &str, arguments: &[Option<f64>]) {
-        let Some(call) = self.modal_call.clone() else { return };
-        let value = |index: usize| arguments.get(index).copied().flatten().unwrap_or(0.0);
-        let count = value(5).clamp(0.0, 1000.0) as u32;
-        let unit = self.modal.unit_mm();
-        for k in 0..count {
-            let k = f64::from(k);
-            let (radius, angle) = if name == "HOLES1" {
-                (value(3) + k * value(4), value(2))
-            } else {
-                let step = if value(4) == 0.0 { 360.0 / f64::from(count) } else { value(4) };
-                (value(2), value(3) + k * step)
-            };
-            let mut at = self.programmed;
-            at.x = (value(0) + radius * angle.to_radians().cos()) * unit;
-            at.y = (value(1) + radius * angle.to_radians().sin()) * unit;
-            self.line_to(crate::nc::toolpath::MoveKind::Rapid, at);
-            self.drilling_cycle(&call);
-        }
-    }
-
-    /// CYCLE81 … CYCLE89: retract plane, reference plane, safety distance, depth (absolute, or relative to the reference).
-    fn drilling_cycle(&mut self, call: &ModalCall) {
-        let value = |index: usize| call.arguments.get(index).copied().flatten();
-        let (Some(code), Some(retract), Some(reference)) = (drilling_code(&call.name), value(0), value(1)) else {
-            return;
-        };
-        let unit = self.modal.unit_mm();
-        let depth = value(3).or(value(4).map(|relative| reference - relative.abs()));
-        let Some(depth) = depth else { return };
-        let chip_break = call.name == "CYCLE83" && value(11).unwrap_or(0.0) == 0.0;
-        let first = value(5).map(|d| (reference - d).abs()).or(value(6));
-        let cycle = Cycle {
-            initial: retract * unit,
-            depth: Some(depth * unit),
-            peck: first.map(|d| d * unit),
-            dwell_s: if code == 820 { value(5).unwrap_or(0.0).max(0.0) } else { 0.0 },
-            ..Cycle::default()
-        };
-        let before = (self.freeze, self.splittable, self.modal.retract_to_r, self.modal.incremental);
-        self.freeze = self.freeze.or(match code {
-            840 => Some(Freeze::Synchronised),
-            810..=830 => None,
-            _ => Some(Freeze::Cycle),
-        });
-        self.splittable = false;
-        (self.modal.retract_to_r, self.modal.incremental) = (false, false);
-        let level = (reference + value(2).unwrap_or(0.0)) * unit;
-        self.one_hole(cycle, if chip_break { 730 } else { code }, self.programmed, level);
-        (self.freeze, self.splittable, self.modal.retract_to_r, self.modal.incremental) = before;
-    }
-
     /// G codes that mean something else on this control; `false`: read it as everywhere.
-    pub(super) fn siemens_setting(&mut self, code: u16) -> bool {
+    pub(super) fn siemens_setting(&mut self, code: u16, line: &Line) -> bool {
         match code {
             600 => self.modal.path_mode = PathMode::ExactStop,
             6410..=6450 => self.modal.path_mode = PathMode::Continuous,
             700 | 7000 => self.modal.inch = true,
             710 | 7100 => self.modal.inch = false,
-            4500 | 4510 | 6010..=6030 | 1530 | 9010 | 9020 => {}
+            5000 | 5050..=5990 => self.select_wcs(code, line),
+            3310 | 3320 => self.modal.motion = Motion::Synchronised,
+            4500 | 4510 | 6010..=6030 | 9010 | 9020 => {}
             _ => return false,
         }
         true
     }
 }
 
-/// P beside the name of a subprogram.
-fn repeats(line: &Line) -> u64 {
-    line.get(b'P').unwrap_or(1.0).clamp(0.0, 1e9) as u64
+/// Left side of an assignment, upper case.
+pub(super) fn variable(assignment: &[u8]) -> String {
+    let left = assignment.split(|&byte| byte == b'=').next().unwrap_or_default();
+    String::from_utf8_lossy(left).trim().to_ascii_uppercase()
 }
 
-fn drilling_code(name: &str) -> Option<u16> {
-    let number = match name {
-        "CYCLE840" => 84,
-        _ => name.strip_prefix("CYCLE")?.parse::<u16>().ok()?,
-    };
-    (81..=89).contains(&number).then_some(number * 10)
+/// Does a name of this control put something in force, and neither call nor jump?
+pub fn is_setting(name: &[u8]) -> bool {
+    let name = String::from_utf8_lossy(name).to_ascii_uppercase();
+    QUIET.contains(&name.as_str()) || SETTINGS.contains(&name.as_str())
+}
+
+/// Does this assignment set an R parameter?
+pub fn is_variable(assignment: &[u8]) -> bool {
+    let name = variable(assignment);
+    name.strip_prefix('R').is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
 }

@@ -1,5 +1,5 @@
 //! Control structures of Siemens 840D: IF … ELSE … ENDIF, FOR … TO … ENDFOR, WHILE … ENDWHILE, LOOP … ENDLOOP,
-//! REPEAT … UNTIL, and jumps to labels. Every jump is charged to the budget of the run.
+//! REPEAT … UNTIL. Every jump is charged to the budget of the run.
 
 use super::Run;
 use super::line::Line;
@@ -23,7 +23,7 @@ pub(super) fn structure_word(tokens: &[Token], text: &[u8]) -> Option<String> {
 }
 
 /// Letters of a name or of a call before its parenthesis, upper case.
-fn name(token: &Token, text: &[u8]) -> String {
+pub(super) fn name(token: &Token, text: &[u8]) -> String {
     let bytes = token.span.of(text);
     let length = bytes.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_').count();
     String::from_utf8_lossy(&bytes[..length]).to_ascii_uppercase()
@@ -122,41 +122,6 @@ impl Run<'_> {
         let text = "the other end of this structure is missing";
         self.say("nc::unbalanced", Severity::Error, span, text, "the rest of the program is not executed");
         self.ended = true;
-    }
-
-    /// `GOTOF LABEL`, `GOTOB N100`, `IF condition GOTOF LABEL`.
-    pub(super) fn siemens_jump(&mut self, tokens: &[Token], text: &[u8]) {
-        let goto = tokens.iter().position(|token| name(token, text).starts_with("GOTO"));
-        let Some(goto) = goto else {
-            let why = "this jump is not followed";
-            return self.not_understood("nc::not-understood", tokens[0].span, why, "");
-        };
-        if goto > 0 {
-            let start = tokens[0].span.start + name(&tokens[0], text).len() as u32;
-            let condition = Span { start, end: tokens[goto].span.start };
-            match expr::evaluate(condition.of(text), &self.parameters) {
-                Ok(value) if value != 0.0 => {}
-                Ok(_) => return,
-                Err(error) => return self.bad_expression(condition, &error),
-            }
-        }
-        let Some(target) = tokens.get(goto + 1) else { return };
-        let label = String::from_utf8_lossy(target.span.of(text)).to_ascii_uppercase();
-        let labels = self.labels();
-        let back = name(&tokens[goto], text) == "GOTOB";
-        let numbered =
-            label.strip_prefix('N').and_then(|n| n.parse().ok()).and_then(|n| labels.numbered(n, self.block.0));
-        let mut named = labels.names.iter().filter(|(name, _)| *name == label).map(|(_, block)| *block);
-        let here = self.block.0;
-        let nearest = named.clone().rfind(|block| *block <= here).filter(|_| back);
-        let named = nearest.or_else(|| named.clone().find(|block| *block > here)).or_else(|| named.next());
-        if let Some(block) = named.or(numbered) {
-            self.jump(block as usize);
-        } else {
-            let text = format!("there is no label {label}");
-            self.say("nc::no-target", Severity::Error, target.span, text, "the program ends here");
-            self.ended = true;
-        }
     }
 }
 

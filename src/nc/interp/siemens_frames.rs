@@ -37,9 +37,7 @@ impl Run<'_> {
             _ => self.add_scale(words.map(|word| if word.is_some() { -1.0 } else { 1.0 })),
         };
         if !plain {
-            self.frame_lost = true;
-            let text = format!("this {word} is not followed: feeds are kept until the frame is set anew");
-            self.not_understood("nc::frame", place, text, "TRANS, ROT, SCALE or MIRROR alone sets it anew");
+            self.lose_frame(place, word);
         }
         self.reframe();
         true

@@ -97,7 +97,7 @@ pub fn verify(original: &Program, rewritten: &Program, environment: &Environment
         let same = parse(rewritten.own_text().to_vec(), Some(original.dialect()));
         return verify(original, &same, environment);
     }
-    if nc::steers(original) && !nc::steers(rewritten) {
+    if nc::steers(original, environment) && !nc::steers(rewritten, environment) {
         return verify_unrolled(original, rewritten, environment);
     }
     prove(original, rewritten, environment)

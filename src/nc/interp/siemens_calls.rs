@@ -1,0 +1,183 @@
+//! Calls of Siemens 840D: subprograms with arguments, MCALL, the drilling cycles and hole patterns. In: the name and the
+//! arguments. Out: the routine entered, or the motions the cycle makes; other cycles are kept, and said.
+
+use super::Run;
+use super::cycles::Cycle;
+use super::line::Line;
+use super::siemens_flow::name;
+use crate::diag::{Severity, Span};
+use crate::nc::expr;
+use crate::nc::lex::{Token, TokenKind};
+use crate::nc::toolpath::Freeze;
+
+/// A cycle that MCALL repeats at every position.
+#[derive(Debug, Clone)]
+pub(super) struct ModalCall {
+    name: String,
+    arguments: Vec<Option<f64>>,
+}
+
+/// Calls that move nothing here.
+const QUIET: [&str; 9] = ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "SETMS", "STOPRE", "FGROUP", "ORISOF"];
+
+impl Run<'_> {
+    /// Name and arguments of `NAME(a, b, , c)`.
+    pub(super) fn call_parts(&mut self, bytes: &[u8]) -> (String, Vec<Option<f64>>) {
+        let open = bytes.iter().position(|&byte| byte == b'(').unwrap_or(bytes.len());
+        let name = String::from_utf8_lossy(&bytes[..open]).to_ascii_uppercase();
+        let inner = bytes.get(open + 1..bytes.len().saturating_sub(1)).unwrap_or_default();
+        let mut depth = 0;
+        let parts = inner.split(|&byte| {
+            depth += i32::from(byte == b'(') - i32::from(byte == b')');
+            byte == b',' && depth == 0
+        });
+        let arguments = parts.map(|part| expr::evaluate(part, &self.parameters).ok()).collect();
+        (name, arguments)
+    }
+
+    pub(super) fn siemens_call(
+        &mut self,
+        name: &str,
+        arguments: Vec<Option<f64>>,
+        modal: bool,
+        span: Span,
+        line: &mut Line,
+    ) {
+        match name {
+            _ if QUIET.contains(&name) => {}
+            "CYCLE800" if arguments.iter().all(|value| value.unwrap_or(0.0) == 0.0) => self.frame_lost = false,
+            "CYCLE800" | "TRAORI" => self.lose_frame(span, name),
+            "HOLES1" | "HOLES2" => self.hole_pattern(name, &arguments),
+            _ if modal => {
+                if drilling_code(name).is_none() {
+                    let text = format!("the modal call of {name} is kept, not simulated");
+                    self.say("nc::modal-call", Severity::Warning, span, text, "feeds are kept up to the next MCALL");
+                }
+                self.modal_call = Some(ModalCall { name: name.to_owned(), arguments });
+            }
+            _ if drilling_code(name).is_some() => {
+                line.any = true;
+                self.drilling_cycle(&ModalCall { name: name.to_owned(), arguments });
+            }
+            _ => {
+                if self.call_siemens(name, repeats(line), arguments) {
+                    line.called.push(span);
+                } else {
+                    let text = format!("{name} is kept, not simulated");
+                    self.say("nc::cycle", Severity::Warning, span, text, "what it cuts is not known to the simulation");
+                }
+            }
+        }
+    }
+
+    /// Calls a subprogram; R parameters are those of the caller, other variables its own.
+    pub(super) fn call_siemens(&mut self, name: &str, times: u64, arguments: Vec<Option<f64>>) -> bool {
+        let found = self.call_by_name(name, times, None);
+        if found {
+            self.passed = arguments;
+        }
+        found
+    }
+
+    /// `PROC NAME(REAL A, INT B=5)`: the arguments of the call by the names they have here.
+    pub(super) fn procedure(&mut self, tokens: &[Token], text: &[u8]) {
+        let passed = std::mem::take(&mut self.passed);
+        let Some(head) = tokens.iter().find(|token| token.kind == TokenKind::Call) else { return };
+        let bytes = head.span.of(text);
+        let open = name(head, text).len() + 1;
+        let inner = bytes.get(open..bytes.len().saturating_sub(1)).unwrap_or_default();
+        for (index, part) in inner.split(|&byte| byte == b',').enumerate() {
+            let part = String::from_utf8_lossy(part).to_ascii_uppercase();
+            let (left, default) = part.split_once('=').map_or((part.as_str(), None), |(l, r)| (l, Some(r)));
+            let Some(variable) = left.split_whitespace().last() else { continue };
+            let default = default.and_then(|text| expr::evaluate(text.trim().as_bytes(), &self.parameters).ok());
+            let value = passed.get(index).copied().flatten().or(default).unwrap_or(0.0);
+            self.parameters.set_name(variable, value);
+            self.defined.insert(variable.to_owned());
+            if left.split_whitespace().next() == Some("VAR") {
+                let said = format!("{variable} is not handed back to the caller");
+                self.not_understood("nc::not-understood", head.span, said, "");
+            }
+        }
+    }
+
+    /// Why the motions of a block under MCALL keep their feed.
+    pub(super) fn modal_call_kept(&self) -> bool {
+        self.modal_call.as_ref().is_some_and(|call| drilling_code(&call.name).is_none())
+    }
+
+    /// After a block that positions: the cycle MCALL put in force.
+    pub(super) fn modal_cycle(&mut self, line: &Line) {
+        if line.has_any(b"XY")
+            && let Some(call) = self.modal_call.clone()
+        {
+            self.drilling_cycle(&call);
+        }
+    }
+
+    /// HOLES1 (row: X, Y, angle, distance to the first, spacing, number), HOLES2 (circle: X, Y, radius, angle, step, number).
+    fn hole_pattern(&mut self, name: &str, arguments: &[Option<f64>]) {
+        let Some(call) = self.modal_call.clone() else { return };
+        let value = |index: usize| arguments.get(index).copied().flatten().unwrap_or(0.0);
+        let count = value(5).clamp(0.0, 1000.0) as u32;
+        let unit = self.modal.unit_mm();
+        for k in 0..count {
+            let k = f64::from(k);
+            let (radius, angle) = if name == "HOLES1" {
+                (value(3) + k * value(4), value(2))
+            } else {
+                let step = if value(4) == 0.0 { 360.0 / f64::from(count) } else { value(4) };
+                (value(2), value(3) + k * step)
+            };
+            let mut at = self.programmed;
+            at.x = (value(0) + radius * angle.to_radians().cos()) * unit;
+            at.y = (value(1) + radius * angle.to_radians().sin()) * unit;
+            self.line_to(crate::nc::toolpath::MoveKind::Rapid, at);
+            self.drilling_cycle(&call);
+        }
+    }
+
+    /// CYCLE81 … CYCLE89: retract plane, reference plane, safety distance, depth (absolute, or relative to the reference).
+    fn drilling_cycle(&mut self, call: &ModalCall) {
+        let value = |index: usize| call.arguments.get(index).copied().flatten();
+        let (Some(code), Some(retract), Some(reference)) = (drilling_code(&call.name), value(0), value(1)) else {
+            return;
+        };
+        let unit = self.modal.unit_mm();
+        let depth = value(3).or(value(4).map(|relative| reference - relative.abs()));
+        let Some(depth) = depth else { return };
+        let chip_break = call.name == "CYCLE83" && value(11).unwrap_or(0.0) == 0.0;
+        let first = value(5).map(|d| (reference - d).abs()).or(value(6));
+        let cycle = Cycle {
+            initial: retract * unit,
+            depth: Some(depth * unit),
+            peck: first.map(|d| d * unit),
+            dwell_s: if code == 820 { value(5).unwrap_or(0.0).max(0.0) } else { 0.0 },
+            ..Cycle::default()
+        };
+        let before = (self.freeze, self.splittable, self.modal.retract_to_r, self.modal.incremental);
+        self.freeze = self.freeze.or(match code {
+            840 => Some(Freeze::Synchronised),
+            810..=830 => None,
+            _ => Some(Freeze::Cycle),
+        });
+        self.splittable = false;
+        (self.modal.retract_to_r, self.modal.incremental) = (false, false);
+        let level = (reference + value(2).unwrap_or(0.0)) * unit;
+        self.one_hole(cycle, if chip_break { 730 } else { code }, self.programmed, level);
+        (self.freeze, self.splittable, self.modal.retract_to_r, self.modal.incremental) = before;
+    }
+}
+
+/// P beside the name of a subprogram.
+pub(super) fn repeats(line: &Line) -> u64 {
+    line.get(b'P').unwrap_or(1.0).clamp(0.0, 1e9) as u64
+}
+
+fn drilling_code(name: &str) -> Option<u16> {
+    let number = match name {
+        "CYCLE840" => 84,
+        _ => name.strip_prefix("CYCLE")?.parse::<u16>().ok()?,
+    };
+    (81..=89).contains(&number).then_some(number * 10)
+}
