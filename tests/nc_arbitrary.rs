@@ -13,7 +13,9 @@ use proptest::test_runner::RngSeed;
 use rewriting::{job, schedule, toolpath, unchanged};
 
 /// Lines of ISO programs, loops and calls among them.
-const ISO: [&str; 41] = [
+const ISO: [&str; 43] = [
+    "G1 X9 ,R1.",
+    "G1 Y9 ,C1.",
     "G1 X1.5 Y-2 F300",
     "G0 Z5",
     "X3",
@@ -57,7 +59,16 @@ const ISO: [&str; 41] = [
     "G92 X0",
 ];
 /// Lines of plain language.
-const PLAIN: [&str; 11] = [
+const PLAIN: [&str; 20] = [
+    "APPR LCT X+5 Y+5 R2 RL F200",
+    "APPR CT X+5 Y+5 CCA90 R+2 RR F200",
+    "APPR LT X+5 Y+5 LEN3 R0",
+    "DEP LCT X+9 Y+9 R2",
+    "DEP LN LEN3 F300",
+    "L X+3 Y+7 RL",
+    "L Z+Q1 FQ2",
+    "LP PR+Q1 PA+30",
+    "CHF 0.5",
     "L X+5 Y+2 R0 FMAX",
     "LBL 1",
     "CALL LBL 1 REP 2/2",
@@ -71,7 +82,15 @@ const PLAIN: [&str; 11] = [
     "FN 12: IF +Q1 LT +3 GOTO LBL 1",
 ];
 /// What Siemens adds to ISO.
-const SIEMENS: [&str; 8] = [
+const SIEMENS: [&str; 16] = [
+    "HERE: G1 X3",
+    "REPEAT HERE P=2",
+    "REPEATB HERE",
+    "GOTOB HERE",
+    "CASE R1 OF 1 GOTOF HERE DEFAULT GOTOB HERE",
+    "L10 P2",
+    "%_N_L10_SPF",
+    "M17",
     "FOR R1=1 TO 3",
     "ENDFOR",
     "G1 X=R1*2 F=R2",

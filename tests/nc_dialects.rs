@@ -292,6 +292,23 @@ fn modal_macros_are_said_and_freeze_what_they_follow() {
 }
 
 #[test]
+fn corners_behind_a_comma() {
+    for dialect in [Dialect::Fanuc, Dialect::Haas] {
+        let path = read("G1 X10. F100. ,R2.\nY10. ,C3.\nX0\nM30\n", dialect);
+        assert_quiet(&path);
+        let xy: Vec<[f64; 2]> = ends(&path).iter().map(|end| [end[0], end[1]]).collect();
+        assert_eq!(xy, [[8.0, 0.0], [10.0, 2.0], [10.0, 7.0], [7.0, 10.0], [0.0, 10.0]]);
+        assert!(path.moves.iter().all(|m| m.freeze.is_none() && !m.splittable), "{:?}", path.moves);
+        assert_eq!(path.moves.iter().map(|m| m.line).collect::<Vec<_>>(), [1, 1, 2, 2, 3]);
+    }
+    let path = read("G1 X10 F100 ,R2\nY10\nM2\n", Dialect::LinuxCnc);
+    assert_eq!(
+        path.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(),
+        [("nc::not-understood", Some(1))]
+    );
+}
+
+#[test]
 fn a_radius_in_the_block_moves_the_path_aside_by_it() {
     for word in ["G41 D.75", "G41 R.75", "G41.1 D1.5"] {
         let text = format!("G0 X0 Y-20.\nG1 F100. Y-19.\n{word} X0 Y-10.\nY30.\nG40 X-20.\nM30\n");

@@ -47,6 +47,94 @@ fn polar_and_tangential_motions() {
     assert!(matches!(path.moves[1].curve(), Curve::Arc(arc) if (arc.radius_mm - 10.0).abs() < 1e-9));
 }
 
+/// With a cutter of radius 5 that is moved aside by the control.
+fn read_beside(lines: &str) -> Toolpath {
+    let text = program(&format!("TOOL CALL 1 Z S3000\nL X+0 Y-40 R0 FMAX\n{lines}"));
+    let compensation = Some(feedwright::machine::Compensation::Control);
+    let environment = Environment { compensation, diameters_mm: vec![(1, 10.0)], ..Environment::default() };
+    let path = nc::interpret(&nc::parse(text.into_bytes(), Some(Dialect::Heidenhain)), &environment);
+    assert!(path.diagnostics.is_empty(), "{lines}: {:?}", path.diagnostics);
+    path
+}
+
+/// Centre and turns of an arc.
+fn arc(path: &Toolpath, index: usize) -> (f64, f64, f64) {
+    let Curve::Arc(arc) = path.moves[index].curve() else { panic!("no arc: {:?}", path.moves[index].curve()) };
+    let round = |value: f64| (value * 1e6).round() / 1e6 + 0.0;
+    (round(arc.centre.x), round(arc.centre.y), round(arc.sweep_rad / std::f64::consts::TAU))
+}
+
+#[test]
+fn approaches_lead_into_the_contour() {
+    let straight = read_beside("APPR LT X+20 Y+20 LEN15 R0 F100\nL X+50");
+    assert_eq!(ends(&straight)[1..], [[5.0, 20.0], [20.0, 20.0], [50.0, 20.0]]);
+    let kinds: Vec<bool> = straight.moves.iter().map(|m| m.kind == nc::MoveKind::Rapid).collect();
+    assert_eq!(kinds, [true, true, false, false], "to H as the tool moved last");
+    let kept: Vec<bool> = straight.moves.iter().map(|m| m.freeze == Some(Freeze::Approach)).collect();
+    assert_eq!(kept, [false, true, true, false]);
+    assert_eq!(straight.moves.iter().map(|m| m.line).collect::<Vec<_>>(), [3, 4, 4, 5]);
+    let normal = read_beside("APPR LN X+20 Y+20 LEN15 RL F100\nL X+50\nL Y-9");
+    assert_eq!(ends(&normal)[1..4], [[20.0, 40.0], [20.0, 25.0], [50.0, 25.0]]);
+    let round = read_beside("L X+1 R0 F600\nAPPR CT X+20 Y+20 CCA90 R+10 RR F100\nL X+50");
+    assert_eq!(ends(&round)[2..], [[10.0, 5.0], [20.0, 15.0], [50.0, 15.0]]);
+    assert_eq!(arc(&round, 3), (20.0, 5.0, -0.25));
+    let feeds: Vec<f64> = round.moves[2..].iter().map(|m| (m.feed.mm_s * 60.0).round()).collect();
+    assert_eq!(feeds, [600.0, 100.0, 100.0], "to H at the feed before");
+    let inwards = read_beside("APPR CT X+20 Y+20 CCA90 R-10 RR F100\nL X+50");
+    assert_eq!((ends(&inwards)[1], arc(&inwards, 2)), ([10.0, 25.0], (20.0, 25.0, 0.25)));
+    let both = read_beside("L X-10 Y+5 R0 FMAX\nAPPR LCT X+0 Y+10 R5 RL F100\nL Y+60");
+    // Moved aside by 5: A′ = (−5, 10), C = (−10, 10); the line from (−10, 5) touches where it begins.
+    assert_eq!((ends(&both)[2..].to_vec(), arc(&both, 2)), (vec![[-5.0, 10.0], [-5.0, 60.0]], (-10.0, 10.0, 0.25)));
+    let by_side = read_beside("L X-10 Y+5 R0 FMAX\nAPPR LCT X+0 Y+10 R5 R0 F100\nL Y+60");
+    assert_eq!((ends(&by_side)[2..4].to_vec(), arc(&by_side, 3)), (vec![[-5.0, 5.0], [0.0, 10.0]], (-5.0, 10.0, 0.25)));
+    let to_an_arc = read_beside("APPR LT X+20 Y+0 LEN5 R0 F100\nCC X+20 Y+10\nC X+30 Y+10 DR+");
+    assert_eq!(ends(&to_an_arc)[1..], [[15.0, 0.0], [20.0, 0.0], [30.0, 10.0]]);
+}
+
+#[test]
+fn departures_lead_away_from_the_contour() {
+    let contour = "APPR LT X+20 Y+20 LEN15 RL F100\nL X+50\n";
+    let leaves = |how: &str| {
+        let path = read_beside(&format!("{contour}DEP {how}\nL X+0 Y-40 R0 FMAX"));
+        assert_eq!((ends(&path)[3], *ends(&path).last().unwrap()), ([50.0, 25.0], [0.0, -40.0]), "{how}");
+        assert!(path.moves[4..path.moves.len() - 1].iter().all(|m| m.freeze == Some(Freeze::Approach)));
+        path
+    };
+    assert_eq!(ends(&leaves("LT LEN12 F300"))[4], [62.0, 25.0]);
+    assert_eq!(ends(&leaves("LN LEN+20 F300"))[4], [50.0, 45.0]);
+    let round = leaves("CT CCA180 R+8 F300");
+    assert_eq!((ends(&round)[4], arc(&round, 4)), ([50.0, 41.0], (50.0, 33.0, 0.5)));
+    assert_eq!((round.moves[4].feed.mm_s * 60.0).round(), 300.0);
+    let both = leaves("LCT X+55 Y+50 R5");
+    assert_eq!((ends(&both)[4..6].to_vec(), arc(&both, 4)), (vec![[55.0, 30.0], [55.0, 50.0]], (50.0, 30.0, 0.25)));
+}
+
+#[test]
+fn corners_are_worked_into_a_contour_the_tool_runs_beside() {
+    let outside = read_beside("L X+0 Y+0 RL F100\nL Y+60\nRND R5\nL X+100\nCHF 2\nL Y+0");
+    assert_eq!(ends(&outside)[2..5], [[-5.0, 55.0], [5.0, 65.0], [98.0, 65.0]]);
+    assert_eq!(arc(&outside, 3), (5.0, 55.0, -0.25));
+    let inside = read_beside("L X+0 Y+0 RR F100\nL Y+60\nRND R8 F50\nL X+100");
+    assert_eq!(ends(&inside)[2..], [[5.0, 52.0], [8.0, 55.0], [100.0, 55.0]]);
+    let feeds: Vec<f64> = inside.moves[2..].iter().map(|m| (m.feed.mm_s * 60.0).round()).collect();
+    assert_eq!((arc(&inside, 3), feeds), ((8.0, 52.0, -0.25), vec![100.0, 50.0, 100.0]));
+    assert_eq!(inside.moves[3].freeze, Some(Freeze::Corner));
+}
+
+#[test]
+fn machine_coordinates_and_retracts() {
+    let environment =
+        Environment { home_mm: Some(feedwright::path::Vec3::new(0.0, 0.0, 300.0)), ..Environment::default() };
+    let read =
+        |lines: &str| nc::interpret(&nc::parse(program(lines).into_bytes(), Some(Dialect::Heidenhain)), &environment);
+    let path = read(
+        "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 Z+50\nL Z-5 R0 FMAX\nL Z-1 R0 FMAX M91\nL Z-5 FMAX\nM140 MB MAX\nL Z+0 FMAX\nL M140 MB+20\nL X+1 M97 FMAX",
+    );
+    assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+    let z: Vec<f64> = path.moves.iter().map(|m| m.curve().to().z).collect();
+    assert_eq!(z, [45.0, -1.0, 45.0, 300.0, 50.0, 70.0, 70.0]);
+}
+
 #[test]
 fn corners_stand_in_blocks_of_their_own() {
     let lines = "L X+10 R0 F100\nRND R2\nL Y+10\nCHF 3\nL X+0";
@@ -66,6 +154,9 @@ fn labels_and_jumps() {
         ("CALL PGM OTHER.H\nL X+1 F1", "nc::no-routine"),
         ("LBL 1\nFN 9: IF +1 EQU +1 GOTO LBL 1", "nc::runaway"),
         ("APPR LCT X+10 Y+0 R5 RL F100", "nc::approach"),
+        ("APPR PLT PR+10 PA+0 LEN5 RL F100\nL X+9", "nc::approach"),
+        ("APPR LN X+10 Y+0 LEN5 R0 F100\nL X+20", "nc::approach"),
+        ("L X+5 R0 F100\nDEP LCT X+5 Y+1 R5", "nc::approach"),
         ("FPOL X+0 Y+0", "nc::not-understood"),
         ("CYCL DEF 247 PRESET ~\nQ339=1\nL X+1 F1", "nc::cycle"),
     ] {

@@ -115,7 +115,7 @@ fn sections_are_repeated() {
 
 #[test]
 fn subprograms_have_names_of_their_own_and_share_r() {
-    let text = "DEF REAL AT=7\nR1=1\nG1 F100\nSIDE(3, 4)\nX=AT Y=R1\nL5 P2\nM30\n\
+    let text = "G1 F100\nDEF REAL AT=7\nR1=1\nSIDE(3, 4)\nX=AT Y=R1\nL5 P2\nM30\n\
         %_N_SIDE_SPF\nPROC SIDE(REAL AT, REAL UP, REAL HIGH=9) SAVE DISPLOF\nDEF INT II\nX=AT Y=UP Z=HIGH\nR1=R1+1\nRET\n\
         %_N_L5_SPF\nG91 X1\nG90\nM17\n";
     assert_ends(text, &[[3.0, 4.0], [7.0, 2.0], [8.0, 2.0], [9.0, 2.0]]);

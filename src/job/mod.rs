@@ -23,7 +23,7 @@ mod wanted;
 pub use look::{events, tool_assumption, unknown_tools};
 pub use wanted::Wanted;
 
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Severity};
 use crate::engage::cache::Key;
 use crate::engage::{self, EngageError, EngagementMap};
 use crate::machine::Job;
@@ -51,6 +51,9 @@ pub enum JobError {
     /// Feed moves with a tool that the setup does not describe: number and first line.
     #[error("{}", .0.iter().map(|(tool, line)| format!("T{tool} (line {line})")).collect::<Vec<_>>().join(", "))]
     UnknownTools(Vec<(u32, u32)>),
+    /// Tools are called by names that have no numbers here.
+    #[error("tools are called by names that have no numbers here")]
+    ToolNames(Vec<Diagnostic>),
     /// The stock cannot be simulated.
     #[error(transparent)]
     Engage(#[from] EngageError),
@@ -116,6 +119,12 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     assumptions.extend(tool_assumption(&toolpath, &mut job));
     let unknown = unknown_tools(&toolpath, &job);
     if !unknown.is_empty() {
+        let named = toolpath.diagnostics.into_iter().filter(|diagnostic| diagnostic.code == "nc::tool-name");
+        let named: Vec<Diagnostic> =
+            named.map(|diagnostic| Diagnostic { severity: Severity::Error, ..diagnostic }).collect();
+        if unknown.iter().any(|(tool, _)| *tool == 0) && !named.is_empty() {
+            return Err(JobError::ToolNames(named));
+        }
         return Err(JobError::UnknownTools(unknown));
     }
     look::freeze_tools(&mut toolpath, &job);

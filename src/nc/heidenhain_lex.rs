@@ -65,6 +65,11 @@ fn word(rest: &[u8], letter: u8) -> (TokenKind, usize, f64) {
             let kind = TokenKind::Computed(if incremental { rest[1] | 0x80 } else { letter });
             return (kind, letters + length, 0.0);
         }
+        let number =
+            after.iter().take_while(|byte| byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'.')).count();
+        if number > 0 {
+            return (TokenKind::Bad, letters + number, 0.0);
+        }
     }
     let signed = rest[..letters].eq_ignore_ascii_case(b"DR")
         && matches!(after.first(), Some(b'+' | b'-'))

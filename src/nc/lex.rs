@@ -44,6 +44,8 @@ pub enum TokenKind {
     Call,
     /// A label with its colon (Siemens).
     Label,
+    /// `,R5.` or `,C2.`: the corner behind the block.
+    Corner(u8),
     /// Not understood.
     Bad,
 }
@@ -100,8 +102,19 @@ fn scan(rest: Input<'_>, first: bool) -> (TokenKind, usize, f64) {
         },
         b'[' | b'0'..=b'9' | b'+' | b'-' | b'.' => primary_or_bad(rest),
         b':' if first => colon_number(rest),
+        b',' => corner(rest),
         letter if letter.is_ascii_alphabetic() => word(rest, letter.to_ascii_uppercase()),
         _ => (TokenKind::Bad, length_of(bad, rest), 0.0),
+    }
+}
+
+/// `,R5.`, `,C2.`
+fn corner(rest: Input<'_>) -> (TokenKind, usize, f64) {
+    let blank = 1 + rest[1..].iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
+    let letter = rest.get(blank).map(u8::to_ascii_uppercase).filter(|letter| matches!(letter, b'R' | b'C'));
+    match letter.zip(rest.get(blank + 1..).and_then(decimal)) {
+        Some((letter, (number, length))) => (TokenKind::Corner(letter), blank + 1 + length, number),
+        None => (TokenKind::Bad, length_of(bad, rest), 0.0),
     }
 }
 

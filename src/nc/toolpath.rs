@@ -57,6 +57,10 @@ pub enum Freeze {
     Tool,
     /// It is made by a subprogram in another file.
     OtherFile,
+    /// An approach or a departure that the control works out.
+    Approach,
+    /// A corner with a feed of its own.
+    Corner,
     /// Excluded by the setup.
     Excluded,
 }
@@ -76,6 +80,8 @@ impl Freeze {
             Freeze::NoFeed => "its feed is not known",
             Freeze::BlockDelete => "it depends on the block-delete switch",
             Freeze::Tool => "its tool is unknown or keeps its feed",
+            Freeze::Approach => "it is an approach or a departure that the control works out",
+            Freeze::Corner => "it is a corner with a feed of its own",
             Freeze::OtherFile => "it is made by a subprogram in another file",
             Freeze::Excluded => "the setup excludes it",
         }

@@ -137,7 +137,8 @@ impl Text {
         let twice = view.words.iter().filter(|word| word.letter == b'F').count() > 1;
         if deleted || view.delete {
             Some(Freeze::BlockDelete)
-        } else if view.flow || ((!view.plain || view.computed_feed) && (motion.instance > 0 || motion.shared.is_some()))
+        } else if view.flow
+            || ((!view.worded || view.computed_feed) && (motion.instance > 0 || motion.shared.is_some()))
         {
             Some(Freeze::Repeated)
         } else if view.computed_feed {

@@ -41,6 +41,8 @@ pub struct View {
     pub computed_feed: bool,
     /// Everything in it is a plain word, a blank or a comment, or sets the feed.
     pub plain: bool,
+    /// The same, but words may have expressions for numbers.
+    pub worded: bool,
     /// Nothing but comments and blanks.
     pub empty: bool,
 }
@@ -49,7 +51,14 @@ impl View {
     /// Takes a block apart.
     pub fn of(program: &Program, block: BlockId) -> Self {
         let span = program.span(block);
-        let mut view = View { code_end: span.start, line_end: span.end, plain: true, empty: true, ..View::default() };
+        let mut view = View {
+            code_end: span.start,
+            line_end: span.end,
+            plain: true,
+            worded: true,
+            empty: true,
+            ..View::default()
+        };
         let plain = program.dialect() == Dialect::Heidenhain;
         let siemens = program.dialect() == Dialect::Siemens;
         let mut named = false;
@@ -79,6 +88,7 @@ impl View {
                     view.plain &= moves || kind == TokenKind::Computed(b'F');
                     let setting =
                         siemens && kind == TokenKind::Name && crate::nc::is_setting(token.span.of(program.text()));
+                    view.worded &= moves || setting || matches!(kind, TokenKind::Computed(_));
                     view.flow |= steers(kind) && !moves && !setting || kind == TokenKind::Percent && !view.empty;
                     view.jumps |= matches!(kind, TokenKind::Name | TokenKind::Label) && !moves && !setting;
                     view.computed_feed |= kind == TokenKind::Computed(b'F');

@@ -42,7 +42,7 @@ pub struct SetupFile {
 #[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
 #[serde(deny_unknown_fields)]
 pub struct MachineTable {
-    /// Dialect of the control: fanuc, haas, linuxcnc, grbl, siemens, heidenhain or generic; found from the text when absent.
+    /// Dialect of the control: fanuc, haas, linuxcnc, grbl, mach3, siemens, heidenhain or generic; found from the text when absent.
     pub dialect: Option<String>,
     /// Rapid along the path, mm/min.
     pub rapid: Option<Quantity>,

@@ -10,8 +10,8 @@ use crate::path::Vec3;
 use crate::units::{Dimension, mm_min_from_mm_s};
 use std::collections::BTreeMap;
 
-/// Names of dialects the setup may give.
-pub const DIALECTS: [&str; 7] = ["fanuc", "haas", "linuxcnc", "grbl", "siemens", "heidenhain", "generic"];
+/// Names of dialects the setup may give; Mach3 is read as GRBL.
+pub const DIALECTS: [&str; 8] = ["fanuc", "haas", "linuxcnc", "grbl", "mach3", "siemens", "heidenhain", "generic"];
 
 /// The machine with its work offsets.
 pub fn machine(

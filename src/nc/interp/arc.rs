@@ -42,11 +42,21 @@ impl Run<'_> {
         if line.has(b'R') && (sweep.abs() - PI).abs() < 0.1 {
             self.splittable = false;
         }
+        if self.approach.is_some() {
+            let (a, b, _) = plane.axes();
+            let mut tangent = Vec3::zeros();
+            (tangent[a], tangent[b]) = (centre[b] - from[b], from[a] - centre[a]);
+            self.approach_along(MoveKind::Feed, tangent * sweep.signum());
+        }
+        self.leg = None;
+        if let Some((_, place)) = self.corner.take() {
+            self.refuse_corner(place);
+        }
         self.arc_to(plane, target, centre, sweep);
     }
 
     /// Makes an arc given in programmed coordinates.
-    fn arc_to(&mut self, plane: Plane, target: Vec3, centre: Vec3, sweep: f64) {
+    pub(super) fn arc_to(&mut self, plane: Plane, target: Vec3, centre: Vec3, sweep: f64) {
         let centre = self.frame.apply(centre);
         let sweep = if self.frame.mirrors(plane) { -sweep } else { sweep };
         if self.compensated(MoveKind::Feed, target, Some((centre, sweep))) {

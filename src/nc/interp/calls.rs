@@ -117,13 +117,12 @@ impl Run<'_> {
         let number = line.get(b'P').map_or(0, |p| p.max(0.0) as u64).to_string();
         let found = code == 660 && (self.labels().routine(&number).is_some() || self.file(&number).is_some());
         if !found {
-            let what = if code == 660 {
-                format!("macro {number} is neither in the text nor beside it")
+            let (what, help) = if code == 660 {
+                (format!("macro {number} is neither in the text nor beside it"), "put the macro beside the program")
             } else {
-                "G66.1".into()
+                ("G66.1 is not followed".into(), "G66, which calls after motions only, is followed")
             };
-            let text = format!("{what}: the calls after the blocks up to G67 are kept, not simulated");
-            let help = "put the macro beside the program; feeds are kept up to G67";
+            let text = format!("{what}: the calls after the blocks up to G67 are kept, and so are the feeds there");
             self.say("nc::no-routine", Severity::Warning, span, text, help);
         }
         let repeats = line.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
@@ -220,6 +219,7 @@ impl Run<'_> {
             let text = format!("calls are nested deeper than {}", self.env.max_depth);
             self.say("nc::runaway", Severity::Error, span, text, "a subprogram seems to call itself without end");
             self.ended = true;
+            self.forget_repetitions();
             return;
         }
         self.count_from_here();

@@ -21,11 +21,11 @@ const JOINED_RAD: f64 = 0.05;
 /// Slack in lengths and angles, mm and rad.
 const SLACK: f64 = 1e-6;
 
-type Point = [f64; 2];
+pub(super) type Point = [f64; 2];
 
 /// An element of the contour after it was moved aside.
 #[derive(Debug, Clone, Copy)]
-enum Moved {
+pub(super) enum Moved {
     /// Through a point, along a unit direction.
     Line(Point, Point),
     /// Centre and radius.
@@ -51,19 +51,26 @@ pub(super) struct Active {
     radius: f64,
     /// Where it was switched on: its ordinal in the program.
     range: usize,
-    before: Option<Before>,
+    pub(super) before: Option<Before>,
 }
 
 /// The element before the corner.
 #[derive(Debug, Clone, Copy)]
-struct Before {
-    moved: Moved,
+pub(super) struct Before {
+    pub(super) moved: Moved,
     /// Direction of the contour at its end.
-    direction: Point,
+    pub(super) direction: Point,
     /// Its move; those after it only rise or sink.
-    index: usize,
+    pub(super) index: usize,
     /// +1 when it bends counter-clockwise, −1 clockwise, 0 straight.
-    bend: f64,
+    pub(super) bend: f64,
+}
+
+impl Active {
+    /// Where the tool is when it is at a point of the contour that runs along `direction`.
+    pub(super) fn beside(self, p: Point, direction: Point) -> Point {
+        offset(p, direction, self)
+    }
 }
 
 /// An element of the contour that is to be followed, in coordinates of the work offset.

@@ -1,14 +1,18 @@
-//! Corners rounded or chamfered by a word (RND, CHF, CHR), tangential arcs (CT), arcs through a point (CIP). In: the move
-//! before, the move after. Out: both cut back and the element between them.
+//! Corners rounded or chamfered by a word (RND, CHF, CHR, `,R`, `,C`), tangential arcs (CT), arcs through a point (CIP). In: the
+//! contour before and after. Out: both cut back and the element between them; the tool follows it with its compensation.
 //!
 //! With the change of direction δ at the corner, a radius r begins r·tan(δ/2) before it; a chamfer of length c begins
 //! c / (2 cos(δ/2)) before it.
 
+use std::f64::consts::PI;
+
 use super::Run;
+use super::compensation::Active;
 use super::line::Line;
 use crate::diag::Span;
-use crate::nc::toolpath::{Freeze, MoveKind};
-use crate::path::{Arc, Curve, Vec3};
+use crate::nc::dialect::Dialect;
+use crate::nc::toolpath::{Feed, FeedMode, Freeze, Move, MoveKind};
+use crate::path::{Plane, Vec3};
 
 /// What a corner becomes, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,57 +36,83 @@ impl Corner {
     }
 }
 
+/// A straight motion that a corner may follow, and how things stood before it.
+#[derive(Debug, Clone)]
+pub(super) struct Leg {
+    /// Programmed ends.
+    from: Vec3,
+    to: Vec3,
+    tool: Vec3,
+    compensation: Option<Active>,
+    first_move: usize,
+    events: usize,
+}
+
+/// Where a corner begins and ends, and the centre and the sweep of its arc.
+type Worked = (Vec3, Vec3, Option<(Vec3, f64)>);
+
 impl Run<'_> {
-    /// Works the corner asked for into the move before and the one to be made; gives what is left of that.
-    pub(super) fn cornered(&mut self, kind: MoveKind, curve: Curve) -> Curve {
-        let Some((corner, place)) = self.corner.take() else { return curve };
-        if let (MoveKind::Feed, Some((rest, rounding))) = (kind, self.cut_corner(corner, curve))
-            && let Some(before) = self.out.moves.last_mut()
-        {
-            let Curve::Line { from, .. } = before.curve() else { return curve };
-            before.set_curve(Curve::Line { from, to: rounding.from() });
-            before.splittable = false;
-            let mut between = before.clone();
-            between.set_curve(rounding);
-            self.out.moves.push(between);
-            self.splittable = false;
-            return rest;
+    /// Works the corner asked for between the last straight motion and the one to `target`: the last one is made again,
+    /// shorter, and what lies between them after it, in its name.
+    pub(super) fn work_corner(&mut self, kind: MoveKind, target: Vec3) {
+        let Some((corner, place)) = self.corner.take() else { return };
+        let feed = self.corner_feed.take();
+        let leg = self.leg.take().filter(|leg| kind == MoveKind::Feed && self.can_go_back(leg));
+        let worked = leg.and_then(|leg| between(self.modal.plane, corner, &leg, target).map(|worked| (leg, worked)));
+        let Some((leg, (start, end, arc))) = worked else { return self.refuse_corner(place) };
+        let first = leg.first_move;
+        let before = self.out.moves[first].clone();
+        self.out.moves.truncate(first);
+        (self.tool, self.programmed, self.compensation) = (leg.tool, leg.from, leg.compensation);
+        self.straight_to(MoveKind::Feed, start);
+        let cut = self.out.moves.len();
+        match arc {
+            Some((centre, sweep)) => self.arc_to(self.modal.plane, end, centre, sweep),
+            None => self.straight_to(MoveKind::Feed, end),
         }
+        for (index, motion) in self.out.moves.iter_mut().enumerate().skip(first) {
+            let mut named = before.clone();
+            named.set_curve(motion.curve());
+            named.splittable = false;
+            if let Some(mm_s) = feed.filter(|_| index >= cut) {
+                named.feed = Feed { mm_s, word: None, ..named.feed };
+                named.freeze = named.freeze.or(Some(Freeze::Corner));
+            }
+            *motion = named;
+        }
+        self.splittable = false;
+    }
+
+    /// The corner asked for is left out, and said.
+    pub(super) fn refuse_corner(&mut self, place: Span) {
         let text = "this corner is not followed: the motions are read without it";
         self.not_understood("nc::corner", place, text, "it is followed between two straight lines in the plane");
         if let Some(before) = self.out.moves.last_mut() {
             before.freeze = before.freeze.or(Some(Freeze::NotUnderstood));
         }
-        curve
     }
 
-    fn cut_corner(&self, corner: Corner, after: Curve) -> Option<(Curve, Curve)> {
-        let (plane, (_, _, n)) = (self.modal.plane, self.modal.plane.axes());
-        let before = self.out.moves.last().filter(|motion| motion.kind == MoveKind::Feed)?;
-        let (Curve::Line { from: first, to: at }, Curve::Line { from, to: last }) = (before.curve(), after) else {
-            return None;
-        };
-        let (into, out) = ((at - first).try_normalize(1e-9)?, (last - at).try_normalize(1e-9)?);
-        let turn = into.dot(&out).clamp(-1.0, 1.0).acos();
-        let flat = into[n].abs() < 1e-9 && out[n].abs() < 1e-9 && (at - from).norm() < 1e-6;
-        let reach = corner.reach(turn);
-        let fits = reach > 0.0 && reach <= (at - first).norm() + 1e-9 && reach <= (last - at).norm() + 1e-9;
-        if !flat || !fits || self.compensation.is_some() || !(1e-6..std::f64::consts::PI - 1e-6).contains(&turn) {
-            return None;
-        }
-        let (start, end) = (at - into * reach, at + out * reach);
-        let between = match corner {
-            Corner::Round(radius) => {
-                let (a, b, _) = plane.axes();
-                let side = (into[a] * out[b] - into[b] * out[a]).signum();
-                let mut centre = start;
-                centre[a] -= side * radius * into[b];
-                centre[b] += side * radius * into[a];
-                Curve::Arc(Arc::new(plane, start, end, centre, side * turn))
-            }
-            _ => Curve::Line { from: start, to: end },
-        };
-        Some((Curve::Line { from: end, to: last }, between))
+    /// Keeps the straight motion to `target` in mind, if a corner may follow it.
+    pub(super) fn keep_leg(&mut self, kind: MoveKind, target: Vec3) {
+        let wanted = self.next_corner.is_some() || self.program.dialect() == Dialect::Heidenhain;
+        self.leg = (wanted && kind == MoveKind::Feed).then(|| Leg {
+            from: self.programmed,
+            to: target,
+            tool: self.tool,
+            compensation: self.compensation,
+            first_move: self.out.moves.len(),
+            events: self.out.between.len(),
+        });
+    }
+
+    fn can_go_back(&self, leg: &Leg) -> bool {
+        let made = self.out.moves.get(leg.first_move..).unwrap_or_default();
+        let one = |motion: &Move| motion.block == made[0].block && motion.instance == made[0].instance;
+        !made.is_empty()
+            && made.iter().all(one)
+            && leg.events == self.out.between.len()
+            && leg.to == self.programmed
+            && self.modal.feed_mode != FeedMode::InverseTime
     }
 
     /// CT: an arc that leaves the last motion without a bend, as a centre and a sense; a line where it would be straight.
@@ -144,10 +174,30 @@ impl Run<'_> {
     }
 
     /// Where the block will end, without putting anything in force.
-    fn peek_target(&mut self, line: &Line) -> Vec3 {
+    pub(super) fn peek_target(&mut self, line: &Line) -> Vec3 {
         let keep = (self.known, self.programmed, self.tool, self.splittable, self.polar);
         let target = self.target(line);
         (self.known, self.programmed, self.tool, self.splittable, self.polar) = keep;
         target
     }
+}
+
+/// The corner between a straight motion and the one to `last`; `None`: there is no room for it, or it is not in the plane.
+fn between(plane: Plane, corner: Corner, leg: &Leg, last: Vec3) -> Option<Worked> {
+    let (a, b, n) = plane.axes();
+    let (into, out) = ((leg.to - leg.from).try_normalize(1e-9)?, (last - leg.to).try_normalize(1e-9)?);
+    let turn = into.dot(&out).clamp(-1.0, 1.0).acos();
+    let flat = into[n].abs() < 1e-9 && out[n].abs() < 1e-9;
+    let reach = corner.reach(turn);
+    let room = (leg.to - leg.from).norm().min((last - leg.to).norm()) + 1e-9;
+    if !flat || reach <= 0.0 || reach > room || !(1e-6..PI - 1e-6).contains(&turn) {
+        return None;
+    }
+    let (start, end) = (leg.to - into * reach, leg.to + out * reach);
+    let Corner::Round(radius) = corner else { return Some((start, end, None)) };
+    let side = (into[a] * out[b] - into[b] * out[a]).signum();
+    let mut centre = start;
+    centre[a] -= side * radius * into[b];
+    centre[b] += side * radius * into[a];
+    Some((start, end, Some((centre, side * turn))))
 }

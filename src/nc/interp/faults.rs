@@ -36,7 +36,7 @@ impl Run<'_> {
 
     /// Diagnoses what could not be read in a block.
     pub(super) fn complain(&mut self, line: &Line) {
-        let macro_call = line.has_g(650) || line.has_g(40);
+        let macro_call = line.has_g(650) || line.has_g(660) || line.has_g(40) || line.has_g(1870);
         for letter in b"EUVW".iter().filter(|&&letter| line.has(letter) && !macro_call) {
             let text = format!("{} is not an axis or a word known here", char::from(*letter));
             self.not_understood(

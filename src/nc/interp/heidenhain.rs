@@ -2,7 +2,7 @@
 //!
 //! `L` is G0 (FMAX) or G1, `CC` keeps a centre for `C` and a pole for `LP`, `CP`; `CR` is an arc with R, `CT` one that is
 //! tangential; `RND`, `CHF` work the corner between their neighbours; `R0 RL RR` are G40 G41 G42, an `I` before an axis
-//! makes it incremental. APPR and DEP are read as straight motions with their feeds kept; what has no meaning here is said.
+//! makes it incremental; M91 and M92 are G53. What has no meaning here is said.
 
 use super::Run;
 use super::corner::Corner;
@@ -13,7 +13,9 @@ use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::expr::{self, Target};
 use crate::nc::lex::{Token, TokenKind};
-use crate::nc::toolpath::Event;
+use crate::nc::toolpath::{Event, MoveKind};
+use crate::path::Vec3;
+use crate::units::mm_s_from_mm_min;
 
 impl Run<'_> {
     /// Puts a block into ISO words.
@@ -64,7 +66,8 @@ impl Run<'_> {
                 self.tangential_arc(line, place);
             }
             ["RND" | "CHF", ..] => self.corner_block(names[0], line, first_number, place),
-            ["APPR" | "DEP", ..] => self.approach(&names, line, place),
+            ["APPR", ..] => self.approach(&names, &tokens, text, line, place),
+            ["DEP", ..] => self.departure(&names, &tokens, text, line, place),
             ["TOOL", "CALL", ..] => {
                 let named = tokens.iter().find(|token| token.span.of(text).first() == Some(&b'"'));
                 let named = named.and_then(|token| self.tool_by_name(token.span, text));
@@ -86,6 +89,7 @@ impl Run<'_> {
                 line.clear();
             }
             ["CYCL", "CALL", ..] => self.call_cycle(place),
+            ["MB", ..] => {}
             ["LBL" | "BLK" | "CYCL" | "FN", ..] | ["TOOL", "DEF", ..] => line.clear(),
             [] => {}
             [first, ..] => {
@@ -93,6 +97,12 @@ impl Run<'_> {
                 self.not_understood("nc::not-understood", place, what, "");
                 line.clear();
             }
+        }
+        if line.has_m(910) || line.has_m(920) {
+            line.g.push((530, place));
+        }
+        if line.has_m(1400) {
+            self.retract(number_after(&tokens, text, "MB"));
         }
         if line.has_m(990) {
             line.m.retain(|m| m.0 != 990);
@@ -127,6 +137,16 @@ impl Run<'_> {
         }
     }
 
+    /// M140 MB: along the tool axis by this much, else as far as there is room.
+    fn retract(&mut self, by: Option<f64>) {
+        let mut target = self.programmed;
+        let (_, _, n) = self.modal.plane.axes();
+        let home = self.env.home_mm.map(|home| home - self.env.origin(self.modal.wcs));
+        let free = self.frame.invert(home.unwrap_or(Vec3::repeat(self.env.clear_z_mm)))[n];
+        target[n] = by.map_or(target[n].max(free), |by| target[n] + by * self.modal.unit_mm());
+        self.line_to(MoveKind::Rapid, target);
+    }
+
     /// `+Q5` in place of a number gets its value.
     fn insert_parameter(&mut self, token: &mut Token, text: &[u8]) {
         let bytes = token.span.of(text);
@@ -146,7 +166,7 @@ impl Run<'_> {
     }
 
     /// `R0`, `RL`, `RR`; R0 reads as a word, the others as names.
-    fn radius_side(&mut self, names: &[&str], line: &mut Line, place: Span) {
+    pub(super) fn radius_side(&mut self, names: &[&str], line: &mut Line, place: Span) {
         let side = if names.contains(&"RL") {
             410
         } else if names.contains(&"RR") {
@@ -189,10 +209,7 @@ impl Run<'_> {
 
     /// `LP PR+30 PA+45`: to a point in polar coordinates about the pole; `CP PA+90 DR+` (IPA: by an angle): about it.
     fn polar_motion(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Line, place: Span) {
-        let after = |name: &str| {
-            let at = tokens.iter().position(|token| token.span.of(text).eq_ignore_ascii_case(name.as_bytes()))?;
-            tokens.get(at + 1).filter(|token| token.kind == TokenKind::Expression).map(|token| token.number)
-        };
+        let after = |name: &str| number_after(tokens, text, name);
         self.radius_side(names, line, place);
         let (a, b, _) = self.modal.plane.axes();
         let (u, v) = (self.programmed[a] - self.pole[a], self.programmed[b] - self.pole[b]);
@@ -222,6 +239,7 @@ impl Run<'_> {
     fn corner_block(&mut self, word: &str, line: &mut Line, number: Option<f64>, place: Span) {
         let unit = self.modal.unit_mm();
         let size = line.get(b'R').or(number).filter(|size| *size > 0.0);
+        self.corner_feed = line.get(b'F').map(|feed| mm_s_from_mm_min(feed * unit));
         line.clear();
         match size {
             Some(radius) if word == "RND" => self.corner = Some((Corner::Round(radius * unit), place)),
@@ -229,21 +247,12 @@ impl Run<'_> {
             None => self.not_understood("nc::corner", place, "the corner has no size", ""),
         }
     }
+}
 
-    /// APPR and DEP: straight to the point they name.
-    fn approach(&mut self, names: &[&str], line: &mut Line, place: Span) {
-        let text = format!("{} is read as a straight motion", names.join(" "));
-        self.not_understood("nc::approach", place, text, "its feed is kept; its lead-in arc is not simulated");
-        if names[0] == "DEP" && self.compensation_side != 400 {
-            self.compensation_side = 400;
-            line.g.push((400, place));
-        }
-        line.remove(b'R');
-        self.radius_side(names, line, place);
-        if line.has_any(b"XYZ") {
-            line.g.push((10, place));
-        }
-    }
+/// The number behind a name: 15 of LEN15.
+pub(super) fn number_after(tokens: &[Token], text: &[u8], name: &str) -> Option<f64> {
+    let at = tokens.iter().position(|token| token.span.of(text).eq_ignore_ascii_case(name.as_bytes()))?;
+    tokens.get(at + 1).filter(|token| token.kind == TokenKind::Expression).map(|token| token.number)
 }
 
 /// A formula of plain language with its own words in place: `DIV` divides, `SQRT 4` and the like have no brackets.

@@ -1,6 +1,7 @@
 //! The modal interpreter. In: a [`Program`] and its [`Environment`]. Out: a [`Toolpath`]. One block is gathered into words
 //! (`line`), its settings are put in force (`settings`, `offsets`), then its motion is made (`motion`, `arc`).
 
+mod approach;
 mod arc;
 mod calls;
 mod compensation;
@@ -35,9 +36,10 @@ pub use expand::{Expanded, expand, plain_feeds};
 pub use siemens::is_setting;
 pub(super) use siemens::is_variable;
 
+use approach::Approach;
 use calls::{Call, ModalMacro, Source};
 use compensation::{Active, Contour};
-use corner::Corner;
+use corner::{Corner, Leg};
 use cycles::Cycle;
 use flow::After;
 use labels::Labels;
@@ -200,6 +202,11 @@ struct Run<'a> {
     /// How the corner between the last motion and the next is worked; the corner behind this block.
     corner: Option<(Corner, Span)>,
     next_corner: Option<(Corner, Span)>,
+    /// Feed of the corner where it has its own, mm/s; the straight motion it cuts.
+    corner_feed: Option<f64>,
+    leg: Option<Leg>,
+    /// Heidenhain: an approach that is made when the element it leads to is known.
+    approach: Option<Approach>,
     /// Heidenhain: centre of circles, cycle defined last, whether it is called at the end of this block, side of R.
     pole: Vec3,
     cycle_number: u32,
@@ -275,6 +282,9 @@ impl<'a> Run<'a> {
             frame_lost: false,
             corner: None,
             next_corner: None,
+            corner_feed: None,
+            leg: None,
+            approach: None,
             pole: Vec3::zeros(),
             cycle_number: 0,
             call_after: false,
@@ -295,6 +305,7 @@ impl<'a> Run<'a> {
         while !self.ended {
             self.step(&mut line);
         }
+        self.approach_without_contour();
         self.faults_not_executed();
     }
 
@@ -317,6 +328,7 @@ impl<'a> Run<'a> {
         self.gather(block, line);
         if line.delete && self.env.block_delete {
             self.assignments.clear();
+            self.next_corner = None;
             return;
         }
         self.begin(line);
@@ -332,6 +344,11 @@ impl<'a> Run<'a> {
         }
         if after == After::Done {
             return;
+        }
+        if dialect == Dialect::Grbl && self.source.program().line_text(block).starts_with(b"$") {
+            let span = self.source.program().span(block);
+            let text = "a command to the control, kept as it is";
+            return self.say("nc::command", Severity::Note, span, text, "what it moves is not simulated");
         }
         self.complain(line);
         if line.any {
@@ -374,10 +391,26 @@ impl<'a> Run<'a> {
                 "look at the loop or the call that repeats this block",
             );
             self.ended = true;
+            self.forget_repetitions();
             return false;
         }
         self.budget -= cost;
         true
+    }
+
+    /// Of a program without end only the first pass through what repeats is kept, and the feeds in it.
+    pub(super) fn forget_repetitions(&mut self) {
+        let first = self.out.moves.iter().rposition(|motion| motion.instance == 0).map_or(0, |last| last + 1);
+        self.out.moves.truncate(first);
+        let there = |id: &MoveId| id.ix() <= first;
+        self.out.between.retain(|(before, _)| there(before));
+        self.out.shifts.retain(|(from, _)| there(from));
+        self.cycle_moves.retain(|(index, _)| (*index as usize) < first);
+        for motion in &mut self.out.moves {
+            if self.counts.get(motion.block.ix()).is_some_and(|count| *count > 1) {
+                motion.freeze = motion.freeze.or(Some(Freeze::Repeated));
+            }
+        }
     }
 
     /// Lexes a block into its words, with expressions evaluated.
@@ -391,6 +424,7 @@ impl<'a> Run<'a> {
             }
             match token.kind {
                 TokenKind::Computed(letter) => self.computed_word(letter, token, program.text(), line),
+                TokenKind::Corner(letter) => self.corner_word(letter, token, line),
                 _ if program.dialect().syntax() != Syntax::Rs274 => line.flow = true,
                 TokenKind::Assignment => {
                     self.predefine(token.span.of(program.text()));
@@ -403,6 +437,16 @@ impl<'a> Run<'a> {
                 _ => line.flow = true,
             }
         }
+    }
+
+    /// `,R5.` and `,C2.` of Fanuc and Haas.
+    fn corner_word(&mut self, letter: u8, token: Token, line: &mut Line) {
+        if !matches!(self.program.dialect(), Dialect::Generic | Dialect::Fanuc | Dialect::Haas) {
+            return line.bad.push((token.kind, token.span));
+        }
+        let size = token.number * self.modal.unit_mm();
+        let corner = if letter == b'R' { Corner::Round(size) } else { Corner::Legs(size) };
+        self.corner_after(corner, token.span);
     }
 
     /// A word whose value is an expression; `=` before it, `AC(…)`, `IC(…)` and a leading I (as 0x80) are other dialects'.
@@ -438,6 +482,7 @@ impl<'a> Run<'a> {
         }
         self.splittable =
             self.calls.is_empty() && self.switched == [false; 3] && !line.has_any(b"ST") && line.m.is_empty();
+        self.splittable &= self.next_corner.is_none();
     }
 
     fn line_number(&self) -> u32 {

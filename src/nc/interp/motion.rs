@@ -145,6 +145,7 @@ impl Run<'_> {
     }
 
     fn machine_move(&mut self, line: &Line) {
+        self.approach_without_contour();
         let unit = self.modal.unit_mm();
         let origin = self.env.origin(self.modal.wcs);
         let mut to = self.tool;
@@ -161,8 +162,20 @@ impl Run<'_> {
         self.programmed = self.frame.invert(self.tool);
     }
 
-    /// Goes straight to a programmed point.
+    /// Goes straight to a programmed point; what was asked for before it, an approach or a corner, is made first.
     pub(super) fn line_to(&mut self, kind: MoveKind, target: Vec3) {
+        if self.approach.is_some() {
+            self.approach_along(kind, target - self.programmed);
+        }
+        if self.corner.is_some() {
+            self.work_corner(kind, target);
+        }
+        self.keep_leg(kind, target);
+        self.straight_to(kind, target);
+    }
+
+    /// Goes straight to a programmed point.
+    pub(super) fn straight_to(&mut self, kind: MoveKind, target: Vec3) {
         if self.compensated(kind, target, None) {
             return;
         }
@@ -174,7 +187,12 @@ impl Run<'_> {
 
     /// Leaves a motion of the tool in the toolpath.
     pub(super) fn tool_to(&mut self, kind: MoveKind, curve: Curve) {
-        let curve = self.cornered(kind, curve);
+        let motion = self.motion_of(kind, curve);
+        self.out.moves.push(motion);
+    }
+
+    /// The motion the block makes along a curve.
+    pub(super) fn motion_of(&mut self, kind: MoveKind, curve: Curve) -> Move {
         let (feed, freeze) = match kind {
             MoveKind::Rapid => (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None }, self.freeze),
             MoveKind::Feed => {
@@ -194,7 +212,7 @@ impl Run<'_> {
         motion.instance = self.counts.get(block.ix()).map_or(0, |count| count.saturating_sub(1));
         motion.freeze = freeze;
         motion.splittable = self.splittable;
-        self.out.moves.push(motion);
+        motion
     }
 
     /// The state of a move made now: the one of the last move of its kind, unless something changed.

@@ -10,10 +10,10 @@ use crate::path::{Curve, Vec3};
 const AXES: [u8; 3] = *b"XYZ";
 
 impl Run<'_> {
-    /// G54–G59, G59.1–G59.3 (590 + n), G54.1 P (Fanuc): the machine stays, its coordinates change.
+    /// G54–G59, G59.1–G59.3 (590 + n), G54.1 P (Fanuc), G154 P (Haas): the machine stays, its coordinates change.
     pub(super) fn select_wcs(&mut self, code: u16, line: &Line) {
         let wcs = match code {
-            541 => 100 + line.get(b'P').unwrap_or(1.0).clamp(1.0, 300.0) as u16,
+            541 | 1540 => 100 + line.get(b'P').unwrap_or(1.0).clamp(1.0, 300.0) as u16,
             591..=593 => 59 + (code - 590),
             _ => code / 10,
         };
@@ -57,7 +57,7 @@ impl Run<'_> {
             922 => self.frame.g92 = Vec3::zeros(),
             923 => self.frame.g92 = self.frame.g92_aside,
             680 => self.rotate(line, words),
-            690 => self.frame.rotation = None,
+            690 => (self.frame.rotation, self.frame_lost) = (None, false),
             510 => self.scale(line, words),
             511 => self.mirror(words, -1.0),
             501 => self.mirror(words, 1.0),

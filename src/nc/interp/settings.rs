@@ -5,7 +5,7 @@ use super::line::Line;
 use super::state::{FeedWord, Motion};
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
-use crate::nc::dialect::Dialect;
+use crate::nc::dialect::{Dialect, Syntax};
 use crate::nc::toolpath::{Event, FeedMode, Freeze, PathMode};
 use crate::path::Plane;
 use crate::units::rps_from_rpm;
@@ -71,7 +71,9 @@ impl Run<'_> {
         }
         self.corner = self.next_corner.take().or(self.corner.take());
         self.stops(line);
-        self.call_words(line);
+        if self.program.dialect().syntax() == Syntax::Rs274 {
+            self.call_words(line);
+        }
         self.call_modal_macro(line);
     }
 
@@ -108,7 +110,7 @@ impl Run<'_> {
             1530 if siemens => *action = Action::Machine,
             100 | 520 | 920..=923 | 680 | 690 | 510 | 511 | 500 | 501 => *action = Action::Offset(code),
             281 | 301 => *action = Action::Keep,
-            540..=593 => self.select_wcs(code, line),
+            540 | 541 | 550 | 560 | 570 | 580 | 590..=593 | 1540 => self.select_wcs(code, line),
             610 => modal.path_mode = PathMode::ExactPath,
             90 | 611 => modal.path_mode = PathMode::ExactStop,
             640 => {
@@ -127,8 +129,19 @@ impl Run<'_> {
             160 => self.polar = self.polar.or(Some((0.0, 0.0))),
             660 | 661 => self.call_after_motions(line, code, span),
             670 => self.modal_macro = None,
-            70 => self.refuse_lathe(span),
-            80 | 110 | 430 | 431 | 432 | 434 | 440 | 490 | 620 | 650 | 960 | 970 | 1030 | 1870 => {}
+            70 => self.refuse_lathe(span, "G7 (diameter mode)"),
+            80 if self.program.dialect() == Dialect::LinuxCnc => self.refuse_lathe(span, "G8 (radius mode)"),
+            50 | 51 if looks_ahead(line) && self.program.dialect() != Dialect::LinuxCnc => {}
+            120 | 130 => {
+                *action = Action::Keep;
+                let text = "the circular pocket is kept, not simulated";
+                self.not_understood("nc::cycle", span, text, "what it cuts is not known to the simulation");
+            }
+            682..=684 => self.lose_frame(span, "a tilted plane", "G69 ends it"),
+            121 | 1070 | 1120 => self.lose_frame(span, "cylindrical or polar interpolation", "its own code ends it"),
+            131 | 1130 => self.frame_lost = false,
+            80 | 110 | 430 | 431 | 432 | 434 | 435 | 440 | 490 | 531 | 620 | 650 | 960 | 970 | 1030 | 1870 | 2340
+            | 2540 | 2550 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.source.program().text())).into_owned();
@@ -137,10 +150,25 @@ impl Run<'_> {
         }
     }
 
-    fn refuse_lathe(&mut self, span: Span) {
-        let text = "G7 (diameter mode) belongs to a lathe";
-        self.say("nc::lathe", Severity::Error, span, text, "this is not read as a milling program would be");
+    /// Lathes read X as a diameter: nothing after it may be changed.
+    fn refuse_lathe(&mut self, span: Span, what: &str) {
+        let text = format!("{what} belongs to a lathe");
+        self.say(
+            "nc::lathe",
+            Severity::Error,
+            span,
+            text,
+            "feeds are kept from here on: this is not a milling program",
+        );
         self.freeze = Some(Freeze::NotUnderstood);
+        self.frame_lost = true;
+    }
+
+    /// Something puts a frame in force that is not followed: feeds are kept until it ends.
+    pub(super) fn lose_frame(&mut self, place: Span, what: &str, help: &str) {
+        self.frame_lost = true;
+        let text = format!("{what} is not followed: feeds are kept until it ends");
+        self.not_understood("nc::frame", place, text, help);
     }
 
     fn feed_mode(&mut self, mode: FeedMode) {
@@ -151,7 +179,7 @@ impl Run<'_> {
     }
 
     /// LinuxCNC takes F in before it changes the unit of length, the others after.
-    fn feed_word(&mut self, value: f64, line: &Line, unit_before: f64) {
+    pub(super) fn feed_word(&mut self, value: f64, line: &Line, unit_before: f64) {
         let early = self.program.dialect() == Dialect::LinuxCnc;
         let unit = match self.modal.feed_mode {
             FeedMode::InverseTime => 1.0,
@@ -258,4 +286,9 @@ impl Run<'_> {
             None
         }
     }
+}
+
+/// G5 P10000, G5.1 Q1: the control reads ahead.
+fn looks_ahead(line: &Line) -> bool {
+    !line.has_any(b"XYZ") && line.has_any(b"PQ")
 }

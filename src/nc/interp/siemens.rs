@@ -43,6 +43,9 @@ const QUIET: [&str; 25] = [
     "STARTFIFO",
 ];
 
+/// What ends a frame that is not followed.
+pub(super) const ANEW: &str = "TRANS, ROT, SCALE or MIRROR alone sets the frame anew";
+
 /// Names that belong to the motion of their block or change the frame.
 const SETTINGS: [&str; 13] = [
     "CIP", "CT", "SUPA", "TRAORI", "TRAFOOF", "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR",
@@ -114,7 +117,7 @@ impl Run<'_> {
                             return After::Done;
                         }
                         "SUPA" => line.g.push((530, token.span)),
-                        "TRAORI" => self.lose_frame(token.span, "TRAORI"),
+                        "TRAORI" => self.lose_frame(token.span, "TRAORI", ANEW),
                         "TRAFOOF" => self.frame_lost = false,
                         _ if self.frame_word(&name, token.span, &tokens[index..], text, line) => return After::Done,
                         "RET" => self.siemens_return(),
@@ -189,13 +192,6 @@ impl Run<'_> {
         }
     }
 
-    /// Something puts a frame in force that is not followed: feeds are kept until the frame is set anew.
-    pub(super) fn lose_frame(&mut self, place: Span, word: &str) {
-        self.frame_lost = true;
-        let text = format!("this {word} is not followed: feeds are kept until the frame is set anew");
-        self.not_understood("nc::frame", place, text, "TRANS, ROT, SCALE or MIRROR alone sets it anew");
-    }
-
     pub(super) fn siemens_assignment(&mut self, token: Token, bytes: &[u8], line: &mut Line) {
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let name = variable(bytes);
@@ -235,7 +231,7 @@ impl Run<'_> {
     }
 
     /// A corner between this block and the next.
-    fn corner_after(&mut self, corner: Corner, place: Span) {
+    pub(super) fn corner_after(&mut self, corner: Corner, place: Span) {
         self.splittable = false;
         self.next_corner = Some((corner, place));
     }

@@ -4,6 +4,7 @@
 use super::Run;
 use super::cycles::Cycle;
 use super::line::Line;
+use super::siemens::ANEW;
 use super::siemens_flow::name;
 use crate::diag::{Severity, Span};
 use crate::nc::expr;
@@ -46,7 +47,7 @@ impl Run<'_> {
         match name {
             _ if QUIET.contains(&name) => {}
             "CYCLE800" if arguments.iter().all(|value| value.unwrap_or(0.0) == 0.0) => self.frame_lost = false,
-            "CYCLE800" | "TRAORI" => self.lose_frame(span, name),
+            "CYCLE800" | "TRAORI" => self.lose_frame(span, name, ANEW),
             "HOLES1" | "HOLES2" => self.hole_pattern(name, &arguments),
             _ if modal => {
                 if drilling_code(name).is_none() {

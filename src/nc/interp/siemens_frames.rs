@@ -6,6 +6,7 @@
 
 use super::Run;
 use super::line::Line;
+use super::siemens::ANEW;
 use crate::diag::Span;
 use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
@@ -37,7 +38,7 @@ impl Run<'_> {
             _ => self.add_scale(words.map(|word| if word.is_some() { -1.0 } else { 1.0 })),
         };
         if !plain {
-            self.lose_frame(place, word);
+            self.lose_frame(place, &format!("this {word}"), ANEW);
         }
         self.reframe();
         true
