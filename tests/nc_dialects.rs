@@ -3,7 +3,7 @@
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 use feedwright::machine::Compensation;
-use feedwright::nc::{self, Dialect, Environment, Event, FeedMode, Freeze, MoveKind, Toolpath};
+use feedwright::nc::{self, Dialect, Environment, Event, FeedMode, Freeze, MoveKind, PathMode, Toolpath};
 use feedwright::path::Curve;
 
 fn read(text: &str, dialect: Dialect) -> Toolpath {
@@ -289,6 +289,80 @@ fn modal_macros_are_said_and_freeze_what_they_follow() {
     let path = read("G1 X1. F100.\nG66 P9000\nX2.\nG67\nX3.\nM30\n", Dialect::Fanuc);
     assert_eq!(path.moves.iter().map(|m| m.freeze).collect::<Vec<_>>(), [None, Some(Freeze::Cycle), None]);
     assert_eq!(path.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(), [("nc::no-routine", Some(2))]);
+}
+
+#[test]
+fn path_modes_are_kept_with_the_motions() {
+    let text = "G64 P0.01 Q0.02\nG1 X1 F100\nG64\nX2\nG61\nX3\nG61.1\nX4\nG64 P0.5\nG9 X5\nX6\nM2\n";
+    for dialect in [Dialect::LinuxCnc, Dialect::Fanuc] {
+        let path = read(text, dialect);
+        assert_quiet(&path);
+        let modes: Vec<PathMode> = path.moves.iter().map(|m| m.path_mode).collect();
+        let expected = [
+            PathMode::Tolerance(0.01),
+            PathMode::Continuous,
+            PathMode::ExactPath,
+            PathMode::ExactStop,
+            PathMode::ExactStop,
+            PathMode::Tolerance(0.5),
+        ];
+        assert_eq!(modes, expected);
+    }
+    let siemens = read("G64\nG1 X1 F100\nG60\nX2\nG641 ADIS=0.5\nX3\nM30\n", Dialect::Siemens);
+    let modes: Vec<PathMode> = siemens.moves.iter().map(|m| m.path_mode).collect();
+    assert_eq!(modes, [PathMode::Continuous, PathMode::ExactStop, PathMode::Continuous]);
+}
+
+#[test]
+fn tool_length_codes_change_nothing_in_work_coordinates() {
+    for word in ["G43 H1", "G43", "G43.1 Z-50.", "G43.4 H1", "G49", "G44 H1"] {
+        let path = read(&format!("G0 X1. Y2. Z3.\n{word}\nG1 X5. F100.\nM30\n"), Dialect::Fanuc);
+        assert_quiet(&path);
+        assert_eq!(ends(&path).last(), Some(&[5.0, 2.0, if word.contains("Z-50") { -50.0 } else { 3.0 }]), "{word}");
+    }
+}
+
+#[test]
+fn lathe_codes_are_refused_and_nothing_after_them_changes() {
+    for (word, dialect) in [("G7", Dialect::LinuxCnc), ("G8", Dialect::LinuxCnc), ("G7", Dialect::Generic)] {
+        let path = read(&format!("G1 X1 F100\n{word}\nX5\nY5\nM2\n"), dialect);
+        let said: Vec<_> = path.diagnostics.iter().map(|d| (d.code, d.severity, d.line)).collect();
+        assert_eq!(said, [("nc::lathe", feedwright::diag::Severity::Error, Some(2))]);
+        let kept: Vec<bool> = path.moves.iter().map(|m| m.freeze.is_some()).collect();
+        assert_eq!(kept, [false, true, true]);
+    }
+    assert_quiet(&read("G08 P1\nG1 X1. F100.\nM30\n", Dialect::Fanuc));
+}
+
+#[test]
+fn codes_of_fanuc_and_haas_that_say_how_to_move() {
+    let quiet = "G05.1 Q1\nG05 P10000\nG103 P1\nG187 P3 E0.01\nG61.1\nG64\nM29 S500\nG1 X1. F100.\nM30\n";
+    assert_quiet(&read(quiet, Dialect::Fanuc));
+    let path = read("G154 P2\nG1 X1. F100.\nG54.1 P3\nX2.\nM30\n", Dialect::Haas);
+    assert_eq!(path.moves.iter().map(|m| m.wcs).collect::<Vec<_>>(), [102, 103]);
+    for (text, code) in [
+        ("G1 X1. F100.\nG68.2 X0 Y0 Z0 I0 J45. K0\nX2.\nG69\nX3.\nM30\n", "nc::frame"),
+        ("G1 X1. F100.\nG12.1\nX2.\nG13.1\nX3.\nM30\n", "nc::frame"),
+        ("G1 X1. F100.\nG66.1 P9000\nX2.\nG67\nX3.\nM30\n", "nc::no-routine"),
+    ] {
+        let path = read(text, Dialect::Fanuc);
+        assert_eq!(path.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(), [(code, Some(2))], "{text}");
+        assert!(!path.diagnostics[0].help.is_empty());
+        assert_eq!(path.moves.iter().map(|m| m.freeze.is_some()).collect::<Vec<_>>(), [false, true, false], "{text}");
+    }
+    let pocket = read("G1 X1. F100.\nG12 I10. D1 F200.\nX2.\nM30\n", Dialect::Haas);
+    assert_eq!(pocket.diagnostics.iter().map(|d| d.code).collect::<Vec<_>>(), ["nc::cycle"]);
+    let command = read("$H\nG1 X1 F100\nM2\n", Dialect::Grbl);
+    assert_eq!(command.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(), [("nc::command", Some(1))]);
+    assert_eq!(command.moves.len(), 1);
+}
+
+#[test]
+fn variables_that_only_the_control_knows_are_said_once() {
+    let path = read("#1=#500+1\nG1 X#500 F100.\nX#501\n#502=3\nX#502\nX#5041\nM30\n", Dialect::Fanuc);
+    let said: Vec<_> = path.diagnostics.iter().map(|d| (d.code, d.line)).collect();
+    assert_eq!(said, [("nc::control-variable", Some(1)), ("nc::control-variable", Some(3))]);
+    assert_eq!(path.moves[1].freeze, Some(Freeze::NotUnderstood));
 }
 
 #[test]

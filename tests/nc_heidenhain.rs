@@ -236,6 +236,32 @@ fn each_block_says_its_feed_where_nothing_crosses_the_span() {
 }
 
 #[test]
+fn no_block_is_ever_cut_for_all_that_follow_would_be_renumbered() {
+    let lines =
+        "TOOL CALL 1 Z S3000\nL X+0 Y+0 R0 FMAX M3\nL X+90 F600\nCC X+90 Y+10\nC X+90 Y+20 DR+\nL X+0\nL Z+9 FMAX M30";
+    let program = parse(program(lines).as_bytes(), Dialect::Heidenhain);
+    let path = toolpath(&program, &surroundings(), &job());
+    assert!(
+        path.moves.iter().all(|motion| !motion.splittable),
+        "the schedule knows it beforehand: one feed for one block"
+    );
+    let asked = schedule(&path, |_| vec![0.3, 0.6], |index, piece| [0.5, 0.9, 0.7][(index + piece) % 3]);
+    let out = check(&program, &surroundings(), &asked, &job()).unwrap();
+    let numbers: Vec<u32> = String::from_utf8(out.bytes)
+        .unwrap()
+        .lines()
+        .map(|line| line.split(' ').next().unwrap().parse().unwrap())
+        .collect();
+    assert_eq!(numbers, (0..9).collect::<Vec<_>>());
+}
+
+#[test]
+fn oversize_of_the_tool_call_widens_the_path() {
+    let path = read_beside("TOOL CALL Z S5000 DR+0.5\nL X+0 Y+0 RL F100\nL Y+60");
+    assert_eq!((path.moves[1].tool, path.moves[2].curve().to().x), (1, -5.5));
+}
+
+#[test]
 fn spans_that_labels_cross_have_one_feed() {
     let out = rewritten("L X+1 R0 F600\nL Y+5\nLBL 1\nL IX+1\nCALL LBL 1 REP 2/2\nL Y+0\nL X+9 F800\nL Y+9");
     assert!(

@@ -189,7 +189,7 @@ fn verdict(file: &Path, scratch: &Path) -> String {
         canon = run_rs274(&copy, &tools);
     }
     match canon {
-        Err(complaint) => format!("rejected by rs274: {complaint}{note}"),
+        Err(complaint) => format!("rejected by rs274: {complaint}{note}; {}", policy(text, &tools)),
         Ok(canon) => {
             let program = nc::parse(text, None);
             let environment = rs274_environment(&tools);
@@ -209,6 +209,20 @@ fn verdict(file: &Path, scratch: &Path) -> String {
             }
         }
     }
+}
+
+/// What becomes of a program that rs274 rejects: the dialect it is read in, and how much of it keeps its feed.
+fn policy(text: Vec<u8>, tools: &Path) -> String {
+    let program = nc::parse(text, None);
+    let path = nc::interpret(&program, &rs274_environment(tools));
+    let feeds = || path.moves.iter().filter(|motion| motion.kind == MoveKind::Feed);
+    let kept = feeds().filter(|motion| motion.freeze.is_some()).count();
+    let mut codes: Vec<&str> = path.diagnostics.iter().map(|diagnostic| diagnostic.code).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    let said = if codes.is_empty() { "nothing".to_owned() } else { codes.join(", ") };
+    let (dialect, all) = (program.dialect().name(), feeds().count());
+    format!("read as {dialect}, {all} feed motions, {kept} of them kept; said: {said}")
 }
 
 /// A control just switched on, with the diameters (inch) of a LinuxCNC tool table.

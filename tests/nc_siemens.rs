@@ -124,6 +124,17 @@ fn subprograms_have_names_of_their_own_and_share_r() {
 }
 
 #[test]
+fn the_edge_number_is_not_a_tool_number() {
+    let compensation = Some(feedwright::machine::Compensation::Control);
+    let diameters_mm = vec![(1, 20.0), (5, 10.0)];
+    let environment = Environment { compensation, diameters_mm, ..Environment::default() };
+    let text = "T5 D1\nM6\nG0 X0 Y-40\nG1 G41 D1 X0 Y0 F100\nY60 RND=5\nX100\nM30\n";
+    let path = nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(Dialect::Siemens)), &environment);
+    assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+    assert_eq!(ends(&path)[1..], [[-5.0, 0.0], [-5.0, 55.0], [5.0, 65.0], [100.0, 65.0]]);
+}
+
+#[test]
 fn machine_coordinates_and_offsets() {
     let origins = vec![(54, feedwright::path::Vec3::new(100.0, 0.0, 0.0))];
     let environment = Environment { origins, ..Environment::default() };

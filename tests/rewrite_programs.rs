@@ -189,6 +189,34 @@ fn a_block_executed_several_times_gets_the_lowest_feed_of_all() {
 }
 
 #[test]
+fn loops_with_computed_coordinates_get_feeds_too() {
+    let programs = [
+        (
+            Dialect::LinuxCnc,
+            "G21 G90\n#1=0\no1 repeat [3]\nG1 X[#1*10] Y5 F600\nX[#1*10+5]\n#1=[#1+1]\no1 endrepeat\nM2\n",
+        ),
+        (Dialect::Siemens, "G71 G90\nFOR R1=0 TO 2\nG1 X=R1*10 Y5 F600 NORM\nX=R1*10+5\nENDFOR\nM30\n"),
+    ];
+    for (dialect, text) in programs {
+        let out = rewritten(text, dialect, &quiet(), |toolpath| {
+            schedule(toolpath, |_| Vec::new(), |index, _| [0.9, 1.5, 0.7, 1.5, 0.8, 1.5][index % 6])
+        });
+        assert!(out.contains("Y5 F420") && !out.contains("Y5 F600"), "the least of 540, 420 and 480: {out}");
+        assert!(out.matches("F900\n").count() == 1, "{out}");
+    }
+}
+
+#[test]
+fn lines_of_grbl_stay_within_80_bytes_without_being_told() {
+    let mut job = quiet();
+    job.output.annotate = Annotate::Full;
+    job.machine.max_line_length = None;
+    let text = "G21 G90\nG0 X0 Y0 Z0\nG1 X100.000000 Y100.000000 Z10.00000000 F600 (a comment that is long enough)\n";
+    let out = rewritten(text, Dialect::Grbl, &job, scaled(2.0));
+    assert!(out.lines().all(|line| line.len() <= 80) && out.contains("F1200"), "{out}");
+}
+
+#[test]
 fn drilling_cycles_share_one_feed() {
     let text = "G21 G90\nG0 X0 Y0 Z5\nG81 X10 Y0 Z-5 R2 F100\nX20\nX30\nG80\nG1 X0 F600\n";
     let out = rewritten(text, Dialect::LinuxCnc, &quiet(), |toolpath| {

@@ -141,7 +141,8 @@ pub struct Optimize {
     /// of its subprograms are written beside it, under their own names.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
-    /// Unroll loops, calls and expressions into plain blocks, so that each pass gets its own feeds.
+    /// Unroll loops, calls and expressions into plain blocks, so that each pass gets its own feeds. What cannot be written as
+    /// plain blocks (values only the control knows, modal macros) is refused with its place.
     #[arg(long)]
     pub expand: bool,
     /// Write the program even if limits cannot be met on more than a fifth of the cutting length.

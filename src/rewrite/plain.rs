@@ -1,4 +1,5 @@
-//! Feeds of plain language, whose lines are counted: none can be put in to restate a feed. In: program and moves. Out: moves
+//! Feeds of plain language, whose blocks are numbered without a gap: none can be put in to restate a feed, and none is cut,
+//! for all that follow would have to be numbered anew. In: program and moves. Out: moves
 //! that must share one feed, or keep theirs.
 //!
 //! The *span* of an F word is every move that runs at it. Where no label, call, jump or cycle stands between the word and

@@ -360,7 +360,7 @@ pub struct OutputTable {
     pub minimum_change: Option<Quantity>,
     /// Shortest piece a block may be split into, mm.
     pub minimum_length: Option<Quantity>,
-    /// May blocks be split?
+    /// May blocks be split? Those of Heidenhain plain language never are: the numbers of its blocks must follow each other.
     pub split: Option<bool>,
     /// none, changes or full.
     pub annotate: Option<String>,

@@ -79,13 +79,13 @@ impl Run<'_> {
         self.labels[self.source_id].get_or_insert_with(|| Rc::new(Labels::of(program))).clone()
     }
 
-    /// M97, M98 and M99 of a block.
+    /// M97, M98 (M198), M99 of a block.
     pub(super) fn call_words(&mut self, line: &Line) {
         let repeats = line.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
         for &(code, span) in &line.m {
             match code {
                 970 => self.call_local(line, repeats, span),
-                980 => self.call_program(line, repeats, span),
+                980 | 1980 => self.call_program(line, repeats, span),
                 990 => self.return_word(line, span),
                 _ => {}
             }

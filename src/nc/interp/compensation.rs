@@ -178,9 +178,11 @@ impl Run<'_> {
         if inline {
             return Some(value.unwrap_or(0.0) * self.modal.unit_mm());
         }
-        let number = value.filter(|d| *d != 0.0 && d.fract() == 0.0).map_or(self.modal.tool, |d| d as u32);
+        let by_number = value.filter(|d| *d != 0.0 && d.fract() == 0.0 && self.program.dialect() != Dialect::Siemens);
+        let number = by_number.map_or(self.modal.tool, |d| d as u32);
         let table = self.env.diameter_mm(number).or_else(|| self.env.diameter_mm(self.modal.tool));
-        table.or((self.modal.tool == 0 && value.is_none()).then_some(0.0))
+        let oversize = 2.0 * self.oversize_mm;
+        table.map(|diameter| diameter + oversize).or((self.modal.tool == 0 && value.is_none()).then_some(0.0))
     }
 
     /// Follows a line (or an arc about `arc`'s centre) of the contour; false when compensation is off.

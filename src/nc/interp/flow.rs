@@ -4,8 +4,12 @@ use super::Run;
 use super::labels::label_of;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
+use crate::nc::dialect::Dialect;
 use crate::nc::expr::{self, ExprError};
 use crate::nc::lex::{Token, TokenKind};
+
+/// Numbered variables from here on outlast a program on Fanuc and its relatives.
+const LASTING: u32 = 500;
 
 /// Is there anything left to execute in the block?
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -251,6 +255,7 @@ impl Run<'_> {
         let bytes = bytes[skip..].trim_ascii_start();
         let bytes = bytes.strip_prefix(b"=").unwrap_or(bytes);
         self.predefine(bytes);
+        self.ask_the_control(token.span, bytes);
         match expr::evaluate(bytes, &self.parameters) {
             Ok(value) => Some(value),
             Err(error) => {
@@ -260,9 +265,26 @@ impl Run<'_> {
         }
     }
 
+    /// Says which variables of an expression only the control knows: they last from program to program, or are its own.
+    pub(super) fn ask_the_control(&mut self, place: Span, text: &[u8]) {
+        if !matches!(self.program.dialect(), Dialect::Generic | Dialect::Fanuc | Dialect::Haas) {
+            return;
+        }
+        for at in memchr::memchr_iter(b'#', text) {
+            let number = crate::nc::decimal(&text[at + 1..]).map_or(0, |(value, _)| value as u32);
+            if number >= LASTING && !self.parameters.numbered.contains_key(&number) {
+                self.parameters.numbered.insert(number, 0.0);
+                let said = format!("#{number} is kept in the control and not known here: it is read as 0");
+                let help = format!("if that matters, set it in the program: #{number} = …");
+                self.not_understood("nc::control-variable", place, said, &help);
+            }
+        }
+    }
+
     /// Executes `#… = …`.
     pub(super) fn assign(&mut self, token: Token, text: &[u8]) {
         self.predefine(token.span.of(text));
+        self.ask_the_control(token.span, right_of(token.span.of(text)));
         match expr::assignment(token.span.of(text), &self.parameters) {
             Ok(setting) => self.assignments.push(setting),
             Err(error) => self.bad_expression(token.span, &error),
@@ -344,4 +366,9 @@ impl Run<'_> {
             *count += 1;
         }
     }
+}
+
+/// What stands behind the `=` of an assignment.
+pub(super) fn right_of(assignment: &[u8]) -> &[u8] {
+    memchr::memchr(b'=', assignment).map_or(b"", |equals| &assignment[equals + 1..])
 }

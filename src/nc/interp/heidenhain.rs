@@ -71,7 +71,8 @@ impl Run<'_> {
             ["TOOL", "CALL", ..] => {
                 let named = tokens.iter().find(|token| token.span.of(text).first() == Some(&b'"'));
                 let named = named.and_then(|token| self.tool_by_name(token.span, text));
-                tool_call(line, named.or(first_number), place);
+                tool_call(line, named.or(number_after(&tokens, text, "CALL")), place);
+                self.oversize_mm = number_after(&tokens, text, "DR").unwrap_or(0.0) * self.modal.unit_mm();
                 if let Some(value) = line.get(b'F') {
                     let value = value.max(0.0) * self.modal.unit_mm();
                     self.tool_feed = FeedWord { value, word: None, computed: true };

@@ -212,7 +212,8 @@ struct Run<'a> {
     cycle_number: u32,
     call_after: bool,
     compensation_side: u16,
-    /// Heidenhain: the feed of the tool call, for FAUTO.
+    /// Heidenhain: what the radius of the tool exceeds that of the table by (DR), mm; the feed of the tool call, for FAUTO.
+    oversize_mm: f64,
     tool_feed: FeedWord,
     /// Radius of polar coordinates (G16), mm, and angle, rad, as last written.
     polar: Option<(f64, f64)>,
@@ -289,6 +290,7 @@ impl<'a> Run<'a> {
             cycle_number: 0,
             call_after: false,
             compensation_side: 400,
+            oversize_mm: 0.0,
             tool_feed: FeedWord { value: 0.0, word: None, computed: true },
             polar: None,
             modal_macro: None,
@@ -428,6 +430,7 @@ impl<'a> Run<'a> {
                 _ if program.dialect().syntax() != Syntax::Rs274 => line.flow = true,
                 TokenKind::Assignment => {
                     self.predefine(token.span.of(program.text()));
+                    self.ask_the_control(token.span, flow::right_of(token.span.of(program.text())));
                     match expr::assignment(token.span.of(program.text()), &self.parameters) {
                         Ok(setting) => self.assignments.push(setting),
                         Err(error) => self.bad_expression(token.span, &error),

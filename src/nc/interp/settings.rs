@@ -137,7 +137,10 @@ impl Run<'_> {
                 let text = "the circular pocket is kept, not simulated";
                 self.not_understood("nc::cycle", span, text, "what it cuts is not known to the simulation");
             }
-            682..=684 => self.lose_frame(span, "a tilted plane", "G69 ends it"),
+            682..=684 => {
+                *action = Action::Keep;
+                self.lose_frame(span, "a tilted plane", "G69 ends it");
+            }
             121 | 1070 | 1120 => self.lose_frame(span, "cylindrical or polar interpolation", "its own code ends it"),
             131 | 1130 => self.frame_lost = false,
             80 | 110 | 430 | 431 | 432 | 434 | 435 | 440 | 490 | 531 | 620 | 650 | 960 | 970 | 1030 | 1870 | 2340
