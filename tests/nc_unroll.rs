@@ -99,13 +99,13 @@ fn siemens_structures_calls_and_repeats_become_plain_blocks() {
         N30 FOR R1=1 TO 2\nN40 G1 X=R1*2.5 Y=IC(R1) F=FEEDR+R1*100\nN50 ENDFOR\nR2=0\nWHILE R2<2\nR2=R2+1\n\
         G3 X=R2 CR=R2*20\nENDWHILE\nAGAIN:\nR2=R2-1\nG1 Z=DEEP-R2 RND=0.1*5\nIF R2>0 GOTOB AGAIN\nX20\n\
         L10 P2\nROW(30, 1)\nFIRST: G1 X1 F100\nLAST: X2\nX3\nREPEAT FIRST LAST P=2\nREPEATB LAST\n\
-        MSG(\"PASS \"<<R2)\nCYCLE81(R2+10,0,2,-8)\nM30\n%_N_L10_SPF\nG91 G1 Z-1 F50\nG90\nM17\n\
+        MSG(\"PASS \"<<R2)\nTRANS X=R2+5\nAROT RPL=R2+45\nX7 Y0\nTRANS\n  X1\nCYCLE81(R2+10,0,2,-8)\nM30\n%_N_L10_SPF\nG91 G1 Z-1 F50\nG90\nM17\n\
         %_N_ROW_SPF\nPROC ROW(REAL AT, INT N, INT MORE=2)\nX=AT Y=N+MORE\nRET\n";
     let sub = "G91 G1 Z-1 F50\nG90\n";
     let expected = format!(
         "%_N_PART_MPF\n;$PATH=/_N_WKS_DIR\nG17 G90 NORM\nS3000 M3 ; (on)\nG1 X2.5 Y=IC(1) F300\nG1 X5 Y=IC(2) F400\n\
         G3 X1 CR=20\nG3 X2 CR=40\nG1 Z-3 RND=0.5\nG1 Z-2 RND=0.5\nX20\n{sub}{sub}X30 Y3\nG1 X1 F100\nX2\nX3\n\
-        G1 X1 F100\nX2\nG1 X1 F100\nX2\nX2\nCYCLE81(10,0,2,-8)\nM30\n"
+        G1 X1 F100\nX2\nG1 X1 F100\nX2\nX2\nTRANS X5\nAROT RPL=45\nX7 Y0\nTRANS\n  X1\nCYCLE81(10,0,2,-8)\nM30\n"
     );
     unrolls_quietly(text, &expected);
 }
@@ -131,7 +131,7 @@ fn labels_calls_and_parameters_of_plain_language_become_plain_blocks() {
     let environment = Environment { load: &load, ..Environment::default() };
     let expected = "0 BEGIN PGM PART MM\n1 TOOL CALL 1 Z S3000 F500\n2 L IX+10 R0 F300 M8\n3 L IX+6 R0 F300 M8\n\
         4 CYCL DEF 200 DRILLING ~\nQ200=2 ~\nQ201=-2 ~\nQ206=150 ~\nQ202=5 ~\nQ203=+0 ~\nQ204=50\n5 L X+20 FMAX M99\n\
-        6 CC X+0 Y+0\n7 LP PR+300 PA-2\n8 L Z-2 F80\n9 L Z+100 R0 FMAX M30\n";
+        6 CC X+0 Y+0\n7 LP PR+300 PA-2\n8 L Z-2 F80\n9 L Z+100 R0 FMAX M30\n10 END PGM PART MM\n";
     unrolls(Dialect::Heidenhain, text, &environment, expected);
 }
 

@@ -132,7 +132,7 @@ impl Run<'_> {
         let target = self.peek_target(line);
         let target = self.frame.apply(target);
         let (from, d) = ([self.tool[a], self.tool[b]], along.and_then(|t| unit([t[a], t[b]])));
-        let leaves = way.zip(d).and_then(|(way, d)| way.from_contour(from, [target[a], target[b]], d));
+        let leaves = way.zip(d).and_then(|(way, d)| way.off_contour(from, [target[a], target[b]], d));
         let end = |p: Point, height: f64| {
             let mut end = target;
             (end[a], end[b], end[n]) = (p[0], p[1], height);
@@ -184,10 +184,8 @@ impl Run<'_> {
     fn way(&mut self, names: &[&str], tokens: &[Token], text: &[u8]) -> Option<Way> {
         let unit = self.modal.unit_mm();
         let side = match (names.contains(&"RL"), names.contains(&"RR"), self.compensation_side) {
-            (true, ..) => 1.0,
-            (_, true, _) => -1.0,
-            (.., 410) => 1.0,
-            (.., 420) => -1.0,
+            (true, ..) | (false, false, 410) => 1.0,
+            (_, true, _) | (false, false, 420) => -1.0,
             _ => 0.0,
         };
         let radius = || {
@@ -253,7 +251,7 @@ impl Way {
     }
 
     /// From the contour point `from`, where the contour runs along `d`, towards `end`: the first part and where it ends.
-    fn from_contour(self, from: Point, end: Point, d: Point) -> Option<Part> {
+    fn off_contour(self, from: Point, end: Point, d: Point) -> Option<Part> {
         let n = [-d[1], d[0]];
         match self.shape {
             Shape::Tangent => Some((moved(from, d, self.size), None)),

@@ -7,7 +7,7 @@
 //! language counts its blocks: they are numbered anew.
 
 use super::calls::Source;
-use super::expand_text::{Noted, number, unnumbered};
+use super::expand_text::{Noted, end_of, number, unnumbered};
 use super::flow::After;
 use super::line::Line;
 use super::{Run, execute_recorded};
@@ -39,6 +39,8 @@ pub(super) struct Record {
     pub(super) percent: bool,
     /// Numbers of blocks that were written (plain language counts them).
     pub(super) numbers: u32,
+    /// The end of the program was written.
+    pub(super) ended: bool,
     /// Values of F words that are expressions: place, value, whether it was always the same.
     feeds: Vec<(Span, f64, bool)>,
 }
@@ -54,7 +56,7 @@ const OWN: u32 = 1000;
 /// Unrolls a program.
 pub fn expand(program: &Program, environment: &Environment<'_>) -> Expanded {
     let (record, path) = execute_recorded(program, environment);
-    let Record { mut text, mut obstacles, percent, .. } = record;
+    let Record { mut text, mut obstacles, percent, numbers, ended, .. } = record;
     obstacles.extend(path.diagnostics.into_iter().filter(|d| LOST.contains(&d.code)));
     if program.has_block_delete() {
         // With the switch on, the same text without those blocks must be what is executed.
@@ -70,6 +72,9 @@ pub fn expand(program: &Program, environment: &Environment<'_>) -> Expanded {
     }
     if percent {
         text.extend_from_slice(b"%\n");
+    }
+    if program.dialect() == Dialect::Heidenhain && !ended {
+        text.extend(end_of(program, numbers));
     }
     Expanded { text, obstacles }
 }

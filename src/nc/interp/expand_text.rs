@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::expand::Record;
+use super::flow::right_of;
 use super::line::Line;
 use super::siemens::{is_variable, variable};
 use crate::diag::Span;
@@ -48,10 +49,13 @@ impl Record {
     /// Writes a block.
     pub(super) fn block(&mut self, noted: &Noted<'_>) {
         let text = noted.program.text();
-        if noted.program.dialect() == Dialect::Heidenhain && noted.steers_in_plain_language() {
-            return;
+        if noted.program.dialect() == Dialect::Heidenhain {
+            if noted.steers_in_plain_language() {
+                return;
+            }
+            self.ended |= noted.first_name().is_some_and(|name| name.eq_ignore_ascii_case(b"END"));
         }
-        let (mut out, mut code, mut had_code) = (Vec::new(), false, false);
+        let (mut out, mut code, mut had_code, mut dropped) = (Vec::new(), false, false, false);
         let mut blank: Option<u32> = None;
         for token in noted.program.tokens(noted.block) {
             let bytes = token.span.of(text);
@@ -78,12 +82,13 @@ impl Record {
                 }
             };
             if let Some(written) = written {
-                if let Some(from) = blank.filter(|_| !(out.is_empty() && had_code)) {
+                if let Some(from) = blank.filter(|_| !(out.is_empty() && dropped)) {
                     out.extend_from_slice(&text[from as usize..token.span.start as usize]);
                 }
                 out.extend_from_slice(written);
                 code |= !matches!(token.kind, TokenKind::LineEnd | TokenKind::Comment);
             }
+            dropped |= written.is_none();
             blank = None;
         }
         if code || !had_code {
@@ -96,9 +101,28 @@ impl Record {
     }
 }
 
+/// The line that ends a program of plain language, which is not executed where M30 ends it.
+pub(super) fn end_of(program: &Program, number: u32) -> Vec<u8> {
+    let ends = |block: &BlockId| {
+        let name = program.tokens(*block).find(|token| token.kind == TokenKind::Name);
+        name.is_some_and(|name| name.span.of(program.text()).eq_ignore_ascii_case(b"END"))
+    };
+    let own: Vec<BlockId> = program.blocks().take(program.own_len()).collect();
+    let Some(last) = own.into_iter().rev().find(ends) else { return Vec::new() };
+    let bytes = program.line_text(last).trim_ascii();
+    let bare = unnumbered(bytes, program.dialect());
+    let number = if bare.len() < bytes.len() { number.to_string() } else { String::new() };
+    [number.as_bytes(), bare, b"\n"].concat()
+}
+
 impl Noted<'_> {
     fn dialect(&self) -> Dialect {
         self.program.dialect()
+    }
+
+    fn first_name(&self) -> Option<&[u8]> {
+        let mut tokens = self.program.tokens(self.block);
+        tokens.find(|token| token.kind == TokenKind::Name).map(|token| token.span.of(self.program.text()))
     }
 
     fn bytes(&self, token: &Token) -> &[u8] {
@@ -107,6 +131,11 @@ impl Noted<'_> {
 
     fn result(&self, span: Span) -> Option<f64> {
         self.line.results.iter().find(|(place, _)| *place == span).map(|(_, value)| *value)
+    }
+
+    /// Value of the right side of an assignment.
+    fn value_now(&self, assignment: &[u8]) -> Option<f64> {
+        expr::evaluate(right_of(assignment), self.parameters).ok()
     }
 
     fn rs274(&self, token: &Token, record: &Record) -> Plain {
@@ -146,7 +175,7 @@ impl Noted<'_> {
             TokenKind::Computed(letter) => self.siemens_word(letter, token),
             TokenKind::Assignment if is_variable(bytes) || self.defined.contains(&variable(bytes)) => Plain::Dropped,
             TokenKind::Assignment if bytes.contains(&b'"') => Plain::Same,
-            TokenKind::Assignment => match self.result(token.span) {
+            TokenKind::Assignment => match self.result(token.span).or_else(|| self.value_now(bytes)) {
                 Some(value) => {
                     let text = format!("{}={}", variable(bytes), number(b'X', value, self.dialect()));
                     Plain::Text(text.into_bytes())
@@ -189,7 +218,7 @@ impl Noted<'_> {
             .collect();
         let literal = |part: &&[u8]| is_literal(part.trim_ascii());
         let message = bytes[..open].eq_ignore_ascii_case(b"MSG");
-        if parts.iter().all(|part| literal(&part)) && !(message && inner.windows(2).any(|pair| pair == b"<<")) {
+        if parts.iter().all(literal) && !(message && inner.windows(2).any(|pair| pair == b"<<")) {
             return Plain::Same;
         }
         if message {

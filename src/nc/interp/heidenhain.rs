@@ -90,9 +90,8 @@ impl Run<'_> {
                 line.clear();
             }
             ["CYCL", "CALL", ..] => self.call_cycle(place),
-            ["MB", ..] => {}
             ["LBL" | "BLK" | "CYCL" | "FN", ..] | ["TOOL", "DEF", ..] => line.clear(),
-            [] => {}
+            [] | ["MB", ..] => {}
             [first, ..] => {
                 let what = format!("{first} is not followed; the block is kept");
                 self.not_understood("nc::not-understood", place, what, "");

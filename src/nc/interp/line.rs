@@ -57,6 +57,13 @@ impl Line {
         self.results.clear();
         self.called.clear();
     }
+    /// Takes every word out, as they have had their effect.
+    pub fn settle(&mut self) {
+        self.present = 0;
+        self.g.clear();
+        self.m.clear();
+        self.repeated = None;
+    }
     /// Puts a word in.
     pub fn put(&mut self, letter: u8, value: f64, span: Span, computed: bool) {
         self.any = true;

@@ -119,7 +119,10 @@ impl Run<'_> {
                         "SUPA" => line.g.push((530, token.span)),
                         "TRAORI" => self.lose_frame(token.span, "TRAORI", ANEW),
                         "TRAFOOF" => self.frame_lost = false,
-                        _ if self.frame_word(&name, token.span, &tokens[index..], text, line) => return After::Done,
+                        _ if self.frame_word(&name, token.span, &tokens[index..], text, line) => {
+                            line.settle();
+                            return After::Words;
+                        }
                         "RET" => self.siemens_return(),
                         _ if QUIET.contains(&name.as_str()) => {}
                         _ if self.call_siemens(&name, repeats(line), Vec::new()) => line.called.push(token.span),

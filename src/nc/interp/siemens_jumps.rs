@@ -128,13 +128,12 @@ impl Run<'_> {
             _ => None,
         };
         let times = line.get(b'P').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
-        match section.filter(|(first, end)| first < end && !(*first..*end).contains(&here)) {
-            Some((first, end)) => self.repeat_blocks(first as usize..end as usize, times),
-            None => {
-                let text = "the blocks to be repeated are not there";
-                self.say("nc::no-target", Severity::Error, tokens[0].span, text, "the program ends here");
-                self.ended = true;
-            }
+        if let Some((first, end)) = section.filter(|(first, end)| first < end && !(*first..*end).contains(&here)) {
+            self.repeat_blocks(first as usize..end as usize, times);
+        } else {
+            let text = "the blocks to be repeated are not there";
+            self.say("nc::no-target", Severity::Error, tokens[0].span, text, "the program ends here");
+            self.ended = true;
         }
     }
 
