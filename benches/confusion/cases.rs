@@ -123,18 +123,25 @@ impl Case {
     /// of force.
     pub fn log(&self, noise: f64) -> (String, [f64; 2]) {
         let mut rng = Rng::new(self.seed, 3);
-        let milling = Milling::new(&self.part, &self.truth, &self.hidden, self.channel);
-        let rate_hz = self.rate_hz;
-        let before_s = rng.uniform(0.5, 4.0);
-        let count = ((milling.end_s() + before_s + 1.0) * rate_hz) as usize;
-        let times: Vec<f64> = (0..count).map(|k| (k as f64 + rng.uniform(-0.03, 0.03)) / rate_hz - before_s).collect();
-        let readings = milling.read(&times);
+        let (before_s, times, readings) = self.readings(&mut rng);
         let mean = |of: &dyn Fn(&Reading) -> f64| {
             let cutting: Vec<f64> = readings.iter().map(of).filter(|c| *c > 0.0).collect();
             cutting.iter().sum::<f64>() / cutting.len().max(1) as f64
         };
         let deviation = [noise * mean(&|r| r.cutting), noise * mean(&|r| r.force)];
         (self.text(&times, &readings, before_s, deviation, &mut rng), deviation)
+    }
+
+    /// How long the log runs before the program begins, s, and its rows: times since the program began, and readings without
+    /// noise.
+    pub fn readings(&self, rng: &mut Rng) -> (f64, Vec<f64>, Vec<Reading>) {
+        let milling = Milling::new(&self.part, &self.truth, &self.hidden, self.channel);
+        let rate_hz = self.rate_hz;
+        let before_s = rng.uniform(0.5, 4.0);
+        let count = ((milling.end_s() + before_s + 1.0) * rate_hz) as usize;
+        let times: Vec<f64> = (0..count).map(|k| (k as f64 + rng.uniform(-0.03, 0.03)) / rate_hz - before_s).collect();
+        let readings = milling.read(&times);
+        (before_s, times, readings)
     }
 
     fn text(&self, times: &[f64], readings: &[Reading], before_s: f64, deviation: [f64; 2], rng: &mut Rng) -> String {

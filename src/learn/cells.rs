@@ -200,17 +200,17 @@ impl<'a> Along<'a> {
         self.log.rps.as_ref().map_or(spot.rps, |n| n[i])
     }
 
-    /// Spots that a sample lies between, with shares: its own, and in a feed move the one whose middle is nearest on the other
+    /// Spots that a time lies between, with shares: its own, and in a feed move the one whose middle is nearest on the other
     /// side. What is cut changes steadily along a move, and jumps only where another begins.
-    fn about(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
+    pub(super) fn about(&self, time_s: f64) -> [(usize, f64); 2] {
         let spots = &self.known.timeline.spots;
-        let index = self.spot[i].unwrap_or(0);
-        let (spot, at_s) = (&spots[index], self.aligned.program_s[i]);
+        let index = self.known.timeline.at(time_s).unwrap_or(0);
+        let spot = &spots[index];
         let middle = |s: &Spot| f64::midpoint(s.start_s, s.end_s);
-        let next = if at_s < middle(spot) { index.wrapping_sub(1) } else { index + 1 };
+        let next = if time_s < middle(spot) { index.wrapping_sub(1) } else { index + 1 };
         let other = spots.get(next).filter(|s| spot.doing == Doing::Feed && s.move_id == spot.move_id);
-        let share = other.map_or(0.0, |o| (at_s - middle(spot)) / (middle(o) - middle(spot)));
-        [(index, 1.0 - share), (next, share)].into_iter().filter(|(_, share)| *share > 0.0)
+        let share = other.map_or(0.0, |o| (time_s - middle(spot)) / (middle(o) - middle(spot)));
+        [(index, 1.0 - share), (if other.is_some() { next } else { index }, share)]
     }
 
     /// Column values of one sample.
@@ -311,7 +311,10 @@ impl<'a> Along<'a> {
         let mut rates = [0.0; 4];
         for &i in members {
             let mut at_sample = vec![0.0; p];
-            for (index, share) in self.about(i) {
+            for (index, share) in self.about(self.aligned.program_s[i]) {
+                if share <= 0.0 {
+                    continue;
+                }
                 let spot = &self.known.timeline.spots[index];
                 let plain = self.columns(i, spot, &spot.engaged, quantity, &data.base);
                 let (removed, swept) =

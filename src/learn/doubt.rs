@@ -1,8 +1,8 @@
 //! How much a sample counts. In: samples laid along the program. Out: a weight for each, 1 where neither the alignment nor the
 //! spindle casts a doubt on it, and cells of samples that are all sure or all doubtful.
 //!
-//! Where a small error of the alignment makes a large error e of the load the weight is 1/(1 + (e/σ)²), σ the noise of
-//! neighbouring samples. While the spindle changes its speed nobody knows what its mass and its drive take: there e is all
+//! Where a small error of the alignment makes a large error e of the load, as predicted or as measured, the weight is
+//! 1/(1 + (e/σ)²), σ the noise of neighbouring samples. While the spindle changes its speed nobody knows what its mass and its drive take: there e is all
 //! that the readings range over.
 
 use super::cells::{Along, OtherGeometry};
@@ -51,9 +51,15 @@ impl Along<'_> {
     pub(super) fn weights(&self, valid: &[usize], values: &[f64], loads: &[Vec<f64>]) -> Vec<f64> {
         let sigma = noise(valid, values);
         let settles: Vec<(usize, bool)> = valid.iter().map(|&i| (i, self.speed_settles(i))).collect();
+        let measured = self.measured_spreads(valid, values);
+        let mut next = 0;
         let of_stretch = |stretch: &[(usize, bool)]| -> Vec<f64> {
+            let measured = &measured[next..next + stretch.len()];
+            next += stretch.len();
             if !stretch[0].1 {
-                return stretch.iter().map(|(i, _)| self.weight(*i, loads, sigma)).collect();
+                let spread = |i: usize, measured: f64| self.predicted_spread(i, loads).max(measured);
+                let each = stretch.iter().zip(measured);
+                return each.map(|((i, _), m)| weight_of(0.5 * spread(*i, *m), sigma)).collect();
             }
             let bounds = (f64::INFINITY, f64::NEG_INFINITY);
             let (lo, hi) = stretch.iter().fold(bounds, |(lo, hi), (i, _)| (lo.min(values[*i]), hi.max(values[*i])));
@@ -62,19 +68,36 @@ impl Along<'_> {
         settles.chunk_by(|a, b| a.1 == b.1).flat_map(of_stretch).collect()
     }
 
-    /// Weight of a sample at a spindle speed that is settled.
-    fn weight(&self, i: usize, loads: &[Vec<f64>], sigma: f64) -> f64 {
+    /// Range of the readings within the doubt of the alignment about each, taken as linear between neighbours.
+    fn measured_spreads(&self, valid: &[usize], values: &[f64]) -> Vec<f64> {
+        let about = DOUBT * self.aligned.uncertainty_s;
+        let step = |k: usize, other: Option<&usize>| {
+            let Some(&j) = other else { return 0.0 };
+            let i = valid[k];
+            let apart_s = (self.log.time_s[j] - self.log.time_s[i]).abs().max(1e-9);
+            (values[j] - values[i]) * (about / apart_s).min(1.0)
+        };
+        let spread = |k: usize| {
+            let (before, after) = (step(k, valid[..k].last()), step(k, valid.get(k + 1)));
+            before.max(after).max(0.0) - before.min(after).min(0.0)
+        };
+        (0..valid.len()).map(spread).collect()
+    }
+
+    /// Range of the predicted loads within the doubt of the alignment about a sample, in the geometry that varies most.
+    fn predicted_spread(&self, i: usize, loads: &[Vec<f64>]) -> f64 {
         let (at, about) = (self.aligned.program_s[i], DOUBT * self.aligned.uncertainty_s);
-        let total_s = self.known.timeline.total_s();
-        let [from, to] = [at - about, at + about].map(|t| self.known.timeline.at(t.clamp(0.0, total_s)).unwrap_or(0));
+        let end_s = self.known.timeline.total_s();
+        let [first, own, last] = [at - about, at, at + about].map(|t| self.about(t.clamp(0.0, end_s)));
+        let [from, to] = [first[0].0, last[0].0];
         let spread = |load: &Vec<f64>| {
-            let bounds = (f64::INFINITY, f64::NEG_INFINITY);
-            let near = &load[from.saturating_sub(1)..(to + 2).min(load.len())];
-            let (lo, hi) = near.iter().fold(bounds, |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+            let between = |about: &[(usize, f64); 2]| about.iter().map(|(k, share)| share * load[*k]).sum::<f64>();
+            let whole = load[(from + 1).min(to)..to.max(from)].iter().copied();
+            let near = [&first, &own, &last].map(between).into_iter().chain(whole);
+            let (lo, hi) = near.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
             hi - lo
         };
-        let most = loads.iter().map(spread).fold(0.0, f64::max);
-        weight_of(0.5 * most, sigma)
+        loads.iter().map(spread).fold(0.0, f64::max)
     }
 }
 

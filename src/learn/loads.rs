@@ -6,19 +6,24 @@
 //!    own shift δ beside its own level, with the variance σ²/Σŷ′². The drift is smoothed over the windows
 //!    ([`super::drift`]); the acceleration is chosen under which it is the least surprising. ŷ is refitted (tare, cutting
 //!    and edge part by robust least squares), and both are repeated.
+//!    Where the stock may stand proud, the mill be smaller or an entry take more, cuts would seem to begin earlier or later
+//!    than they do: what each of these adds to the load is fitted beside the other parts.
 //! 3. A lag of the sensor looks like a late alignment: first-order lags are tried on ŷ, and kept where they lower the
 //!    squares clearly, so that the alignment is that of the load and not of its echo.
 
 use super::align::Aligned;
+use super::cells::Known;
 use super::clock::{Clock, Slower};
 use super::drift::{Drift, Seen, drift, interpolated};
+use super::holds::Holds;
 use super::linear::{Loss, robust, scale_of};
 use super::lines::likeliest;
 use super::log::Log;
 use super::matching::{Match, match_load};
 use super::timeline::{Doing, Timeline};
-use crate::machine::Job;
+use crate::force::contact::Engaged;
 use crate::machine::material::{ForceModel, LinearEdge};
+use crate::machine::{Job, Tool};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// Lags beyond the difference in length that are searched, s.
@@ -36,8 +41,14 @@ const LAG_ROUND: usize = 3;
 /// Most measured points that are looked at.
 const MOST_POINTS: f64 = 8000.0;
 
-/// Parts of a load: tare, cutting, edge, run-up.
-const PARTS: usize = 4;
+/// Parts of a load: tare, cutting, edge, run-up; what other geometries add, and what an entry may.
+const PARTS: usize = 8;
+/// Those that a load always has.
+const SURE: usize = 4;
+/// Factors on the parts before they are fitted.
+const BEFORE_FIT: [f64; PARTS] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+/// Way over which an entry may take more, mm.
+const ENTRY_MM: f64 = 10.0;
 
 /// The measured load, thinned.
 struct Measured {
@@ -48,12 +59,18 @@ struct Measured {
 }
 
 /// Ties samples by the measured quantity `index`; `None` when it cannot be found in the program.
-pub fn by_load(log: &Log, index: usize, timeline: &Timeline, slower: &[Slower], job: &Job) -> Option<Aligned> {
+pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
+    let (timeline, slower, job) = (known.timeline, known.slower.as_slice(), known.job);
     let force = log.measured[index].0.starts_with("force");
     let measured = thinned(log, index)?;
-    let parts = parts(timeline, job, force);
+    let mut parts = parts(timeline, job, force);
+    if !force {
+        with_doubtful(&mut parts, known);
+    }
     let (clock, found) = coarse(&measured, timeline, slower, &parts)?;
-    let seen = matched(&found, &clock);
+    let holds = Holds::new(&found);
+    let seen = matched(&found, &clock, &holds);
+    let measured = measured.without(&holds);
     let mut state = State { walk: drift(&seen)?, clock, lag_s: 0.0, scale: 1.0 };
     let mut nats = 0.0;
     for (round, slope_s) in SLOPES_S.iter().enumerate() {
@@ -82,8 +99,12 @@ pub fn by_load(log: &Log, index: usize, timeline: &Timeline, slower: &[Slower], 
     }
     let predicted = Predicted::new(timeline, &state.clock, &parts, state.lag_s, measured.span_s);
     let misfit = 1.0 - correlation(&measured, &predicted, &state.walk);
-    let placed = state.walk.program_s(&log.time_s);
-    let pauses = state.walk.pauses.iter().filter(|p| p.1 > 0.0).map(|(t, s)| (state.walk.log_s(*t), *s)).collect();
+    let running: Vec<f64> = log.time_s.iter().map(|t| holds.running_s(*t)).collect();
+    let placed = state.walk.program_s(&running);
+    let held = |t: &f64| holds.0.iter().any(|(from, to)| t > from && t < to);
+    let placed: Vec<f64> =
+        placed.into_iter().zip(&log.time_s).map(|(p, t)| if held(t) { f64::NAN } else { p }).collect();
+    let pauses = holds.pauses(&state.walk);
     Some(Aligned {
         program_s: placed.iter().map(|t| state.clock.declared_s(timeline, *t)).collect(),
         method: "load",
@@ -92,6 +113,19 @@ pub fn by_load(log: &Log, index: usize, timeline: &Timeline, slower: &[Slower], 
         acceleration: (state.clock.factor < 1.0).then_some((state.clock.factor, nats)),
         pauses,
     })
+}
+
+impl Measured {
+    /// What was measured while the program went on, at the times less the holds.
+    fn without(self, holds: &Holds) -> Self {
+        let inside = |t: f64| holds.0.iter().any(|(from, to)| t > *from && t < *to);
+        let kept: Vec<usize> = (0..self.time_s.len()).filter(|i| !inside(self.time_s[*i])).collect();
+        Self {
+            time_s: kept.iter().map(|i| holds.running_s(self.time_s[*i])).collect(),
+            load: kept.iter().map(|i| self.load[*i]).collect(),
+            span_s: self.span_s,
+        }
+    }
 }
 
 /// The present alignment.
@@ -117,31 +151,57 @@ fn thinned(log: &Log, index: usize) -> Option<Measured> {
     (measured.load.len() >= 50).then_some(measured)
 }
 
+/// One spot's parts: the sure ones as they are, of the others what cutting adds per mm/s and what edges add.
+type Part = ([f64; SURE], [[f64; 2]; PARTS - SURE]);
+
+/// Adds what the other geometries change, and what an entry may add: the load, falling to nothing over [`ENTRY_MM`].
+fn with_doubtful(parts: &mut [Part], known: &Known) {
+    let mut since_mm = 0.0;
+    for (k, (spot, (sure, more))) in known.timeline.spots.iter().zip(parts.iter_mut()).enumerate() {
+        let Some(coefficients) = known.job.tool(spot.tool).map(|tool| coefficients(known.job, tool)) else { continue };
+        let declared = of_cut(&coefficients, &spot.engaged, spot.rps);
+        for (slot, other) in more.iter_mut().zip(known.others.iter().take(PARTS - SURE - 1)) {
+            let changed = of_cut(&coefficients, &other.engaged[k], spot.rps);
+            *slot = [0, 1].map(|i| (changed[i] - declared[i]) / other.size_mm);
+        }
+        let left = (1.0 - since_mm / ENTRY_MM).max(0.0);
+        more[PARTS - SURE - 1] = [sure[1] * left, sure[2] * left];
+        since_mm = if spot.engaged.section_mm2 > 1e-6 { since_mm + spot.length_mm } else { 0.0 };
+    }
+}
+
+fn coefficients(job: &Job, tool: &Tool) -> LinearEdge {
+    match job.material(tool).map(|m| &m.model) {
+        Some(ForceModel::LinearEdge(k)) => *k,
+        _ => LinearEdge { k_tc: 1000.0, k_te: 15.0, ..LinearEdge::default() },
+    }
+}
+
+/// Power of a cut: what cutting takes per mm/s, and edges.
+fn of_cut(k: &LinearEdge, e: &Engaged, rps: f64) -> [f64; 2] {
+    [1e-3 * k.k_tc * e.section_mm2, 1e-3 * k.k_te * e.contact_mm2 * rps]
+}
+
 /// Parts of the load of every spot by the declared coefficients: tare, cutting per mm/s, edge, and what the mass of the
 /// spindle takes at the end of its run-up (in units of the tare).
-fn parts(timeline: &Timeline, job: &Job, force: bool) -> Vec<[f64; PARTS]> {
+fn parts(timeline: &Timeline, job: &Job, force: bool) -> Vec<Part> {
+    let none = [[0.0; 2]; PARTS - SURE];
     timeline
         .spots
         .iter()
         .map(|spot| {
-            let Some(tool) = job.tool(spot.tool) else { return [0.0; PARTS] };
-            let k = match job.material(tool).map(|m| &m.model) {
-                Some(ForceModel::LinearEdge(k)) => *k,
-                _ => LinearEdge { k_tc: 1000.0, k_te: 15.0, ..LinearEdge::default() },
-            };
+            let Some(tool) = job.tool(spot.tool) else { return ([0.0; SURE], none) };
+            let k = coefficients(job, tool);
             let e = &spot.engaged;
             if force {
                 let [tc, rc, te, re] = e.peak;
-                return [
-                    0.0,
-                    (tc * k.k_tc + rc * k.k_rc) / spot.speed_mm_s().max(1e-9),
-                    te * k.k_te + re * k.k_re,
-                    0.0,
-                ];
+                let cutting = (tc * k.k_tc + rc * k.k_rc) / spot.speed_mm_s().max(1e-9);
+                return ([0.0, cutting, te * k.k_te + re * k.k_re, 0.0], none);
             }
             let tare = if spot.rps > 0.0 { job.machine.spindle.tare_w.at(spot.rps).max(1.0) } else { 0.0 };
             let running = if spot.doing == Doing::RunUp { 1.0 } else { 0.0 };
-            [tare, 1e-3 * k.k_tc * e.section_mm2, 1e-3 * k.k_te * e.contact_mm2 * spot.rps, running * tare]
+            let [cutting, edge] = of_cut(&k, e, spot.rps);
+            ([tare, cutting, edge, running * tare], none)
         })
         .collect()
 }
@@ -155,7 +215,7 @@ struct Predicted {
 }
 
 impl Predicted {
-    fn new(timeline: &Timeline, clock: &Clock, parts: &[[f64; PARTS]], lag_s: f64, span_s: f64) -> Self {
+    fn new(timeline: &Timeline, clock: &Clock, parts: &[Part], lag_s: f64, span_s: f64) -> Self {
         let step_s = f64::max(0.02, clock.total_s() / 200_000.0);
         let count = (clock.total_s() / step_s) as usize + 1;
         let mut out: [Vec<f64>; PARTS] = std::array::from_fn(|_| Vec::with_capacity(count));
@@ -169,8 +229,10 @@ impl Predicted {
             let speed = timeline.spots[k].length_mm / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
             let share = (t - clock.starts[k]) / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
             let turning = if timeline.spots[k].doing == Doing::RunUp { share.clamp(0.0, 1.0) } else { 1.0 };
-            let [tare, cutting, edge, run_up] = parts[k];
-            let now = [tare * turning, cutting * speed, edge, run_up * turning];
+            let ([tare, cutting, edge, run_up], more) = parts[k];
+            let mut now = [0.0; PARTS];
+            now[..SURE].copy_from_slice(&[tare * turning, cutting * speed, edge, run_up * turning]);
+            now[SURE..].iter_mut().zip(more).for_each(|(n, [cutting, edge])| *n = cutting * speed + edge);
             for b in 0..PARTS {
                 level[b] = if lag_s > 0.0 { now[b] + keep * (level[b] - now[b]) } else { now[b] };
                 out[b].push(level[b]);
@@ -179,7 +241,7 @@ impl Predicted {
         for part in &mut out {
             smooth(part, (span_s / step_s) as usize);
         }
-        Self { step_s, parts: out, factors: [1.0, 1.0, 1.0, 0.0] }
+        Self { step_s, parts: out, factors: BEFORE_FIT }
     }
 
     fn part(&self, b: usize, t: f64) -> f64 {
@@ -218,12 +280,7 @@ fn smooth(values: &mut [f64], count: usize) {
 }
 
 /// The best machine and where its load was found.
-fn coarse(
-    measured: &Measured,
-    timeline: &Timeline,
-    slower: &[Slower],
-    parts: &[[f64; PARTS]],
-) -> Option<(Clock, Match)> {
+fn coarse(measured: &Measured, timeline: &Timeline, slower: &[Slower], parts: &[Part]) -> Option<(Clock, Match)> {
     let end = measured.time_s.last().copied().unwrap_or(0.0);
     let step = (end / 3000.0).max(0.2);
     let on_grid = gridded(&measured.time_s, &measured.load, step);
@@ -247,7 +304,7 @@ fn coarse(
 }
 
 /// Drift that a match shows, window by window.
-fn matched(found: &Match, clock: &Clock) -> Vec<Seen> {
+fn matched(found: &Match, clock: &Clock, holds: &Holds) -> Vec<Seen> {
     let size = (WINDOW_S / found.step_s).ceil() as usize;
     let total = clock.total_s();
     let pairs: Vec<(f64, f64)> = found
@@ -255,7 +312,7 @@ fn matched(found: &Match, clock: &Clock) -> Vec<Seen> {
         .iter()
         .enumerate()
         .filter(|(_, t)| t.is_finite() && **t <= total)
-        .map(|(i, t)| (*t, i as f64 * found.step_s - t))
+        .map(|(i, t)| (*t, holds.running_s(i as f64 * found.step_s) - t))
         .collect();
     pairs
         .chunks(size)
@@ -314,7 +371,18 @@ fn shift(rows: &[[f64; 4]], scale: f64) -> Option<(f64, f64)> {
     normal[(2, 2)] += 1e-6;
     let inverse = normal.try_inverse()?;
     let found = inverse * rhs;
-    let variance = inverse[(0, 0)] * scale * scale + 1e-5;
+    // What is left need not be white, nor as small as elsewhere: neighbours count together.
+    let scores: Vec<f64> = rows
+        .iter()
+        .map(|[r, slope, level, _]| {
+            let x = Vector3::new(-slope, level - mean, 1.0);
+            (inverse * x)[0] * (r - found.dot(&x))
+        })
+        .collect();
+    let together = |lag: usize| scores.iter().zip(&scores[lag..]).map(|(a, b)| a * b).sum::<f64>();
+    let lags = scores.len() / 6;
+    let near: f64 = (1..=lags).map(|k| 2.0 * (1.0 - k as f64 / (lags + 1) as f64) * together(k)).sum();
+    let variance = (inverse[(0, 0)] * scale * scale).max(together(0) + near) + 1e-5;
     (variance.is_finite() && variance < 0.04).then_some((found[0], variance))
 }
 
@@ -334,7 +402,7 @@ fn refitted(measured: &Measured, predicted: &Predicted, placed: &[f64]) -> Optio
 }
 
 /// The lag of the sensor that lowers the squares most, with the alignment it asks for.
-fn lagged(measured: &Measured, timeline: &Timeline, state: &State, parts: &[[f64; PARTS]]) -> (f64, Drift) {
+fn lagged(measured: &Measured, timeline: &Timeline, state: &State, parts: &[Part]) -> (f64, Drift) {
     let moved = |by: f64| {
         let drift_s = state.walk.drift_s.iter().map(|d| d + by).collect();
         Drift { drift_s, ..state.walk.clone() }

@@ -2,7 +2,7 @@
 //! measured one.
 //!
 //! Both are put on a grid of Δ. The lag d(t) = log time − program time is found by dynamic programming over the grid of
-//! lags: cost Σ ((y(t) − a − b·P(t − d))/s)² + λ per step of the lag + μ per jump (a pause, only towards larger lags),
+//! lags: cost Σ ((y(t) − a − b·P(t − d))/s)² + λ per step of the lag + μ per hold (the program stands, whatever the load),
 //! robust in the residual (capped at 9), with a, b from robust regression at the present alignment, twice. Offset and
 //! stretch are read off the path; a change of feed override is a run of steps.
 
@@ -23,7 +23,10 @@ pub struct Match {
 }
 
 const STEP_COST: f64 = 6.0;
-const JUMP_COST: f64 = 60.0;
+/// Cost of a hold, and of every grid point while it lasts: what the load of a machine is that is held nobody knows, but that it
+/// does not change.
+const HOLD_COST: f64 = 60.0;
+const HELD: f64 = 3.0;
 const CAP: f64 = 9.0;
 
 /// Matches `measured` to `predicted`, both on a grid of `step_s`, with lags up to `reach_s` either way beyond the
@@ -95,7 +98,7 @@ fn regression(measured: &[f64], predicted: &[f64], lags: &[i64]) -> Option<(f64,
     Some((fit.coefficients[0], fit.coefficients[1].max(1e-9), scale_of(&fit.residuals).max(0.01 * top).max(1e-9)))
 }
 
-/// Cheapest path of lags.
+/// Cheapest path of lags. At every time the machine runs or is held: while it is held the lag grows with the time.
 fn viterbi(measured: &[f64], scaled: &[f64], s: f64, low: i64, high: i64, standing: f64) -> (Vec<i64>, f64) {
     let states = (high - low + 1) as usize;
     let n = measured.len();
@@ -104,42 +107,48 @@ fn viterbi(measured: &[f64], scaled: &[f64], s: f64, low: i64, high: i64, standi
         let expected = if k >= 0 && (k as usize) < scaled.len() { scaled[k as usize] } else { standing };
         ((measured[i] - expected) / s).powi(2).min(CAP)
     };
-    let mut cost: Vec<f64> = (0..states).map(|d| emission(0, d)).collect();
-    // 0 stay, 1 from one less (the machine is slower), 2 from one more; beyond: jump from state − 3.
-    let mut from = vec![0u32; n * states];
-    let mut next = vec![0.0; states];
+    let mut runs: Vec<f64> = (0..states).map(|d| emission(0, d)).collect();
+    let mut held = vec![f64::INFINITY; states];
+    // Running: 0 stays, 1 from one less (the machine is slower), 2 from one more, 3 from held. Held: 1 it was held before.
+    let mut from = vec![[0u8; 2]; n * states];
+    let (mut next_runs, mut next_held) = (runs.clone(), held.clone());
     for i in 1..n {
-        let mut least = (f64::INFINITY, 0);
+        let changes = ((measured[i] - measured[i - 1]) / s).powi(2).min(CAP);
         for d in 0..states {
-            let mut best = (cost[d], 0u32);
-            if d > 0 && cost[d - 1] + STEP_COST < best.0 {
-                best = (cost[d - 1] + STEP_COST, 1);
+            let mut best = (runs[d], 0u8);
+            let more =
+                [(d > 0).then(|| (runs[d - 1] + STEP_COST, 1)), (d + 1 < states).then(|| (runs[d + 1] + STEP_COST, 2))];
+            for way in more.into_iter().flatten().chain([(held[d], 3)]) {
+                if way.0 < best.0 {
+                    best = way;
+                }
             }
-            if d + 1 < states && cost[d + 1] + STEP_COST < best.0 {
-                best = (cost[d + 1] + STEP_COST, 2);
-            }
-            if least.0 + JUMP_COST < best.0 {
-                best = (least.0 + JUMP_COST, 3 + least.1);
-            }
-            if cost[d] < least.0 {
-                least = (cost[d], d as u32);
-            }
-            next[d] = best.0 + emission(i, d);
-            from[i * states + d] = best.1;
+            next_runs[d] = best.0 + emission(i, d);
+            let (begins, goes_on) =
+                if d > 0 { (runs[d - 1] + HOLD_COST, held[d - 1]) } else { (f64::INFINITY, f64::INFINITY) };
+            next_held[d] = begins.min(goes_on) + HELD + changes;
+            from[i * states + d] = [best.1, u8::from(goes_on <= begins)];
         }
-        std::mem::swap(&mut cost, &mut next);
+        std::mem::swap(&mut runs, &mut next_runs);
+        std::mem::swap(&mut held, &mut next_held);
     }
-    let mut d = (0..states).min_by(|a, b| cost[*a].total_cmp(&cost[*b])).unwrap_or(0);
-    let total = cost[d] / n as f64;
+    let mut d = (0..states).min_by(|a, b| runs[*a].total_cmp(&runs[*b])).unwrap_or(0);
+    let total = runs[d] / n as f64;
     let mut lags = vec![0; n];
+    let mut is_held = false;
     for i in (0..n).rev() {
         lags[i] = low + d as i64;
-        d = match from[i * states + d] {
-            0 => d,
-            1 => d - 1,
-            2 => d + 1,
-            jump => (jump - 3) as usize,
-        };
+        let [running, holding] = from[i * states + d];
+        match (is_held, running) {
+            (true, _) => (d, is_held) = (d.saturating_sub(1), holding == 1),
+            (false, 1) => d -= 1,
+            (false, 2) => d += 1,
+            (false, 3) => {
+                // It was held until the time before, at this lag.
+                is_held = true;
+            }
+            _ => {}
+        }
     }
     (lags, total)
 }

@@ -29,6 +29,7 @@ pub mod fine;
 pub mod fit;
 pub mod forces;
 pub mod judgement;
+pub mod holds;
 pub mod linear;
 pub mod lines;
 pub mod loads;

@@ -284,8 +284,7 @@ fn found_by_load(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels)
     let index = channels.spindle.map(|(k, ..)| k).or(channels.force_xy);
     let unfit = |why: &str| LearnError::from(DataError::Unfit(why.into()));
     let index = index.ok_or_else(|| unfit("the log measures nothing that a load can be compared with"))?;
-    by_load(log, index, &prepared.timeline, &prepared.slower, job)
-        .ok_or_else(|| unfit("the log is too short to be found in the program"))
+    by_load(log, index, &prepared.known(job)).ok_or_else(|| unfit("the log is too short to be found in the program"))
 }
 
 fn described(aligned: &Aligned, log: &Log) -> Alignment {

@@ -1,0 +1,56 @@
+//! Where a program was held: in a log found in it by the load, times over which the program stands. In: the match. Out: a clock
+//! of the log that stands with the program, on which the drift is smooth; pauses for the report.
+
+use super::drift::{Drift, interpolated};
+use super::matching::Match;
+
+/// Shortest stand of the program that is taken for a hold, s.
+const HOLD_S: f64 = 1.5;
+/// Time about a hold in which the drift shows how much longer or shorter it was, s.
+const ABOUT_HOLD_S: f64 = 8.0;
+
+/// Stretches of the log in which the program stood: (from, to), s.
+pub(super) struct Holds(pub(super) Vec<(f64, f64)>);
+
+impl Holds {
+    pub(super) fn new(found: &Match) -> Self {
+        let at = |i: usize| i as f64 * found.step_s;
+        let mut all = Vec::new();
+        let mut from = 0;
+        for i in 1..=found.program_s.len() {
+            let stands = found.program_s.get(i).is_some_and(|p| *p == found.program_s[from]);
+            if !stands {
+                if at(i - 1 - from) >= HOLD_S && found.program_s[from].is_finite() {
+                    all.push((at(from), at(i - 1)));
+                }
+                from = i;
+            }
+        }
+        Self(all)
+    }
+
+    /// Time of the log less what it was held before.
+    pub(super) fn running_s(&self, log_s: f64) -> f64 {
+        log_s - self.0.iter().map(|(from, to)| (log_s.min(*to) - from).max(0.0)).sum::<f64>()
+    }
+
+    /// Pauses: the holds, as long as the drift about them says, and what the drift shows beside them. (time in the log, length)
+    pub(super) fn pauses(&self, walk: &Drift) -> Vec<(f64, f64)> {
+        let begins: Vec<f64> = self.0.iter().map(|(from, _)| self.running_s(*from)).collect();
+        let near = |running_s: f64| begins.iter().any(|b| (b - running_s).abs() < ABOUT_HOLD_S);
+        let beside = walk.pauses.iter().filter(|p| p.1 > 0.0).map(|(t, s)| (walk.log_s(*t), *s));
+        let beside = beside.filter(|(t, _)| !near(*t)).map(|(t, s)| {
+            let held: f64 = self.0.iter().zip(&begins).filter(|(_, b)| **b < t).map(|((from, to), _)| to - from).sum();
+            (t + held, s)
+        });
+        let within = |(hold, _): &(&(f64, f64), &f64)| hold.0 > 0.0;
+        let about = |((from, to), begin): (&(f64, f64), &f64)| {
+            let places = walk.program_s(&[begin - ABOUT_HOLD_S, begin + ABOUT_HOLD_S]);
+            let [before, after] = [0, 1].map(|k| interpolated(&walk.at_s, &walk.drift_s, places[k]));
+            (*from, to - from + after - before)
+        };
+        let mut all: Vec<(f64, f64)> = self.0.iter().zip(&begins).filter(within).map(about).chain(beside).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all
+    }
+}
