@@ -107,6 +107,13 @@ fn a_tool_or_a_stock_that_is_not_known() {
     let bench = Bench::new();
     bench.put("other.nc", PROGRAM.replace("T1", "T7").as_bytes());
     bench.refused(&["optimize", "other.nc", "--setup", "part.setup.toml"], &["T7", "line 5", "[[tool]]", "number = 7"]);
+    bench.put("named.mpf", PROGRAM.replace("G21", "G71").replace("T1", "T=\"MILL 10\" D1").as_bytes());
+    bench.put(
+        "two.toml",
+        format!("{SETUP}[[tool]]\nnumber = 2\nshape = \"flat\"\ndiameter = 8\nflutes = 3\n").as_bytes(),
+    );
+    let named = ["optimize", "named.mpf", "--setup", "two.toml", "--dialect", "siemens"];
+    bench.refused(&named, &["named.mpf:2:1", "MILL 10", "tool_names = { \"MILL 10\" = 1 }"]);
     bench.put("bare.nc", PROGRAM.as_bytes());
     let said =
         bench.refused(&["optimize", "bare.nc"], &["no setup for bare.nc", "flutes", "[stock]", "bare.setup.toml"]);

@@ -292,6 +292,33 @@ fn modal_macros_are_said_and_freeze_what_they_follow() {
 }
 
 #[test]
+fn entry_ends_square_to_the_contour_as_its_control_makes_it() {
+    let contour = |units: &str| {
+        format!("{units} G90 T1 M6\nG0 X-10 Y-10 Z5\nG1 G41 D1 X0 Y0 F100\nZ-1\nY60\nX80\nG40 X90 Y90\nM30\n")
+    };
+    let read = |text: &str, dialect| {
+        let compensation = Some(Compensation::Control);
+        let environment = Environment { compensation, diameters_mm: vec![(1, 10.0)], ..Environment::default() };
+        let path = nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(dialect)), &environment);
+        assert_quiet(&path);
+        path
+    };
+    for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::Siemens] {
+        let units = if dialect == Dialect::Siemens { "G71" } else { "G21" };
+        let path = read(&contour(units), dialect);
+        let expected = [[-5.0, 0.0, 5.0], [-5.0, 0.0, -1.0], [-5.0, 60.0, -1.0], [0.0, 65.0, -1.0], [80.0, 65.0, -1.0]];
+        assert_eq!(ends(&path)[1..6], expected, "{dialect:?}");
+    }
+    // LinuxCNC ends it square to itself, (−3.536, 3.536), and cuts it back to where x is −5.
+    let path = read(&contour("G21"), Dialect::LinuxCnc);
+    assert_eq!(ends(&path)[1], [-5.0, 2.071, 5.0]);
+    let into_an_arc =
+        "G21 G90 T1 M6\nG0 X-10 Y-10\nG1 G41 D1 X0 Y0 F100\nG3 X20. Y20. I0 J20.\nG1 G40 X20. Y40.\nM30\n";
+    let path = read(into_an_arc, Dialect::Fanuc);
+    assert_eq!(ends(&path)[1..3], [[0.0, 5.0, 0.0], [15.0, 20.0, 0.0]]);
+}
+
+#[test]
 fn path_modes_are_kept_with_the_motions() {
     let text = "G64 P0.01 Q0.02\nG1 X1 F100\nG64\nX2\nG61\nX3\nG61.1\nX4\nG64 P0.5\nG9 X5\nX6\nM2\n";
     for dialect in [Dialect::LinuxCnc, Dialect::Fanuc] {

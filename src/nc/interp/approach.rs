@@ -104,7 +104,7 @@ impl Run<'_> {
         let index = self.out.moves.len();
         self.go_as(&then, self.flat_curve(deep, end, arc));
         if let Some(active) = &mut self.compensation {
-            active.before = Some(Before { moved: Moved::Line(to, d), direction: d, index, bend: 0.0 });
+            active.before = Some(Before { moved: Moved::Line(to, d), direction: d, index, bend: 0.0, entry: false });
         }
     }
 

@@ -4,7 +4,8 @@
 //! moved by s·r along its left normal. At a corner where the contour turns away from the tool by more than 0.05 rad an
 //! arc about the corner is put in (straight at rapid); where it turns towards the tool by more than that, the element
 //! before is cut back to the intersection of the two moved elements. Entry ends square to its own end. This is how
-//! LinuxCNC 2.9 does it; other controls differ by the threshold. What cannot be reached without gouging is refused.
+//! LinuxCNC 2.9 does it; on Fanuc, Haas, Siemens and Heidenhain entry ends square to the element after it, and other
+//! controls may go around an outer corner straight, where nothing is cut. What cannot be reached without gouging is refused.
 
 use super::Run;
 use super::arc::sweep;
@@ -64,6 +65,8 @@ pub(super) struct Before {
     pub(super) index: usize,
     /// +1 when it bends counter-clockwise, −1 clockwise, 0 straight.
     pub(super) bend: f64,
+    /// It leads to the contour: its end is square to the element after it, once that is known.
+    pub(super) entry: bool,
 }
 
 impl Active {
@@ -244,6 +247,10 @@ impl Run<'_> {
         let Some(before) = active.before else { return self.enter_contour(active, kind, element).map(Some) };
         let (start, end) = directions(element, flat);
         let moved = moved_element(active, element, flat)?;
+        if before.entry {
+            self.cut_back(before, offset(p, start, active))?;
+            return self.next_element(active, kind, element, moved, end).map(Some);
+        }
         let turn = active.side * cross(before.direction, start).atan2(dot(before.direction, start));
         let reversal = turn.abs() > std::f64::consts::PI - JOINED_RAD;
         // Where the contour turns right back, its curvature says which way: towards the tool if it bends away from it.
@@ -256,9 +263,22 @@ impl Run<'_> {
         } else if turn < -JOINED_RAD || reversal {
             self.round_corner(active, kind, element.from, offset(p, start, active), -active.side * turn.abs());
         }
+        self.next_element(active, kind, element, moved, end).map(Some)
+    }
+
+    /// Follows an element whose beginning the tool has reached.
+    fn next_element(
+        &mut self,
+        active: Active,
+        kind: MoveKind,
+        element: Element,
+        moved: Moved,
+        direction: Point,
+    ) -> Result<Before, Refusal> {
         let index = self.out.moves.len();
         self.follow_moved(active, kind, element, moved)?;
-        Ok(Some(Before { moved, direction: end, index, bend }))
+        let bend = element.arc.map_or(0.0, |(_, angle)| angle.signum());
+        Ok(Before { moved, direction, index, bend, entry: false })
     }
 
     /// Puts plane coordinates and the height of `at` together.
@@ -282,7 +302,12 @@ impl Run<'_> {
             let direction = unit([q[0] - from[0], q[1] - from[1]]);
             let end = offset(q, direction, active);
             self.tool_to(kind, Curve::Line { from: self.tool, to: self.lift(end, element.to) });
-            return Ok(Before { moved: Moved::Line(end, direction), direction, index, bend: 0.0 });
+            let square_to_next = matches!(
+                self.program.dialect(),
+                Dialect::Fanuc | Dialect::Haas | Dialect::Siemens | Dialect::Heidenhain
+            );
+            let moved = Moved::Line(end, direction);
+            return Ok(Before { moved, direction, index, bend: 0.0, entry: square_to_next });
         };
         let (_, direction) = directions(element, flat);
         moved_element(active, element, flat)?;
@@ -299,7 +324,7 @@ impl Run<'_> {
         let (to, middle3) = (self.lift(end, element.to), self.lift(middle, self.tool));
         let turned = sweep(self.modal.plane, self.tool, to, middle3, angle < 0.0, 1.0);
         self.tool_to(kind, Curve::Arc(Arc::new(self.modal.plane, self.tool, to, middle3, turned)));
-        Ok(Before { moved: Moved::Circle(middle, length.abs()), direction, index, bend: angle.signum() })
+        Ok(Before { moved: Moved::Circle(middle, length.abs()), direction, index, bend: angle.signum(), entry: false })
     }
 
     fn round_corner(&mut self, active: Active, kind: MoveKind, corner: Vec3, to: Point, angle: f64) {

@@ -95,7 +95,11 @@ impl Run<'_> {
     /// Keeps the straight motion to `target` in mind, if a corner may follow it.
     pub(super) fn keep_leg(&mut self, kind: MoveKind, target: Vec3) {
         let wanted = self.next_corner.is_some() || self.program.dialect() == Dialect::Heidenhain;
-        self.leg = (wanted && kind == MoveKind::Feed).then_some(Leg {
+        if !wanted || kind == MoveKind::Rapid {
+            self.leg = None;
+            return;
+        }
+        self.leg = Some(Leg {
             from: self.programmed,
             to: target,
             tool: self.tool,
