@@ -69,7 +69,7 @@ fn parts(criterion: &mut Criterion) {
             tangent: [across, along.z],
             cutter: 0,
             clearance_mm: 0.5,
-            optional: false,
+            need: feedwright::engage::nominate::Need::Always,
         };
         let (mut work, mut said) = (Scratch::default(), Nominations::default());
         nominate(&tile, 0, &sample, &cutters[0], &mut work, &mut said);

@@ -2,7 +2,8 @@
 //! are before the batch, its elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample.
 //!
 //! Between samples whose engagement differs it is looked at more closely ([`super::between`]). Only there are the optional
-//! samples asked for, in a second run over the tiles as they were before the batch.
+//! samples asked for, and the ends of short blocks whose neighbours do not agree ([`super::joints`]): the tiles are taken
+//! back, sweep by sweep, and asked on the way.
 //!
 //! Tiles are worked in parallel, each through its own operations in order of execution; what they say about a sample is
 //! merged in the order of the tiles, so the result does not depend on the number of threads.
@@ -11,9 +12,10 @@ use super::arcs::{Cut, RawArc, Scene, arcs_at};
 use super::between::{Between, Locate, alike, look};
 use super::cover::Cover;
 use super::cutter::Cutter;
-use super::nominate::{Mark, Nomination, Nominations, Sample, Scratch, nominate};
+use super::joints::joints;
+use super::nominate::{Mark, Need, Nomination, Nominations, Sample, Scratch, nominate};
 use crate::ids::MoveId;
-use crate::stock::{Field, Tile, sweep};
+use crate::stock::{Field, Tile, sweep, take_back};
 use rayon::prelude::*;
 
 /// What is known of a sample.
@@ -64,53 +66,38 @@ pub fn run(
 ) -> BatchResult {
     let operations = assign(scene, fields, elements, samples);
     let tiles: Vec<&mut Tile> = fields.iter_mut().flat_map(|field| field.tiles.iter_mut()).collect();
-    let optional = |operation: &Operation| matches!(operation, Operation::Nominate(k) if samples[*k as usize].optional);
     let worked: Vec<Worked> = tiles
         .into_par_iter()
         .zip(&operations)
-        .map(|(tile, operations)| {
-            let before = operations.iter().any(optional).then(|| tile.clone());
-            let (said, watched) = work_tile(scene, tile, samples, operations, &|k| !samples[k].optional, &watch);
-            Worked { said, watched, before }
-        })
+        .map(|(tile, operations)| work_tile(scene, tile, samples, operations, &watch))
         .collect();
     let mut said = Vec::with_capacity(2 * worked.len());
-    let (mut watched, mut before) = (Vec::new(), Vec::with_capacity(worked.len()));
+    let (mut watched, mut later) = (Vec::new(), Vec::with_capacity(worked.len()));
     for worked in worked {
         said.push(worked.said);
         watched.extend(worked.watched);
-        before.push(worked.before);
+        later.push(worked.later);
     }
     watched.sort_by_key(|(element, _)| *element);
     let view = View { scene, samples, merged: Merged::new(&said, samples.len()), said: &said };
-    let outcomes: Vec<Outcome> = (0..samples.len())
-        .into_par_iter()
-        .with_min_len(64)
-        .map_init(Gathered::default, |gathered, index| {
-            if samples[index].optional { Outcome::default() } else { view.outcome_with(index, gathered) }
-        })
-        .collect();
-    let required: Vec<usize> = (0..samples.len()).filter(|index| !samples[*index].optional).collect();
-    let mut wanted = vec![false; samples.len()];
-    for ends in required.windows(2).filter(|ends| !alike([&outcomes[ends[0]], &outcomes[ends[1]]])) {
-        wanted[ends[0] + 1..ends[1]].fill(true);
-    }
-    let more: Vec<Nominations> = before
+    let required: Vec<usize> = (0..samples.len()).filter(|k| samples[*k].need == Need::Always).collect();
+    let mut outcomes = vec![Outcome::default(); samples.len()];
+    work_out(&view, &required, &mut outcomes);
+    let (pairs, wanted) = look_at(scene, samples, &required, &mut outcomes);
+    let more: Vec<Nominations> = later
         .into_par_iter()
         .zip(&operations)
-        .filter_map(|(tile, operations)| {
-            let wants = |operation: &Operation| matches!(operation, Operation::Nominate(k) if wanted[*k as usize]);
-            let last = operations.iter().rposition(wants)?;
-            Some(work_tile(scene, &mut tile?, samples, &operations[..=last], &|k| wanted[k], &|_| false).0)
-        })
+        .filter_map(|(later, operations)| look_back(scene, later?, samples, operations, &wanted))
         .collect();
     said.extend(more);
     let view = View { scene, samples, merged: Merged::new(&said, samples.len()), said: &said };
+    let joints: Vec<usize> = (0..samples.len()).filter(|k| wanted[*k] && samples[*k].need == Need::Joint).collect();
+    work_out(&view, &joints, &mut outcomes);
     let mut between = vec![None; samples.len()];
-    let looked: Vec<(usize, Option<Between>)> = required
-        .par_windows(2)
+    let looked: Vec<(usize, Option<Between>)> = pairs
+        .par_iter()
         .with_min_len(16)
-        .map(|ends| (ends[1], look(&view, [ends[0], ends[1]], [&outcomes[ends[0]], &outcomes[ends[1]]], locate)))
+        .map(|ends| (ends[1], look(&view, *ends, ends.map(|end| &outcomes[end]), locate)))
         .collect();
     for (index, found) in looked {
         between[index] = found;
@@ -118,11 +105,61 @@ pub fn run(
     BatchResult { outcomes, between, watched }
 }
 
-/// What came of a tile: what it says, the volumes watched, and itself as it was where it may be asked again.
+/// Works out the outcomes of some samples.
+fn work_out(view: &View, which: &[usize], outcomes: &mut [Outcome]) {
+    let found: Vec<Outcome> = which
+        .par_iter()
+        .with_min_len(64)
+        .map_init(Gathered::default, |gathered, index| view.outcome_with(*index, gathered))
+        .collect();
+    for (index, outcome) in which.iter().zip(found) {
+        outcomes[*index] = outcome;
+    }
+}
+
+/// The pairs of neighbouring samples to be looked between, and which samples that takes; joints whose neighbours agree
+/// take their outcomes from these.
+fn look_at(
+    scene: &Scene,
+    samples: &[Sample],
+    required: &[usize],
+    outcomes: &mut [Outcome],
+) -> (Vec<[usize; 2]>, Vec<bool>) {
+    let (mut pairs, mut wanted) = (Vec::new(), vec![false; samples.len()]);
+    for ends in required.windows(2).map(|ends| [ends[0], ends[1]]) {
+        let found = ends.map(|end| &outcomes[end]);
+        let joint = |k: &usize| samples[*k].need == Need::Joint;
+        if (ends[0] + 1..ends[1]).any(|k| joint(&k)) {
+            if let Some(mixed) = joints(samples, cutter_of(scene, &samples[ends[0]]), ends, found) {
+                for (index, outcome) in mixed {
+                    outcomes[index] = outcome;
+                }
+                continue;
+            }
+        } else if alike(found) {
+            continue;
+        }
+        wanted[ends[0] + 1..ends[1]].fill(true);
+        let mut from = ends[0];
+        for to in (ends[0] + 1..ends[1]).filter(joint).chain([ends[1]]) {
+            pairs.push([from, to]);
+            from = to;
+        }
+    }
+    (pairs, wanted)
+}
+
+/// What came of a tile: what it says, the volumes watched, and what it takes to ask it again.
 struct Worked {
     said: Nominations,
     watched: Vec<(u32, f64)>,
-    before: Option<Tile>,
+    later: Option<Later>,
+}
+
+/// A tile as a batch leaves it, with its past, and how much of that there was before each operation.
+struct Later {
+    tile: Tile,
+    marks: Vec<usize>,
 }
 
 /// Operations of every tile, in order of execution.
@@ -159,19 +196,24 @@ fn assign(scene: &Scene, fields: &[Field], elements: std::ops::Range<u32>, sampl
     operations
 }
 
-/// Works through operations, but for nominations of samples that are not `wanted`.
+/// Works through the operations, but for nominations of samples that may not be needed.
 fn work_tile(
     scene: &Scene,
     tile: &mut Tile,
     samples: &[Sample],
     operations: &[Operation],
-    wanted: &(impl Fn(usize) -> bool + Sync),
     watch: &(impl Fn(u32) -> bool + Sync),
-) -> (Nominations, Vec<(u32, f64)>) {
+) -> Worked {
+    let always = |number: u32| samples[number as usize].need == Need::Always;
+    tile.past.on = operations.iter().any(|operation| matches!(operation, Operation::Nominate(k) if !always(*k)));
     let (mut said, mut watched, mut scratch) = (Nominations::default(), Vec::new(), Scratch::default());
+    let mut marks = Vec::with_capacity(if tile.past.on { operations.len() } else { 0 });
     for operation in operations {
+        if tile.past.on {
+            marks.push(tile.past.mark());
+        }
         match *operation {
-            Operation::Nominate(number) if !wanted(number as usize) => {}
+            Operation::Nominate(number) if !always(number) => {}
             Operation::Nominate(number) => {
                 let sample = &samples[number as usize];
                 nominate(tile, number, sample, cutter_of(scene, sample), &mut scratch, &mut said);
@@ -195,10 +237,39 @@ fn work_tile(
             }
         }
     }
+    // Going back, heights rise again: what none exceeded before the batch still holds then.
+    let later = tile.past.on.then(|| {
+        let past = std::mem::take(&mut tile.past);
+        Later { tile: Tile { past, ..tile.clone() }, marks }
+    });
     if !operations.is_empty() {
         tile.update_highest();
     }
-    (said, watched)
+    Worked { said, watched, later }
+}
+
+/// What a tile says about the samples wanted after all: the last first, each on the tile as it was then.
+fn look_back(
+    scene: &Scene,
+    later: Later,
+    samples: &[Sample],
+    operations: &[Operation],
+    wanted: &[bool],
+) -> Option<Nominations> {
+    let Later { mut tile, marks } = later;
+    let first = operations.iter().position(|o| matches!(o, Operation::Nominate(k) if wanted[*k as usize]))?;
+    let (mut said, mut scratch) = (Nominations::default(), Scratch::default());
+    for (operation, mark) in operations.iter().zip(marks).skip(first).rev() {
+        match *operation {
+            Operation::Sweep(_) => take_back(&mut tile, mark),
+            Operation::Nominate(number) if wanted[number as usize] => {
+                let sample = &samples[number as usize];
+                nominate(&tile, number, sample, cutter_of(scene, sample), &mut scratch, &mut said);
+            }
+            Operation::Nominate(_) => {}
+        }
+    }
+    Some(said)
 }
 
 fn cutter_of<'a>(scene: &'a Scene, sample: &Sample) -> &'a Cutter {

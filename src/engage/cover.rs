@@ -37,6 +37,10 @@ pub struct Cover<'a> {
     /// Where a straight track begins, along itself and across, and its direction.
     base: [f64; 2],
     dir: [f64; 2],
+    /// Its length, and cosine and sine of its rise.
+    incline: [f64; 3],
+    /// Distance of its beginning from the origin.
+    off: f64,
     /// Distance of an arc from the origin, less the radius of its cutter.
     gap: f64,
 }
@@ -54,7 +58,16 @@ impl<'a> Cover<'a> {
             }
             Swept::Arc { ring, .. } => ([0.0; 2], [1.0, 0.0], Region::Ring(ring).distance([0.0; 2]) - form.radius),
         };
-        Self { swept, form, ends: [[from.x, from.y], [to.x, to.y]], to, joined, base, dir, gap }
+        let incline = match swept {
+            Swept::Line { run, rise, .. } => {
+                let length = (run * run + rise * rise).sqrt();
+                let by = if length > 0.0 { 1.0 / length } else { 0.0 };
+                [length, run * by, rise * by]
+            }
+            Swept::Arc { .. } => [0.0; 3],
+        };
+        let off = (base[0] * base[0] + base[1] * base[1]).sqrt();
+        Self { swept, form, ends: [[from.x, from.y], [to.x, to.y]], to, joined, base, dir, incline, off, gap }
     }
     /// Lowest height of its tip, mm.
     pub fn lowest(&self) -> f64 {
@@ -190,18 +203,17 @@ impl<'a> Cover<'a> {
         if gaps.is_empty() {
             return;
         }
-        let length = (run * run + rise * rise).sqrt();
-        let (cos, sin) = (run / length, rise / length);
+        let [length, cos, sin] = self.incline;
         // Along the axis: above sin + (u − base) cos; from it in the upright plane: above cos − (u − base) sin.
-        let at = |tau: f64| (tau - above * sin) / cos + self.base[0];
-        let along = [at(0.0), at(length)];
+        let (per_run, turned) = (1.0 / cos, above * sin);
+        let along = [self.base[0] - turned * per_run, self.base[0] + (length - turned) * per_run];
         let curve = Quadric {
             dir: self.dir,
             r,
             across: self.base[1],
             off: [above * cos + self.base[0] * sin, -sin],
             square: radius * radius,
-            bend: bend(r, self.base, above, [cos, sin]),
+            bend: bend(r, self.off, (turned - self.base[0] * cos).abs(), cos),
         };
         let off = [0, 1].map(|k| curve.off[0] + curve.off[1] * along[k]);
         let nearest = if off[0] * off[1] <= 0.0 { 0.0 } else { off[0].abs().min(off[1].abs()) };
@@ -210,7 +222,7 @@ impl<'a> Cover<'a> {
             return;
         }
         let reach = reach.sqrt();
-        if self.may_meet(gaps, r, along, [self.base[1] - reach, self.base[1] + reach]) {
+        if self.may_meet(gaps, r, along, [self.base[1] - reach, self.base[1] + reach]) && !curve.misses(gaps) {
             for side in [1.0, -1.0] {
                 curve.cover(gaps, self.part(r, along, side));
             }
@@ -319,10 +331,17 @@ struct Quadric {
     bend: f64,
 }
 
-/// Bound of the second derivative of f: from the terms −2 r q·A and −(τ₀ + τ₁ cos β′)² of the same function.
-fn bend(r: f64, [u, v]: [f64; 2], above: f64, [cos, sin]: [f64; 2]) -> f64 {
-    let (p0, p1) = ((above * sin - u * cos).abs(), cos * r);
-    2.0 * r * (u * u + v * v).sqrt() + 2.0 * p1 * (p0 + p1)
+/// Bound of the second derivative of f: from the terms −2 r q·A and −(τ₀ + τ₁ cos β′)² of the same function; `off` is |A|,
+/// `along` |τ₀|, and τ₁ = r cos.
+fn bend(r: f64, off: f64, along: f64, cos: f64) -> f64 {
+    let p1 = cos * r;
+    2.0 * r * off + 2.0 * p1 * (along + p1)
+}
+
+/// No less than the square of the angle between two directions, up to half a turn, from that of their chord.
+fn angle_squared(chord_squared: f64) -> f64 {
+    let long = 1.0 + 0.0925 * chord_squared;
+    if chord_squared < 2.0 { chord_squared * long * long } else { PI * PI }
 }
 
 impl Quadric {
@@ -333,6 +352,16 @@ impl Quadric {
         let v = y * self.dir[0] - x * self.dir[1] - self.across;
         let off = self.off[0] + self.off[1] * u;
         v * v + off * off - self.square
+    }
+    /// True when f > 0 in all gaps for certain: at their ends it is more than it can sink between.
+    fn misses(&self, gaps: &Gaps) -> bool {
+        gaps.0.iter().all(|[a, b]| {
+            let [x, y] = [a.at[0] - b.at[0], a.at[1] - b.at[1]];
+            // Nearly a turn has a short chord too.
+            let ahead = b.key - a.key < 2.0;
+            let sag = self.bend * angle_squared(x * x + y * y) / 8.0;
+            ahead && self.at(a) > sag && self.at(b) > sag
+        })
     }
     /// Covers where f ≤ 0 in an interval.
     fn cover(&self, gaps: &mut Gaps, [from, to]: Interval) {

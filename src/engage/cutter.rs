@@ -44,15 +44,22 @@ pub struct NearBand {
     pub spread: u64,
 }
 
+/// What passes at one distance from the axis.
+#[derive(Debug, Clone, Copy)]
+pub struct NearBin {
+    /// Lowest height above the tip of the bands; infinite where there is none.
+    pub lowest: f32,
+    /// First of its bands, and one past the last.
+    bands: [u32; 2],
+}
+
 /// Which bands pass at a distance from the axis.
 #[derive(Debug, Clone)]
 pub struct Near {
     /// Bins per mm.
     per_mm: f64,
-    first: Vec<u32>,
+    bins: Vec<NearBin>,
     bands: Vec<NearBand>,
-    /// Lowest height above the tip of the bands in each bin; infinite where there is none.
-    pub lowest: Vec<f32>,
     /// Lower bounds of those heights: a + b d².
     pub bounds: [[f32; 2]; 4],
 }
@@ -225,13 +232,14 @@ fn spread(angle: f64) -> u64 {
     ((1u64 << (2 * bins + 1)) - 1).rotate_right(bins)
 }
 
-/// Lines in the square of the distance below all of `lowest` (a value holds up to the end of its bin).
-fn bounds(lowest: &[f32], per_mm: f64) -> [[f32; 2]; 4] {
-    let points: Vec<[f64; 2]> = lowest
+/// Lines in the square of the distance below the lowest of all bins (a value holds up to the end of its bin).
+fn bounds(bins: &[NearBin], per_mm: f64) -> [[f32; 2]; 4] {
+    let points: Vec<[f64; 2]> = bins
         .iter()
+        .map(|bin| bin.lowest)
         .enumerate()
         .filter(|(_, low)| low.is_finite())
-        .map(|(bin, low)| [((bin + 1) as f64 / per_mm).powi(2), f64::from(*low)])
+        .map(|(bin, low)| [((bin + 1) as f64 / per_mm).powi(2), f64::from(low)])
         .collect();
     std::array::from_fn(|k| {
         let slope = match points.len() * k / 4 {
@@ -253,21 +261,20 @@ impl Near {
     fn new(bands: &[Band], radius: f64, margin: f64, cell_mm: f64, bottom: bool) -> Self {
         let per_mm = 2.0 / cell_mm;
         let count = ((radius + margin) * per_mm).ceil() as usize + 2;
-        let (mut first, mut list, mut lowest) = (vec![0], Vec::new(), Vec::new());
+        let (mut bins, mut list) = (Vec::with_capacity(count), Vec::new());
         for bin in 0..count {
             let (from, to) = (bin as f64 / per_mm - margin, (bin + 1) as f64 / per_mm + margin);
-            let mut low = f64::INFINITY;
+            let (mut low, first) = (f64::INFINITY, list.len() as u32);
             for (index, band) in bands.iter().enumerate() {
                 if (bottom || !band.bottom) && (from..=to).contains(&band.radius) {
                     list.push(NearBand { index: index as u16, low: band.low as f32, spread: band.spread });
                     low = low.min(band.low);
                 }
             }
-            first.push(list.len() as u32);
-            lowest.push(low as f32);
+            bins.push(NearBin { lowest: low as f32, bands: [first, list.len() as u32] });
         }
-        let bounds = bounds(&lowest, per_mm);
-        Self { per_mm, first, bands: list, lowest, bounds }
+        let bounds = bounds(&bins, per_mm);
+        Self { per_mm, bins, bands: list, bounds }
     }
     /// Lowest height of all, mm.
     pub fn floor(&self) -> f32 {
@@ -275,19 +282,25 @@ impl Near {
     }
     /// Distance from the axis beyond which no band is lower than `height` above the tip, mm.
     pub fn outer_below(&self, height: f32) -> f64 {
-        self.lowest.iter().rposition(|low| *low < height).map_or(0.0, |bin| (bin + 1) as f64 / self.per_mm)
+        self.bins.iter().rposition(|bin| bin.lowest < height).map_or(0.0, |bin| (bin + 1) as f64 / self.per_mm)
     }
-    /// Bin of a distance.
-    pub fn bin(&self, distance: f32) -> usize {
-        ((distance * self.per_mm as f32) as usize).min(self.lowest.len() - 1)
+    /// Bins per mm.
+    pub fn per_mm(&self) -> f32 {
+        self.per_mm as f32
+    }
+    /// The bin of a distance, given in bins.
+    #[inline]
+    pub fn bin(&self, distance: f32) -> &NearBin {
+        &self.bins[(distance as usize).min(self.bins.len() - 1)]
     }
     /// Bands of a bin.
-    pub fn bands(&self, bin: usize) -> &[NearBand] {
-        &self.bands[self.first[bin] as usize..self.first[bin + 1] as usize]
+    #[inline]
+    pub fn bands(&self, bin: &NearBin) -> &[NearBand] {
+        &self.bands[bin.bands[0] as usize..bin.bands[1] as usize]
     }
     /// Distance from the axis up to which no band passes, mm.
     pub fn inner(&self) -> f64 {
-        let first = self.lowest.iter().position(|low| low.is_finite()).unwrap_or(self.lowest.len());
+        let first = self.bins.iter().position(|bin| bin.lowest.is_finite()).unwrap_or(self.bins.len());
         first as f64 / self.per_mm
     }
 }

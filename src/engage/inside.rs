@@ -57,15 +57,14 @@ fn in_blank(blank: &Blank, sample: &Sample, gaps: &mut Gaps, r: f64, z: f64) {
             }
         }
         Blank::Heights(relief) => {
-            let field = &relief.field;
-            if z < field.extent.min.z {
+            if z < relief.extent.min.z {
                 gaps.0.clear();
                 return;
             }
             let place = |[cos, sin]: [f64; 2]| [x + r * (cos * dx - sin * dy), y + r * (cos * dy + sin * dx)];
             let above = |at: [f64; 2]| {
                 let [x, y] = place(at);
-                field.surface(x, y).max(FAR_BELOW) - z
+                relief.surface(x, y).max(FAR_BELOW) - z
             };
             // An arc of less than half a turn lies within the circle over its chord.
             let inside = |[from, to]: &Interval| {
@@ -73,7 +72,7 @@ fn in_blank(blank: &Blank, sample: &Sample, gaps: &mut Gaps, r: f64, z: f64) {
                 let middle = [0, 1].map(|axis| 0.5 * (from.at[axis] + to.at[axis]));
                 ahead && relief.lowest_about(place(middle), 0.5 * r * chord(from, to)) > z
             };
-            gaps.keep_points(r, field.cell[0].min(field.cell[1]), &inside, &above);
+            gaps.keep_points(r, relief.cell[0].min(relief.cell[1]), &inside, &above);
         }
     }
 }

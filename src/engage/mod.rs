@@ -15,6 +15,7 @@ pub mod finish;
 pub mod gaps;
 pub mod hazards;
 mod inside;
+mod joints;
 pub mod map;
 pub mod nominate;
 pub mod options;

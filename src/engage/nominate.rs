@@ -5,9 +5,13 @@
 //! A cell at distance d from the axis matters to a band when |d − r| is within a cell and a half and the cell stands higher
 //! than the band's lowest point. Directions are kept as 64 bins of the diamond angle from the feed direction.
 
+#![allow(clippy::inline_always)] // lanes are registers only where all is inlined
+
 use super::cutter::{Cutter, Near, NearBand};
 use crate::path::Vec3;
+use crate::stock::wide::{Lanes, MOST_LANES, Task, widest};
 use crate::stock::{Tile, UNTOUCHED};
+use pulp::Simd;
 
 /// A point of the path at which engagement is worked out.
 #[derive(Debug, Clone, Copy)]
@@ -28,8 +32,19 @@ pub struct Sample {
     pub cutter: u16,
     /// Clearance within which nothing may stand for air feed, mm.
     pub clearance_mm: f64,
-    /// Looked at closely only where engagement changes between its neighbours.
-    pub optional: bool,
+    /// Whether it is worked out.
+    pub need: Need,
+}
+
+/// Whether a sample is worked out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// In any case.
+    Always,
+    /// The end of a short block: where the samples before and after it do not agree.
+    Joint,
+    /// Between two places that are worked out: where engagement changes.
+    Change,
 }
 
 /// Directions in which a band may meet material.
@@ -72,8 +87,7 @@ pub struct Nominations {
 /// Working space of [`nominate`].
 #[derive(Debug, Default)]
 pub struct Scratch {
-    bins: Vec<u64>,
-    tops: Vec<f32>,
+    marks: Vec<Mark>,
     /// Per row of the window a bit per column, from its first: was the cell a hit?
     hits: Vec<u64>,
     seen: Vec<u32>,
@@ -85,14 +99,10 @@ const SLACK: f64 = 0.1;
 
 /// Appends what `tile` says about `sample`.
 pub fn nominate(tile: &Tile, number: u32, sample: &Sample, cutter: &Cutter, work: &mut Scratch, out: &mut Nominations) {
-    let found = mark_cells(tile, sample, cutter, work);
+    let found = widest(MarkCells { tile, sample, cutter, work });
     let (first_mark, first_candidate) = (out.marks.len(), out.candidates.len());
     if found {
-        for (band, bins) in work.bins.iter().enumerate() {
-            if *bins != 0 {
-                out.marks.push(Mark { band: band as u16, top: work.tops[band], bins: *bins });
-            }
-        }
+        out.marks.extend(work.marks.iter().filter(|mark| mark.bins != 0));
         work.found.sort_unstable();
         out.candidates.extend_from_slice(&work.found);
     }
@@ -105,8 +115,25 @@ pub fn nominate(tile: &Tile, number: u32, sample: &Sample, cutter: &Cutter, work
     });
 }
 
+/// A look around one sample, as a task over lanes; true when there was anything to mark.
+struct MarkCells<'a> {
+    tile: &'a Tile,
+    sample: &'a Sample,
+    cutter: &'a Cutter,
+    work: &'a mut Scratch,
+}
+
+impl Task for MarkCells<'_> {
+    type Out = bool;
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> bool {
+        mark_cells(simd, self.tile, self.sample, self.cutter, self.work)
+    }
+}
+
 /// Marks the bands; true when there was anything to mark.
-fn mark_cells(tile: &Tile, sample: &Sample, cutter: &Cutter, work: &mut Scratch) -> bool {
+#[inline(always)]
+fn mark_cells<S: Simd>(simd: S, tile: &Tile, sample: &Sample, cutter: &Cutter, work: &mut Scratch) -> bool {
     let [horizontal, vertical] = sample.tangent;
     if horizontal < 1e-9 && vertical >= 0.0 {
         return false;
@@ -136,32 +163,26 @@ fn mark_cells(tile: &Tile, sample: &Sample, cutter: &Cutter, work: &mut Scratch)
     let words = columns.len().div_ceil(64);
     work.hits.clear();
     work.hits.resize(words * rows.len(), 0);
-    let dir = sample.dir.map(|d| d as f32);
-    let mut look = Look { tile, near, base, dir, work, first: columns.start, found: false };
+    let look = Look { simd, tile, near, base, dir: sample.dir.map(|d| d as f32), first: columns.start };
     let ahead = Ahead::new(outer, sample.dir, behind);
     let per_mm = 1.0 / tile.cell[0];
     let offset = (sample.tip.x - tile.first[0]) * per_mm;
+    let mut found = false;
     for j in rows.clone() {
         let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
         let Some((from, to)) = ahead.row(y) else { continue };
-        let mut look_at = |from: f64, to: f64| {
+        // Within the innermost band there is nothing to see.
+        let hole = if inner > y.abs() { (inner * inner - y * y).sqrt() } else { 0.0 };
+        let parts = if hole > 0.0 { [[from, to.min(-hole)], [from.max(hole), to]] } else { [[from, to], [1.0, 0.0]] };
+        for [from, to] in parts {
             let begin = ((from * per_mm + offset).max(0.0) as usize).max(columns.start);
             let end = ((to * per_mm + offset).max(0.0) as usize + 1).min(columns.end);
             if from <= to && begin < end {
                 let x = tile.first[0] + begin as f64 * tile.cell[0] - sample.tip.x;
-                look.row(j, begin..end, [x as f32, y as f32], (j - rows.start) * words);
+                found |= look.row(work, j, begin..end, [x as f32, y as f32], (j - rows.start) * words);
             }
-        };
-        // Within the innermost band there is nothing to see.
-        if inner > y.abs() {
-            let hole = (inner * inner - y * y).sqrt();
-            look_at(from, to.min(-hole));
-            look_at(from.max(hole), to);
-        } else {
-            look_at(from, to);
         }
     }
-    let found = look.found;
     if found {
         work.gather(tile, rows, columns.start, words);
     }
@@ -183,6 +204,7 @@ impl Ahead {
         Self { square: outer * outer, behind, across: dir[1], per_x }
     }
     /// Range of x in the row at `y`.
+    #[inline(always)]
     fn row(&self, y: f64) -> Option<(f64, f64)> {
         let left = self.square - y * y;
         if left < 0.0 {
@@ -202,65 +224,84 @@ impl Ahead {
     }
 }
 
-/// Cells looked at together.
-const LANES: usize = 8;
-
 /// A look at the cells of a tile from one position.
-struct Look<'a> {
+struct Look<'a, S: Simd> {
+    simd: S,
     tile: &'a Tile,
     near: &'a Near,
     /// Height of the tip less the slack.
     base: f32,
     dir: [f32; 2],
-    work: &'a mut Scratch,
     /// First column of the window.
     first: usize,
-    found: bool,
 }
 
-impl Look<'_> {
-    /// Looks at a run of cells of row `j`, the first at (x, y) from the axis: eight at a time against a lower bound of the
-    /// bands' heights, those that exceed it closely. `word` is the first of the row's words of hits.
-    fn row(&mut self, j: usize, run: std::ops::Range<usize>, [x, y]: [f32; 2], word: usize) {
-        let heights = &self.tile.heights[j * self.tile.size[0]..][run.clone()];
-        let (dx, square) = (self.tile.cell[0] as f32, y * y);
-        let [[a0, b0], [a1, b1], [a2, b2], [a3, b3]] = self.near.bounds;
-        let higher = |p: f32, q: f32| if p > q { p } else { q };
-        for (chunk, cells) in heights.chunks(LANES).enumerate() {
-            let x = x + (chunk * LANES) as i32 as f32 * dx;
-            let mut above = [f32::NEG_INFINITY; LANES];
-            for (k, cell) in cells.iter().enumerate() {
-                let x = x + k as i32 as f32 * dx;
-                let d2 = x * x + square;
-                let low = higher(higher(a0 + b0 * d2, a1 + b1 * d2), higher(a2 + b2 * d2, a3 + b3 * d2));
-                above[k] = *cell - (self.base + low);
-            }
-            if above.iter().filter(|above| **above > 0.0).count() == 0 {
-                continue;
-            }
-            self.chunk(cells, above, [x, y], word, run.start + chunk * LANES - self.first);
+impl<S: Simd> Look<'_, S> {
+    /// Looks at a run of cells of row `j`, the first at (x, y) from the axis; `word` is the first of the row's words of hits.
+    #[inline(always)]
+    fn row(&self, work: &mut Scratch, j: usize, run: std::ops::Range<usize>, at: [f32; 2], word: usize) -> bool {
+        let row = &self.tile.heights[j * self.tile.size[0]..][run.clone()];
+        let (groups, rest) = S::as_simd_f32s(row);
+        let (mut k, mut found) = (0, false);
+        for cells in groups {
+            found |=
+                self.group(work, Lanes::new(self.simd, *cells), S::F32_LANES, at, [word, run.start - self.first, k]);
+            k += S::F32_LANES;
         }
+        if !rest.is_empty() {
+            let cells = Lanes::new(self.simd, self.simd.partial_load_f32s(rest));
+            found |= self.group(work, cells, rest.len(), at, [word, run.start - self.first, k]);
+        }
+        found
     }
-    /// Looks closely at the cells of a chunk that stand `above` the bound; `column` is its first, within the window.
-    fn chunk(&mut self, cells: &[f32], above: [f32; LANES], [x, y]: [f32; 2], word: usize, column: usize) {
-        let (mut distances, mut turns) = ([0.0f32; LANES], [0.0f32; LANES]);
+    /// Looks at the first `count` cells of a group: all against a lower bound of the bands' heights, those that exceed it
+    /// closely. The run they are of begins at (x, y) and in a column of the window; the group is `from` cells further.
+    #[inline(always)]
+    fn group(
+        &self,
+        work: &mut Scratch,
+        cells: Lanes<S>,
+        count: usize,
+        [x, y]: [f32; 2],
+        [word, column, from]: [usize; 3],
+    ) -> bool {
         let dx = self.tile.cell[0] as f32;
-        for k in 0..LANES {
-            let x = x + k as i32 as f32 * dx;
-            distances[k] = (x * x + y * y).sqrt();
-            turns[k] = diamond([x * self.dir[0] + y * self.dir[1], y * self.dir[0] - x * self.dir[1]]);
+        let x = (Lanes::counting(self.simd) + from as i32 as f32) * dx + x;
+        let y = x.of(y);
+        let square = x * x + y * y;
+        let [[a0, b0], [a1, b1], [a2, b2], [a3, b3]] = self.near.bounds;
+        let low = (square * b0 + a0).max(square * b1 + a1).max((square * b2 + a2).max(square * b3 + a3));
+        let above = (low + self.base).below(cells);
+        if !above.any() {
+            return false;
         }
-        for (k, height) in cells.iter().enumerate().filter(|(k, _)| above[*k] > 0.0) {
-            let bin = self.near.bin(distances[k]);
-            if *height > self.base + self.near.lowest[bin] {
-                let turn = (turns[k] * 16.0) as u32 & 63;
-                self.work.mark(self.near.bands(bin), *height, self.base, turn);
-                let column = column + k;
-                self.work.hits[word + column / 64] |= 1 << (column % 64);
-                self.found = true;
+        let (mut heights, mut places, mut turns) = ([0.0; MOST_LANES], [0.0; MOST_LANES], [0.0; MOST_LANES]);
+        above.pick(cells, x.of(f32::NEG_INFINITY)).store(&mut heights);
+        (square.sqrt() * self.near.per_mm()).store(&mut places);
+        (diamonds(x * self.dir[0] + y * self.dir[1], y * self.dir[0] - x * self.dir[1]) * 16.0).store(&mut turns);
+        let mut hits = 0u64;
+        for k in 0..count {
+            let bin = self.near.bin(places[k]);
+            if heights[k] > self.base + bin.lowest {
+                work.mark(self.near.bands(bin), heights[k], self.base, turns[k] as u32 & 63);
+                hits |= 1 << k;
             }
         }
+        let (word, bit) = (word + (column + from) / 64, (column + from) % 64);
+        work.hits[word] |= hits << bit;
+        if bit > 64 - S::F32_LANES && hits >> (64 - bit) != 0 {
+            work.hits[word + 1] |= hits >> (64 - bit);
+        }
+        hits != 0
     }
+}
+
+/// Diamond angles of (forward, left): 0 ahead, 1 left, 2 behind, 3 right.
+#[inline(always)]
+fn diamonds<S: Simd>(x: Lanes<S>, y: Lanes<S>) -> Lanes<S> {
+    let share = y.abs() / (x.abs() + y.abs()).max(x.of(f32::MIN_POSITIVE));
+    let half = x.of(0.0).at_most(x).pick(share, x.of(2.0) - share);
+    x.of(0.0).at_most(y).pick(half, x.of(4.0) - half)
 }
 
 fn clip(range: std::ops::Range<usize>, core: [usize; 2]) -> std::ops::Range<usize> {
@@ -269,25 +310,25 @@ fn clip(range: std::ops::Range<usize>, core: [usize; 2]) -> std::ops::Range<usiz
 
 impl Scratch {
     fn start(&mut self, bands: usize) {
-        self.bins.clear();
-        self.bins.resize(bands, 0);
-        self.tops.clear();
-        self.tops.resize(bands, f32::NEG_INFINITY);
+        self.marks.clear();
+        self.marks.extend((0..bands).map(|band| Mark { band: band as u16, top: f32::NEG_INFINITY, bins: 0 }));
         self.seen.clear();
         self.seen.resize(SEEN, UNTOUCHED);
         self.found.clear();
     }
     /// Marks the bands that a cell of this height matters to; `turn` is its bin of the diamond angle.
+    #[inline(always)]
     fn mark(&mut self, bands: &[NearBand], height: f32, base: f32, turn: u32) {
         for band in bands {
             if height > base + band.low {
-                self.bins[band.index as usize] |= band.spread.rotate_left(turn);
-                let top = &mut self.tops[band.index as usize];
-                *top = if height > *top { height } else { *top };
+                let mark = &mut self.marks[band.index as usize];
+                mark.bins |= band.spread.rotate_left(turn);
+                mark.top = if height > mark.top { height } else { mark.top };
             }
         }
     }
     /// Collects the provenance of the 3 × 3 cells about every hit, each cell once.
+    #[inline(always)]
     fn gather(&mut self, tile: &Tile, rows: std::ops::Range<usize>, first: usize, words: usize) {
         let hits = std::mem::take(&mut self.hits);
         let word = |row: isize, k: isize| -> u64 {
@@ -309,6 +350,7 @@ impl Scratch {
         self.hits = hits;
     }
     /// Collects the ids of the columns whose bits are set; bit 0 is column `first`, which may lie one before the row.
+    #[inline(always)]
     fn runs(&mut self, mut bits: u64, ids: &[u32], first: usize, last: &mut u32) {
         let mut at = first;
         while bits != 0 {
@@ -339,14 +381,6 @@ impl Scratch {
 
 const SEEN_BITS: u32 = 7;
 const SEEN: usize = 1 << SEEN_BITS;
-
-/// Diamond angle of (forward, left): 0 ahead, 1 left, 2 behind, 3 right.
-#[inline]
-pub fn diamond([x, y]: [f32; 2]) -> f32 {
-    let share = y.abs() / (x.abs() + y.abs()).max(f32::MIN_POSITIVE);
-    let half = if x >= 0.0 { share } else { 2.0 - share };
-    if y >= 0.0 { half } else { 4.0 - half }
-}
 
 /// How far cells of the tile stand into the shank and into the holder. Under the cutter's own width only what lies ahead
 /// counts: behind it this move has been.

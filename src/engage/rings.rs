@@ -22,8 +22,8 @@ const JUMP_RAD: f64 = 0.15;
 const EQUAL_KEYS: f64 = 5e-6;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
-/// Bisections for the height at which engagement of a curved outline ends.
-const BISECTIONS: usize = 4;
+/// Looks for the height at which engagement of a curved outline ends.
+const LOOKS: usize = 2;
 
 /// How often a ring is halved, and the bend of the width, as a part of all that is cut, from which it is.
 const HALVINGS: usize = 2;
@@ -302,17 +302,23 @@ impl<'a> Work<'a> {
         if self.levels.iter().any(|level| (level - height).abs() < 1e-6) {
             return Limit::Between;
         }
-        let engaged = |of: &Curved, at: f64| {
+        let width = |of: &Curved, at: f64| {
             let ring = self.sub_ring(of.ring.slice, [at, at], of.bottom);
-            !self.ring(&ring, &of.windows).is_empty()
+            extent(&self.ring(&ring, &of.windows))
         };
         let middle = |ring: &SubRing| 0.5 * (ring.part[0] + ring.part[1]);
-        if !engaged(this, border) {
-            return Limit::Within(bisect(middle(&this.ring), border, |at| engaged(this, at)));
+        let (inner, of_inner) = (middle(&this.ring), extent(&this.angles));
+        let at_border = width(this, border);
+        if at_border == 0.0 {
+            return Limit::Within(end([inner, of_inner], border, None, |at| width(this, at)));
         }
         let Some(beside) = beside else { return Limit::Between };
+        let scale = self.cutter.slices[this.ring.slice as usize].edge_mm
+            / self.cutter.slices[beside.ring.slice as usize].edge_mm;
+        let within = border;
         let border = beside.ring.part[1 - side];
-        let end = bisect(border, middle(&beside.ring), |at| engaged(beside, at));
+        let before = [border + (inner - within) * scale, of_inner];
+        let end = end([border, at_border], middle(&beside.ring), Some(before), |at| width(beside, at));
         if (end - border).abs() < 1e-3 {
             return Limit::Between;
         }
@@ -458,17 +464,26 @@ fn follows(below: &SubRing, above: &SubRing) -> bool {
         || (above.slice == below.slice + 1 && above.part[0] == 0.0 && below.part[1] == 1.0)
 }
 
-/// The argument at which a predicate that holds at `holds` and not at `fails` changes.
-fn bisect(mut holds: f64, mut fails: f64, predicate: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..BISECTIONS {
-        let middle = 0.5 * (holds + fails);
-        if predicate(middle) {
-            holds = middle;
+/// Where a width ends that is known at `holds` (argument, width) and is none at `fails`: looked at where the last two run
+/// out, as far as they do, else in the middle.
+fn end(mut holds: [f64; 2], mut fails: f64, mut before: Option<[f64; 2]>, width: impl Fn(f64) -> f64) -> f64 {
+    let runs_out = |holds: [f64; 2], fails: f64, before: Option<[f64; 2]>| {
+        let [at, w] = before?;
+        let end = holds[0] + holds[1] * (holds[0] - at) / (w - holds[1]);
+        let share = (end - holds[0]) / (fails - holds[0]);
+        (0.0..=1.0).contains(&share).then_some(share)
+    };
+    for _ in 0..LOOKS {
+        let share = runs_out(holds, fails, before).map_or(0.5, |share| share.clamp(0.25, 0.75));
+        let at = holds[0] + share * (fails - holds[0]);
+        let w = width(at);
+        if w > 0.0 {
+            (before, holds) = (Some(holds), [at, w]);
         } else {
-            fails = middle;
+            fails = at;
         }
     }
-    0.5 * (holds + fails)
+    holds[0] + runs_out(holds, fails, before).unwrap_or(0.5) * (fails - holds[0])
 }
 
 /// Sum of the lengths of intervals, rad.

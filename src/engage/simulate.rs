@@ -9,8 +9,9 @@ use super::batch::{BatchResult, Outcome, run};
 use super::cutter::Cutter;
 use super::finish::mark_final_surface;
 use super::hazards::{report, report_fixtures, report_rapids};
+use super::joints::Marker;
 use super::map::{EngagementMap, StationFlags};
-use super::nominate::Sample;
+use super::nominate::{Need, Sample};
 use super::options::{EngageError, Options};
 use super::stations::{Builder, Point};
 use super::workpiece::{blanks, cell_mm, shift, sources};
@@ -20,10 +21,13 @@ use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
 use crate::stock::{Element, Field, append_elements};
 
-/// Elements in a batch.
-const BATCH: usize = 16384;
+/// Elements in a batch, and cells they may sweep: what they overwrite is kept.
+const BATCH: u32 = 8192;
+const BATCH_CELLS: f64 = 4e6;
 /// Cosine of the bend up to which a path runs on smoothly.
 const SMOOTH: f64 = 0.996;
+/// Spacing along a chain of short blocks, as a part of the radius of the cutter.
+const JOINTS: f64 = 1.0 / 3.0;
 /// Largest distance of optional samples, in cells: a nomination sees a cell and a half to either side of a ring, and the
 /// neighbours of those cells.
 const OPTIONAL_CELLS: f64 = 2.5;
@@ -99,6 +103,8 @@ pub(super) struct Plan<'a> {
     spacing_mm: f64,
     /// Largest distance of optional samples, mm.
     optional_mm: f64,
+    /// Area of a cell, mm².
+    cell_mm2: f64,
     /// Clearance asked for beyond half the spacing, mm.
     clearance_mm: f64,
 }
@@ -110,6 +116,7 @@ impl<'a> Plan<'a> {
         wcs.dedup();
         let uncertainty = job.stocks.iter().map(|stock| stock.uncertainty_mm).fold(0.0, f64::max);
         let approach = job.air_feed.map_or(0.0, |air| air.approach_mm);
+        let cell = fields.iter().map(|field| field.cell[0].min(field.cell[1])).fold(f64::INFINITY, f64::min);
         let mut plan = Self {
             path,
             elements: Vec::with_capacity(path.moves.len()),
@@ -119,7 +126,8 @@ impl<'a> Plan<'a> {
             extents: fields.iter().map(|field| field.extent).collect(),
             fixtures: job.fixtures.clone(),
             spacing_mm: options.spacing_mm,
-            optional_mm: OPTIONAL_CELLS * fields.iter().map(|f| f.cell[0].min(f.cell[1])).fold(f64::INFINITY, f64::min),
+            optional_mm: OPTIONAL_CELLS * cell,
+            cell_mm2: cell * cell,
             clearance_mm: uncertainty + approach,
         };
         for (index, motion) in path.moves.iter().enumerate() {
@@ -139,6 +147,18 @@ impl<'a> Plan<'a> {
     /// Elements of a move.
     pub fn elements_of(&self, index: usize) -> std::ops::Range<u32> {
         self.first[index]..self.first[index + 1]
+    }
+    /// One past the last move of a batch that begins with this one.
+    fn batch_end(&self, begin: usize, scene: &Scene) -> usize {
+        let (mut end, mut cells) = (begin, 0.0);
+        while end < self.path.moves.len() && cells < BATCH_CELLS && self.first[end] < self.first[begin] + BATCH {
+            if let Some(cutter) = self.cutter[end] {
+                let width = 2.0 * scene.cutters[cutter as usize].form.radius;
+                cells += width * (width + self.path.moves[end].curve().length()) / self.cell_mm2;
+            }
+            end += 1;
+        }
+        end
     }
     fn clearance(&self) -> f64 {
         self.clearance_mm + 0.5 * self.spacing_mm
@@ -169,32 +189,84 @@ enum Way {
     Sampled { samples: std::ops::Range<usize>, inherits: bool },
 }
 
+/// Moves worked together.
+struct Batch {
+    moves: std::ops::Range<usize>,
+    samples: Vec<Sample>,
+    ways: Vec<Way>,
+}
+
+/// While a batch is worked, the one before it is entered into the map and the one after it sampled.
 fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Builder, progress: &(dyn Fn(f64) + Sync)) {
-    let count = plan.path.moves.len();
     let mut held = Outcome::default();
     let mut heading = [1.0, 0.0];
-    let mut begin = 0;
-    while begin < count {
-        let limit = plan.first[begin] + BATCH as u32;
-        let end = (begin + BATCH).min(count).min(plan.first.partition_point(|f| *f <= limit).max(begin + 2) - 1);
-        let (mut samples, mut ways) = (Vec::new(), Vec::new());
-        for index in begin..end {
-            ways.push(sample_move(plan, scene, index, &mut heading, &mut samples));
-        }
-        let rapid =
-            |element: u32| plan.path.moves[scene.elements[element as usize].move_id.ix()].kind == MoveKind::Rapid;
-        let locate = |like: &Sample, s_mm: f64| {
-            let element = &scene.elements[like.element as usize];
-            sample_at(plan, element.move_id.ix(), s_mm, like.dir, like.cutter)
+    let mut next = prepare(plan, scene, 0, &mut heading);
+    let mut done: Option<(Batch, BatchResult)> = None;
+    while let Some(batch) = next.take() {
+        let fields = &mut *fields;
+        let (result, prepared) = rayon::join(
+            || work(plan, scene, fields, &batch),
+            || {
+                if let Some((batch, result)) = done.take() {
+                    enter_batch(plan, scene, &batch, &result, &mut held, builder);
+                }
+                prepare(plan, scene, batch.moves.end, &mut heading)
+            },
+        );
+        progress(batch.moves.end as f64 / plan.path.moves.len() as f64);
+        (next, done) = (prepared, Some((batch, result)));
+    }
+    if let Some((batch, result)) = done {
+        enter_batch(plan, scene, &batch, &result, &mut held, builder);
+    }
+}
+
+/// Samples the moves of the batch that begins with this one; `None` after the last.
+fn prepare(plan: &Plan, scene: &Scene, begin: usize, heading: &mut [f64; 2]) -> Option<Batch> {
+    let moves = begin..plan.batch_end(begin, scene);
+    let mut samples = Vec::new();
+    let ways: Vec<Way> = moves.clone().map(|index| sample_move(plan, scene, index, heading, &mut samples)).collect();
+    mark_joints(plan, scene, begin, &ways, &mut samples);
+    (!moves.is_empty()).then_some(Batch { moves, samples, ways })
+}
+
+fn work(plan: &Plan, scene: &Scene, fields: &mut [Field], batch: &Batch) -> BatchResult {
+    let rapid = |element: u32| plan.path.moves[scene.elements[element as usize].move_id.ix()].kind == MoveKind::Rapid;
+    let locate = |like: &Sample, s_mm: f64| {
+        let element = &scene.elements[like.element as usize];
+        sample_at(plan, element.move_id.ix(), s_mm, like.dir, like.cutter)
+    };
+    let elements = plan.first[batch.moves.start]..plan.first[batch.moves.end];
+    run(scene, fields, elements, &batch.samples, rapid, &locate)
+}
+
+fn enter_batch(
+    plan: &Plan,
+    scene: &Scene,
+    batch: &Batch,
+    result: &BatchResult,
+    held: &mut Outcome,
+    builder: &mut Builder,
+) {
+    report_rapids(scene, result, &mut builder.map);
+    report_fixtures(plan, scene, batch.moves.clone(), &mut builder.map);
+    for (index, way) in batch.moves.clone().zip(&batch.ways) {
+        enter(plan, scene, index, way, &batch.samples, result, held, builder);
+    }
+}
+
+/// Marks the ends of short blocks that run on as joints.
+fn mark_joints(plan: &Plan, scene: &Scene, begin: usize, ways: &[Way], samples: &mut [Sample]) {
+    let mut marker = Marker::new();
+    for (k, way) in ways.iter().enumerate() {
+        let length = |k: usize| plan.path.moves[begin + k].curve().length();
+        let Way::Sampled { samples: range, inherits } = way else {
+            marker.stop();
+            continue;
         };
-        let result = run(scene, fields, plan.first[begin]..plan.first[end], &samples, rapid, &locate);
-        report_rapids(scene, &result, &mut builder.map);
-        report_fixtures(plan, scene, begin..end, &mut builder.map);
-        for (index, way) in (begin..end).zip(&ways) {
-            enter(plan, scene, index, way, &samples, &result, &mut held, builder);
-        }
-        progress(end as f64 / count as f64);
-        begin = end;
+        let next = matches!(ways.get(k + 1), Some(Way::Sampled { inherits: true, .. })).then(|| length(k + 1));
+        let radius = scene.cutters[samples[range.start].cutter as usize].form.radius;
+        marker.take(&mut samples[range.clone()], *inherits, length(k), next, plan.spacing_mm.min(JOINTS * radius));
     }
 }
 
@@ -219,11 +291,11 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2],
     let parts = (length / count as f64 / plan.optional_mm - 1e-9).ceil().max(1.0) as usize;
     let mut dir = before;
     for k in usize::from(inherits)..=count * parts {
-        let optional = k % parts != 0;
+        let need = if k % parts == 0 { Need::Always } else { Need::Change };
         let s_mm = if k == count * parts { length } else { length * k as f64 / (count * parts) as f64 };
         let sample = sample_at(plan, index, s_mm, dir, cutter);
         dir = sample.dir;
-        samples.push(Sample { optional, ..sample });
+        samples.push(Sample { need, ..sample });
     }
     Way::Sampled { samples: first..samples.len(), inherits }
 }
@@ -248,7 +320,7 @@ fn sample_at(plan: &Plan, index: usize, s_mm: f64, dir: [f64; 2], cutter: u16) -
         tangent: [tangent.x.hypot(tangent.y), tangent.z],
         cutter,
         clearance_mm: plan.clearance(),
-        optional: false,
+        need: Need::Always,
     }
 }
 
@@ -297,7 +369,7 @@ fn enter(
             if *inherits {
                 points.push(Point { s_mm: 0.0, outcome: &*held, before: None });
             }
-            points.extend(range.clone().filter(|k| !samples[*k].optional).map(|k| Point {
+            points.extend(range.clone().filter(|k| samples[*k].need != Need::Change).map(|k| Point {
                 s_mm: samples[k].s_mm,
                 outcome: &result.outcomes[k],
                 before: result.between[k].as_ref(),

@@ -76,7 +76,7 @@ fn source(stock: &Stock, by: Vec3, options: &Options, notes: &mut Vec<String>) -
         StockShape::Saved(file) => {
             let why = "it is no stock saved by this program, or was cut short: save it again, or describe it as a box";
             let field = saved::from_bytes(&read(file, options)?, by).ok_or_else(|| stock_file(file, why))?;
-            Source::Blank(Blank::Heights(Box::new(Relief::new(field))))
+            Source::Blank(Blank::Heights(Box::new(Relief::new(&field))))
         }
     };
     let size = source.extent().max - source.extent().min;
@@ -104,7 +104,7 @@ pub fn blanks(sources: Vec<Source>, cell_mm: f64, notes: &mut Vec<String>) -> Re
                 let field = mesh.field(cell_mm, &mut said);
                 notes.extend(said.into_iter().map(|note| format!("{file}: {note}")));
                 let field = field.map_err(|why| EngageError::StockFile { path: file, why: why.to_string() })?;
-                Ok(Blank::Heights(Box::new(Relief::new(field))))
+                Ok(Blank::Heights(Box::new(Relief::new(&field))))
             }
         })
         .collect()

@@ -29,26 +29,65 @@ const BLOCK: usize = 4;
 /// Heights over a grid, with what none of them goes below block by block.
 #[derive(Debug, Clone)]
 pub struct Relief {
-    /// The heights.
-    pub field: Field,
+    /// Extent, mm.
+    pub extent: Box3,
+    /// Sides of a cell, mm.
+    pub cell: [f64; 2],
+    size: [usize; 2],
+    /// Cells per mm along X and Y.
+    per_mm: [f64; 2],
+    /// The heights, row by row, mm.
+    heights: Vec<f32>,
     /// Lowest height of each block of cells, row by row, mm.
     lows: Vec<f32>,
 }
 
 impl Relief {
     /// The blank that has the heights of a field.
-    pub fn new(field: Field) -> Self {
-        let width = field.size[0].div_ceil(BLOCK);
-        let mut lows = vec![f32::INFINITY; width * field.size[1].div_ceil(BLOCK)];
-        for (k, height) in field.rows().enumerate() {
-            let low = &mut lows[k / field.size[0] / BLOCK * width + k % field.size[0] / BLOCK];
-            *low = low.min(height);
+    pub fn new(field: &Field) -> Self {
+        let Field { extent, cell, size, .. } = field;
+        let width = size[0].div_ceil(BLOCK);
+        let mut lows = vec![f32::INFINITY; width * size[1].div_ceil(BLOCK)];
+        let heights: Vec<f32> = field.rows().collect();
+        for (k, height) in heights.iter().enumerate() {
+            let low = &mut lows[k / size[0] / BLOCK * width + k % size[0] / BLOCK];
+            *low = low.min(*height);
         }
-        Self { field, lows }
+        Self { extent: *extent, cell: *cell, size: *size, per_mm: cell.map(|side| 1.0 / side), heights, lows }
+    }
+    /// Height at (x, y), linear between the middles of the cells; minus infinity outside.
+    #[inline]
+    pub fn surface(&self, x: f64, y: f64) -> f64 {
+        let place = [(x - self.extent.min.x) * self.per_mm[0], (y - self.extent.min.y) * self.per_mm[1]];
+        if (0..2).any(|axis| !(0.0..=self.size[axis] as f64).contains(&place[axis])) {
+            return f64::NEG_INFINITY;
+        }
+        let [(i, s), (j, t)] = [0, 1].map(|axis| {
+            let last = self.size[axis] - 1;
+            let at = (place[axis] - 0.5).clamp(0.0, last as f64);
+            // Positive: the conversion rounds down.
+            let k = (at as usize).min(last.saturating_sub(1));
+            (k, at - k as f64)
+        });
+        let step = usize::from(self.size[0] > 1);
+        let row = |j: usize| {
+            let first = j * self.size[0] + i;
+            f64::from(self.heights[first]) * (1.0 - s) + f64::from(self.heights[first + step]) * s
+        };
+        row(j) * (1.0 - t) + row((j + 1).min(self.size[1] - 1)) * t
+    }
+    /// Height of the cell under (x, y), `None` outside.
+    fn height(&self, [x, y]: [f64; 2]) -> Option<f32> {
+        let i = ((x - self.extent.min.x) * self.per_mm[0]).floor();
+        let j = ((y - self.extent.min.y) * self.per_mm[1]).floor();
+        if i < 0.0 || j < 0.0 || i >= self.size[0] as f64 || j >= self.size[1] as f64 {
+            return None;
+        }
+        Some(self.heights[j as usize * self.size[0] + i as usize])
     }
     /// A height that none within `reach` of (x, y) goes below, mm; minus infinity where that is not all over the grid.
     pub fn lowest_about(&self, [x, y]: [f64; 2], reach: f64) -> f64 {
-        let Field { extent, cell, size, .. } = &self.field;
+        let Self { extent, cell, size, .. } = self;
         let at = |low: f64, axis: usize| ((low - extent.min[axis]) / cell[axis]).floor();
         let (low, high) =
             ([at(x - reach, 0) - 1.0, at(y - reach, 1) - 1.0], [at(x + reach, 0) + 1.0, at(y + reach, 1) + 1.0]);
@@ -71,7 +110,7 @@ impl Blank {
             Blank::Cylinder { centre: [x, y], radius, z } => {
                 Box3 { min: Vec3::new(x - radius, y - radius, z[0]), max: Vec3::new(x + radius, y + radius, z[1]) }
             }
-            Blank::Heights(relief) => relief.field.extent,
+            Blank::Heights(relief) => relief.extent,
         }
     }
     /// Height of its top over (x, y); minus infinity beside it.
@@ -85,13 +124,16 @@ impl Blank {
                     f64::NEG_INFINITY
                 }
             }
-            Blank::Heights(relief) => relief.field.height(x, y).map_or(f64::NEG_INFINITY, f64::from),
+            Blank::Heights(relief) => relief.height([x, y]).map_or(f64::NEG_INFINITY, f64::from),
         }
     }
     /// Its field of cells of at most `cell_mm`.
     pub fn field(&self, cell_mm: f64) -> Field {
         match self {
-            Blank::Heights(relief) if fits(&relief.field, cell_mm) => relief.field.clone(),
+            Blank::Heights(relief) if relief.size == super::field::cells(&relief.extent, cell_mm) => {
+                let Relief { extent, size, heights, .. } = relief.as_ref();
+                Field::from_rows(*extent, *size, |i, j| f64::from(heights[j * size[0] + i]))
+            }
             _ => Field::new(self.extent(), cell_mm, |x, y| self.height(x, y)),
         }
     }
@@ -112,18 +154,12 @@ impl Blank {
                 (p[0] - centre[0]).hypot(p[1] - centre[1]) - radius
             }
             Blank::Heights(relief) => {
-                let field = &relief.field;
-                let half = 0.5 * field.cell[0].min(field.cell[1]);
-                let inside = z >= field.extent.min.z && field.height(p[0], p[1]).is_some_and(|h| z < f64::from(h));
+                let half = 0.5 * relief.cell[0].min(relief.cell[1]);
+                let inside = z >= relief.extent.min.z && relief.height(p).is_some_and(|h| z < f64::from(h));
                 if inside { -half } else { half }
             }
         }
     }
-}
-
-/// Are these the cells asked for?
-fn fits(field: &Field, cell_mm: f64) -> bool {
-    field.size == super::field::cells(&field.extent, cell_mm)
 }
 
 fn outside_box(x: f64, y: f64) -> f64 {

@@ -4,6 +4,7 @@
 //! Cells tile the extent exactly (their sides may be a little shorter than asked for). A tile holds its core cells and a
 //! halo of one cell around them, swept twice, so that a 3 × 3 neighbourhood never needs another tile.
 
+use super::sweep::Past;
 use crate::machine::Box3;
 
 /// Provenance of a cell nothing has lowered yet.
@@ -35,6 +36,8 @@ pub struct Tile {
     pub highest: f32,
     /// Likewise block by block, row by row, of [`BLOCK`] cells either way.
     pub tops: Vec<f32>,
+    /// What sweeps overwrote, where it is kept.
+    pub past: Past,
 }
 
 /// The field of one piece of stock.
@@ -104,27 +107,6 @@ impl Field {
     pub fn volume_mm3(&self) -> f64 {
         self.tiles.iter().map(Tile::volume_mm3).sum()
     }
-    /// Height at (x, y), linear between the middles of the cells; minus infinity outside.
-    pub fn surface(&self, x: f64, y: f64) -> f64 {
-        let place = [(x - self.extent.min.x) / self.cell[0], (y - self.extent.min.y) / self.cell[1]];
-        if (0..2).any(|axis| !(0.0..=self.size[axis] as f64).contains(&place[axis])) {
-            return f64::NEG_INFINITY;
-        }
-        let [(i, s), (j, t)] = [0, 1].map(|axis| {
-            let last = self.size[axis] - 1;
-            let at = (place[axis] - 0.5).clamp(0.0, last as f64);
-            // Positive: the conversion rounds down.
-            let k = (at as usize).min(last.saturating_sub(1));
-            (k, at - k as f64)
-        });
-        // The halo of a tile holds the neighbours of its last cells.
-        let tile = &self.tiles[(j / TILE) * self.tiling[0] + i / TILE];
-        let (i, j) = (i % TILE + tile.core[0][0], j % TILE + tile.core[1][0]);
-        let (next_i, next_j) = ((i + 1).min(tile.size[0] - 1), (j + 1).min(tile.size[1] - 1));
-        let at = |i: usize, j: usize| f64::from(tile.heights[j * tile.size[0] + i]);
-        let row = |j: usize| at(i, j) * (1.0 - s) + at(next_i, j) * s;
-        row(j) * (1.0 - t) + row(next_j) * t
-    }
     /// Height of the cell under (x, y), `None` outside.
     pub fn height(&self, x: f64, y: f64) -> Option<f32> {
         let i = ((x - self.extent.min.x) / self.cell[0]).floor();
@@ -159,7 +141,8 @@ fn tile(
     let core = [0, 1].map(|axis| [begin[axis] - low[axis], end[axis] - low[axis]]);
     let ids = vec![UNTOUCHED; heights.len()];
     let (floor, tops) = (extent.min.z as f32, Vec::new());
-    let mut tile = Tile { first, cell, size, core, heights, ids, floor, highest: f32::INFINITY, tops };
+    let mut tile =
+        Tile { first, cell, size, core, heights, ids, floor, highest: f32::INFINITY, tops, past: Past::default() };
     tile.update_highest();
     tile
 }

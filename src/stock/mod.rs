@@ -6,14 +6,18 @@
 pub mod blank;
 pub mod element;
 pub mod field;
+mod form;
+mod heights;
 pub mod mesh;
 pub mod region;
 pub mod saved;
 pub mod sweep;
+pub mod wide;
 
 pub use blank::{Blank, Relief};
 pub use element::{Element, Track, append_elements};
 pub use field::{Field, Tile, UNTOUCHED};
+pub use form::Form;
 pub use mesh::{Mesh, MeshError, read_stl};
 pub use region::{Region, Ring, Swept};
-pub use sweep::{Form, sweep};
+pub use sweep::{Past, sweep, take_back};

@@ -8,7 +8,7 @@
 //! convex function of t and its minimum is bracketed.
 
 use super::element::Track;
-use super::sweep::Form;
+use super::form::Form;
 use crate::machine::{Profile, Segment};
 use crate::path::Vec3;
 

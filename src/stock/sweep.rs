@@ -2,115 +2,89 @@
 //! the heights `min over the track of tip height + outline height at the cell's distance`, and the element as provenance
 //! of every cell it lowered strictly.
 //!
-//! Cells are worked row by row in `f32`, in coordinates along (u) and across (v) the track. With slope tan θ and ball
-//! radius R the lower envelope of a swept ball is z_c + u tan θ − √(R² − v²)/cos θ while the contact lies on the line, and
-//! a sphere at its ends. Outlines without a closed form are minimised over the track (convex for convex outlines).
+//! Cells are worked row by row in `f32`, in coordinates along (u) and across (v) the track, several at once
+//! ([`super::heights`]). Outlines without a closed form are minimised over the track (convex for convex outlines). A tile
+//! that keeps its past notes what it overwrites, so that sweeps can be taken back, the last first.
 
-#![allow(clippy::inline_always)] // the row loops vectorise only when the height of a cell is inlined into them
+#![allow(clippy::inline_always)] // lanes are registers only where all is inlined
 
 use super::element::Track;
 use super::field::Tile;
+use super::form::{Form, Kind};
+use super::heights::{Ball, BallSection, BullSection, FlatSection, Heights, Level, Ramp, Round, Straight, Way};
 use super::region::least_convex;
-use crate::machine::{Profile, Segment};
+use super::wide::{Lanes, MOST_LANES, Task, widest};
+use crate::machine::Profile;
 use crate::path::Vec3;
+use pulp::Simd;
+use std::ops::Range;
 
-/// Outline of a cutter as the sweep needs it.
-#[derive(Debug, Clone)]
-pub struct Form {
-    /// Its profile.
-    pub profile: Profile,
-    /// Largest radius, mm.
-    pub radius: f64,
-    /// Its lowest part is flat.
-    pub flat_bottom: bool,
-    /// Height at which the outline begins to narrow; cells that stand above it are left as they are.
-    neck: f32,
-    kind: Kind,
+/// Cells as they were before they were lowered.
+#[derive(Debug, Clone, Copy)]
+pub struct Kept {
+    first: u32,
+    count: u32,
+    heights: [f32; MOST_LANES],
+    ids: [u32; MOST_LANES],
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
-    Flat,
-    Ball,
-    /// Flat of radius `flat`, then a corner of radius `corner`.
-    Bull {
-        flat: f32,
-        corner: f32,
-    },
-    Other,
+/// What a tile overwrote.
+#[derive(Debug, Clone, Default)]
+pub struct Past {
+    /// Is it kept?
+    pub on: bool,
+    kept: Vec<Kept>,
 }
 
-impl Form {
-    /// The form of a profile.
-    pub fn new(profile: &Profile) -> Self {
-        let kind = if profile.is_flat() {
-            Kind::Flat
-        } else if profile.as_ball().is_some() {
-            Kind::Ball
-        } else if let Some([flat, corner]) = profile.as_bull() {
-            Kind::Bull { flat: flat as f32, corner: corner as f32 }
+impl Past {
+    /// How much was overwritten so far: a mark to go back to.
+    pub fn mark(&self) -> usize {
+        self.kept.len()
+    }
+    #[inline(always)]
+    fn keep(&mut self, first: usize, count: usize, heights: [f32; MOST_LANES], ids: [u32; MOST_LANES]) {
+        self.kept.push(Kept { first: first as u32, count: count as u32, heights, ids });
+    }
+}
+
+/// Takes back what was lowered since the past had this mark.
+pub fn take_back(tile: &mut Tile, mark: usize) {
+    for kept in tile.past.kept.drain(mark..).rev() {
+        let (first, count) = (kept.first as usize, kept.count as usize);
+        let (heights, ids) = (&mut tile.heights[first..], &mut tile.ids[first..]);
+        if count == MOST_LANES {
+            // Of a size known beforehand: copied by registers.
+            heights[..MOST_LANES].copy_from_slice(&kept.heights);
+            ids[..MOST_LANES].copy_from_slice(&kept.ids);
         } else {
-            Kind::Other
-        };
-        let flat_bottom = matches!(profile.segments.first(), Some(Segment::Line { from, to }) if from[1] == to[1]);
-        let neck = profile.neck().map_or(f32::INFINITY, |neck| neck as f32);
-        Self { radius: profile.max_radius(), flat_bottom, neck, profile: profile.clone(), kind }
-    }
-    /// A flat end mill?
-    pub fn is_flat(&self) -> bool {
-        self.kind == Kind::Flat
-    }
-    /// A ball end mill?
-    pub fn is_ball(&self) -> bool {
-        self.kind == Kind::Ball
-    }
-    /// Radius kept clear at height `z` above the tip ([`Profile::radius_below`]).
-    pub fn radius_below(&self, z: f64) -> Option<f64> {
-        match self.kind {
-            _ if z < 0.0 => None,
-            Kind::Flat => Some(self.radius),
-            Kind::Ball if z >= self.radius => Some(self.radius),
-            Kind::Ball => Some((z * (2.0 * self.radius - z)).sqrt()),
-            Kind::Bull { .. } | Kind::Other => self.profile.radius_below(z),
-        }
-    }
-    /// Lowest height of the outline at distance `r` from the axis ([`Profile::height_at`]).
-    pub fn height_at(&self, r: f64) -> Option<f64> {
-        match self.kind {
-            Kind::Flat | Kind::Ball if r > self.radius => None,
-            Kind::Flat => Some(0.0),
-            Kind::Ball => Some(self.radius - (self.radius * self.radius - r * r).sqrt()),
-            Kind::Bull { .. } | Kind::Other => self.profile.height_at(r),
+            heights[..count].copy_from_slice(&kept.heights[..count]);
+            ids[..count].copy_from_slice(&kept.ids[..count]);
         }
     }
 }
 
-/// Sweeps `form` along `track`; lowered cells get `id`. The row loops are compiled twice, and the wider one is taken where
-/// the processor has it: both do the same operations in the same order (no fused multiply-add), so the bits agree.
+/// Sweeps `form` along `track`; lowered cells get `id`.
 pub fn sweep(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        #[allow(unsafe_code)] // the only unsafe line: the processor was just asked for these instructions
-        unsafe {
-            sweep_avx2(tile, track, form, id);
-        }
-        return;
+    widest(Sweep { tile, track, form, id });
+}
+
+struct Sweep<'a> {
+    tile: &'a mut Tile,
+    track: &'a Track,
+    form: &'a Form,
+    id: u32,
+}
+
+impl Task for Sweep<'_> {
+    type Out = ();
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        sweep_body(simd, self.tile, self.track, self.form, self.id);
     }
-    sweep_portable(tile, track, form, id);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn sweep_avx2(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
-    sweep_body(tile, track, form, id);
-}
-
-fn sweep_portable(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
-    sweep_body(tile, track, form, id);
 }
 
 #[inline(always)]
-fn sweep_body(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
+fn sweep_body<S: Simd>(simd: S, tile: &mut Tile, track: &Track, form: &Form, id: u32) {
     let (low, high) = track.bounds();
     if low.z as f32 >= tile.highest {
         return;
@@ -134,17 +108,18 @@ fn sweep_body(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
         return;
     }
     match *track {
-        Track::Line { from, to } => sweep_line(tile, rows, [from, to], form, r, id),
+        Track::Line { from, to } => sweep_line(simd, tile, rows, [from, to], form, r, id),
         Track::Arc { centre, z, radius, start, sweep } => {
-            let arc = ArcSweep::new(centre, z, 0.5 * (radius[0] + radius[1]), start, sweep);
-            sweep_arc(tile, [columns, rows], &arc, form, r, id);
+            let radius = 0.5 * (radius[0] + radius[1]);
+            let arc = Arc { centre, z, radius, round: Round::new(radius, start, sweep) };
+            sweep_arc(simd, tile, [columns, rows], arc, form, r, id);
         }
     }
 }
 
 /// As [`sweep`] for an outline that narrows upward: a cell that stands above the neck would be undercut, which a height
 /// field cannot hold, so it stays.
-fn sweep_under(tile: &mut Tile, track: &Track, form: &Form, id: u32, [columns, rows]: [std::ops::Range<usize>; 2]) {
+fn sweep_under(tile: &mut Tile, track: &Track, form: &Form, id: u32, [columns, rows]: [Range<usize>; 2]) {
     let open = Form { neck: f32::INFINITY, ..form.clone() };
     let (before, ids) = (tile.heights.clone(), tile.ids.clone());
     let highest = std::mem::replace(&mut tile.highest, f32::INFINITY);
@@ -171,7 +146,15 @@ struct Line {
 }
 
 #[inline(always)]
-fn sweep_line(tile: &mut Tile, rows: std::ops::Range<usize>, [from, to]: [Vec3; 2], form: &Form, reach: f64, id: u32) {
+fn sweep_line<S: Simd>(
+    simd: S,
+    tile: &mut Tile,
+    rows: Range<usize>,
+    [from, to]: [Vec3; 2],
+    form: &Form,
+    reach: f64,
+    id: u32,
+) {
     let delta = to - from;
     let run = delta.x.hypot(delta.y);
     let dir = if run > 1e-9 { [delta.x / run, delta.y / run] } else { [1.0, 0.0] };
@@ -184,62 +167,67 @@ fn sweep_line(tile: &mut Tile, rows: std::ops::Range<usize>, [from, to]: [Vec3; 
         z,
         rise: if plunge { 0.0 } else { delta.z },
     };
-    let (run, z, rise, r) = (line.run as f32, z as f32, line.rise as f32, form.radius as f32);
+    let (run, z, rise, r) = (line.run as f32, line.z as f32, line.rise as f32, form.radius as f32);
     let level = line.rise.abs() < 1e-9;
     let r2 = r * r;
+    let way = Straight(run);
+    let put = Put { step: [line.dir[0], -line.dir[1]].map(|dir| tile.cell[0] * dir), id };
+    let grid = Grid::of(tile);
+    let runs = rows.filter_map(|j| row_run(&grid, j, &line, reach));
     match form.kind {
-        Kind::Flat if level => lower_rows(tile, rows, &line, reach, id, |u, v| {
-            let du = u - u.max(0.0).min(run);
-            if du * du + v * v <= r2 { z } else { f32::INFINITY }
-        }),
-        Kind::Flat => {
-            let slope = rise / run;
-            lower_rows(tile, rows, &line, reach, id, |u, v| {
-                let s = (r2 - v * v).max(0.0).sqrt();
-                let lowest = if slope < 0.0 { (u + s).min(run) } else { (u - s).max(0.0) };
-                let inside = v * v <= r2 && u + s >= 0.0 && u - s <= run;
-                if inside { z + slope * lowest } else { f32::INFINITY }
-            });
-        }
+        Kind::Flat if level => lower(simd, tile, runs, &put, &Level { way, section: FlatSection(r2), z }),
+        Kind::Flat => lower(simd, tile, runs, &put, &Ramp { run, z, r2, slope: rise / run }),
         Kind::Ball => {
             let length = run.hypot(rise);
-            let (slope, sin, inv_cos) =
-                if run > 0.0 { (rise / run, rise / length, length / run) } else { (0.0, 0.0, 1.0) };
-            let centre = z + r;
-            let (cos, slack) = (if run > 0.0 { run / length } else { 1.0 }, 1e-5 * r2);
-            // The endless sweep lies no higher: a cell below it stays. Asked without a root.
-            let may = |u: f32, v: f32, cell: f32| {
-                let below = (centre + slope * u - cell) * cos;
-                below < 0.0 || below * below <= r2 - v * v + slack
-            };
-            lower_rows_where(tile, rows, &line, reach, id, may, |u, v| {
-                let across = r2 - v * v;
-                let s = across.max(0.0).sqrt();
-                let contact = u - s * sin;
-                let end = contact.max(0.0).min(run);
-                let du = u - end;
-                let left = across - du * du;
-                let on_end = centre + slope * end - left.max(0.0).sqrt();
-                let on_line = centre + slope * u - s * inv_cos;
-                let height = if contact == end { on_line } else { on_end };
-                let inside = across >= 0.0 && (contact == end || left >= 0.0);
-                if inside { height } else { f32::INFINITY }
-            });
+            let (slope, sin, cos) = if run > 0.0 { (rise / run, rise / length, run / length) } else { (0.0, 0.0, 1.0) };
+            let ball = Ball { run, centre: z + r, r2, slope, sin, cos, inv_cos: 1.0 / cos };
+            lower(simd, tile, runs, &put, &ball);
         }
         Kind::Bull { flat, corner } if level => {
-            let c2 = corner * corner;
-            lower_rows(tile, rows, &line, reach, id, |u, v| {
-                let du = u - u.max(0.0).min(run);
-                let d2 = du * du + v * v;
-                let d = (d2.sqrt() - flat).max(0.0);
-                let height = z + corner - (c2 - d * d).max(0.0).sqrt();
-                if d2 <= r2 { height } else { f32::INFINITY }
-            });
+            lower(simd, tile, runs, &put, &Level { way, section: BullSection { flat, corner, r2 }, z });
         }
         Kind::Bull { .. } | Kind::Other => {
-            let profile = &form.profile;
-            lower_rows(tile, rows, &line, reach, id, |u, v| swept_height(profile, &line, f64::from(u), f64::from(v)));
+            let height = |[u, v]: [f64; 2]| swept_height(&form.profile, &line, u, v);
+            lower_each(tile, runs, &put, height);
         }
+    }
+}
+
+/// A level arc.
+struct Arc {
+    centre: [f64; 2],
+    z: f64,
+    radius: f64,
+    round: Round,
+}
+
+#[inline(always)]
+fn sweep_arc<S: Simd>(
+    simd: S,
+    tile: &mut Tile,
+    [columns, rows]: [Range<usize>; 2],
+    arc: Arc,
+    form: &Form,
+    reach: f64,
+    id: u32,
+) {
+    let (z, r) = (arc.z as f32, form.radius as f32);
+    let put = Put { step: [tile.cell[0], 0.0], id };
+    let grid = Grid::of(tile);
+    let (centre, radius) = (arc.centre, arc.radius);
+    let runs = rows.flat_map(|j| ring_runs(&grid, j, &columns, centre, [radius, reach])).flatten();
+    let way = arc.round;
+    match form.kind {
+        Kind::Flat => lower(simd, tile, runs, &put, &Level { way, section: FlatSection(r * r), z }),
+        Kind::Ball => lower(simd, tile, runs, &put, &Level { way, section: BallSection(r), z }),
+        Kind::Bull { flat, corner } => {
+            lower(simd, tile, runs, &put, &Level { way, section: BullSection { flat, corner, r2: r * r }, z });
+        }
+        Kind::Other => lower_each(tile, runs, &put, |at| {
+            let [x, y] = at.map(|x| Lanes::new(pulp::Scalar::new(), x as f32));
+            let distance = f64::from(way.square(x, y).value.sqrt());
+            form.profile.height_at(distance).map_or(f32::INFINITY, |h| z + h as f32)
+        }),
     }
 }
 
@@ -259,56 +247,142 @@ fn swept_height(profile: &Profile, line: &Line, u: f64, v: f64) -> f32 {
     if line.rise == 0.0 { height(u.clamp(a, b)) as f32 } else { least_convex(height, a, b).1 as f32 }
 }
 
-/// Applies `height(u, v)` to every cell within `radius` of the line.
-#[inline(always)]
-fn lower_rows(
-    tile: &mut Tile,
-    rows: std::ops::Range<usize>,
-    line: &Line,
-    radius: f64,
-    id: u32,
-    height: impl Fn(f32, f32) -> f32,
-) {
-    lower_rows_where(tile, rows, line, radius, id, |_, _, _| true, height);
+/// Where the cells of a tile lie.
+struct Grid {
+    first: [f64; 2],
+    cell: [f64; 2],
+    columns: usize,
 }
 
-/// As [`lower_rows`], for those cells only of which `may(u, v, its height)` says that they may be lowered.
+impl Grid {
+    fn of(tile: &Tile) -> Self {
+        Self { first: tile.first, cell: tile.cell, columns: tile.size[0] }
+    }
+}
+
+/// A run of cells of one row: their indices in the tile, and the place (u, v) of the first.
+struct Run {
+    cells: Range<usize>,
+    at: [f64; 2],
+}
+
+/// The run of row `j` that lies within `radius` of a line.
 #[inline(always)]
-fn lower_rows_where(
-    tile: &mut Tile,
-    rows: std::ops::Range<usize>,
-    line: &Line,
-    radius: f64,
+fn row_run(grid: &Grid, j: usize, line: &Line, radius: f64) -> Option<Run> {
+    let y = grid.first[1] + j as f64 * grid.cell[1] - line.from[1];
+    let (x0, x1) = row_span(line, radius, y)?;
+    let (per_mm, off) = (1.0 / grid.cell[0], line.from[0] - grid.first[0]);
+    let begin = ((x0 + off) * per_mm).max(0.0) as usize;
+    let end = (((x1 + off) * per_mm + 1.0).max(0.0) as usize).min(grid.columns);
+    let x = begin as f64 * grid.cell[0] - off;
+    let at = [x * line.dir[0] + y * line.dir[1], y * line.dir[0] - x * line.dir[1]];
+    let row = j * grid.columns;
+    (begin < end).then_some(Run { cells: row + begin..row + end, at })
+}
+
+/// The runs of row `j`, within some columns, that lie in a ring: its middle radius, and how far it reaches from there.
+#[inline(always)]
+fn ring_runs(
+    grid: &Grid,
+    j: usize,
+    columns: &Range<usize>,
+    centre: [f64; 2],
+    [radius, reach]: [f64; 2],
+) -> [Option<Run>; 2] {
+    let y = grid.first[1] + j as f64 * grid.cell[1] - centre[1];
+    let half = |r: f64| (r * r - y * y).max(0.0).sqrt();
+    let (outer, inner) = (half(radius + reach), half((radius - reach).max(0.0)));
+    [(-outer, -inner), (inner, outer)].map(|(low, high)| {
+        let index = |x: f64| (x + centre[0] - grid.first[0]) / grid.cell[0];
+        let begin = (index(low).ceil().max(0.0) as usize).max(columns.start);
+        let end = ((index(high).floor() + 1.0).max(0.0) as usize).min(columns.end);
+        let at = [grid.first[0] + begin as f64 * grid.cell[0] - centre[0], y];
+        let row = j * grid.columns;
+        (begin < end).then_some(Run { cells: row + begin..row + end, at })
+    })
+}
+
+/// How (u, v) change from cell to cell, and what lowers them.
+struct Put {
+    step: [f64; 2],
     id: u32,
-    may: impl Fn(f32, f32, f32) -> bool,
-    height: impl Fn(f32, f32) -> f32,
-) {
-    for j in rows {
-        let y = tile.first[1] + j as f64 * tile.cell[1] - line.from[1];
-        let Some((x0, x1)) = row_span(line, radius, y) else { continue };
-        let begin = ((x0 + line.from[0] - tile.first[0]) / tile.cell[0]).ceil().max(0.0) as usize;
-        let end = ((x1 + line.from[0] - tile.first[0]) / tile.cell[0]).floor() + 1.0;
-        let end = end.clamp(0.0, tile.size[0] as f64) as usize;
-        if begin >= end {
-            continue;
+}
+
+/// Lowers the cells of runs to the heights of an outline.
+#[inline(always)]
+fn lower<S: Simd>(simd: S, tile: &mut Tile, runs: impl Iterator<Item = Run>, put: &Put, heights: &impl Heights) {
+    let step = put.step.map(|step| step as f32);
+    for Run { cells: run, at } in runs {
+        let mut group =
+            Group { first: run.start, k: 0.0, at: at.map(|x| x as f32), step, floor: tile.floor, id: put.id };
+        let (cells, last) = S::as_mut_simd_f32s(&mut tile.heights[run.clone()]);
+        let (ids, last_ids) = S::as_mut_simd_u32s(&mut tile.ids[run]);
+        for (cells, ids) in cells.iter_mut().zip(ids) {
+            group.lower(simd, heights, cells, ids, &mut tile.past, S::F32_LANES);
+            group.k += S::F32_LANES as f32;
+            group.first += S::F32_LANES;
         }
-        let x = tile.first[0] + begin as f64 * tile.cell[0] - line.from[0];
-        let u = (x * line.dir[0] + y * line.dir[1]) as f32;
-        let v = (y * line.dir[0] - x * line.dir[1]) as f32;
-        let (du, dv) = ((tile.cell[0] * line.dir[0]) as f32, (-tile.cell[0] * line.dir[1]) as f32);
-        let row = j * tile.size[0];
-        for first in (begin..end).step_by(CHUNK) {
-            let last = (first + CHUNK).min(end);
-            let from = (first - begin) as i32;
-            let mut some = false;
-            for (k, cell) in tile.heights[row + first..row + last].iter().enumerate() {
-                let k = (from + k as i32) as f32;
-                some |= may(u + k * du, v + k * dv, *cell);
-            }
-            if some {
-                lower_cells(tile, j, first..last, id, |k| {
-                    height(u + (from as f32 + k) * du, v + (from as f32 + k) * dv)
-                });
+        if !last.is_empty() {
+            let (mut cells, mut ids) = (simd.partial_load_f32s(last), simd.partial_load_u32s(last_ids));
+            group.lower(simd, heights, &mut cells, &mut ids, &mut tile.past, last.len());
+            simd.partial_store_f32s(last, cells);
+            simd.partial_store_u32s(last_ids, ids);
+        }
+    }
+}
+
+/// Cells worked together: from the `k`-th of a run on, which begins at (u, v) and goes on in steps; `first` in the tile.
+struct Group {
+    first: usize,
+    k: f32,
+    at: [f32; 2],
+    step: [f32; 2],
+    floor: f32,
+    id: u32,
+}
+
+impl Group {
+    /// Lowers a group of which the first `count` are cells.
+    #[inline(always)]
+    fn lower<S: Simd>(
+        &self,
+        simd: S,
+        heights: &impl Heights,
+        cells: &mut S::f32s,
+        ids: &mut S::u32s,
+        past: &mut Past,
+        count: usize,
+    ) {
+        let k = Lanes::counting(simd) + self.k;
+        let (u, v, cell) = (k * self.step[0] + self.at[0], k * self.step[1] + self.at[1], Lanes::new(simd, *cells));
+        if !heights.may(u, v, cell).any() {
+            return;
+        }
+        let new = heights.height(u, v).max(cell.of(self.floor));
+        let lower = new.below(cell);
+        if past.on && lower.any() {
+            let (mut old, mut of) = ([0.0; MOST_LANES], [0; MOST_LANES]);
+            simd.partial_store_f32s(&mut old[..S::F32_LANES], *cells);
+            simd.partial_store_u32s(&mut of[..S::F32_LANES], *ids);
+            past.keep(self.first, count, old, of);
+        }
+        *cells = lower.pick(new, cell).value;
+        lower.put(self.id, ids);
+    }
+}
+
+/// As [`lower`] for an outline without a closed form, cell by cell.
+fn lower_each(tile: &mut Tile, runs: impl Iterator<Item = Run>, put: &Put, height: impl Fn([f64; 2]) -> f32) {
+    for Run { cells, at } in runs {
+        for (k, cell) in cells.enumerate() {
+            let new = height([0, 1].map(|axis| at[axis] + k as f64 * put.step[axis])).max(tile.floor);
+            if new < tile.heights[cell] {
+                if tile.past.on {
+                    let (mut heights, mut ids) = ([0.0; MOST_LANES], [0; MOST_LANES]);
+                    (heights[0], ids[0]) = (tile.heights[cell], tile.ids[cell]);
+                    tile.past.keep(cell, 1, heights, ids);
+                }
+                (tile.heights[cell], tile.ids[cell]) = (new, put.id);
             }
         }
     }
@@ -316,27 +390,18 @@ fn lower_rows_where(
 
 /// Height that rounding does not exceed, mm.
 const SLACK_MM: f64 = 1e-3;
-/// Cells asked together whether any may be lowered.
-const CHUNK: usize = 32;
-
-/// Lowers a run of cells of one row; `height` takes the number of the cell in the run.
-#[inline(always)]
-fn lower_cells(tile: &mut Tile, row: usize, run: std::ops::Range<usize>, id: u32, height: impl Fn(f32) -> f32) {
-    let first = row * tile.size[0];
-    let floor = tile.floor;
-    let heights = &mut tile.heights[first..][run.clone()];
-    let ids = &mut tile.ids[first..][run];
-    for (k, (cell, provenance)) in heights.iter_mut().zip(ids).enumerate() {
-        let h = height(k as i32 as f32).max(floor);
-        let lower = h < *cell;
-        *cell = if lower { h } else { *cell };
-        *provenance = if lower { id } else { *provenance };
-    }
-}
 
 /// Range of x (relative to the start) in which the row at `y` lies within `radius` of the line.
+#[inline(always)]
 fn row_span(line: &Line, radius: f64, y: f64) -> Option<(f64, f64)> {
     let [dx, dy] = line.dir;
+    if line.run < 0.5 * radius {
+        // A short line: that of the disc where it is widest, drawn out along it. What is too much is not lowered.
+        let [x, across] = [line.run * dx, y - (line.run * dy * y.signum()).max(0.0).min(y.abs()).copysign(y)];
+        let left = radius * radius - across * across;
+        let half = left.max(0.0).sqrt();
+        return (left >= 0.0).then_some((x.min(0.0) - half, x.max(0.0) + half));
+    }
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for [cx, cy] in [[0.0, 0.0], [line.run * dx, line.run * dy]] {
         let left = radius * radius - (y - cy) * (y - cy);
@@ -364,99 +429,12 @@ fn slab(low: f64, high: f64, slope: f64) -> (f64, f64) {
     (a.min(b), a.max(b))
 }
 
-/// A level arc as its sweep needs it.
-struct ArcSweep {
-    centre: [f64; 2],
-    z: f64,
-    radius: f64,
-    /// Unit vectors to start and end, ordered counter-clockwise.
-    first: [f32; 2],
-    last: [f32; 2],
-    angle: f64,
-}
-
-impl ArcSweep {
-    fn new(centre: [f64; 2], z: f64, radius: f64, start: f64, sweep: f64) -> Self {
-        let (a, b) = if sweep >= 0.0 { (start, start + sweep) } else { (start + sweep, start) };
-        let unit = |angle: f64| [angle.cos() as f32, angle.sin() as f32];
-        Self { centre, z, radius, first: unit(a), last: unit(b), angle: sweep.abs() }
-    }
-    /// Distance from the arc of the point (x, y) relative to the centre.
-    #[inline(always)]
-    fn distance(&self, x: f32, y: f32) -> f32 {
-        let radius = self.radius as f32;
-        let after = self.first[0] * y - self.first[1] * x >= 0.0;
-        let before = x * self.last[1] - y * self.last[0] >= 0.0;
-        let within = if self.angle >= std::f64::consts::TAU {
-            true
-        } else if self.angle <= std::f64::consts::PI {
-            after && before
-        } else {
-            after || before
-        };
-        let to = |end: [f32; 2]| {
-            let (dx, dy) = (x - radius * end[0], y - radius * end[1]);
-            (dx * dx + dy * dy).sqrt()
-        };
-        let on_arc = ((x * x + y * y).sqrt() - radius).abs();
-        if within { on_arc } else { to(self.first).min(to(self.last)) }
-    }
-}
-
-#[inline(always)]
-fn sweep_arc(tile: &mut Tile, window: [std::ops::Range<usize>; 2], arc: &ArcSweep, form: &Form, reach: f64, id: u32) {
-    let (z, r) = (arc.z as f32, form.radius as f32);
-    match form.kind {
-        Kind::Flat => lower_ring(tile, window, arc, reach, id, |d| if d <= r { z } else { f32::INFINITY }),
-        Kind::Ball => lower_ring(tile, window, arc, reach, id, |d| {
-            let left = r * r - d * d;
-            if left >= 0.0 { z + r - left.max(0.0).sqrt() } else { f32::INFINITY }
-        }),
-        Kind::Bull { flat, corner } => lower_ring(tile, window, arc, reach, id, |d| {
-            let e = (d - flat).max(0.0);
-            let height = z + corner - (corner * corner - e * e).max(0.0).sqrt();
-            if d <= r { height } else { f32::INFINITY }
-        }),
-        Kind::Other => lower_ring(tile, window, arc, reach, id, |d| {
-            form.profile.height_at(f64::from(d)).map_or(f32::INFINITY, |h| z + h as f32)
-        }),
-    }
-}
-
-/// Applies `height(distance)` to the cells of the window that lie in the ring about the arc.
-#[inline(always)]
-fn lower_ring(
-    tile: &mut Tile,
-    window: [std::ops::Range<usize>; 2],
-    arc: &ArcSweep,
-    radius: f64,
-    id: u32,
-    height: impl Fn(f32) -> f32,
-) {
-    let [columns, rows] = window;
-    for j in rows {
-        let y = tile.first[1] + j as f64 * tile.cell[1] - arc.centre[1];
-        let half = |r: f64| (r * r - y * y).max(0.0).sqrt();
-        let (outer, inner) = (half(arc.radius + radius), half((arc.radius - radius).max(0.0)));
-        for (low, high) in [(-outer, -inner), (inner, outer)] {
-            let index = |x: f64| (x + arc.centre[0] - tile.first[0]) / tile.cell[0];
-            let begin = (index(low).ceil().max(0.0) as usize).max(columns.start);
-            let end = ((index(high).floor() + 1.0).max(0.0) as usize).min(columns.end);
-            if begin >= end {
-                continue;
-            }
-            let x = (tile.first[0] + begin as f64 * tile.cell[0] - arc.centre[0]) as f32;
-            let (dx, y) = (tile.cell[0] as f32, y as f32);
-            lower_cells(tile, j, begin..end, id, |k| height(arc.distance(x + k * dx, y)));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::machine::Box3;
     use crate::stock::Field;
+    use pulp::Scalar;
 
     #[test]
     fn the_wide_and_the_portable_sweep_agree_bit_for_bit() {
@@ -481,12 +459,37 @@ mod tests {
                 };
                 for track in [line, arc] {
                     sweep(&mut wide, &track, &form, id);
-                    sweep_portable(&mut portable, &track, &form, id);
+                    sweep_body(Scalar::new(), &mut portable, &track, &form, id);
                 }
             }
         }
         assert!(wide.heights.iter().any(|h| *h < 4.0));
         assert!(wide.heights.iter().zip(&portable.heights).all(|(a, b)| a.to_bits() == b.to_bits()));
         assert_eq!(wide.ids, portable.ids);
+    }
+
+    #[test]
+    fn sweeps_are_taken_back_bit_for_bit() {
+        let extent = Box3 { min: Vec3::zeros(), max: Vec3::new(12.0, 9.7, 5.0) };
+        let mut tile = Field::new(extent, 0.1, |x, y| 4.0 + 0.1 * x - 0.05 * y).tiles.swap_remove(0);
+        tile.past.on = true;
+        let forms = [Profile::flat(3.0, 9.0), Profile::ball(4.0, 9.0), Profile::cone(6.0, 0.5, 1.2, 9.0)];
+        let mut states = Vec::new();
+        for k in 0..30 {
+            let a = f64::from(k);
+            let at =
+                |a: f64| Vec3::new(6.0 + 5.0 * (a * 1.7).sin(), 5.0 + 4.0 * (a * 2.3).cos(), 3.0 + (a * 5.1).sin());
+            let (line, z) = (Track::Line { from: at(a), to: at(a + 0.3) }, 2.0 - 0.03 * a);
+            let arc = Track::Arc { centre: [6.0, 5.0], z, radius: [3.0; 2], start: a, sweep: 2.0 };
+            let track = if k % 3 == 0 { arc } else { line };
+            states.push((tile.past.mark(), tile.heights.clone(), tile.ids.clone()));
+            sweep(&mut tile, &track, &Form::new(&forms[k as usize % 3]), k as u32);
+        }
+        assert!(states.windows(2).any(|two| two[0].1 != two[1].1));
+        for (mark, heights, ids) in states.into_iter().rev() {
+            take_back(&mut tile, mark);
+            assert!(tile.heights.iter().zip(&heights).all(|(a, b)| a.to_bits() == b.to_bits()));
+            assert_eq!(tile.ids, ids);
+        }
     }
 }

@@ -1,0 +1,142 @@
+//! Ends of short blocks on a smooth path. In: the samples of a batch in order, and what was found at two required ones.
+//! Out: which ends need not be worked out as long as the samples before and after them agree, and what they take from them.
+//!
+//! A chain of short blocks is sampled as one long move is: once in the spacing. Where two such samples do not agree, every
+//! end between them is worked out.
+
+use super::arcs::RawArc;
+use super::batch::Outcome;
+use super::cutter::Cutter;
+use super::nominate::{Need, Sample};
+
+/// Cosine of the largest turn between two samples that are worked out.
+const TURN: f64 = 0.985;
+/// Largest change of an angle over which it is taken to run straight, rad.
+const BEND_RAD: f32 = 0.1;
+/// Change of the removal area, and of the engaged edge, up to which two samples agree, as a part of the larger.
+const AGREE: f64 = 0.05;
+
+/// Goes along the samples and marks the joints.
+pub struct Marker {
+    /// Distance from the last sample that is worked out, mm, and the direction of the path there.
+    since_mm: f64,
+    heading: [f64; 3],
+}
+
+impl Marker {
+    /// At the beginning of a batch.
+    pub fn new() -> Self {
+        Self { since_mm: f64::INFINITY, heading: [0.0; 3] }
+    }
+    /// The path breaks off here.
+    pub fn stop(&mut self) {
+        self.since_mm = f64::INFINITY;
+    }
+    /// Takes the samples of a move; `inherits`: it runs on from the move before; `next_mm`: length of the sampled move that
+    /// runs on from it. Two samples that are worked out are at most `spacing_mm` apart.
+    pub fn take(
+        &mut self,
+        samples: &mut [Sample],
+        inherits: bool,
+        length_mm: f64,
+        next_mm: Option<f64>,
+        spacing_mm: f64,
+    ) {
+        if !inherits {
+            self.since_mm = 0.0;
+            self.heading = heading(&samples[0]);
+        }
+        let Some(end) = samples.last_mut() else { return };
+        self.since_mm += length_mm;
+        let room = next_mm.is_some_and(|next_mm| self.since_mm + next_mm <= spacing_mm);
+        let along = heading(end);
+        if room && (0..3).map(|axis| along[axis] * self.heading[axis]).sum::<f64>() >= TURN {
+            end.need = Need::Joint;
+        } else {
+            (self.since_mm, self.heading) = (0.0, along);
+        }
+    }
+}
+
+fn heading(sample: &Sample) -> [f64; 3] {
+    let [horizontal, vertical] = sample.tangent;
+    [sample.dir[0] * horizontal, sample.dir[1] * horizontal, vertical]
+}
+
+/// What is found at the joints between samples `ends`, by their numbers; `None` where the ends do not agree.
+pub fn joints(
+    samples: &[Sample],
+    cutter: &Cutter,
+    ends: [usize; 2],
+    found: [&Outcome; 2],
+) -> Option<Vec<(usize, Outcome)>> {
+    let [a, b] = found;
+    let clear = a.clear && b.clear;
+    let mixes = clear || agree(&a.arcs, &b.arcs);
+    if a.undercut || b.undercut || !(mixes || alike(cutter, a, b)) {
+        return None;
+    }
+    let mut along = vec![0.0];
+    for k in ends[0]..ends[1] {
+        along.push(along[k - ends[0]] + (samples[k + 1].tip - samples[k].tip).norm());
+    }
+    let whole = along[ends[1] - ends[0]].max(1e-12);
+    let inner = (ends[0] + 1..ends[1]).filter(|k| samples[*k].need == Need::Joint);
+    let lead = if a.cut.area_mm2 > b.cut.area_mm2 { a } else { b };
+    let at = |k: usize| {
+        let part = along[k - ends[0]] / whole;
+        if mixes {
+            return mixed(a, b, part);
+        }
+        let mut outcome = lead.clone();
+        outcome.cut.area_mm2 = a.cut.area_mm2 + part * (b.cut.area_mm2 - a.cut.area_mm2);
+        outcome
+    };
+    Some(inner.map(|k| (k, at(k))).collect())
+}
+
+/// The same rings, at angles that differ little?
+fn agree(a: &[RawArc], b: &[RawArc]) -> bool {
+    !a.is_empty()
+        && a.len() == b.len()
+        && a.iter().zip(b).all(|(a, b)| {
+            a.slice == b.slice
+                && (0..2).all(|k| (a.angles[k] - b.angles[k]).abs() < BEND_RAD && (a.part[k] - b.part[k]).abs() < 0.25)
+        })
+}
+
+/// Much the same, though not the same rings? Compared are the removal areas and the engaged areas of the cutter.
+fn alike(cutter: &Cutter, a: &Outcome, b: &Outcome) -> bool {
+    let engaged = |outcome: &Outcome| {
+        let of = |arc: &RawArc| {
+            let ring = &cutter.slices[arc.slice as usize];
+            let share = f64::from((arc.angles[1] - arc.angles[0]) * (arc.part[1] - arc.part[0]));
+            ring.radius_mm * ring.edge_mm * share
+        };
+        outcome.arcs.iter().map(of).sum::<f64>()
+    };
+    let near = |x: f64, y: f64| (x - y).abs() <= AGREE * x.max(y);
+    !a.arcs.is_empty() && !b.arcs.is_empty() && near(a.cut.area_mm2, b.cut.area_mm2) && near(engaged(a), engaged(b))
+}
+
+/// What lies a part of the way from one to the other.
+fn mixed(a: &Outcome, b: &Outcome, part: f64) -> Outcome {
+    let at = |a: f64, b: f64| a + part * (b - a);
+    let of = |a: [f32; 2], b: [f32; 2]| [0, 1].map(|k| at(f64::from(a[k]), f64::from(b[k])) as f32);
+    let arc = |(a, b): (&RawArc, &RawArc)| RawArc {
+        slice: a.slice,
+        part: of(a.part, b.part),
+        angles: of(a.angles, b.angles),
+    };
+    let mut cut = a.cut;
+    cut.area_mm2 = at(a.cut.area_mm2, b.cut.area_mm2);
+    cut.top_mm = at(a.cut.top_mm, b.cut.top_mm);
+    cut.rub_mm = a.cut.rub_mm.max(b.cut.rub_mm);
+    Outcome {
+        arcs: a.arcs.iter().zip(&b.arcs).map(arc).collect(),
+        cut,
+        clear: a.clear && b.clear,
+        struck: [0, 1].map(|k| a.struck[k].max(b.struck[k])),
+        undercut: false,
+    }
+}
