@@ -69,6 +69,7 @@ pub fn run(
     let worked: Vec<Worked> = tiles
         .into_par_iter()
         .zip(&operations)
+        .with_max_len(1) // a batch keeps to few tiles, side by side
         .map(|(tile, operations)| work_tile(scene, tile, samples, operations, &watch))
         .collect();
     let mut said = Vec::with_capacity(2 * worked.len());
@@ -87,6 +88,7 @@ pub fn run(
     let more: Vec<Nominations> = later
         .into_par_iter()
         .zip(&operations)
+        .with_max_len(1) // a batch keeps to few tiles, side by side
         .filter_map(|(later, operations)| look_back(scene, later?, samples, operations, &wanted))
         .collect();
     said.extend(more);
@@ -205,7 +207,9 @@ fn work_tile(
     watch: &(impl Fn(u32) -> bool + Sync),
 ) -> Worked {
     let always = |number: u32| samples[number as usize].need == Need::Always;
-    tile.past.on = operations.iter().any(|operation| matches!(operation, Operation::Nominate(k) if !always(*k)));
+    if operations.iter().any(|operation| matches!(operation, Operation::Nominate(k) if !always(*k))) {
+        tile.past.begin(operations.len());
+    }
     let (mut said, mut watched, mut scratch) = (Nominations::default(), Vec::new(), Scratch::default());
     let mut marks = Vec::with_capacity(if tile.past.on { operations.len() } else { 0 });
     for operation in operations {

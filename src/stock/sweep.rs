@@ -28,6 +28,9 @@ pub struct Kept {
     ids: [u32; MOST_LANES],
 }
 
+/// Groups of cells that a sweep is expected to lower.
+const ROOM: usize = 32;
+
 /// What a tile overwrote.
 #[derive(Debug, Clone, Default)]
 pub struct Past {
@@ -37,6 +40,11 @@ pub struct Past {
 }
 
 impl Past {
+    /// Keeps from now on, with room for so many sweeps.
+    pub fn begin(&mut self, sweeps: usize) {
+        self.on = true;
+        self.kept.reserve(ROOM * sweeps);
+    }
     /// How much was overwritten so far: a mark to go back to.
     pub fn mark(&self) -> usize {
         self.kept.len()
