@@ -16,24 +16,23 @@ const BEND_RAD: f32 = 0.1;
 /// Change of the removal area, and of the engaged edge, up to which two samples agree, as a part of the larger.
 const AGREE: f64 = 0.05;
 
-/// Goes along the samples and marks the joints.
+/// Goes along the samples and marks the joints. Which ends are worked out depends on their distance from the beginning of the
+/// chain: a block cut in two changes little further on.
+#[derive(Default)]
 pub struct Marker {
-    /// Distance from the last sample that is worked out, mm, and the direction of the path there.
-    since_mm: f64,
-    heading: [f64; 3],
+    /// Distance from the beginning of the chain, mm.
+    along_mm: f64,
+    /// Direction of the path at the last sample that is worked out; `None` where the next one is in any case.
+    heading: Option<[f64; 3]>,
 }
 
 impl Marker {
-    /// At the beginning of a batch.
-    pub fn new() -> Self {
-        Self { since_mm: f64::INFINITY, heading: [0.0; 3] }
-    }
-    /// The path breaks off here.
+    /// The next sample is worked out: the path breaks off here, or a batch begins.
     pub fn stop(&mut self) {
-        self.since_mm = f64::INFINITY;
+        self.heading = None;
     }
     /// Takes the samples of a move; `inherits`: it runs on from the move before; `next_mm`: length of the sampled move that
-    /// runs on from it. Two samples that are worked out are at most `spacing_mm` apart.
+    /// runs on from it. Two samples that are worked out are about `spacing_mm` apart.
     pub fn take(
         &mut self,
         samples: &mut [Sample],
@@ -43,17 +42,18 @@ impl Marker {
         spacing_mm: f64,
     ) {
         if !inherits {
-            self.since_mm = 0.0;
-            self.heading = heading(&samples[0]);
+            *self = Self { along_mm: 0.0, heading: Some(heading(&samples[0])) };
         }
         let Some(end) = samples.last_mut() else { return };
-        self.since_mm += length_mm;
-        let room = next_mm.is_some_and(|next_mm| self.since_mm + next_mm <= spacing_mm);
+        self.along_mm += length_mm;
+        let step = |mm: f64| (mm / spacing_mm).floor();
+        let goes_on = next_mm.is_some_and(|next_mm| step(self.along_mm) == step(self.along_mm + next_mm));
         let along = heading(end);
-        if room && (0..3).map(|axis| along[axis] * self.heading[axis]).sum::<f64>() >= TURN {
+        let straight = |before: [f64; 3]| (0..3).map(|axis| along[axis] * before[axis]).sum::<f64>() >= TURN;
+        if length_mm < spacing_mm && goes_on && self.heading.is_some_and(straight) {
             end.need = Need::Joint;
         } else {
-            (self.since_mm, self.heading) = (0.0, along);
+            self.heading = Some(along);
         }
     }
 }

@@ -196,11 +196,18 @@ struct Batch {
     ways: Vec<Way>,
 }
 
+/// What sampling keeps from batch to batch.
+struct Sampling {
+    /// Last horizontal direction of the path.
+    heading: [f64; 2],
+    marker: Marker,
+}
+
 /// While a batch is worked, the one before it is entered into the map and the one after it sampled.
 fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Builder, progress: &(dyn Fn(f64) + Sync)) {
     let mut held = Outcome::default();
-    let mut heading = [1.0, 0.0];
-    let mut next = prepare(plan, scene, 0, &mut heading);
+    let mut state = Sampling { heading: [1.0, 0.0], marker: Marker::default() };
+    let mut next = prepare(plan, scene, 0, &mut state);
     let mut done: Option<(Batch, BatchResult)> = None;
     while let Some(batch) = next.take() {
         let fields = &mut *fields;
@@ -210,7 +217,7 @@ fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Buil
                 if let Some((batch, result)) = done.take() {
                     enter_batch(plan, scene, &batch, &result, &mut held, builder);
                 }
-                prepare(plan, scene, batch.moves.end, &mut heading)
+                prepare(plan, scene, batch.moves.end, &mut state)
             },
         );
         progress(batch.moves.end as f64 / plan.path.moves.len() as f64);
@@ -222,11 +229,12 @@ fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Buil
 }
 
 /// Samples the moves of the batch that begins with this one; `None` after the last.
-fn prepare(plan: &Plan, scene: &Scene, begin: usize, heading: &mut [f64; 2]) -> Option<Batch> {
+fn prepare(plan: &Plan, scene: &Scene, begin: usize, state: &mut Sampling) -> Option<Batch> {
     let moves = begin..plan.batch_end(begin, scene);
     let mut samples = Vec::new();
-    let ways: Vec<Way> = moves.clone().map(|index| sample_move(plan, scene, index, heading, &mut samples)).collect();
-    mark_joints(plan, scene, begin, &ways, &mut samples);
+    let ways: Vec<Way> =
+        moves.clone().map(|index| sample_move(plan, scene, index, &mut state.heading, &mut samples)).collect();
+    mark_joints(plan, scene, begin, &ways, &mut samples, &mut state.marker);
     (!moves.is_empty()).then_some(Batch { moves, samples, ways })
 }
 
@@ -256,8 +264,8 @@ fn enter_batch(
 }
 
 /// Marks the ends of short blocks that run on as joints.
-fn mark_joints(plan: &Plan, scene: &Scene, begin: usize, ways: &[Way], samples: &mut [Sample]) {
-    let mut marker = Marker::new();
+fn mark_joints(plan: &Plan, scene: &Scene, begin: usize, ways: &[Way], samples: &mut [Sample], marker: &mut Marker) {
+    marker.stop();
     for (k, way) in ways.iter().enumerate() {
         let length = |k: usize| plan.path.moves[begin + k].curve().length();
         let Way::Sampled { samples: range, inherits } = way else {

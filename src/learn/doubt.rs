@@ -68,20 +68,30 @@ impl Along<'_> {
         settles.chunk_by(|a, b| a.1 == b.1).flat_map(of_stretch).collect()
     }
 
-    /// Range of the readings within the doubt of the alignment about each, taken as linear between neighbours.
+    /// Range of the readings within the doubt of the alignment about each, taken as linear between neighbours. Where many
+    /// readings fall within that doubt, neighbours are the means of those of half of it: their noise is no doubt.
     fn measured_spreads(&self, valid: &[usize], values: &[f64]) -> Vec<f64> {
         let about = DOUBT * self.aligned.uncertainty_s;
-        let step = |k: usize, other: Option<&usize>| {
-            let Some(&j) = other else { return 0.0 };
-            let i = valid[k];
-            let apart_s = (self.log.time_s[j] - self.log.time_s[i]).abs().max(1e-9);
-            (values[j] - values[i]) * (about / apart_s).min(1.0)
+        let time = |k: usize| self.log.time_s[valid[k]];
+        let mut groups: Vec<(f64, f64, usize)> = Vec::new();
+        let mut first = 0;
+        while first < valid.len() {
+            let near = (first + 1..valid.len()).take_while(|k| time(*k) - time(first) < 0.5 * about).count();
+            let members = &valid[first..=first + near];
+            let mean = |of: &[f64]| members.iter().map(|i| of[*i]).sum::<f64>() / members.len() as f64;
+            groups.push((mean(&self.log.time_s), mean(values), members.len()));
+            first += near + 1;
+        }
+        let step = |k: usize, other: Option<&(f64, f64, usize)>| {
+            let Some((at_s, value, _)) = other else { return 0.0 };
+            let apart_s = (at_s - groups[k].0).abs().max(1e-9);
+            (value - groups[k].1) * (about / apart_s).min(1.0)
         };
         let spread = |k: usize| {
-            let (before, after) = (step(k, valid[..k].last()), step(k, valid.get(k + 1)));
+            let (before, after) = (step(k, groups[..k].last()), step(k, groups.get(k + 1)));
             before.max(after).max(0.0) - before.min(after).min(0.0)
         };
-        (0..valid.len()).map(spread).collect()
+        (0..groups.len()).flat_map(|k| std::iter::repeat_n(spread(k), groups[k].2)).collect()
     }
 
     /// Range of the predicted loads within the doubt of the alignment about a sample, in the geometry that varies most.
