@@ -129,8 +129,7 @@ pub fn plan(
     control: &Control,
     orders_of: &mut dyn FnMut(MoveId, &mut Vec<Order>),
 ) -> Plan {
-    let mut planner =
-        Planner { machine, control, plan: Plan::default(), run: Vec::new(), joined: Vec::new(), owners: Vec::new() };
+    let mut planner = Planner { machine, control, plan: Plan::default(), held: None, last: None };
     planner.plan.chain.point_b.push(0.0);
     let mut orders = Vec::new();
     for event in toolpath.events() {
@@ -158,12 +157,23 @@ struct Planner<'a> {
     machine: &'a Machine,
     control: &'a Control,
     plan: Plan,
-    /// Primitives since the last stop.
-    run: Vec<Primitive>,
-    /// Points inside the last primitive, where it was joined.
+    /// The primitive before the last one since the last stop: it waits for the junction behind it.
+    held: Option<Run>,
+    /// The last primitive since the last stop: lines may still be joined to it.
+    last: Option<Run>,
+}
+
+/// A primitive in the run between two stops.
+struct Run {
+    primitive: Primitive,
+    /// Points inside it, where it was joined.
     joined: Vec<Vec3>,
-    /// Moves of joined primitives with their lengths: (primitive, move, mm).
-    owners: Vec<(usize, MoveId, f64)>,
+    /// Moves it was joined from with their lengths, mm.
+    owners: Vec<(MoveId, f64)>,
+    /// Highest speed at its beginning.
+    entry: f64,
+    /// The arc before it: length and acceleration, and the move before that.
+    arc: Option<(f64, f64, MoveId)>,
 }
 
 impl Planner<'_> {
@@ -176,8 +186,9 @@ impl Planner<'_> {
                 primitive.mode = PathMode::ExactPath;
             }
             if !self.join(&primitive) {
-                self.joined.clear();
-                self.run.push(primitive);
+                self.close();
+                let (joined, owners) = (Vec::new(), Vec::new());
+                self.last = Some(Run { primitive, joined, owners, entry: 0.0, arc: None });
             }
         }
     }
@@ -221,11 +232,10 @@ impl Planner<'_> {
     /// Joins a line to the one before it where the control does so: every point joined so far stays within the tolerance of
     /// the line from the first to the new end, and at most [`JOINED`] are kept.
     fn join(&mut self, next: &Primitive) -> bool {
-        let index = self.run.len().saturating_sub(1);
-        let Some(last) = self.run.last_mut() else { return false };
+        let Some(Run { primitive: last, joined, owners, .. }) = &mut self.last else { return false };
         let PathMode::Tolerance(tolerance_mm) = last.mode else { return false };
         let lines = last.arc_radius_mm.is_none() && next.arc_radius_mm.is_none() && !last.rapid && !next.rapid;
-        if !self.control.joins_lines || !lines || last.feed != next.feed || self.joined.len() >= JOINED {
+        if !self.control.joins_lines || !lines || last.feed != next.feed || joined.len() >= JOINED {
             return false;
         }
         let corner = last.from + last.start * last.nominal_mm;
@@ -235,14 +245,14 @@ impl Planner<'_> {
             (point - last.from - chord * along).norm()
         };
         let length = chord.norm();
-        if length <= 0.0 || self.joined.iter().chain([&corner]).any(|point| off(point) > tolerance_mm) {
+        if length <= 0.0 || joined.iter().chain([&corner]).any(|point| off(point) > tolerance_mm) {
             return false;
         }
-        self.joined.push(corner);
-        if self.joined.len() == 1 {
-            self.owners.push((index, last.move_id, last.nominal_mm));
+        joined.push(corner);
+        if joined.len() == 1 {
+            owners.push((last.move_id, last.nominal_mm));
         }
-        self.owners.push((index, next.move_id, next.nominal_mm));
+        owners.push((next.move_id, next.nominal_mm));
         (last.start, last.end) = (chord / length, chord / length);
         (last.nominal_mm, last.length_mm) = (length, length);
         (last.move_id, last.mode) = (next.move_id, next.mode);
@@ -253,57 +263,71 @@ impl Planner<'_> {
         true
     }
 
+    /// Nothing more is joined to the last primitive: the one before it now knows both its ends.
+    fn close(&mut self) {
+        let Some(mut last) = self.last.take() else { return };
+        if let Some(mut held) = self.held.take() {
+            self.link(&mut held, &mut last);
+            self.emit(&held);
+        }
+        self.held = Some(last);
+    }
+
     /// Finishes a run of primitives that ends at a stop.
     fn flush(&mut self) {
-        let mut run = std::mem::take(&mut self.run);
-        let owners = std::mem::take(&mut self.owners);
-        let mut arcs: Vec<Option<(f64, f64, f64)>> = vec![None; run.len()];
-        let mut speeds = vec![0.0; run.len()];
-        for i in 1..run.len() {
-            match self.junction(&run[i - 1], &run[i]) {
-                Junction::Stop { share } => self.reserve(&mut run[i - 1..=i], share),
-                Junction::Kink { speed, share } => {
-                    speeds[i] = speed;
-                    self.reserve(&mut run[i - 1..=i], share);
-                }
-                Junction::Arc { speed, trim_mm, length_mm } => {
-                    let accel = TANGENT_SHARE * run[i - 1].accel.min(run[i].accel);
-                    arcs[i] = Some((speed, length_mm, accel));
-                    run[i - 1].length_mm -= trim_mm;
-                    run[i].length_mm -= trim_mm;
-                    if run[i - 1].arc_radius_mm.is_none() && run[i - 1].length_mm < GAP_CYCLES * SERVO_S * speed {
-                        run[i - 1].speed = run[i - 1].speed.min(speed);
-                        run[i - 1].accel *= TANGENT_SHARE;
-                    }
-                    speeds[i] = speed;
-                }
-            }
-        }
-        for (i, primitive) in run.iter().enumerate() {
-            let own = &owners[owners.partition_point(|o| o.0 < i)..owners.partition_point(|o| o.0 <= i)];
-            if let Some((speed, length_mm, accel)) = arcs[i] {
-                let leg = self.plan.moves.len() as u32;
-                let first = own.first().map_or(primitive.move_id, |o| o.1);
-                self.plan.shared.extend([run[i - 1].move_id, first].map(|id| (leg, id, 0.5)));
-                self.push(primitive.move_id, length_mm, speed, accel, speeds[i]);
-            }
-            let whole_mm: f64 = own.iter().map(|o| o.2).sum();
-            let leg = self.plan.moves.len() as u32;
-            self.plan.shared.extend(own.iter().map(|o| (leg, o.1, o.2 / whole_mm)));
-            let accel = primitive.accel * (1.0 - primitive.kink);
-            let (speed, accel) = match primitive.arc_radius_mm {
-                Some(radius) => (primitive.speed.min((NORMAL_SHARE * accel * radius).sqrt()), TANGENT_SHARE * accel),
-                None => (primitive.speed, accel),
-            };
-            self.push(primitive.move_id, primitive.length_mm.max(0.0), speed, accel, speeds[i]);
+        self.close();
+        if let Some(last) = self.held.take() {
+            self.emit(&last);
         }
         if let Some(b) = self.plan.chain.point_b.last_mut() {
             *b = 0.0;
         }
     }
 
+    /// How the control goes from one primitive to the next.
+    fn link(&self, before: &mut Run, after: &mut Run) {
+        let (a, b) = (&mut before.primitive, &mut after.primitive);
+        match self.junction(a, b) {
+            Junction::Stop { share } => self.reserve([a, b], share),
+            Junction::Kink { speed, share } => {
+                after.entry = speed;
+                self.reserve([a, b], share);
+            }
+            Junction::Arc { speed, trim_mm, length_mm } => {
+                after.arc = Some((length_mm, TANGENT_SHARE * a.accel.min(b.accel), a.move_id));
+                after.entry = speed;
+                a.length_mm -= trim_mm;
+                b.length_mm -= trim_mm;
+                if a.arc_radius_mm.is_none() && a.length_mm < GAP_CYCLES * SERVO_S * speed {
+                    a.speed = a.speed.min(speed);
+                    a.accel *= TANGENT_SHARE;
+                }
+            }
+        }
+    }
+
+    /// The legs of a primitive whose junctions are known.
+    fn emit(&mut self, run: &Run) {
+        let Run { primitive, owners, entry, arc, .. } = run;
+        if let Some((length_mm, accel, before)) = *arc {
+            let leg = self.plan.moves.len() as u32;
+            let first = owners.first().map_or(primitive.move_id, |owner| owner.0);
+            self.plan.shared.extend([before, first].map(|id| (leg, id, 0.5)));
+            self.push(primitive.move_id, length_mm, *entry, accel, *entry);
+        }
+        let whole_mm: f64 = owners.iter().map(|owner| owner.1).sum();
+        let leg = self.plan.moves.len() as u32;
+        self.plan.shared.extend(owners.iter().map(|owner| (leg, owner.0, owner.1 / whole_mm)));
+        let accel = primitive.accel * (1.0 - primitive.kink);
+        let (speed, accel) = match primitive.arc_radius_mm {
+            Some(radius) => (primitive.speed.min((NORMAL_SHARE * accel * radius).sqrt()), TANGENT_SHARE * accel),
+            None => (primitive.speed, accel),
+        };
+        self.push(primitive.move_id, primitive.length_mm.max(0.0), speed, accel, *entry);
+    }
+
     /// Takes the share of a kink away from the acceleration of both its primitives.
-    fn reserve(&self, pair: &mut [Primitive], share: f64) {
+    fn reserve(&self, pair: [&mut Primitive; 2], share: f64) {
         if self.control.kink_slows {
             for primitive in pair {
                 primitive.kink = primitive.kink.max(share);

@@ -89,21 +89,13 @@ fn best_levels(units: &[Unit], price_s: &dyn Fn(usize) -> f64) -> Vec<u8> {
     for (i, unit) in units.iter().enumerate() {
         let best = least(&cost);
         let change = cost[best] + if i == 0 { 0.0 } else { price_s(i) };
-        let top = top(unit);
-        let mut stay = 0u128;
-        for (level, cost) in cost.iter_mut().enumerate() {
-            if level > top {
-                *cost = f64::INFINITY;
-                continue;
-            }
-            if *cost <= change {
-                stay |= 1 << level;
-            } else {
-                *cost = change;
-            }
-            *cost += unit.time_s(feed[level]);
+        let (open, closed) = cost.split_at_mut(top(unit) + 1);
+        closed.fill(f64::INFINITY);
+        stays.push(open.iter().rev().fold(0u128, |stay, cost| stay << 1 | u128::from(*cost <= change)));
+        for (cost, feed) in open.iter_mut().zip(&feed) {
+            let kept = if *cost <= change { *cost } else { change };
+            *cost = kept + unit.time_s(*feed);
         }
-        stays.push(stay);
         from.push(best as u8);
     }
     let mut level = least(&cost) as u8;
@@ -145,7 +137,11 @@ fn levels(units: &[Unit]) -> Vec<f64> {
 
 /// The cheapest level; among equals the highest.
 fn least(cost: &[f64]) -> usize {
-    (0..cost.len()).rev().min_by(|&a, &b| cost[a].total_cmp(&cost[b])).unwrap_or(0)
+    let lesser = |a: f64, b: f64| if b < a { b } else { a };
+    let (fours, rest) = cost.as_chunks::<4>();
+    let lanes = fours.iter().fold([f64::INFINITY; 4], |least, four| [0, 1, 2, 3].map(|k| lesser(least[k], four[k])));
+    let least = rest.iter().chain(&lanes).copied().fold(f64::INFINITY, lesser);
+    cost.iter().rposition(|&cost| cost == least).unwrap_or(0)
 }
 
 /// Feeds of the runs of one level.
