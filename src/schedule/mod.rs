@@ -32,4 +32,4 @@ pub mod words;
 pub use caps::problem;
 pub use problem::{Bound, Conflict, FeedPiece, Node, Problem, Realised, Schedule};
 pub use realise::{as_programmed, realise};
-pub use solve::{Options, solve};
+pub use solve::{Options, explain, feeds, solve};

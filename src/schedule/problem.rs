@@ -115,6 +115,8 @@ pub struct Schedule {
     pub used: Vec<Option<f64>>,
     /// Realised time of the continuous optimum (no F words), s.
     pub continuous_s: f64,
+    /// Prices of an F word and of a split that it settled on, s.
+    pub word_split_s: [f64; 2],
     /// Seconds saved per unit of a limit (negative: more would save time), by kind.
     pub shadow_prices: Vec<(LimitKind, f64)>,
     /// Cutting time by what bounds it, s.

@@ -36,6 +36,8 @@ pub struct Options {
     pub word_s: f64,
     /// Price of a split, s.
     pub split_s: f64,
+    /// The prices are those an earlier answer settled on: cheaper ones are not tried.
+    pub settled: bool,
 }
 
 impl Options {
@@ -46,72 +48,107 @@ impl Options {
         } else {
             Grid { unit_mm_s: mm_s_from_mm_min(1.0), decimals: 1 }
         };
-        Self { grid, word_s: 0.005, split_s: 0.015 }
+        Self { grid, word_s: 0.005, split_s: 0.015, settled: false }
+    }
+    /// The prices that an answer settled on, for the same program under caps that differ in a few places.
+    pub fn after(self, schedule: &Schedule) -> Self {
+        let [word_s, split_s] = schedule.word_split_s;
+        Self { word_s, split_s, settled: true, ..self }
     }
 }
 
-/// Commanded feeds for the whole program.
+/// Commanded feeds for the whole program, and why.
 pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Options) -> Schedule {
-    let track = node_track(problem, toolpath, job);
-    let mut node_s = vec![0.0; problem.nodes.len()];
-    // F words are held against the control's trapezoids, which know no jerk.
-    for (time_s, tag) in leg_times(&track.chain, &exact_pass(&track.chain)).iter().zip(&track.tags) {
-        node_s[*tag as usize] += time_s;
-    }
-    let optimum = optimum(track, 0.0);
-    let prices = prices(problem, &optimum, &optimum.leg_times());
-    let units = units(problem, &node_s, toolpath, &job.output);
+    let mut schedule = feeds(problem, toolpath, job, options);
+    explain(&mut schedule, problem, toolpath, job);
+    schedule
+}
+
+/// Commanded feeds for the whole program, without prices.
+pub fn feeds(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Options) -> Schedule {
+    let units = units(problem, &fastest_s(problem, toolpath, job), toolpath, &job.output);
     let carries = |i: usize| carries_word(&units, i, toolpath);
-    let continuous_s = realise(toolpath, &continuous_pieces(problem, &units), &job.machine).total_s;
-    let mut search = Search { costs: costs(options, job), affordable: None, too_cheap: 0.0 };
+    let time_s = |pieces: &[FeedPiece]| realise(toolpath, pieces, &job.machine).total_s;
+    let attempt = |costs: Costs| {
+        let pieces = pieces(&units, &choose(&units, &options.grid, &costs, &carries));
+        Attempt { costs, total_s: time_s(&pieces), pieces }
+    };
+    let costs = costs(options, job);
+    let (continuous_s, first) = rayon::join(|| time_s(&continuous_pieces(problem, &units)), || attempt(costs));
+    let mut search = Search { costs, settled: options.settled, affordable: None, too_cheap: 0.0 };
+    let mut next = Some(first);
     for _ in 0..ROUNDS {
-        let pieces = pieces(&units, &choose(&units, &options.grid, &search.costs, &carries));
-        let loss = realise(toolpath, &pieces, &job.machine).total_s / continuous_s - 1.0;
-        let growth = growth(toolpath, &pieces);
-        if search.is_settled(pieces, loss, growth) {
+        let attempt = next.take().unwrap_or_else(|| attempt(search.costs));
+        let (loss, growth) = (attempt.total_s / continuous_s - 1.0, growth(toolpath, &attempt.pieces));
+        if search.is_settled(attempt, loss, growth) {
             break;
         }
     }
-    let whole = Costs { split_s: f64::INFINITY, ..search.costs };
-    let mut pieces = match search.affordable {
-        Some((_, _, pieces)) => pieces,
-        None => pieces(&units, &choose(&units, &options.grid, &whole, &carries)),
-    };
-    pieces = settled(&units, pieces, toolpath, job, continuous_s);
-    put_prices(&mut pieces, problem, &prices.node_s);
-    let how = how(&optimum);
-    let used = Vec::new();
-    Schedule { pieces, used, continuous_s, shadow_prices: prices.shadow, active_s: prices.active_s, how }
+    let whole = || attempt(Costs { split_s: f64::INFINITY, ..search.costs });
+    let best = search.affordable.map_or_else(whole, |(_, attempt)| attempt);
+    let word_split_s = [best.costs.word_s, best.costs.split_s];
+    let pieces = settled(&units, best, &time_s, continuous_s);
+    Schedule { pieces, continuous_s, word_split_s, ..Schedule::default() }
+}
+
+/// Fills in what binds where and at what price.
+pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, job: &Job) {
+    let optimum = optimum(node_track(problem, toolpath, job), 0.0);
+    let prices = prices(problem, &optimum, &optimum.leg_times());
+    put_prices(&mut schedule.pieces, problem, &prices.node_s);
+    (schedule.shadow_prices, schedule.active_s) = (prices.shadow, prices.active_s);
+    schedule.how = how(&optimum);
+}
+
+/// Time of each node at the fastest, s. F words are held against the control's trapezoids, which know no jerk.
+fn fastest_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> Vec<f64> {
+    let track = node_track(problem, toolpath, job);
+    let mut node_s = vec![0.0; problem.nodes.len()];
+    for (time_s, tag) in leg_times(&track.chain, &exact_pass(&track.chain)).iter().zip(&track.tags) {
+        node_s[*tag as usize] += time_s;
+    }
+    node_s
 }
 
 fn costs(options: &Options, job: &Job) -> Costs {
     Costs { word_s: options.word_s, split_s: options.split_s, minimum_change: job.output.minimum_change }
 }
 
+/// Feeds at some prices.
+struct Attempt {
+    costs: Costs,
+    total_s: f64,
+    pieces: Vec<FeedPiece>,
+}
+
 /// The search for the price of a split: the cheapest at which the program grows no more than it may, unless the loss is
-/// small enough before.
+/// small enough before, or a cheaper one is no better.
 struct Search {
     costs: Costs,
-    /// Price, loss and feeds at which the program does not grow too much; of these the ones with the least loss.
-    affordable: Option<(f64, f64, Vec<FeedPiece>)>,
+    /// Whatever does not grow too much is good enough.
+    settled: bool,
+    /// Loss and feeds at a price at which the program does not grow too much; of these the ones with the least loss.
+    affordable: Option<(f64, Attempt)>,
     /// Highest price at which it does; 0: none is known.
     too_cheap: f64,
 }
 
 impl Search {
     /// Takes in what a price gave; sets the next one unless this one is good enough.
-    fn is_settled(&mut self, pieces: Vec<FeedPiece>, loss: f64, growth: f64) -> bool {
+    fn is_settled(&mut self, attempt: Attempt, loss: f64, growth: f64) -> bool {
         let price = self.costs.split_s;
         if growth > GROWTH {
             self.too_cheap = self.too_cheap.max(price);
-        } else if self.affordable.as_ref().is_none_or(|(_, least, _)| loss < *least) {
-            self.affordable = Some((price, loss, pieces));
+        } else if self.affordable.as_ref().is_none_or(|(least, _)| loss < *least) {
+            self.affordable = Some((loss, attempt));
         }
-        let next = match (&self.affordable, self.too_cheap > 0.0) {
-            (Some((_, loss, _)), _) if *loss <= LOSS => return true,
-            (Some((known, ..)), true) if *known < NEAR * self.too_cheap => return true,
-            (Some((known, ..)), true) => (known * self.too_cheap).sqrt(),
-            (Some((known, ..)), false) => 0.25 * known,
+        let known = self.affordable.as_ref().map(|(loss, attempt)| (*loss, attempt.costs.split_s));
+        let next = match (known, self.too_cheap > 0.0) {
+            (Some((loss, _)), _) if loss <= LOSS || self.settled => return true,
+            (Some((_, known)), true) if known < NEAR * self.too_cheap => return true,
+            (Some((_, known)), true) => (known * self.too_cheap).sqrt(),
+            (Some((_, known)), false) if 0.25 * known >= price => return true,
+            (Some((_, known)), false) => 0.25 * known,
             (None, _) => 4.0 * price,
         };
         self.costs.split_s = next;
@@ -123,22 +160,24 @@ impl Search {
 /// The feeds of the text, wherever they are within their limits, if they come as near to the continuous optimum as new ones
 /// must, or cost next to no time (so that an optimised program stays as it is, though its stations lie elsewhere); else the
 /// new ones.
-fn settled(units: &[Unit], new: Vec<FeedPiece>, toolpath: &Toolpath, job: &Job, continuous_s: f64) -> Vec<FeedPiece> {
+fn settled(units: &[Unit], new: Attempt, time_s: &dyn Fn(&[FeedPiece]) -> f64, continuous_s: f64) -> Vec<FeedPiece> {
     let mut at = 0;
     let kept = |unit: &Unit| {
-        while new[at].move_id != unit.move_id || new[at].to_mm < unit.to_mm - 1e-9 {
+        while new.pieces[at].move_id != unit.move_id || new.pieces[at].to_mm < unit.to_mm - 1e-9 {
             at += 1;
         }
-        let (there, chosen) = (unit.programmed_mm_s, new[at].feed_mm_s);
+        let (there, chosen) = (unit.programmed_mm_s, new.pieces[at].feed_mm_s);
         let low = there < unit.floor_mm_s.min(chosen);
         if low || there > unit.cap.feed_mm_s * (1.0 + SLACK) { chosen } else { there }
     };
     let feeds: Vec<f64> = units.iter().map(kept).collect();
     let old = pieces(units, &feeds);
-    let time_s = |pieces: &[FeedPiece]| realise(toolpath, pieces, &job.machine).total_s;
+    if old == new.pieces {
+        return old;
+    }
     let old_s = time_s(&old);
-    let good = old_s <= (1.0 + LOSS) * continuous_s || old_s <= (1.0 + WORTH) * time_s(&new);
-    if good { old } else { new }
+    let good = old_s <= (1.0 + LOSS) * continuous_s || old_s <= (1.0 + WORTH) * new.total_s;
+    if good { old } else { new.pieces }
 }
 
 fn how(optimum: &Optimum) -> String {
