@@ -4,7 +4,7 @@ use crate::machine::{Compensation, Job, StockShape};
 use crate::path::Vec3;
 
 /// Reads the text of a subprogram by its name; `None`: there is none.
-pub type Loader<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+pub type Loader<'a> = &'a (dyn Fn(&str) -> Option<Vec<u8>> + Sync);
 
 /// Surroundings of a program.
 #[derive(Clone)]

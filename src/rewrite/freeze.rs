@@ -6,6 +6,8 @@
 //! different F words in force (a subprogram called twice), what it inherits cannot be restated by one line before it, so
 //! nothing in those modal spans changes; nor does what inherits its feed from a block under the block-delete switch.
 
+use rayon::prelude::*;
+
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
 use crate::machine::Job;
@@ -14,15 +16,19 @@ use crate::nc::{Dialect, FeedMode, Freeze, Move, MoveKind, Part, Program, Toolpa
 use super::fword::FeedUnit;
 use super::plain;
 use super::split::{self, Block};
-use super::view::{Manners, Modes, View};
+use super::view::{self, Manners, Modes, View};
+
+/// Moves read one after the other: neighbours share blocks and F words.
+const TOGETHER: usize = 4096;
 
 /// Marks the moves whose feed must stay ([`Move::freeze`]) and those that cannot be cut ([`Move::splittable`]).
 pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
     if program.dialect() == Dialect::Heidenhain {
         plain::one_feed_a_span(program, toolpath);
     }
-    let found = freezes(program, toolpath, job);
-    let whole = uncuttable(program, toolpath);
+    let modes = modes_by_block(program, toolpath);
+    let found = forbidden(program, toolpath, &modes, job);
+    let whole = uncuttable(program, toolpath, &modes);
     for (index, motion) in toolpath.moves.iter_mut().enumerate() {
         motion.freeze = found[index];
         motion.splittable &= !whole[index];
@@ -31,11 +37,13 @@ pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
 
 /// Why each move must keep its feed, by move index: what the interpreter found, then what the text forbids.
 pub fn freezes(program: &Program, toolpath: &Toolpath, job: &Job) -> Vec<Option<Freeze>> {
-    let modes = modes_by_block(program, toolpath);
-    let spans = mixed_spans(program, toolpath, &modes);
+    forbidden(program, toolpath, &modes_by_block(program, toolpath), job)
+}
+
+fn forbidden(program: &Program, toolpath: &Toolpath, modes: &[Modes], job: &Job) -> Vec<Option<Freeze>> {
+    let spans = mixed_spans(program, toolpath, modes);
     let uneven = uneven_groups(toolpath);
-    let mut text = Text::default();
-    let of_move = |(_, motion): (MoveId, &Move)| {
+    let of_move = |text: &mut Text, motion: &Move| {
         if motion.freeze.is_some() || motion.kind == MoveKind::Rapid || motion.block.ix() >= program.len() {
             return motion.freeze;
         }
@@ -51,7 +59,11 @@ pub fn freezes(program: &Program, toolpath: &Toolpath, job: &Job) -> Vec<Option<
             text.forbids(motion, modes[motion.block.ix()])
         }
     };
-    toolpath.iter_moves().map(of_move).collect()
+    let together = |moves: &[Move]| {
+        let mut text = Text::default();
+        moves.iter().map(|motion| of_move(&mut text, motion)).collect::<Vec<_>>()
+    };
+    toolpath.moves.par_chunks(TOGETHER).flat_map_iter(together).collect()
 }
 
 fn start((_, span): (BlockId, Span)) -> u32 {
@@ -63,7 +75,7 @@ fn modes_by_block(program: &Program, toolpath: &Toolpath) -> Vec<Modes> {
     let of_part = |part: Part<'_>| {
         let mut modes = Modes { inch: toolpath.inch, incremental: false };
         part.blocks().map(move |block| {
-            modes = modes.after(&View::of(program, block));
+            modes = modes.after(program, block);
             modes
         })
     };
@@ -163,24 +175,23 @@ fn explains(number: f64, motion: &Move, modes: Modes) -> bool {
 }
 
 /// Which moves belong to a block that cannot be cut, by move index.
-fn uncuttable(program: &Program, toolpath: &Toolpath) -> Vec<bool> {
-    let modes = modes_by_block(program, toolpath);
+fn uncuttable(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<bool> {
     let parts: Vec<(Part<'_>, Manners, bool)> = program
         .parts()
         .map(|part| {
-            let jumps = part.blocks().any(|block| View::of(program, block).jumps);
+            let jumps = view::jumps(program, &part);
             (part.clone(), Manners::of(program, &part), jumps)
         })
         .collect();
-    let of_move = |(id, motion): (MoveId, &Move)| {
+    let of_move = |(index, motion): (usize, &Move)| {
         if !motion.splittable || motion.kind == MoveKind::Rapid || motion.block.ix() >= program.len() {
             return true;
         }
         let view = View::of(program, motion.block);
         let part = parts.partition_point(|(part, ..)| part.blocks.end <= motion.block.0);
         let (_, manners, jumps) = &parts[part];
-        let block = Block::new(program, toolpath, &view, modes[motion.block.ix()], *manners, id);
+        let block = Block::new(program, toolpath, &view, modes[motion.block.ix()], *manners, MoveId(index as u32));
         (*jumps && view.has(b'N')) || !split::can_be_cut(&block)
     };
-    toolpath.iter_moves().map(of_move).collect()
+    toolpath.moves.par_iter().enumerate().map(of_move).collect()
 }

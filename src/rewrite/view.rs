@@ -1,6 +1,8 @@
 //! One block of text as the rewriter sees it. In: the tokens of a line. Out: its plain words, its comments (the user's and
 //! ours), where its code ends, and what stands in the way of changing it; and the modes that words set in text order.
 
+use rayon::prelude::*;
+
 use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::{Dialect, Part, Program, TokenKind};
@@ -166,9 +168,9 @@ pub struct Modes {
 
 impl Modes {
     /// The modes from this block on.
-    pub fn after(mut self, view: &View) -> Self {
-        for code in view.g_codes() {
-            match code {
+    pub fn after(mut self, program: &Program, block: BlockId) -> Self {
+        for token in program.tokens(block).filter(|token| token.kind == TokenKind::Word(b'G')) {
+            match (token.number * 10.0).round() as u32 {
                 200 | 700 | 7000 => self.inch = true,
                 210 | 710 | 7100 => self.inch = false,
                 900 => self.incremental = false,
@@ -182,6 +184,11 @@ impl Modes {
     pub fn unit_mm(self) -> f64 {
         if self.inch { crate::units::MM_PER_INCH } else { 1.0 }
     }
+}
+
+/// May any block of a part send the control to a numbered block?
+pub fn jumps(program: &Program, part: &Part<'_>) -> bool {
+    part.blocks.clone().into_par_iter().any(|block| View::of(program, BlockId(block)).jumps)
 }
 
 /// The bytes of a word's number.

@@ -72,6 +72,8 @@ pub struct Writer<'a> {
     now: Now,
     /// The original F in force, where it is a plain number.
     original: Option<Feed>,
+    /// The F word of another block that was read last: its place, its number as text and as value.
+    word: Option<(crate::diag::Span, String, f64)>,
     /// G93, G94 or G95, times ten.
     feed_mode: u32,
     /// The F of the program that the input was optimised from (the original's, unless a note remembers another).
@@ -126,10 +128,11 @@ impl<'a> Writer<'a> {
             manners,
             most_bytes: most_bytes(dialect, job) - (view::line_end(part.span.of(program.text())).len() - 1),
             line_end: view::line_end(part.span.of(program.text())),
-            jumps: part.blocks().any(|block| View::of(program, block).jumps),
+            jumps: view::jumps(program, part),
             modes: Modes { inch: toolpath.inch, incremental: false },
             now: Now::Original,
             original: None,
+            word: None,
             feed_mode: 940,
             reference: None,
             manner: Manner { letter, style },
@@ -145,7 +148,7 @@ impl<'a> Writer<'a> {
     /// Writes one block; blocks must come in order.
     pub fn block(&mut self, id: BlockId, plan: &Plan) {
         let view = View::of(self.program, id);
-        self.modes = self.modes.after(&view);
+        self.modes = self.modes.after(self.program, id);
         let mode = view.g_codes().filter(|code| matches!(code, 930 | 940 | 950)).last();
         if mode.is_some_and(|mode| std::mem::replace(&mut self.feed_mode, mode) != mode) {
             // Another unit of feed: none is in force.
@@ -290,10 +293,14 @@ impl<'a> Writer<'a> {
         change
     }
 
-    fn inherited(&self, block: BlockId, span: crate::diag::Span, motion: &crate::nc::Move) -> Option<Feed> {
-        let word = View::of(self.program, block).words.into_iter().find(|word| word.span == span)?;
-        let text = String::from_utf8_lossy(view::number_bytes(self.program, &word)).into_owned();
-        Some(Feed { text, value: word.number, mode: motion.feed.mode, unit_mm: self.modes.unit_mm() })
+    fn inherited(&mut self, block: BlockId, span: crate::diag::Span, motion: &crate::nc::Move) -> Option<Feed> {
+        if self.word.as_ref().is_none_or(|(known, ..)| *known != span) {
+            let word = View::of(self.program, block).words.into_iter().find(|word| word.span == span)?;
+            let text = String::from_utf8_lossy(view::number_bytes(self.program, &word)).into_owned();
+            self.word = Some((span, text, word.number));
+        }
+        let (_, text, value) = self.word.clone()?;
+        Some(Feed { text, value, mode: motion.feed.mode, unit_mm: self.modes.unit_mm() })
     }
 
     /// Is the F in force another than the original's?

@@ -74,8 +74,11 @@ struct Walk<'a> {
     roles: Roles,
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'a> {
     fn step(&mut self, proof: &mut Proof) {
+        if self.is_untouched() {
+            return self.pair(Role::Same(BlockId(self.i as u32)));
+        }
         let here = (self.i < self.ends[0]).then(|| Bare::of(self.original, self.i));
         let there = (self.j < self.ends[1]).then(|| Bare::of(self.rewritten, self.j));
         match (here, there) {
@@ -100,7 +103,14 @@ impl Walk<'_> {
         }
     }
 
-    /// The same bytes; a last line without an end may have got one where a line was added behind it.
+    /// Byte for byte the same line?
+    fn is_untouched(&self) -> bool {
+        let line = |program: &'a Program, line: usize| program.line_text(BlockId(line as u32));
+        let inside = self.i < self.ends[0] && self.j < self.ends[1];
+        inside && line(self.original, self.i) == line(self.rewritten, self.j)
+    }
+
+    /// The same bytes but for feeds and our comments; a last line without an end may have got one where a line was added behind it.
     fn same_text(&self, a: &Bare, b: &Bare) -> bool {
         let open = self.i + 1 == self.ends[0] && self.j + 1 < self.ends[1] && !a.text.ends_with(b"\n");
         let end = b.text.strip_suffix(b"\n").map(|text| text.strip_suffix(b"\r").unwrap_or(text));
@@ -125,7 +135,7 @@ impl Walk<'_> {
     }
 
     fn modes_here(&self) -> Modes {
-        self.modes.after(&View::of(self.original, BlockId(self.i as u32)))
+        self.modes.after(self.original, BlockId(self.i as u32))
     }
 
     fn push_pieces(&mut self, count: usize) {

@@ -118,16 +118,17 @@ fn verify_unrolled(original: &Program, rewritten: &Program, environment: &Enviro
 
 fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>) -> Proof {
     let mut proof = Proof::default();
-    let roles = align::align(original, rewritten, &mut proof);
-    if !proof.holds() {
-        proof.name_files(original, rewritten);
-        return proof;
+    let read = |block_delete| {
+        let environment = Environment { block_delete, ..environment.clone() };
+        [original, rewritten].map(|program| interpret(program, &environment))
+    };
+    let (roles, off) = rayon::join(|| align::align(original, rewritten, &mut proof), || read(false));
+    if proof.holds() {
+        motion::compare(&off, &roles, &mut proof);
+        if original.has_block_delete() {
+            motion::compare(&read(true), &roles, &mut proof);
+        }
     }
-    each_switch(original, environment, |environment| {
-        let before = interpret(original, environment);
-        let after = interpret(rewritten, environment);
-        motion::compare(&before, &after, &roles, &mut proof);
-    });
     proof.name_files(original, rewritten);
     proof
 }

@@ -20,8 +20,8 @@ const SAME_FEED: f64 = 1e-9;
 const UNROLLED_MM: f64 = 1e-4;
 const UNROLLED_FEED: f64 = 1e-6;
 
-/// Compares all events in order.
-pub fn compare(before: &Toolpath, after: &Toolpath, roles: &Roles, proof: &mut Proof) {
+/// Compares all events in order, those before the rewriting with those after it.
+pub fn compare([before, after]: &[Toolpath; 2], roles: &Roles, proof: &mut Proof) {
     let mut rest = after.events();
     for event in before.events() {
         if proof.differences.len() >= ENOUGH {
