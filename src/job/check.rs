@@ -1,10 +1,11 @@
-//! The written file is what counts: read back, proved to differ in feeds only, simulated again at a finer spacing. In: the
+//! The written file is what counts: read back, simulated again at a finer spacing, proved to differ in feeds only. In: the
 //! run so far and the written text. Out: the worst ratio of a load to its limit on commanded feeds, and the places where
 //! it is above [`MET`] with the cap they should have had.
 //!
 //! The engagement of the written file does not depend on its feeds. Where the last round left blocks cut otherwise than this
 //! one, loads are looked at on the stations of that simulation first, each at the highest feed over it; only a file that passes
-//! this is simulated anew.
+//! this is simulated anew. Stations that have the feed they had in the last round keep the ratio they had, and the proof is
+//! made for the file that meets the limits.
 //!
 //! Where blocks hang on the block-delete switch, all this is done for both of its positions.
 //!
@@ -19,11 +20,12 @@ use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, LoadLine};
 use crate::ids::BlockId;
 use crate::machine::{Job, LimitKind};
-use crate::nc::{Environment, Freeze, MoveKind, Program, Toolpath};
+use crate::nc::{Environment, Freeze, MoveKind, Toolpath};
 use crate::report::answers::Stressed;
 use crate::report::{Check, Run, Switched};
 use crate::rewrite::{Rewritten, verify};
 use crate::schedule::caps::Cutters;
+use crate::schedule::history;
 use crate::schedule::realise::pieces_of_moves;
 use crate::schedule::rules::{Rules, rules};
 use crate::schedule::stress::cases;
@@ -55,12 +57,34 @@ pub struct Found {
     pub doubtful: Vec<BlockId>,
 }
 
+impl Found {
+    /// Is there nothing to be done better?
+    pub fn is_good(&self) -> bool {
+        self.breaches.is_empty() && self.doubtful.is_empty()
+    }
+}
+
 /// A written program that was simulated.
 pub struct Known {
     written: Toolpath,
     origins: Vec<Origin>,
     map: EngagementMap,
+    /// What its stations were found to have last.
+    rates: Vec<Rate>,
 }
+
+/// The load nearest to its limit at one station.
+#[derive(Debug, Clone, Copy)]
+struct Rate {
+    /// The feed it was worked out at, mm/s; NaN where the station does not count.
+    feed_mm_s: f64,
+    /// Load over limit.
+    ratio: f64,
+    kind: LimitKind,
+}
+
+/// The station is not cut, or its feed is not ours to choose.
+const APART: Rate = Rate { feed_mm_s: f64::NAN, ratio: 0.0, kind: LimitKind::Programmed };
 
 /// One position of the block-delete switch: what the original does in it, and what is known of that.
 struct Side<'a> {
@@ -80,7 +104,6 @@ impl<'a> Side<'a> {
 }
 
 /// Loads of the written program in one position of the switch.
-#[derive(Default)]
 struct Rated {
     after: Vec<FeedPiece>,
     worst: f64,
@@ -89,86 +112,90 @@ struct Rated {
     breaches: Vec<Breach>,
 }
 
-/// Reads back, verifies, simulates unless `known` says what the cutter meets already, with the block-delete switch off and,
-/// where blocks hang on it, on.
+/// Reads back, simulates unless `known` says what the cutter meets already, with the block-delete switch off and, where
+/// blocks hang on it, on; verifies a file that meets the limits, and the `last` one.
 pub fn check(
     run: &Run,
     rewritten: &Rewritten,
-    reread: &Program,
     watch: &Watch,
     known: &mut [Option<Known>; 2],
+    last: bool,
 ) -> Result<Found, JobError> {
     let environment = environment(&run.job, watch);
-    let proof = verify(&run.program, reread, &environment);
-    let doubtful: Vec<BlockId> = proof.differences.iter().filter_map(|difference| difference.block).collect();
-    let differences: Vec<String> = proof.differences.iter().map(ToString::to_string).collect();
-    let identical = differences.is_empty();
-    let check = Check { identical, differences, spacing_mm: SPACING_MM[1], ..Check::default() };
-    let mut found = Found { check, after: run.before.clone(), breaches: Vec::new(), doubtful };
+    let reread = |environment: &Environment| crate::nc::interpret(&rewritten.read(&run.program), environment);
     let kept: Vec<BlockId> = rewritten.kept.iter().map(|(block, _)| *block).collect();
     let [off, on] = known;
-    let mut take = |rated: Option<Rated>| {
-        let Some(rated) = rated else {
-            found.check.identical = false;
-            found.check.differences.push("the written path does not run along the original".into());
-            return None;
-        };
-        found.check.worst_ratio = found.check.worst_ratio.max(rated.worst);
-        found.check.p99_ratio = found.check.p99_ratio.max(rated.p99);
-        found.check.force_rate_ratio =
-            [found.check.force_rate_ratio, rated.force_rate].into_iter().flatten().reduce(f64::max);
-        Some(rated)
-    };
-    let Some(rated) = take(rated(&Side::off(run), &kept, (reread, &environment), watch, off)?) else {
-        return Ok(found);
-    };
-    let Rated { after, mut breaches, .. } = rated;
-    if let Some(switched) = &run.switched {
-        let environment = Environment { block_delete: true, ..environment };
-        let side = Side::on(switched, &run.job);
-        if let Some(rated) = take(self::rated(&side, &kept, (reread, &environment), watch, on)?) {
-            let ids = switch::moves_off(&run.toolpath, &switched.toolpath);
-            let place = |breach: &Breach| Some(Origin { move_id: ids[breach.origin.move_id.ix()]?, ..breach.origin });
-            breaches.extend(rated.breaches.iter().filter_map(|b| Some(Breach { origin: place(b)?, ..*b })));
-        }
+    let mut sides = vec![rated(&Side::off(run), &kept, reread(&environment), watch, off)?];
+    if let (Some(switched), [Some(_)]) = (&run.switched, &sides[..]) {
+        let written = reread(&Environment { block_delete: true, ..environment.clone() });
+        let rated = rated(&Side::on(switched, &run.job), &kept, written, watch, on)?;
+        sides.push(rated.map(|rated| on_off(rated, run, switched)));
     }
-    (found.after, found.breaches) = (after, breaches);
-    Ok(found)
+    let mut check = Check { spacing_mm: SPACING_MM[1], ..Check::default() };
+    let (mut after, mut breaches) = (None, Vec::new());
+    for rated in sides.iter_mut().flatten() {
+        check.worst_ratio = check.worst_ratio.max(rated.worst);
+        check.p99_ratio = check.p99_ratio.max(rated.p99);
+        check.force_rate_ratio = [check.force_rate_ratio, rated.force_rate].into_iter().flatten().reduce(f64::max);
+        after = after.or_else(|| Some(std::mem::take(&mut rated.after)));
+        breaches.append(&mut rated.breaches);
+    }
+    let strays = sides.iter().any(Option::is_none);
+    let proof = (breaches.is_empty() || strays || last)
+        .then(|| verify(&run.program, &rewritten.read(&run.program), &environment));
+    let differences = || proof.iter().flat_map(|proof| &proof.differences);
+    let doubtful = differences().filter_map(|difference| difference.block).collect();
+    check.differences = differences().map(ToString::to_string).collect();
+    check.differences.extend(strays.then(|| "the written path does not run along the original".into()));
+    check.identical = proof.is_some() && check.differences.is_empty();
+    Ok(Found { check, after: after.unwrap_or_else(|| run.before.clone()), breaches, doubtful })
+}
+
+/// Breaches found with the switch on, on the moves of the program with it off.
+fn on_off(rated: Rated, run: &Run, switched: &Switched) -> Rated {
+    let ids = switch::moves_off(&run.toolpath, &switched.toolpath);
+    let place = |breach: &Breach| Some(Origin { move_id: ids[breach.origin.move_id.ix()]?, ..breach.origin });
+    let breaches = rated.breaches.iter().filter_map(|b| Some(Breach { origin: place(b)?, ..*b })).collect();
+    Rated { breaches, ..rated }
 }
 
 /// Simulates the written program in one position of the switch; `None` where it does not run along the original.
 fn rated(
     side: &Side,
     kept: &[BlockId],
-    (reread, environment): (&Program, &Environment),
+    mut written: Toolpath,
     watch: &Watch,
     known: &mut Option<Known>,
 ) -> Result<Option<Rated>, JobError> {
-    let mut written = crate::nc::interpret(reread, environment);
     super::look::freeze_tools(&mut written, side.job);
     let Some(origins) = follow(side.toolpath, &written) else { return Ok(None) };
-    let after = feeds(&written, &origins);
-    let rate = |known: &Known| {
-        let ratios = Ratios::new(side, known, &known.map, side.job, (&after, 1.0), kept.to_vec());
-        let (worst, p99, mut breaches) = ratios.all();
-        let force_rate = ratios.force_rate(&mut breaches);
-        Rated { after: Vec::new(), worst, p99, force_rate, breaches }
-    };
-    let mut found = Rated::default();
-    let same = known.as_ref().is_some_and(|known| known.origins == origins);
-    if let Some(known) = known.as_mut() {
-        if same {
-            known.written = written.clone();
+    match known {
+        Some(known) if known.origins == origins => known.written = written,
+        _ => {
+            let after = known.is_some().then(|| feeds(&written, &origins));
+            let found = known.as_mut().zip(after).map(|(known, after)| known.rate(side, kept, after));
+            if let Some(found) = found.filter(|found| !found.breaches.is_empty()) {
+                return Ok(Some(found));
+            }
+            // The old map goes before the new one comes.
+            *known = None;
+            let map = engagement(&written, side.job, watch, "check", SPACING_MM[1])?;
+            *known = Some(Known { written, origins, map, rates: Vec::new() });
         }
-        found = rate(known);
     }
-    if !same && found.breaches.is_empty() {
-        // The old map goes before the new one comes.
-        *known = None;
-        let map = engagement(&written, side.job, watch, "check", SPACING_MM[1])?;
-        found = rate(known.insert(Known { written, origins, map }));
+    Ok(known.as_mut().map(|known| known.rate(side, kept, feeds(&known.written, &known.origins))))
+}
+
+impl Known {
+    /// Loads over limits at its stations, at these feeds on the original's moves.
+    fn rate(&mut self, side: &Side, kept: &[BlockId], after: Vec<FeedPiece>) -> Rated {
+        let mut rates = std::mem::take(&mut self.rates);
+        let ratios = Ratios::new(side, self, &self.map, side.job, (&after, 1.0), kept.to_vec());
+        let (worst, p99, mut breaches) = ratios.all(&mut rates);
+        let force_rate = ratios.force_rate(&mut breaches);
+        self.rates = rates;
+        Rated { after, worst, p99, force_rate, breaches }
     }
-    Ok(Some(Rated { after, ..found }))
 }
 
 /// The written program under each variation of what was assumed.
@@ -183,7 +210,8 @@ pub fn stressed(run: &Run, known: &Known, watch: &Watch) -> Vec<Stressed> {
             let same = case.job.stocks == run.job.stocks;
             let map = (!same).then(|| engagement(&known.written, &case.job, watch, "stress", SPACING_MM[1]));
             let ratios = |map: &EngagementMap| {
-                Ratios::new(&side, known, map, &case.job, (&after, case.override_factor), kept.clone()).all()
+                let feeds = (&after[..], case.override_factor);
+                Ratios::new(&side, known, map, &case.job, feeds, kept.clone()).all(&mut Vec::new())
             };
             let found = match &map {
                 None => Some(ratios(&known.map)),
@@ -209,14 +237,8 @@ struct Ratios<'a> {
     rules: Rules,
     /// Blocks of the original that the rewriting kept, sorted.
     kept: Vec<BlockId>,
-}
-
-/// Ratio of the load nearest to its limit, and the length it holds for.
-#[derive(Clone, Copy)]
-struct Ratio {
-    value: f64,
-    length_mm: f64,
-    breach: Option<Breach>,
+    /// Loads depend on what was cut before, and with it on the feeds of other stations.
+    past: bool,
 }
 
 impl<'a> Ratios<'a> {
@@ -239,6 +261,7 @@ impl<'a> Ratios<'a> {
             factor,
             rules: rules(side.toolpath, side.map, side.job),
             kept,
+            past: history::is_asked_for(job),
         }
     }
 
@@ -253,11 +276,20 @@ impl<'a> Ratios<'a> {
         self.factor * highest.or_else(|| feeds.map(|piece| piece.feed_mm_s).next()).unwrap_or(0.0)
     }
 
-    fn all(&self) -> (f64, f64, Vec<Breach>) {
-        let found: Vec<Ratio> = self.map.stations.par_iter().filter_map(|station| self.at(station)).collect();
-        let worst = found.iter().map(|ratio| ratio.value).fold(0.0, f64::max);
-        let breaches = found.iter().filter_map(|ratio| ratio.breach).collect();
-        (worst, p99(found.iter().map(|ratio| (ratio.value, ratio.length_mm)).collect()), breaches)
+    /// Worst ratio, the one that 99 % of the length stays below, and the breaches; `rates` are those of the last round, by
+    /// station, or none.
+    fn all(&self, rates: &mut Vec<Rate>) -> (f64, f64, Vec<Breach>) {
+        let stations = &self.map.stations;
+        if self.past {
+            rates.clear();
+        }
+        rates.resize(stations.len(), APART);
+        stations.par_iter().zip(rates.par_iter_mut()).for_each(|(station, rate)| *rate = self.at(station, *rate));
+        let counting = || stations.iter().zip(&*rates).filter(|(_, rate)| !rate.feed_mm_s.is_nan());
+        let worst = counting().map(|(_, rate)| rate.ratio).fold(0.0, f64::max);
+        let above = counting().filter(|(_, rate)| rate.ratio > MET);
+        let breaches = above.filter_map(|(station, rate)| self.breach(station, rate.kind)).collect();
+        (worst, p99(counting().map(|(station, rate)| (rate.ratio, station.length_mm())).collect()), breaches)
     }
 
     /// Largest rate of change of force over its limit, where one is in force.
@@ -298,31 +330,44 @@ impl<'a> Ratios<'a> {
         (origin, step)
     }
 
-    /// `None` where nothing is cut, or the feed was not ours to choose.
-    fn at(&self, station: &Station) -> Option<Ratio> {
+    /// What a station has now; `before` is what it had last.
+    fn at(&self, station: &Station, before: Rate) -> Rate {
         if station.arc_count == 0 {
-            return None;
+            return APART;
         }
-        let motion = &self.written.moves[station.move_id.ix()];
         let origin = self.on_original(station);
+        let feed_mm_s = self.feed_mm_s(&origin);
         if self.is_apart(&origin) {
-            return None;
+            return APART;
         }
-        let line = self.cutters.of(station.move_id)?.line(&self.cutters.cut(self.map, motion, station));
-        let loads = line.loads(self.feed_mm_s(&origin));
-        let mut worst = Ratio { value: 0.0, length_mm: station.length_mm(), breach: None };
-        let mut kind = LimitKind::Programmed;
-        for (each, limit) in self.limits(&origin, motion.spin.rps) {
-            let ratio = loads.bounded_by(each).unwrap_or(0.0) / limit;
-            if ratio > worst.value {
-                worst.value = ratio;
-                kind = each;
+        if before.feed_mm_s == feed_mm_s {
+            return before;
+        }
+        let Some(line) = self.line(station) else { return APART };
+        let loads = line.loads(feed_mm_s);
+        let mut worst = Rate { feed_mm_s, ..APART };
+        for (kind, limit) in self.limits(&origin, self.rps(station)) {
+            let ratio = loads.bounded_by(kind).unwrap_or(0.0) / limit;
+            if ratio > worst.ratio {
+                (worst.ratio, worst.kind) = (ratio, kind);
             }
         }
-        if worst.value > MET {
-            worst.breach = Some(Breach { origin, kind, cap_mm_s: self.cap(&line, &origin, motion.spin.rps) });
-        }
-        Some(worst)
+        worst
+    }
+
+    /// Loads of a station as functions of feed.
+    fn line(&self, station: &Station) -> Option<LoadLine> {
+        let motion = &self.written.moves[station.move_id.ix()];
+        Some(self.cutters.of(station.move_id)?.line(&self.cutters.cut(self.map, motion, station)))
+    }
+
+    fn rps(&self, station: &Station) -> f64 {
+        self.written.moves[station.move_id.ix()].spin.rps
+    }
+
+    fn breach(&self, station: &Station, kind: LimitKind) -> Option<Breach> {
+        let origin = self.on_original(station);
+        Some(Breach { origin, kind, cap_mm_s: self.cap(&self.line(station)?, &origin, self.rps(station)) })
     }
 
     fn limits(&self, origin: &Origin, rps: f64) -> impl Iterator<Item = (LimitKind, f64)> + '_ {
@@ -377,7 +422,7 @@ fn overlaps(node: &Node, origin: &Origin) -> bool {
 
 /// The value that 99 % of the length stays below.
 fn p99(mut found: Vec<(f64, f64)>) -> f64 {
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.par_sort_by(|a, b| a.0.total_cmp(&b.0));
     let all: f64 = found.iter().map(|(_, length)| length).sum();
     let mut below = 0.0;
     let at = found.iter().find(|(_, length)| {

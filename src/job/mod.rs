@@ -1,12 +1,13 @@
 //! The pipeline as one readable function. In: a program and a job. Out: a [`Run`] with everything the report needs.
 //!
 //! ```text
-//! interpret → engage → problem → [ solve → rewrite → read back, verify, simulate again at a finer spacing ]
-//!                                  ▲                                    │ loads above 1.01 of their limit
-//!                                  └────────── caps tightened ──────────┘
+//! interpret → engage → problem → [ solve → rewrite → read back, simulate again at a finer spacing ] → verify
+//!                                  ▲                                │ loads above 1.01 of their limit
+//!                                  └──────── caps tightened ────────┘
 //! ```
 //! The engagement of the written file is simulated once, and once more only where blocks were cut otherwise since: it does not
-//! depend on feeds. The loop ends when no commanded feed exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does
+//! depend on feeds, and a station with the feed it had keeps the ratio it had. A later round keeps the prices of F words that
+//! the first one settled on; what binds and at what price is worked out for the last. The loop ends when no commanded feed exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does
 //! then is listed as infeasible, and runs at the lowest feed that was tried. A block that the proof objects to goes back to
 //! its original bytes and feed.
 
@@ -176,20 +177,33 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
 pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let wanted = task.wanted;
     let mut run = simulate(task, watch)?;
-    let options = schedule::Options::of(&run.toolpath);
+    let mut options = schedule::Options::of(&run.toolpath);
     let mut known = [None, None];
     for round in 0..=ROUNDS {
         let start = (watch.clock)();
         (watch.progress)("schedule", 0.0);
-        let mut schedule = schedule::solve(&run.problem, &run.toolpath, &run.job, &options);
+        let mut schedule = schedule::feeds(&run.problem, &run.toolpath, &run.job, &options);
         schedule.used = used::used(&run, &schedule);
         let solved = (watch.clock)();
         let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
+        schedule.used = Vec::new();
         let wrote = (watch.clock)();
-        let reread = rewritten.read(&run.program);
-        let found = check::check(&run, &rewritten, &reread, watch, &mut known)?;
-        let realised_after = schedule::realise(&run.toolpath, &found.after, &run.job.machine);
+        let found = check::check(&run, &rewritten, watch, &mut known, round == ROUNDS)?;
         let checked = (watch.clock)();
+        run.stage_s[2] += solved - start;
+        run.stage_s[3] += wrote - solved;
+        run.stage_s[4] += checked - wrote;
+        if !found.is_good() && round < ROUNDS {
+            check::leave_alone(&mut run, &found.doubtful);
+            check::tighten(&mut run.problem, &found.breaches, false);
+            options = options.after(&schedule);
+            continue;
+        }
+        schedule::explain(&mut schedule, &run.problem, &run.toolpath, &run.job);
+        check::leave_alone(&mut run, &found.doubtful);
+        check::tighten(&mut run.problem, &found.breaches, true);
+        let realised_after = schedule::realise(&run.toolpath, &found.after, &run.job.machine);
+        run.stage_s[2] += (watch.clock)() - checked;
         run.written = Some(Written {
             bytes: rewritten.bytes,
             files: rewritten.files,
@@ -200,14 +214,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
             kept: rewritten.kept,
             check: Check { rounds: round, ..found.check },
         });
-        run.stage_s[2] += solved - start;
-        run.stage_s[3] += wrote - solved;
-        run.stage_s[4] += checked - wrote;
-        if found.breaches.is_empty() && found.doubtful.is_empty() {
-            break;
-        }
-        check::leave_alone(&mut run, &found.doubtful);
-        check::tighten(&mut run.problem, &found.breaches, round == ROUNDS);
+        break;
     }
     if let (true, [Some(known), _]) = (wanted.stress, &known) {
         run.answers.stress = check::stressed(&run, known, watch);
