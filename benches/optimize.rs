@@ -1,9 +1,8 @@
 //! The whole pipeline on a finishing program: `optimize` by stage with peak memory, then the same with one limit changed and the
-//! engagement of the first run kept, as `--cache` keeps it. `cargo bench --bench optimize -- [blocks]` (default 100,000).
+//! engagement of the first run kept in a file, as `--cache` keeps it. `cargo bench --bench optimize -- [blocks]` (default 100,000).
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
-use std::cell::RefCell;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -27,9 +26,11 @@ fn main() {
     let text = program(blocks);
     let stock = stock();
     let load = |_: &Path| Ok(stock.clone());
-    let kept = RefCell::new(Vec::new());
-    let remember = |key: &engage::cache::Key, map: &EngagementMap| *kept.borrow_mut() = to_bytes(map, key);
-    let recall = |key: &engage::cache::Key| from_bytes(&kept.borrow(), key).ok();
+    let kept = tempfile::NamedTempFile::new().unwrap();
+    let remember = |key: &engage::cache::Key, map: &EngagementMap| {
+        std::fs::write(kept.path(), to_bytes(map, key)).unwrap();
+    };
+    let recall = |key: &engage::cache::Key| from_bytes(&std::fs::read(kept.path()).ok()?, key).ok();
     let start = Instant::now();
     let clock = || start.elapsed().as_secs_f64();
     let watch = Watch {
