@@ -6,6 +6,8 @@
 //! different F words in force (a subprogram called twice), what it inherits cannot be restated by one line before it, so
 //! nothing in those modal spans changes; nor does what inherits its feed from a block under the block-delete switch.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use crate::diag::Span;
@@ -16,7 +18,7 @@ use crate::nc::{Dialect, FeedMode, Freeze, Move, MoveKind, Part, Program, Toolpa
 use super::fword::FeedUnit;
 use super::plain;
 use super::split::{self, Block};
-use super::view::{self, Manners, Modes, View};
+use super::view::{Manners, Modes, Switched, View};
 
 /// Moves read one after the other: neighbours share blocks and F words.
 const TOGETHER: usize = 4096;
@@ -72,10 +74,12 @@ fn start((_, span): (BlockId, Span)) -> u32 {
 
 /// Modes in force in each block, in the order of each text.
 fn modes_by_block(program: &Program, toolpath: &Toolpath) -> Vec<Modes> {
+    let blocks = 0..program.len() as u32;
+    let switched: Vec<Switched> = blocks.into_par_iter().map(|block| Switched::by(program, BlockId(block))).collect();
     let of_part = |part: Part<'_>| {
         let mut modes = Modes { inch: toolpath.inch, incremental: false };
-        part.blocks().map(move |block| {
-            modes = modes.after(program, block);
+        switched[part.blocks.start as usize..part.blocks.end as usize].iter().map(move |switched| {
+            modes = modes.after(*switched);
             modes
         })
     };
@@ -176,22 +180,18 @@ fn explains(number: f64, motion: &Move, modes: Modes) -> bool {
 
 /// Which moves belong to a block that cannot be cut, by move index.
 fn uncuttable(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<bool> {
-    let parts: Vec<(Part<'_>, Manners, bool)> = program
-        .parts()
-        .map(|part| {
-            let jumps = view::jumps(program, &part);
-            (part.clone(), Manners::of(program, &part), jumps)
-        })
-        .collect();
+    let parts: Vec<(Part<'_>, Manners, OnceLock<bool>)> =
+        program.parts().map(|part| (part.clone(), Manners::of(program, &part), OnceLock::new())).collect();
     let of_move = |(index, motion): (usize, &Move)| {
         if !motion.splittable || motion.kind == MoveKind::Rapid || motion.block.ix() >= program.len() {
             return true;
         }
         let view = View::of(program, motion.block);
         let part = parts.partition_point(|(part, ..)| part.blocks.end <= motion.block.0);
-        let (_, manners, jumps) = &parts[part];
+        let (part, manners, jumps) = &parts[part];
+        let jumps = || *jumps.get_or_init(|| part.blocks().any(|block| View::of(program, block).jumps));
         let block = Block::new(program, toolpath, &view, modes[motion.block.ix()], *manners, MoveId(index as u32));
-        (*jumps && view.has(b'N')) || !split::can_be_cut(&block)
+        (view.has(b'N') && jumps()) || !split::can_be_cut(&block)
     };
     toolpath.moves.par_iter().enumerate().map(of_move).collect()
 }

@@ -119,7 +119,7 @@ impl View {
     }
     /// G codes in tenths: G38.2 is 382.
     pub fn g_codes(&self) -> impl Iterator<Item = u32> + '_ {
-        self.words.iter().filter(|word| word.letter == b'G').map(|word| (word.number * 10.0).round() as u32)
+        self.words.iter().filter(|word| word.letter == b'G').map(|word| tenths(word.number))
     }
     /// Does it bring a tool into the spindle?
     pub fn tool_change(&self) -> bool {
@@ -132,6 +132,10 @@ impl View {
             Ours::Header => None,
         })
     }
+}
+
+fn tenths(number: f64) -> u32 {
+    (number * 10.0).round() as u32
 }
 
 /// Does a block of plain language that begins with this word do more than move, or prepare a tool?
@@ -168,17 +172,8 @@ pub struct Modes {
 
 impl Modes {
     /// The modes from this block on.
-    pub fn after(mut self, program: &Program, block: BlockId) -> Self {
-        for token in program.tokens(block).filter(|token| token.kind == TokenKind::Word(b'G')) {
-            match (token.number * 10.0).round() as u32 {
-                200 | 700 | 7000 => self.inch = true,
-                210 | 710 | 7100 => self.inch = false,
-                900 => self.incremental = false,
-                910 => self.incremental = true,
-                _ => {}
-            }
-        }
-        self
+    pub fn after(self, switched: Switched) -> Self {
+        Self { inch: switched.inch.unwrap_or(self.inch), incremental: switched.incremental.unwrap_or(self.incremental) }
     }
     /// Millimetres in one unit of length.
     pub fn unit_mm(self) -> f64 {
@@ -189,6 +184,35 @@ impl Modes {
 /// May any block of a part send the control to a numbered block?
 pub fn jumps(program: &Program, part: &Part<'_>) -> bool {
     part.blocks.clone().into_par_iter().any(|block| View::of(program, BlockId(block)).jumps)
+}
+
+/// What one block switches.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Switched {
+    inch: Option<bool>,
+    incremental: Option<bool>,
+}
+
+impl Switched {
+    /// What a block switches.
+    pub fn by(program: &Program, block: BlockId) -> Self {
+        let words = program.tokens(block).filter(|token| token.kind == TokenKind::Word(b'G'));
+        Self::by_codes(words.map(|token| tenths(token.number)))
+    }
+    /// What G codes, in tenths, switch.
+    pub fn by_codes(codes: impl Iterator<Item = u32>) -> Self {
+        let mut switched = Self::default();
+        for code in codes {
+            match code {
+                200 | 700 | 7000 => switched.inch = Some(true),
+                210 | 710 | 7100 => switched.inch = Some(false),
+                900 => switched.incremental = Some(false),
+                910 => switched.incremental = Some(true),
+                _ => {}
+            }
+        }
+        switched
+    }
 }
 
 /// The bytes of a word's number.

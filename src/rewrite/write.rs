@@ -6,6 +6,8 @@
 //! original F if it is not in force; so every label, call and jump is passed with the original F, and a block that a jump
 //! may reach states its feed itself. In a file of ours, blocks that are left as they are gain no notes.
 
+use std::cell::OnceCell;
+
 use crate::ids::BlockId;
 use crate::machine::{Annotate, Job};
 use crate::nc::{Dialect, FeedMode, Part, Program, Toolpath};
@@ -17,7 +19,7 @@ use super::fword::{FeedUnit, round_down};
 use super::mark::{self, Note};
 use super::plan::{Piece, Plan, Want};
 use super::split::{self, Block};
-use super::view::{self, Manners, Modes, View, Word};
+use super::view::{self, Manners, Modes, Switched, View, Word};
 
 /// An F number as text and value, with the unit it is in.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,7 +69,7 @@ pub struct Writer<'a> {
     pub(super) most_bytes: usize,
     pub(super) line_end: &'static [u8],
     /// Numbered blocks may be reached by a jump.
-    jumps: bool,
+    jumps: OnceCell<bool>,
     modes: Modes,
     now: Now,
     /// The original F in force, where it is a plain number.
@@ -128,7 +130,7 @@ impl<'a> Writer<'a> {
             manners,
             most_bytes: most_bytes(dialect, job) - (view::line_end(part.span.of(program.text())).len() - 1),
             line_end: view::line_end(part.span.of(program.text())),
-            jumps: view::jumps(program, part),
+            jumps: OnceCell::new(),
             modes: Modes { inch: toolpath.inch, incremental: false },
             now: Now::Original,
             original: None,
@@ -148,7 +150,7 @@ impl<'a> Writer<'a> {
     /// Writes one block; blocks must come in order.
     pub fn block(&mut self, id: BlockId, plan: &Plan) {
         let view = View::of(self.program, id);
-        self.modes = self.modes.after(self.program, id);
+        self.modes = self.modes.after(Switched::by_codes(view.g_codes()));
         let mode = view.g_codes().filter(|code| matches!(code, 930 | 940 | 950)).last();
         if mode.is_some_and(|mode| std::mem::replace(&mut self.feed_mode, mode) != mode) {
             // Another unit of feed: none is in force.
@@ -157,7 +159,7 @@ impl<'a> Writer<'a> {
         self.tool_changed |= view.tool_change();
         self.stats.f_words_before += view.words.iter().filter(|word| word.letter == b'F').count();
         let numbered = view.only(b'N').map(|word| word.number);
-        if self.jumps && self.may_insert() && numbered.is_some() && self.now != Now::Original {
+        if numbered.is_some() && self.may_insert() && self.now != Now::Original && self.jumps() {
             self.now = Now::Either;
         }
         let change = match &plan.want {
@@ -175,6 +177,10 @@ impl<'a> Writer<'a> {
         };
         self.emit(id, &view, change);
         self.last_number = numbered.or(self.last_number);
+    }
+
+    fn jumps(&self) -> bool {
+        *self.jumps.get_or_init(|| view::jumps(self.program, &self.part))
     }
 
     /// A block without feed motion: its F word, if any, is the original's.
@@ -272,7 +278,7 @@ impl<'a> Writer<'a> {
             self.kept.push((id, "its feed cannot be written as an F word".to_owned()));
             return self.keep(id, view, plan);
         };
-        let splits = numbers.len() > 1 && !(self.jumps && view.has(b'N')) && !plan.repeated;
+        let splits = numbers.len() > 1 && !(view.has(b'N') && self.jumps()) && !plan.repeated;
         if splits {
             let block = Block::new(self.program, self.toolpath, view, self.modes, self.manners, first);
             let at: Vec<f64> = numbers[..numbers.len() - 1].iter().map(|(piece, _)| piece.to_mm).collect();

@@ -6,7 +6,7 @@ use crate::nc::{Program, TokenKind};
 
 use super::super::decimal::Decimal;
 use super::super::mark;
-use super::super::view::{Modes, View, number_bytes};
+use super::super::view::{Modes, Switched, View, number_bytes};
 use super::{ENOUGH, Proof};
 
 /// What a line of the rewritten program is.
@@ -135,7 +135,7 @@ impl<'a> Walk<'a> {
     }
 
     fn modes_here(&self) -> Modes {
-        self.modes.after(self.original, BlockId(self.i as u32))
+        self.modes.after(Switched::by(self.original, BlockId(self.i as u32)))
     }
 
     fn push_pieces(&mut self, count: usize) {
