@@ -26,6 +26,8 @@ const TURN_BACK: f64 = -0.9987;
 const GAP_CYCLES: f64 = 4.0;
 /// Sine of the angle to the plane of an arc below which a move lies in it.
 const FLAT: f64 = 1e-3;
+/// Primitives that are held back before they become legs.
+const HELD: usize = 256;
 /// Most points that are joined into one line.
 const JOINED: usize = 100;
 /// Servo periods lost at a stop: a motion ends within a period, the next begins with one.
@@ -129,7 +131,8 @@ pub fn plan(
     control: &Control,
     orders_of: &mut dyn FnMut(MoveId, &mut Vec<Order>),
 ) -> Plan {
-    let mut planner = Planner { machine, control, plan: Plan::default(), held: None, last: None };
+    let rules = Rules { machine, control };
+    let mut planner = Planner { rules, plan: Plan::default(), run: Vec::with_capacity(HELD) };
     planner.plan.chain.point_b.push(0.0);
     let mut orders = Vec::new();
     for event in toolpath.events() {
@@ -153,14 +156,18 @@ pub fn plan(
     planner.plan
 }
 
-struct Planner<'a> {
+/// How a control moves a machine.
+#[derive(Clone, Copy)]
+struct Rules<'a> {
     machine: &'a Machine,
     control: &'a Control,
+}
+
+struct Planner<'a> {
+    rules: Rules<'a>,
     plan: Plan,
-    /// The primitive before the last one since the last stop: it waits for the junction behind it.
-    held: Option<Run>,
-    /// The last primitive since the last stop: lines may still be joined to it.
-    last: Option<Run>,
+    /// Primitives since the last stop that are no legs yet. Lines may still be joined to the last one.
+    run: Vec<Run>,
 }
 
 /// A primitive in the run between two stops.
@@ -181,18 +188,108 @@ impl Planner<'_> {
         let whole_mm = motion.curve().length();
         let last = orders.iter().rposition(|order| order.to_mm > order.from_mm);
         for (i, order) in orders.iter().enumerate().filter(|(_, order)| order.to_mm > order.from_mm) {
-            let mut primitive = self.primitive(id, motion, order, whole_mm);
+            let mut primitive = self.rules.primitive(id, motion, order, whole_mm);
             if Some(i) != last && motion.path_mode == PathMode::ExactStop {
                 primitive.mode = PathMode::ExactPath;
             }
             if !self.join(&primitive) {
                 self.close();
                 let (joined, owners) = (Vec::new(), Vec::new());
-                self.last = Some(Run { primitive, joined, owners, entry: 0.0, arc: None });
+                self.run.push(Run { primitive, joined, owners, entry: 0.0, arc: None });
             }
         }
     }
 
+    /// Joins a line to the one before it where the control does so: every point joined so far stays within the tolerance of
+    /// the line from the first to the new end, and at most [`JOINED`] are kept.
+    fn join(&mut self, next: &Primitive) -> bool {
+        let Some(Run { primitive: last, joined, owners, .. }) = self.run.last_mut() else { return false };
+        let PathMode::Tolerance(tolerance_mm) = last.mode else { return false };
+        let lines = last.arc_radius_mm.is_none() && next.arc_radius_mm.is_none() && !last.rapid && !next.rapid;
+        if !self.rules.control.joins_lines || !lines || last.feed != next.feed || joined.len() >= JOINED {
+            return false;
+        }
+        let corner = last.from + last.start * last.nominal_mm;
+        let chord = next.from + next.start * next.nominal_mm - last.from;
+        let off = |point: &Vec3| {
+            let along = ((point - last.from).dot(&chord) / chord.norm_squared()).clamp(0.0, 1.0);
+            (point - last.from - chord * along).norm()
+        };
+        let length = chord.norm();
+        if length <= 0.0 || joined.iter().chain([&corner]).any(|point| off(point) > tolerance_mm) {
+            return false;
+        }
+        joined.push(corner);
+        if joined.len() == 1 {
+            owners.push((last.move_id, last.nominal_mm));
+        }
+        owners.push((next.move_id, next.nominal_mm));
+        (last.start, last.end) = (chord / length, chord / length);
+        (last.nominal_mm, last.length_mm) = (length, length);
+        (last.move_id, last.mode) = (next.move_id, next.mode);
+        let axes = &self.rules.machine.axes;
+        let digest = self.rules.machine.block_time_s.max(SERVO_S);
+        last.speed = last.feed.min(speed_along(axes, last.start)).min(length / digest);
+        last.accel = along(axes, last.start);
+        true
+    }
+
+    /// Nothing more is joined to the last primitive: the one before it now knows both its ends.
+    fn close(&mut self) {
+        if let [.., before, after] = &mut self.run[..] {
+            self.rules.link(before, after);
+        }
+        if self.run.len() >= HELD {
+            let done = self.run.len() - 1;
+            self.run.drain(..done).for_each(|run| self.plan.put(&run));
+        }
+    }
+
+    /// Finishes a run of primitives that ends at a stop.
+    fn flush(&mut self) {
+        self.close();
+        self.run.drain(..).for_each(|run| self.plan.put(&run));
+        if let Some(b) = self.plan.chain.point_b.last_mut() {
+            *b = 0.0;
+        }
+    }
+}
+
+impl Plan {
+    /// The legs of a primitive whose junctions are known.
+    fn put(&mut self, run: &Run) {
+        let Run { primitive, owners, entry, arc, .. } = run;
+        if let Some((length_mm, accel, before)) = *arc {
+            let leg = self.moves.len() as u32;
+            let first = owners.first().map_or(primitive.move_id, |owner| owner.0);
+            self.shared.extend([before, first].map(|id| (leg, id, 0.5)));
+            self.push(primitive.move_id, length_mm, *entry, accel, *entry);
+        }
+        let whole_mm: f64 = owners.iter().map(|owner| owner.1).sum();
+        let leg = self.moves.len() as u32;
+        self.shared.extend(owners.iter().map(|owner| (leg, owner.0, owner.1 / whole_mm)));
+        let accel = primitive.accel * (1.0 - primitive.kink);
+        let (speed, accel) = match primitive.arc_radius_mm {
+            Some(radius) => (primitive.speed.min((NORMAL_SHARE * accel * radius).sqrt()), TANGENT_SHARE * accel),
+            None => (primitive.speed, accel),
+        };
+        self.push(primitive.move_id, primitive.length_mm.max(0.0), speed, accel, *entry);
+    }
+
+    /// One leg; `entry` is the highest speed at its beginning.
+    fn push(&mut self, id: MoveId, ds_mm: f64, speed: f64, accel_mm_s2: f64, entry: f64) {
+        if let Some(b) = self.chain.point_b.last_mut() {
+            *b = b.min(entry * entry);
+        }
+        let cap_b = speed * speed;
+        let leg = Leg { ds_mm, cap_b, accel_mm_s2, jerk_mm_s3: f64::INFINITY, first_row: 0, row_count: 0 };
+        self.chain.legs.push(leg);
+        self.chain.point_b.push(f64::INFINITY);
+        self.moves.push(id);
+    }
+}
+
+impl Rules<'_> {
     fn primitive(&self, id: MoveId, motion: &Move, order: &Order, whole_mm: f64) -> Primitive {
         let axes = &self.machine.axes;
         let (start, end) = (motion.curve().tangent(order.from_mm), motion.curve().tangent(order.to_mm));
@@ -229,61 +326,6 @@ impl Planner<'_> {
         primitive
     }
 
-    /// Joins a line to the one before it where the control does so: every point joined so far stays within the tolerance of
-    /// the line from the first to the new end, and at most [`JOINED`] are kept.
-    fn join(&mut self, next: &Primitive) -> bool {
-        let Some(Run { primitive: last, joined, owners, .. }) = &mut self.last else { return false };
-        let PathMode::Tolerance(tolerance_mm) = last.mode else { return false };
-        let lines = last.arc_radius_mm.is_none() && next.arc_radius_mm.is_none() && !last.rapid && !next.rapid;
-        if !self.control.joins_lines || !lines || last.feed != next.feed || joined.len() >= JOINED {
-            return false;
-        }
-        let corner = last.from + last.start * last.nominal_mm;
-        let chord = next.from + next.start * next.nominal_mm - last.from;
-        let off = |point: &Vec3| {
-            let along = ((point - last.from).dot(&chord) / chord.norm_squared()).clamp(0.0, 1.0);
-            (point - last.from - chord * along).norm()
-        };
-        let length = chord.norm();
-        if length <= 0.0 || joined.iter().chain([&corner]).any(|point| off(point) > tolerance_mm) {
-            return false;
-        }
-        joined.push(corner);
-        if joined.len() == 1 {
-            owners.push((last.move_id, last.nominal_mm));
-        }
-        owners.push((next.move_id, next.nominal_mm));
-        (last.start, last.end) = (chord / length, chord / length);
-        (last.nominal_mm, last.length_mm) = (length, length);
-        (last.move_id, last.mode) = (next.move_id, next.mode);
-        let axes = &self.machine.axes;
-        let digest = self.machine.block_time_s.max(SERVO_S);
-        last.speed = last.feed.min(speed_along(axes, last.start)).min(length / digest);
-        last.accel = along(axes, last.start);
-        true
-    }
-
-    /// Nothing more is joined to the last primitive: the one before it now knows both its ends.
-    fn close(&mut self) {
-        let Some(mut last) = self.last.take() else { return };
-        if let Some(mut held) = self.held.take() {
-            self.link(&mut held, &mut last);
-            self.emit(&held);
-        }
-        self.held = Some(last);
-    }
-
-    /// Finishes a run of primitives that ends at a stop.
-    fn flush(&mut self) {
-        self.close();
-        if let Some(last) = self.held.take() {
-            self.emit(&last);
-        }
-        if let Some(b) = self.plan.chain.point_b.last_mut() {
-            *b = 0.0;
-        }
-    }
-
     /// How the control goes from one primitive to the next.
     fn link(&self, before: &mut Run, after: &mut Run) {
         let (a, b) = (&mut before.primitive, &mut after.primitive);
@@ -306,26 +348,6 @@ impl Planner<'_> {
         }
     }
 
-    /// The legs of a primitive whose junctions are known.
-    fn emit(&mut self, run: &Run) {
-        let Run { primitive, owners, entry, arc, .. } = run;
-        if let Some((length_mm, accel, before)) = *arc {
-            let leg = self.plan.moves.len() as u32;
-            let first = owners.first().map_or(primitive.move_id, |owner| owner.0);
-            self.plan.shared.extend([before, first].map(|id| (leg, id, 0.5)));
-            self.push(primitive.move_id, length_mm, *entry, accel, *entry);
-        }
-        let whole_mm: f64 = owners.iter().map(|owner| owner.1).sum();
-        let leg = self.plan.moves.len() as u32;
-        self.plan.shared.extend(owners.iter().map(|owner| (leg, owner.0, owner.1 / whole_mm)));
-        let accel = primitive.accel * (1.0 - primitive.kink);
-        let (speed, accel) = match primitive.arc_radius_mm {
-            Some(radius) => (primitive.speed.min((NORMAL_SHARE * accel * radius).sqrt()), TANGENT_SHARE * accel),
-            None => (primitive.speed, accel),
-        };
-        self.push(primitive.move_id, primitive.length_mm.max(0.0), speed, accel, *entry);
-    }
-
     /// Takes the share of a kink away from the acceleration of both its primitives.
     fn reserve(&self, pair: [&mut Primitive; 2], share: f64) {
         if self.control.kink_slows {
@@ -333,18 +355,6 @@ impl Planner<'_> {
                 primitive.kink = primitive.kink.max(share);
             }
         }
-    }
-
-    /// One leg; `entry` is the highest speed at its beginning.
-    fn push(&mut self, id: MoveId, ds_mm: f64, speed: f64, accel_mm_s2: f64, entry: f64) {
-        if let Some(b) = self.plan.chain.point_b.last_mut() {
-            *b = b.min(entry * entry);
-        }
-        let cap_b = speed * speed;
-        let leg = Leg { ds_mm, cap_b, accel_mm_s2, jerk_mm_s3: f64::INFINITY, first_row: 0, row_count: 0 };
-        self.plan.chain.legs.push(leg);
-        self.plan.chain.point_b.push(f64::INFINITY);
-        self.plan.moves.push(id);
     }
 
     fn junction(&self, a: &Primitive, b: &Primitive) -> Junction {

@@ -7,6 +7,8 @@
 //! an F already there that lies below the caps and within `minimum_change` of that number stays, and a rise smaller than
 //! `minimum_change` is not made.
 
+use rayon::prelude::*;
+
 use super::units::Unit;
 
 /// Most levels: one bit each of the trace.
@@ -91,7 +93,8 @@ fn best_levels(units: &[Unit], price_s: &dyn Fn(usize) -> f64) -> Vec<u8> {
         let change = cost[best] + if i == 0 { 0.0 } else { price_s(i) };
         let (open, closed) = cost.split_at_mut(top(unit) + 1);
         closed.fill(f64::INFINITY);
-        stays.push(open.iter().rev().fold(0u128, |stay, cost| stay << 1 | u128::from(*cost <= change)));
+        let bits = |part: &[f64]| part.iter().rev().fold(0u32, |bits, cost| bits << 1 | u32::from(*cost <= change));
+        stays.push(open.chunks(32).rev().fold(0u128, |stay, part| stay << 32 | u128::from(bits(part))));
         for (cost, feed) in open.iter_mut().zip(&feed) {
             let kept = if *cost <= change { *cost } else { change };
             *cost = kept + unit.time_s(*feed);
@@ -113,7 +116,7 @@ fn best_levels(units: &[Unit], price_s: &dyn Fn(usize) -> f64) -> Vec<u8> {
 /// than [`LEVELS`].
 fn levels(units: &[Unit]) -> Vec<f64> {
     let mut caps: Vec<f64> = units.iter().map(|unit| unit.cap.feed_mm_s).collect();
-    caps.sort_by(f64::total_cmp);
+    caps.par_sort_unstable_by(f64::total_cmp);
     let (low, high) = (caps[0], caps[caps.len() - 1]);
     let spaced = |ratio: f64| {
         let mut levels: Vec<f64> = Vec::new();
