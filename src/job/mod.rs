@@ -7,9 +7,9 @@
 //! ```
 //! The engagement of the written file is simulated once, and once more only where blocks were cut otherwise since: it does not
 //! depend on feeds, and a station with the feed it had keeps the ratio it had. A later round keeps the prices of F words that
-//! the first one settled on; what binds and at what price is worked out for the last. The loop ends when no commanded feed exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does
-//! then is listed as infeasible, and runs at the lowest feed that was tried. A block that the proof objects to goes back to
-//! its original bytes and feed.
+//! the first one settled on; what binds and at what price is worked out for the last. The loop ends when no commanded feed
+//! exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does then is listed as infeasible, and runs at the
+//! lowest feed that was tried. A block that the proof objects to goes back to its original bytes and feed.
 
 mod check;
 mod comments;
@@ -199,10 +199,12 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
             options = options.after(&schedule);
             continue;
         }
-        schedule::explain(&mut schedule, &run.problem, &run.toolpath, &run.job);
+        let ((), realised_after) = rayon::join(
+            || schedule::explain(&mut schedule, &run.problem, &run.toolpath, &run.job),
+            || schedule::realise(&run.toolpath, &found.after, &run.job.machine),
+        );
         check::leave_alone(&mut run, &found.doubtful);
         check::tighten(&mut run.problem, &found.breaches, true);
-        let realised_after = schedule::realise(&run.toolpath, &found.after, &run.job.machine);
         run.stage_s[2] += (watch.clock)() - checked;
         run.written = Some(Written {
             bytes: rewritten.bytes,
