@@ -24,9 +24,9 @@ pub const EFFECT: Effect = Effect {
         Parameter {
             name: "phase",
             unit: "pitch",
-            min: 0.0,
-            max: 1.0,
-            starts: &[0.12, 0.37, 0.62, 0.87],
+            min: -0.5,
+            max: 1.5,
+            starts: &[0.06, 0.19, 0.31, 0.44, 0.56, 0.69, 0.81, 0.94],
             neutral: None,
             scanned: false,
             meaning: "where it points: 0 towards one tooth … 1 towards the next",

@@ -11,13 +11,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Width of a sector of the engaged arc.
 const SECTOR_RAD: f64 = PI / SECTORS as f64;
 
-/// How many offsets of the axis are looked at, and how many ways that each of them points.
-pub const RUNOUT_GRID: [usize; 2] = [2, 4];
-
-/// Under each of these runouts: relative change of what the cutting and the edge coefficients add to the peak force, and of
-/// what the edges take of the power.
-pub type Runouts = [[[f64; 3]; RUNOUT_GRID[1]]; RUNOUT_GRID[0]];
-
 /// Engagement of a station as effects and diagnosis look at it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Engaged {
@@ -39,8 +32,6 @@ pub struct Engaged {
     pub axial_mm: f64,
     /// Derivative of the peak force in the plane at the predicted speed by k_tc, k_rc, k_te, k_re.
     pub peak: [f64; 4],
-    /// Relative changes by runout.
-    pub runout: Runouts,
 }
 
 /// Engagement of a station by its arcs. Under a level feed a bottom face sweeps without a chip; it is no part of the
@@ -90,6 +81,5 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
         sectors,
         axial_mm: f64::from(station.axial_depth_mm),
         peak: [0.0; 4],
-        runout: Runouts::default(),
     }
 }

@@ -5,7 +5,7 @@
 //! Π cutting · feed ratio, edge columns by Π edge; a lag filters along time last. Factors differ from sample to sample;
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
-use super::peaks::{RUNOUT_PHASES, RUNOUTS_MM};
+use super::runouts::RunoutGrid;
 use super::samples::{Class, Data, Variant};
 use crate::effects::{Change, Effect, State};
 
@@ -118,40 +118,19 @@ fn factored(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<
 
 /// Variants that the change asks for, with how much of them.
 fn sizes<'a>(data: &'a Data, change: &Change) -> Vec<(f64, &'a Vec<Vec<f64>>)> {
-    let size = |v: &'a super::samples::VariantColumns| (size_of(v.variant, change), &v.columns);
+    let size = |v: &'a super::samples::VariantColumns| (size_of(v.variant, change, &data.runouts), &v.columns);
     data.variants.iter().map(size).filter(|(size, _)| *size != 0.0).collect()
 }
 
 /// How much of a variant a change asks for, mm (or 0 … 1 for the curvature).
-fn size_of(variant: Variant, change: &Change) -> f64 {
+fn size_of(variant: Variant, change: &Change, runouts: &RunoutGrid) -> f64 {
     match variant {
         Variant::StockTop => change.stock_top_mm,
         Variant::StockSide => change.stock_side_mm,
         Variant::Diameter => change.diameter_mm,
         Variant::Curved => change.curved,
-        Variant::Runout { offset, phase } => {
-            let way = |k: usize| share(change.runout_phase, &RUNOUT_PHASES, k, false);
-            let again = if phase == 0 { way(RUNOUT_PHASES.len() - 1) } else { 0.0 };
-            share(change.runout_mm, &RUNOUTS_MM, offset, true) * (way(phase) + again)
-        }
+        Variant::Runout { offset, phase } => runouts.share(change.runout_mm, change.runout_phase, offset, phase),
         Variant::OverSpan => f64::from(change.lag_s > 0.0),
-    }
-}
-
-/// Share of the `k`-th of rising places in a value between them: linear between neighbours, from nothing at 0 before the
-/// first if `from_zero`, and on beyond the last two.
-fn share(value: f64, places: &[f64], k: usize, from_zero: bool) -> f64 {
-    if from_zero && value <= places[0] {
-        return if k == 0 { value / places[0] } else { 0.0 };
-    }
-    let low = places.partition_point(|p| *p < value).clamp(1, places.len() - 1) - 1;
-    let t = (value - places[low]) / (places[low + 1] - places[low]);
-    if k == low {
-        1.0 - t
-    } else if k == low + 1 {
-        t
-    } else {
-        0.0
     }
 }
 
@@ -267,16 +246,5 @@ mod tests {
             let whole = load(&data, &[&acting(&lag, &data)], &[2.0]);
             assert!(whole.iter().zip(out).all(|(w, x)| (w - 2.0 * x).abs() < 1e-12));
         }
-    }
-
-    #[test]
-    fn shares_are_linear_between_places_and_add_up() {
-        let places = [1.0, 3.0];
-        assert_eq!([0, 1].map(|k| share(0.5, &places, k, true)), [0.5, 0.0]);
-        assert_eq!([0, 1].map(|k| share(2.0, &places, k, true)), [0.5, 0.5]);
-        assert_eq!([0, 1].map(|k| share(4.0, &places, k, true)), [-0.5, 1.5]);
-        let three = [0.0, 0.5, 1.0];
-        assert_eq!([0, 1, 2].map(|k| share(0.75, &three, k, false)), [0.0, 0.5, 0.5]);
-        assert_eq!([0, 1, 2].map(|k| share(0.0, &three, k, false)), [1.0, 0.0, 0.0]);
     }
 }

@@ -83,6 +83,7 @@ pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Use
     let values = match effect.name {
         "edge-chipping" => chipping_starts(data, present),
         "hard-zone" => zone_starts(data, present),
+        "runout" if data.runouts.is_narrow() => vec![data.runouts.middle().to_vec()],
         _ => product(effect),
     };
     values.iter().flat_map(|values| forms(effect, values)).collect()

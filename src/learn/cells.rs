@@ -8,11 +8,12 @@ use super::align::{Aligned, median_step};
 use super::doubt::cell_sizes;
 use super::linear::median;
 use super::log::Log;
+use super::runouts::{RUNOUT_GRID, RunoutGrid};
 use super::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
 use super::situation::cumulated;
 use super::table::{Quantity, column_factor, spindle_base};
 use super::timeline::{Doing, Spot, Timeline};
-use crate::force::contact::{Engaged, RUNOUT_GRID};
+use crate::force::contact::Engaged;
 use crate::machine::Job;
 use crate::machine::material::{ForceModel, LinearEdge};
 
@@ -50,6 +51,8 @@ pub struct Known<'a> {
     pub others: Vec<OtherGeometry>,
     /// Speed over declared speed on slower machines, spot by spot: (factor, ratios).
     pub slower: Vec<(f64, Vec<f64>)>,
+    /// Runouts under which the forces of the spots were worked out.
+    pub runouts: RunoutGrid,
 }
 
 /// What the log measures.
@@ -91,6 +94,7 @@ pub fn cells(log: &Log, aligned: &Aligned, known: &Known, channels: &Channels) -
         .chain([Variant::OverSpan])
         .map(|variant| VariantColumns { variant, columns: vec![Vec::new(); data.base.len()] })
         .collect();
+    data.runouts = known.runouts;
     data.slower = known.slower.iter().map(|(factor, _)| SlowerMachine { factor: *factor, ratio: Vec::new() }).collect();
     let path = Along::new(log, aligned, known);
     let mut lowered = 0;
@@ -213,6 +217,27 @@ impl<'a> Along<'a> {
         [(index, 1.0 - share), (if other.is_some() { next } else { index }, share)]
     }
 
+    /// The same for a peak force. The arcs of a station are those of its most engaged end, so that of two that meet the lesser
+    /// one stands where they do. Where a move begins or ends the mean section says how much of it is there.
+    fn about_peak(&self, time_s: f64) -> [(usize, f64); 2] {
+        let spots = &self.known.timeline.spots;
+        let own = self.known.timeline.at(time_s).unwrap_or(0);
+        let spot = &spots[own];
+        if spot.doing != Doing::Feed {
+            return [(own, 1.0), (own, 0.0)];
+        }
+        let over = ((time_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
+        let near = |k: usize| spots.get(k).filter(|s| s.move_id == spot.move_id).map(|s| (k, s.engaged.peak[0]));
+        let beside = [near(own.wrapping_sub(1)), near(own + 1)];
+        let joint = |side: usize| match (beside[side], beside[1 - side]) {
+            (Some((other, peak)), _) => (if peak < spot.engaged.peak[0] { other } else { own }, 1.0),
+            (None, Some((_, peak))) if peak >= spot.engaged.peak[0] => (own, at_lesser_end(&spot.engaged)),
+            _ => (own, 1.0),
+        };
+        let [(first, a), (last, b)] = [joint(0), joint(1)];
+        [(first, a * (1.0 - over)), (last, b * over)]
+    }
+
     /// Column values of one sample.
     fn columns(
         &self,
@@ -311,7 +336,8 @@ impl<'a> Along<'a> {
         let mut rates = [0.0; 4];
         for &i in members {
             let mut at_sample = vec![0.0; p];
-            for (index, share) in self.about(self.aligned.program_s[i]) {
+            let at_s = self.aligned.program_s[i];
+            for (index, share) in if quantity.is_some() { self.about(at_s) } else { self.about_peak(at_s) } {
                 if share <= 0.0 {
                     continue;
                 }
@@ -329,9 +355,9 @@ impl<'a> Along<'a> {
                     }
                 }
                 for (sums, (offset, phase)) in variants[first..last].iter_mut().zip(runouts()) {
-                    let change = &spot.engaged.runout[offset][phase];
+                    let change = &self.known.timeline.runouts[index][offset][phase];
                     for (b, sum) in sums.iter_mut().enumerate() {
-                        *sum += share * plain[b] * runout_change(quantity, &data.base[b], change) / n;
+                        *sum += share * runout_change(quantity, &data.base[b], change, plain[b]) / n;
                     }
                 }
                 ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += share * all[index] / n);
@@ -401,12 +427,20 @@ fn runouts() -> impl Iterator<Item = (usize, usize)> {
     (0..RUNOUT_GRID[0]).flat_map(|offset| (0..RUNOUT_GRID[1]).map(move |phase| (offset, phase)))
 }
 
-/// Relative change of a column by runout: either term of a peak force, the edge term of a mean.
-fn runout_change(quantity: Option<Quantity>, base: &Base, [cutting, edge, power]: &[f64; 3]) -> f64 {
-    match quantity {
-        None if base.class == Class::Edge => *edge,
-        None => *cutting,
-        Some(_) if base.class == Class::Edge => *power,
-        Some(_) => 0.0,
+/// Section at the less engaged end of a station over that at the other, as its mean has it.
+fn at_lesser_end(engaged: &Engaged) -> f64 {
+    let most: f64 = engaged.sectors.iter().map(|s| s[0]).sum();
+    if most > 1e-9 { (2.0 * engaged.section_mm2 / most - 1.0).clamp(0.0, 1.0) } else { 1.0 }
+}
+
+/// Change of a column by runout: every term of a peak force, the edge term of a mean.
+fn runout_change(quantity: Option<Quantity>, base: &Base, [tc, rc, te, re, power]: &[f64; 5], plain: f64) -> f64 {
+    match (quantity, base.name.as_str()) {
+        (None, "k_tc") => *tc,
+        (None, "k_rc") => *rc,
+        (None, "k_te") => *te,
+        (None, "k_re") => *re,
+        (Some(_), "k_te") => plain * power,
+        _ => 0.0,
     }
 }

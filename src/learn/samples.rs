@@ -6,6 +6,7 @@
 //! columns ([`Data::variants`]), so that an effect is only ever a cheap change of columns. A table of steady cuts and a log
 //! that was aligned with its program both end as [`Data`].
 
+use super::runouts::RunoutGrid;
 use crate::effects::State;
 
 /// What a base coefficient stands for, and so which effects act on it.
@@ -48,7 +49,7 @@ pub enum Variant {
     Diameter,
     /// With the curvature of the path, minus without.
     Curved,
-    /// Under one of several runouts: which offset, and which way it points.
+    /// Under one of [`Data::runouts`]: which offset, and which way it points.
     Runout {
         /// Index into the offsets.
         offset: usize,
@@ -108,6 +109,8 @@ pub struct Data {
     pub channel_names: Vec<String>,
     /// How columns change with geometry.
     pub variants: Vec<VariantColumns>,
+    /// The runouts of [`Variant::Runout`].
+    pub runouts: RunoutGrid,
     /// How feeds change with the machine, by falling factor; the factor 1 is implied.
     pub slower: Vec<SlowerMachine>,
     /// Acceleration over the declared one that the times of the blocks show (with how many nats), whatever the loads say.

@@ -8,12 +8,15 @@ use super::forces::{Sample, resultant};
 use super::lines::{by_line, paced};
 use super::loads::by_load;
 use super::log::{Log, read_log};
+use super::peaks::About;
 use super::report::{Alignment, LearnReport, Value};
+use super::runouts::RunoutGrid;
 use super::samples::{Base, Class, Data, Variant};
 use super::split::by_blocks;
 use super::timeline::{Timeline, engaged_otherwise, speed_ratios, timeline};
 use crate::engage::{EngageError, EngagementMap, engage};
 use crate::machine::Job;
+use crate::machine::material::LinearEdge;
 use crate::nc::{Environment, Toolpath, interpret, parse};
 use rayon::prelude::*;
 
@@ -48,6 +51,7 @@ pub struct Prepared {
     timeline: Timeline,
     others: Vec<OtherGeometry>,
     slower: Vec<(f64, Vec<f64>)>,
+    forces: Option<Sample>,
 }
 
 /// Name of a measured force that is a mean over time.
@@ -61,6 +65,9 @@ const SLOWER: [f64; 14] = [0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 
 /// The times of the blocks show another acceleration when it is below this share of the declared one, with so many nats.
 const LEAST_SLOWER: f64 = 0.6;
 const SHOWN_NATS: f64 = 30.0;
+/// Rounds in which forces are taken anew about the runout that was found, the first for all ways that it may point: what is
+/// interpolated from no runout on does not tell these apart.
+const RUNOUT_ROUNDS: usize = 3;
 /// How much the stock is grown, mm, and the tool shrunk, to see what that changes.
 const GROWN_MM: f64 = 0.5;
 const SHRUNK: f64 = 0.04;
@@ -93,7 +100,7 @@ pub fn prepare_for(program: &[u8], job: &Job, forces: Option<Sample>) -> Result<
         })
         .collect();
     let slower = SLOWER.iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
-    Ok(Prepared { path, map, timeline, others, slower })
+    Ok(Prepared { path, map, timeline, others, slower, forces })
 }
 
 /// What was learned, and from what.
@@ -138,10 +145,19 @@ pub fn learn_with_data(
     options: &LogOptions,
 ) -> Result<Learned, LearnError> {
     refuse_dead(log)?;
-    let (data, aligned, lowered) = data_of(prepared, job, log, channels)?;
+    let (mut data, aligned, lowered) = data_of(prepared, job, log, channels)?;
     let split = by_blocks(&data, "stretch of time");
-    let mut report = diagnose(&data, &split, &options.diagnosis)
-        .ok_or_else(|| DataError::Unfit("too few samples of the log belong to the program".into()))?;
+    let answer = |data: &Data| {
+        diagnose(data, &split, &options.diagnosis)
+            .ok_or_else(|| DataError::Unfit("too few samples of the log belong to the program".into()))
+    };
+    let mut report = answer(&data)?;
+    for round in 0..RUNOUT_ROUNDS {
+        let nearer = data_about(prepared, job, log, channels, &aligned, &report, round == 0);
+        let Some(nearer) = nearer else { break };
+        data = Data { timed_acceleration: data.timed_acceleration, ..nearer };
+        report = answer(&data)?;
+    }
     report.samples = log.time_s.len();
     report.down_weighted = lowered;
     report.alignment = Some(described(&aligned, log));
@@ -268,6 +284,34 @@ pub fn data_of(
     Ok((data, aligned, lowered))
 }
 
+/// The data of a log in which a runout was found, with the forces taken about it (all ways or only its own) and with the
+/// coefficients found; `None` where there is none.
+fn data_about(
+    prepared: &Prepared,
+    job: &Job,
+    log: &Log,
+    channels: &Channels,
+    aligned: &Aligned,
+    report: &LearnReport,
+    all_ways: bool,
+) -> Option<Data> {
+    let wanted = prepared.forces.filter(|_| channels.force_xy.is_some())?;
+    let runout = report.effects.iter().find(|e| e.name == "runout")?;
+    let base = |name: &str| report.final_base.iter().find(|v| v.name == name).map(|v| v.value);
+    let [offset_mm, phase] = [0, 1].map(|k| runout.parameters[k].value);
+    let coefficients = LinearEdge {
+        k_tc: base("k_tc")?,
+        k_rc: base("k_rc")?,
+        k_te: base("k_te")?,
+        k_re: base("k_re")?,
+        ..LinearEdge::default()
+    };
+    let grid = if all_ways { RunoutGrid::about_offset(offset_mm) } else { RunoutGrid::about(offset_mm, phase) };
+    let about = About { grid, coefficients: Some(coefficients) };
+    let timeline = prepared.timeline.with_runouts(&prepared.path, &prepared.map, job, wanted, about);
+    Some(cells(log, aligned, &prepared.known_at(job, &timeline, grid), channels).0)
+}
+
 /// A log tied to its program: by position, by line, or by its load.
 pub fn aligned(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
     let by_position = by_position(log, &prepared.timeline).map(|aligned| {
@@ -315,7 +359,10 @@ impl Prepared {
     }
     /// Everything that is known of its spots.
     pub fn known<'a>(&'a self, job: &'a Job) -> Known<'a> {
-        Known { job, timeline: &self.timeline, others: self.others.clone(), slower: self.slower.clone() }
+        self.known_at(job, &self.timeline, RunoutGrid::default())
+    }
+    fn known_at<'a>(&'a self, job: &'a Job, timeline: &'a Timeline, runouts: RunoutGrid) -> Known<'a> {
+        Known { job, timeline, others: self.others.clone(), slower: self.slower.clone(), runouts }
     }
     /// Its spots in time.
     pub fn timeline(&self) -> &Timeline {

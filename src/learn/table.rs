@@ -6,6 +6,7 @@
 //! percent of an unknown rating. Straight geometry is the base, the path's curvature an effect.
 
 use super::columns::{DataError, Frame};
+use super::runouts::RunoutGrid;
 use super::samples::{Base, Class, Data, UNBOUNDED, Variant, VariantColumns};
 use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
@@ -263,6 +264,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
         kind_names,
         channel_names: vec![name.to_owned()],
         variants,
+        runouts: RunoutGrid::default(),
         slower: Vec::new(),
         timed_acceleration: None,
     })

@@ -5,6 +5,7 @@
 use super::calibrate::{mean_force_columns, relative_to};
 use super::columns::{DataError, Frame};
 use super::plausible::readable;
+use super::runouts::RunoutGrid;
 use super::samples::{Base, Class, Data, UNBOUNDED};
 use super::table::{SteadyRow, numbered, states};
 
@@ -59,6 +60,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
         kind_names,
         channel_names: vec!["mean force, relative".into()],
         variants: Vec::new(),
+        runouts: RunoutGrid::default(),
         slower: Vec::new(),
         timed_acceleration: None,
     })

@@ -7,7 +7,8 @@
 //! minus the climb half. The arcs of a station belong to its most engaged point; they are scaled to its mean section.
 
 use super::forces::Sample;
-use super::peaks::Forces;
+use super::peaks::{About, Forces};
+use super::runouts::Runouts;
 use crate::engage::{EngagementMap, Station};
 use crate::force::contact::Engaged;
 use crate::ids::MoveId;
@@ -83,6 +84,8 @@ impl Spot {
 pub struct Timeline {
     /// Spots in order.
     pub spots: Vec<Spot>,
+    /// Changes of their forces by runout; empty where no forces are measured.
+    pub runouts: Vec<Runouts>,
 }
 
 impl Timeline {
@@ -103,13 +106,14 @@ impl Timeline {
 pub fn timeline(path: &Toolpath, map: &EngagementMap, job: &Job, wanted: Option<Sample>) -> Timeline {
     let pieces = Pieces::new(path, map);
     let seconds = piece_seconds(&pieces.path, &job.machine);
-    let mut forces = Forces::new(map, job, wanted, true);
+    let mut forces = Forces::new(map, job, wanted, Some(About::default()));
     let mut build = Build {
         path,
         job,
         pieces: &pieces,
         seconds: &seconds,
         spots: Vec::new(),
+        runouts: Vec::new(),
         now: 0.0,
         spin: Spin::default(),
         tool: None,
@@ -117,7 +121,8 @@ pub fn timeline(path: &Toolpath, map: &EngagementMap, job: &Job, wanted: Option<
     for event in path.events() {
         build.event(&event, &mut forces);
     }
-    Timeline { spots: build.spots }
+    let runouts = if wanted.is_some() { build.runouts } else { Vec::new() };
+    Timeline { spots: build.spots, runouts }
 }
 
 /// Speed of each spot on a machine with `factor` of the declared acceleration, over its declared speed; 1 for spots that
@@ -190,6 +195,7 @@ struct Build<'a> {
     pieces: &'a Pieces,
     seconds: &'a [f64],
     spots: Vec<Spot>,
+    runouts: Vec<Runouts>,
     now: f64,
     spin: Spin,
     tool: Option<u32>,
@@ -238,6 +244,7 @@ impl Build<'_> {
             curvature_per_mm: 0.0,
             engaged: Engaged::default(),
         });
+        self.runouts.push(Runouts::default());
     }
 
     fn motion(&mut self, id: MoveId, forces: &mut Forces) {
@@ -252,6 +259,9 @@ impl Build<'_> {
             done_mm += curve.length();
             let speed_mm_s = curve.length() / self.seconds[piece].max(1e-9);
             let tangent_z = curve.tangent(half).z;
+            let cut = station.map(|s| forces.engaged(motion, &s, tangent_z, speed_mm_s));
+            let (engaged, runouts) = cut.unwrap_or_default();
+            self.runouts.push(runouts);
             self.push(&Spot {
                 start_s: self.now,
                 end_s: self.now + self.seconds[piece],
@@ -267,7 +277,7 @@ impl Build<'_> {
                 direction: curve.tangent(half),
                 length_mm: curve.length(),
                 curvature_per_mm: curve.curvature(half).norm(),
-                engaged: station.map_or_else(Engaged::default, |s| forces.engaged(motion, &s, tangent_z, speed_mm_s)),
+                engaged,
             });
         }
     }
@@ -286,13 +296,37 @@ pub fn engaged_otherwise(
     timeline: &Timeline,
     wanted: Option<Sample>,
 ) -> Vec<Engaged> {
-    let mut forces = Forces::new(map, job, wanted, false);
-    let of = |spot: &Spot| {
+    let forces = &mut Forces::new(map, job, wanted, None);
+    engaged(path, timeline, forces).map(|(engaged, _)| engaged).collect()
+}
+
+fn engaged<'a>(
+    path: &'a Toolpath,
+    timeline: &'a Timeline,
+    forces: &'a mut Forces,
+) -> impl Iterator<Item = (Engaged, Runouts)> {
+    let mut of = move |spot: &Spot| {
         let id = spot.move_id?;
-        let stations = map.stations_of(id);
+        let stations = forces.map.stations_of(id);
         let k = stations.partition_point(|s| s.to_mm < spot.middle_mm);
         let station = stations.get(k.min(stations.len().checked_sub(1)?))?;
         Some(forces.engaged(&path.moves[id.ix()], station, spot.direction.z, spot.speed_mm_s()))
     };
-    timeline.spots.iter().map(of).map(Option::unwrap_or_default).collect()
+    timeline.spots.iter().map(move |spot| of(spot).unwrap_or_default())
+}
+
+impl Timeline {
+    /// The same with the changes by runout taken about a known one and with known coefficients.
+    pub(super) fn with_runouts(
+        &self,
+        path: &Toolpath,
+        map: &EngagementMap,
+        job: &Job,
+        wanted: Sample,
+        about: About,
+    ) -> Self {
+        let forces = &mut Forces::new(map, job, Some(wanted), Some(about));
+        let runouts = engaged(path, self, forces).map(|(_, runouts)| runouts).collect();
+        Timeline { spots: self.spots.clone(), runouts }
+    }
 }

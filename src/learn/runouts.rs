@@ -1,0 +1,131 @@
+//! Runouts at which the change of the loads is taken, and between which it is interpolated.
+//!
+//! In: an offset of the axis and the way it points. Out: the share of each runout of the grid in it. A wide grid knows all ways
+//! that it may point, from no runout on or about an offset that was found; a narrow one only those about a known runout, so
+//! that nothing is interpolated over a tooth that begins to miss the cut.
+
+/// How many offsets of the axis are looked at, and how many ways that each of them points.
+pub const RUNOUT_GRID: [usize; 2] = [2, 8];
+
+/// Under each of these runouts: change of the derivatives of the peak force by k_tc, k_rc, k_te, k_re, and relative change
+/// of what the edges take of the power.
+pub type Runouts = [[[f64; 5]; RUNOUT_GRID[1]]; RUNOUT_GRID[0]];
+
+/// A grid of runouts; see the head of the file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunoutGrid {
+    /// Offsets of the axis, mm, rising.
+    pub offsets_mm: [f64; RUNOUT_GRID[0]],
+    /// Ways that it points, in pitches of the teeth, rising.
+    phases: [f64; RUNOUT_GRID[1]],
+    /// How many of them there are.
+    pub ways: usize,
+    /// Does it begin with no runout?
+    from_none: bool,
+}
+
+/// All ways that a runout may point, pitches.
+const ROUND: [f64; RUNOUT_GRID[1]] = [0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
+/// Offsets about a known one, over it, and ways about a known one, pitches.
+const NEAR: [f64; RUNOUT_GRID[0]] = [0.9, 1.1];
+const BESIDE: [f64; 2] = [-0.04, 0.04];
+
+impl Default for RunoutGrid {
+    fn default() -> Self {
+        Self { offsets_mm: [0.006, 0.018], phases: ROUND, ways: ROUND.len(), from_none: true }
+    }
+}
+
+impl RunoutGrid {
+    /// About a known offset, all ways.
+    pub fn about_offset(offset_mm: f64) -> Self {
+        Self { offsets_mm: NEAR.map(|n| n * offset_mm), from_none: false, ..Self::default() }
+    }
+
+    /// About a known runout.
+    pub fn about(offset_mm: f64, phase: f64) -> Self {
+        let [one, other] = BESIDE.map(|b| phase + b);
+        Self {
+            offsets_mm: NEAR.map(|n| n * offset_mm),
+            phases: [one, other, other, other, other, other, other, other],
+            ways: 2,
+            from_none: false,
+        }
+    }
+
+    /// Ways that it points, in pitches of the teeth, rising.
+    pub fn phases(&self) -> &[f64] {
+        &self.phases[..self.ways]
+    }
+
+    /// Does it know one runout and its neighbours only?
+    pub fn is_narrow(&self) -> bool {
+        self.ways < RUNOUT_GRID[1]
+    }
+
+    /// The runout in the middle.
+    pub fn middle(&self) -> [f64; 2] {
+        let middle = |of: &[f64]| f64::midpoint(of[0], of[of.len() - 1]);
+        [middle(&self.offsets_mm), middle(self.phases())]
+    }
+
+    /// Share of one of its runouts in another one.
+    pub fn share(&self, offset_mm: f64, phase: f64, offset: usize, way: usize) -> f64 {
+        let of_offset = share(offset_mm, &self.offsets_mm, offset, self.from_none);
+        if self.is_narrow() {
+            let near = phase - (phase - self.middle()[1]).round();
+            return if way < self.ways { of_offset * share(near, self.phases(), way, false) } else { 0.0 };
+        }
+        let round: [f64; RUNOUT_GRID[1] + 1] = std::array::from_fn(|k| ROUND.get(k).copied().unwrap_or(1.0));
+        let at = phase.rem_euclid(1.0);
+        let again = if way == 0 { share(at, &round, round.len() - 1, false) } else { 0.0 };
+        of_offset * (share(at, &round, way, false) + again)
+    }
+}
+
+/// Share of the `k`-th of rising places in a value between them: linear between neighbours, from nothing at 0 before the
+/// first if `from_zero`, and on beyond the last two.
+fn share(value: f64, places: &[f64], k: usize, from_zero: bool) -> f64 {
+    if from_zero && value <= places[0] {
+        return if k == 0 { value / places[0] } else { 0.0 };
+    }
+    let low = places.partition_point(|p| *p < value).clamp(1, places.len() - 1) - 1;
+    let t = (value - places[low]) / (places[low + 1] - places[low]);
+    if k == low {
+        1.0 - t
+    } else if k == low + 1 {
+        t
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_linear_between_places_and_add_up() {
+        let places = [1.0, 3.0];
+        assert_eq!([0, 1].map(|k| share(0.5, &places, k, true)), [0.5, 0.0]);
+        assert_eq!([0, 1].map(|k| share(2.0, &places, k, true)), [0.5, 0.5]);
+        assert_eq!([0, 1].map(|k| share(4.0, &places, k, true)), [-0.5, 1.5]);
+        let three = [0.0, 0.5, 1.0];
+        assert_eq!([0, 1, 2].map(|k| share(0.75, &three, k, false)), [0.0, 0.5, 0.5]);
+        assert_eq!([0, 1, 2].map(|k| share(0.0, &three, k, false)), [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_runout_of_a_grid_is_itself_and_ways_go_round() {
+        for grid in [RunoutGrid::default(), RunoutGrid::about_offset(0.01), RunoutGrid::about(0.01, 0.97)] {
+            for (o, offset_mm) in grid.offsets_mm.into_iter().enumerate() {
+                for (w, phase) in grid.phases().iter().copied().enumerate() {
+                    for turns in [-1.0, 0.0, 1.0] {
+                        let share = grid.share(offset_mm, phase + turns, o, w);
+                        assert!((share - 1.0).abs() < 1e-9, "{grid:?} {o} {w} {turns}: {share}");
+                    }
+                }
+            }
+        }
+    }
+}
