@@ -250,20 +250,44 @@ fn setups_that_make_no_sense_are_refused() {
         |x: &str| format!("[machine.axes]\nx = {{ velocity = 15000, acceleration = {x}, jerk = 20000 }}\n[stock]");
     let tolerance = |value: &str| format!("dialect = \"linuxcnc\"\ncorner_tolerance = {value}");
     let cases = [
-        SETUP.replace("[stock]", &axes("0")),
-        SETUP.replace("[stock]", &axes("-5")),
-        SETUP.replace("[stock]", &axes("nan")),
-        SETUP.replace("[stock]", "[machine.spindle]\npower = [[0, 0], [6000, 5000], [1500, 7500]]\n[stock]"),
-        SETUP.replace("dialect = \"linuxcnc\"", &tolerance("-0.01")),
-        SETUP.replace("dialect = \"linuxcnc\"", &tolerance("0")),
-        SETUP.replace("force_xy = 80", "force_xy = nan"),
-        SETUP.replace("force_xy = 80", "force_xy = 80\nforce_rate = 0"),
-        SETUP.replace("force_xy = 80", "force_xy = 80\nwear = { exponent = 2.5 }"),
+        (SETUP.replace("[stock]", &axes("0")), "`machine.axes.x.acceleration`: 0 makes no sense"),
+        (SETUP.replace("[stock]", &axes("-5")), "`machine.axes.x.acceleration`: -5 makes no sense"),
+        (SETUP.replace("[stock]", &axes("nan")), "`machine.axes.x.acceleration`: NaN cannot be used"),
+        (
+            SETUP.replace("[stock]", "[machine.spindle]\npower = [[0, 0], [6000, 5000], [1500, 7500]]\n[stock]"),
+            "`machine.spindle.power`: the first numbers of its points must rise",
+        ),
+        (
+            SETUP.replace("dialect = \"linuxcnc\"", &tolerance("-0.01")),
+            "`machine.corner_tolerance`: -0.01 makes no sense",
+        ),
+        (SETUP.replace("dialect = \"linuxcnc\"", &tolerance("0")), "`machine.corner_tolerance`: 0 makes no sense"),
+        (SETUP.replace("force_xy = 80", "force_xy = nan"), "`limits.force_xy`: NaN cannot be used"),
+        (SETUP.replace("force_xy = 80", "force_xy = 80\nforce_rate = 0"), "`limits.force_rate`: 0 makes no sense"),
+        (SETUP.replace("force_xy = 80", "force_xy = 80\nwear = { exponent = 2.5 }"), "`limits.wear.exponent`: 2.5"),
     ];
-    for setup in &cases {
+    for (setup, wanted) in &cases {
         let dir = bench(setup);
         let out = feedwright(dir.path(), &["optimize", "part.nc"]);
-        assert_eq!(out.status.code(), Some(2), "{setup}\n{}", String::from_utf8_lossy(&out.stderr));
-        assert!(!out.stderr.is_empty() && !dir.path().join("part.fw.nc").exists());
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{setup}\n{said}");
+        assert!(said.contains(wanted) && said.contains("help:"), "{wanted}: {said}");
+        assert!(!dir.path().join("part.fw.nc").exists());
+    }
+}
+
+#[test]
+fn a_feed_that_is_no_number_is_said_and_its_block_stays() {
+    let dir = bench(SETUP);
+    for feed in ["FNAN", "F", "F..5"] {
+        fs::write(dir.path().join("part.nc"), PROGRAM.replace("F900", feed)).unwrap();
+        let found = report(dir.path(), &[]);
+        let warnings = found["warnings"].as_array().unwrap();
+        let said = |warning: &Value| warning["code"] == "nc::not-understood" && warning["line"] == 7;
+        assert!(warnings.iter().any(said), "{feed}: {warnings:?}");
+        let frozen = found["frozen"].as_array().unwrap();
+        assert!(frozen.iter().any(|entry| entry["line"] == 7), "{feed}: {frozen:?}");
+        let written = fs::read_to_string(dir.path().join("part.fw.nc")).unwrap();
+        assert!(written.contains(&format!("G1 X50 {feed}\n")), "{written}");
     }
 }

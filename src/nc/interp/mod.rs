@@ -57,6 +57,8 @@ use crate::diag::{Severity, Span};
 use crate::ids::{BlockId, MoveId};
 use crate::path::Vec3;
 
+/// Letters of words that do something by themselves: all but the number of a block and of a routine.
+const WORDS: &[u8] = b"ABCDEFHIJKLPQRSTUVWXYZ";
 /// Moves of a chunk of [`interpret_each`].
 const CHUNK: usize = 4096;
 /// What executing a block costs besides its bytes.
@@ -437,6 +439,10 @@ impl<'a> Run<'a> {
                     }
                 }
                 TokenKind::Expression if !line.flow => line.bad.push((token.kind, token.span)),
+                // A name amid words is none that steers.
+                TokenKind::Name if !line.flow && (!line.g.is_empty() || line.has_any(WORDS)) => {
+                    line.bad.push((token.kind, token.span));
+                }
                 _ => line.flow = true,
             }
         }
