@@ -9,7 +9,9 @@ use crate::machine::{Job, Tool};
 use crate::nc::{Event, Freeze, Move, MoveKind, Program, Toolpath};
 use crate::rewrite;
 use crate::schedule::rules::{load_limits, rules};
+use crate::schedule::{Conflict, Problem};
 use crate::setup::Assumption;
+use crate::units::mm_min_from_mm_s;
 
 /// Where the program calls no tool and the setup has just one, that one is meant; a toolpath read without the setup calls
 /// it 0.
@@ -114,6 +116,38 @@ pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
         found.push(Diagnostic::new("engage::untouched", Severity::Warning, text).on_line(first.line).help(help));
     }
     found
+}
+
+/// Minima that gave way to a load limit, one sentence for each pair of them: with both feeds, where they are furthest apart.
+pub fn overruled(problem: &Problem, toolpath: &Toolpath) -> Vec<Diagnostic> {
+    let mut pairs: Vec<(Conflict, f64)> = Vec::new();
+    for conflict in &problem.conflicts {
+        let length_mm = problem.nodes[conflict.node].length_mm();
+        let apart = |of: &Conflict| of.floor.feed_mm_s / of.cap.feed_mm_s;
+        let same = |known: &Conflict| (known.floor.kind, known.cap.kind) == (conflict.floor.kind, conflict.cap.kind);
+        match pairs.iter_mut().find(|(known, _)| same(known)) {
+            Some((known, sum_mm)) => {
+                *sum_mm += length_mm;
+                if apart(conflict) > apart(known) {
+                    *known = *conflict;
+                }
+            }
+            None => pairs.push((*conflict, length_mm)),
+        }
+    }
+    let said = |(conflict, length_mm): &(Conflict, f64)| {
+        let Conflict { floor, cap, node } = conflict;
+        let [lowest, highest] = [floor, cap].map(|bound| mm_min_from_mm_s(bound.feed_mm_s));
+        let text = format!(
+            "{} asks for {lowest:.0} mm/min or more, {} allows {highest:.0}: the load limit holds, here and on {length_mm:.1} mm in all",
+            floor.kind.name(),
+            cap.kind.name()
+        );
+        let line = toolpath.moves[problem.nodes[*node].move_id.ix()].line;
+        let help = "lower the minimum, or allow more of the load";
+        Diagnostic::new("schedule::minimum", Severity::Warning, text).on_line(line).help(help)
+    };
+    pairs.iter().map(said).collect()
 }
 
 /// Cuts whose loads cannot be predicted, once per tool and speed, and runout that leaves teeth idle.

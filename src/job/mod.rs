@@ -147,6 +147,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let mut diagnostics: Vec<Diagnostic> = std::mem::take(&mut toolpath.diagnostics);
     diagnostics.extend(look::forgotten(&program, &toolpath));
     diagnostics.extend(look::idle_operations(&toolpath, &map, &job, &origins, asked_for));
+    diagnostics.extend(look::overruled(&problem, &toolpath));
     diagnostics.extend(look::files(&program, &toolpath));
     diagnostics.extend(look::stock(&map, &toolpath));
     diagnostics.extend(events(&map, &toolpath));

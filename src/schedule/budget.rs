@@ -1,10 +1,14 @@
-//! A budget over the whole program: wear, or energy. In: a problem, a rate per length that rises with the feed, and the most
-//! that may be used. Out: the problem with caps that keep the budget, and the price of one more unit.
+//! A budget of wear over the whole program. In: a problem, a rate per length that rises with the feed, and the most that may
+//! be used. Out: the problem with caps that keep the budget, and the price of one more unit.
 //!
 //! Time and wear of a piece of length ds at speed v are ds/v and c·v^p·ds (0 < p < 2; c belongs to the piece). With one price
 //! λ (s per unit) for the whole program, ds/v + λ c v^p ds falls up to v* = (1/(λ c p))^(1/(p+1)) and rises beyond: v* is a
 //! cap, and the budget costs one bisection over λ. The budget is checked at the caps; where the control stays below
 //! them less is used, so it holds. The answer is local in the sense that run-ups are not traded against it.
+//!
+//! There is no budget of energy, because none could bind: the tare and the edges take a power that does not grow with the
+//! feed, chips a power at most proportional to it, so the energy P/v of a millimetre of path never rises with v. The fastest
+//! feeds within the caps use the least energy already.
 
 use super::problem::{Bound, Problem};
 use crate::machine::LimitKind;

@@ -251,7 +251,7 @@ impl Context<'_> {
                 return None;
             }
         }
-        let overruled = node.cap.feed_mm_s < floor.feed_mm_s && floor.kind != LimitKind::FeedChange;
+        let overruled = node.cap.feed_mm_s < lowest && floor.kind != LimitKind::FeedChange;
         overruled.then_some((floor, node.cap))
     }
 }

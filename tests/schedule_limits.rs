@@ -1,0 +1,226 @@
+//! Every limit of the setup through the command: it is met in the simulation of the written file and is what binds; minima that
+//! give way are said with both numbers; feeds in air, ramps, uncertain places and a control's block time.
+
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
+use assert_cmd::Command;
+use feedwright::engage::{self, engage};
+use feedwright::machine::{Job, LimitKind, Operation, Ramp};
+use feedwright::nc::{Environment, Toolpath, interpret, parse};
+use feedwright::schedule::optimum::optimum;
+use feedwright::schedule::solve::node_track;
+use feedwright::schedule::{Node, Options, Problem, problem, solve};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A slot, then half-immersed passes with an arc between them; it comes from air and goes back to it. The comments are
+/// blocks too: they let the program grow.
+const PROGRAM: &str = "%\n(1)\n(2)\n(3)\n(4)\n(5)\n(6)\n(7)\n(8)\nG21 G90\nT1 M6\nS8000 M3\nG0 X-30 Y5 Z2\nG1 Z-2 F900\nG1 X50\nG1 Y8\nX-10\nY11\nX50\nG3 X50 Y17 I0 J3\nG1 X-30\nG0 Z10\nM30\n%\n";
+const SETUP: &str = r#"
+resolution = 0.5
+[machine]
+dialect = "linuxcnc"
+[stock]
+box = { min = [0, 0, -10], max = [40, 20, 0] }
+uncertainty = 0.4
+[material]
+k_tc = 800
+k_rc = 300
+k_ac = 150
+k_te = 14
+k_re = 12
+k_ae = 2
+[[tool]]
+number = 1
+shape = "flat"
+diameter = 6
+flutes = 3
+overhang = 30
+[limits]
+"#;
+
+fn run(limits: &str) -> (TempDir, Value) {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("part.nc"), PROGRAM).unwrap();
+    fs::write(dir.path().join("part.setup.toml"), format!("{SETUP}{limits}")).unwrap();
+    let words = ["optimize", "part.nc", "--json", "r.json", "--csv", "r.csv"];
+    let out = Command::cargo_bin("feedwright").unwrap().current_dir(dir.path()).args(words).output().unwrap();
+    assert_eq!(out.status.code(), Some(0), "{limits}: {}", String::from_utf8_lossy(&out.stderr));
+    let report = serde_json::from_str(&fs::read_to_string(dir.path().join("r.json")).unwrap()).unwrap();
+    (dir, report)
+}
+
+fn limit<'a>(report: &'a Value, name: &str) -> &'a Value {
+    let limits = report["limits"].as_array().unwrap();
+    limits.iter().find(|limit| limit["name"] == name).unwrap_or_else(|| panic!("{name}: {limits:?}"))
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or_else(|| panic!("{key}: {value}"))
+}
+
+#[test]
+fn every_load_limit_is_met_and_is_what_binds() {
+    let wide = "force_xy = 1e6";
+    let free = number(&run(wide).1["time"], "realised_after_s");
+    for (name, written) in [
+        ("force_xy", "force_xy = {}"),
+        ("force_normal_mean", "force_normal_mean = {}"),
+        ("force_axial", "force_axial = {}"),
+        ("power", "power = {}"),
+        ("torque", "torque = {}"),
+        ("deflection", "deflection = {}"),
+        ("surface_error", "surface_error = {}"),
+        ("bending_stress", "bending_stress = {}"),
+        ("chip_thickness", "chip_thickness = { max = {} }"),
+        ("feed_per_tooth", "feed_per_tooth = { max = {} }"),
+    ] {
+        let with = |most: f64| run(&written.replace("{}", &format!("{most:.9}"))).1;
+        let as_programmed = number(limit(&with(1e6), name), "before_max");
+        let most = 0.9 * as_programmed;
+        let held = with(most);
+        let after = number(limit(&held, name), "after_max");
+        println!("{name}: {as_programmed} -> {after}, limit {most}");
+        assert!(after > 0.9 * most && after <= 1.01 * most, "{name}: {as_programmed} -> {after}, limit {most}");
+        assert!(number(limit(&held, name), "active_time_percent") > 0.0, "{name}");
+        assert!(number(&held["check"], "resimulated_worst_ratio") <= 1.01, "{name}");
+        assert!(number(&held["time"], "realised_after_s") > free, "{name}");
+    }
+}
+
+#[test]
+fn a_minimum_that_gives_way_to_a_load_limit_is_said_with_both_numbers() {
+    let said = |report: &Value| {
+        let warnings = report["warnings"].as_array().unwrap();
+        let texts = warnings.iter().filter(|warning| warning["code"] == "schedule::minimum");
+        texts.map(|warning| warning["text"].as_str().unwrap().to_owned()).collect::<Vec<String>>()
+    };
+    // A chip of 0.045 mm asks for 3 · 8000 · 0.045 = 1080 mm/min and more, the force in the slot allows less.
+    let least = "chip_thickness = { min = 0.045 }";
+    let (_, free) = run(&format!("force_xy = 1e6\n{least}"));
+    assert!(said(&free).is_empty(), "{:?}", said(&free));
+    let peak = number(limit(&free, "force_xy"), "before_max");
+    let (_, held) = run(&format!("force_xy = {}\n{least}", 0.8 * peak));
+    let texts = said(&held);
+    assert_eq!(texts.len(), 1, "{texts:?}");
+    let numbers: Vec<f64> =
+        texts[0].split_whitespace().filter_map(|word| word.trim_end_matches(':').parse().ok()).collect();
+    assert!(texts[0].starts_with("chip_thickness_min asks for") && texts[0].contains("force_xy allows"), "{texts:?}");
+    assert!(numbers[0] >= 1079.0 && numbers[1] < numbers[0], "{texts:?}");
+    assert!(number(&held["check"], "resimulated_worst_ratio") <= 1.01);
+}
+
+/// A row of the table of stations.
+struct Row {
+    x_mm: f64,
+    feed_after: f64,
+    removal_mm2: f64,
+}
+
+fn rows(dir: &Path) -> Vec<Row> {
+    let mut reader = csv::Reader::from_path(dir.join("r.csv")).unwrap();
+    let at = |name: &str| reader.headers().unwrap().iter().position(|header| header == name).unwrap();
+    let [x, feed, removal] = ["x_mm", "feed_after_mm_min", "removal_area_mm2"].map(at);
+    let row = |record: csv::StringRecord| {
+        let number = |column: usize| record[column].parse::<f64>().unwrap_or(0.0);
+        Row { x_mm: number(x), feed_after: number(feed), removal_mm2: number(removal) }
+    };
+    reader.records().map(|record| row(record.unwrap())).collect()
+}
+
+#[test]
+fn air_feed_ends_before_the_approach_to_the_grown_stock() {
+    let (dir, report) = run("force_xy = 1e6\nfeed_change = { max = 1 }\nair_feed = 4000\napproach = 3");
+    let all = rows(dir.path());
+    let fast: Vec<&Row> = all.iter().filter(|row| row.feed_after > 900.0).collect();
+    assert!(!fast.is_empty() && fast.iter().all(|row| row.feed_after <= 4000.0 && row.removal_mm2 <= 0.0));
+    // Radius 3, uncertainty 0.4, approach 3 mm on either side of 0 to 40.
+    assert!(fast.iter().all(|row| row.x_mm < -6.4 + 0.5 || row.x_mm > 46.4 - 0.5));
+    assert!(number(&report["time"], "realised_after_s") < number(&report["time"], "realised_before_s"));
+}
+
+struct Part {
+    job: Job,
+    toolpath: Toolpath,
+    map: engage::EngagementMap,
+}
+
+fn part() -> Part {
+    let (job, _) = feedwright::setup::load(&format!("{SETUP}force_xy = 80\n"), Path::new(".")).unwrap();
+    let toolpath = interpret(&parse(PROGRAM.into(), None), &Environment::from_job(&job));
+    let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
+    Part { job, toolpath, map }
+}
+
+impl Part {
+    fn problem(&self) -> Problem {
+        problem(&self.toolpath, &self.map, &self.job)
+    }
+}
+
+#[test]
+fn an_exit_ramp_covers_its_distance_before_every_exit() {
+    let mut part = part();
+    let exit = Ramp { feed_mm_s: 0.9, distance_mm: 2.0 };
+    part.job.operations.push(Operation { exit: Some(exit), ..Operation::default() });
+    let problem = part.problem();
+    let exits: Vec<&[Node]> = problem.nodes.windows(2).filter(|pair| pair[0].cutting && !pair[1].cutting).collect();
+    assert!(exits.len() >= 3 && exits.iter().all(|pair| pair[0].cap.feed_mm_s <= exit.feed_mm_s));
+    assert!(
+        (ramped_mm(&problem) - 2.0 * exits.len() as f64).abs() < 0.1 * exits.len() as f64,
+        "{}",
+        ramped_mm(&problem)
+    );
+}
+
+fn ramped_mm(problem: &Problem) -> f64 {
+    problem.nodes.iter().filter(|node| node.cap.kind == LimitKind::Ramp).map(Node::length_mm).sum()
+}
+
+#[test]
+fn a_ramp_at_sharp_corners_lies_on_both_sides() {
+    let mut part = part();
+    let ramp = Ramp { feed_mm_s: 0.9, distance_mm: 1.0 };
+    part.job.operations.push(Operation { direction_change: Some((1.0, ramp)), ..Operation::default() });
+    // Right angles after the plunge and after X50, Y8, X-10, Y11; the arc begins and ends along its neighbours.
+    assert!((ramped_mm(&part.problem()) - 5.0 * 2.0).abs() < 1e-6, "{}", ramped_mm(&part.problem()));
+    part.job.operations[0].direction_change = Some((2.0, ramp));
+    assert!(ramped_mm(&part.problem()) < 1e-9);
+}
+
+#[test]
+fn where_the_engagement_is_uncertain_no_feed_rises_and_no_block_is_cut() {
+    let mut part = part();
+    part.job.limits.force_xy_n = Some(130.0);
+    let sure = solve(&part.problem(), &part.toolpath, &part.job, &Options::of(&part.toolpath));
+    for station in &mut part.map.stations {
+        station.flags.uncertain = true;
+    }
+    let unsure = solve(&part.problem(), &part.toolpath, &part.job, &Options::of(&part.toolpath));
+    let risen = |schedule: &feedwright::schedule::Schedule| {
+        let over = |piece: &feedwright::schedule::FeedPiece| part.toolpath.moves[piece.move_id.ix()].feed.mm_s;
+        schedule.pieces.iter().filter(|piece| piece.feed_mm_s > over(piece)).count()
+    };
+    let cut = |schedule: &feedwright::schedule::Schedule| {
+        schedule.pieces.windows(2).filter(|pair| pair[0].move_id == pair[1].move_id).count()
+    };
+    assert!(risen(&sure) > 0 && cut(&sure) > 0);
+    assert_eq!((risen(&unsure), cut(&unsure)), (0, 0));
+}
+
+#[test]
+fn a_move_takes_no_less_than_the_block_time() {
+    let mut part = part();
+    let free_s: f64 = optimum(node_track(&part.problem(), &part.toolpath, &part.job), 0.0).leg_times().iter().sum();
+    part.job.machine.block_time_s = 3.0;
+    let found = optimum(node_track(&part.problem(), &part.toolpath, &part.job), 0.0);
+    let times = found.leg_times();
+    let feeds = part.toolpath.iter_moves().filter(|(_, motion)| motion.kind == feedwright::nc::MoveKind::Feed);
+    for (id, motion) in feeds {
+        let taken: f64 = times.iter().zip(&found.moves).filter(|(_, of)| **of == id).map(|(time_s, _)| time_s).sum();
+        assert!(taken >= 3.0 - 1e-9, "line {}: {taken} s", motion.line);
+    }
+    assert!(times.iter().sum::<f64>() > free_s);
+}
