@@ -85,6 +85,8 @@ pub enum Covariate {
     DirectionX,
     /// Direction of the feed along Y (cosine).
     DirectionY,
+    /// Angle of the feed in the plane from X, rad.
+    Heading,
     /// Signed curvature of the path, 1/mm.
     Curvature,
     /// Actual over commanded feed.
@@ -124,6 +126,7 @@ impl Covariate {
             Covariate::Z => "position z",
             Covariate::DirectionX => "direction x",
             Covariate::DirectionY => "direction y",
+            Covariate::Heading => "heading",
             Covariate::Curvature => "path curvature",
             Covariate::FeedRatio => "actual over commanded feed",
             Covariate::LoadChange => "change of load",

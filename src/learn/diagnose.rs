@@ -68,6 +68,10 @@ const PAIRS_JUDGED: usize = 4;
 const PAIR_NEEDED: f64 = 1.3;
 /// Least share of it that all effects together must take away, or none is named.
 const LEAST_EXPLAINED: f64 = 0.5;
+/// Most share that they may leave of what the base model leaves beyond the noise, and the squares of a noise with memory over
+/// those that neighbouring readings show: several effects together follow nearly any structure, but not to the end.
+const MOST_LEFT: f64 = 0.07;
+const NOISE_WITH_MEMORY: f64 = 2.0;
 
 /// Runs the whole diagnosis.
 pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnReport> {
@@ -243,6 +247,13 @@ impl Diagnosis<'_> {
         (mean(before) - mean(after)) / excess.max(least * mean(whole))
     }
 
+    /// Is what is left beyond any noise more than a small share of what the base model leaves beyond it?
+    fn leaves_much(&self, after: &[f64]) -> bool {
+        let noise = NOISE_WITH_MEMORY * self.floor.powi(2);
+        let beyond = |r: &[f64]| (errors(&self.train, |i| r[i]).rmse.powi(2) - noise).max(0.0);
+        self.floor > 0.0 && beyond(after) > MOST_LEFT * beyond(&self.base_residual)
+    }
+
     /// Load of the cut by a model.
     fn cut(&self, fitted: &Fitted) -> Vec<f64> {
         part(&self.train, fitted, &[Class::Cutting, Class::Edge])
@@ -305,7 +316,8 @@ impl Diagnosis<'_> {
             let after = held_out_residuals(&self.train, &two.fitted.model.effects, self.split);
             let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual, LEAST_EXCESS);
             let t = t_statistic(&improvement_by_block(&self.train, &self.base_residual, &after));
-            let sound = share >= PAIR_EXPLAINED && t >= 1.0 && self.stand_in(base, &two.fitted, &after).is_none();
+            let enough = share >= PAIR_EXPLAINED && t >= 1.0 && !self.leaves_much(&after);
+            let sound = enough && self.stand_in(base, &two.fitted, &after).is_none();
             sound.then_some((score, two, share))
         });
         let (score, two, share) = judged?;
@@ -331,7 +343,8 @@ impl Diagnosis<'_> {
         let little = || {
             format!("all effects found together take away only {:.0} % of what the base model leaves", 100.0 * share)
         };
-        let why = (share < LEAST_EXPLAINED).then(little).or_else(|| self.stand_in(base, &fitted, &after));
+        let why = (share < LEAST_EXPLAINED || self.leaves_much(&after)).then(little);
+        let why = why.or_else(|| self.stand_in(base, &fitted, &after));
         let Some(why) = why else { return fitted };
         let kept = base.model.effects.len();
         for each in &fitted.model.effects[kept..] {

@@ -161,6 +161,7 @@ pub fn value_of(covariate: Covariate, state: &State) -> f64 {
         Covariate::Z => state.position.z,
         Covariate::DirectionX => state.direction.x,
         Covariate::DirectionY => state.direction.y,
+        Covariate::Heading => heading(state),
         Covariate::Curvature => state.curvature_per_mm,
         Covariate::EdgePosition => state.edge_position_mm,
         Covariate::SinceEntry => state.since_entry_mm,
@@ -170,8 +171,14 @@ pub fn value_of(covariate: Covariate, state: &State) -> f64 {
     }
 }
 
+/// Angle of the feed in the plane: it is not known of a plunge.
+fn heading(state: &State) -> f64 {
+    let d = state.direction;
+    if d.x.hypot(d.y) > 0.1 { d.y.atan2(d.x) } else { f64::NAN }
+}
+
 /// Covariates along which a residual is looked at.
-pub const COVARIATES: [Covariate; 17] = [
+pub const COVARIATES: [Covariate; 18] = [
     Covariate::Time,
     Covariate::Sliding,
     Covariate::Volume,
@@ -187,6 +194,7 @@ pub const COVARIATES: [Covariate; 17] = [
     Covariate::Z,
     Covariate::DirectionX,
     Covariate::DirectionY,
+    Covariate::Heading,
     Covariate::Curvature,
     Covariate::EdgePosition,
 ];
