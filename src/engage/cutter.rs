@@ -144,6 +144,10 @@ impl Cutter {
             Segment::Line { .. } => 0.5 + (z_mm - slice.z_mm) / slice.dz_mm(),
         }
     }
+    /// Does its outline begin on the axis, and not with a flat?
+    pub fn pointed(&self) -> bool {
+        self.form.profile.segments[0].at(0.0).0[0] < 1e-9 && !self.form.flat_bottom
+    }
     /// Height above the tip of the lowest body; infinite without one.
     pub fn lowest_body(&self) -> f64 {
         self.bodies.iter().map(|body| body.low).fold(f64::INFINITY, f64::min)

@@ -23,11 +23,11 @@ const EQUAL_KEYS: f64 = 5e-6;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
 /// Looks for the height at which engagement of a curved outline ends.
-const LOOKS: usize = 2;
+const LOOKS: usize = 3;
 
-/// How often a ring is halved, and the bend of the width, as a part of all that is cut, from which it is.
-const HALVINGS: usize = 2;
-const BEND: f64 = 0.03;
+/// How often a ring is cut into thirds, and the error of the midpoint rule, as a part of all that is cut, from which it is.
+const ROUNDS: usize = 2;
+const ROUGH: f64 = 0.004;
 
 /// Gap beside the shank that counts as none, and the height above the flutes at which it is looked for, mm.
 const RUB_MM: f64 = 0.005;
@@ -161,7 +161,7 @@ impl<'a> Work<'a> {
 
     /// Hands on the rings of a curved outline, cut where engagement begins and ends; their removal area, mm².
     fn ends(&self, curved: &mut Vec<Curved>, out: &mut Vec<RawArc>) -> f64 {
-        let mut found: Vec<(SubRing, Angles)> = Vec::with_capacity(curved.len() + 2);
+        let mut found: Vec<Found> = Vec::with_capacity(curved.len() + 2);
         for k in 0..curved.len() {
             let this = &curved[k];
             if this.angles.is_empty() {
@@ -170,119 +170,75 @@ impl<'a> Work<'a> {
             let below = k.checked_sub(1).map(|k| &curved[k]).filter(|below| follows(&below.ring, &this.ring));
             let above = curved.get(k + 1).filter(|above| follows(&this.ring, &above.ring));
             let mut part = this.ring.part;
+            let mut ends = [this.ring.slice == 0 && part[0] == 0.0 && self.cutter.pointed(), false];
             if below.is_some_and(|below| below.angles.is_empty()) {
                 match self.limit(this, below, 0) {
-                    Limit::Within(limit) => part[0] = limit,
-                    Limit::Beyond(ring, angles) => found.push((ring, angles)),
+                    Limit::Within(limit) => (part[0], ends[0]) = (limit, true),
+                    Limit::Beyond(ring, angles) => found.push(Found { ring, angles, ends: [true, false] }),
                     Limit::Between => {}
                 }
             }
             let mut beyond = None;
             if above.is_none_or(|above| above.angles.is_empty()) {
                 match self.limit(this, above, 1) {
-                    Limit::Within(limit) => part[1] = limit,
-                    Limit::Beyond(ring, angles) => beyond = Some((ring, angles)),
+                    Limit::Within(limit) => (part[1], ends[1]) = (limit, true),
+                    Limit::Beyond(ring, angles) => beyond = Some(Found { ring, angles, ends: [false, true] }),
                     Limit::Between => {}
                 }
             }
             if part == this.ring.part {
-                found.push((this.ring, this.angles.clone()));
+                found.push(Found { ring: this.ring, angles: this.angles.clone(), ends });
             } else {
                 let ring = self.sub_ring(this.ring.slice, part, this.bottom);
-                found.push((ring, self.ring(&ring, &this.windows)));
+                found.push(Found { ring, angles: self.ring(&ring, &this.windows), ends });
             }
             found.extend(beyond);
         }
-        found.retain(|(_, angles)| !angles.is_empty());
-        let found = self.halved(self.tip_in_parts(found, curved), curved);
-        for (ring, angles) in &found {
-            push(ring, angles, out);
+        found.retain(|of| !of.angles.is_empty());
+        let found = self.in_thirds(found, curved);
+        for of in &found {
+            push(&of.ring, &of.angles, out);
         }
         curved.clear();
         self.integral(&found)
     }
 
-    /// ∫ of the width over the outline: the midpoint rule with its error of second order, edge³ f″/24, put right.
-    fn integral(&self, found: &[(SubRing, Angles)]) -> f64 {
-        let widths: Vec<[f64; 2]> = found.iter().map(|(ring, angles)| self.width(ring, angles)).collect();
-        let bend = |k: usize| {
-            let ([w0, e0], [w1, e1], [w2, e2]) = (widths[k - 1], widths[k], widths[k + 1]);
-            let (h0, h2) = (0.5 * (e0 + e1), 0.5 * (e1 + e2));
-            2.0 * ((w2 - w1) / h2 - (w1 - w0) / h0) / (h0 + h2)
-        };
-        let joined = |k: usize| {
-            k > 0
-                && k + 1 < found.len()
-                && follows(&found[k - 1].0, &found[k].0)
-                && follows(&found[k].0, &found[k + 1].0)
-        };
-        let of = |k: usize| {
-            let [width, edge] = widths[k];
-            let near = [k, k + 1, k.wrapping_sub(1)].into_iter().find(|k| *k < found.len() && joined(*k));
-            // Rings of very different edges meet where the width bends: nothing smooth to put right.
-            let alike =
-                |near: &usize| (near - 1..=near + 1).all(|j| widths[j][1] > 0.4 * edge && widths[j][1] < 2.5 * edge);
-            let near = near.filter(alike);
-            (edge * width + near.map_or(0.0, |near| edge * edge * edge * bend(near) / 24.0)).max(0.0)
-        };
-        (0..found.len()).map(of).sum()
+    /// ∫ of the width over the outline: the midpoint rule with its error of second order put right.
+    fn integral(&self, found: &[Found]) -> f64 {
+        let widths: Vec<[f64; 2]> = found.iter().map(|of| self.width(&of.ring, &of.angles)).collect();
+        let ring = |(k, [width, edge]): (usize, &[f64; 2])| (edge * width + correction(found, &widths, k)).max(0.0);
+        widths.iter().enumerate().map(ring).sum()
     }
 
-    /// The ring about the tip in four: its width grows from nothing to that of a row within it.
-    fn tip_in_parts(&self, mut found: Vec<(SubRing, Angles)>, curved: &[Curved]) -> Vec<(SubRing, Angles)> {
-        let tip = self.cutter.form.profile.segments[0].at(0.0).0[0] == 0.0 && !self.cutter.form.flat_bottom;
-        let Some(of) = curved.first().filter(|of| tip && of.ring.slice == 0 && of.ring.part == [0.0, 1.0]) else {
-            return found;
-        };
-        if found.first().is_none_or(|(ring, _)| ring.slice != 0 || ring.part != [0.0, 1.0]) {
-            return found;
-        }
-        let parts = (0..4).map(|k| {
-            let ring = self.sub_ring(0, [0.25 * f64::from(k), 0.25 * f64::from(k + 1)], of.bottom);
-            (ring, self.ring(&ring, &of.windows))
-        });
-        let parts: Vec<(SubRing, Angles)> = parts.filter(|(_, angles)| !angles.is_empty()).collect();
-        found.splice(0..1, parts);
-        found
-    }
-
-    /// Halves the rings about which the width of what is cut bends: the midpoint rule is off by up to an eighth of the
-    /// second difference there.
-    fn halved(&self, found: Vec<(SubRing, Angles)>, curved: &[Curved]) -> Vec<(SubRing, Angles)> {
+    /// Cuts the rings into thirds for which the midpoint rule is too rough. What was found at the middle stays.
+    fn in_thirds(&self, found: Vec<Found>, curved: &[Curved]) -> Vec<Found> {
         let mut found = found;
-        for _ in 0..HALVINGS {
-            let widths: Vec<[f64; 2]> = found.iter().map(|(ring, angles)| self.width(ring, angles)).collect();
+        for _ in 0..ROUNDS {
+            let widths: Vec<[f64; 2]> = found.iter().map(|of| self.width(&of.ring, &of.angles)).collect();
             let total: f64 = widths.iter().map(|[width, edge]| width * edge).sum();
-            let bends = |k: usize| {
-                let ([before, _], [here, edge], [after, _]) = (widths[k - 1], widths[k], widths[k + 1]);
-                (before - 2.0 * here + after).abs() * edge > BEND * total
-            };
-            let joined = |k: usize| follows(&found[k - 1].0, &found[k].0) && follows(&found[k].0, &found[k + 1].0);
-            let inner: Vec<bool> =
-                (0..found.len()).map(|k| k > 0 && k + 1 < found.len() && joined(k) && bends(k)).collect();
-            // The rings at either end have no second difference of their own: they go with their neighbour.
-            let split: Vec<bool> = (0..found.len())
-                .map(|k| {
-                    inner[k]
-                        || (k == 0 && inner.get(1) == Some(&true))
-                        || (k + 1 == found.len() && k > 0 && inner[k - 1])
-                })
-                .collect();
-            if !split.contains(&true) {
+            let rough: Vec<bool> =
+                (0..found.len()).map(|k| correction(&found, &widths, k).abs() > ROUGH * total).collect();
+            if !rough.contains(&true) {
                 break;
             }
-            let mut next = Vec::with_capacity(2 * found.len());
-            for ((ring, angles), split) in found.into_iter().zip(split) {
-                let Some(of) = curved.iter().find(|of| of.ring.slice == ring.slice).filter(|_| split) else {
-                    next.push((ring, angles));
+            let mut next = Vec::with_capacity(3 * found.len());
+            for (of, rough) in found.into_iter().zip(rough) {
+                let Some(curved) = curved.iter().find(|c| c.ring.slice == of.ring.slice).filter(|_| rough) else {
+                    next.push(of);
                     continue;
                 };
-                let middle = 0.5 * (ring.part[0] + ring.part[1]);
-                for part in [[ring.part[0], middle], [middle, ring.part[1]]] {
-                    let half = self.sub_ring(ring.slice, part, of.bottom);
-                    next.push((half, self.ring(&half, &of.windows)));
-                }
+                let [from, to] = of.ring.part;
+                let at = |third: f64| from + (to - from) * third / 3.0;
+                let part = |part: [f64; 2]| self.sub_ring(of.ring.slice, part, curved.bottom);
+                let [low, middle, high] = [[from, at(1.0)], [at(1.0), at(2.0)], [at(2.0), to]].map(part);
+                let outer = |ring: SubRing| self.ring(&ring, &curved.windows);
+                let [below, above] = [outer(low), outer(high)];
+                let [ends_below, ends_above] = of.ends;
+                next.push(Found { ring: low, angles: below, ends: [ends_below, false] });
+                next.push(Found { ring: middle, angles: of.angles, ends: [false; 2] });
+                next.push(Found { ring: high, angles: above, ends: [false, ends_above] });
             }
+            next.retain(|of| !of.angles.is_empty());
             found = next;
         }
         found
@@ -424,6 +380,13 @@ struct Curved {
     angles: Angles,
 }
 
+/// A part of a curved outline that is engaged, and on which sides (below, above) its width runs out at its border.
+struct Found {
+    ring: SubRing,
+    angles: Angles,
+    ends: [bool; 2],
+}
+
 /// Where engagement ends beside a ring.
 enum Limit {
     /// At its border.
@@ -456,6 +419,27 @@ fn push(ring: &SubRing, angles: &Angles, out: &mut Vec<RawArc>) {
         let angles = [(FRAC_PI_2 - to.angle()) as f32, (FRAC_PI_2 - from.angle()) as f32];
         out.push(RawArc { slice: ring.slice, part: ring.part.map(|p| p as f32), angles });
     }
+}
+
+/// Error of the midpoint rule over a part of the outline, edge³ f″/24, from the widths (with their edges) of the parts
+/// beside it, or none where the width runs out; 0 where there is nothing smooth beside it.
+fn correction(found: &[Found], widths: &[[f64; 2]], k: usize) -> f64 {
+    let [width, edge] = widths[k];
+    let beside = |other: Option<usize>, side: usize| {
+        if found[k].ends[side] {
+            return Some([0.0, 0.5 * edge]);
+        }
+        let other = other.filter(|j| *j < found.len())?;
+        let joined = if side == 0 {
+            follows(&found[other].ring, &found[k].ring)
+        } else {
+            follows(&found[k].ring, &found[other].ring)
+        };
+        joined.then(|| [widths[other][0], 0.5 * (widths[other][1] + edge)])
+    };
+    let (Some([w0, h0]), Some([w2, h2])) = (beside(k.checked_sub(1), 0), beside(Some(k + 1), 1)) else { return 0.0 };
+    let bend = 2.0 * ((w2 - width) / h2 - (width - w0) / h0) / (h0 + h2);
+    edge * edge * edge * bend / 24.0
 }
 
 /// Is `above` the next part of the outline?

@@ -3,7 +3,7 @@
 #![allow(dead_code)] // each test file uses its own part of it
 
 use super::{ball, bull, flat, tool};
-use feedwright::engage::{EngagementMap, Station};
+use feedwright::engage::{EngagedArc, EngagementMap, Station};
 use feedwright::machine::{Profile, Segment, Shape, Tool};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -153,8 +153,9 @@ pub fn engaged(
     intervals
 }
 
-/// Deviations in degrees of the angles of a station from those expected at the place `at(s)` (tip, tangent) of the more
-/// engaged end of its part within `range`. A wrong number of arcs counts as half the angle that is wrongly in or out.
+/// Deviations in degrees of the angles of a station from those expected at one place `at(s)` (tip, tangent) of its part
+/// within `range`: where the engagement changes over it, at the place they fit best, which must be nearly as engaged as any.
+/// A wrong number of arcs counts as half the angle that is wrongly in or out.
 pub fn deviations(
     map: &EngagementMap,
     tool: u32,
@@ -165,17 +166,15 @@ pub fn deviations(
 ) -> Vec<f64> {
     let arcs = map.arcs_of(station);
     let slices = map.slices_of(tool);
-    let expected = |s: f64| {
+    let mut used: Vec<u16> = arcs.iter().map(|arc| arc.slice).collect();
+    used.dedup();
+    let expected = |s: f64| -> Vec<(u16, Vec<[f64; 2]>)> {
         let (tip, tangent) = at(s);
-        let mut used: Vec<u16> = arcs.iter().map(|arc| arc.slice).collect();
-        used.dedup();
-        used.into_iter()
-            .map(|index| {
-                let slice = &slices[index as usize];
-                let ring = [slice.radius_mm, slice.z_mm, slice.normal_r, slice.normal_z];
-                (index, engaged(tip, tangent, ring, uncut))
-            })
-            .collect::<Vec<_>>()
+        let ring = |index: u16| {
+            let slice = &slices[index as usize];
+            [slice.radius_mm, slice.z_mm, slice.normal_r, slice.normal_z]
+        };
+        used.iter().map(|index| (*index, engaged(tip, tangent, ring(*index), uncut))).collect()
     };
     let area = |s: f64, found: &[(u16, Vec<[f64; 2]>)]| -> f64 {
         let tangent = at(s).1;
@@ -188,39 +187,48 @@ pub fn deviations(
         };
         found.iter().map(|(index, arcs)| arcs.iter().map(|arc| one(*index, arc)).sum::<f64>()).sum()
     };
+    let errors = |expected: &[(u16, Vec<[f64; 2]>)]| -> Vec<f64> {
+        expected.iter().flat_map(|(index, expected)| errors_of_ring(arcs, *index, expected)).collect()
+    };
     let (from, to) = (station.from_mm.max(range[0]), station.to_mm.min(range[1]));
-    // The most engaged of its ends and, where they differ, of points between them.
-    let mut best = (0.0, Vec::new());
-    for k in [0, 16, 8, 4, 12, 2, 6, 10, 14] {
-        let s = from + (to - from) * f64::from(k) / 16.0;
-        let found = expected(s);
-        let area = area(s, &found);
-        if k == 16 && (area - best.0).abs() < 1e-9 * area {
-            break;
-        }
-        if area > best.0 {
-            best = (area, found);
-        }
+    let try_at = |s: f64| {
+        let expected = expected(s);
+        let errors = errors(&expected);
+        (errors.iter().sum::<f64>(), area(s, &expected), errors)
+    };
+    let first = try_at(from);
+    if (try_at(to).1 - first.1).abs() < 1e-9 * first.1 {
+        return first.2;
     }
-    let expected = best.1;
-    let mut errors = Vec::new();
-    for (index, expected) in expected {
-        let mut found: Vec<[f64; 2]> = arcs
-            .iter()
-            .filter(|arc| arc.slice == index)
-            .map(|arc| [f64::from(arc.entry_rad), f64::from(arc.exit_rad)])
-            .collect();
-        found.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        if found.len() == expected.len() {
-            for (found, expected) in found.iter().zip(&expected) {
-                errors.extend((0..2).map(|k| (found[k] - expected[k]).abs().to_degrees()));
+    let places =
+        |centre: f64, half: f64| (-16..=16).map(move |k: i32| (centre + half * f64::from(k) / 16.0).clamp(from, to));
+    let (mut centre, mut half) = (0.5 * (from + to), 0.5 * (to - from));
+    let (mut best, mut most) = ((f64::INFINITY, 0.0, Vec::new()), 0.0f64);
+    for _ in 0..4 {
+        for s in places(centre, half) {
+            let tried = try_at(s);
+            most = most.max(tried.1);
+            if tried.0 < best.0 {
+                (best, centre) = (tried, s);
             }
-        } else {
-            let sum = |arcs: &[[f64; 2]]| arcs.iter().map(|arc| arc[1] - arc[0]).sum::<f64>();
-            errors.push(0.5 * (sum(&found) - sum(&expected)).abs().to_degrees());
         }
+        half /= 16.0;
     }
-    errors
+    assert!(best.1 >= 0.95 * most, "{} .. {}: {} where {most} is met", station.from_mm, station.to_mm, best.1);
+    best.2
+}
+
+/// Deviations of the arcs of one ring, in degrees.
+fn errors_of_ring(arcs: &[EngagedArc], index: u16, expected: &[[f64; 2]]) -> Vec<f64> {
+    let of_ring = arcs.iter().filter(|arc| arc.slice == index);
+    let mut found: Vec<[f64; 2]> = of_ring.map(|arc| [f64::from(arc.entry_rad), f64::from(arc.exit_rad)]).collect();
+    found.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    if found.len() == expected.len() {
+        let both = found.iter().zip(expected);
+        return both.flat_map(|(found, e)| [0, 1].map(|k| (found[k] - e[k]).abs().to_degrees())).collect();
+    }
+    let sum = |arcs: &[[f64; 2]]| arcs.iter().map(|arc| arc[1] - arc[0]).sum::<f64>();
+    vec![0.5 * (sum(&found) - sum(expected)).abs().to_degrees()]
 }
 
 /// Median, 99 % and worst.
