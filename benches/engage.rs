@@ -55,10 +55,14 @@ fn finishing(blocks: usize) {
         }
     }
     let extent = Box3 { min: Vec3::new(0.0, 0.0, -20.0), max: Vec3::new(300.0, 200.0, -4.0) };
-    let stock = saved::to_bytes(&Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3), Vec3::zeros());
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("roughed.stock");
+    let left = Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3);
+    std::fs::write(&file, saved::to_bytes(&left, Vec3::zeros())).unwrap();
+    drop(left);
     let mut job = job(vec![ball(6.0)], vec![block([0.0; 3], [1.0; 3])]);
-    job.stocks[0].shape = StockShape::Saved("roughed.stock".into());
-    let load = |_: &std::path::Path| Ok(stock.clone());
+    job.stocks[0].shape = StockShape::Saved(file);
+    let load = |path: &std::path::Path| std::fs::read(path);
     let options = Options { cell_mm: Some(0.1), loader: Some(&load), ..Options::default() };
     measure(&format!("finishing {blocks} blocks"), &path, &job, &options);
 }

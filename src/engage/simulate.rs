@@ -16,10 +16,10 @@ use super::options::{EngageError, Options};
 use super::stations::{Builder, Point};
 use super::workpiece::{blanks, cell_mm, shift, sources};
 use crate::ids::MoveId;
-use crate::machine::{Box3, Job, Shape};
+use crate::machine::{Box3, Job, Shape, Tool};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
-use crate::stock::{Element, Field, append_elements};
+use crate::stock::{Blank, Element, Field, append_elements};
 
 /// Elements in a batch, and cells they may sweep: what they overwrite is kept.
 const BATCH: u32 = 8192;
@@ -52,20 +52,23 @@ pub fn engage_and_keep(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(EngagementMap, Vec<Field>), EngageError> {
     let mut notes = Vec::new();
-    let sources = sources(job, path, options, &mut notes)?;
-    let used: Vec<u32> = numbers_used(path);
-    let smallest = used.iter().filter_map(|number| job.tool(*number)).map(|tool| tool.diameter_mm).fold(10.0, f64::min);
-    let cell = cell_mm(job, options, &sources, smallest)?;
-    let blanks = blanks(sources, cell, &mut notes)?;
-    let cutters: Vec<Cutter> = used
-        .iter()
-        .filter_map(|number| job.tool(*number))
-        .filter(|tool| tool.shape != Shape::Probe)
-        .map(|tool| Cutter::new(tool, cell))
-        .collect();
-    let mut fields: Vec<Field> = blanks.iter().map(|blank| blank.field(cell)).collect();
-    let plan = Plan::new(path, job, &cutters, &fields, options);
-    let scene = Scene { elements: &plan.elements, cutters: &cutters, blanks: &blanks, fixtures: &job.fixtures };
+    let used: Vec<&Tool> = numbers_used(path).into_iter().filter_map(|number| job.tool(number)).collect();
+    let smallest = used.iter().map(|tool| tool.diameter_mm).fold(10.0, f64::min);
+    let cutting: Vec<&Tool> = used.into_iter().filter(|tool| tool.shape != Shape::Probe).collect();
+    let (stock, laid) = rayon::join(
+        || -> Result<(f64, Vec<Blank>, Vec<Field>), EngageError> {
+            let sources = sources(job, path, options, &mut notes)?;
+            let cell = cell_mm(job, options, &sources, smallest)?;
+            let blanks = blanks(sources, cell, &mut notes)?;
+            let fields = blanks.iter().map(|blank| blank.field(cell)).collect();
+            Ok((cell, blanks, fields))
+        },
+        || Laid::new(path, job, &cutting),
+    );
+    let (cell, blanks, mut fields) = stock?;
+    let cutters: Vec<Cutter> = cutting.iter().map(|tool| Cutter::new(tool, cell)).collect();
+    let plan = Plan::new(path, job, laid, &fields, options);
+    let scene = Scene { elements: &plan.laid.elements, cutters: &cutters, blanks: &blanks, fixtures: &job.fixtures };
     let mut builder = Builder::default();
     builder.map.cell_mm = cell;
     builder.map.notes = notes;
@@ -75,7 +78,7 @@ pub fn engage_and_keep(
     let mut map = builder.map;
     map.remaining_mm3 = fields.iter().map(Field::volume_mm3).sum();
     map.removed_mm3 = map.initial_mm3 - map.remaining_mm3;
-    mark_final_surface(&mut map, &plan.elements, &fields);
+    mark_final_surface(&mut map, &plan.laid.elements, &fields);
     Ok((map, fields))
 }
 
@@ -86,16 +89,49 @@ fn numbers_used(path: &Toolpath) -> Vec<u32> {
     used
 }
 
-/// The toolpath as the simulation takes it.
-pub(super) struct Plan<'a> {
-    /// The toolpath.
-    pub path: &'a Toolpath,
+/// The toolpath as elements in the common frame.
+struct Laid {
     elements: Vec<Element>,
     /// First element of each move, and one past the last.
     first: Vec<u32>,
     /// Cutter of each move.
     cutter: Vec<Option<u16>>,
     shifts: Vec<(u16, Vec3)>,
+}
+
+impl Laid {
+    fn new(path: &Toolpath, job: &Job, cutting: &[&Tool]) -> Self {
+        let mut wcs: Vec<u16> = path.moves.iter().map(|motion| motion.wcs).collect();
+        wcs.sort_unstable();
+        wcs.dedup();
+        let mut laid = Self {
+            elements: Vec::with_capacity(path.moves.len()),
+            first: vec![0],
+            cutter: Vec::with_capacity(path.moves.len()),
+            shifts: wcs.iter().map(|number| (*number, shift(job, path, *number))).collect(),
+        };
+        laid.first.reserve(path.moves.len());
+        for (index, motion) in path.moves.iter().enumerate() {
+            let cutter = cutting.iter().position(|tool| tool.number == motion.tool).map(|k| k as u16);
+            laid.cutter.push(cutter);
+            if let Some(cutter) = cutter {
+                let by = laid.shift(motion);
+                append_elements(&mut laid.elements, &motion.curve(), by, MoveId(index as u32), cutter);
+            }
+            laid.first.push(laid.elements.len() as u32);
+        }
+        laid
+    }
+    fn shift(&self, motion: &Move) -> Vec3 {
+        self.shifts.iter().find(|(number, _)| *number == motion.wcs).map_or_else(Vec3::zeros, |(_, by)| *by)
+    }
+}
+
+/// The toolpath as the simulation takes it.
+pub(super) struct Plan<'a> {
+    /// The toolpath.
+    pub path: &'a Toolpath,
+    laid: Laid,
     /// Stock grown by nothing: a move beyond all of them sweeps nothing.
     extents: Vec<Box3>,
     /// Keep-out boxes.
@@ -110,49 +146,33 @@ pub(super) struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(path: &'a Toolpath, job: &Job, cutters: &[Cutter], fields: &[Field], options: &Options) -> Self {
-        let mut wcs: Vec<u16> = path.moves.iter().map(|motion| motion.wcs).collect();
-        wcs.sort_unstable();
-        wcs.dedup();
+    fn new(path: &'a Toolpath, job: &Job, laid: Laid, fields: &[Field], options: &Options) -> Self {
         let uncertainty = job.stocks.iter().map(|stock| stock.uncertainty_mm).fold(0.0, f64::max);
         let approach = job.air_feed.map_or(0.0, |air| air.approach_mm);
         let cell = fields.iter().map(|field| field.cell[0].min(field.cell[1])).fold(f64::INFINITY, f64::min);
-        let mut plan = Self {
+        Self {
             path,
-            elements: Vec::with_capacity(path.moves.len()),
-            first: vec![0],
-            cutter: Vec::with_capacity(path.moves.len()),
-            shifts: wcs.iter().map(|number| (*number, shift(job, path, *number))).collect(),
+            laid,
             extents: fields.iter().map(|field| field.extent).collect(),
             fixtures: job.fixtures.clone(),
             spacing_mm: options.spacing_mm,
             optional_mm: OPTIONAL_CELLS * cell,
             cell_mm2: cell * cell,
             clearance_mm: uncertainty + approach,
-        };
-        for (index, motion) in path.moves.iter().enumerate() {
-            let cutter = cutters.iter().position(|cutter| cutter.number == motion.tool).map(|k| k as u16);
-            plan.cutter.push(cutter);
-            if let Some(cutter) = cutter {
-                let by = plan.shift(motion);
-                append_elements(&mut plan.elements, &motion.curve(), by, MoveId(index as u32), cutter);
-            }
-            plan.first.push(plan.elements.len() as u32);
         }
-        plan
-    }
-    fn shift(&self, motion: &Move) -> Vec3 {
-        self.shifts.iter().find(|(number, _)| *number == motion.wcs).map_or_else(Vec3::zeros, |(_, by)| *by)
     }
     /// Elements of a move.
     pub fn elements_of(&self, index: usize) -> std::ops::Range<u32> {
-        self.first[index]..self.first[index + 1]
+        self.laid.first[index]..self.laid.first[index + 1]
     }
     /// One past the last move of a batch that begins with this one.
     fn batch_end(&self, begin: usize, scene: &Scene) -> usize {
         let (mut end, mut cells) = (begin, 0.0);
-        while end < self.path.moves.len() && cells < BATCH_CELLS && self.first[end] < self.first[begin] + BATCH {
-            if let Some(cutter) = self.cutter[end] {
+        while end < self.path.moves.len()
+            && cells < BATCH_CELLS
+            && self.laid.first[end] < self.laid.first[begin] + BATCH
+        {
+            if let Some(cutter) = self.laid.cutter[end] {
                 let width = 2.0 * scene.cutters[cutter as usize].form.radius;
                 cells += width * (width + self.path.moves[end].curve().length()) / self.cell_mm2;
             }
@@ -166,7 +186,7 @@ impl<'a> Plan<'a> {
     /// Is anything of the stock or the fixtures within reach of the move?
     fn is_far(&self, motion: &Move, cutter: &Cutter) -> bool {
         let (low, high) = motion.curve().bounds();
-        let by = self.shift(motion);
+        let by = self.laid.shift(motion);
         let away = |body: &Box3| {
             let deep = low.z + by.z + cutter.lowest_body() < body.max.z;
             let reach = (cutter.form.radius + self.clearance_mm).max(if deep { cutter.widest_body() } else { 0.0 });
@@ -244,7 +264,7 @@ fn work(plan: &Plan, scene: &Scene, fields: &mut [Field], batch: &Batch) -> Batc
         let element = &scene.elements[like.element as usize];
         sample_at(plan, element.move_id.ix(), s_mm, like.dir, like.cutter)
     };
-    let elements = plan.first[batch.moves.start]..plan.first[batch.moves.end];
+    let elements = plan.laid.first[batch.moves.start]..plan.laid.first[batch.moves.end];
     run(scene, fields, elements, &batch.samples, rapid, &locate)
 }
 
@@ -287,7 +307,7 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2],
     if motion.kind == MoveKind::Rapid {
         return Way::None;
     }
-    let Some(cutter) = plan.cutter[index] else {
+    let Some(cutter) = plan.laid.cutter[index] else {
         return Way::Idle(StationFlags { uncertain: true, ..StationFlags::default() });
     };
     if length <= 0.0 || plan.is_far(motion, &scene.cutters[cutter as usize]) {
@@ -314,7 +334,7 @@ fn sample_at(plan: &Plan, index: usize, s_mm: f64, dir: [f64; 2], cutter: u16) -
     let curve = motion.curve();
     let at = if s_mm > 0.0 { s_mm } else { JUST_AFTER_MM.min(0.5 * curve.length()) };
     let elements = plan.elements_of(index);
-    let of_move = &plan.elements[elements.start as usize..elements.end as usize];
+    let of_move = &plan.laid.elements[elements.start as usize..elements.end as usize];
     let element = of_move.partition_point(|element| element.from_mm <= s_mm - JUST_AFTER_MM).max(1) as u32 - 1;
     let tangent = curve.tangent(at);
     let mut dir = dir;
@@ -323,7 +343,7 @@ fn sample_at(plan: &Plan, index: usize, s_mm: f64, dir: [f64; 2], cutter: u16) -
         element: elements.start + element,
         along_mm: at - of_move[element as usize].from_mm,
         s_mm,
-        tip: curve.point(at) + plan.shift(motion),
+        tip: curve.point(at) + plan.laid.shift(motion),
         dir,
         tangent: [tangent.x.hypot(tangent.y), tangent.z],
         cutter,

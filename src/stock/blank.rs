@@ -4,6 +4,7 @@
 use super::field::Field;
 use crate::machine::Box3;
 use crate::path::Vec3;
+use rayon::prelude::*;
 
 /// Initial shape of a piece of stock, in the common frame.
 #[derive(Debug, Clone)]
@@ -48,11 +49,16 @@ impl Relief {
         let Field { extent, cell, size, .. } = field;
         let width = size[0].div_ceil(BLOCK);
         let mut lows = vec![f32::INFINITY; width * size[1].div_ceil(BLOCK)];
-        let heights: Vec<f32> = field.rows().collect();
-        for (k, height) in heights.iter().enumerate() {
-            let low = &mut lows[k / size[0] / BLOCK * width + k % size[0] / BLOCK];
-            *low = low.min(*height);
-        }
+        let mut heights = vec![0.0f32; size[0] * size[1]];
+        let blocks = heights.par_chunks_mut(BLOCK * size[0]).zip(lows.par_chunks_mut(width)).enumerate();
+        blocks.for_each(|(block, (heights, lows))| {
+            for (row, heights) in heights.chunks_mut(size[0]).enumerate() {
+                field.copy_row(BLOCK * block + row, heights);
+                for (low, cells) in lows.iter_mut().zip(heights.chunks(BLOCK)) {
+                    *low = cells.iter().fold(*low, |low, height| low.min(*height));
+                }
+            }
+        });
         Self { extent: *extent, cell: *cell, size: *size, per_mm: cell.map(|side| 1.0 / side), heights, lows }
     }
     /// Height at (x, y), linear between the middles of the cells; minus infinity outside.

@@ -6,6 +6,7 @@
 
 use super::sweep::Past;
 use crate::machine::Box3;
+use rayon::prelude::*;
 
 /// Provenance of a cell nothing has lowered yet.
 pub const UNTOUCHED: u32 = u32::MAX;
@@ -73,17 +74,21 @@ impl Field {
     pub fn from_rows(extent: Box3, size: [usize; 2], height: impl Fn(usize, usize) -> f64 + Sync) -> Self {
         let cell = [0, 1].map(|axis| (extent.max[axis] - extent.min[axis]) / size[axis] as f64);
         let tiling = size.map(|n| n.div_ceil(TILE));
-        let mut tiles = Vec::with_capacity(tiling[0] * tiling[1]);
-        for row in 0..tiling[1] {
-            for column in 0..tiling[0] {
-                tiles.push(tile(&extent, cell, size, [column, row], &height));
-            }
-        }
-        Self { extent, cell, size, tiling, tiles }
+        let place = |k: usize| [k % tiling[0], k / tiling[0]];
+        let tiles = (0..tiling[0] * tiling[1]).into_par_iter().map(|k| tile(&extent, cell, size, place(k), &height));
+        Self { extent, cell, size, tiling, tiles: tiles.collect() }
     }
     /// Heights row by row.
     pub fn rows(&self) -> impl Iterator<Item = f32> + '_ {
         (0..self.size[1]).flat_map(move |j| (0..self.size[0]).map(move |i| self.at(i, j)))
+    }
+    /// Copies the heights of a row of cells.
+    pub fn copy_row(&self, j: usize, out: &mut [f32]) {
+        let tiles = &self.tiles[j / TILE * self.tiling[0]..][..self.tiling[0]];
+        for (tile, out) in tiles.iter().zip(out.chunks_mut(TILE)) {
+            let first = (j % TILE + tile.core[1][0]) * tile.size[0] + tile.core[0][0];
+            out.copy_from_slice(&tile.heights[first..][..out.len()]);
+        }
     }
     fn at(&self, i: usize, j: usize) -> f32 {
         let tile = &self.tiles[(j / TILE) * self.tiling[0] + i / TILE];
