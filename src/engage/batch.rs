@@ -15,7 +15,7 @@ use super::cutter::Cutter;
 use super::joints::joints;
 use super::nominate::{Mark, Need, Nomination, Nominations, Sample, Scratch, nominate};
 use crate::ids::MoveId;
-use crate::stock::{Field, Tile, sweep, take_back};
+use crate::stock::{Field, Past, Tile, make_again, sweep, take_back};
 use rayon::prelude::*;
 
 /// What is known of a sample.
@@ -65,19 +65,19 @@ pub fn run(
     locate: Locate,
 ) -> BatchResult {
     let operations = assign(scene, fields, elements, samples);
-    let tiles: Vec<&mut Tile> = fields.iter_mut().flat_map(|field| field.tiles.iter_mut()).collect();
+    let mut tiles: Vec<&mut Tile> = fields.iter_mut().flat_map(|field| field.tiles.iter_mut()).collect();
     let worked: Vec<Worked> = tiles
-        .into_par_iter()
+        .par_iter_mut()
         .zip(&operations)
         .with_max_len(1) // a batch keeps to few tiles, side by side
         .map(|(tile, operations)| work_tile(scene, tile, samples, operations, &watch))
         .collect();
     let mut said = Vec::with_capacity(2 * worked.len());
-    let (mut watched, mut later) = (Vec::new(), Vec::with_capacity(worked.len()));
+    let (mut watched, mut marks) = (Vec::new(), Vec::with_capacity(worked.len()));
     for worked in worked {
         said.push(worked.said);
         watched.extend(worked.watched);
-        later.push(worked.later);
+        marks.push(worked.marks);
     }
     watched.sort_by_key(|(element, _)| *element);
     let view = View { scene, samples, merged: Merged::new(&said, samples.len()), said: &said };
@@ -85,11 +85,18 @@ pub fn run(
     let mut outcomes = vec![Outcome::default(); samples.len()];
     work_out(&view, &required, &mut outcomes);
     let (pairs, wanted) = look_at(scene, samples, &required, &mut outcomes);
-    let more: Vec<Nominations> = later
-        .into_par_iter()
-        .zip(&operations)
-        .with_max_len(1) // a batch keeps to few tiles, side by side
-        .filter_map(|(later, operations)| look_back(scene, later?, samples, operations, &wanted))
+    let more: Vec<Nominations> = tiles
+        .par_iter_mut()
+        .zip(operations.par_iter().zip(&marks))
+        .with_max_len(1)
+        .filter_map(|(tile, (operations, marks))| {
+            let said = look_back(scene, tile, samples, (operations, marks), &wanted);
+            tile.past = Past::default();
+            if !operations.is_empty() {
+                tile.update_highest();
+            }
+            said
+        })
         .collect();
     said.extend(more);
     let view = View { scene, samples, merged: Merged::new(&said, samples.len()), said: &said };
@@ -151,16 +158,11 @@ fn look_at(
     (pairs, wanted)
 }
 
-/// What came of a tile: what it says, the volumes watched, and what it takes to ask it again.
+/// What came of a tile: what it says, the volumes watched, and how much past there was before each operation, where it is
+/// kept.
 struct Worked {
     said: Nominations,
     watched: Vec<(u32, f64)>,
-    later: Option<Later>,
-}
-
-/// A tile as a batch leaves it, with its past, and how much of that there was before each operation.
-struct Later {
-    tile: Tile,
     marks: Vec<usize>,
 }
 
@@ -241,38 +243,36 @@ fn work_tile(
             }
         }
     }
-    // Going back, heights rise again: what none exceeded before the batch still holds then.
-    let later = tile.past.on.then(|| {
-        let past = std::mem::take(&mut tile.past);
-        Later { tile: Tile { past, ..tile.clone() }, marks }
-    });
-    if !operations.is_empty() {
-        tile.update_highest();
-    }
-    Worked { said, watched, later }
+    Worked { said, watched, marks }
 }
 
-/// What a tile says about the samples wanted after all: the last first, each on the tile as it was then.
+/// What a tile says about the samples wanted after all: the last first, each on the tile as it was then. The tile is left as
+/// it was found. What no height exceeded before the batch holds all along.
 fn look_back(
     scene: &Scene,
-    later: Later,
+    tile: &mut Tile,
     samples: &[Sample],
-    operations: &[Operation],
+    (operations, marks): (&[Operation], &[usize]),
     wanted: &[bool],
 ) -> Option<Nominations> {
-    let Later { mut tile, marks } = later;
-    let first = operations.iter().position(|o| matches!(o, Operation::Nominate(k) if wanted[*k as usize]))?;
+    let is_wanted = |operation: &Operation| matches!(operation, Operation::Nominate(k) if wanted[*k as usize]);
+    let first = operations.iter().take(marks.len()).position(is_wanted)?;
     let (mut said, mut scratch) = (Nominations::default(), Scratch::default());
+    let mut at = tile.past.mark();
     for (operation, mark) in operations.iter().zip(marks).skip(first).rev() {
         match *operation {
-            Operation::Sweep(_) => take_back(&mut tile, mark),
+            Operation::Sweep(_) => {
+                take_back(tile, [*mark, at]);
+                at = *mark;
+            }
             Operation::Nominate(number) if wanted[number as usize] => {
                 let sample = &samples[number as usize];
-                nominate(&tile, number, sample, cutter_of(scene, sample), &mut scratch, &mut said);
+                nominate(tile, number, sample, cutter_of(scene, sample), &mut scratch, &mut said);
             }
             Operation::Nominate(_) => {}
         }
     }
+    make_again(tile, at);
     Some(said)
 }
 

@@ -4,7 +4,7 @@
 //! Cells tile the extent exactly (their sides may be a little shorter than asked for). A tile holds its core cells and a
 //! halo of one cell around them, swept twice, so that a 3 × 3 neighbourhood never needs another tile.
 
-use super::sweep::Past;
+use super::past::Past;
 use crate::machine::Box3;
 use rayon::prelude::*;
 

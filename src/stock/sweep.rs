@@ -12,64 +12,13 @@ use super::element::Track;
 use super::field::Tile;
 use super::form::{Form, Kind};
 use super::heights::{Ball, BallSection, BullSection, FlatSection, Heights, Level, Ramp, Round, Straight, Way};
+use super::past::Past;
 use super::region::least_convex;
 use super::wide::{Lanes, MOST_LANES, Task, widest};
 use crate::machine::Profile;
 use crate::path::Vec3;
 use pulp::Simd;
 use std::ops::Range;
-
-/// Cells as they were before they were lowered.
-#[derive(Debug, Clone, Copy)]
-pub struct Kept {
-    first: u32,
-    count: u32,
-    heights: [f32; MOST_LANES],
-    ids: [u32; MOST_LANES],
-}
-
-/// Groups of cells that a sweep is expected to lower.
-const ROOM: usize = 32;
-
-/// What a tile overwrote.
-#[derive(Debug, Clone, Default)]
-pub struct Past {
-    /// Is it kept?
-    pub on: bool,
-    kept: Vec<Kept>,
-}
-
-impl Past {
-    /// Keeps from now on, with room for so many sweeps.
-    pub fn begin(&mut self, sweeps: usize) {
-        self.on = true;
-        self.kept.reserve(ROOM * sweeps);
-    }
-    /// How much was overwritten so far: a mark to go back to.
-    pub fn mark(&self) -> usize {
-        self.kept.len()
-    }
-    #[inline(always)]
-    fn keep(&mut self, first: usize, count: usize, heights: [f32; MOST_LANES], ids: [u32; MOST_LANES]) {
-        self.kept.push(Kept { first: first as u32, count: count as u32, heights, ids });
-    }
-}
-
-/// Takes back what was lowered since the past had this mark.
-pub fn take_back(tile: &mut Tile, mark: usize) {
-    for kept in tile.past.kept.drain(mark..).rev() {
-        let (first, count) = (kept.first as usize, kept.count as usize);
-        let (heights, ids) = (&mut tile.heights[first..], &mut tile.ids[first..]);
-        if count == MOST_LANES {
-            // Of a size known beforehand: copied by registers.
-            heights[..MOST_LANES].copy_from_slice(&kept.heights);
-            ids[..MOST_LANES].copy_from_slice(&kept.ids);
-        } else {
-            heights[..count].copy_from_slice(&kept.heights[..count]);
-            ids[..count].copy_from_slice(&kept.ids[..count]);
-        }
-    }
-}
 
 /// Sweeps `form` along `track`; lowered cells get `id`.
 pub fn sweep(tile: &mut Tile, track: &Track, form: &Form, id: u32) {
