@@ -135,17 +135,21 @@ fn look_at(
     outcomes: &mut [Outcome],
 ) -> (Vec<[usize; 2]>, Vec<bool>) {
     let (mut pairs, mut wanted) = (Vec::new(), vec![false; samples.len()]);
-    for ends in required.windows(2).map(|ends| [ends[0], ends[1]]) {
-        let found = ends.map(|end| &outcomes[end]);
-        let joint = |k: &usize| samples[*k].need == Need::Joint;
+    let joint = |k: &usize| samples[*k].need == Need::Joint;
+    let look = |ends: &[usize]| {
+        let found = [&outcomes[ends[0]], &outcomes[ends[1]]];
         if (ends[0] + 1..ends[1]).any(|k| joint(&k)) {
-            if let Some(mixed) = joints(samples, cutter_of(scene, &samples[ends[0]]), ends, found) {
-                for (index, outcome) in mixed {
-                    outcomes[index] = outcome;
-                }
-                continue;
+            joints(samples, cutter_of(scene, &samples[ends[0]]), [ends[0], ends[1]], found)
+        } else {
+            alike(found).then(Vec::new)
+        }
+    };
+    let looks: Vec<Option<Vec<(usize, Outcome)>>> = required.par_windows(2).with_min_len(64).map(look).collect();
+    for (ends, agreed) in required.windows(2).zip(looks) {
+        if let Some(mixed) = agreed {
+            for (index, outcome) in mixed {
+                outcomes[index] = outcome;
             }
-        } else if alike(found) {
             continue;
         }
         wanted[ends[0] + 1..ends[1]].fill(true);
