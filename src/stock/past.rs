@@ -68,3 +68,43 @@ fn exchange(kept: &mut Kept, heights: &mut [f32], ids: &mut [u32]) {
         ids[..count].swap_with_slice(&mut kept.ids[..count]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::{Box3, Profile};
+    use crate::path::Vec3;
+    use crate::stock::{Field, Form, Track, sweep};
+
+    #[test]
+    fn sweeps_are_taken_back_and_made_again_bit_for_bit() {
+        let extent = Box3 { min: Vec3::zeros(), max: Vec3::new(12.0, 9.7, 5.0) };
+        let mut tile = Field::new(extent, 0.1, |x, y| 4.0 + 0.1 * x - 0.05 * y).tiles.swap_remove(0);
+        tile.past.on = true;
+        let forms = [Profile::flat(3.0, 9.0), Profile::ball(4.0, 9.0), Profile::cone(6.0, 0.5, 1.2, 9.0)];
+        let mut states = Vec::new();
+        for k in 0..30 {
+            let a = f64::from(k);
+            let at =
+                |a: f64| Vec3::new(6.0 + 5.0 * (a * 1.7).sin(), 5.0 + 4.0 * (a * 2.3).cos(), 3.0 + (a * 5.1).sin());
+            let (line, z) = (Track::Line { from: at(a), to: at(a + 0.3) }, 2.0 - 0.03 * a);
+            let arc = Track::Arc { centre: [6.0, 5.0], z, radius: [3.0; 2], start: a, sweep: 2.0 };
+            let track = if k % 3 == 0 { arc } else { line };
+            states.push((tile.past.mark(), tile.heights.clone(), tile.ids.clone()));
+            sweep(&mut tile, &track, &Form::new(&forms[k as usize % 3]), k as u32);
+        }
+        assert!(states.windows(2).any(|two| two[0].1 != two[1].1));
+        let done = (tile.past.mark(), tile.heights.clone(), tile.ids.clone());
+        let is_as = |tile: &Tile, (_, heights, ids): &(usize, Vec<f32>, Vec<u32>)| {
+            tile.heights.iter().zip(heights).all(|(a, b)| a.to_bits() == b.to_bits()) && tile.ids == *ids
+        };
+        let mut at = done.0;
+        for (k, state) in states.iter().enumerate().rev() {
+            take_back(&mut tile, [state.0, at]);
+            at = state.0;
+            assert!(is_as(&tile, state), "back to before sweep {k}");
+        }
+        make_again(&mut tile, 0);
+        assert!(is_as(&tile, &done), "and again");
+    }
+}
