@@ -56,10 +56,14 @@ fn passes() -> String {
 }
 
 fn optimized(folder: &Path, model: Option<&str>, names: [&str; 3]) -> Vec<Vec<f64>> {
+    optimized_with(folder, SETUP, model, names, &[])
+}
+
+fn optimized_with(folder: &Path, setup: &str, model: Option<&str>, names: [&str; 3], more: &[&str]) -> Vec<Vec<f64>> {
     fs::write(folder.join("part.nc"), passes()).unwrap();
-    fs::write(folder.join("part.setup.toml"), SETUP).unwrap();
+    fs::write(folder.join("part.setup.toml"), setup).unwrap();
     let mut command = Command::cargo_bin("feedwright").unwrap();
-    command.current_dir(folder).args(["optimize", "part.nc", "--force", "--csv", "part.csv"]);
+    command.current_dir(folder).args(["optimize", "part.nc", "--force", "--csv", "part.csv"]).args(more);
     if let Some(text) = model {
         fs::write(folder.join("model.toml"), text).unwrap();
         command.args(["--model", "model.toml"]);
@@ -76,7 +80,13 @@ fn optimized(folder: &Path, model: Option<&str>, names: [&str; 3]) -> Vec<Vec<f6
 /// Mean feed of each pass between two places along X.
 fn feeds(model: Option<&str>, [from, to]: [f64; 2]) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
-    let rows = optimized(folder.path(), model, ["line", "x_mm", "feed_after_mm_min"]);
+    of_passes(&optimized(folder.path(), model, NAMES), [from, to])
+}
+
+const NAMES: [&str; 3] = ["line", "x_mm", "feed_after_mm_min"];
+
+/// Mean of the third column in each pass between two places along X.
+fn of_passes(rows: &[Vec<f64>], [from, to]: [f64; 2]) -> Vec<f64> {
     let of = |line: u32| {
         // A station begins at its x and reaches to that of the next, downwards.
         let of_pass = line..line + BLOCKS;
@@ -144,4 +154,80 @@ fn climb_is_slower_where_climb_was_learned_to_be_heavier() {
     for pass in 1..8 {
         ratio(climb[pass], plain[pass] / 1.2, "all climb: cutting coefficients 1.2 times as large");
     }
+}
+
+/// A model file whose k_tc is known to within `deviation`, relative; the other coefficients exactly, k_rc and k_ac in their
+/// ratio to it.
+fn uncertain(factor: f64, deviation: f64) -> String {
+    let [k_tc, k_rc, k_ac] = [800.0, 300.0, 100.0].map(|k| k * factor);
+    let variance = (deviation * k_tc).powi(2);
+    format!(
+        "covariance = [[{variance:?}, 0.0], [0.0, 0.0]]\ncovariance_of = [\"k_tc\", \"k_te\"]\n\
+         [base]\nk_tc = {k_tc:?}\nk_rc = {k_rc:?}\nk_ac = {k_ac:?}\nk_te = 20\nk_re = 15\nk_ae = 3\n"
+    )
+}
+
+/// Standard deviations that 95 % leave on one side.
+const DEVIATIONS: f64 = 1.645;
+
+/// Mean feeds in the middle of the passes, and the peak forces there that the written file has in `real`, a setup, by
+/// coefficients that are higher by what the confidence covers.
+fn sure(setup: &str, real: &str, deviation: f64, more: &[&str]) -> (Vec<f64>, Vec<f64>) {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = optimized_with(folder.path(), setup, Some(&uncertain(1.0, deviation)), NAMES, more);
+    let heavier = uncertain(1.0 + DEVIATIONS * deviation, 0.0);
+    fs::write(folder.path().join("heavier.toml"), heavier).unwrap();
+    fs::write(folder.path().join("real.toml"), real).unwrap();
+    let mut command = Command::cargo_bin("feedwright").unwrap();
+    command.current_dir(folder.path());
+    command.args(["simulate", "part.fw.nc", "--setup", "real.toml", "--model", "heavier.toml", "--csv", "real.csv"]);
+    let _ = command.assert();
+    let mut table = csv::Reader::from_path(folder.path().join("real.csv")).unwrap();
+    let header = table.headers().unwrap().clone();
+    let columns = ["x_mm", "force_xy_peak_n_before"].map(|name| header.iter().position(|head| head == name).unwrap());
+    let value = |row: &csv::StringRecord, column: usize| row[column].parse::<f64>().unwrap_or(0.0);
+    let rows_of_real: Vec<[f64; 2]> =
+        table.records().map(Result::unwrap).map(|row| columns.map(|column| value(&row, column))).collect();
+    let middle = |row: &&[f64; 2]| (MIDDLE[0]..MIDDLE[1]).contains(&row[0]) && row[1] > 0.0;
+    (of_passes(&rows, MIDDLE), rows_of_real.iter().filter(middle).map(|row| row[1]).collect())
+}
+
+/// Forces of cuts that are all held at the limit of 400 N: closely, and not above it.
+fn at_the_limit(forces: &[f64]) {
+    let (lo, hi) = forces.iter().fold((f64::INFINITY, 0.0f64), |(lo, hi), force| (lo.min(*force), hi.max(*force)));
+    println!("{} forces from {lo:.1} to {hi:.1} N of 400", forces.len());
+    assert!(forces.len() > 40 && lo > 0.99 * 400.0 && hi < 1.001 * 400.0, "{lo} to {hi} N of 400");
+}
+
+const CONFIDENT: [&str; 2] = ["--confidence", "0.95"];
+
+#[test]
+fn at_a_confidence_feeds_fall_as_the_coefficients_are_known_less_and_the_limit_holds_at_the_raised_ones() {
+    let setup = SETUP.replace("max = [200, 120, 0] }\n", "max = [200, 120, 0] }\nuncertainty = 0\n");
+    let [exact, close, vague] = [0.0, 0.05, 0.15].map(|deviation| sure(&setup, &setup, deviation, &CONFIDENT));
+    let unasked = sure(&setup, &setup, 0.15, &[]);
+    for pass in 1..8 {
+        println!("{:.0} {:.0} {:.0} mm/min", exact.0[pass], close.0[pass], vague.0[pass]);
+        // All cutting coefficients rise together: the chip must be thinner in the same ratio for the same force.
+        ratio(close.0[pass], exact.0[pass] / (1.0 + DEVIATIONS * 0.05), "feed at 5 %");
+        ratio(vague.0[pass], exact.0[pass] / (1.0 + DEVIATIONS * 0.15), "feed at 15 %");
+        ratio(unasked.0[pass], exact.0[pass], "no confidence asked for");
+    }
+    for (_, forces) in [exact, close, vague] {
+        at_the_limit(&forces);
+    }
+}
+
+#[test]
+fn at_a_confidence_the_limit_holds_in_the_stock_at_its_largest() {
+    let setup = SETUP.replace("max = [200, 120, 0] }\n", "max = [200, 120, 0] }\nuncertainty = 0.3\n");
+    let grown =
+        SETUP.replace("min = [0, 0, -20], max = [200, 120, 0]", "min = [-0.3, -0.3, -20.3], max = [200.3, 120.3, 0.3]");
+    assert!(setup != SETUP && grown != SETUP);
+    let sure_of = |deviation: f64| sure(&setup, &grown, deviation, &CONFIDENT);
+    let (exact, vague) = (sure_of(0.0), sure_of(0.15));
+    let plain = feeds(None, MIDDLE);
+    assert!((1..8).all(|pass| exact.0[pass] < 0.95 * plain[pass] && vague.0[pass] < 0.85 * exact.0[pass]));
+    at_the_limit(&exact.1);
+    at_the_limit(&vague.1);
 }
