@@ -33,6 +33,12 @@ fn calibrated(plan: &Plan, log: &str) -> Calibration {
     calibrate(&frame, &rows, plan.model, CalibrateOptions::default(), |y| y).unwrap()
 }
 
+/// The condition that a plan states, in its program as well, is that of the fit on the log of its cuts.
+fn condition_is_as_stated(plan: &Plan, c: &Calibration) {
+    assert!((c.condition / plan.condition - 1.0).abs() < 0.05, "{} stated, {} found", plan.condition, c.condition);
+    assert!(plan.program.contains(&format!("condition {:.1}", plan.condition)));
+}
+
 fn value(c: &Calibration, name: &str) -> (f64, f64) {
     let found = c.parameters.iter().find(|p| p.name == name).unwrap();
     (found.value, found.std_error)
@@ -62,9 +68,11 @@ fn power_cuts_give_their_coefficients_back() {
         format!("{:.1}", power + 0.03 * power * noise.normal())
     });
     let c = calibrated(&plan, &text);
-    assert!(c.tests >= 32, "{}", c.tests);
+    // The cuts, and three times to and fro in air.
+    assert_eq!(c.tests, 32 + 6);
     agree(&c, &[("k_tc", K_TC), ("k_te", K_TE), ("tare", TARE)], 0.03);
     assert!(c.indistinguishable.is_empty() && c.condition < 30.0, "{c:?}");
+    condition_is_as_stated(&plan, &c);
     // Flat: Xu's ratios leave 16 % on forces.
     assert_eq!(c.force_uncertainty, Some(0.16));
 }
@@ -76,6 +84,7 @@ fn mean_force_cuts_give_their_coefficients_back() {
     assert!(plan.condition < 40.0, "{}", plan.condition);
     let c = calibrated(&plan, &mean_forces(&follow(&plan.program, 5.0)));
     assert_eq!(c.tests, 9);
+    condition_is_as_stated(&plan, &c);
     agree(&c, &[("k_tc", K_TC), ("k_rc", K_RC), ("k_te", K_TE), ("k_re", K_RE)], 0.03);
 }
 
@@ -151,6 +160,7 @@ fn layers_of_a_ball_give_their_coefficients_back() {
     });
     let c = calibrated(&plan, &text);
     assert!(c.tests >= 36, "{}", c.tests);
+    condition_is_as_stated(&plan, &c);
     // The four coefficients hang together; what they say of a layer is what counts.
     let found = ["c0", "c1", "c2", "c3"].map(|name| value(&c, name).0);
     for cut in plan.cuts.iter().filter(|cut| cut.axial_mm > 0.5) {

@@ -93,7 +93,8 @@ pub fn plan(kind: Kind, job: &Job) -> Result<Plan, DataError> {
         Kind::MeanForce => bench.mean_force(),
         Kind::Layer => bench.layer(),
     };
-    let (condition, expected) = conditioning(&bench, kind, model, &cuts)?;
+    let measured_cuts = if kind == Kind::Power { bench.with_air(&actions) } else { cuts.clone() };
+    let (condition, expected) = conditioning(&bench, kind, model, &measured_cuts)?;
     let mut notes = vec![format!(
         "T{} at {:.0} rev/min: check that speed, depth and feeds suit tool, material and clamping before you run it",
         tool.number,
@@ -109,7 +110,7 @@ pub fn plan(kind: Kind, job: &Job) -> Result<Plan, DataError> {
     ];
     title.extend(notes.iter().cloned());
     let program = program(&title, &actions, tool, &bench.block)?;
-    let table = table_text(&bench, kind, &cuts, |_| vec![String::new(); measured(kind).len()]);
+    let table = table_text(&bench, kind, &measured_cuts, |_| vec![String::new(); measured(kind).len()]);
     Ok(Plan { model, cuts, program, table, condition, expected, notes })
 }
 
@@ -180,6 +181,20 @@ impl Bench<'_> {
         }
         actions.push(self.air());
         Ok(("power", cuts, actions))
+    }
+
+    /// Everything that a log of the power tests measures: the cuts, and the ways in air, to and fro, for the tare.
+    fn with_air(&self, actions: &[Action]) -> Vec<TestCut> {
+        let cut = |axial_mm: f64, radial_mm: f64, feed_mm_s: f64| {
+            let feed_per_tooth_mm = feed_mm_s / self.feed_mm_s(1.0);
+            TestCut { axial_mm, radial_mm, feed_per_tooth_mm }
+        };
+        let length_mm = self.block.max.x - self.block.min.x;
+        let of = |action: &Action| match action {
+            Action::Air { seconds, .. } => vec![cut(0.0, 0.0, 2.0 * length_mm / seconds); 2],
+            Action::Pass(pass) => pass.feeds_mm_s.iter().map(|f| cut(pass.axial_mm, pass.radial_mm, *f)).collect(),
+        };
+        actions.iter().flat_map(of).collect()
     }
 
     /// Half a diameter, or less where the spindle cannot.
