@@ -6,12 +6,16 @@
 
 #![allow(clippy::format_collect, clippy::unwrap_used)]
 
+mod common {
+    pub mod follow;
+}
 #[path = "../benches/confusion/generator.rs"]
 mod generator;
 
 use feedwright::learn::align::Aligned;
 use feedwright::learn::cells::channels;
 use feedwright::learn::log::read_log;
+use feedwright::learn::plan::{Kind, plan};
 use feedwright::learn::session::{LogOptions, Prepared, aligned, learn, prepare};
 use feedwright::machine::Job;
 use generator::cases::Case;
@@ -184,4 +188,78 @@ fn the_report_says_the_offset_and_the_stretch() {
     let total_s = prepared.timeline().total_s();
     let logged_s = log.time_s.last().unwrap() - STRETCH * BEFORE_S;
     assert!((alignment.stretch - logged_s / total_s).abs() < 0.01, "{alignment:?} {}", logged_s / total_s);
+}
+
+/// Where readings are missing, and over which share of the log: in cuts, about cuts, and where the feed is turned down.
+const MISSING: [(f64, f64); 4] = [(0.15, 0.005), (0.3, 0.07), (0.5, 0.02), (0.65, 0.05)];
+
+/// Keeps the header and the rows outside the gaps; which rows these are.
+fn with_gaps(text: &str) -> (String, Vec<usize>) {
+    let lines: Vec<&str> = text.lines().collect();
+    let rows = lines.len() - 1;
+    let share = |k: &usize| *k as f64 / rows as f64;
+    let missing = |k: &usize| MISSING.iter().any(|(from, length)| (*from..from + length).contains(&share(k)));
+    let kept: Vec<usize> = (0..rows).filter(|k| !missing(k)).collect();
+    let text = lines[0].to_owned() + "\n" + &kept.iter().map(|k| format!("{}\n", lines[k + 1])).collect::<String>();
+    (text, kept)
+}
+
+#[test]
+fn gaps_are_counted_and_do_not_shift_what_is_left() {
+    for lines in [false, true] {
+        let (part, whole) = told(1003, lines);
+        let (text, kept) = with_gaps(&whole.text);
+        let told = Told { text, moments: kept.iter().map(|k| whole.moments[*k]).collect() };
+        let job = job_of(&part);
+        let prepared = prepare(part.program.as_bytes(), &job, false).unwrap();
+        let log = read_log(told.text.as_bytes(), &[]).unwrap();
+        assert!(log.warnings.iter().any(|w| w.starts_with("gaps in the time stamps: 4, ")), "{:?}", log.warnings);
+        let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
+        let errors = errors(&prepared, &part, &told, &found);
+        let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
+        eprintln!(
+            "{}: {:.3} {:.3} {:.3} s, u {:.3} s",
+            found.method,
+            at(0.5),
+            at(0.95),
+            at(0.999),
+            found.uncertainty_s
+        );
+        let within = |by: f64| errors.iter().filter(|e| **e <= by).count() as f64 / errors.len() as f64;
+        if lines {
+            let u = found.uncertainty_s;
+            assert!(u < 0.2 && within(u) > 0.6 && within(3.0 * u) > 0.95, "{u} {} {}", within(u), within(3.0 * u));
+        } else {
+            // As for the log without gaps, and the program was held once.
+            assert!(at(0.5) < 0.05 && at(0.95) < 0.2, "{} {}", at(0.5), at(0.95));
+            let long: Vec<&(f64, f64)> = found.pauses.iter().filter(|p| p.1 > 4.0).collect();
+            assert_eq!(long.len(), 1, "{:?}", found.pauses);
+            let report = learn(&prepared, &job, &log, &channels(&log), &LogOptions::default()).unwrap();
+            assert!(report.warnings.iter().any(|w| log.warnings.contains(w)), "{:?}", report.warnings);
+        }
+    }
+}
+
+#[test]
+fn by_position_gaps_do_not_shift_what_is_left() {
+    let job = common::follow::job();
+    let plan = plan(Kind::Power, &job).unwrap();
+    let text = common::follow::log(&common::follow::follow(&plan.program, 5.0), "spindle_power_w", |s| {
+        format!("{:.1}", 300.0 + s.cut.map_or(0.0, |(axial, radial)| 30.0 * axial * radial))
+    });
+    let prepared = prepare(plan.program.as_bytes(), &job, false).unwrap();
+    let place = |text: &str| {
+        let log = read_log(text.as_bytes(), &[]).unwrap();
+        let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
+        assert_eq!(found.method, "position");
+        (found.program_s, log.warnings)
+    };
+    let (gappy, kept) = with_gaps(&text);
+    let ((whole, none), (rest, said)) = (place(&text), place(&gappy));
+    assert!(none.is_empty(), "{none:?}");
+    assert!(said.len() == 1 && said[0].starts_with("gaps in the time stamps: 4, "), "{said:?}");
+    let moved = kept.iter().zip(&rest).map(|(k, t)| (whole[*k] - t).abs()).filter(|d| d.is_finite());
+    let (count, largest) = moved.fold((0, 0.0f64), |(n, most), d| (n + 1, most.max(d)));
+    eprintln!("{count} of {} placed, at most {largest:.4} s off", rest.len());
+    assert!(count > 9 * rest.len() / 10 && largest < 0.02, "{count} {largest}");
 }

@@ -107,7 +107,9 @@ fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<
     let tied = aligned(&prepared, &job, &log, &channels).map_err(wrong)?;
     let (frame, rows) =
         steady_cuts(&log, &tied, prepared.timeline(), &job, command.force_on.is_tool()).map_err(|e| wrong(e.into()))?;
-    fit(command, global, &frame, &rows, Some(&job)).map_err(|e| wrong(e.into()))
+    let mut result = fit(command, global, &frame, &rows, Some(&job)).map_err(|e| wrong(e.into()))?;
+    result.notes.extend(log.warnings);
+    Ok(result)
 }
 
 /// Writes the program of test cuts.

@@ -2,11 +2,12 @@
 //! which the machine is where it was, NaN where it is outside the program.
 //!
 //! By position: the tool is followed along the path, never backwards, taking the nearest point within what it can have
-//! moved; standing still is spread over the dwells and changes that belong there. By line: see [`super::lines`]; by load:
+//! moved, the first of several that are as near, after a gap the one that the time which has passed speaks for; standing
+//! still is spread over the dwells and changes that belong there. By line: see [`super::lines`]; by load:
 //! see [`super::loads`].
 
-use super::log::Log;
-use super::timeline::{Doing, Timeline};
+use super::log::{Log, longest_step};
+use super::timeline::{Doing, Spot, Timeline};
 use crate::path::Vec3;
 
 /// How a log was tied.
@@ -28,20 +29,26 @@ pub struct Aligned {
 
 /// Distance at which a position counts as off the path, mm.
 const OFF_PATH_MM: f64 = 1.0;
+/// What decides between points that are as near: mm for every mm that the tool would have moved, and after a gap for every
+/// second that it would be early or late.
+const AHEAD: f64 = 1e-4;
+const EARLY_OR_LATE_MM_S: f64 = 1e-3;
 
 /// Follows the tool along the path.
 pub fn by_position(log: &Log, timeline: &Timeline) -> Option<Aligned> {
     let axes = log.position_mm.as_ref()?;
     let points: Vec<Vec3> = (0..log.time_s.len()).map(|i| Vec3::new(axes[0][i], axes[1][i], axes[2][i])).collect();
     let spots = &timeline.spots;
-    let fastest = spots.iter().map(super::timeline::Spot::speed_mm_s).filter(|v| v.is_finite()).fold(1.0, f64::max);
+    let fastest = spots.iter().map(Spot::speed_mm_s).filter(|v| v.is_finite()).fold(1.0, f64::max);
     let (mut spot, mut share, mut reach, mut off) = (0, 0.0, f64::INFINITY, 0);
-    let mut program_s = Vec::with_capacity(points.len());
+    let mut program_s: Vec<f64> = Vec::with_capacity(points.len());
+    let longest_s = longest_step(&log.time_s);
     for (i, p) in points.iter().enumerate() {
         let step_s = if i == 0 { 0.0 } else { log.time_s[i] - log.time_s[i - 1] };
         let most = if i == 0 { 500.0 } else { 1.5 * fastest * step_s + 1.0 };
         reach = if reach.is_finite() { f64::max(reach, most) } else { most };
-        let found = nearest(spots, spot, share, reach, p);
+        let expected_s = program_s.last().filter(|_| step_s > longest_s).map(|before| before + step_s);
+        let found = nearest(spots, (spot, share), reach, p, expected_s);
         if found.distance < OFF_PATH_MM {
             (spot, share, reach) = (found.spot, found.share, most);
         } else {
@@ -70,7 +77,8 @@ struct Found {
     distance: f64,
 }
 
-fn nearest(spots: &[super::timeline::Spot], spot: usize, share: f64, reach: f64, p: &Vec3) -> Found {
+/// Nearest point of the path from a spot and a share of it on; `expected_s`: where in the program it should be after a gap.
+fn nearest(spots: &[Spot], (spot, share): (usize, f64), reach: f64, p: &Vec3, expected_s: Option<f64>) -> Found {
     let mut best = Found { spot, share, distance: f64::INFINITY };
     let (mut cost, mut ahead) = (f64::INFINITY, -share * spots[spot].length_mm);
     for (k, each) in spots.iter().enumerate().skip(spot) {
@@ -82,7 +90,11 @@ fn nearest(spots: &[super::timeline::Spot], spot: usize, share: f64, reach: f64,
         let least = if k == spot { share } else { 0.0 };
         let t = if squared > 0.0 { ((p - each.from).dot(&along) / squared).clamp(least, 1.0) } else { 1.0 };
         let distance = (p - each.from - along * t).norm();
-        let total = distance.powi(2) + (1e-4 * (ahead + t * each.length_mm)).powi(2);
+        let aside = match expected_s {
+            Some(s) => EARLY_OR_LATE_MM_S * (each.start_s + t * (each.end_s - each.start_s) - s),
+            None => AHEAD * (ahead + t * each.length_mm),
+        };
+        let total = distance.powi(2) + aside.powi(2);
         if total < cost - 1e-12 {
             cost = total;
             best = Found { spot: k, share: t, distance };

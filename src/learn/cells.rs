@@ -7,7 +7,7 @@
 use super::align::{Aligned, median_step};
 use super::doubt::cell_sizes;
 use super::linear::median;
-use super::log::Log;
+use super::log::{Log, longest_step};
 use super::runouts::{RUNOUT_GRID, RunoutGrid};
 use super::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
 use super::situation::cumulated;
@@ -298,7 +298,7 @@ impl<'a> Along<'a> {
             (0..values.len()).filter(|i| values[*i].is_finite() && self.spot[*i].is_some()).collect();
         let loads = self.rough_loads(quantity, &data.base);
         let weights = self.weights(&valid, values, &loads);
-        let step_s = median_step(&self.log.time_s);
+        let (step_s, longest_s) = (median_step(&self.log.time_s), longest_step(&self.log.time_s));
         let offset = data.run.last().map_or(0, |r| r + 1);
         let (mut run, mut lowered, mut last) = (offset, 0, f64::NEG_INFINITY);
         let span = self.known.timeline.total_s();
@@ -308,7 +308,7 @@ impl<'a> Along<'a> {
             let (members, weights) = (&valid[next..next + size], &weights[next..next + size]);
             next += size;
             let begin = self.log.time_s[members[0]];
-            run += usize::from(begin - last > 5.0 * step_s && last.is_finite());
+            run += usize::from(begin - last > longest_s && last.is_finite());
             last = self.log.time_s[members[members.len() - 1]];
             let weight: f64 = weights.iter().sum();
             lowered += if weight < 0.5 * members.len() as f64 { members.len() } else { 0 };

@@ -20,7 +20,9 @@ impl Holds {
         for i in 1..=found.program_s.len() {
             let stands = found.program_s.get(i).is_some_and(|p| *p == found.program_s[from]);
             if !stands {
-                if at(i - 1 - from) >= HOLD_S && found.program_s[from].is_finite() {
+                // Where nothing was measured, the program may as well have run slowly: the drift follows either.
+                let seen = found.known[from + 1..i].iter().filter(|known| **known).count();
+                if at(seen) >= HOLD_S && found.program_s[from].is_finite() {
                     all.push((at(from), at(i - 1)));
                 }
                 from = i;

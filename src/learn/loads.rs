@@ -20,6 +20,7 @@ use super::linear::{Loss, robust, scale_of};
 use super::lines::likeliest;
 use super::log::Log;
 use super::matching::{Match, match_load};
+use super::measured::{Measured, gridded, thinned};
 use super::timeline::{Doing, Timeline};
 use crate::force::contact::Engaged;
 use crate::machine::material::{ForceModel, LinearEdge};
@@ -38,9 +39,6 @@ const LAGS_S: [f64; 7] = [0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0];
 const LAG_PAYS: f64 = 0.3;
 /// Round before which lags are tried.
 const LAG_ROUND: usize = 3;
-/// Most measured points that are looked at.
-const MOST_POINTS: f64 = 8000.0;
-
 /// Parts of a load: tare, cutting, edge, run-up; what other geometries add, and what an entry may.
 const PARTS: usize = 8;
 /// Those that a load always has.
@@ -49,14 +47,6 @@ const SURE: usize = 4;
 const BEFORE_FIT: [f64; PARTS] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 /// Way over which an entry may take more, mm.
 const ENTRY_MM: f64 = 10.0;
-
-/// The measured load, thinned.
-struct Measured {
-    time_s: Vec<f64>,
-    load: Vec<f64>,
-    /// Time over which a point is a mean, s.
-    span_s: f64,
-}
 
 /// Ties samples by the measured quantity `index`; `None` when it cannot be found in the program.
 pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
@@ -115,19 +105,6 @@ pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
     })
 }
 
-impl Measured {
-    /// What was measured while the program went on, at the times less the holds.
-    fn without(self, holds: &Holds) -> Self {
-        let inside = |t: f64| holds.0.iter().any(|(from, to)| t > *from && t < *to);
-        let kept: Vec<usize> = (0..self.time_s.len()).filter(|i| !inside(self.time_s[*i])).collect();
-        Self {
-            time_s: kept.iter().map(|i| holds.running_s(self.time_s[*i])).collect(),
-            load: kept.iter().map(|i| self.load[*i]).collect(),
-            span_s: self.span_s,
-        }
-    }
-}
-
 /// The present alignment.
 struct State {
     clock: Clock,
@@ -135,20 +112,6 @@ struct State {
     lag_s: f64,
     /// Deviation of the residual.
     scale: f64,
-}
-
-fn thinned(log: &Log, index: usize) -> Option<Measured> {
-    let values = &log.measured[index].1;
-    let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
-    let size = (known.len() as f64 / MOST_POINTS).ceil().max(1.0) as usize;
-    let mean = |of: &dyn Fn(usize) -> f64, c: &[usize]| c.iter().map(|i| of(*i)).sum::<f64>() / c.len() as f64;
-    let step_s = (log.time_s.last()? - log.time_s.first()?) / known.len() as f64;
-    let measured = Measured {
-        span_s: (size - 1) as f64 * step_s,
-        time_s: known.chunks(size).map(|c| mean(&|i| log.time_s[i], c)).collect(),
-        load: known.chunks(size).map(|c| mean(&|i| values[i], c)).collect(),
-    };
-    (measured.load.len() >= 50).then_some(measured)
 }
 
 /// One spot's parts: the sure ones as they are, of the others what cutting adds per mm/s and what edges add.
@@ -283,7 +246,7 @@ fn smooth(values: &mut [f64], count: usize) {
 fn coarse(measured: &Measured, timeline: &Timeline, slower: &[Slower], parts: &[Part]) -> Option<(Clock, Match)> {
     let end = measured.time_s.last().copied().unwrap_or(0.0);
     let step = (end / 3000.0).max(0.2);
-    let on_grid = gridded(&measured.time_s, &measured.load, step);
+    let on_grid = gridded(measured, step);
     let mut best: Option<(f64, Clock, Match)> = None;
     for factor in std::iter::once(1.0).chain(slower.iter().map(|(f, _)| *f)) {
         let clock = Clock::new(timeline, slower, factor);
@@ -311,7 +274,7 @@ fn matched(found: &Match, clock: &Clock, holds: &Holds) -> Vec<Seen> {
         .program_s
         .iter()
         .enumerate()
-        .filter(|(_, t)| t.is_finite() && **t <= total)
+        .filter(|(i, t)| found.known[*i] && t.is_finite() && **t <= total)
         .map(|(i, t)| (*t, holds.running_s(i as f64 * found.step_s) - t))
         .collect();
     pairs
@@ -449,24 +412,4 @@ fn correlation(measured: &Measured, predicted: &Predicted, walk: &Drift) -> f64 
     let sum = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
     let spread = sum(&|p| (p.0 - mp).powi(2)) * sum(&|p| (p.1 - my).powi(2));
     if spread > 0.0 { sum(&|p| (p.0 - mp) * (p.1 - my)) / spread.sqrt() } else { 0.0 }
-}
-
-/// Means of a signal over a grid; gaps take the value before.
-fn gridded(time: &[f64], values: &[f64], step: f64) -> Vec<f64> {
-    let count = (time.last().copied().unwrap_or(0.0) / step) as usize + 1;
-    let (mut sums, mut counts) = (vec![0.0; count], vec![0.0; count]);
-    for (t, v) in time.iter().zip(values) {
-        let k = ((t / step) as usize).min(count - 1);
-        sums[k] += v;
-        counts[k] += 1.0;
-    }
-    let mut last = values.first().copied().unwrap_or(0.0);
-    (0..count)
-        .map(|k| {
-            if counts[k] > 0.0 {
-                last = sums[k] / counts[k];
-            }
-            last
-        })
-        .collect()
 }

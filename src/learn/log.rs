@@ -1,9 +1,11 @@
 //! Reads a measured log: CSV or MTConnect adapter output (SHDR) into columns over time, and says what is odd about it.
 //!
 //! In: bytes. Out: [`Log`]: rising times in s from the first sample, positions, lines or blocks, feed, speed, tool, and the
-//! measured quantities; missing values are NaN. Stamps that run backwards are sorted, repeated ones merged, and both are
-//! counted. SHDR lines `timestamp|item|value|item|value…` are sampled at every stamp with the last value of each item.
+//! measured quantities; missing values are NaN. Stamps that run backwards are sorted, repeated ones merged; both are counted,
+//! and so are gaps, of which nothing is known. SHDR lines `timestamp|item|value|item|value…` are sampled at every stamp with the last value of each item: what does not
+//! change is known there without a stamp.
 
+use super::align::median_step;
 use super::columns::{DataError, Frame, read};
 
 /// What a log says, sample by sample.
@@ -23,9 +25,14 @@ pub struct Log {
     pub tool: Option<Vec<f64>>,
     /// Measured quantities: name and values.
     pub measured: Vec<(&'static str, Vec<f64>)>,
+    /// Rows come where something changes: values hold until the next, and a time without rows is no gap.
+    pub on_change: bool,
     /// What was noticed.
     pub warnings: Vec<String>,
 }
+
+/// Median steps of the clock beyond which readings are missing.
+const GAP_STEPS: f64 = 5.0;
 
 /// Measured quantities that are understood.
 pub const MEASURED: [&str; 8] = [
@@ -44,8 +51,36 @@ pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataE
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(DataError::Empty("the log has no samples"));
     }
-    let frame = if is_shdr(bytes) { shdr(bytes, mapping)? } else { read(bytes, mapping)? };
-    from_frame(&frame)
+    if is_shdr(bytes) {
+        return Ok(Log { on_change: true, ..from_frame(&shdr(bytes, mapping)?)? });
+    }
+    let mut log = from_frame(&read(bytes, mapping)?)?;
+    log.warnings.extend(said(&gaps(&log.time_s)));
+    Ok(log)
+}
+
+/// Longest step between rising times of readings that is no gap, s.
+pub fn longest_step(time_s: &[f64]) -> f64 {
+    GAP_STEPS * median_step(time_s)
+}
+
+/// Stretches without readings between rising times: from, to, s.
+pub fn gaps(time_s: &[f64]) -> Vec<[f64; 2]> {
+    let most = longest_step(time_s);
+    time_s.windows(2).filter(|pair| pair[1] - pair[0] > most).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+/// The gaps in words.
+fn said(gaps: &[[f64; 2]]) -> Option<String> {
+    let length = |gap: &[f64; 2]| gap[1] - gap[0];
+    let longest = gaps.iter().max_by(|a, b| length(a).total_cmp(&length(b)))?;
+    Some(format!(
+        "gaps in the time stamps: {}, together {:.1} s, the longest {:.1} s from {:.1} s on; nothing is read into them",
+        gaps.len(),
+        gaps.iter().map(length).sum::<f64>(),
+        length(longest),
+        longest[0]
+    ))
 }
 
 /// A log from columns.
@@ -79,6 +114,7 @@ pub fn from_frame(frame: &Frame) -> Result<Log, DataError> {
             .map(|n| carried(n.into_iter().map(|n| crate::units::rps_from_rpm(n.abs())).collect())),
         tool: take("tool").filter(known).map(carried),
         measured,
+        on_change: false,
         warnings,
     })
 }
@@ -229,6 +265,11 @@ mod tests {
         assert_eq!(frame.numbers("spindle_power_w").unwrap(), [10.0, 12.0]);
         let time = frame.numbers("time_s").unwrap();
         assert!((time[1] - time[0] - 0.5).abs() < 1e-6);
+        // Nothing changes for a while: no gap.
+        let second = |k: u32| if k > 9 { 90 + k } else { k };
+        let lines: Vec<String> = (0..30).map(|k| format!("{}|Spindle_power|{k}", second(k))).collect();
+        let log = read_log(lines.join("\n").as_bytes(), &[]).unwrap();
+        assert!(log.on_change && log.warnings.is_empty());
         assert_eq!(stamp_s("1970-01-02T00:00:01Z"), Some(86_401.0));
         assert_eq!(stamp_s("2000-03-01T00:00:00Z"), Some(951_868_800.0));
     }
@@ -246,6 +287,13 @@ mod tests {
         let mut swapped = rising.clone();
         swapped.swap(10, 11);
         assert_eq!(rows(&swapped).unwrap().time_s, rising);
+        let late = |k: f64| k + if k > 30.0 { 100.0 } else { 0.0 } + if k > 20.0 { 8.0 } else { 0.0 };
+        let gaps = rows(&rising.iter().map(|k| late(*k)).collect::<Vec<f64>>()).unwrap().warnings;
+        assert_eq!(gaps.len(), 1);
+        assert!(
+            gaps[0].contains("gaps in the time stamps: 2, together 110.0 s, the longest 101.0 s from 38.0 s"),
+            "{gaps:?}"
+        );
         assert!(rows(&[1.0; 30]).unwrap_err().to_string().contains("stands still"));
         assert!(rows(&[]).is_err());
     }

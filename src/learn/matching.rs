@@ -3,8 +3,9 @@
 //!
 //! Both are put on a grid of Δ. The lag d(t) = log time − program time is found by dynamic programming over the grid of
 //! lags: cost Σ ((y(t) − a − b·P(t − d))/s)² + λ per step of the lag + μ per hold (the program stands, whatever the load),
-//! robust in the residual (capped at 9), with a, b from robust regression at the present alignment, twice. Offset and
-//! stretch are read off the path; a change of feed override is a run of steps.
+//! robust in the residual (capped at 9), with a, b from robust regression at the present alignment, twice. Where nothing was
+//! measured (NaN) every lag is as good as any other, and a change of it is all that costs. Offset and stretch are read off
+//! the path; a change of feed override is a run of steps.
 
 use super::linear::{Loss, robust, scale_of};
 use nalgebra::DMatrix;
@@ -14,6 +15,8 @@ use nalgebra::DMatrix;
 pub struct Match {
     /// Program time of each measured grid point, s; NaN outside the program.
     pub program_s: Vec<f64>,
+    /// Whether something was measured there.
+    pub known: Vec<bool>,
     /// Mean cost per grid point: about 1 for a perfect match.
     pub cost: f64,
     /// Correlation of measured and predicted load where they overlap.
@@ -56,24 +59,25 @@ pub fn match_load(measured: &[f64], predicted: &[f64], step_s: f64, reach_s: f64
         })
         .collect();
     let correlation = correlation(measured, predicted, &program_s, step_s);
-    Some(Match { program_s, cost, correlation, step_s })
+    Some(Match { program_s, known: measured.iter().map(|y| y.is_finite()).collect(), cost, correlation, step_s })
 }
 
 /// Reading outside the program: the spindle stands.
 fn measured_floor(measured: &[f64]) -> f64 {
-    let mut sorted = measured.to_vec();
+    let mut sorted: Vec<f64> = measured.iter().copied().filter(|y| y.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     sorted[sorted.len() / 100]
 }
 
 /// Lag of the best correlation without any warp.
 fn best_constant(measured: &[f64], predicted: &[f64], low: i64, high: i64) -> i64 {
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    let (my, mp) = (mean(measured), mean(predicted));
+    let known: Vec<(usize, f64)> = measured.iter().copied().enumerate().filter(|(_, y)| y.is_finite()).collect();
+    let my = known.iter().map(|(_, y)| y).sum::<f64>() / known.len().max(1) as f64;
+    let mp = predicted.iter().sum::<f64>() / predicted.len() as f64;
     let score = |lag: i64| -> f64 {
         let mut sum = 0.0;
-        for (i, y) in measured.iter().enumerate() {
-            let k = i as i64 - lag;
+        for (i, y) in &known {
+            let k = *i as i64 - lag;
             if k >= 0 && (k as usize) < predicted.len() {
                 sum += (y - my) * (predicted[k as usize] - mp);
             }
@@ -88,7 +92,8 @@ fn regression(measured: &[f64], predicted: &[f64], lags: &[i64]) -> Option<(f64,
     let pairs: Vec<(f64, f64)> = (0..measured.len())
         .filter_map(|i| {
             let k = i as i64 - lags[i];
-            (k >= 0 && (k as usize) < predicted.len()).then(|| (predicted[k as usize], measured[i]))
+            let both = k >= 0 && (k as usize) < predicted.len() && measured[i].is_finite();
+            both.then(|| (predicted[k as usize], measured[i]))
         })
         .collect();
     let x = DMatrix::from_fn(pairs.len(), 2, |i, j| if j == 0 { 1.0 } else { pairs[i].0 });
@@ -102,10 +107,11 @@ fn regression(measured: &[f64], predicted: &[f64], lags: &[i64]) -> Option<(f64,
 fn viterbi(measured: &[f64], scaled: &[f64], s: f64, low: i64, high: i64, standing: f64) -> (Vec<i64>, f64) {
     let states = (high - low + 1) as usize;
     let n = measured.len();
+    let cost = |off: f64| if off.is_finite() { (off / s).powi(2).min(CAP) } else { 0.0 };
     let emission = |i: usize, d: usize| {
         let k = i as i64 - (low + d as i64);
         let expected = if k >= 0 && (k as usize) < scaled.len() { scaled[k as usize] } else { standing };
-        ((measured[i] - expected) / s).powi(2).min(CAP)
+        cost(measured[i] - expected)
     };
     let mut runs: Vec<f64> = (0..states).map(|d| emission(0, d)).collect();
     let mut held = vec![f64::INFINITY; states];
@@ -113,7 +119,7 @@ fn viterbi(measured: &[f64], scaled: &[f64], s: f64, low: i64, high: i64, standi
     let mut from = vec![[0u8; 2]; n * states];
     let (mut next_runs, mut next_held) = (runs.clone(), held.clone());
     for i in 1..n {
-        let changes = ((measured[i] - measured[i - 1]) / s).powi(2).min(CAP);
+        let changes = cost(measured[i] - measured[i - 1]);
         for d in 0..states {
             let mut best = (runs[d], 0u8);
             let more =
@@ -157,7 +163,7 @@ fn correlation(measured: &[f64], predicted: &[f64], program_s: &[f64], step_s: f
     let pairs: Vec<(f64, f64)> = measured
         .iter()
         .zip(program_s)
-        .filter(|(_, t)| t.is_finite())
+        .filter(|(y, t)| y.is_finite() && t.is_finite())
         .map(|(y, t)| (*y, predicted[((t / step_s).round() as usize).min(predicted.len() - 1)]))
         .collect();
     let n = pairs.len().max(1) as f64;

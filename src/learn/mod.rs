@@ -35,6 +35,7 @@ pub mod lines;
 pub mod loads;
 pub mod log;
 pub mod matching;
+mod measured;
 pub mod model;
 pub mod motion;
 pub mod nonlinear;
