@@ -2,8 +2,9 @@
 //!
 //! Rings of a cylindrical side have one radius and can only be less engaged with height: equal ends of a stack mean that all
 //! between are equal. A ring is cut in two where a level (a flat top or floor) passes through it; where engagement begins
-//! or ends between two rings of a curved outline the last one is cut there; where neighbours on a cylinder differ
-//! much though no level lies between them (a floor on a slope) both are looked at in four parts.
+//! or ends between two rings of a curved outline the last one is cut there, and rings over which the width of what is cut
+//! bends are cut into thirds; where neighbours on a cylinder differ much though no level lies between them (a floor on a
+//! slope) both are looked at in four parts.
 
 use super::arcs::{RawArc, Scene, area};
 use super::cover::{Cover, TOUCH_MM};
