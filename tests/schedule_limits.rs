@@ -3,7 +3,9 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
-use assert_cmd::Command;
+#[path = "common/slot.rs"]
+mod slot;
+
 use feedwright::engage::{self, engage};
 use feedwright::machine::{Job, LimitKind, Operation, Ramp};
 use feedwright::nc::{Environment, Toolpath, interpret, parse};
@@ -11,54 +13,17 @@ use feedwright::schedule::optimum::optimum;
 use feedwright::schedule::solve::node_track;
 use feedwright::schedule::{Node, Options, Problem, problem, solve};
 use serde_json::Value;
-use std::fs;
+use slot::{SETUP, bench, limit, number, optimized, warnings};
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A slot, then half-immersed passes with an arc between them; it comes from air and goes back to it. The comments are
-/// blocks too: they let the program grow.
-const PROGRAM: &str = "%\n(1)\n(2)\n(3)\n(4)\n(5)\n(6)\n(7)\n(8)\nG21 G90\nT1 M6\nS8000 M3\nG0 X-30 Y5 Z2\nG1 Z-2 F900\nG1 X50\nG1 Y8\nX-10\nY11\nX50\nG3 X50 Y17 I0 J3\nG1 X-30\nG0 Z10\nM30\n%\n";
-const SETUP: &str = r#"
-resolution = 0.5
-[machine]
-dialect = "linuxcnc"
-[stock]
-box = { min = [0, 0, -10], max = [40, 20, 0] }
-uncertainty = 0.4
-[material]
-k_tc = 800
-k_rc = 300
-k_ac = 150
-k_te = 14
-k_re = 12
-k_ae = 2
-[[tool]]
-number = 1
-shape = "flat"
-diameter = 6
-flutes = 3
-overhang = 30
-[limits]
-"#;
+/// A slot, then half-immersed passes with an arc between them; it comes from air and goes back to it.
+const PROGRAM: &str = "%\nG21 G90\nT1 M6\nS8000 M3\nG0 X-30 Y5 Z2\nG1 Z-2 F900\nG1 X50\nG1 Y8\nX-10\nY11\nX50\nG3 X50 Y17 I0 J3\nG1 X-30\nG0 Z10\nM30\n%\n";
 
 fn run(limits: &str) -> (TempDir, Value) {
-    let dir = tempfile::tempdir().unwrap();
-    fs::write(dir.path().join("part.nc"), PROGRAM).unwrap();
-    fs::write(dir.path().join("part.setup.toml"), format!("{SETUP}{limits}")).unwrap();
-    let words = ["optimize", "part.nc", "--json", "r.json", "--csv", "r.csv"];
-    let out = Command::cargo_bin("feedwright").unwrap().current_dir(dir.path()).args(words).output().unwrap();
-    assert_eq!(out.status.code(), Some(0), "{limits}: {}", String::from_utf8_lossy(&out.stderr));
-    let report = serde_json::from_str(&fs::read_to_string(dir.path().join("r.json")).unwrap()).unwrap();
+    let dir = bench(PROGRAM, &format!("{SETUP}{limits}"));
+    let report = optimized(dir.path(), &[]);
     (dir, report)
-}
-
-fn limit<'a>(report: &'a Value, name: &str) -> &'a Value {
-    let limits = report["limits"].as_array().unwrap();
-    limits.iter().find(|limit| limit["name"] == name).unwrap_or_else(|| panic!("{name}: {limits:?}"))
-}
-
-fn number(value: &Value, key: &str) -> f64 {
-    value[key].as_f64().unwrap_or_else(|| panic!("{key}: {value}"))
 }
 
 #[test]
@@ -92,11 +57,7 @@ fn every_load_limit_is_met_and_is_what_binds() {
 
 #[test]
 fn a_minimum_that_gives_way_to_a_load_limit_is_said_with_both_numbers() {
-    let said = |report: &Value| {
-        let warnings = report["warnings"].as_array().unwrap();
-        let texts = warnings.iter().filter(|warning| warning["code"] == "schedule::minimum");
-        texts.map(|warning| warning["text"].as_str().unwrap().to_owned()).collect::<Vec<String>>()
-    };
+    let said = |report: &Value| warnings(report, "schedule::minimum");
     // A chip of 0.045 mm asks for 3 · 8000 · 0.045 = 1080 mm/min and more, the force in the slot allows less.
     let least = "chip_thickness = { min = 0.045 }";
     let (_, free) = run(&format!("force_xy = 1e6\n{least}"));
@@ -110,6 +71,64 @@ fn a_minimum_that_gives_way_to_a_load_limit_is_said_with_both_numbers() {
     assert!(texts[0].starts_with("chip_thickness_min asks for") && texts[0].contains("force_xy allows"), "{texts:?}");
     assert!(numbers[0] >= 1079.0 && numbers[1] < numbers[0], "{texts:?}");
     assert!(number(&held["check"], "resimulated_worst_ratio") <= 1.01);
+}
+
+/// Feeds of the stations that cut, mm/min.
+fn feeds_in_cut(dir: &Path) -> Vec<f64> {
+    rows(dir).iter().filter(|row| row.removal_mm2 > 0.01).map(|row| row.feed_after).collect()
+}
+
+#[test]
+fn a_cut_that_shares_its_word_with_air_keeps_its_minimum() {
+    // Each pass begins in air, where the feed stays at the 900 of the program; the cut asks for more.
+    for least in ["feed = { min = 1500 }", "chip_thickness = { min = 0.06 }"] {
+        let (dir, report) = run(&format!("force_xy = 1e6\nfeed_change = {{ max = 10 }}\n{least}"));
+        let feeds = feeds_in_cut(dir.path());
+        // A straight slot and half-immersed passes: chips of 0.06 mm at 3 · 8000 · 0.06 = 1440 mm/min and more.
+        assert!(feeds.len() > 20 && feeds.iter().all(|feed| *feed >= 1440.0 * 0.999), "{least}: {feeds:?}");
+        assert!(rows(dir.path()).iter().any(|row| row.feed_after == 900.0), "nothing in air is left");
+        assert!(warnings(&report, "schedule::minimum").is_empty(), "{report}");
+    }
+}
+
+#[test]
+fn a_large_minimum_change_keeps_no_feed_below_a_minimum() {
+    let with = |least: &str| {
+        run(&format!("force_xy = 1e6\nfeed = {{ {least}max = 1700 }}\n[output]\nminimum_change = 0.9\n")).0
+    };
+    // From 900 to 1700 is a rise of less than 90 %, so it is not made; a minimum of 1500 asks for it all the same.
+    assert!(feeds_in_cut(with("").path()).iter().all(|feed| *feed == 900.0));
+    let feeds = feeds_in_cut(with("min = 1500, ").path());
+    assert!(feeds.len() > 20 && feeds.iter().all(|feed| *feed >= 1500.0), "{feeds:?}");
+}
+
+#[test]
+fn a_minimum_gives_way_to_a_load_limit_only_where_that_is_lower() {
+    // The slot is held below the minimum by its force, the passes at half immersion are not.
+    let least = "chip_thickness = { min = 0.03 }\nfeed_change = { max = 10 }";
+    let peak = number(limit(&run(&format!("force_xy = 1e6\n{least}")).1, "force_xy"), "before_max");
+    let (dir, report) = run(&format!("force_xy = {}\n{least}", 0.75 * peak));
+    let feeds = feeds_in_cut(dir.path());
+    let (low, high): (Vec<f64>, Vec<f64>) = feeds.iter().partition(|feed| **feed < 720.0 * 0.995);
+    assert!(low.len() > 10 && high.len() > 5, "{feeds:?}");
+    assert_eq!(warnings(&report, "schedule::minimum").len(), 1, "{:?}", warnings(&report, "schedule::minimum"));
+    assert!(number(&report["check"], "resimulated_worst_ratio") <= 1.01);
+}
+
+#[test]
+fn a_minimum_that_the_rest_of_its_block_does_not_allow_is_said_with_both_numbers() {
+    let (_, report) = run("force_xy = 1e6\nfeed = { min = 1500 }\n[output]\nsplit = false\n");
+    let said = warnings(&report, "schedule::minimum");
+    assert!(said.len() == 1 && said[0].starts_with("feed_min asks for 1500 mm/min"), "{said:?}");
+    assert!(said[0].contains("programmed holds to 900"), "{said:?}");
+}
+
+#[test]
+fn a_program_of_few_blocks_is_split_too() {
+    // 16 blocks; at half of them the feeds would stay 8 % behind the continuous optimum.
+    let (_, report) = run("force_xy = 130");
+    assert!(number(&report["output"], "loss_vs_continuous_percent") <= 1.0, "{}", report["output"]);
+    assert!(number(&report["output"], "blocks_added") > 8.0, "{}", report["output"]);
 }
 
 /// A row of the table of stations.

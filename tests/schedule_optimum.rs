@@ -5,9 +5,9 @@
 
 use feedwright::ids::MoveId;
 use feedwright::schedule::check::{jerk_share, residuals};
-use feedwright::schedule::convex::{Window, solve_window};
+use feedwright::schedule::convex::{Window, WindowAnswer, scales, solve_window};
 use feedwright::schedule::interior::solve_interior;
-use feedwright::schedule::optimum::{ACCEPTED, JERK_ACCEPTED, TIME_ACCEPTED, optimum};
+use feedwright::schedule::optimum::{ACCEPTED, JERK_ACCEPTED, Optimum, Solvers, TIME_ACCEPTED, optimum, optimum_by};
 use feedwright::schedule::pass::{Chain, Leg, Row, cap_prices, exact_pass, leg_times};
 use feedwright::schedule::track::Track;
 use proptest::prelude::*;
@@ -28,6 +28,11 @@ fn linear_chain(data: &[(f64, f64, f64)]) -> Chain {
         chain.point_b.push(if i + 1 == data.len() { 0.0 } else { corner * corner });
     }
     chain
+}
+
+/// A window by clarabel, at the first scale that gives an answer.
+fn by_clarabel(window: &Window) -> WindowAnswer {
+    scales(window).into_iter().find_map(|scale| solve_window(window, scale)).expect("solved")
 }
 
 fn time(chain: &Chain, b: &[f64]) -> f64 {
@@ -51,7 +56,7 @@ proptest! {
         let ours = time(&chain, &exact);
         prop_assert!((time(&chain, &answer.b) / ours - 1.0).abs() <= TIME_ACCEPTED, "{ours} {}", time(&chain, &answer.b));
         // clarabel says the same, less exactly near rest, where a residual of b weighs most in time.
-        let other = solve_window(&window).expect("solved");
+        let other = by_clarabel(&window);
         let used: Vec<f64> = other.b.iter().zip(&exact).map(|(convex, exact)| convex.min(*exact)).collect();
         prop_assert!(residuals(&chain, &caps, 0, &other.b).bound <= ACCEPTED);
         prop_assert!((time(&chain, &used) / ours - 1.0).abs() <= 5e-4, "{ours} {}", time(&chain, &used));
@@ -70,7 +75,7 @@ proptest! {
         let worst = residuals(&chain, &caps, 0, &ours);
         prop_assert!(worst.bound <= ACCEPTED && worst.jerk <= JERK_ACCEPTED, "{worst:?}");
         // With the jerk linearised at our answer, clarabel finds nothing faster: it is a stationary point.
-        let theirs = solve_window(&Window { reference: &ours, ..window }).expect("solved").b;
+        let theirs = by_clarabel(&Window { reference: &ours, ..window }).b;
         let jerk_time = |b: &[f64]| (0..data.len()).map(|i| {
             let factor = if b[i].min(b[i + 1]) <= 0.0 { 3.0 } else { 2.0 };
             factor * chain.legs[i].ds_mm / (b[i].sqrt() + b[i + 1].sqrt())
@@ -107,8 +112,8 @@ proptest! {
     }
 }
 
-#[test]
-fn jerk_holds_and_costs_time() {
+/// Sixty lines with corners and a jerk limit.
+fn jerky_track() -> Track {
     let (accel, jerk) = (500.0, 20000.0);
     let mut chain = Chain { point_b: vec![0.0], ..Chain::default() };
     let mut track = Track::default();
@@ -120,6 +125,12 @@ fn jerk_holds_and_costs_time() {
         track.moves.push(MoveId(i as u32));
     }
     track.chain = chain;
+    track
+}
+
+#[test]
+fn jerk_holds_and_costs_time() {
+    let track = jerky_track();
     let exact_s: f64 = time(&track.chain, &exact_pass(&track.chain));
     let answer = optimum(track, 0.0);
     assert!(answer.windows[0] > 0 && answer.windows[1..] == [0, 0], "{:?}", answer.windows);
@@ -153,10 +164,60 @@ fn a_charge_on_changes_flattens_the_speed() {
     let (caps, exact) = (chain.point_caps(), exact_pass(&chain));
     let solve = |change_s: f64| {
         let window = Window { chain: &chain, caps: &caps, reference: &exact, first: 0, last: 40, change_s };
-        solve_window(&window).expect("solved").b
+        by_clarabel(&window).b
     };
     let variation = |b: &[f64]| b.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum::<f64>();
     let (free, charged) = (solve(0.0), solve(1.0));
     assert!(variation(&charged) < 0.9 * variation(&free) || time(&chain, &charged) > time(&chain, &free));
     assert!(residuals(&chain, &caps, 0, &charged).bound <= ACCEPTED);
+}
+
+/// An answer 1 % above what the accelerations allow.
+fn spoilt(answer: WindowAnswer) -> WindowAnswer {
+    WindowAnswer { b: answer.b.iter().map(|b| 1.01 * b).collect(), ..answer }
+}
+
+#[test]
+fn a_window_that_both_solvers_miss_keeps_the_exact_speeds_and_says_so() {
+    type First = fn(&Window) -> Option<WindowAnswer>;
+    type Second = fn(&Window, f64) -> Option<WindowAnswer>;
+    let worse: [(First, Second); 3] = [
+        (|_| None, |_, _| None),
+        (|window| solve_interior(window).map(spoilt), |window, scale| solve_window(window, scale).map(spoilt)),
+        (
+            |window| Some(WindowAnswer { b: vec![f64::NAN; window.caps.len()], price_s: vec![] }),
+            |window, _| Some(WindowAnswer { b: vec![f64::NAN; window.caps.len()], price_s: vec![] }),
+        ),
+    ];
+    for (first, second) in worse {
+        let found: Optimum = optimum_by(&Solvers { first, second }, jerky_track(), 0.0);
+        let [windows, _, refused] = found.windows;
+        assert!(windows > 0 && refused == windows, "{:?}", found.windows);
+        assert_eq!(found.b, exact_pass(&found.chain));
+        assert!(
+            found.how().contains(&format!("{refused} of them refused by the check and left to the exact pass")),
+            "{}",
+            found.how()
+        );
+        assert!(found.jerky > 0 && found.how().contains("jerk above its limit at"), "{}", found.how());
+        assert!(found.leg_times().iter().all(|time_s| time_s.is_finite()));
+    }
+    // The sound solvers say nothing of the kind.
+    assert!(!optimum(jerky_track(), 0.0).how().contains("refused"));
+}
+
+#[test]
+fn a_window_is_asked_again_at_another_scale_before_it_is_given_up() {
+    // The first solver gives nothing; the second answers wrongly at the first scale and soundly at the other.
+    let second: fn(&Window, f64) -> Option<WindowAnswer> = |window, scale| {
+        let answer = solve_window(window, scale)?;
+        Some(if scale == scales(window)[0] { spoilt(answer) } else { answer })
+    };
+    let found = optimum_by(&Solvers { first: |_| None, second }, jerky_track(), 0.0);
+    let [windows, by_second, refused] = found.windows;
+    assert!(windows > 0 && by_second > 0, "{:?}", found.windows);
+    let plain = optimum_by(&Solvers { first: |_| None, second: solve_window }, jerky_track(), 0.0);
+    println!("{:?} with the first scale spoilt, {:?} without", found.windows, plain.windows);
+    assert!(refused <= plain.windows[2], "{:?} {:?}", found.windows, plain.windows);
+    assert!(residuals(&found.chain, &found.chain.point_caps(), 0, &found.b).bound <= ACCEPTED);
 }

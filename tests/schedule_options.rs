@@ -3,60 +3,34 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
-use assert_cmd::Command;
+#[path = "common/slot.rs"]
+mod slot;
+
 use serde_json::Value;
+use slot::{feedwright, limit, number, optimized as report, warnings};
 use std::fs;
-use std::path::Path;
 use tempfile::TempDir;
 
 /// A slot, then half-immersed passes: the engagement changes.
 const PROGRAM: &str = "%\nG21 G90\nT1 M6\nS8000 M3\nG0 X-10 Y5 Z2\nG1 Z-2 F300\nG1 X50 F900\nG1 Y8\nX-10\nY11\nX50\nG2 X50 Y17 I0 J3\nG1 X-10\nG0 Z10\nM30\n%\n";
-const SETUP: &str = r#"
-resolution = 0.5
-[machine]
-dialect = "linuxcnc"
-[stock]
-box = { min = [0, 0, -10], max = [40, 20, 0] }
-uncertainty = 0.4
-[material]
-k_tc = 800
-k_te = 14
-[[tool]]
-number = 1
-shape = "flat"
-diameter = 6
-flutes = 3
-[limits]
-force_xy = 80
-"#;
+
+/// The setup with one limit.
+fn setup() -> String {
+    slot::SETUP.to_owned() + "force_xy = 80\n"
+}
 
 fn bench(setup: &str) -> TempDir {
-    let dir = tempfile::tempdir().unwrap();
-    fs::write(dir.path().join("part.nc"), PROGRAM).unwrap();
-    fs::write(dir.path().join("part.setup.toml"), setup).unwrap();
-    dir
-}
-
-fn feedwright(dir: &Path, words: &[&str]) -> std::process::Output {
-    Command::cargo_bin("feedwright").unwrap().current_dir(dir).args(words).output().unwrap()
-}
-
-fn report(dir: &Path, more: &[&str]) -> Value {
-    let words: Vec<&str> =
-        ["optimize", "part.nc", "--json", "r.json", "--json-blocks"].iter().chain(more).copied().collect();
-    let out = feedwright(dir, &words);
-    assert!(out.status.code().is_some_and(|code| code < 2), "{}", String::from_utf8_lossy(&out.stderr));
-    serde_json::from_str(&fs::read_to_string(dir.join("r.json")).unwrap()).unwrap()
+    slot::bench(PROGRAM, setup)
 }
 
 fn time(report: &Value) -> f64 {
-    report["time"]["realised_after_s"].as_f64().unwrap()
+    number(&report["time"], "realised_after_s")
 }
 
 #[test]
 fn limits_from_the_program_itself() {
     // Without limits of the setup: nothing but the loads the program meets.
-    let dir = bench(&SETUP.replace("[limits]\nforce_xy = 80\n", ""));
+    let dir = bench(&setup().replace("[limits]\nforce_xy = 80\n", ""));
     let found = report(dir.path(), &["--reference", "self:90"]);
     let limits: Vec<&str> = found["limits"].as_array().unwrap().iter().filter_map(|l| l["name"].as_str()).collect();
     assert!(limits.contains(&"force_xy") && limits.contains(&"deflection"), "{limits:?}");
@@ -73,7 +47,7 @@ fn limits_from_the_program_itself() {
 
 #[test]
 fn stress_says_what_other_worlds_would_do() {
-    let dir = bench(SETUP);
+    let dir = bench(&setup());
     let found = report(dir.path(), &["--stress"]);
     let cases = found["stress"].as_array().unwrap();
     assert_eq!(cases.len(), 10);
@@ -90,7 +64,7 @@ fn stress_says_what_other_worlds_would_do() {
 
 #[test]
 fn a_cycle_time_turns_the_saving_into_an_interval() {
-    let dir = bench(SETUP);
+    let dir = bench(&setup());
     let plain = report(dir.path(), &[]);
     assert_eq!(plain["time"]["saving_confirmed"], false);
     let before = plain["time"]["realised_before_s"].as_f64().unwrap();
@@ -107,7 +81,7 @@ fn a_cycle_time_turns_the_saving_into_an_interval() {
 
 #[test]
 fn the_problem_as_json_holds_its_answer() {
-    let dir = bench(SETUP);
+    let dir = bench(&setup());
     report(dir.path(), &["--dump-problem", "problem.json"]);
     let problem: Value = serde_json::from_str(&fs::read_to_string(dir.path().join("problem.json")).unwrap()).unwrap();
     let (legs, points) = (problem["legs"].as_array().unwrap(), problem["points"].as_array().unwrap());
@@ -136,7 +110,7 @@ fn feeds_rise_as_uncertainty_falls() {
         );
         let process = process.replace("[process.base]\nk_tc = 800\nk_te = 14\n[process]\n", "[process]\n")
             + "[process.base]\nk_tc = 800\nk_te = 14\n";
-        let setup = SETUP.replace("uncertainty = 0.4", &format!("uncertainty = {stock}")) + &process;
+        let setup = setup().replace("uncertainty = 0.4", &format!("uncertainty = {stock}")) + &process;
         bench(&setup)
     };
     let sure = |deviation: f64, stock: f64| report(with(deviation, stock).path(), &["--confidence", "0.95"]);
@@ -151,19 +125,16 @@ fn feeds_rise_as_uncertainty_falls() {
     assert!(time(&none) < time(&sure(0.0, 1.0)));
     // Both coefficients 15 % off with the same sign would be one direction of doubt; here they are independent: between one and
     // two times 1.645 · 15 % · their shares.
-    let force = |report: &Value| {
-        let limit = report["limits"].as_array().unwrap().iter().find(|limit| limit["name"] == "force_xy").unwrap();
-        limit["after_max"].as_f64().unwrap() / limit["limit"].as_f64().unwrap()
-    };
-    let kept = force(&large);
+    let force = limit(&large, "force_xy");
+    let kept = number(force, "after_max") / number(force, "limit");
     assert!(kept > 1.0 / (1.0 + 1.645 * 0.15) - 0.01 && kept < 0.95, "{kept}");
 }
 
 #[test]
 fn a_limit_on_the_rate_of_force_slows_entries_and_exits_only() {
     let blocks = |setup: &str| report(bench(setup).path(), &[]);
-    let free = blocks(SETUP);
-    let held = blocks(&SETUP.replace("force_xy = 80", "force_xy = 80\nforce_rate = \"0.4 kN/s\""));
+    let free = blocks(&setup());
+    let held = blocks(&setup().replace("force_xy = 80", "force_xy = 80\nforce_rate = \"0.4 kN/s\""));
     assert!(time(&held) > time(&free));
     let active = |report: &Value| {
         let limits = report["limits"].as_array().unwrap();
@@ -181,7 +152,7 @@ fn a_load_that_a_tool_does_not_meet_limits_nothing() {
     // A drill has no force in the plane: its own loads give no limit on it, and no price is told beyond the time there is.
     let drill = PROGRAM.replace("G0 Z10\nM30", "G0 Z10\nT2 M6\nS3000 M3\nG0 X20 Y10\nG1 Z-8 F200\nG0 Z10\nM30");
     let setup =
-        SETUP.replace("[limits]", "[[tool]]\nnumber = 2\nshape = \"drill\"\ndiameter = 5\nflutes = 2\n[limits]");
+        setup().replace("[limits]", "[[tool]]\nnumber = 2\nshape = \"drill\"\ndiameter = 5\nflutes = 2\n[limits]");
     let dir = bench(&setup.replace("force_xy = 80\n", ""));
     fs::write(dir.path().join("part.nc"), drill).unwrap();
     let found = report(dir.path(), &["--reference", "self", "--stress"]);
@@ -198,9 +169,9 @@ fn a_load_that_a_tool_does_not_meet_limits_nothing() {
 #[test]
 fn an_operation_that_no_move_is_under_is_said() {
     let warned = |matches: &str| {
-        let setup = format!("{SETUP}[[operation]]\nmatch = {{ {matches} }}\nmode = \"keep\"\n");
+        let setup = format!("{}[[operation]]\nmatch = {{ {matches} }}\nmode = \"keep\"\n", setup());
         let found = report(bench(&setup).path(), &[]);
-        found["warnings"].as_array().unwrap().iter().any(|warning| warning["code"] == "setup::idle-operation")
+        !warnings(&found, "setup::idle-operation").is_empty()
     };
     assert!(warned("tool = 7") && warned("comment = \"FINISH\"") && warned("lines = [90, 95]"));
     assert!(!warned("tool = 1") && !warned("lines = [6, 8]") && !warned("surface = \"final\""));
@@ -209,11 +180,11 @@ fn an_operation_that_no_move_is_under_is_said() {
 #[test]
 fn feeds_without_notes_are_said_to_be_the_only_ones_known() {
     let again = |annotate: &str| {
-        let dir = bench(&format!("{SETUP}[output]\nannotate = \"{annotate}\"\n"));
+        let dir = bench(&format!("{}[output]\nannotate = \"{annotate}\"\n", setup()));
         report(dir.path(), &["-o", "once.nc"]);
         fs::rename(dir.path().join("once.nc"), dir.path().join("part.nc")).unwrap();
         let found = report(dir.path(), &["-o", "twice.nc"]);
-        found["warnings"].as_array().unwrap().iter().any(|warning| warning["code"] == "rewrite::no-notes")
+        !warnings(&found, "rewrite::no-notes").is_empty()
     };
     assert!(again("none") && !again("changes"));
 }
@@ -222,7 +193,7 @@ fn feeds_without_notes_are_said_to_be_the_only_ones_known() {
 fn a_wear_budget_is_kept_and_priced() {
     let with = |most: f64| {
         let line = format!("force_xy = 80\nwear = {{ exponent = 1.2, most = {most} }}");
-        report(bench(&SETUP.replace("force_xy = 80", &line)).path(), &[])
+        report(bench(&setup().replace("force_xy = 80", &line)).path(), &[])
     };
     let (slack, held) = (with(10.0), with(0.4));
     assert!(slack["wear"]["used"].as_f64().unwrap() < 10.0 && slack["wear"]["percent_saves_s"] == 0.0);
@@ -232,7 +203,7 @@ fn a_wear_budget_is_kept_and_priced() {
 
 #[test]
 fn feed_marks_on_final_surfaces_are_those_of_the_closed_form() {
-    let dir = bench(SETUP);
+    let dir = bench(&setup());
     let found = report(dir.path(), &[]);
     let surface = &found["final_surface"];
     // 900 mm/min at 8000 rev/min and three teeth: f_t = 0.0375 mm; R = 3 mm.
@@ -250,21 +221,21 @@ fn setups_that_make_no_sense_are_refused() {
         |x: &str| format!("[machine.axes]\nx = {{ velocity = 15000, acceleration = {x}, jerk = 20000 }}\n[stock]");
     let tolerance = |value: &str| format!("dialect = \"linuxcnc\"\ncorner_tolerance = {value}");
     let cases = [
-        (SETUP.replace("[stock]", &axes("0")), "`machine.axes.x.acceleration`: 0 makes no sense"),
-        (SETUP.replace("[stock]", &axes("-5")), "`machine.axes.x.acceleration`: -5 makes no sense"),
-        (SETUP.replace("[stock]", &axes("nan")), "`machine.axes.x.acceleration`: NaN cannot be used"),
+        (setup().replace("[stock]", &axes("0")), "`machine.axes.x.acceleration`: 0 makes no sense"),
+        (setup().replace("[stock]", &axes("-5")), "`machine.axes.x.acceleration`: -5 makes no sense"),
+        (setup().replace("[stock]", &axes("nan")), "`machine.axes.x.acceleration`: NaN cannot be used"),
         (
-            SETUP.replace("[stock]", "[machine.spindle]\npower = [[0, 0], [6000, 5000], [1500, 7500]]\n[stock]"),
+            setup().replace("[stock]", "[machine.spindle]\npower = [[0, 0], [6000, 5000], [1500, 7500]]\n[stock]"),
             "`machine.spindle.power`: the first numbers of its points must rise",
         ),
         (
-            SETUP.replace("dialect = \"linuxcnc\"", &tolerance("-0.01")),
+            setup().replace("dialect = \"linuxcnc\"", &tolerance("-0.01")),
             "`machine.corner_tolerance`: -0.01 makes no sense",
         ),
-        (SETUP.replace("dialect = \"linuxcnc\"", &tolerance("0")), "`machine.corner_tolerance`: 0 makes no sense"),
-        (SETUP.replace("force_xy = 80", "force_xy = nan"), "`limits.force_xy`: NaN cannot be used"),
-        (SETUP.replace("force_xy = 80", "force_xy = 80\nforce_rate = 0"), "`limits.force_rate`: 0 makes no sense"),
-        (SETUP.replace("force_xy = 80", "force_xy = 80\nwear = { exponent = 2.5 }"), "`limits.wear.exponent`: 2.5"),
+        (setup().replace("dialect = \"linuxcnc\"", &tolerance("0")), "`machine.corner_tolerance`: 0 makes no sense"),
+        (setup().replace("force_xy = 80", "force_xy = nan"), "`limits.force_xy`: NaN cannot be used"),
+        (setup().replace("force_xy = 80", "force_xy = 80\nforce_rate = 0"), "`limits.force_rate`: 0 makes no sense"),
+        (setup().replace("force_xy = 80", "force_xy = 80\nwear = { exponent = 2.5 }"), "`limits.wear.exponent`: 2.5"),
     ];
     for (setup, wanted) in &cases {
         let dir = bench(setup);
@@ -277,9 +248,9 @@ fn setups_that_make_no_sense_are_refused() {
 }
 
 #[test]
-fn a_feed_that_is_no_number_is_said_and_its_block_stays() {
-    let dir = bench(SETUP);
-    for feed in ["FNAN", "F", "F..5"] {
+fn a_feed_that_cannot_be_read_is_said_and_its_block_stays() {
+    let dir = bench(&setup());
+    for feed in ["F", "F..5"] {
         fs::write(dir.path().join("part.nc"), PROGRAM.replace("F900", feed)).unwrap();
         let found = report(dir.path(), &[]);
         let warnings = found["warnings"].as_array().unwrap();
@@ -289,5 +260,70 @@ fn a_feed_that_is_no_number_is_said_and_its_block_stays() {
         assert!(frozen.iter().any(|entry| entry["line"] == 7), "{feed}: {frozen:?}");
         let written = fs::read_to_string(dir.path().join("part.fw.nc")).unwrap();
         assert!(written.contains(&format!("G1 X50 {feed}\n")), "{written}");
+    }
+}
+
+#[test]
+fn nan_or_infinity_in_a_program_is_said_and_nothing_is_written() {
+    let texts = [
+        ("linuxcnc", "FNAN"),
+        ("linuxcnc", "F NaN"),
+        ("linuxcnc", "F-inf"),
+        ("linuxcnc", "Finfinity"),
+        ("linuxcnc", "F[nan]"),
+        ("linuxcnc", "YNAN F900"),
+        ("linuxcnc", "#3=nan F900"),
+        ("fanuc", "FNAN"),
+        ("grbl", "f nan"),
+        ("siemens", "F=NAN"),
+        ("siemens", "FNAN"),
+        ("siemens", "F inf"),
+    ];
+    for (dialect, text) in texts {
+        let dir = bench(&setup());
+        fs::write(dir.path().join("part.nc"), PROGRAM.replace("F900", text)).unwrap();
+        for command in ["optimize", "simulate", "limits"] {
+            let words = [command, "part.nc", "--dialect", dialect, "--json", "r.json"];
+            let out = feedwright(dir.path(), &words);
+            let said = String::from_utf8_lossy(&out.stderr);
+            assert_eq!(out.status.code(), Some(2), "{dialect} {command} {text}: {said}");
+            assert!(said.contains("nc::not-finite") && said.contains("part.nc:7:"), "{dialect} {text}: {said}");
+            assert!(said.contains("help: write a plain decimal number"), "{dialect} {text}: {said}");
+            let files = fs::read_dir(dir.path()).unwrap().count();
+            assert_eq!(files, 2, "{dialect} {command} {text} wrote something");
+        }
+    }
+}
+
+#[test]
+fn nan_in_any_number_of_the_setup_is_said_and_nothing_is_written() {
+    let text = "units = \"mm\"\nresolution = 0.5\n[machine]\nrapid = 15000\ncorner_tolerance = 0.02\nblock_time = 0.002\n\
+        tool_change_time = 6\nhome = [0, 0, 200]\n[machine.axes]\nx = { velocity = 15000, acceleration = 1500, jerk = 20000 }\n\
+        [machine.spindle]\nmax_rpm = 12000\npower = [[0, 10], [1500, 7500], [12000, 7500]]\ntare = [[1000, 120], [12000, 480]]\n\
+        efficiency = 0.92\nrunup_time = 1.5\n[offsets]\nG55 = [200, 0, 0]\n[stock]\n\
+        box = { min = [0, 0, -10], max = [40, 20, 0] }\nuncertainty = 0.5\n[[fixture]]\nbox = { min = [90, 90, -20], max = [99, 99, 5] }\n\
+        [material]\nk_tc = 800\nk_te = 14\n[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 6\nflutes = 3\nhelix = 30\n\
+        flute_length = 22\noverhang = 35\nrunout = { offset = 0.001, angle = 95 }\nholder = [[32, 40], [50, 30]]\n[limits]\n\
+        force_xy = 500\nforce_normal_mean = 100\nforce_axial = 300\npower = 4500\ndeflection = 0.03\nsurface_error = 0.03\n\
+        bending_stress = 900\nchip_thickness = { min = 0.001, max = 0.15 }\nfeed = { min = 100, max = 6000 }\n\
+        feed_per_tooth = { max = 0.2 }\nfeed_change = { min = 0.2, max = 2.0 }\nair_feed = 6000\napproach = 2\n[[operation]]\n\
+        match = { lines = [1, 20] }\nentry = { feed = 300, distance = 2 }\n[output]\nminimum_change = 0.05\nminimum_length = 0.5\n";
+    let dir = bench(text);
+    assert!(feedwright(dir.path(), &["simulate", "part.nc"]).status.code().is_some_and(|code| code < 2));
+    let digit = |at: usize| text[at..].starts_with(|c: char| c.is_ascii_digit());
+    let begins =
+        |at: &usize| digit(*at) && !text[..*at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '.' || c == '_');
+    let numbers: Vec<usize> = (0..text.len()).filter(begins).collect();
+    assert!(numbers.len() > 70);
+    for at in numbers {
+        let end = at + text[at..].find(|c: char| !c.is_ascii_digit() && c != '.').unwrap();
+        fs::write(dir.path().join("part.setup.toml"), format!("{}nan{}", &text[..at], &text[end..])).unwrap();
+        let out = feedwright(dir.path(), &["optimize", "part.nc"]);
+        let said = String::from_utf8_lossy(&out.stderr);
+        let line = text[..at].matches('\n').count() + 1;
+        let shown = text.lines().nth(line - 1).unwrap();
+        assert_eq!(out.status.code(), Some(2), "{shown}: {said}");
+        assert!(said.contains(&format!("part.setup.toml:{line}:")) || said.contains('`'), "{shown}: {said}");
+        assert!(said.contains("help:") && !dir.path().join("part.fw.nc").exists(), "{shown}: {said}");
     }
 }

@@ -5,7 +5,7 @@
 use serde::Serialize;
 
 use crate::report::{Run, WRITTEN_BY};
-use crate::schedule::optimum::{Optimum, optimum};
+use crate::schedule::optimum::optimum;
 use crate::schedule::pass::Leg;
 use crate::schedule::solve::node_track;
 
@@ -66,15 +66,10 @@ pub fn json(run: &Run, file: &str) -> String {
         written_by: WRITTEN_BY,
         file,
         units: "mm, s; b in mm²/s²",
-        solved_by: solved_by(&found),
+        solved_by: found.how(),
         legs: found.chain.legs.iter().enumerate().map(leg).collect(),
         points: (0..found.b.len()).map(point).collect(),
         time_s: found.leg_times().iter().sum(),
     };
     serde_json::to_string(&problem).expect("plain data") + "\n"
-}
-
-fn solved_by(found: &Optimum) -> String {
-    let [windows, second, refused] = found.windows;
-    format!("exact pass; {windows} convex windows, {second} by the second solver, {refused} refused")
 }

@@ -86,7 +86,7 @@ pub fn run_keeping(
     bar.finish_and_clear();
     match result {
         Ok(run) => Ok(Done { source, run }),
-        Err(JobError::ToolNames(diagnostics)) => {
+        Err(JobError::ToolNames(diagnostics) | JobError::NotFinite(diagnostics)) => {
             Err(CliError::Drawn { file: source.name, text: source.bytes, diagnostics })
         }
         Err(error) => Err(explain(&error, &source.name)),
@@ -114,7 +114,9 @@ fn explain(error: &JobError, file: &str) -> CliError {
                 format!("add to the setup, with the sizes of your tool:\n{}", tables.join("\n")),
             )
         }
-        JobError::ToolNames(_) | JobError::Engage(_) => CliError::new(format!("{file}: {error}"), ""),
+        JobError::ToolNames(_) | JobError::NotFinite(_) | JobError::Engage(_) => {
+            CliError::new(format!("{file}: {error}"), "")
+        }
     }
 }
 

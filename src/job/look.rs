@@ -9,7 +9,7 @@ use crate::machine::{Job, Tool};
 use crate::nc::{Event, Freeze, Move, MoveKind, Program, Toolpath};
 use crate::rewrite;
 use crate::schedule::rules::{load_limits, rules};
-use crate::schedule::{Conflict, Problem};
+use crate::schedule::{Conflict, Problem, Schedule};
 use crate::setup::Assumption;
 use crate::units::mm_min_from_mm_s;
 
@@ -44,6 +44,11 @@ pub fn unknown_tools(toolpath: &Toolpath, job: &Job) -> Vec<(u32, u32)> {
         }
     }
     unknown
+}
+
+/// What was written as NaN or as infinity in place of a number, if anything was.
+pub fn not_finite(toolpath: &Toolpath) -> Vec<Diagnostic> {
+    toolpath.diagnostics.iter().filter(|diagnostic| diagnostic.code == "nc::not-finite").cloned().collect()
 }
 
 /// Taps, reamers and probes keep their feeds.
@@ -120,34 +125,82 @@ pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
 
 /// Minima that gave way to a load limit, one sentence for each pair of them: with both feeds, where they are furthest apart.
 pub fn overruled(problem: &Problem, toolpath: &Toolpath) -> Vec<Diagnostic> {
-    let mut pairs: Vec<(Conflict, f64)> = Vec::new();
-    for conflict in &problem.conflicts {
+    let said = |pair: &Pair| {
+        let ([lowest, highest], [asks, allows]) = pair.told();
+        let text = format!(
+            "{asks} asks for {lowest} mm/min or more, {allows} allows {highest}: the load limit holds, here and on {:.1} mm in all",
+            pair.length_mm
+        );
+        (text, "lower the minimum, or allow more of the load")
+    };
+    minima(&problem.conflicts, problem, toolpath, &said)
+}
+
+/// Minima that the written feeds do not keep because the F word serves another place of the block too.
+pub fn missed(schedule: &Schedule, problem: &Problem, toolpath: &Toolpath) -> Vec<Diagnostic> {
+    let told = |missed: &Conflict| problem.conflicts.binary_search_by_key(&missed.node, |known| known.node).is_ok();
+    let rest: Vec<Conflict> = schedule.missed.iter().filter(|missed| !told(missed)).copied().collect();
+    let said = |pair: &Pair| {
+        let ([lowest, highest], [asks, allows]) = pair.told();
+        let text = format!(
+            "{asks} asks for {lowest} mm/min or more, the F word serves a place too that {allows} holds to {highest}, here and on {:.1} mm in all",
+            pair.length_mm
+        );
+        (text, "allow the block to be split (output.split, output.minimum_length), or lower the minimum")
+    };
+    minima(&rest, problem, toolpath, &said)
+}
+
+/// A minimum and what it gave way to, where they are furthest apart, and the length over which they are at odds.
+struct Pair {
+    furthest: Conflict,
+    length_mm: f64,
+}
+
+impl Pair {
+    /// Both feeds in mm/min, and the names of what they come from.
+    fn told(&self) -> ([String; 2], [&'static str; 2]) {
+        let both = [self.furthest.floor, self.furthest.cap];
+        (both.map(|bound| format!("{:.0}", mm_min_from_mm_s(bound.feed_mm_s))), both.map(|bound| bound.kind.name()))
+    }
+}
+
+fn minima(
+    conflicts: &[Conflict],
+    problem: &Problem,
+    toolpath: &Toolpath,
+    said: &dyn Fn(&Pair) -> (String, &'static str),
+) -> Vec<Diagnostic> {
+    let mut pairs: Vec<Pair> = Vec::new();
+    let apart = |of: &Conflict| of.floor.feed_mm_s / of.cap.feed_mm_s;
+    for conflict in conflicts {
         let length_mm = problem.nodes[conflict.node].length_mm();
-        let apart = |of: &Conflict| of.floor.feed_mm_s / of.cap.feed_mm_s;
         let same = |known: &Conflict| (known.floor.kind, known.cap.kind) == (conflict.floor.kind, conflict.cap.kind);
-        match pairs.iter_mut().find(|(known, _)| same(known)) {
-            Some((known, sum_mm)) => {
-                *sum_mm += length_mm;
-                if apart(conflict) > apart(known) {
-                    *known = *conflict;
-                }
-            }
-            None => pairs.push((*conflict, length_mm)),
+        let Some(pair) = pairs.iter_mut().find(|pair| same(&pair.furthest)) else {
+            pairs.push(Pair { furthest: *conflict, length_mm });
+            continue;
+        };
+        pair.length_mm += length_mm;
+        if apart(conflict) > apart(&pair.furthest) {
+            pair.furthest = *conflict;
         }
     }
-    let said = |(conflict, length_mm): &(Conflict, f64)| {
-        let Conflict { floor, cap, node } = conflict;
-        let [lowest, highest] = [floor, cap].map(|bound| mm_min_from_mm_s(bound.feed_mm_s));
-        let text = format!(
-            "{} asks for {lowest:.0} mm/min or more, {} allows {highest:.0}: the load limit holds, here and on {length_mm:.1} mm in all",
-            floor.kind.name(),
-            cap.kind.name()
-        );
-        let line = toolpath.moves[problem.nodes[*node].move_id.ix()].line;
-        let help = "lower the minimum, or allow more of the load";
+    let diagnostic = |pair: &Pair| {
+        let (text, help) = said(pair);
+        let line = toolpath.moves[problem.nodes[pair.furthest.node].move_id.ix()].line;
         Diagnostic::new("schedule::minimum", Severity::Warning, text).on_line(line).help(help)
     };
-    pairs.iter().map(said).collect()
+    pairs.iter().map(diagnostic).collect()
+}
+
+/// Windows of the convex program that were left to the exact pass.
+pub fn refused(schedule: &Schedule) -> Option<Diagnostic> {
+    let [windows, _, refused] = schedule.windows;
+    let text = format!(
+        "{refused} of {windows} windows of the convex program gave no answer that the check accepts: the exact pass, which knows no jerk, stands in, and no price is told there"
+    );
+    let help = "feeds and limits do not hang on it; --dump-problem shows the problem";
+    (refused > 0).then(|| Diagnostic::new("schedule::refused", Severity::Warning, text).help(help))
 }
 
 /// Cuts whose loads cannot be predicted, once per tool and speed, and runout that leaves teeth idle.

@@ -55,6 +55,9 @@ pub enum JobError {
     /// Tools are called by names that have no numbers here.
     #[error("tools are called by names that have no numbers here")]
     ToolNames(Vec<Diagnostic>),
+    /// A number of the program is written as NaN or as infinity.
+    #[error("a number is written as NaN or as infinity")]
+    NotFinite(Vec<Diagnostic>),
     /// The stock cannot be simulated.
     #[error(transparent)]
     Engage(#[from] EngageError),
@@ -114,6 +117,10 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let origins: Vec<usize>;
     (origins, job.operations) = comments::by_lines(&job.operations, &program).into_iter().unzip();
     let (program, mut toolpath) = read(program, &job, wanted, watch);
+    let not_finite = look::not_finite(&toolpath);
+    if !not_finite.is_empty() {
+        return Err(JobError::NotFinite(not_finite));
+    }
     if toolpath.moves.is_empty() {
         return Err(JobError::NoMotion);
     }
@@ -204,6 +211,8 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
             || schedule::explain(&mut schedule, &run.problem, &run.toolpath, &run.job),
             || schedule::realise(&run.toolpath, &found.after, &run.job.machine),
         );
+        run.diagnostics.extend(look::refused(&schedule));
+        run.diagnostics.extend(look::missed(&schedule, &run.problem, &run.toolpath));
         check::leave_alone(&mut run, &found.doubtful);
         check::tighten(&mut run.problem, &found.breaches, true);
         run.stage_s[2] += (watch.clock)() - checked;

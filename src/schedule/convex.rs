@@ -75,15 +75,17 @@ impl Layout {
     }
 }
 
-/// Solves a window with the largest b as scale; once more with the largest reference b as scale; `None` when neither did.
-pub fn solve_window(window: &Window) -> Option<WindowAnswer> {
+/// The two scales that a window is solved at, the second where the first gave no answer or none that holds: the largest cap, and
+/// the largest reference b.
+pub fn scales(window: &Window) -> [f64; 2] {
     let largest = |values: &[f64]| {
         values[window.first..=window.last].iter().copied().filter(|b| b.is_finite()).fold(0.0, f64::max)
     };
-    solve_scaled(window, largest(window.caps)).or_else(|| solve_scaled(window, largest(window.reference)))
+    [largest(window.caps), largest(window.reference)]
 }
 
-fn solve_scaled(window: &Window, scale: f64) -> Option<WindowAnswer> {
+/// Solves a window with S = `scale`; `None` when the solver gave up.
+pub fn solve_window(window: &Window, scale: f64) -> Option<WindowAnswer> {
     if scale <= 0.0 {
         return None;
     }

@@ -5,12 +5,13 @@
 //! cut finer; there, and where the axes of an arc couple speed and acceleration, the convex program is solved in windows: they
 //! end at rest or at points where the exact speeds are quiet; a stretch without such a point is cut into windows that overlap,
 //! and the overlap is thrown away. The solver is [`super::interior`]; what it does not answer goes to clarabel
-//! ([`super::convex`]). Every answer passes [`super::check`]; what does not keeps the exact speeds, and the answer says so.
+//! ([`super::convex`]), at one scale and once more at another. Every answer passes [`super::check`]; a window without one that
+//! does keeps the exact speeds, and the answer says so.
 
 use rayon::prelude::*;
 
 use super::check::{Residuals, jerk_share, residuals};
-use super::convex::{REST_FACTOR, Window, WindowAnswer, rest_cap, solve_window};
+use super::convex::{REST_FACTOR, Window, WindowAnswer, rest_cap, scales, solve_window};
 use super::interior::solve_interior;
 use super::pass::{Chain, Leg, exact_pass, exact_pass_below, leg_time_s};
 use super::track::Track;
@@ -58,6 +59,24 @@ impl Optimum {
         let time = |(i, leg): (usize, &Leg)| time_of(leg, self.b[i], self.b[i + 1], self.is_windowed(i));
         self.chain.legs.iter().enumerate().map(time).collect()
     }
+    /// How it was found: one sentence for the report.
+    pub fn how(&self) -> String {
+        let [windows, by_clarabel, refused] = self.windows;
+        let mut text = format!("exact forward-backward pass over {} legs", self.chain.legs.len());
+        if windows > 0 {
+            text += &format!("; convex program in {windows} windows where speeds are coupled");
+        }
+        if by_clarabel > 0 {
+            text += &format!(", {by_clarabel} of them by the second solver");
+        }
+        if refused > 0 {
+            text += &format!(", {refused} of them refused by the check and left to the exact pass");
+        }
+        if self.jerky > 0 {
+            text += &format!("; jerk above its limit at {} points", self.jerky);
+        }
+        text
+    }
     /// Does a window limit the jerk of this leg, so that b is linear along it?
     pub fn is_windowed(&self, leg: usize) -> bool {
         let inside = !self.window_price_s[leg].is_nan() && !self.window_price_s[leg + 1].is_nan();
@@ -76,8 +95,22 @@ fn time_of(leg: &Leg, b0: f64, b1: f64, linear: bool) -> f64 {
     }
 }
 
+/// What answers a window, and what is asked when that answer does not hold: this one at a scale.
+#[derive(Clone, Copy)]
+pub struct Solvers {
+    /// The first.
+    pub first: fn(&Window) -> Option<WindowAnswer>,
+    /// The second.
+    pub second: fn(&Window, f64) -> Option<WindowAnswer>,
+}
+
 /// Fastest speeds along the track. `change_s`: charge on changes of b (0: none).
 pub fn optimum(track: Track, change_s: f64) -> Optimum {
+    optimum_by(&Solvers { first: solve_interior, second: solve_window }, track, change_s)
+}
+
+/// The same by other solvers.
+pub fn optimum_by(solvers: &Solvers, track: Track, change_s: f64) -> Optimum {
     let mut b = exact_pass(&track.chain);
     let jerks = track.chain.legs.iter().any(|leg| leg.jerk_mm_s3.is_finite());
     let Track { chain, tags, moves } = if jerks { refined(track, &b) } else { track };
@@ -87,7 +120,7 @@ pub fn optimum(track: Track, change_s: f64) -> Optimum {
     let caps = chain.point_caps();
     let windows = windows(&chain, &caps, &b);
     let answers: Vec<(Option<WindowAnswer>, bool)> =
-        windows.par_iter().map(|range| solved(&chain, &caps, &b, range, change_s)).collect();
+        windows.par_iter().map(|range| solved(solvers, &chain, &caps, &b, range, change_s)).collect();
     let by_clarabel = answers.iter().filter(|(answer, first)| answer.is_some() && !first).count();
     let refused = answers.iter().filter(|(answer, _)| answer.is_none()).count();
     let mut window_price_s = vec![f64::NAN; b.len()];
@@ -202,7 +235,14 @@ fn cut(first: usize, last: usize, ends: [usize; 2], out: &mut Vec<Range>) {
 }
 
 /// Solves a window: its answer if it passes the check, and whether the first solver gave it.
-fn solved(chain: &Chain, caps: &[f64], exact: &[f64], range: &Range, change_s: f64) -> (Option<WindowAnswer>, bool) {
+fn solved(
+    solvers: &Solvers,
+    chain: &Chain,
+    caps: &[f64],
+    exact: &[f64],
+    range: &Range,
+    change_s: f64,
+) -> (Option<WindowAnswer>, bool) {
     let (first, last) = (range.first, range.last);
     // Outside the window the exact speeds hold: they bound its ends.
     let mut caps: Vec<f64> = caps[first..=last].to_vec();
@@ -210,10 +250,10 @@ fn solved(chain: &Chain, caps: &[f64], exact: &[f64], range: &Range, change_s: f
     let exact = &exact[first..=last];
     let part = slice(chain, first, last);
     let window = Window { chain: &part, caps: &caps, reference: exact, first: 0, last: last - first, change_s };
-    let own = if change_s > 0.0 { None } else { solve_interior(&window) };
+    let own = if change_s > 0.0 { None } else { (solvers.first)(&window) };
     match own.filter(|answer| passes(&window, answer)) {
         Some(answer) => (Some(answer), true),
-        None => (rounds(&window), false),
+        None => (rounds(solvers, &window), false),
     }
 }
 
@@ -227,15 +267,14 @@ fn passes(window: &Window, answer: &WindowAnswer) -> bool {
     bound <= ACCEPTED && jerk <= JERK_ACCEPTED && !slow
 }
 
-/// Solves a window with clarabel, linearising the jerk anew at each answer; the last answer that passes the check.
-fn rounds(window: &Window) -> Option<WindowAnswer> {
+/// Solves a window with the second solver, linearising the jerk anew at each answer; the last answer that passes the check.
+fn rounds(solvers: &Solvers, window: &Window) -> Option<WindowAnswer> {
     let mut reference = window.reference.to_vec();
     let mut best: Option<WindowAnswer> = None;
     for _ in 0..ROUNDS {
-        let Some(answer) = solve_window(&Window { reference: &reference, ..*window }) else { break };
-        if !passes(window, &answer) {
-            break;
-        }
+        let linearised = Window { reference: &reference, ..*window };
+        let at = |scale: f64| (solvers.second)(&linearised, scale).filter(|answer| passes(window, answer));
+        let Some(answer) = scales(&linearised).into_iter().find_map(at) else { break };
         let moved = (0..reference.len()).map(|i| (answer.b[i] - reference[i]).abs()).fold(0.0, f64::max);
         reference.clone_from(&answer.b);
         let done = moved <= 0.05 * reference.iter().copied().fold(0.0, f64::max);

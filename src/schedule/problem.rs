@@ -123,4 +123,8 @@ pub struct Schedule {
     pub active_s: Vec<(LimitKind, f64)>,
     /// How it was solved: one sentence for the report.
     pub how: String,
+    /// Minima that gave way to the cap of another place under the same F word: `cap` is that word's feed and what it is for.
+    pub missed: Vec<Conflict>,
+    /// Windows of the convex program, those that the second solver answered, and those whose answers were refused.
+    pub windows: [usize; 3],
 }

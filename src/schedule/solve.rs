@@ -2,10 +2,10 @@
 //!
 //! First the continuous optimum: speeds at every node under caps, axes and corners. Then the F words that come nearest to it.
 
-use super::optimum::{Optimum, optimum};
+use super::optimum::optimum;
 use super::pass::{exact_pass, leg_times};
 use super::prices::prices;
-use super::problem::{Bound, FeedPiece, Problem, Schedule};
+use super::problem::{Bound, Conflict, FeedPiece, Problem, Schedule};
 use super::realise::realise;
 use super::track::{Span, Track, track};
 use super::units::{Unit, units};
@@ -16,8 +16,12 @@ use crate::units::{MM_PER_INCH, mm_s_from_mm_min};
 
 /// Loss against the continuous optimum above which F words are made cheaper.
 const LOSS: f64 = 0.008;
-/// Growth of the program, in blocks, above which splits are made dearer.
-const GROWTH: f64 = 1.5;
+/// New blocks, as a share of those there are, above which splits are made dearer.
+const GROWTH: f64 = 0.5;
+/// New blocks that any program may gain, however short.
+const FEW: f64 = 24.0;
+/// Price of a split that only a minimum pays, s.
+const DEAREST_S: f64 = 1e6;
 /// How often prices are changed.
 const ROUNDS: usize = 9;
 /// Ratio of two prices that are near enough to stop between them.
@@ -26,6 +30,11 @@ const NEAR: f64 = 1.1;
 const WORTH: f64 = 0.002;
 /// How far an F word that is there may lie above a cap: half of what the check of the written file allows a load.
 const SLACK: f64 = 0.005;
+
+/// Share by which an F word may lie below a minimum through rounding.
+const ROUNDED: f64 = 0.005;
+/// Length of a place that counts, where only a part of it is below a minimum, mm.
+const MERGED_MM: f64 = 0.1;
 
 /// What the caller may choose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,12 +88,12 @@ pub fn feeds(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
     let mut next = Some(first);
     for _ in 0..ROUNDS {
         let attempt = next.take().unwrap_or_else(|| attempt(search.costs));
-        let (loss, growth) = (attempt.total_s / continuous_s - 1.0, growth(toolpath, &attempt.pieces));
-        if search.is_settled(attempt, loss, growth) {
+        let (loss, grows) = (attempt.total_s / continuous_s - 1.0, grows_too_much(toolpath, &attempt.pieces));
+        if search.is_settled(attempt, loss, grows) {
             break;
         }
     }
-    let whole = || attempt(Costs { split_s: f64::INFINITY, ..search.costs });
+    let whole = || attempt(Costs { split_s: DEAREST_S, ..search.costs });
     let best = search.affordable.map_or_else(whole, |(_, attempt)| attempt);
     let word_split_s = [best.costs.word_s, best.costs.split_s];
     let pieces = settled(&units, best, &time_s, continuous_s);
@@ -96,8 +105,29 @@ pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, 
     let optimum = optimum(node_track(problem, toolpath, job), 0.0);
     let prices = prices(problem, &optimum, &optimum.leg_times());
     put_prices(&mut schedule.pieces, problem, &prices.node_s);
+    schedule.missed = missed(problem, &schedule.pieces, &fastest_s(problem, toolpath, job));
     (schedule.shadow_prices, schedule.active_s) = (prices.shadow, prices.active_s);
-    schedule.how = how(&optimum);
+    (schedule.how, schedule.windows) = (optimum.how(), optimum.windows);
+}
+
+/// Minima for which no cap of the same place had to make room, but that of a place with the same F word.
+fn missed(problem: &Problem, pieces: &[FeedPiece], node_s: &[f64]) -> Vec<Conflict> {
+    let mut missed = Vec::new();
+    for piece in pieces {
+        let range = problem.of_move[piece.move_id.ix()].clone();
+        for index in range.start as usize..range.end as usize {
+            let node = &problem.nodes[index];
+            let shared_mm = node.to_mm.min(piece.to_mm) - node.from_mm.max(piece.from_mm);
+            let asked = matches!(node.floor.kind, LimitKind::FeedMin | LimitKind::ChipThicknessMin);
+            let reached_mm_s = node.floor.feed_mm_s.min(node.length_mm() / node_s[index]);
+            let low = piece.feed_mm_s < (1.0 - ROUNDED) * reached_mm_s;
+            if asked && low && node.free && node.cutting && shared_mm > MERGED_MM.min(0.5 * node.length_mm()) {
+                let cap = Bound { feed_mm_s: piece.feed_mm_s, kind: piece.limit, per_unit: 0.0 };
+                missed.push(Conflict { node: index, floor: node.floor, cap });
+            }
+        }
+    }
+    missed
 }
 
 /// Time of each node at the fastest, s. F words are held against the control's trapezoids, which know no jerk.
@@ -135,9 +165,9 @@ struct Search {
 
 impl Search {
     /// Takes in what a price gave; sets the next one unless this one is good enough.
-    fn is_settled(&mut self, attempt: Attempt, loss: f64, growth: f64) -> bool {
+    fn is_settled(&mut self, attempt: Attempt, loss: f64, grows: bool) -> bool {
         let price = self.costs.split_s;
-        if growth > GROWTH {
+        if grows {
             self.too_cheap = self.too_cheap.max(price);
         } else if self.affordable.as_ref().is_none_or(|(least, _)| loss < *least) {
             self.affordable = Some((loss, attempt));
@@ -178,24 +208,6 @@ fn settled(units: &[Unit], new: Attempt, time_s: &dyn Fn(&[FeedPiece]) -> f64, c
     let old_s = time_s(&old);
     let good = old_s <= (1.0 + LOSS) * continuous_s || old_s <= (1.0 + WORTH) * new.total_s;
     if good { old } else { new.pieces }
-}
-
-fn how(optimum: &Optimum) -> String {
-    let [windows, by_clarabel, refused] = optimum.windows;
-    let mut text = format!("exact forward-backward pass over {} legs", optimum.chain.legs.len());
-    if windows > 0 {
-        text += &format!("; convex program in {windows} windows where speeds are coupled");
-    }
-    if by_clarabel > 0 {
-        text += &format!(", {by_clarabel} of them by the second solver");
-    }
-    if refused > 0 {
-        text += &format!(", {refused} of them refused by the check and left to the exact pass");
-    }
-    if optimum.jerky > 0 {
-        text += &format!("; jerk above its limit at {} points", optimum.jerky);
-    }
-    text
 }
 
 /// Seconds that one percent more of the bound saves, summed over the nodes under each piece.
@@ -266,11 +278,11 @@ fn binding(unit: &Unit, feed_mm_s: f64) -> LimitKind {
     }
 }
 
-/// Blocks after splitting over blocks before, up to the last that moves.
-fn growth(toolpath: &Toolpath, pieces: &[FeedPiece]) -> f64 {
+/// Do the pieces add more blocks than a program of this many, counted up to the last that moves, may gain?
+fn grows_too_much(toolpath: &Toolpath, pieces: &[FeedPiece]) -> bool {
     let feed_moves = toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).count();
     let blocks = toolpath.moves.last().map_or(1.0, |motion| f64::from(motion.block.0 + 1));
-    (blocks + (pieces.len() - feed_moves.min(pieces.len())) as f64) / blocks
+    pieces.len().saturating_sub(feed_moves) as f64 > (GROWTH * blocks).max(FEW)
 }
 
 /// What an unlimited number of F words could do: every node at its cap where the move may be split, else the move at its own.

@@ -6,7 +6,7 @@
 
 use super::problem::{Bound, Node, Problem};
 use crate::ids::MoveId;
-use crate::machine::Output;
+use crate::machine::{LimitKind, Output};
 use crate::nc::{Move, MoveKind, Toolpath};
 
 /// Caps that differ by less than this share, over all of a piece, are one.
@@ -23,7 +23,7 @@ pub struct Unit {
     pub to_mm: f64,
     /// Highest feed.
     pub cap: Bound,
-    /// Lowest feed asked for.
+    /// Lowest feed asked for, where acceleration lets the machine reach it; the greatest along the piece.
     pub floor_mm_s: f64,
     /// Mean speed of the continuous optimum, mm/s.
     pub speed_mm_s: f64,
@@ -39,6 +39,18 @@ impl Unit {
     /// Length, mm.
     pub fn length_mm(&self) -> f64 {
         self.to_mm - self.from_mm
+    }
+    /// Lowest feed it may be given: the lowest asked for, or the cap where that lies lower and is no load (a load wins over
+    /// every minimum: then 0).
+    pub fn lowest_mm_s(&self) -> f64 {
+        use LimitKind::{AirFeed, Feed, FeedChange, Programmed};
+        if self.floor_mm_s < self.cap.feed_mm_s * (1.0 - 1e-9) {
+            self.floor_mm_s
+        } else if matches!(self.cap.kind, AirFeed | Feed | FeedChange | Programmed) {
+            self.cap.feed_mm_s
+        } else {
+            0.0
+        }
     }
     /// Time at a commanded feed, s.
     pub fn time_s(&self, feed_mm_s: f64) -> f64 {
@@ -76,13 +88,14 @@ pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, output: &Ou
 
 fn unit(node: &Node, time_s: f64) -> Unit {
     let length_mm = node.length_mm();
+    let speed_mm_s = if time_s > 0.0 { length_mm / time_s } else { node.cap.feed_mm_s.max(f64::MIN_POSITIVE) };
     Unit {
         move_id: node.move_id,
         from_mm: node.from_mm,
         to_mm: node.to_mm,
         cap: node.cap,
-        floor_mm_s: node.floor.feed_mm_s,
-        speed_mm_s: if time_s > 0.0 { length_mm / time_s } else { node.cap.feed_mm_s.max(f64::MIN_POSITIVE) },
+        floor_mm_s: node.floor.feed_mm_s.min(speed_mm_s),
+        speed_mm_s,
         programmed_mm_s: node.programmed_mm_s,
         free: node.free,
         splittable: false,

@@ -3,9 +3,10 @@
 //!
 //! A dynamic program over feed levels: levels are caps of the units, as many as keep every cap near one; staying at a level is free, a change costs the
 //! price of an F word (less where the block carries one already), and a unit at level F takes length / min(F, speed).
-//! Levels above the cap of a unit are closed to it. Runs of one level then get the largest F number below all their caps;
-//! an F already there that lies below the caps and within `minimum_change` of that number stays, and a rise smaller than
-//! `minimum_change` is not made.
+//! Levels above the cap of a unit are closed to it; levels below its floor cost more than any word saves, unless it has no
+//! other, so that a minimum gives way to a cap only. Runs of one level then get the largest F number below all their caps;
+//! an F already there that lies between floors and caps and within `minimum_change` of that number stays, and a rise smaller
+//! than `minimum_change` is not made.
 
 use rayon::prelude::*;
 
@@ -15,6 +16,9 @@ use super::units::Unit;
 const LEVELS: usize = 128;
 /// Ratio of caps that share a level at least.
 const FINEST: f64 = 1.0005;
+
+/// What a unit below its floor costs, s: more than all words of a program.
+const BELOW_S: f64 = 1e7;
 
 /// The F numbers a program may carry.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,11 +97,15 @@ fn best_levels(units: &[Unit], price_s: &dyn Fn(usize) -> f64) -> Vec<u8> {
         let change = cost[best] + if i == 0 { 0.0 } else { price_s(i) };
         let (open, closed) = cost.split_at_mut(top(unit) + 1);
         closed.fill(f64::INFINITY);
+        let low = feed.partition_point(|&feed| feed < unit.lowest_mm_s() * (1.0 - 1e-9)).min(open.len() - 1);
         let bits = |part: &[f64]| part.iter().rev().fold(0u32, |bits, cost| bits << 1 | u32::from(*cost <= change));
         stays.push(open.chunks(32).rev().fold(0u128, |stay, part| stay << 32 | u128::from(bits(part))));
         for (cost, feed) in open.iter_mut().zip(&feed) {
             let kept = if *cost <= change { *cost } else { change };
             *cost = kept + unit.time_s(*feed);
+        }
+        for cost in &mut open[..low] {
+            *cost += BELOW_S;
         }
         from.push(best as u8);
     }
@@ -155,8 +163,9 @@ fn settle(units: &[Unit], levels: &[u8], grid: &Grid, minimum_change: f64, feeds
         let end = (start..units.len()).find(|&i| levels[i] != levels[start]).unwrap_or(units.len());
         let cap = units[start..end].iter().map(|unit| unit.cap.feed_mm_s).fold(f64::INFINITY, f64::min);
         let best = grid.below(cap);
+        let floor = units[start..end].iter().map(Unit::lowest_mm_s).fold(best / (1.0 + minimum_change), f64::max);
         let there = units[start].programmed_mm_s;
-        let kept = |feed: f64| feed <= cap * (1.0 + 1e-9) && feed >= best / (1.0 + minimum_change);
+        let kept = |feed: f64| feed <= cap * (1.0 + 1e-9) && feed >= floor.min(best) * (1.0 - 1e-9);
         let same = units[start..end].iter().all(|unit| unit.programmed_mm_s == there);
         let chosen = if same && kept(there) { there } else { last.filter(|&last| kept(last)).unwrap_or(best) };
         feeds[start..end].fill(chosen);

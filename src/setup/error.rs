@@ -40,7 +40,10 @@ pub fn from_toml(error: &toml::de::Error, text: &str) -> SetupError {
         Some((found, known)) => {
             ("setup::unknown-key", format!("the key `{found}` is not known here"), suggest(found, &known))
         }
-        None => ("setup::form", message.clone(), String::new()),
+        None => {
+            let help = "`feedwright schema` prints what may stand here; `feedwright library` shows examples";
+            ("setup::form", message.clone(), help.to_owned())
+        }
     };
     let mut diagnostic = Diagnostic::new(code, Severity::Error, said).help(help);
     if let Some(span) = error.span() {

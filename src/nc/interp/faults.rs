@@ -73,7 +73,12 @@ impl Run<'_> {
 
     /// Diagnoses something that is kept but freezes the moves of its block.
     pub(super) fn not_understood(&mut self, code: &'static str, span: Span, text: impl Into<String>, help: &str) {
-        self.say(code, Severity::Warning, span, text, help);
+        if is_not_finite(span.of(self.source.program().text())) {
+            let text = "NaN or infinity stands where a number belongs";
+            self.say("nc::not-finite", Severity::Error, span, text, "write a plain decimal number, such as 600");
+        } else {
+            self.say(code, Severity::Warning, span, text, help);
+        }
         self.freeze = self.freeze.or(Some(Freeze::NotUnderstood));
     }
 
@@ -111,6 +116,14 @@ impl Run<'_> {
             self.out.diagnostics.push(Diagnostic::new(code, Severity::Note, text));
         }
     }
+}
+
+/// Is it `NaN` or infinity, alone or as the number of a word: `FNAN`, `X = -inf`, `[nan]`?
+fn is_not_finite(bytes: &[u8]) -> bool {
+    let name: Vec<u8> = bytes.iter().filter(|byte| byte.is_ascii_alphabetic()).map(u8::to_ascii_uppercase).collect();
+    let plain = bytes.iter().all(|byte| byte.is_ascii_alphabetic() || b" \t+-=[]()#0123456789".contains(byte));
+    let spelt = |name: &[u8]| [&b"NAN"[..], b"INF", b"INFINITY"].contains(&name);
+    plain && (spelt(&name) || name.get(1..).is_some_and(spelt))
 }
 
 /// What is wrong with text that cannot be read, and what to do.
