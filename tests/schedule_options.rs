@@ -50,7 +50,7 @@ fn stress_says_what_other_worlds_would_do() {
     let dir = bench(&setup());
     let found = report(dir.path(), &["--stress"]);
     let cases = found["stress"].as_array().unwrap();
-    assert_eq!(cases.len(), 10);
+    assert_eq!(cases.len(), 11);
     let worst = |name: &str| {
         let case = cases.iter().find(|case| case["case"].as_str().unwrap().starts_with(name)).unwrap();
         case["worst_ratio"].as_f64().unwrap()
@@ -60,6 +60,76 @@ fn stress_says_what_other_worlds_would_do() {
     assert!((worst("coefficients +30") / nominal - 1.3).abs() < 0.01, "{} {nominal}", worst("coefficients +30"));
     assert!((worst("coefficients -30") / nominal - 0.7).abs() < 0.01);
     assert!(worst("feed override") > nominal && worst("runout") > nominal && worst("stock grown") > nominal);
+}
+
+/// The worst ratio of a case of `--stress`.
+fn worst(report: &Value, name: &str) -> f64 {
+    let cases = report["stress"].as_array().unwrap();
+    let case = cases.iter().find(|case| case["case"].as_str().unwrap().starts_with(name));
+    number(case.unwrap_or_else(|| panic!("{name}: {cases:?}")), "worst_ratio")
+}
+
+#[test]
+fn what_stress_says_is_what_the_force_law_says() {
+    // Without edge forces the force is proportional to coefficients, feed and (for a straight edge) depth.
+    let sharp = "k_te = 0\nk_re = 0\nk_ae = 0\n";
+    let setup =
+        setup().replace("k_te = 14\nk_re = 12\nk_ae = 2\n", sharp).replace("flutes = 3", "flutes = 3\nhelix = 0");
+    let found = report(bench(&setup).path(), &["--stress"]);
+    let nominal = number(&found["check"], "resimulated_worst_ratio");
+    for (name, factor) in [
+        ("coefficients +30", 1.3),
+        ("coefficients -30", 0.7),
+        ("feed override", 1.2),
+        ("work offset -0.3 mm in z", 2.3 / 2.0),
+        ("work offset +0.3 mm in z", 1.7 / 2.0),
+    ] {
+        let ratio = worst(&found, name) / nominal;
+        assert!((ratio - factor).abs() < 0.01 * factor, "{name}: {ratio}, {factor}");
+    }
+    // Grown by 0.4 mm it is also met earlier, at the feed in air.
+    assert!(worst(&found, "stock grown") >= 2.4 / 2.0 * nominal, "{found}");
+    // Three teeth with one 0.01 mm out: at most the whole runout is added to a chip of f_t = F / (3 · 8000).
+    let feed = found["blocks"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|block| number(block, "feed_after"))
+        .fold(f64::INFINITY, f64::min);
+    let most = 1.0 + 2.0 * 0.01 / (feed / 24000.0);
+    let runout = worst(&found, "runout") / nominal;
+    assert!(runout > 1.05 && runout < most, "{runout} {most}");
+}
+
+/// A box as an STL file.
+fn box_as_stl([x, y, z]: [[f64; 2]; 3]) -> String {
+    let corner = |k: usize| format!("vertex {} {} {}\n", x[k & 1], y[k >> 1 & 1], z[k >> 2]);
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+    let facet =
+        |t: [usize; 3]| format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", t.map(corner).concat());
+    format!("solid box\n{}endsolid box\n", triangles.map(facet).collect::<String>())
+}
+
+#[test]
+fn a_stock_from_a_file_is_stressed_like_a_box() {
+    let shape = "box = { min = [0, 0, -10], max = [40, 20, 0] }";
+    let plain = report(bench(&setup()).path(), &["--stress"]);
+    let dir = bench(&setup().replace(shape, "stl = \"stock.stl\""));
+    fs::write(dir.path().join("stock.stl"), box_as_stl([[0.0, 40.0], [0.0, 20.0], [-10.0, 0.0]])).unwrap();
+    let meshed = report(dir.path(), &["--stress"]);
+    let near = |axis: &str, share: f64| {
+        for sign in ["+", "-"] {
+            let name = format!("work offset {sign}0.3 mm in {axis}");
+            let (box_ratio, mesh_ratio) = (worst(&plain, &name), worst(&meshed, &name));
+            assert!((mesh_ratio / box_ratio - 1.0).abs() < share, "{name}: {mesh_ratio}, box {box_ratio}");
+        }
+    };
+    near("x", 0.01);
+    near("y", 0.01);
+    // The top of a mesh is met in steps of the rings of the mill: 0.05 mm of 1.7.
+    near("z", 0.05 / 1.7);
+    assert!(worst(&meshed, "stock grown") > 1.1 * number(&meshed["check"], "resimulated_worst_ratio"));
 }
 
 #[test]

@@ -231,7 +231,7 @@ fn a_program_held_to_its_own_loads_is_never_slowed_and_a_common_error_cancels() 
     for (a, b) in cutting(&plain).iter().zip(cutting(&stiff)) {
         assert!((a.cap.feed_mm_s / b.cap.feed_mm_s - 1.0).abs() < 1e-6);
     }
-    assert_eq!(cases(&part.job).len(), 10);
+    assert_eq!(cases(&part.job).len(), 11);
 }
 
 #[test]

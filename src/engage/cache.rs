@@ -55,7 +55,8 @@ pub fn key(path: &Toolpath, job: &Job, options: &Options) -> Key {
         );
     }
     for stock in &job.stocks {
-        put(&mut hash, &format!("{:?} {:?} {:?}", stock.shape, stock.offset, stock.uncertainty_mm));
+        let place = (stock.offset, stock.moved_mm);
+        put(&mut hash, &format!("{:?} {:?} {:?}", stock.shape, place, stock.uncertainty_mm));
         if let (StockShape::Stl(file) | StockShape::Saved(file), Some(load)) = (&stock.shape, options.loader) {
             hash.update(load(file).unwrap_or_default());
         }

@@ -27,7 +27,7 @@ fn home_offset(job: &Job, path: &Toolpath) -> u16 {
 
 /// Shift of a piece of stock from its own coordinates into the common frame.
 pub fn stock_shift(job: &Job, path: &Toolpath, stock: &Stock) -> Vec3 {
-    shift(job, path, stock.offset.unwrap_or_else(|| home_offset(job, path)))
+    shift(job, path, stock.offset.unwrap_or_else(|| home_offset(job, path))) + stock.moved_mm
 }
 
 /// Extents of the pieces of stock in the common frame, with what was read from their files.

@@ -130,6 +130,8 @@ pub struct Stock {
     pub shape: StockShape,
     /// Work offset it is clamped on (54 for G54 …); `None`: the one the program uses.
     pub offset: Option<u16>,
+    /// How far it lies from where its shape and its offset put it, mm.
+    pub moved_mm: Vec3,
     /// What it is made of.
     pub material: Material,
     /// It may stand proud of its shape by this much, mm.

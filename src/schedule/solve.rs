@@ -114,9 +114,8 @@ pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, 
 fn missed(problem: &Problem, pieces: &[FeedPiece], node_s: &[f64]) -> Vec<Conflict> {
     let mut missed = Vec::new();
     for piece in pieces {
-        let range = problem.of_move[piece.move_id.ix()].clone();
-        for index in range.start as usize..range.end as usize {
-            let node = &problem.nodes[index];
+        let first = problem.of_move[piece.move_id.ix()].start as usize;
+        for (index, node) in problem.nodes_of(piece.move_id).iter().enumerate().map(|(k, node)| (first + k, node)) {
             let shared_mm = node.to_mm.min(piece.to_mm) - node.from_mm.max(piece.from_mm);
             let asked = matches!(node.floor.kind, LimitKind::FeedMin | LimitKind::ChipThicknessMin);
             let reached_mm_s = node.floor.feed_mm_s.min(node.length_mm() / node_s[index]);

@@ -16,16 +16,17 @@ pub struct Case {
     pub override_factor: f64,
 }
 
-/// The variations: stock grown by its uncertainty, work offset ± 0.3 mm, coefficients ± 30 %, runout 0.01 mm, override 120 %.
+/// The variations: stock grown by its uncertainty (one from a file is raised by it), work offset ± 0.3 mm, coefficients ± 30 %, runout 0.01 mm, override 120 %.
 pub fn cases(job: &Job) -> Vec<Case> {
     let case = |name, job| Case { name, job, override_factor: 1.0 };
-    let shifted = |x, y, z| with_stock(job, &|stock| shift(stock, Vec3::new(x, y, z)));
+    let shifted = |x, y, z| with_stock(job, &|stock| stock.moved_mm += Vec3::new(x, y, z));
     vec![
-        case("stock grown by its uncertainty", with_grown_stock(job)),
+        case("stock grown by its uncertainty", with_stock(job, &grow_or_raise)),
         case("work offset +0.3 mm in x", shifted(-0.3, 0.0, 0.0)),
         case("work offset -0.3 mm in x", shifted(0.3, 0.0, 0.0)),
         case("work offset +0.3 mm in y", shifted(0.0, -0.3, 0.0)),
         case("work offset -0.3 mm in y", shifted(0.0, 0.3, 0.0)),
+        case("work offset +0.3 mm in z", shifted(0.0, 0.0, -0.3)),
         case("work offset -0.3 mm in z", shifted(0.0, 0.0, 0.3)),
         case("coefficients +30 %", with_coefficients(job, 1.3)),
         case("coefficients -30 %", with_coefficients(job, 0.7)),
@@ -79,7 +80,7 @@ fn with_runout(job: &Job, offset_mm: f64) -> Job {
     job
 }
 
-/// The job with every stock grown by its uncertainty.
+/// The job with every stock that has a formula grown by its uncertainty.
 pub fn with_grown_stock(job: &Job) -> Job {
     with_stock(job, &grow)
 }
@@ -102,16 +103,9 @@ fn grow(stock: &mut Stock) {
     }
 }
 
-fn shift(stock: &mut Stock, by: Vec3) {
-    match &mut stock.shape {
-        StockShape::Box(shape) => {
-            shape.min += by;
-            shape.max += by;
-        }
-        StockShape::Cylinder { centre, z_mm, .. } => {
-            *centre = [centre[0] + by.x, centre[1] + by.y];
-            *z_mm = [z_mm[0] + by.z, z_mm[1] + by.z];
-        }
-        StockShape::Stl(_) | StockShape::Saved(_) => {}
+fn grow_or_raise(stock: &mut Stock) {
+    grow(stock);
+    if matches!(stock.shape, StockShape::Stl(_) | StockShape::Saved(_)) {
+        stock.moved_mm.z += stock.uncertainty_mm;
     }
 }

@@ -36,14 +36,10 @@ impl SetupError {
 /// From what the TOML reader says: the place underlined, and the nearest known key when one is misspelt.
 pub fn from_toml(error: &toml::de::Error, text: &str) -> SetupError {
     let message = error.message().replace('\n', " ");
-    let (code, said, help) = match unknown_field(&message) {
-        Some((found, known)) => {
-            ("setup::unknown-key", format!("the key `{found}` is not known here"), suggest(found, &known))
-        }
-        None => {
-            let help = "`feedwright schema` prints what may stand here; `feedwright library` shows examples";
-            ("setup::form", message.clone(), help.to_owned())
-        }
+    let (code, said, help) = if let Some((found, known)) = unknown_field(&message) {
+        ("setup::unknown-key", format!("the key `{found}` is not known here"), suggest(found, &known))
+    } else {
+        ("setup::form", message.clone(), "`feedwright schema` prints what may stand here".to_owned())
     };
     let mut diagnostic = Diagnostic::new(code, Severity::Error, said).help(help);
     if let Some(span) = error.span() {

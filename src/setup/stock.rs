@@ -23,6 +23,7 @@ pub fn stocks(reader: &mut Reader, file: &SetupFile, tools: &[Tool], dir: &Path)
         Some(Stock {
             shape: shape(reader, &key, table, dir)?,
             offset: table.offset.as_deref().and_then(|name| offset(reader, &key, name)),
+            moved_mm: Vec3::zeros(),
             material: material?,
             uncertainty_mm: reader.or(
                 &format!("{key}.uncertainty"),

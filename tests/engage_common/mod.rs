@@ -61,6 +61,7 @@ pub fn block(min: [f64; 3], max: [f64; 3]) -> Stock {
     Stock {
         shape: StockShape::Box(Box3 { min: min.into(), max: max.into() }),
         offset: None,
+        moved_mm: Vec3::zeros(),
         material: material(),
         uncertainty_mm: 0.0,
     }
