@@ -75,8 +75,8 @@ fn source(stock: &Stock, by: Vec3, options: &Options, notes: &mut Vec<String>) -
         }
         StockShape::Saved(file) => {
             let why = "it is no stock saved by this program, or was cut short: save it again, or describe it as a box";
-            let field = saved::from_bytes(&read(file, options)?, by).ok_or_else(|| stock_file(file, why))?;
-            Source::Blank(Blank::Heights(Box::new(Relief::new(&field))))
+            let relief = saved::from_bytes(&read(file, options)?, by).ok_or_else(|| stock_file(file, why))?;
+            Source::Blank(Blank::Heights(Box::new(relief)))
         }
     };
     let size = source.extent().max - source.extent().min;

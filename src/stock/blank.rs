@@ -46,20 +46,24 @@ pub struct Relief {
 impl Relief {
     /// The blank that has the heights of a field.
     pub fn new(field: &Field) -> Self {
-        let Field { extent, cell, size, .. } = field;
+        let mut heights = vec![0.0f32; field.size[0] * field.size[1]];
+        heights.par_chunks_mut(field.size[0]).enumerate().for_each(|(j, row)| field.copy_row(j, row));
+        Self::from_rows(field.extent, field.size, heights)
+    }
+    /// The blank of `size` cells over `extent` with these heights, row by row.
+    pub fn from_rows(extent: Box3, size: [usize; 2], heights: Vec<f32>) -> Self {
         let width = size[0].div_ceil(BLOCK);
         let mut lows = vec![f32::INFINITY; width * size[1].div_ceil(BLOCK)];
-        let mut heights = vec![0.0f32; size[0] * size[1]];
-        let blocks = heights.par_chunks_mut(BLOCK * size[0]).zip(lows.par_chunks_mut(width)).enumerate();
-        blocks.for_each(|(block, (heights, lows))| {
-            for (row, heights) in heights.chunks_mut(size[0]).enumerate() {
-                field.copy_row(BLOCK * block + row, heights);
+        let blocks = heights.par_chunks(BLOCK * size[0]).zip(lows.par_chunks_mut(width));
+        blocks.for_each(|(heights, lows)| {
+            for heights in heights.chunks(size[0]) {
                 for (low, cells) in lows.iter_mut().zip(heights.chunks(BLOCK)) {
                     *low = cells.iter().fold(*low, |low, height| low.min(*height));
                 }
             }
         });
-        Self { extent: *extent, cell: *cell, size: *size, per_mm: cell.map(|side| 1.0 / side), heights, lows }
+        let cell = [0, 1].map(|axis| (extent.max[axis] - extent.min[axis]) / size[axis] as f64);
+        Self { extent, cell, size, per_mm: cell.map(|side| 1.0 / side), heights, lows }
     }
     /// Height at (x, y), linear between the middles of the cells; minus infinity outside.
     #[inline]

@@ -1,11 +1,13 @@
-//! In-process stock as a file. In: the field as a program leaves it. Out: bytes for the next program, and back; a closed
-//! STL mesh for people to look at.
+//! In-process stock as a file. In: the field as a program leaves it. Out: bytes for the next program, and from them its
+//! blank; a closed STL mesh for people to look at.
 //!
 //! Layout, little endian: mark, extent (min, max: six f64), cells along X and Y (u64), heights (f32, row by row), SHA-256.
 
+use super::blank::Relief;
 use super::field::Field;
 use crate::machine::Box3;
 use crate::path::Vec3;
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 /// First bytes of a saved stock.
@@ -31,8 +33,8 @@ pub fn to_bytes(field: &Field, shift: Vec3) -> Vec<u8> {
     out
 }
 
-/// The field back from bytes, shifted by `shift`; `None` when they are no saved stock, cut short or changed.
-pub fn from_bytes(bytes: &[u8], shift: Vec3) -> Option<Field> {
+/// What was saved as bytes, shifted by `shift`, as a blank; `None` when they are no saved stock, cut short or changed.
+pub fn from_bytes(bytes: &[u8], shift: Vec3) -> Option<Relief> {
     let (body, sum) = bytes.split_at_checked(bytes.len().checked_sub(32)?)?;
     let whole: [u8; 32] = Sha256::digest(body).into();
     let rest = body.strip_prefix(MARK)?;
@@ -48,12 +50,23 @@ pub fn from_bytes(bytes: &[u8], shift: Vec3) -> Option<Field> {
     }
     let corner = |k: usize| Vec3::new(number(k), number(k + 1), number(k + 2)) + shift;
     let extent = Box3 { min: corner(0), max: corner(3) };
-    let heights: Vec<f32> = heights.chunks_exact(4).map(|h| f32::from_le_bytes([h[0], h[1], h[2], h[3]])).collect();
-    if !heights.iter().all(|h| h.is_finite()) || !(0..3).all(|k| extent.max[k] > extent.min[k]) {
+    if !(0..3).all(|k| extent.max[k] > extent.min[k]) {
         return None;
     }
-    Some(Field::from_rows(extent, [nx, ny], |i, j| f64::from(heights[j * nx + i]) + shift.z))
+    let height = |h: &[u8]| {
+        let height = f32::from_le_bytes([h[0], h[1], h[2], h[3]]);
+        (f64::from(height) + shift.z).max(extent.min.z) as f32
+    };
+    let is_finite = |h: &[u8]| f32::from_le_bytes([h[0], h[1], h[2], h[3]]).is_finite();
+    let sound = heights.par_chunks_exact(4).with_min_len(MANY).all(is_finite);
+    sound.then(|| {
+        let heights = heights.par_chunks_exact(4).with_min_len(MANY).map(height).collect();
+        Relief::from_rows(extent, [nx, ny], heights)
+    })
 }
+
+/// Heights read in one go.
+const MANY: usize = 1 << 14;
 
 /// The field as a binary STL mesh, closed, shifted by `shift`: its vertices are cell middles (those at the border moved to
 /// the border), every few cells where there are too many.
