@@ -2,34 +2,46 @@
 //! stations whose piece of path lies nearest to a cell their move was the last to lower.
 
 use super::map::EngagementMap;
-use crate::stock::{Element, Field, Track, UNTOUCHED};
+use crate::stock::{Element, Field, Tile, Track, UNTOUCHED};
+use rayon::prelude::*;
 
 /// Sets the flag.
 pub fn mark_final_surface(map: &mut EngagementMap, elements: &[Element], fields: &[Field]) {
-    for tile in fields.iter().flat_map(|field| &field.tiles) {
-        for j in tile.core[1][0]..tile.core[1][1] {
-            let y = tile.first[1] + j as f64 * tile.cell[1];
-            for i in tile.core[0][0]..tile.core[0][1] {
-                let k = j * tile.size[0] + i;
-                // A cell cut through to the bottom leaves no surface.
-                if tile.ids[k] == UNTOUCHED || tile.heights[k] <= tile.floor {
-                    continue;
-                }
-                let element = &elements[tile.ids[k] as usize];
-                let along = nearest_along(&element.track, [tile.first[0] + i as f64 * tile.cell[0], y]);
-                mark(map, element, element.from_mm + along);
-            }
-        }
+    let tiles: Vec<&Tile> = fields.iter().flat_map(|field| &field.tiles).collect();
+    let found: Vec<Vec<u32>> = tiles.par_iter().map(|tile| stations_of(map, elements, tile)).collect();
+    for index in found.into_iter().flatten() {
+        map.stations[index as usize].flags.final_surface = true;
     }
 }
 
-fn mark(map: &mut EngagementMap, element: &Element, s_mm: f64) {
-    let range = &map.of_move[element.move_id.ix()];
-    let stations = &mut map.stations[range.start as usize..range.end as usize];
-    let index = stations.partition_point(|station| station.to_mm < s_mm).min(stations.len().saturating_sub(1));
-    if let Some(station) = stations.get_mut(index) {
-        station.flags.final_surface = true;
+/// The stations that leave the surface of a tile; some several times.
+fn stations_of(map: &EngagementMap, elements: &[Element], tile: &Tile) -> Vec<u32> {
+    let mut found = Vec::new();
+    for j in tile.core[1][0]..tile.core[1][1] {
+        let y = tile.first[1] + j as f64 * tile.cell[1];
+        for i in tile.core[0][0]..tile.core[0][1] {
+            let k = j * tile.size[0] + i;
+            // A cell cut through to the bottom leaves no surface.
+            if tile.ids[k] == UNTOUCHED || tile.heights[k] <= tile.floor {
+                continue;
+            }
+            let element = &elements[tile.ids[k] as usize];
+            let along = nearest_along(&element.track, [tile.first[0] + i as f64 * tile.cell[0], y]);
+            let station = station_at(map, element, element.from_mm + along);
+            if station != found.last().copied() {
+                found.extend(station);
+            }
+        }
     }
+    found
+}
+
+/// The station of an element's move at a distance along it.
+fn station_at(map: &EngagementMap, element: &Element, s_mm: f64) -> Option<u32> {
+    let range = map.of_move[element.move_id.ix()].clone();
+    let stations = &map.stations[range.start as usize..range.end as usize];
+    let last = stations.len().checked_sub(1)?;
+    Some(range.start + stations.partition_point(|station| station.to_mm < s_mm).min(last) as u32)
 }
 
 /// Distance along a track of its point nearest to `p` in the plane, mm.
