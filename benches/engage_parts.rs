@@ -31,7 +31,7 @@ fn rows(depth: f64) -> Vec<Element> {
     };
     let element = |row: usize, k: usize| {
         let track = Track::Line { from: at(row, k), to: at(row, k + 1) };
-        Element { track, from_mm: 0.0, move_id: MoveId((row * PER_ROW + k) as u32), cutter: 0 }
+        Element { track, from_mm: 0.0, move_id: MoveId((row * PER_ROW + k) as u32), cutter: 0, joined: k > 0 }
     };
     let whole = (0..20).flat_map(|row| (0..PER_ROW).map(move |k| (row, k)));
     whole.chain((0..PER_ROW / 2).map(|k| (20, k))).map(|(row, k)| element(row, k)).collect()
@@ -53,7 +53,7 @@ fn parts(criterion: &mut Criterion) {
         let mut tile = Field::new(extent, 0.1, |_, _| 5.0).tiles.swap_remove(0);
         let last = elements.len() as u32 - 1;
         for (index, element) in elements[..last as usize].iter().enumerate() {
-            sweep(&mut tile, &element.track, &cutters[0].form, index as u32);
+            sweep(&mut tile, (&element.track, element.joined), &cutters[0].form, index as u32);
         }
         tile.update_highest();
         let track = elements[last as usize].track;
@@ -78,7 +78,7 @@ fn parts(criterion: &mut Criterion) {
         assert!(!arcs.is_empty(), "{name}: nothing is cut");
         criterion.bench_function(&format!("{name}: sweep of one block"), |bench| {
             let swept = |mut tile: feedwright::stock::Tile| {
-                sweep(&mut tile, &track, &cutters[0].form, last);
+                sweep(&mut tile, (&track, false), &cutters[0].form, last);
                 tile
             };
             bench.iter_batched(|| tile.clone(), swept, BatchSize::LargeInput);

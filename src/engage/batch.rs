@@ -1,5 +1,6 @@
 //! One batch of the simulation: nomination and sweeping tile by tile, then arcs sample by sample. In: the fields as they
-//! are before the batch, its elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample.
+//! are before the batch, its elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample. What
+//! needs the fields no more ([`Swept::finish`]) can go on beside the batch that follows.
 //!
 //! Between samples whose engagement differs it is looked at more closely ([`super::between`]). Only there are the optional
 //! samples asked for, and the ends of short blocks whose neighbours do not agree ([`super::joints`]): the tiles are taken
@@ -15,7 +16,7 @@ use super::cutter::Cutter;
 use super::joints::joints;
 use super::nominate::{Mark, Need, Nomination, Nominations, Sample, Scratch, nominate};
 use crate::ids::MoveId;
-use crate::stock::{Field, Past, Tile, make_again, sweep, take_back};
+use crate::stock::{Field, Past, Tile, Tiling, make_again, sweep, take_back};
 use rayon::prelude::*;
 
 /// What is known of a sample.
@@ -49,26 +50,36 @@ const UNDERCUT_MM: f64 = 0.01;
 
 /// One step of a tile.
 #[derive(Debug, Clone, Copy)]
-enum Operation {
+pub enum Operation {
+    /// Asked about a sample.
     Nominate(u32),
+    /// Swept by an element.
     Sweep(u32),
 }
 
-/// Simulates the elements `elements` (indices into the scene); `samples` are sorted by element; the volume removed by an
-/// element is measured where `watch(element)`.
+/// A batch that the tiles are done with.
+pub struct Swept {
+    said: Vec<Nominations>,
+    outcomes: Vec<Outcome>,
+    /// The pairs of neighbouring samples to be looked between, and the samples worked out after all.
+    pairs: Vec<[usize; 2]>,
+    wanted: Vec<bool>,
+    watched: Vec<(u32, f64)>,
+}
+
+/// Takes the tiles through their operations ([`assign`]); the volume removed by an element is measured where
+/// `watch(element)`.
 pub fn run(
     scene: &Scene,
     fields: &mut [Field],
-    elements: std::ops::Range<u32>,
+    operations: &[Vec<Operation>],
     samples: &[Sample],
     watch: impl Fn(u32) -> bool + Sync,
-    locate: Locate,
-) -> BatchResult {
-    let operations = assign(scene, fields, elements, samples);
+) -> Swept {
     let mut tiles: Vec<&mut Tile> = fields.iter_mut().flat_map(|field| field.tiles.iter_mut()).collect();
     let worked: Vec<Worked> = tiles
         .par_iter_mut()
-        .zip(&operations)
+        .zip(operations)
         .with_max_len(1) // a batch keeps to few tiles, side by side
         .map(|(tile, operations)| work_tile(scene, tile, samples, operations, &watch))
         .collect();
@@ -80,7 +91,7 @@ pub fn run(
         marks.push(worked.marks);
     }
     watched.sort_by_key(|(element, _)| *element);
-    let view = View { scene, samples, merged: Merged::new(&said, samples.len()), said: &said };
+    let view = View::new(scene, samples, &said);
     let required: Vec<usize> = (0..samples.len()).filter(|k| samples[*k].need == Need::Always).collect();
     let mut outcomes = vec![Outcome::default(); samples.len()];
     work_out(&view, &required, &mut outcomes);
@@ -99,19 +110,27 @@ pub fn run(
         })
         .collect();
     said.extend(more);
-    let view = View { scene, samples, merged: Merged::new(&said, samples.len()), said: &said };
-    let joints: Vec<usize> = (0..samples.len()).filter(|k| wanted[*k] && samples[*k].need == Need::Joint).collect();
-    work_out(&view, &joints, &mut outcomes);
-    let mut between = vec![None; samples.len()];
-    let looked: Vec<(usize, Option<Between>)> = pairs
-        .par_iter()
-        .with_min_len(16)
-        .map(|ends| (ends[1], look(&view, *ends, ends.map(|end| &outcomes[end]), locate)))
-        .collect();
-    for (index, found) in looked {
-        between[index] = found;
+    Swept { said, outcomes, pairs, wanted, watched }
+}
+
+impl Swept {
+    /// What happened: the joints wanted after all are worked out, and it is looked between samples that differ.
+    pub fn finish(self, scene: &Scene, samples: &[Sample], locate: Locate) -> BatchResult {
+        let Self { said, mut outcomes, pairs, wanted, watched } = self;
+        let view = View::new(scene, samples, &said);
+        let joints: Vec<usize> = (0..samples.len()).filter(|k| wanted[*k] && samples[*k].need == Need::Joint).collect();
+        work_out(&view, &joints, &mut outcomes);
+        let mut between = vec![None; samples.len()];
+        let looked: Vec<(usize, Option<Between>)> = pairs
+            .par_iter()
+            .with_min_len(16)
+            .map(|ends| (ends[1], look(&view, *ends, ends.map(|end| &outcomes[end]), locate)))
+            .collect();
+        for (index, found) in looked {
+            between[index] = found;
+        }
+        BatchResult { outcomes, between, watched }
     }
-    BatchResult { outcomes, between, watched }
 }
 
 /// Works out the outcomes of some samples.
@@ -170,10 +189,15 @@ struct Worked {
     marks: Vec<usize>,
 }
 
-/// Operations of every tile, in order of execution.
-fn assign(scene: &Scene, fields: &[Field], elements: std::ops::Range<u32>, samples: &[Sample]) -> Vec<Vec<Operation>> {
-    let count = fields.iter().map(|field| field.tiles.len()).sum();
-    let mut operations: Vec<Vec<Operation>> = vec![Vec::new(); count];
+/// Operations of every tile of the fields in order of execution: the elements `elements` (indices into the scene) and the
+/// samples, which are sorted by element.
+pub fn assign(
+    scene: &Scene,
+    fields: &[Tiling],
+    elements: std::ops::Range<u32>,
+    samples: &[Sample],
+) -> Vec<Vec<Operation>> {
+    let mut operations: Vec<Vec<Operation>> = vec![Vec::new(); fields.iter().map(Tiling::count).sum()];
     let mut put = |low: [f64; 2], high: [f64; 2], bottom: f64, operation: Operation| {
         let mut first = 0;
         for field in fields {
@@ -182,7 +206,7 @@ fn assign(scene: &Scene, fields: &[Field], elements: std::ops::Range<u32>, sampl
                     operations[first + tile].push(operation);
                 }
             }
-            first += field.tiles.len();
+            first += field.count();
         }
     };
     let mut next = 0;
@@ -236,13 +260,13 @@ fn work_tile(
                     let r = form.radius;
                     let window = ([low.x - r, low.y - r], [high.x + r, high.y + r]);
                     let before = tile.volume_in_mm3(window.0, window.1);
-                    sweep(tile, &element.track, form, index);
+                    sweep(tile, (&element.track, element.joined), form, index);
                     let removed = before - tile.volume_in_mm3(window.0, window.1);
                     if removed > 0.0 {
                         watched.push((index, removed));
                     }
                 } else {
-                    sweep(tile, &element.track, form, index);
+                    sweep(tile, (&element.track, element.joined), form, index);
                 }
             }
         }
@@ -338,6 +362,9 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
+    fn new(scene: &'a Scene<'a>, samples: &'a [Sample], said: &'a [Nominations]) -> Self {
+        View { scene, samples, merged: Merged::new(said, samples.len()), said }
+    }
     /// Move of a sample.
     pub fn move_of(&self, index: usize) -> MoveId {
         self.scene.elements[self.samples[index].element as usize].move_id

@@ -18,8 +18,8 @@ pub struct Band {
     pub low: f64,
     /// Looks straight down: leads only in a descending move.
     pub bottom: bool,
-    /// Bins of the diamond angle about bin 0 in which a cell may matter to it.
-    pub spread: u64,
+    /// Bins of the diamond angle (64 of a turn) on either side of one within which a cell in it may matter.
+    pub spread: u32,
 }
 
 /// A part of the tool that must not touch stock: the shank, or a cylinder of the holder.
@@ -33,7 +33,7 @@ pub struct Body {
     pub low: f64,
 }
 
-/// A band as a cell near it sees it.
+/// A band as cells near it see it.
 #[derive(Debug, Clone, Copy)]
 pub struct NearBand {
     /// Its index.
@@ -41,25 +41,20 @@ pub struct NearBand {
     /// Its lowest height above the tip, mm.
     pub low: f32,
     /// Its [`Band::spread`].
-    pub spread: u64,
+    pub spread: u32,
+    /// The distances at which it passes: the first bin, and one past the last.
+    pub bins: [usize; 2],
 }
 
-/// What passes at one distance from the axis.
-#[derive(Debug, Clone, Copy)]
-pub struct NearBin {
-    /// Lowest height above the tip of the bands; infinite where there is none.
-    pub lowest: f32,
-    /// First of its bands, and one past the last.
-    bands: [u32; 2],
-}
-
-/// Which bands pass at a distance from the axis.
+/// Which bands pass at a distance from the axis, in bins of the distance.
 #[derive(Debug, Clone)]
 pub struct Near {
     /// Bins per mm.
     per_mm: f64,
-    bins: Vec<NearBin>,
-    bands: Vec<NearBand>,
+    /// Lowest height above the tip of the bands that pass in each bin; infinite where there is none.
+    pub lowest: Vec<f32>,
+    /// The bands.
+    pub bands: Vec<NearBand>,
     /// Lower bounds of those heights: a + b d².
     pub bounds: [[f32; 2]; 4],
 }
@@ -226,24 +221,18 @@ fn bands(slices: &[Slice], margin: f64) -> Vec<Band> {
     bands
 }
 
-/// Bins (of 64) within an angle of bin 0, either way.
-fn spread(angle: f64) -> u64 {
-    let bins = (16.0 * angle).ceil();
-    if bins >= 31.0 {
-        return u64::MAX;
-    }
-    let bins = bins as u32;
-    ((1u64 << (2 * bins + 1)) - 1).rotate_right(bins)
+/// Bins (of 64) within an angle, either way.
+fn spread(angle: f64) -> u32 {
+    (16.0 * angle).ceil().min(32.0) as u32
 }
 
 /// Lines in the square of the distance below the lowest of all bins (a value holds up to the end of its bin).
-fn bounds(bins: &[NearBin], per_mm: f64) -> [[f32; 2]; 4] {
-    let points: Vec<[f64; 2]> = bins
+fn bounds(lowest: &[f32], per_mm: f64) -> [[f32; 2]; 4] {
+    let points: Vec<[f64; 2]> = lowest
         .iter()
-        .map(|bin| bin.lowest)
         .enumerate()
         .filter(|(_, low)| low.is_finite())
-        .map(|(bin, low)| [((bin + 1) as f64 / per_mm).powi(2), f64::from(low)])
+        .map(|(bin, low)| [((bin + 1) as f64 / per_mm).powi(2), f64::from(*low)])
         .collect();
     std::array::from_fn(|k| {
         let slope = match points.len() * k / 4 {
@@ -265,20 +254,19 @@ impl Near {
     fn new(bands: &[Band], radius: f64, margin: f64, cell_mm: f64, bottom: bool) -> Self {
         let per_mm = 2.0 / cell_mm;
         let count = ((radius + margin) * per_mm).ceil() as usize + 2;
-        let (mut bins, mut list) = (Vec::with_capacity(count), Vec::new());
-        for bin in 0..count {
-            let (from, to) = (bin as f64 / per_mm - margin, (bin + 1) as f64 / per_mm + margin);
-            let (mut low, first) = (f64::INFINITY, list.len() as u32);
-            for (index, band) in bands.iter().enumerate() {
-                if (bottom || !band.bottom) && (from..=to).contains(&band.radius) {
-                    list.push(NearBand { index: index as u16, low: band.low as f32, spread: band.spread });
-                    low = low.min(band.low);
-                }
-            }
-            bins.push(NearBin { lowest: low as f32, bands: [first, list.len() as u32] });
+        let passes = |band: &Band, bin: usize| {
+            (bin as f64 / per_mm - margin..=(bin + 1) as f64 / per_mm + margin).contains(&band.radius)
+        };
+        let (mut lowest, mut list) = (vec![f32::INFINITY; count], Vec::new());
+        for (index, band) in bands.iter().enumerate().filter(|(_, band)| bottom || !band.bottom) {
+            let Some(first) = (0..count).find(|bin| passes(band, *bin)) else { continue };
+            let end = (first..count).find(|bin| !passes(band, *bin)).unwrap_or(count);
+            let low = band.low as f32;
+            lowest[first..end].iter_mut().for_each(|lowest| *lowest = lowest.min(low));
+            list.push(NearBand { index: index as u16, low, spread: band.spread, bins: [first, end] });
         }
-        let bounds = bounds(&bins, per_mm);
-        Self { per_mm, bins, bands: list, bounds }
+        let bounds = bounds(&lowest, per_mm);
+        Self { per_mm, lowest, bands: list, bounds }
     }
     /// Lowest height of all, mm.
     pub fn floor(&self) -> f32 {
@@ -286,7 +274,7 @@ impl Near {
     }
     /// Distance from the axis beyond which no band is lower than `height` above the tip, mm.
     pub fn outer_below(&self, height: f32) -> f64 {
-        self.bins.iter().rposition(|bin| bin.lowest < height).map_or(0.0, |bin| (bin + 1) as f64 / self.per_mm)
+        self.lowest.iter().rposition(|lowest| *lowest < height).map_or(0.0, |bin| (bin + 1) as f64 / self.per_mm)
     }
     /// Bins per mm.
     pub fn per_mm(&self) -> f32 {
@@ -294,17 +282,12 @@ impl Near {
     }
     /// The bin of a distance, given in bins.
     #[inline]
-    pub fn bin(&self, distance: f32) -> &NearBin {
-        &self.bins[(distance as usize).min(self.bins.len() - 1)]
-    }
-    /// Bands of a bin.
-    #[inline]
-    pub fn bands(&self, bin: &NearBin) -> &[NearBand] {
-        &self.bands[bin.bands[0] as usize..bin.bands[1] as usize]
+    pub fn bin(&self, distance: f32) -> usize {
+        (distance as usize).min(self.lowest.len() - 1)
     }
     /// Distance from the axis up to which no band passes, mm.
     pub fn inner(&self) -> f64 {
-        let first = self.bins.iter().position(|bin| bin.lowest.is_finite()).unwrap_or(self.bins.len());
+        let first = self.lowest.iter().position(|lowest| lowest.is_finite()).unwrap_or(self.lowest.len());
         first as f64 / self.per_mm
     }
 }

@@ -7,7 +7,7 @@
 
 #![allow(clippy::inline_always)] // lanes are registers only where all is inlined
 
-use super::cutter::{Cutter, Near, NearBand};
+use super::cutter::{Cutter, Near};
 use crate::path::Vec3;
 use crate::stock::wide::{Lanes, MOST_LANES, Task, widest};
 use crate::stock::{Tile, UNTOUCHED};
@@ -88,10 +88,18 @@ pub struct Nominations {
 #[derive(Debug, Default)]
 pub struct Scratch {
     marks: Vec<Mark>,
+    met: Vec<Met>,
     /// Per row of the window a bit per column, from its first: was the cell a hit?
     hits: Vec<u64>,
     seen: Vec<u32>,
     found: Vec<u32>,
+}
+
+/// The cells met at one distance from the axis: the highest, and the bins of the diamond angle they lie in.
+#[derive(Debug, Clone, Copy)]
+struct Met {
+    top: f32,
+    turns: u64,
 }
 
 /// Height by which a cell may miss the material beside it, as a part of the cell.
@@ -102,7 +110,7 @@ pub fn nominate(tile: &Tile, number: u32, sample: &Sample, cutter: &Cutter, work
     let found = widest(MarkCells { tile, sample, cutter, work });
     let (first_mark, first_candidate) = (out.marks.len(), out.candidates.len());
     if found {
-        out.marks.extend(work.marks.iter().filter(|mark| mark.bins != 0));
+        out.marks.extend_from_slice(&work.marks);
         work.found.sort_unstable();
         out.candidates.extend_from_slice(&work.found);
     }
@@ -143,7 +151,7 @@ fn mark_cells<S: Simd>(simd: S, tile: &Tile, sample: &Sample, cutter: &Cutter, w
     if tile.highest <= base + near.floor() {
         return false;
     }
-    work.start(cutter.bands.len());
+    work.start(near.lowest.len());
     let around = [sample.tip.x, sample.tip.y];
     let window = |reach: f64| {
         let [columns, rows] = tile.window(around.map(|x| x - reach), around.map(|x| x + reach));
@@ -184,6 +192,7 @@ fn mark_cells<S: Simd>(simd: S, tile: &Tile, sample: &Sample, cutter: &Cutter, w
         }
     }
     if found {
+        work.mark(near, base);
         work.gather(tile, rows, columns.start, words);
     }
     found
@@ -282,8 +291,8 @@ impl<S: Simd> Look<'_, S> {
         let mut hits = 0u64;
         for k in 0..count {
             let bin = self.near.bin(places[k]);
-            if heights[k] > self.base + bin.lowest {
-                work.mark(self.near.bands(bin), heights[k], self.base, turns[k] as u32 & 63);
+            if heights[k] > self.base + self.near.lowest[bin] {
+                work.met[bin].take(heights[k], turns[k] as u32 & 63);
                 hits |= 1 << k;
             }
         }
@@ -309,21 +318,26 @@ fn clip(range: std::ops::Range<usize>, core: [usize; 2]) -> std::ops::Range<usiz
 }
 
 impl Scratch {
-    fn start(&mut self, bands: usize) {
+    fn start(&mut self, bins: usize) {
         self.marks.clear();
-        self.marks.extend((0..bands).map(|band| Mark { band: band as u16, top: f32::NEG_INFINITY, bins: 0 }));
+        self.met.clear();
+        self.met.resize(bins, Met { top: f32::NEG_INFINITY, turns: 0 });
         self.seen.clear();
         self.seen.resize(SEEN, UNTOUCHED);
         self.found.clear();
     }
-    /// Marks the bands that a cell of this height matters to; `turn` is its bin of the diamond angle.
-    #[inline(always)]
-    fn mark(&mut self, bands: &[NearBand], height: f32, base: f32, turn: u32) {
-        for band in bands {
-            if height > base + band.low {
-                let mark = &mut self.marks[band.index as usize];
-                mark.bins |= band.spread.rotate_left(turn);
-                mark.top = if height > mark.top { height } else { mark.top };
+    /// Marks the bands that pass where cells stand higher than they.
+    fn mark(&mut self, near: &Near, base: f32) {
+        for band in &near.bands {
+            let mut mark = Mark { band: band.index, top: f32::NEG_INFINITY, bins: 0 };
+            for met in &self.met[band.bins[0]..band.bins[1]] {
+                if met.top > base + band.low {
+                    mark.bins |= met.turns;
+                    mark.top = mark.top.max(met.top);
+                }
+            }
+            if mark.bins != 0 {
+                self.marks.push(Mark { bins: widened(mark.bins, band.spread), ..mark });
             }
         }
     }
@@ -377,6 +391,26 @@ impl Scratch {
         *slot = id;
         self.found.push(id);
     }
+}
+
+impl Met {
+    #[inline(always)]
+    fn take(&mut self, height: f32, turn: u32) {
+        self.turns |= 1 << turn;
+        self.top = if height > self.top { height } else { self.top };
+    }
+}
+
+/// The bins of a turn with those up to `by` beside them.
+fn widened(bins: u64, by: u32) -> u64 {
+    let (mut wide, mut done) = (bins, 0);
+    while done < by {
+        // What is widened so far has no gaps within `done` of a bin.
+        let step = (by - done).min(2 * done + 1);
+        wide |= wide.rotate_left(step) | wide.rotate_right(step);
+        done += step;
+    }
+    wide
 }
 
 const SEEN_BITS: u32 = 7;

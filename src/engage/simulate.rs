@@ -5,7 +5,7 @@
 //! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
 
 use super::arcs::Scene;
-use super::batch::{BatchResult, Outcome, run};
+use super::batch::{BatchResult, Operation, Outcome, Swept, assign, run};
 use super::cutter::Cutter;
 use super::finish::mark_final_surface;
 use super::hazards::{report, report_fixtures, report_rapids};
@@ -19,7 +19,7 @@ use crate::ids::MoveId;
 use crate::machine::{Box3, Job, Shape, Tool};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
-use crate::stock::{Blank, Element, Field, append_elements};
+use crate::stock::{Blank, Element, Field, Tiling, append_elements};
 
 /// Elements in a batch, and cells they may sweep: what they overwrite is kept.
 const BATCH: u32 = 8192;
@@ -132,8 +132,8 @@ pub(super) struct Plan<'a> {
     /// The toolpath.
     pub path: &'a Toolpath,
     laid: Laid,
-    /// Stock grown by nothing: a move beyond all of them sweeps nothing.
-    extents: Vec<Box3>,
+    /// The pieces of stock: a move beyond all of them sweeps nothing.
+    tilings: Vec<Tiling>,
     /// Keep-out boxes.
     pub fixtures: Vec<Box3>,
     spacing_mm: f64,
@@ -153,7 +153,7 @@ impl<'a> Plan<'a> {
         Self {
             path,
             laid,
-            extents: fields.iter().map(|field| field.extent).collect(),
+            tilings: fields.iter().map(Field::tiling).collect(),
             fixtures: job.fixtures.clone(),
             spacing_mm: options.spacing_mm,
             optional_mm: OPTIONAL_CELLS * cell,
@@ -195,7 +195,7 @@ impl<'a> Plan<'a> {
                     low[axis] + by[axis] - reach > body.max[axis] || high[axis] + by[axis] + reach < body.min[axis]
                 })
         };
-        self.extents.iter().all(away) && self.fixtures.iter().all(away)
+        self.tilings.iter().all(|stock| away(&stock.extent)) && self.fixtures.iter().all(away)
     }
 }
 
@@ -214,6 +214,8 @@ struct Batch {
     moves: std::ops::Range<usize>,
     samples: Vec<Sample>,
     ways: Vec<Way>,
+    /// What the tiles do.
+    operations: Vec<Vec<Operation>>,
 }
 
 /// What sampling keeps from batch to batch.
@@ -223,28 +225,29 @@ struct Sampling {
     marker: Marker,
 }
 
-/// While a batch is worked, the one before it is entered into the map and the one after it sampled.
+/// While a batch is worked, the one before it is finished and entered into the map, and the one after it sampled.
 fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Builder, progress: &(dyn Fn(f64) + Sync)) {
     let mut held = Outcome::default();
     let mut state = Sampling { heading: [1.0, 0.0], marker: Marker::default() };
     let mut next = prepare(plan, scene, 0, &mut state);
-    let mut done: Option<(Batch, BatchResult)> = None;
+    let mut done: Option<(Batch, Swept)> = None;
+    let rapid = |element: u32| plan.path.moves[scene.elements[element as usize].move_id.ix()].kind == MoveKind::Rapid;
     while let Some(batch) = next.take() {
         let fields = &mut *fields;
-        let (result, prepared) = rayon::join(
-            || work(plan, scene, fields, &batch),
+        let (swept, prepared) = rayon::join(
+            || run(scene, fields, &batch.operations, &batch.samples, rapid),
             || {
-                if let Some((batch, result)) = done.take() {
-                    enter_batch(plan, scene, &batch, &result, &mut held, builder);
+                if let Some((batch, swept)) = done.take() {
+                    enter_batch(plan, scene, &batch, swept, &mut held, builder);
                 }
                 prepare(plan, scene, batch.moves.end, &mut state)
             },
         );
         progress(batch.moves.end as f64 / plan.path.moves.len() as f64);
-        (next, done) = (prepared, Some((batch, result)));
+        (next, done) = (prepared, Some((batch, swept)));
     }
-    if let Some((batch, result)) = done {
-        enter_batch(plan, scene, &batch, &result, &mut held, builder);
+    if let Some((batch, swept)) = done {
+        enter_batch(plan, scene, &batch, swept, &mut held, builder);
     }
 }
 
@@ -255,31 +258,21 @@ fn prepare(plan: &Plan, scene: &Scene, begin: usize, state: &mut Sampling) -> Op
     let ways: Vec<Way> =
         moves.clone().map(|index| sample_move(plan, scene, index, &mut state.heading, &mut samples)).collect();
     mark_joints(plan, scene, begin, &ways, &mut samples, &mut state.marker);
-    (!moves.is_empty()).then_some(Batch { moves, samples, ways })
+    let elements = plan.laid.first[moves.start]..plan.laid.first[moves.end];
+    let operations = assign(scene, &plan.tilings, elements, &samples);
+    (!moves.is_empty()).then_some(Batch { moves, samples, ways, operations })
 }
 
-fn work(plan: &Plan, scene: &Scene, fields: &mut [Field], batch: &Batch) -> BatchResult {
-    let rapid = |element: u32| plan.path.moves[scene.elements[element as usize].move_id.ix()].kind == MoveKind::Rapid;
+fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &mut Outcome, builder: &mut Builder) {
     let locate = |like: &Sample, s_mm: f64| {
         let element = &scene.elements[like.element as usize];
         sample_at(plan, element.move_id.ix(), s_mm, like.dir, like.cutter)
     };
-    let elements = plan.laid.first[batch.moves.start]..plan.laid.first[batch.moves.end];
-    run(scene, fields, elements, &batch.samples, rapid, &locate)
-}
-
-fn enter_batch(
-    plan: &Plan,
-    scene: &Scene,
-    batch: &Batch,
-    result: &BatchResult,
-    held: &mut Outcome,
-    builder: &mut Builder,
-) {
-    report_rapids(scene, result, &mut builder.map);
+    let result = swept.finish(scene, &batch.samples, &locate);
+    report_rapids(scene, &result, &mut builder.map);
     report_fixtures(plan, scene, batch.moves.clone(), &mut builder.map);
     for (index, way) in batch.moves.clone().zip(&batch.ways) {
-        enter(plan, scene, index, way, &batch.samples, result, held, builder);
+        enter(plan, scene, index, way, &batch.samples, &result, held, builder);
     }
 }
 

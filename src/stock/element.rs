@@ -10,6 +10,9 @@ use crate::path::{Arc, Curve, Plane, Vec3};
 /// Largest distance between a chord and the curve it stands for, mm.
 pub const SAGITTA_MM: f64 = 5e-4;
 
+/// Distance up to which one element ends where the next begins, mm.
+const JOINED_MM: f64 = 1e-9;
+
 /// Where the tip of an element's tool goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Track {
@@ -46,6 +49,8 @@ pub struct Element {
     pub move_id: MoveId,
     /// Index of its tool in the list of cutters.
     pub cutter: u16,
+    /// The element before it ends where this one begins, with the same cutter: what lies behind there is swept already.
+    pub joined: bool,
 }
 
 impl Track {
@@ -126,7 +131,12 @@ fn arc_bounds(centre: [f64; 2], z: f64, radius: [f64; 2], start: f64, sweep: f64
 
 /// Appends the elements of one move, shifted by `shift` into the frame of the stock.
 pub fn append_elements(out: &mut Vec<Element>, curve: &Curve, shift: Vec3, move_id: MoveId, cutter: u16) {
-    let mut push = |track: Track, from_mm: f64| out.push(Element { track, from_mm, move_id, cutter });
+    let mut push = |track: Track, from_mm: f64| {
+        let runs_on =
+            |before: &Element| (before.track.ends().1 - track.ends().0).norm_squared() < JOINED_MM * JOINED_MM;
+        let joined = out.last().is_some_and(|before| before.cutter == cutter && runs_on(before));
+        out.push(Element { track, from_mm, move_id, cutter, joined });
+    };
     match curve {
         Curve::Line { from, to } => push(Track::Line { from: from + shift, to: to + shift }, 0.0),
         Curve::Arc(arc) if is_level(arc) => push(

@@ -41,6 +41,17 @@ pub struct Tile {
     pub past: Past,
 }
 
+/// How a field is divided into tiles.
+#[derive(Debug, Clone, Copy)]
+pub struct Tiling {
+    /// Extent of the field, mm.
+    pub extent: Box3,
+    /// Sides of a tile, mm.
+    side: [f64; 2],
+    /// Tiles along X and Y.
+    across: [usize; 2],
+}
+
 /// The field of one piece of stock.
 #[derive(Debug, Clone)]
 pub struct Field {
@@ -95,18 +106,9 @@ impl Field {
         let (i, j) = (i % TILE + tile.core[0][0], j % TILE + tile.core[1][0]);
         tile.heights[j * tile.size[0] + i]
     }
-    /// Indices of the tiles whose cores meet the box from `low` to `high` in XY.
-    pub fn tiles_under(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
-        let [columns, rows] = [0, 1].map(|axis| {
-            let origin = if axis == 0 { self.extent.min.x } else { self.extent.min.y };
-            let side = TILE as f64 * self.cell[axis];
-            let first = ((low[axis] - origin) / side).floor().max(0.0) as usize;
-            let last = ((high[axis] - origin) / side).floor();
-            let end = if last < 0.0 { 0 } else { (last as usize + 1).min(self.tiling[axis]) };
-            first..end.max(first)
-        });
-        let width = self.tiling[0];
-        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+    /// How it is divided.
+    pub fn tiling(&self) -> Tiling {
+        Tiling { extent: self.extent, side: self.cell.map(|side| TILE as f64 * side), across: self.tiling }
     }
     /// Volume of the stock, mm³.
     pub fn volume_mm3(&self) -> f64 {
@@ -120,6 +122,24 @@ impl Field {
             return None;
         }
         Some(self.at(i as usize, j as usize))
+    }
+}
+
+impl Tiling {
+    /// Number of tiles.
+    pub fn count(&self) -> usize {
+        self.across[0] * self.across[1]
+    }
+    /// Indices of the tiles whose cores meet the box from `low` to `high` in XY.
+    pub fn tiles_under(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = usize> + use<> {
+        let [columns, rows] = [0, 1].map(|axis| {
+            let index = |at: f64| ((at - self.extent.min[axis]) / self.side[axis]).floor();
+            let (first, last) = (index(low[axis]).max(0.0) as usize, index(high[axis]));
+            let end = if last < 0.0 { 0 } else { (last as usize + 1).min(self.across[axis]) };
+            first..end.max(first)
+        });
+        let width = self.across[0];
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
     }
 }
 

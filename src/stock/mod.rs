@@ -17,7 +17,7 @@ pub mod wide;
 
 pub use blank::{Blank, Relief};
 pub use element::{Element, Track, append_elements};
-pub use field::{Field, Tile, UNTOUCHED};
+pub use field::{Field, Tile, Tiling, UNTOUCHED};
 pub use form::Form;
 pub use mesh::{Mesh, MeshError, read_stl};
 pub use past::{Past, make_again, take_back};

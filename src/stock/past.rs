@@ -91,7 +91,7 @@ mod tests {
             let arc = Track::Arc { centre: [6.0, 5.0], z, radius: [3.0; 2], start: a, sweep: 2.0 };
             let track = if k % 3 == 0 { arc } else { line };
             states.push((tile.past.mark(), tile.heights.clone(), tile.ids.clone()));
-            sweep(&mut tile, &track, &Form::new(&forms[k as usize % 3]), k as u32);
+            sweep(&mut tile, (&track, false), &Form::new(&forms[k as usize % 3]), k as u32);
         }
         assert!(states.windows(2).any(|two| two[0].1 != two[1].1));
         let done = (tile.past.mark(), tile.heights.clone(), tile.ids.clone());
