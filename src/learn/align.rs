@@ -17,7 +17,9 @@ pub struct Aligned {
     pub program_s: Vec<f64>,
     /// position, line or load.
     pub method: &'static str,
-    /// Standard uncertainty of that time, s.
+    /// Standard uncertainty of that time, s: of each sample, and their root mean square.
+    pub each_s: Vec<f64>,
+    /// See `each_s`.
     pub uncertainty_s: f64,
     /// Share of the samples that could not be placed well.
     pub misfit: f64,
@@ -64,6 +66,7 @@ pub fn by_position(log: &Log, timeline: &Timeline) -> Option<Aligned> {
     Some(Aligned {
         program_s,
         method: "position",
+        each_s: vec![0.1 * rate_s; points.len()],
         uncertainty_s: 0.1 * rate_s,
         misfit: off as f64 / points.len().max(1) as f64,
         pauses: Vec::new(),

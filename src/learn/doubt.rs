@@ -1,7 +1,7 @@
 //! How much a sample counts. In: samples laid along the program. Out: a weight for each, 1 where neither the alignment nor the
 //! spindle casts a doubt on it, and cells of samples that are all sure or all doubtful.
 //!
-//! Where a small error of the alignment makes a large error e of the load, as predicted or as measured, the weight is
+//! Where an error of the alignment within the uncertainty of that very sample makes a large error e of the load, as predicted or as measured, the weight is
 //! 1/(1 + (e/σ)²), σ the noise of neighbouring samples. While the spindle changes its speed nobody knows what its mass and its drive take: there e is all
 //! that the readings range over.
 
@@ -71,21 +71,22 @@ impl Along<'_> {
     /// Range of the readings within the doubt of the alignment about each, taken as linear between neighbours. Where many
     /// readings fall within that doubt, neighbours are the means of those of half of it: their noise is no doubt.
     fn measured_spreads(&self, valid: &[usize], values: &[f64]) -> Vec<f64> {
-        let about = DOUBT * self.aligned.uncertainty_s;
+        let about = |k: usize| DOUBT * self.aligned.each_s[valid[k]];
         let time = |k: usize| self.log.time_s[valid[k]];
-        let mut groups: Vec<(f64, f64, usize)> = Vec::new();
+        let mut groups: Vec<(f64, f64, usize, f64)> = Vec::new();
         let mut first = 0;
         while first < valid.len() {
-            let near = (first + 1..valid.len()).take_while(|k| time(*k) - time(first) < 0.5 * about).count();
+            let within = 0.5 * about(first);
+            let near = (first + 1..valid.len()).take_while(|k| time(*k) - time(first) < within).count();
             let members = &valid[first..=first + near];
             let mean = |of: &[f64]| members.iter().map(|i| of[*i]).sum::<f64>() / members.len() as f64;
-            groups.push((mean(&self.log.time_s), mean(values), members.len()));
+            groups.push((mean(&self.log.time_s), mean(values), members.len(), DOUBT * mean(&self.aligned.each_s)));
             first += near + 1;
         }
-        let step = |k: usize, other: Option<&(f64, f64, usize)>| {
-            let Some((at_s, value, _)) = other else { return 0.0 };
+        let step = |k: usize, other: Option<&(f64, f64, usize, f64)>| {
+            let Some((at_s, value, ..)) = other else { return 0.0 };
             let apart_s = (at_s - groups[k].0).abs().max(1e-9);
-            (value - groups[k].1) * (about / apart_s).min(1.0)
+            (value - groups[k].1) * (groups[k].3 / apart_s).min(1.0)
         };
         let spread = |k: usize| {
             let (before, after) = (step(k, groups[..k].last()), step(k, groups.get(k + 1)));
@@ -96,7 +97,7 @@ impl Along<'_> {
 
     /// Range of the predicted loads within the doubt of the alignment about a sample, in the geometry that varies most.
     fn predicted_spread(&self, i: usize, loads: &[Vec<f64>]) -> f64 {
-        let (at, about) = (self.aligned.program_s[i], DOUBT * self.aligned.uncertainty_s);
+        let (at, about) = (self.aligned.program_s[i], DOUBT * self.aligned.each_s[i]);
         let end_s = self.known.timeline.total_s();
         let [first, own, last] = [at - about, at, at + about].map(|t| self.about(t.clamp(0.0, end_s)));
         let [from, to] = [first[0].0, last[0].0];

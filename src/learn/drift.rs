@@ -69,6 +69,13 @@ impl Drift {
         log_s.iter().map(place).collect()
     }
 
+    /// Standard deviation of the drift at program times; that of the mean where no time is known.
+    pub fn deviations_s(&self, program_s: &[f64]) -> Vec<f64> {
+        let whole = self.uncertainty_s();
+        let of = |t: &f64| if t.is_finite() { interpolated(&self.at_s, &self.deviation_s, *t) } else { whole };
+        program_s.iter().map(of).collect()
+    }
+
     /// Root mean square of the deviations.
     pub fn uncertainty_s(&self) -> f64 {
         let n = self.deviation_s.len().max(1) as f64;
@@ -168,6 +175,20 @@ mod tests {
         assert!((found.log_s(60.0) - 63.1).abs() < 0.03 && (found.log_s(120.0) - 127.7).abs() < 0.03);
         let back = found.program_s(&[found.log_s(60.0), found.log_s(120.0)]);
         assert!((back[0] - 60.0).abs() < 1e-6 && (back[1] - 120.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn it_is_less_certain_far_from_observations() {
+        let seen: Vec<Seen> = observed(100, |t| 2.5 + 0.02 * (0.3 * t).sin())
+            .into_iter()
+            .enumerate()
+            .filter(|(k, _)| !(40..70).contains(k))
+            .map(|(_, s)| s)
+            .collect();
+        let found = drift(&seen).unwrap();
+        let [amid, at_gap] = [30.0, 59.0].map(|t| found.deviations_s(&[t])[0]);
+        assert!(at_gap > 1.2 * amid, "{amid} {at_gap}");
+        assert_eq!(found.deviations_s(&[f64::NAN]), [found.uncertainty_s()]);
     }
 
     #[test]

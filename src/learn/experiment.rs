@@ -113,7 +113,8 @@ fn imagined(prepared: &Prepared, job: &Job, channel_names: &[String]) -> Data {
     let time_s: Vec<f64> = (0..count).map(|k| (k as f64 + 0.5) / RATE_HZ).collect();
     let known_name = |name: &String| super::log::MEASURED.iter().copied().find(|m| name.starts_with(m));
     let measured = channel_names.iter().filter_map(known_name).map(|name| (name, vec![0.0; count])).collect();
-    let aligned = Aligned { program_s: time_s.clone(), method: "position", ..Aligned::default() };
+    let each_s = vec![0.0; time_s.len()];
+    let aligned = Aligned { program_s: time_s.clone(), method: "position", each_s, ..Aligned::default() };
     let log = Log { time_s, measured, ..Log::default() };
     let known: Known = prepared.known(job);
     cells(&log, &aligned, &known, &channels(&log)).0

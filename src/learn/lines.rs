@@ -14,6 +14,8 @@ use super::timeline::Timeline;
 
 /// By how much a slower machine must be likelier than the declared one, nats.
 const SLOWER_PAYS: f64 = 10.0;
+/// Least uncertainty of a sample, in steps of the log.
+const LEAST_STEPS: f64 = 0.02;
 /// Most places whose times are compared.
 const PACED: usize = 800;
 
@@ -40,10 +42,12 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
             }
         }
     }
+    let least_s = LEAST_STEPS * median_step(&log.time_s);
     Some(Aligned {
         program_s,
         method: "line",
-        uncertainty_s: drift.uncertainty_s().max(0.02 * median_step(&log.time_s)),
+        each_s: drift.deviations_s(&placed).into_iter().map(|s| s.max(least_s)).collect(),
+        uncertainty_s: drift.uncertainty_s().max(least_s),
         misfit: lost as f64 / lines.len().max(1) as f64,
         acceleration: (clock.factor < 1.0).then_some((clock.factor, nats)),
         pauses: drift.pauses.iter().filter(|p| p.1 > 0.0).map(|(t, length)| (drift.log_s(*t), *length)).collect(),

@@ -26,9 +26,12 @@ use crate::force::contact::Engaged;
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Job, Tool};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use rayon::prelude::*;
 
 /// Lags beyond the difference in length that are searched, s.
 const REACH_S: f64 = 20.0;
+/// Uncertainty of a sample beside that of the drift, s.
+const LEAST_S: f64 = 0.01;
 /// Length of a window that observes its shift, s.
 const WINDOW_S: f64 = 6.0;
 /// Time over which the slope of the predicted load is taken, s, round by round.
@@ -37,6 +40,13 @@ const SLOPES_S: [f64; 8] = [0.4, 0.3, 0.2, 0.3, 0.2, 0.15, 0.1, 0.1];
 const LAGS_S: [f64; 7] = [0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0];
 /// Share of the squares that a lag must take away.
 const LAG_PAYS: f64 = 0.3;
+/// Factors on what steps of the lag and holds cost in the coarse match, falling, and the share of the squares that a looser match must
+/// take away.
+const STIFFNESS: [[f64; 2]; 4] = [[100.0, 100.0], [10.0, 100.0], [1.0, 10.0], [1.0, 1.0]];
+const LOOSER_PAYS: f64 = 0.03;
+/// Ratio of the accelerations of machines next to each other, and how often it is halved about the best of them.
+const NEXT_MACHINE: f64 = 1.5;
+const BETWEEN: usize = 3;
 /// Round before which lags are tried.
 const LAG_ROUND: usize = 3;
 /// Parts of a load: tare, cutting, edge, run-up; what other geometries add, and what an entry may.
@@ -57,17 +67,64 @@ pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
     if !force {
         with_doubtful(&mut parts, known);
     }
-    let (clock, found) = coarse(&measured, timeline, slower, &parts)?;
+    // What nobody declared makes the load differ as an error of the alignment would: a match that follows every difference
+    // may go astray, one that follows none misses what happened. The loads as they are fitted in the end decide.
+    let matches = coarse(&measured, timeline, slower, &parts);
+    let tied: Vec<Tied> =
+        matches.into_par_iter().filter_map(|found| tie(&measured, timeline, slower, &parts, found)).collect();
+    let best =
+        tied.into_iter().reduce(
+            |stiffer, looser| {
+                if looser.square < (1.0 - LOOSER_PAYS) * stiffer.square { looser } else { stiffer }
+            },
+        )?;
+    let Tied { state, nats, holds, correlation, .. } = best;
+    let running: Vec<f64> = log.time_s.iter().map(|t| holds.running_s(*t)).collect();
+    let placed = state.walk.program_s(&running);
+    let held = |t: &f64| holds.0.iter().any(|(from, to)| t > from && t < to);
+    let placed: Vec<f64> =
+        placed.into_iter().zip(&log.time_s).map(|(p, t)| if held(t) { f64::NAN } else { p }).collect();
+    let pauses = holds.pauses(&state.walk);
+    Some(Aligned {
+        program_s: placed.iter().map(|t| state.clock.declared_s(timeline, *t)).collect(),
+        method: "load",
+        each_s: state.walk.deviations_s(&placed).into_iter().map(|s| s.hypot(LEAST_S)).collect(),
+        uncertainty_s: state.walk.uncertainty_s().hypot(LEAST_S),
+        misfit: (1.0 - correlation).clamp(0.0, 1.0),
+        acceleration: (state.clock.factor < 1.0).then_some((state.clock.factor, nats)),
+        pauses,
+    })
+}
+
+/// A match that was followed to its end.
+struct Tied {
+    state: State,
+    /// By how much the machine is likelier than the declared one.
+    nats: f64,
+    holds: Holds,
+    /// Of the measured load and the fitted one, and the mean square of what it leaves.
+    correlation: f64,
+    square: f64,
+}
+
+/// Refines a match.
+fn tie(
+    measured: &Measured,
+    timeline: &Timeline,
+    slower: &[Slower],
+    parts: &[Part],
+    (clock, found): (Clock, Match),
+) -> Option<Tied> {
     let holds = Holds::new(&found);
     let seen = matched(&found, &clock, &holds);
     let measured = measured.without(&holds);
     let mut state = State { walk: drift(&seen)?, clock, lag_s: 0.0, scale: 1.0 };
     let mut nats = 0.0;
     for (round, slope_s) in SLOPES_S.iter().enumerate() {
-        let mut predicted = Predicted::new(timeline, &state.clock, &parts, state.lag_s, measured.span_s);
+        let mut predicted = Predicted::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
         if round == LAG_ROUND {
-            (state.lag_s, state.walk) = lagged(&measured, timeline, &state, &parts);
-            predicted = Predicted::new(timeline, &state.clock, &parts, state.lag_s, measured.span_s);
+            (state.lag_s, state.walk) = lagged(&measured, timeline, &state, parts);
+            predicted = Predicted::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
         }
         let seen = shifts(&measured, &predicted, &mut state, *slope_s)?;
         let places: Vec<(Seen, (usize, f64))> =
@@ -87,22 +144,10 @@ pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
             (state.clock, state.walk) = walk(state.clock.factor)?;
         }
     }
-    let predicted = Predicted::new(timeline, &state.clock, &parts, state.lag_s, measured.span_s);
-    let misfit = 1.0 - correlation(&measured, &predicted, &state.walk);
-    let running: Vec<f64> = log.time_s.iter().map(|t| holds.running_s(*t)).collect();
-    let placed = state.walk.program_s(&running);
-    let held = |t: &f64| holds.0.iter().any(|(from, to)| t > from && t < to);
-    let placed: Vec<f64> =
-        placed.into_iter().zip(&log.time_s).map(|(p, t)| if held(t) { f64::NAN } else { p }).collect();
-    let pauses = holds.pauses(&state.walk);
-    Some(Aligned {
-        program_s: placed.iter().map(|t| state.clock.declared_s(timeline, *t)).collect(),
-        method: "load",
-        uncertainty_s: state.walk.uncertainty_s().hypot(0.01),
-        misfit: misfit.clamp(0.0, 1.0),
-        acceleration: (state.clock.factor < 1.0).then_some((state.clock.factor, nats)),
-        pauses,
-    })
+    let predicted = Predicted::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
+    let square = squares(&measured, &predicted, &state.walk.program_s(&measured.time_s)) / measured.load.len() as f64;
+    let correlation = correlation(&measured, &predicted, &state.walk);
+    Some(Tied { state, nats, holds, correlation, square })
 }
 
 /// The present alignment.
@@ -242,28 +287,48 @@ fn smooth(values: &mut [f64], count: usize) {
     }
 }
 
-/// The best machine and where its load was found.
-fn coarse(measured: &Measured, timeline: &Timeline, slower: &[Slower], parts: &[Part]) -> Option<(Clock, Match)> {
+/// For every stiffness the best machine and where its load was found.
+fn coarse(measured: &Measured, timeline: &Timeline, slower: &[Slower], parts: &[Part]) -> Vec<(Clock, Match)> {
     let end = measured.time_s.last().copied().unwrap_or(0.0);
     let step = (end / 3000.0).max(0.2);
     let on_grid = gridded(measured, step);
-    let mut best: Option<(f64, Clock, Match)> = None;
-    for factor in std::iter::once(1.0).chain(slower.iter().map(|(f, _)| *f)) {
-        let clock = Clock::new(timeline, slower, factor);
-        if factor < 1.0 && clock.total_s() > end + REACH_S {
-            break;
-        }
+    let factors = std::iter::once(1.0).chain(slower.iter().map(|(f, _)| *f));
+    let clocks = factors.map(|factor| Clock::new(timeline, slower, factor));
+    let with_loads = |clock: Clock| {
         let predicted = Predicted::new(timeline, &clock, parts, 0.0, 0.0);
         let count = (clock.total_s() / step) as usize;
-        let loads: Vec<f64> = (0..count).map(|i| predicted.mean((i as f64 + 0.5) * step, step)).collect();
-        let Some(found) = match_load(&on_grid, &loads, step, REACH_S) else { continue };
-        // A slower machine must fit clearly better; costs are in units of each match's own deviation and do not compare.
-        let miss = 1.0 - found.correlation;
-        if best.as_ref().is_none_or(|(least, ..)| miss < 0.9 * least) {
-            best = Some((miss, clock, found));
+        let loads = (0..count).map(|i| predicted.mean((i as f64 + 0.5) * step, step)).collect();
+        (clock, loads)
+    };
+    let short = |clock: &Clock| clock.factor == 1.0 || clock.total_s() <= end + REACH_S;
+    let machines: Vec<(Clock, Vec<f64>)> = clocks.take_while(short).map(with_loads).collect();
+    let best = |stiffness: &[f64; 2]| {
+        let miss_of = |(clock, loads): &(Clock, Vec<f64>)| {
+            let found = match_load(&on_grid, loads, step, REACH_S, *stiffness)?;
+            Some((1.0 - found.correlation, clock.clone(), found))
+        };
+        let mut best: Option<(f64, Clock, Match)> = None;
+        for tried in machines.iter().filter_map(miss_of) {
+            // A slower machine must fit clearly better; costs are in units of each match's own deviation and do not compare.
+            if best.as_ref().is_none_or(|(least, ..)| tried.0 < 0.9 * least) {
+                best = Some(tried);
+            }
         }
-    }
-    best.map(|(_, clock, found)| (clock, found))
+        let mut best = best?;
+        // Between the machines that were tried a stiff match follows none.
+        let mut apart = NEXT_MACHINE;
+        for _ in 0..if best.1.factor < 1.0 { BETWEEN } else { 0 } {
+            apart = apart.sqrt();
+            let beside = [apart, 1.0 / apart].map(|by| Clock::new(timeline, slower, (by * best.1.factor).min(1.0)));
+            let tried = beside.into_iter().filter(short).filter_map(|clock| miss_of(&with_loads(clock)));
+            best = tried.fold(best, |least, other| if other.0 < least.0 { other } else { least });
+        }
+        Some((best.1, best.2))
+    };
+    let mut matches: Vec<(Clock, Match)> = STIFFNESS.par_iter().filter_map(best).collect();
+    let places = |found: &Match| found.program_s.iter().map(|t| t.to_bits()).collect::<Vec<u64>>();
+    matches.dedup_by(|b, a| a.0.factor == b.0.factor && places(&a.1) == places(&b.1));
+    matches
 }
 
 /// Drift that a match shows, window by window.

@@ -31,24 +31,32 @@ const STEP_COST: f64 = 6.0;
 const HOLD_COST: f64 = 60.0;
 const HELD: f64 = 3.0;
 const CAP: f64 = 9.0;
+/// Quantiles by which the loads are compared before it is known what belongs together, and the deviation then, as a share of
+/// that of the measured load.
+const RANKS: usize = 200;
+const ROOM: f64 = 0.3;
 
 /// Matches `measured` to `predicted`, both on a grid of `step_s`, with lags up to `reach_s` either way beyond the
-/// difference in length.
-pub fn match_load(measured: &[f64], predicted: &[f64], step_s: f64, reach_s: f64) -> Option<Match> {
+/// difference in length; steps of the lag and holds cost `stiffness` times as much.
+pub fn match_load(
+    measured: &[f64],
+    predicted: &[f64],
+    step_s: f64,
+    reach_s: f64,
+    stiffness: [f64; 2],
+) -> Option<Match> {
     if measured.len() < 50 || predicted.len() < 50 {
         return None;
     }
     let extra = (measured.len() as f64 - predicted.len() as f64) * step_s;
     let low = ((extra.min(0.0) - reach_s) / step_s).floor() as i64;
     let high = ((extra.max(0.0) + reach_s) / step_s).ceil() as i64;
-    let start = best_constant(measured, predicted, low, high);
-    let mut lags = vec![start; measured.len()];
-    let mut cost = f64::INFINITY;
-    for _ in 0..3 {
-        let (a, b, s) = regression(measured, predicted, &lags)?;
+    let (mut lags, mut cost) = (Vec::new(), f64::INFINITY);
+    for round in 0..3 {
+        let (a, b, s) = if round == 0 { by_rank(measured, predicted) } else { regression(measured, predicted, &lags)? };
         let scaled: Vec<f64> = predicted.iter().map(|p| a + b * p).collect();
         let standing = measured_floor(measured);
-        (lags, cost) = viterbi(measured, &scaled, s, low, high, standing);
+        (lags, cost) = viterbi(measured, &scaled, s, low..=high, standing, stiffness);
     }
     let program_s: Vec<f64> = lags
         .iter()
@@ -69,22 +77,22 @@ fn measured_floor(measured: &[f64]) -> f64 {
     sorted[sorted.len() / 100]
 }
 
-/// Lag of the best correlation without any warp.
-fn best_constant(measured: &[f64], predicted: &[f64], low: i64, high: i64) -> i64 {
-    let known: Vec<(usize, f64)> = measured.iter().copied().enumerate().filter(|(_, y)| y.is_finite()).collect();
-    let my = known.iter().map(|(_, y)| y).sum::<f64>() / known.len().max(1) as f64;
-    let mp = predicted.iter().sum::<f64>() / predicted.len() as f64;
-    let score = |lag: i64| -> f64 {
-        let mut sum = 0.0;
-        for (i, y) in &known {
-            let k = *i as i64 - lag;
-            if k >= 0 && (k as usize) < predicted.len() {
-                sum += (y - my) * (predicted[k as usize] - mp);
-            }
-        }
-        sum
+/// y ≈ a + b P of the values in their order, wherever they belong, and a deviation that leaves room for what is not so.
+fn by_rank(measured: &[f64], predicted: &[f64]) -> (f64, f64, f64) {
+    let sorted = |values: &[f64]| {
+        let mut known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        known.sort_by(f64::total_cmp);
+        known
     };
-    (low..=high).max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(0)
+    let (y, p) = (sorted(measured), sorted(predicted));
+    let at = |of: &[f64], k: usize| of[(2 * k + 1) * of.len() / (2 * RANKS)];
+    let mean = |of: &[f64]| (0..RANKS).map(|k| at(of, k)).sum::<f64>() / RANKS as f64;
+    let (my, mp) = (mean(&y), mean(&p));
+    let product = |u: &[f64], mu: f64, v: &[f64], mv: f64| {
+        (0..RANKS).map(|k| (at(u, k) - mu) * (at(v, k) - mv)).sum::<f64>() / RANKS as f64
+    };
+    let b = (product(&y, my, &p, mp) / product(&p, mp, &p, mp).max(1e-18)).max(1e-9);
+    (my - b * mp, b, (ROOM * product(&y, my, &y, my).sqrt()).max(1e-9))
 }
 
 /// y ≈ a + b P at these lags, and the robust deviation.
@@ -104,8 +112,17 @@ fn regression(measured: &[f64], predicted: &[f64], lags: &[i64]) -> Option<(f64,
 }
 
 /// Cheapest path of lags. At every time the machine runs or is held: while it is held the lag grows with the time.
-fn viterbi(measured: &[f64], scaled: &[f64], s: f64, low: i64, high: i64, standing: f64) -> (Vec<i64>, f64) {
-    let states = (high - low + 1) as usize;
+fn viterbi(
+    measured: &[f64],
+    scaled: &[f64],
+    s: f64,
+    lags: std::ops::RangeInclusive<i64>,
+    standing: f64,
+    stiffness: [f64; 2],
+) -> (Vec<i64>, f64) {
+    let low = *lags.start();
+    let states = (lags.end() - low + 1) as usize;
+    let [step_cost, hold_cost] = [STEP_COST * stiffness[0], HOLD_COST * stiffness[1]];
     let n = measured.len();
     let cost = |off: f64| if off.is_finite() { (off / s).powi(2).min(CAP) } else { 0.0 };
     let emission = |i: usize, d: usize| {
@@ -123,7 +140,7 @@ fn viterbi(measured: &[f64], scaled: &[f64], s: f64, low: i64, high: i64, standi
         for d in 0..states {
             let mut best = (runs[d], 0u8);
             let more =
-                [(d > 0).then(|| (runs[d - 1] + STEP_COST, 1)), (d + 1 < states).then(|| (runs[d + 1] + STEP_COST, 2))];
+                [(d > 0).then(|| (runs[d - 1] + step_cost, 1)), (d + 1 < states).then(|| (runs[d + 1] + step_cost, 2))];
             for way in more.into_iter().flatten().chain([(held[d], 3)]) {
                 if way.0 < best.0 {
                     best = way;
@@ -131,7 +148,7 @@ fn viterbi(measured: &[f64], scaled: &[f64], s: f64, low: i64, high: i64, standi
             }
             next_runs[d] = best.0 + emission(i, d);
             let (begins, goes_on) =
-                if d > 0 { (runs[d - 1] + HOLD_COST, held[d - 1]) } else { (f64::INFINITY, f64::INFINITY) };
+                if d > 0 { (runs[d - 1] + hold_cost, held[d - 1]) } else { (f64::INFINITY, f64::INFINITY) };
             next_held[d] = begins.min(goes_on) + HELD + changes;
             from[i * states + d] = [best.1, u8::from(goes_on <= begins)];
         }
@@ -194,7 +211,7 @@ mod tests {
         measured.extend(&predicted[300..]);
         let noisy: Vec<f64> =
             measured.iter().enumerate().map(|(i, y)| y * 1.3 + 40.0 + ((i * 7919) % 13) as f64 - 6.0).collect();
-        let m = match_load(&noisy, &predicted, 0.1, 5.0).unwrap();
+        let m = match_load(&noisy, &predicted, 0.1, 5.0, [1.0; 2]).unwrap();
         assert!((m.program_s[125] - 10.0).abs() < 0.11, "{}", m.program_s[125]);
         assert!((m.program_s[437] - 40.0).abs() < 0.11, "{}", m.program_s[437]);
         assert!(m.correlation > 0.95);

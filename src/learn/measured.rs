@@ -21,7 +21,7 @@ pub(super) struct Measured {
 
 impl Measured {
     /// What was measured while the program went on, at the times less the holds.
-    pub(super) fn without(self, holds: &Holds) -> Self {
+    pub(super) fn without(&self, holds: &Holds) -> Self {
         let inside = |t: f64| holds.0.iter().any(|(from, to)| t > *from && t < *to);
         let kept: Vec<usize> = (0..self.time_s.len()).filter(|i| !inside(self.time_s[*i])).collect();
         Self {

@@ -103,8 +103,12 @@ pub struct Alignment {
     pub stretch: f64,
     /// position, line, block or load.
     pub method: String,
-    /// Standard uncertainty of where a sample belongs, s.
+    /// Standard uncertainty of where a sample belongs, s: root mean square over all samples.
     pub uncertainty_s: f64,
+    /// The same by stretches of the log: ([from, to], uncertainty), s.
+    pub stretches: Vec<([f64; 2], f64)>,
+    /// Samples that belong to no place of the program: before it begins, while it is held, and after it ends.
+    pub outside: [usize; 3],
     /// Pauses found: (time in the log, length), s.
     pub pauses: Vec<(f64, f64)>,
 }

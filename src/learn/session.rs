@@ -68,6 +68,8 @@ const SHOWN_NATS: f64 = 30.0;
 /// Rounds in which forces are taken anew about the runout that was found, the first for all ways that it may point: what is
 /// interpolated from no runout on does not tell these apart.
 const RUNOUT_ROUNDS: usize = 3;
+/// Stretches of a log for which the uncertainty of the alignment is said.
+const STRETCHES: usize = 20;
 /// How much the stock is grown, mm, and the tool shrunk, to see what that changes.
 const GROWN_MM: f64 = 0.5;
 const SHRUNK: f64 = 0.04;
@@ -340,8 +342,30 @@ fn described(aligned: &Aligned, log: &Log) -> Alignment {
         stretch: (last.0 - first.0) / (last.1 - first.1).max(1e-9),
         method: aligned.method.to_owned(),
         uncertainty_s: aligned.uncertainty_s,
+        stretches: stretches(aligned, log),
+        outside: outside(aligned),
         pauses: aligned.pauses.clone(),
     }
+}
+
+/// Uncertainty of the samples within the program, by [`STRETCHES`] of the log.
+fn stretches(aligned: &Aligned, log: &Log) -> Vec<([f64; 2], f64)> {
+    let placed: Vec<usize> = (0..log.time_s.len()).filter(|i| aligned.program_s[*i].is_finite()).collect();
+    let stretch = |members: &[usize]| {
+        let squares: f64 = members.iter().map(|i| aligned.each_s[*i].powi(2)).sum();
+        let ends = [members[0], members[members.len() - 1]].map(|i| log.time_s[i]);
+        (ends, (squares / members.len() as f64).sqrt())
+    };
+    placed.chunks(placed.len().div_ceil(STRETCHES).max(1)).map(stretch).collect()
+}
+
+/// How many samples are before the first that is placed, between placed ones, and after the last.
+fn outside(aligned: &Aligned) -> [usize; 3] {
+    let placed: Vec<bool> = aligned.program_s.iter().map(|t| t.is_finite()).collect();
+    let all = placed.len();
+    let first = placed.iter().position(|p| *p).unwrap_or(all);
+    let last = placed.iter().rposition(|p| *p).map_or(all, |k| k + 1);
+    [first, placed[first..last].iter().filter(|p| !**p).count(), all - last]
 }
 
 fn typical_diameter(job: &Job) -> f64 {

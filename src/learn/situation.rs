@@ -9,9 +9,10 @@ use std::f64::consts::PI;
 impl Along<'_> {
     /// Speed along the path, and the acceleration that times this speed is the mean of v·max(0, a): both over the times at
     /// which the sample may have been taken.
-    fn motion(&self, program_s: f64) -> [f64; 2] {
+    fn motion(&self, i: usize) -> [f64; 2] {
         let by_way = self.aligned.method == "position";
-        let about_s = if by_way { 0.0 } else { self.aligned.uncertainty_s };
+        let program_s = self.aligned.program_s[i];
+        let about_s = if by_way { 0.0 } else { self.aligned.each_s[i] };
         let (mut v, mut v_a, mut least) = (0.0, 0.0, 0.0);
         for k in -2..=2 {
             let at_s = program_s + 0.75 * f64::from(k) * about_s;
@@ -40,7 +41,7 @@ impl Along<'_> {
             reference_rps: self.reference_rps,
             ..State::default()
         };
-        [state.path_speed_mm_s, state.path_acceleration_mm_s2] = self.motion(program_s);
+        [state.path_speed_mm_s, state.path_acceleration_mm_s2] = self.motion(i);
         state.tare_share = self.tare_shape(rps);
         let Some(tool) = tool.filter(|_| e.section_mm2 > 1e-6 && rps > 0.0) else { return state };
         let left = crate::path::Vec3::new(-spot.direction.y, spot.direction.x, 0.0);

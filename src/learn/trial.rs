@@ -34,8 +34,41 @@ pub fn best_trial(data: &Data, present: &Fitted, effects: &[Use], effect: &'stat
     };
     let best = begin.iter().filter_map(|each| trial(each, 5)).max_by(|a, b| a.score.total_cmp(&b.score));
     // What does not even pay for its parameters by now is not worth fitting to the end.
-    let polished = best.and_then(|b| if b.score < 0.0 { Some(b) } else { trial(b.fitted.model.effects.last()?, 25) });
+    let polished = best.and_then(|b| {
+        if b.score < 0.0 {
+            return Some(b);
+        }
+        let found = b.fitted.model.effects.last()?;
+        let settled = settled(data, found, |each| Some(fit(data, &with(each), 3)?.squares));
+        trial(settled.as_ref().unwrap_or(found), 25)
+    });
     (begin.len(), polished)
+}
+
+/// An instant that was found by scanning, moved along the samples while the `squares` fall: the scan judged it by the model
+/// before the effect, which bends towards what it lacks. It lies in the middle between two samples. `None` for effects without one.
+fn settled(data: &Data, found: &Use, squares: impl Fn(&Use) -> Option<f64>) -> Option<Use> {
+    let scanned = found.effect.parameters.iter().position(|p| p.scanned)?;
+    let mut instants: Vec<f64> = data.used().map(|i| data.state[i].time_s).filter(|t| t.is_finite()).collect();
+    instants.sort_by(f64::total_cmp);
+    instants.dedup();
+    let at = |k: usize| {
+        let mut each = found.clone();
+        each.values[scanned] = f64::midpoint(instants[k.saturating_sub(1)], instants[k]);
+        each
+    };
+    let mut k = instants.partition_point(|t| *t < found.values[scanned]).min(instants.len().checked_sub(1)?);
+    let mut least = squares(&at(k))?;
+    let mut step = instants.len() / 16;
+    while step > 0 {
+        let beside = [k.checked_sub(step), (k + step < instants.len()).then_some(k + step)];
+        let tried = beside.into_iter().flatten().filter_map(|other| Some((squares(&at(other))?, other)));
+        match tried.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(value, _)| *value < least) {
+            Some(better) => (least, k) = better,
+            None => step /= 2,
+        }
+    }
+    Some(at(k))
 }
 
 /// (score, gain) of `after` over `before` with `k` more parameters.

@@ -13,6 +13,9 @@ pub fn learn_json(r: &LearnReport) -> String {
         json!({
             "offset_s": a.offset_s, "stretch": a.stretch, "method": a.method, "uncertainty_s": a.uncertainty_s,
             "pauses": a.pauses,
+            "stretches": a.stretches.iter()
+                .map(|(time_s, u)| json!({ "time_s": time_s, "uncertainty_s": u })).collect::<Vec<_>>(),
+            "outside": { "before": a.outside[0], "held": a.outside[1], "after": a.outside[2] },
         })
     });
     let effects: Vec<Json> = r
@@ -140,6 +143,13 @@ pub fn learn_words(r: &LearnReport) -> String {
         text += &format!(
             "tied to the program by {} (± {:.2} s), offset {:.2} s, stretch {:.4}\n",
             a.method, a.uncertainty_s, a.offset_s, a.stretch
+        );
+        if let Some(([from, to], u)) = a.stretches.iter().max_by(|x, y| x.1.total_cmp(&y.1)) {
+            text += &format!("  least certain (± {u:.3} s) from {from:.1} to {to:.1} s\n");
+        }
+        let [before, held, after] = a.outside;
+        text += &format!(
+            "  left out: {before} samples before the program begins, {held} while it is held, {after} after it ends\n"
         );
     }
     text += &lines(&r.final_base);
