@@ -11,7 +11,7 @@ use feedwright::machine::{Job, LimitKind, Operation, Ramp};
 use feedwright::nc::{Environment, Toolpath, interpret, parse};
 use feedwright::schedule::optimum::optimum;
 use feedwright::schedule::solve::node_track;
-use feedwright::schedule::{Node, Options, Problem, problem, solve};
+use feedwright::schedule::{FeedPiece, Node, Options, Problem, problem, solve};
 use serde_json::Value;
 use slot::{SETUP, bench, limit, number, optimized, warnings};
 use std::path::Path;
@@ -219,7 +219,7 @@ fn where_the_engagement_is_uncertain_no_feed_rises_and_no_block_is_cut() {
     }
     let unsure = solve(&part.problem(), &part.toolpath, &part.job, &Options::of(&part.toolpath));
     let risen = |schedule: &feedwright::schedule::Schedule| {
-        let over = |piece: &feedwright::schedule::FeedPiece| part.toolpath.moves[piece.move_id.ix()].feed.mm_s;
+        let over = |piece: &FeedPiece| part.toolpath.moves[piece.move_id.ix()].feed.mm_s;
         schedule.pieces.iter().filter(|piece| piece.feed_mm_s > over(piece)).count()
     };
     let cut = |schedule: &feedwright::schedule::Schedule| {
@@ -227,6 +227,22 @@ fn where_the_engagement_is_uncertain_no_feed_rises_and_no_block_is_cut() {
     };
     assert!(risen(&sure) > 0 && cut(&sure) > 0);
     assert_eq!((risen(&unsure), cut(&unsure)), (0, 0));
+}
+
+#[test]
+fn no_block_is_cut_into_pieces_shorter_than_the_block_time() {
+    let mut part = part();
+    part.job.limits.force_xy_n = Some(130.0);
+    let shortest_s = |part: &Part| {
+        let schedule = solve(&part.problem(), &part.toolpath, &part.job, &Options::of(&part.toolpath));
+        let pieces = schedule.pieces.windows(2).filter(|pair| pair[0].move_id == pair[1].move_id).flatten();
+        let time_s = |piece: &FeedPiece| (piece.to_mm - piece.from_mm) / piece.feed_mm_s;
+        pieces.map(time_s).fold(f64::INFINITY, f64::min)
+    };
+    assert!(shortest_s(&part) < 0.3, "{}", shortest_s(&part));
+    part.job.machine.block_time_s = 0.3;
+    let shortest = shortest_s(&part);
+    assert!(shortest >= 0.3 - 1e-9 && shortest.is_finite(), "{shortest}");
 }
 
 #[test]

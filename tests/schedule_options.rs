@@ -137,6 +137,12 @@ fn a_cycle_time_turns_the_saving_into_an_interval() {
     let dir = bench(&setup());
     let plain = report(dir.path(), &[]);
     assert_eq!(plain["time"]["saving_confirmed"], false);
+    let screen = |more: &[&str]| {
+        let words = ["optimize", "part.nc"].iter().chain(more).copied().collect::<Vec<&str>>();
+        String::from_utf8(feedwright(dir.path(), &words).stdout).unwrap()
+    };
+    assert!(screen(&[]).contains("saving    unconfirmed: no cycle time or log"), "{}", screen(&[]));
+    assert!(screen(&["--cycle-time", "0:01"]).contains("saving    unconfirmed: no acceleration explains"));
     let before = plain["time"]["realised_before_s"].as_f64().unwrap();
     let found = report(dir.path(), &["--cycle-time", &format!("0:{:.2}", 1.02 * before)]);
     let cycle = &found["cycle"];
@@ -144,6 +150,9 @@ fn a_cycle_time_turns_the_saving_into_an_interval() {
     assert!(at("acceleration", 0) <= at("acceleration", 1) && at("acceleration", 0) < 1.0, "{cycle}");
     assert!(at("saved_percent", 0) <= at("saved_percent", 1), "{cycle}");
     assert_eq!(found["time"]["saving_confirmed"], true);
+    let cycle_time = format!("0:{:.2}", 1.02 * before);
+    let confirmed = screen(&["--cycle-time", &cycle_time]);
+    assert!(confirmed.contains("% are saved") && !confirmed.contains("unconfirmed"), "{confirmed}");
     // A time that no acceleration explains confirms nothing.
     let short = report(dir.path(), &["--cycle-time", "0:01"]);
     assert_eq!(short["time"]["saving_confirmed"], false);

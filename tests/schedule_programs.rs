@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use feedwright::engage::{self, EngagementMap, engage};
-use feedwright::machine::{Job, LimitKind, Mode, Operation, Ramp};
+use feedwright::machine::{Job, LimitKind, Limits, Mode, Operation, Ramp};
 use feedwright::nc::{Environment, Freeze, MoveKind, Toolpath, interpret, parse};
 use feedwright::schedule::cycle::{fits, saved_percent};
 use feedwright::schedule::optimum::optimum;
@@ -105,6 +105,46 @@ fn shadow_prices_are_what_moving_the_limit_saves() {
     shadow_prices(part("programs/bracket.nc"), 150.0, 0.05);
 }
 
+#[test]
+fn shadow_prices_of_other_limits_are_what_one_percent_of_them_saves() {
+    // Below the median of what the program meets; per unit of the report: N·m are 1000 N·mm.
+    type Set = fn(&mut Limits, f64);
+    let limits: [(LimitKind, Set, f64, f64); 6] = [
+        (LimitKind::Power, |limits, most| limits.power_w = Some(most), 1100.0, 1.0),
+        (LimitKind::Torque, |limits, most| limits.torque_nmm = Some(most), 800.0, 1000.0),
+        (LimitKind::Deflection, |limits, most| limits.deflection_mm = Some(most), 0.018, 1.0),
+        (LimitKind::BendingStress, |limits, most| limits.bending_stress_mpa = Some(most), 100.0, 1.0),
+        (LimitKind::ChipThickness, |limits, most| limits.chip_thickness_max_mm = Some(most), 0.03, 1.0),
+        (LimitKind::FeedPerTooth, |limits, most| limits.feed_per_tooth_max_mm = Some(most), 0.03, 1.0),
+    ];
+    let base = pocket();
+    for (kind, set, most, unit) in limits {
+        let mut part = Part { job: base.job.clone(), toolpath: base.toolpath.clone(), map: base.map.clone() };
+        for axis in &mut part.job.machine.axes {
+            axis.jerk_mm_s3 = None;
+        }
+        part.job.limits = Limits { feed_change_max: Some(1e3), ..Limits::default() };
+        for tool in &mut part.job.tools {
+            tool.limits = Limits::default();
+        }
+        part.job.machine.spindle.power_w = None;
+        part.job.machine.spindle.torque_nmm = None;
+        let mut at = |factor: f64| {
+            set(&mut part.job.limits, most * factor);
+            let problem = problem(&part.toolpath, &part.map, &part.job);
+            let found = optimum(node_track(&problem, &part.toolpath, &part.job), 0.0);
+            let leg_s = found.leg_times();
+            let told =
+                prices(&problem, &found, &leg_s).shadow.iter().find(|(of, _)| *of == kind).map(|(_, price)| *price);
+            (leg_s.iter().sum::<f64>(), told)
+        };
+        let slope = (at(1.005).0 - at(0.995).0) / (0.01 * most / unit);
+        let told = at(1.0).1.unwrap_or_else(|| panic!("{kind:?} does not bind"));
+        println!("{kind:?}: told {told} s per unit, found {slope}, {} s", at(1.0).0);
+        assert!(told < 0.0 && (told / slope - 1.0).abs() < 0.05, "{kind:?}: told {told} s per unit, found {slope}");
+    }
+}
+
 fn shadow_prices(mut part: Part, force_n: f64, same: f64) {
     for axis in &mut part.job.machine.axes {
         axis.jerk_mm_s3 = None;
@@ -168,9 +208,9 @@ fn modes_freezes_and_excluded_lines_keep_the_feed() {
 #[test]
 fn without_a_load_limit_no_feed_rises_in_a_cut() {
     let mut part = pocket();
-    part.job.limits = feedwright::machine::Limits::default();
+    part.job.limits = Limits::default();
     for tool in &mut part.job.tools {
-        tool.limits = feedwright::machine::Limits::default();
+        tool.limits = Limits::default();
     }
     let (problem, _) = solved(&part);
     assert!(problem.nodes.iter().filter(|node| node.cutting).all(|node| node.cap.feed_mm_s <= node.programmed_mm_s));
@@ -218,7 +258,7 @@ fn a_program_held_to_its_own_loads_is_never_slowed_and_a_common_error_cancels() 
         problem(&part.toolpath, &part.map, &own)
     };
     let mut free = part.job.clone();
-    free.limits = feedwright::machine::Limits::default();
+    free.limits = Limits::default();
     free.machine.spindle.power_w = None;
     free.machine.spindle.torque_nmm = None;
     let first = held(&free);

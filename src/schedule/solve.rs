@@ -75,7 +75,7 @@ pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
 
 /// Commanded feeds for the whole program, without prices.
 pub fn feeds(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Options) -> Schedule {
-    let units = units(problem, &fastest_s(problem, toolpath, job), toolpath, &job.output);
+    let units = units(problem, &fastest_s(problem, toolpath, job), toolpath, job);
     let carries = |i: usize| carries_word(&units, i, toolpath);
     let time_s = |pieces: &[FeedPiece]| realise(toolpath, pieces, &job.machine).total_s;
     let attempt = |costs: Costs| {

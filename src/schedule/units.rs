@@ -1,12 +1,13 @@
 //! The smallest pieces that may carry an F word of their own. In: the problem, the speeds the machine can reach, what may be
-//! split. Out: [`Unit`]s in order of execution; those of a feed move tile it, none inside a block is shorter than allowed.
+//! split. Out: [`Unit`]s in order of execution; those of a feed move tile it, none inside a block is shorter than allowed, in
+//! length or in time.
 //!
 //! A piece that is too short takes what it lacks from a neighbour in its block with a higher cap, or is merged with the
 //! neighbour whose cap is nearest. Feed moves of one block (cycles, compensation, repeated blocks) share one feed.
 
 use super::problem::{Bound, Node, Problem};
 use crate::ids::MoveId;
-use crate::machine::{LimitKind, Output};
+use crate::machine::{Job, LimitKind};
 use crate::nc::{Move, MoveKind, Toolpath};
 
 /// Caps that differ by less than this share, over all of a piece, are one.
@@ -59,7 +60,8 @@ impl Unit {
 }
 
 /// Units of the whole program. `node_s` is the time of each node in the continuous optimum.
-pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, output: &Output) -> Vec<Unit> {
+pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, job: &Job) -> Vec<Unit> {
+    let output = &job.output;
     let groups = groups(toolpath);
     let mut out: Vec<Unit> = Vec::new();
     let mut pieces: Vec<Unit> = Vec::new();
@@ -76,7 +78,7 @@ pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, output: &Ou
                 piece.splittable = true;
             }
             join_equal(&mut pieces);
-            lengthen(&mut pieces, output.minimum_length_mm);
+            lengthen(&mut pieces, output.minimum_length_mm, job.machine.block_time_s);
         } else {
             join_all(&mut pieces);
         }
@@ -170,11 +172,12 @@ fn join_equal(pieces: &mut Vec<Unit>) {
     });
 }
 
-/// Makes every piece at least `least_mm` long (or the block one piece).
-fn lengthen(pieces: &mut Vec<Unit>, least_mm: f64) {
+/// Makes every piece at least `least_mm` long, and long enough to take `least_s` at its cap (or the block one piece).
+fn lengthen(pieces: &mut Vec<Unit>, least_mm: f64, least_s: f64) {
+    let least = |piece: &Unit| least_mm.max(least_s * piece.cap.feed_mm_s);
     let mut i = 0;
     while pieces.len() > 1 && i < pieces.len() {
-        let lacking = least_mm - pieces[i].length_mm();
+        let lacking = least(&pieces[i]) - pieces[i].length_mm();
         if lacking <= 1e-9 {
             i += 1;
             continue;
@@ -182,7 +185,8 @@ fn lengthen(pieces: &mut Vec<Unit>, least_mm: f64) {
         let before = i.checked_sub(1);
         let after = (i + 1 < pieces.len()).then_some(i + 1);
         let gives = |at: &usize| {
-            pieces[*at].length_mm() - lacking >= least_mm && pieces[*at].cap.feed_mm_s >= pieces[i].cap.feed_mm_s
+            pieces[*at].length_mm() - lacking >= least(&pieces[*at])
+                && pieces[*at].cap.feed_mm_s >= pieces[i].cap.feed_mm_s
         };
         if let Some(from) = [after, before].into_iter().flatten().find(gives) {
             take(pieces, i, from, lacking);

@@ -206,6 +206,36 @@ mod tests {
         }
     }
 
+    #[test]
+    fn no_word_is_spent_where_the_machine_does_not_get_so_fast() {
+        let mut units: Vec<Unit> = (0..40).map(|i| unit(i, if i % 2 == 0 { 50.0 } else { 60.0 })).collect();
+        let costs = Costs { word_s: 1e-4, split_s: 1e-4, minimum_change: 0.0 };
+        let words = |units: &[Unit]| {
+            let feeds = choose(units, &Grid { unit_mm_s: 1e-6, decimals: 0 }, &costs, &|_| false);
+            feeds.windows(2).filter(|pair| pair[0] != pair[1]).count()
+        };
+        assert_eq!(words(&units), 39);
+        units.iter_mut().for_each(|unit| unit.speed_mm_s = 45.0);
+        assert_eq!(words(&units), 0);
+    }
+
+    #[test]
+    fn a_floor_holds_unless_a_load_lies_below_it() {
+        let grid = Grid { unit_mm_s: 1e-6, decimals: 0 };
+        let costs = Costs { word_s: 1.0, split_s: 1.0, minimum_change: 0.0 };
+        let feeds = |kind: LimitKind, cap: f64, floor: f64| {
+            let mut units = vec![unit(0, 10.0), unit(1, cap), unit(2, 10.0)];
+            (units[1].cap.kind, units[1].floor_mm_s) = (kind, floor);
+            choose(&units, &grid, &costs, &|_| false)
+        };
+        let same = |found: &[f64], wanted: [f64; 3]| found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3);
+        // A word costs more than the time it saves; a minimum asks for it all the same.
+        assert!(same(&feeds(LimitKind::Power, 12.0, 0.0), [10.0; 3]));
+        assert!(same(&feeds(LimitKind::Power, 12.0, 11.0), [10.0, 12.0, 10.0]));
+        assert!(same(&feeds(LimitKind::FeedChange, 12.0, 12.0), [10.0, 12.0, 10.0]));
+        assert!(same(&feeds(LimitKind::Power, 12.0, 12.0), [10.0; 3]));
+    }
+
     /// Least cost over all 2ⁿ⁻¹ ways to cut a run of n units into pieces, each at its least cap.
     fn brute(units: &[Unit], word_s: f64) -> f64 {
         (0..1u32 << (units.len() - 1))
