@@ -375,6 +375,39 @@ fn nan_or_infinity_in_a_program_is_said_and_nothing_is_written() {
 }
 
 #[test]
+fn nan_and_a_feed_without_a_number_are_said_in_plain_language_too() {
+    let setup = setup().replace("linuxcnc", "heidenhain");
+    for (block, status, code) in [
+        ("L X+50 F600", 0, ""),
+        ("L X+50 FQ1", 0, ""),
+        ("L X+50 F AUTO", 0, ""),
+        ("L X+50 FNAN", 2, "nc::not-finite"),
+        ("L X+50 F inf", 2, "nc::not-finite"),
+        ("L X+NAN F600", 2, "nc::not-finite"),
+        ("L X+50 F", 0, "nc::not-understood"),
+        ("L X+50 FFOO", 0, "nc::not-understood"),
+    ] {
+        let program = format!(
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S8000 F300\nQ1 = 500\nL X-10 Y+5 Z+2 R0 FMAX M3\nL Z-1 F300\n{block}\n\
+            L Y+9 F900\nL Z+10 FMAX M30\nEND PGM A MM\n"
+        );
+        let dir = slot::bench(&program, &setup);
+        let out = feedwright(dir.path(), &["optimize", "part.nc"]);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(status), "{block}: {said}");
+        assert_eq!(dir.path().join("part.fw.nc").exists(), status == 0, "{block}");
+        if code.is_empty() {
+            assert!(!said.contains("nc::"), "{block}: {said}");
+            continue;
+        }
+        assert!(said.contains(code) && said.contains("part.nc:6:"), "{block}: {said}");
+        if status == 0 {
+            assert!(fs::read_to_string(dir.path().join("part.fw.nc")).unwrap().contains(&format!("\n{block}\n")));
+        }
+    }
+}
+
+#[test]
 fn nan_in_any_number_of_the_setup_is_said_and_nothing_is_written() {
     let text = "units = \"mm\"\nresolution = 0.5\n[machine]\nrapid = 15000\ncorner_tolerance = 0.02\nblock_time = 0.002\n\
         tool_change_time = 6\nhome = [0, 0, 200]\n[machine.axes]\nx = { velocity = 15000, acceleration = 1500, jerk = 20000 }\n\

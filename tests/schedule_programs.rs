@@ -141,7 +141,7 @@ fn shadow_prices_of_other_limits_are_what_one_percent_of_them_saves() {
         let slope = (at(1.005).0 - at(0.995).0) / (0.01 * most / unit);
         let told = at(1.0).1.unwrap_or_else(|| panic!("{kind:?} does not bind"));
         println!("{kind:?}: told {told} s per unit, found {slope}, {} s", at(1.0).0);
-        assert!(told < 0.0 && (told / slope - 1.0).abs() < 0.05, "{kind:?}: told {told} s per unit, found {slope}");
+        assert!(told < 0.0 && (told / slope - 1.0).abs() < 0.01, "{kind:?}: told {told} s per unit, found {slope}");
     }
 }
 

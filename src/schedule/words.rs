@@ -215,7 +215,9 @@ mod tests {
             feeds.windows(2).filter(|pair| pair[0] != pair[1]).count()
         };
         assert_eq!(words(&units), 39);
-        units.iter_mut().for_each(|unit| unit.speed_mm_s = 45.0);
+        for unit in &mut units {
+            unit.speed_mm_s = 45.0;
+        }
         assert_eq!(words(&units), 0);
     }
 

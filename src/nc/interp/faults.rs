@@ -119,7 +119,7 @@ impl Run<'_> {
 }
 
 /// Is it `NaN` or infinity, alone or as the number of a word: `FNAN`, `X = -inf`, `[nan]`?
-fn is_not_finite(bytes: &[u8]) -> bool {
+pub(super) fn is_not_finite(bytes: &[u8]) -> bool {
     let name: Vec<u8> = bytes.iter().filter(|byte| byte.is_ascii_alphabetic()).map(u8::to_ascii_uppercase).collect();
     let plain = bytes.iter().all(|byte| byte.is_ascii_alphabetic() || b" \t+-=[]()#0123456789".contains(byte));
     let spelt = |name: &[u8]| [&b"NAN"[..], b"INF", b"INFINITY"].contains(&name);

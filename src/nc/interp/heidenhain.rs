@@ -6,6 +6,7 @@
 
 use super::Run;
 use super::corner::Corner;
+use super::faults::is_not_finite;
 use super::flow::After;
 use super::line::Line;
 use super::state::FeedWord;
@@ -50,6 +51,7 @@ impl Run<'_> {
         let first_number = tokens.iter().find(|t| t.kind == TokenKind::Expression).map(|t| t.number);
         line.flow = false;
         self.named_feed(&names, place);
+        self.unread_numbers(&names, &tokens, text);
         match names.as_slice() {
             ["BEGIN", "PGM", ..] => {
                 self.modal.inch = names.last() == Some(&"INCH");
@@ -134,6 +136,38 @@ impl Run<'_> {
                 format!("{name} is not followed"),
                 "its feed is kept up to the next F",
             );
+        }
+    }
+
+    /// Names in a motion that stand where a number belongs: an F without one, an axis at `NAN`.
+    fn unread_numbers(&mut self, names: &[&str], tokens: &[Token], text: &[u8]) {
+        const FEEDS: [&[u8]; 6] = [b"FMAX", b"FAUTO", b"FU", b"FZ", b"FT", b"FMAXT"];
+        let moves = ["L", "LP", "CP", "C", "CR", "CT", "RND", "CHF", "APPR", "DEP"];
+        if !names.first().is_some_and(|first| moves.contains(first)) {
+            return;
+        }
+        for (at, token) in tokens.iter().enumerate().filter(|(_, token)| token.kind == TokenKind::Name) {
+            let name = token.span.of(text).to_ascii_uppercase();
+            let next = tokens.get(at + 1);
+            let valued = name == b"F"
+                && next.is_some_and(|next| {
+                    let bytes = next.span.of(text);
+                    next.kind == TokenKind::Expression
+                        || [&b"MAX"[..], b"AUTO"].iter().any(|n| n.eq_ignore_ascii_case(bytes))
+                });
+            let feed = name.starts_with(b"F") && !valued && !FEEDS.contains(&name.as_slice());
+            if feed {
+                (self.modal.feed.word, self.modal.feed.computed) = (None, true);
+            }
+            if feed || is_not_finite(&name) {
+                let text = "a number is missing that can be read";
+                self.not_understood(
+                    "nc::not-understood",
+                    token.span,
+                    text,
+                    "write a plain decimal number, such as F600",
+                );
+            }
         }
     }
 
