@@ -107,11 +107,11 @@ fn dwells_tool_changes_and_run_ups_are_counted_once_each() {
     );
     let found = realise(&path, &as_programmed(&path), &machine());
     let of = |name: &str| found.by_cause.iter().find(|(known, _)| *known == name).unwrap().1;
-    let linear = |found: f64, wanted: f64| assert!((found - wanted).abs() < 1e-9, "{found} {wanted}: {:?}", found);
-    linear(of("dwell"), 2.5);
-    linear(of("tool change"), 2.0 * 7.0);
-    linear(of("spindle run-up"), 2.0 * 1.5);
-    linear(found.total_s, found.by_cause.iter().map(|(_, seconds)| seconds).sum());
+    let same = |found: f64, wanted: f64| assert!((found - wanted).abs() < 1e-9, "{found} {wanted}");
+    same(of("dwell"), 2.5);
+    same(of("tool change"), 2.0 * 7.0);
+    same(of("spindle run-up"), 2.0 * 1.5);
+    same(found.total_s, found.by_cause.iter().map(|(_, seconds)| seconds).sum());
     let moved: f64 = found.move_s.iter().sum();
-    linear(moved, of("feed") + of("rapid"));
+    same(moved, of("feed") + of("rapid"));
 }
