@@ -7,6 +7,7 @@
 use feedwright::learn::cells::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::session::{LogOptions, Prepared, learn, prepare};
+use feedwright::learn::timeline::{Spot, Timeline};
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -118,9 +119,8 @@ fn log(prepared: &Prepared, positions: bool) -> String {
         let p = spot.from + (spot.to - spot.from) * share;
         slid += spot.engaged.way_mm * spot.rps / RATE_HZ;
         let worn = 1.0 + slid / 1.5e6;
-        let cutting = 1e-3
-            * (820.0 * spot.engaged.section_mm2 * spot.speed_mm_s()
-                + 17.0 * worn * spot.engaged.contact_mm2 * spot.rps);
+        let [removed, contact] = cut_at(timeline, index, t);
+        let cutting = 1e-3 * (820.0 * removed + 17.0 * worn * contact * spot.rps);
         let tare = if spot.rps > 0.0 { 300.0 } else { 0.0 };
         let noise = 8.0 * (uniform() + uniform() + uniform() + uniform() - 2.0) * 3f64.sqrt();
         let power = tare + cutting + noise;
@@ -131,6 +131,19 @@ fn log(prepared: &Prepared, positions: bool) -> String {
         };
     }
     text
+}
+
+/// Removal rate, mm³/s, and swept area, mm², at a time: between the middles of the pieces of a move they change steadily, as
+/// where a mill enters the stock and leaves it.
+fn cut_at(timeline: &Timeline, index: usize, t: f64) -> [f64; 2] {
+    let of = |s: &Spot| [s.engaged.section_mm2 * s.speed_mm_s(), s.engaged.contact_mm2];
+    let middle = |s: &Spot| f64::midpoint(s.start_s, s.end_s);
+    let spot = &timeline.spots[index];
+    let beside = if t < middle(spot) { index.wrapping_sub(1) } else { index + 1 };
+    let same = |other: &&Spot| spot.move_id.is_some() && other.move_id == spot.move_id;
+    let Some(other) = timeline.spots.get(beside).filter(same) else { return of(spot) };
+    let share = (t - middle(spot)) / (middle(other) - middle(spot));
+    [0, 1].map(|k| of(spot)[k] + share * (of(other)[k] - of(spot)[k]))
 }
 
 const SETUP: &str = r#"
