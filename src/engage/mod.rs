@@ -19,6 +19,7 @@ mod joints;
 pub mod map;
 pub mod nominate;
 pub mod options;
+mod outline;
 mod rings;
 pub mod simulate;
 pub mod stations;

@@ -12,6 +12,8 @@ use super::cutter::{Band, Cutter};
 use super::gaps::{Dir, Gaps, Interval, chord, span, windows};
 use super::inside::in_blanks;
 use super::nominate::{Mark, Sample};
+use super::outline::{Angles, Found, SubRing, about_tip, correction, end, follows};
+use crate::machine::Slice;
 use crate::stock::Blank;
 use std::cell::Cell;
 use std::f64::consts::FRAC_PI_2;
@@ -23,9 +25,6 @@ const JUMP_RAD: f64 = 0.15;
 const EQUAL_KEYS: f64 = 5e-6;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
-/// Looks for the height at which engagement of a curved outline ends.
-const LOOKS: usize = 3;
-
 /// How often a ring is cut into thirds, and the error of the midpoint rule, as a part of all that is cut, from which it is.
 const ROUNDS: usize = 2;
 const ROUGH: f64 = 0.004;
@@ -33,21 +32,6 @@ const ROUGH: f64 = 0.004;
 /// Gap beside the shank that counts as none, and the height above the flutes at which it is looked for, mm.
 const RUB_MM: f64 = 0.005;
 const RUB_ABOVE_MM: f64 = 0.05;
-
-type Angles = Vec<Interval>;
-
-/// A part of a ring with one height.
-#[derive(Debug, Clone, Copy)]
-struct SubRing {
-    slice: u16,
-    part: [f64; 2],
-    /// Absolute height of its middle, and of its upper end.
-    z: f64,
-    top: f64,
-    radius: f64,
-    /// Outward normal, across and along the axis.
-    normal: [f64; 2],
-}
 
 /// One position of the cutter.
 pub(super) struct Work<'a> {
@@ -207,7 +191,15 @@ impl<'a> Work<'a> {
     /// ∫ of the width over the outline: the midpoint rule with its error of second order put right.
     fn integral(&self, found: &[Found]) -> f64 {
         let widths: Vec<[f64; 2]> = found.iter().map(|of| self.width(&of.ring, &of.angles)).collect();
-        let ring = |(k, [width, edge]): (usize, &[f64; 2])| (edge * width + correction(found, &widths, k)).max(0.0);
+        let leads = |slice: &Slice| {
+            let zone = self.zone([slice.normal_r, slice.normal_z]);
+            zone.map_or(0.0, |zone| area(&Slice { edge_mm: 1.0, ..*slice }, self.sample.tangent, &zone))
+        };
+        let tip = about_tip(self.cutter, found, &widths, leads);
+        let ring = |(k, [width, edge]): (usize, &[f64; 2])| match tip {
+            Some(tip) if k == 0 => tip,
+            _ => (edge * width + correction(found, &widths, k)).max(0.0),
+        };
         widths.iter().enumerate().map(ring).sum()
     }
 
@@ -381,13 +373,6 @@ struct Curved {
     angles: Angles,
 }
 
-/// A part of a curved outline that is engaged, and on which sides (below, above) its width runs out at its border.
-struct Found {
-    ring: SubRing,
-    angles: Angles,
-    ends: [bool; 2],
-}
-
 /// Where engagement ends beside a ring.
 enum Limit {
     /// At its border.
@@ -420,55 +405,6 @@ fn push(ring: &SubRing, angles: &Angles, out: &mut Vec<RawArc>) {
         let angles = [(FRAC_PI_2 - to.angle()) as f32, (FRAC_PI_2 - from.angle()) as f32];
         out.push(RawArc { slice: ring.slice, part: ring.part.map(|p| p as f32), angles });
     }
-}
-
-/// Error of the midpoint rule over a part of the outline, edge³ f″/24, from the widths (with their edges) of the parts
-/// beside it, or none where the width runs out; 0 where there is nothing smooth beside it.
-fn correction(found: &[Found], widths: &[[f64; 2]], k: usize) -> f64 {
-    let [width, edge] = widths[k];
-    let beside = |other: Option<usize>, side: usize| {
-        if found[k].ends[side] {
-            return Some([0.0, 0.5 * edge]);
-        }
-        let other = other.filter(|j| *j < found.len())?;
-        let joined = if side == 0 {
-            follows(&found[other].ring, &found[k].ring)
-        } else {
-            follows(&found[k].ring, &found[other].ring)
-        };
-        joined.then(|| [widths[other][0], 0.5 * (widths[other][1] + edge)])
-    };
-    let (Some([w0, h0]), Some([w2, h2])) = (beside(k.checked_sub(1), 0), beside(Some(k + 1), 1)) else { return 0.0 };
-    let bend = 2.0 * ((w2 - width) / h2 - (width - w0) / h0) / (h0 + h2);
-    edge * edge * edge * bend / 24.0
-}
-
-/// Is `above` the next part of the outline?
-fn follows(below: &SubRing, above: &SubRing) -> bool {
-    (above.slice == below.slice && above.part[0] == below.part[1])
-        || (above.slice == below.slice + 1 && above.part[0] == 0.0 && below.part[1] == 1.0)
-}
-
-/// Where a width ends that is known at `holds` (argument, width) and is none at `fails`: looked at where the last two run
-/// out, as far as they do, else in the middle.
-fn end(mut holds: [f64; 2], mut fails: f64, mut before: Option<[f64; 2]>, width: impl Fn(f64) -> f64) -> f64 {
-    let runs_out = |holds: [f64; 2], fails: f64, before: Option<[f64; 2]>| {
-        let [at, w] = before?;
-        let end = holds[0] + holds[1] * (holds[0] - at) / (w - holds[1]);
-        let share = (end - holds[0]) / (fails - holds[0]);
-        (0.0..=1.0).contains(&share).then_some(share)
-    };
-    for _ in 0..LOOKS {
-        let share = runs_out(holds, fails, before).map_or(0.5, |share| share.clamp(0.25, 0.75));
-        let at = holds[0] + share * (fails - holds[0]);
-        let w = width(at);
-        if w > 0.0 {
-            (before, holds) = (Some(holds), [at, w]);
-        } else {
-            fails = at;
-        }
-    }
-    holds[0] + runs_out(holds, fails, before).unwrap_or(0.5) * (fails - holds[0])
 }
 
 /// Sum of the lengths of intervals, rad.
