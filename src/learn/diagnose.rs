@@ -197,7 +197,7 @@ impl Diagnosis<'_> {
                 self.reject(trial, format!("it explains too little for its parameters (score {:.1})", trial.score));
                 continue;
             }
-            if let Some(why) = unphysical(trial.fitted.model.effects.last()) {
+            if let Some(why) = unphysical(trial.fitted.model.effects.last(), self.data.clock_s) {
                 self.reject(trial, why);
                 continue;
             }
@@ -304,7 +304,7 @@ impl Diagnosis<'_> {
                 let asked = two.fitted.model.effects.iter().map(Use::asked).sum();
                 let (score, _) = score_of(&self.train, base, &two.fitted, asked);
                 if score > 2.0 * self.threshold()
-                    && two.fitted.model.effects.iter().all(|u| unphysical(Some(u)).is_none())
+                    && two.fitted.model.effects.iter().all(|u| unphysical(Some(u), self.data.clock_s).is_none())
                 {
                     pairs.push((score, two));
                 }
@@ -418,7 +418,7 @@ impl Diagnosis<'_> {
         let trials = self.trials(without_it, false);
         let best =
             trials.into_iter().filter(|t| t.effect.name != own.name).max_by(|a, b| a.score.total_cmp(&b.score))?;
-        if best.score < same + MARGIN || unphysical(best.fitted.model.effects.last()).is_some() {
+        if best.score < same + MARGIN || unphysical(best.fitted.model.effects.last(), self.data.clock_s).is_some() {
             return None;
         }
         let before = self.judged(&without_it.model.effects).rmse;

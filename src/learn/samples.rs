@@ -115,6 +115,8 @@ pub struct Data {
     pub slower: Vec<SlowerMachine>,
     /// Acceleration over the declared one that the times of the blocks show (with how many nats), whatever the loads say.
     pub timed_acceleration: Option<(f64, f64)>,
+    /// What the times of the samples in the program are known to, s; 0 for tables.
+    pub clock_s: f64,
 }
 
 impl Data {

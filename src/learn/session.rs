@@ -157,7 +157,7 @@ pub fn learn_with_data(
     for round in 0..RUNOUT_ROUNDS {
         let nearer = data_about(prepared, job, log, channels, &aligned, &report, round == 0);
         let Some(nearer) = nearer else { break };
-        data = Data { timed_acceleration: data.timed_acceleration, ..nearer };
+        data = Data { timed_acceleration: data.timed_acceleration, clock_s: data.clock_s, ..nearer };
         report = answer(&data)?;
     }
     report.samples = log.time_s.len();
@@ -283,6 +283,7 @@ pub fn data_of(
     let (mut data, lowered) = cells(log, &aligned, &prepared.known(job), channels);
     let shown = |(factor, nats): &(f64, f64)| *factor < LEAST_SLOWER && *nats > SHOWN_NATS;
     data.timed_acceleration = aligned.acceleration.filter(shown);
+    data.clock_s = aligned.uncertainty_s;
     Ok((data, aligned, lowered))
 }
 

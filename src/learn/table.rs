@@ -267,6 +267,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
         runouts: RunoutGrid::default(),
         slower: Vec::new(),
         timed_acceleration: None,
+        clock_s: 0.0,
     })
 }
 

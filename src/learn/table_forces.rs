@@ -63,5 +63,6 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
         runouts: RunoutGrid::default(),
         slower: Vec::new(),
         timed_acceleration: None,
+        clock_s: 0.0,
     })
 }

@@ -90,9 +90,17 @@ fn zone_width_mm(each: &Use) -> Option<f64> {
     Some((place("x_max")? - place("x_min")?).abs().min((place("y_max")? - place("y_min")?).abs()))
 }
 
-/// Why the strength of an effect is not physical.
-pub fn unphysical(each: Option<&Use>) -> Option<String> {
+/// Lag of a sensor, s.
+fn lag_s(each: &Use) -> Option<f64> {
+    (each.effect.name == "sensor-lag").then(|| each.values.first().copied())?
+}
+
+/// Why the strength of an effect is not physical, in a log whose times are known to `clock_s`.
+pub fn unphysical(each: Option<&Use>, clock_s: f64) -> Option<String> {
     let each = each?;
+    if let Some(lag_s) = lag_s(each).filter(|lag_s| *lag_s < clock_s) {
+        return Some(format!("a lag of {lag_s:.3} s is less than what the times are known to ({clock_s:.3} s)"));
+    }
     if !each.effect.is_physical(&each.values) {
         return Some("its parameters leave their physical bounds".into());
     }
