@@ -159,7 +159,7 @@ fn a_mesh_is_cut_like_the_box_it_is() {
     let job = from_file(StockShape::Stl(PathBuf::from("part.stl")));
     let map = engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).unwrap();
     assert!((map.removed_mm3 / 1200.0 - 1.0).abs() < 1e-3);
-    assert!((volume_of(&map, 0) / 1200.0 - 1.0).abs() < 0.01, "{}", volume_of(&map, 0));
+    assert!((volume_of(&map, 0) / 1200.0 - 1.0).abs() < 3e-3, "{}", volume_of(&map, 0));
 }
 
 #[test]
@@ -174,7 +174,8 @@ fn saved_stock_continues_where_the_program_ended() {
     let second = engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).unwrap();
     assert!((second.initial_mm3 - first.remaining_mm3).abs() < 1e-6 * first.initial_mm3);
     assert!((second.removed_mm3 / 400.0 - 1.0).abs() < 3e-3, "{}", second.removed_mm3);
-    assert!((volume_of(&second, 0) / 400.0 - 1.0).abs() < 0.02, "{}", volume_of(&second, 0));
+    // Between the cells the walls that were left slope: a strip of them is met again.
+    assert!((volume_of(&second, 0) / 400.0 - 1.0).abs() < 0.01, "{}", volume_of(&second, 0));
     // As a mesh it is closed and has its volume.
     let (mesh, notes) = read_stl(&saved::to_stl(&fields[0], Vec3::zeros())).unwrap();
     assert!((mesh.volume() / first.remaining_mm3 - 1.0).abs() < 2e-3 && notes.is_empty(), "{notes:?}");

@@ -47,7 +47,7 @@ pub(super) struct Work<'a> {
 impl<'a> Work<'a> {
     /// A position and what may cover rings there.
     pub fn new(scene: &'a Scene<'a>, sample: &'a Sample, cutter: &'a Cutter, covers: &'a [Cover<'a>]) -> Self {
-        let levels = levels(scene, covers);
+        let levels = levels(scene, sample, cutter, covers);
         let first = Cell::new([covers.len().saturating_sub(1), usize::MAX]);
         Self { scene, sample, cutter, covers, levels, first }
     }
@@ -365,6 +365,17 @@ impl<'a> Work<'a> {
     }
 }
 
+/// Directions ahead: 0°, ± 25°, ± 50°, ± 75°.
+const AHEAD: [[f64; 2]; 7] = [
+    [1.0, 0.0],
+    [0.906_307_787, 0.422_618_262],
+    [0.906_307_787, -0.422_618_262],
+    [0.642_787_610, 0.766_044_443],
+    [0.642_787_610, -0.766_044_443],
+    [0.258_819_045, 0.965_925_826],
+    [0.258_819_045, -0.965_925_826],
+];
+
 /// A ring of a curved outline with what was found at its middle.
 struct Curved {
     ring: SubRing,
@@ -384,20 +395,28 @@ enum Limit {
 }
 
 /// Heights at which engagement may change abruptly: flat tops of blanks, level floors left by candidates.
-fn levels(scene: &Scene, covers: &[Cover]) -> Vec<f64> {
-    let mut levels: Vec<f64> = scene
-        .blanks
-        .iter()
-        .filter_map(|blank| match blank {
-            Blank::Box(extent) => Some(extent.max.z),
-            Blank::Cylinder { z, .. } => Some(z[1]),
-            Blank::Heights(_) => None,
-        })
-        .collect();
+fn levels(scene: &Scene, sample: &Sample, cutter: &Cutter, covers: &[Cover]) -> Vec<f64> {
+    let mut levels = Vec::new();
+    for blank in scene.blanks {
+        match blank {
+            Blank::Box(extent) => levels.push(extent.max.z),
+            Blank::Cylinder { z, .. } => levels.push(z[1]),
+            Blank::Heights(relief) => levels.extend(relief.levels(ahead(sample, cutter.form.radius))),
+        }
+    }
     levels.extend(covers.iter().filter(|cover| cover.leaves_floor()).map(Cover::lowest));
     levels.sort_unstable_by(f64::total_cmp);
     levels.dedup_by(|a, b| *a - *b < 1e-6);
     levels
+}
+
+/// Places ahead of the cutter, about its edge, where the top of a blank is looked at.
+fn ahead(sample: &Sample, radius: f64) -> impl Iterator<Item = [f64; 2]> {
+    let ([dx, dy], tip) = (sample.dir, sample.tip);
+    AHEAD.iter().map(move |[cos, sin]| {
+        let [u, v] = [radius * cos, radius * sin];
+        [tip.x + u * dx - v * dy, tip.y + u * dy + v * dx]
+    })
 }
 
 fn push(ring: &SubRing, angles: &Angles, out: &mut Vec<RawArc>) {

@@ -27,6 +27,9 @@ pub enum Blank {
 /// Cells along the side of a block of a relief.
 const BLOCK: usize = 4;
 
+/// Difference up to which heights are those of one level, mm.
+const LEVEL_MM: f32 = 1e-5;
+
 /// Heights over a grid, with what none of them goes below block by block.
 #[derive(Debug, Clone)]
 pub struct Relief {
@@ -85,6 +88,15 @@ impl Relief {
             f64::from(self.heights[first]) * (1.0 - s) + f64::from(self.heights[first + step]) * s
         };
         row(j) * (1.0 - t) + row((j + 1).min(self.size[1] - 1)) * t
+    }
+    /// The heights that at least two of some places share, mm: there the top is level.
+    pub fn levels(&self, places: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
+        let mut heights: Vec<f32> = places.filter_map(|place| self.height(place)).collect();
+        heights.sort_unstable_by(f32::total_cmp);
+        let level = |two: &[f32]| (two[1] - two[0] < LEVEL_MM).then_some(f64::from(two[0]));
+        let mut levels: Vec<f64> = heights.windows(2).filter_map(level).collect();
+        levels.dedup_by(|a, b| *a - *b < f64::from(LEVEL_MM));
+        levels
     }
     /// Height of the cell under (x, y), `None` outside.
     fn height(&self, [x, y]: [f64; 2]) -> Option<f32> {
