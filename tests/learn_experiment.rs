@@ -38,7 +38,7 @@ fn measured() -> (String, String) {
 fn the_next_cut_parts_the_rivals() {
     let (program, text) = measured();
     let Learned { mut report, data } =
-        run(program.as_bytes(), &job(), text.as_bytes(), &LogOptions::default()).unwrap();
+        run(program.as_bytes(), &job(), text.as_bytes(), &LogOptions::default(), None).unwrap();
     // The truth is among the confounded, and so is the rival that the program cannot part from it.
     let both = |c: &Confounded| ["edge-chipping", "hard-zone"].iter().all(|name| c.names.iter().any(|n| n == name));
     assert!(report.confounded.iter().any(both), "{}", report.verdict);

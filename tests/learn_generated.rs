@@ -6,10 +6,14 @@
 #[path = "../benches/confusion/generator.rs"]
 mod generator;
 
+#[path = "common/mesh.rs"]
+mod mesh;
+
 use feedwright::learn::cells::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::report::LearnReport;
-use feedwright::learn::session::{LogOptions, learn, prepare};
+use feedwright::learn::session::{LogOptions, learn, prepare_for};
+use feedwright::machine::{Job, StockShape};
 use generator::cases::Case;
 use generator::cut;
 use generator::motion;
@@ -17,6 +21,7 @@ use generator::motion::Moment;
 use generator::physics::{Channel, Coefficients, Milling};
 use generator::programs::{Part, Steady};
 use generator::writer;
+use mesh::box_as_stl;
 use std::f64::consts::PI;
 
 /// Entry and exit of a straight cut of known depth: θ = acos(1 − b/r), from the side on which the material stands.
@@ -113,13 +118,40 @@ fn every_leg_of_the_timeline_ends_where_its_path_ends() {
 }
 
 fn diagnosed(row: &'static str, seed: u64) -> LearnReport {
+    diagnosed_in(row, seed, &|job| (job, Vec::new()))
+}
+
+/// The same in a stock that may come from a file.
+fn diagnosed_in(row: &'static str, seed: u64, stock: &dyn Fn(Job) -> (Job, Vec<u8>)) -> LearnReport {
     let case = Case::new(row, seed);
     let (job, _) = feedwright::setup::load(&case.part.setup, std::path::Path::new(".")).unwrap();
+    let (job, file) = stock(job);
     let (text, _) = case.log(0.03);
     let log = read_log(text.as_bytes(), &[]).unwrap();
-    let prepared = prepare(case.part.program.as_bytes(), &job, false).unwrap();
+    let load = |_: &std::path::Path| Ok(file.clone());
+    let prepared = prepare_for(case.part.program.as_bytes(), &job, None, Some(&load)).unwrap();
     learn(&prepared, &job, &log, &channels(&log), &LogOptions::default()).unwrap()
 }
+
+/// The job with its box as a mesh, and the file.
+fn as_mesh(mut job: Job) -> (Job, Vec<u8>) {
+    let StockShape::Box(extent) = job.stocks[0].shape else { panic!("{:?}", job.stocks[0].shape) };
+    job.stocks[0].shape = StockShape::Stl("part.stl".into());
+    (job, box_as_stl([0, 1, 2].map(|k| [extent.min[k], extent.max[k]])).into_bytes())
+}
+
+#[test]
+fn a_stock_from_a_file_that_stands_proud_is_found() {
+    let found = diagnosed_in("stock-proud", PROUD, &as_mesh);
+    assert_eq!(names(&found), ["stock-proud"]);
+    assert_eq!(names(&diagnosed_in("none", 1000, &as_mesh)), [""; 0]);
+    let top = |report: &LearnReport| report.effects[0].parameters[0].value;
+    let boxed = diagnosed("stock-proud", PROUD);
+    assert!((top(&found) / top(&boxed) - 1.0).abs() < 0.05, "{} {}", top(&found), top(&boxed));
+}
+
+/// A development case whose stock is higher than declared.
+const PROUD: u64 = 1001;
 
 fn names(report: &LearnReport) -> Vec<&str> {
     report.effects.iter().map(|e| e.name.as_str()).collect()

@@ -110,7 +110,7 @@ fn run_with(factors: impl Fn(f64) -> [f64; 2]) -> (String, String) {
 fn windows_show_wear_and_a_chipped_edge() {
     let learned = |factors: fn(f64) -> [f64; 2]| {
         let (program, text) = run_with(factors);
-        run(program.as_bytes(), &job(), text.as_bytes(), &LogOptions::default()).unwrap().report
+        run(program.as_bytes(), &job(), text.as_bytes(), &LogOptions::default(), None).unwrap().report
     };
     let worn = learned(|x| [1.0, 1.0 + 0.9 * x]);
     assert!(worn.windows.len() >= 6, "{:?}", worn.windows);

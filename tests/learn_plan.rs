@@ -95,7 +95,7 @@ fn mean_forces_of_a_log_are_learned_from() {
     let samples: Vec<At> = clear_of_ends(follow(&plan.program, 5.0), 5.0).into_iter().step_by(2).collect();
     let text = mean_forces(&samples);
     let options = LogOptions { sample: Sample::Mean, ..LogOptions::default() };
-    let learned = run(plan.program.as_bytes(), &job(), text.as_bytes(), &options).unwrap();
+    let learned = run(plan.program.as_bytes(), &job(), text.as_bytes(), &options, None).unwrap();
     let (report, data) = (learned.report, learned.data);
     assert_eq!(data.channel_names, ["force_xy_n (mean)"]);
     assert!(report.effects.is_empty() && report.supports_model, "{}", report.verdict);

@@ -3,9 +3,12 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "common/mesh.rs"]
+mod mesh;
 #[path = "common/slot.rs"]
 mod slot;
 
+use mesh::box_as_stl;
 use serde_json::Value;
 use slot::{feedwright, limit, number, optimized as report, warnings};
 use std::fs;
@@ -101,16 +104,6 @@ fn what_stress_says_is_what_the_force_law_says() {
     assert!(runout > 1.05 && runout < most, "{runout} {most}");
 }
 
-/// A box as an STL file.
-fn box_as_stl([x, y, z]: [[f64; 2]; 3]) -> String {
-    let corner = |k: usize| format!("vertex {} {} {}\n", x[k & 1], y[k >> 1 & 1], z[k >> 2]);
-    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
-    let facet =
-        |t: [usize; 3]| format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", t.map(corner).concat());
-    format!("solid box\n{}endsolid box\n", triangles.map(facet).collect::<String>())
-}
-
 #[test]
 fn a_stock_from_a_file_is_stressed_like_a_box() {
     let shape = "box = { min = [0, 0, -10], max = [40, 20, 0] }";
@@ -198,6 +191,16 @@ fn feeds_rise_as_uncertainty_falls() {
         time(&large)
     );
     assert!(time(&none) < time(&sure(0.0, 1.0)));
+    // A stock from a file is raised by what it is uncertain.
+    let from_file = |uncertainty: f64| {
+        let dir = with(0.0, uncertainty);
+        let setup = fs::read_to_string(dir.path().join("part.setup.toml")).unwrap();
+        let shape = "box = { min = [0, 0, -10], max = [40, 20, 0] }";
+        fs::write(dir.path().join("part.setup.toml"), setup.replace(shape, "stl = \"stock.stl\"")).unwrap();
+        fs::write(dir.path().join("stock.stl"), box_as_stl([[0.0, 40.0], [0.0, 20.0], [-10.0, 0.0]])).unwrap();
+        time(&report(dir.path(), &["--confidence", "0.95"]))
+    };
+    assert!(from_file(0.0) < from_file(1.0), "{} {}", from_file(0.0), from_file(1.0));
     // Both coefficients 15 % off with the same sign would be one direction of doubt; here they are independent: between one and
     // two times 1.645 · 15 % · their shares.
     let force = limit(&large, "force_xy");

@@ -11,9 +11,10 @@ use super::screen::Screen;
 use crate::learn::calibrate::{CalibrateOptions, Calibration, calibrate as fit_table};
 use crate::learn::cells::channels;
 use crate::learn::columns::{DataError, Frame};
+use crate::learn::forces::Sample;
 use crate::learn::linear::Loss;
 use crate::learn::log::read_log;
-use crate::learn::session::{LearnError, Prepared, aligned, prepare};
+use crate::learn::session::{LearnError, Prepared, aligned, prepare_for};
 use crate::learn::steady::steady_cuts;
 use crate::learn::table::SteadyRow;
 use crate::learn::{model, plan, reading, sigmoid};
@@ -94,7 +95,10 @@ fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<
     let found = input::setup(command.setup.as_deref(), &source, global)?;
     let job = found.job;
     let wrong = |error: LearnError| refused(&error, program);
-    let ready = |forces: bool| -> Result<Prepared, CliError> { prepare(&source.bytes, &job, forces).map_err(wrong) };
+    let ready = |forces: bool| -> Result<Prepared, CliError> {
+        let sample = forces.then(Sample::default);
+        prepare_for(&source.bytes, &job, sample, Some(&|path| std::fs::read(path))).map_err(wrong)
+    };
     let Some(path) = &command.log else {
         let readings = command.reading.iter().map(|text| reading::parse(text)).collect::<Result<Vec<_>, _>>();
         let readings = readings.map_err(|e| wrong(e.into()))?;

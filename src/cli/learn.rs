@@ -48,7 +48,7 @@ pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome
         diagnosis: Options::default(),
     };
     let bar = screen.progress("learning");
-    let learned = run(&source.bytes, &found.job, &log, &options);
+    let learned = run(&source.bytes, &found.job, &log, &options, Some(&|path| std::fs::read(path)));
     bar.finish_and_clear();
     let Learned { report, data } = learned.map_err(|error| refused(&error, &command.log))?;
     if let Some(next) = next {

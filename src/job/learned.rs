@@ -52,7 +52,7 @@ fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumptio
         *job = job.with_stock_grown(top, side);
         let fixed = |shape: &StockShape| matches!(shape, StockShape::Stl(_) | StockShape::Saved(_));
         for stock in job.stocks.iter_mut().filter(|stock| fixed(&stock.shape)) {
-            stock.uncertainty_mm += top.max(side).max(0.0);
+            stock.uncertainty_mm += side.max(0.0);
         }
         return Some(learned(effect, format!("{top:+.2} mm on top, {side:+.2} mm on each side")));
     }

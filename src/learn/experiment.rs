@@ -96,7 +96,7 @@ pub fn used(added: &Added) -> Option<Use> {
 pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -> Option<f64> {
     let force = learned.channel_names.iter().find(|name| name.starts_with("force"));
     let sample = force.map(|name| if name == MEAN_FORCE { Sample::Mean } else { Sample::Peak });
-    let prepared = prepare_for(program.as_bytes(), job, sample).ok()?;
+    let prepared = prepare_for(program.as_bytes(), job, sample, None).ok()?;
     let mut data = imagined(&prepared, job, &learned.channel_names);
     continue_after(&mut data, learned);
     let predicted: Vec<Vec<f64>> = rivals.iter().map(|r| predict(&data, &r.model)).collect();

@@ -14,7 +14,7 @@ use super::runouts::RunoutGrid;
 use super::samples::{Base, Class, Data, Variant};
 use super::split::by_blocks;
 use super::timeline::{Timeline, engaged_otherwise, speed_ratios, timeline};
-use crate::engage::{EngageError, EngagementMap, engage};
+use crate::engage::{EngageError, EngagementMap, Loader, engage};
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
 use crate::nc::{Environment, Toolpath, interpret, parse};
@@ -74,22 +74,27 @@ const STRETCHES: usize = 20;
 const GROWN_MM: f64 = 0.5;
 const SHRUNK: f64 = 0.04;
 
-/// Simulates the program as declared and with each geometry that an effect may ask for.
+/// Simulates the program as declared and with each geometry that an effect may ask for, in stock without files.
 pub fn prepare(program: &[u8], job: &Job, with_forces: bool) -> Result<Prepared, LearnError> {
-    prepare_for(program, job, with_forces.then(Sample::default))
+    prepare_for(program, job, with_forces.then(Sample::default), None)
 }
 
-/// The same, for forces that are sampled so; `None`: no forces are measured.
-pub fn prepare_for(program: &[u8], job: &Job, forces: Option<Sample>) -> Result<Prepared, LearnError> {
+/// The same, for forces that are sampled so (`None`: no forces are measured), and with what reads the files of stock.
+pub fn prepare_for(
+    program: &[u8],
+    job: &Job,
+    forces: Option<Sample>,
+    loader: Option<Loader>,
+) -> Result<Prepared, LearnError> {
     let program = parse(program.to_vec(), None);
     let path = interpret(&program, &Environment::from_job(job));
-    let options = crate::engage::Options { spacing_mm: SPACING_MM, ..crate::engage::Options::default() };
+    let options = crate::engage::Options { spacing_mm: SPACING_MM, loader, ..crate::engage::Options::default() };
     let map = engage(&path, job, &options, &|_| ())?;
     let timeline = timeline(&path, &map, job, forces);
     let shrunk_mm = SHRUNK * typical_diameter(job);
     let jobs = [
         (Variant::StockTop, GROWN_MM, Some(job.with_stock_grown(GROWN_MM, 0.0))),
-        (Variant::StockSide, GROWN_MM, Some(job.with_stock_grown(0.0, GROWN_MM))),
+        (Variant::StockSide, GROWN_MM, job.has_stock_with_sides().then(|| job.with_stock_grown(0.0, GROWN_MM))),
         (Variant::Diameter, -shrunk_mm, job.with_mills_wider(-shrunk_mm)),
     ];
     let others = jobs
@@ -114,12 +119,18 @@ pub struct Learned {
     pub data: Data,
 }
 
-/// Learns from a log in CSV or adapter output.
-pub fn run(program: &[u8], job: &Job, log: &[u8], options: &LogOptions) -> Result<Learned, LearnError> {
+/// Learns from a log in CSV or adapter output; `loader` reads the files of stock.
+pub fn run(
+    program: &[u8],
+    job: &Job,
+    log: &[u8],
+    options: &LogOptions,
+    loader: Option<Loader>,
+) -> Result<Learned, LearnError> {
     let mut log = read_log(log, &options.mapping)?;
     resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
-    let prepared = prepare_for(program, job, channels.force_xy.map(|_| options.sample))?;
+    let prepared = prepare_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
     let mut learned = learn_with_data(&prepared, job, &log, &channels, options)?;
     if options.sample == Sample::Mean {
         learned.data.channel_names.iter_mut().for_each(|name| *name = name.replace("force_xy_n", MEAN_FORCE));

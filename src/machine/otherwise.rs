@@ -7,10 +7,21 @@ use super::{Axis, Box3, Job, Machine, Stock, StockShape};
 use crate::path::Vec3;
 
 impl Job {
-    /// With every stock higher by `top_mm` and wider by `side_mm` on each side. A mesh or a saved stock keeps its shape.
+    /// With every stock higher by `top_mm` and wider by `side_mm` on each side. A mesh or a saved stock is raised, its sides
+    /// stay.
     pub fn with_stock_grown(&self, top_mm: f64, side_mm: f64) -> Self {
-        let grown = |stock: &Stock| Stock { shape: grown(&stock.shape, top_mm, side_mm), ..stock.clone() };
+        let grown = |stock: &Stock| match &stock.shape {
+            StockShape::Stl(_) | StockShape::Saved(_) => {
+                Stock { moved_mm: stock.moved_mm + Vec3::new(0.0, 0.0, top_mm), ..stock.clone() }
+            }
+            shape => Stock { shape: grown(shape, top_mm, side_mm), ..stock.clone() },
+        };
         Self { stocks: self.stocks.iter().map(grown).collect(), ..self.clone() }
+    }
+
+    /// Has any stock sides that [`Self::with_stock_grown`] moves?
+    pub fn has_stock_with_sides(&self) -> bool {
+        self.stocks.iter().any(|stock| !matches!(stock.shape, StockShape::Stl(_) | StockShape::Saved(_)))
     }
 
     /// With every end mill wider by `by_mm` of diameter; `None` when there is none of a shape that is known how to change.
