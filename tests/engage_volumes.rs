@@ -102,6 +102,48 @@ fn a_flat_pocket_in_rows() {
     }
 }
 
+/// The ends of short blocks that are taken from the samples around them against every end worked out: over a wavy surface
+/// whose rows leave the stock and cross a slot, the volume of each millimetre.
+#[test]
+fn joints_of_short_blocks_agree_with_every_end_worked_out() {
+    const STEP: f64 = 0.12;
+    const BLOCKS: u32 = 250;
+    for tool in [ball(6.0), ball(10.0), ball(3.0)] {
+        let surface = |x: f64, y: f64| -0.8 + 0.3 * (0.5 * x).sin() * (0.7 * y).cos();
+        let mut path = Path::from([12.0, -20.0, -1.5]);
+        path.line([12.0, 20.0, -1.5]);
+        for row in 0..6 {
+            let y = -3.0 + 0.5 * f64::from(row);
+            path.rapid([-2.0, y, 5.0]);
+            path.line([-2.0, y, surface(-2.0, y)]);
+            (1..=BLOCKS).for_each(|k| {
+                let x = -2.0 + STEP * f64::from(k);
+                path.line([x, y, surface(x, y)]);
+            });
+        }
+        let job = job(vec![tool], vec![block([0.0, -10.0, -10.0], [25.0, 10.0, 0.0])]);
+        // Half a block apart none is a joint.
+        let [joined, each] = [1.0, 0.5 * STEP].map(|spacing| run(&path, &job, 0.1, spacing));
+        let moves = 0..path.toolpath.moves.len() as u32;
+        let rows: Vec<u32> = moves.filter(|k| !stations(&joined, *k).is_empty()).skip(1).collect();
+        let (mut worst, mut largest) = (0.0f64, 0.0f64);
+        for about in rows.windows(9) {
+            let volume = |map| about.iter().map(|k| volume_of(map, *k)).sum::<f64>();
+            largest = largest.max(volume(&each));
+            worst = worst.max((volume(&joined) - volume(&each)).abs());
+        }
+        let whole = all(&joined) / all(&each) - 1.0;
+        let fewer = each.stations.len() as f64 / joined.stations.len() as f64;
+        println!(
+            "joints: worst millimetre {:.3} % of the fullest, whole program {:+.4} %, {fewer:.1} times the stations",
+            100.0 * worst / largest,
+            100.0 * whole
+        );
+        // Each is to be within 0.3 % of the truth.
+        assert!(worst < 6e-3 * largest && whole.abs() < 1e-3, "{worst} of {largest}, {whole}");
+    }
+}
+
 #[test]
 fn rasters_of_a_ball_with_little_stock() {
     let mut worst: f64 = 0.0;

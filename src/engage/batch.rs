@@ -13,7 +13,7 @@ use super::arcs::{Cut, RawArc, Scene, arcs_at};
 use super::between::{Between, Locate, alike, look};
 use super::cover::Cover;
 use super::cutter::Cutter;
-use super::joints::joints;
+use super::joints::{joints, turns};
 use super::nominate::{Mark, Need, Nomination, Nominations, Sample, Scratch, nominate};
 use crate::ids::MoveId;
 use crate::stock::{Field, Past, Tile, Tiling, make_again, sweep, take_back};
@@ -155,15 +155,23 @@ fn look_at(
 ) -> (Vec<[usize; 2]>, Vec<bool>) {
     let (mut pairs, mut wanted) = (Vec::new(), vec![false; samples.len()]);
     let joint = |k: &usize| samples[*k].need == Need::Joint;
-    let look = |ends: &[usize]| {
+    let chained = |pair: &[usize]| (pair[0] + 1..pair[1]).any(|k| joint(&k));
+    let look = |k: usize| {
+        let ends = &required[k..k + 2];
         let found = [&outcomes[ends[0]], &outcomes[ends[1]]];
-        if (ends[0] + 1..ends[1]).any(|k| joint(&k)) {
-            joints(samples, cutter_of(scene, &samples[ends[0]]), [ends[0], ends[1]], found)
-        } else {
-            alike(found).then(Vec::new)
+        if !chained(ends) {
+            return alike(found).then(Vec::new);
         }
+        let before = k.checked_sub(1).map(|k| &required[k..k + 2]).filter(|pair| chained(pair)).map(|pair| pair[0]);
+        let after = required.get(k + 1..k + 3).filter(|pair| chained(pair)).map(|pair| pair[1]);
+        let point = |k: usize| (samples[k].tip, outcomes[k].cut.area_mm2);
+        if turns(before.map(point), [ends[0], ends[1]].map(point), after.map(point)) {
+            return None;
+        }
+        joints(samples, cutter_of(scene, &samples[ends[0]]), [ends[0], ends[1]], found)
     };
-    let looks: Vec<Option<Vec<(usize, Outcome)>>> = required.par_windows(2).with_min_len(64).map(look).collect();
+    let pairs_of = required.len().saturating_sub(1);
+    let looks: Vec<Option<Vec<(usize, Outcome)>>> = (0..pairs_of).into_par_iter().with_min_len(64).map(look).collect();
     for (ends, agreed) in required.windows(2).zip(looks) {
         if let Some(mixed) = agreed {
             for (index, outcome) in mixed {

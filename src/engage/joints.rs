@@ -1,13 +1,14 @@
 //! Ends of short blocks on a smooth path. In: the samples of a batch in order, and what was found at two required ones.
 //! Out: which ends need not be worked out as long as the samples before and after them agree, and what they take from them.
 //!
-//! A chain of short blocks is sampled as one long move is: once in the spacing. Where two such samples do not agree, every
-//! end between them is worked out.
+//! A chain of short blocks is sampled as one long move is: once in the spacing. Where two such samples do not agree, or
+//! engagement runs through a peak or a dip between them, every end between them is worked out.
 
 use super::arcs::RawArc;
 use super::batch::Outcome;
 use super::cutter::Cutter;
 use super::nominate::{Need, Sample};
+use crate::path::Vec3;
 
 /// Cosine of the largest turn between two samples that are worked out.
 const TURN: f64 = 0.985;
@@ -15,6 +16,9 @@ const TURN: f64 = 0.985;
 const BEND_RAD: f32 = 0.1;
 /// Change of the removal area, and of the engaged edge, up to which two samples agree, as a part of the larger.
 const AGREE: f64 = 0.05;
+
+/// Height of a peak, or depth of a dip, from which it is looked at, as a part of the larger removal area.
+const PEAK: f64 = 0.02;
 
 /// Goes along the samples and marks the joints. Which ends are worked out depends on their distance from the beginning of the
 /// chain: a block cut in two changes little further on.
@@ -93,6 +97,19 @@ pub fn joints(
         outcome
     };
     Some(inner.map(|k| (k, at(k))).collect())
+}
+
+/// Does the removal area run through a peak or a dip between two samples? Given are the places and areas of the samples
+/// before, at both ends and after, of one chain: run on from either side it misses the middle on the same side.
+pub fn turns(before: Option<(Vec3, f64)>, ends: [(Vec3, f64); 2], after: Option<(Vec3, f64)>) -> bool {
+    let (Some(before), Some(after)) = (before, after) else { return false };
+    let [a, b] = ends;
+    let half = 0.5 * (b.0 - a.0).norm();
+    let run_on =
+        |beyond: (Vec3, f64), end: (Vec3, f64)| end.1 + (end.1 - beyond.1) * half / (end.0 - beyond.0).norm().max(half);
+    let middle = 0.5 * (a.1 + b.1);
+    let [left, right] = [run_on(before, a), run_on(after, b)].map(|area| area - middle);
+    left * right > 0.0 && left.abs().min(right.abs()) > PEAK * a.1.max(b.1)
 }
 
 /// The same rings, at angles that differ little?
