@@ -147,28 +147,41 @@ fn by_load_alone_a_log_with_offset_stretch_pause_and_override_is_tied_to_its_pro
     assert!((long[0].1 - STRETCH * HELD_S).abs() < 0.5, "{long:?}");
 }
 
+/// A log with something hidden in it, tied by its load.
+struct Hidden {
+    case: Case,
+    told: Told,
+    prepared: Prepared,
+    found: Aligned,
+}
+
+fn hidden(row: &'static str, seed: u64) -> Hidden {
+    let case = Case::new(row, seed);
+    let (text, _) = case.log(0.03);
+    let (_, _, readings) = case.readings(&mut Rng::new(seed, 3));
+    let moments = readings.iter().map(|r| (r.moment.rps > 0.0).then_some(r.moment)).collect();
+    let job = job_of(&case.part);
+    let prepared = prepare(case.part.program.as_bytes(), &job, false).unwrap();
+    let log = read_log(text.as_bytes(), &[]).unwrap();
+    let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
+    Hidden { case, told: Told { text, moments }, prepared, found }
+}
+
 #[test]
 fn by_load_the_uncertainty_that_is_stated_holds_whatever_is_hidden_in_the_log() {
     for (row, seed) in [("none", 1004), ("entry", 1004), ("entry", 1009), ("stock-proud", 1014), ("sensor-lag", 1014)] {
-        let case = Case::new(row, seed);
-        let (text, _) = case.log(0.03);
-        let (_, _, readings) = case.readings(&mut Rng::new(seed, 3));
-        let job = job_of(&case.part);
-        let prepared = prepare(case.part.program.as_bytes(), &job, false).unwrap();
-        let log = read_log(text.as_bytes(), &[]).unwrap();
-        let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
+        let Hidden { case, told, prepared, found } = hidden(row, seed);
         assert_eq!(found.method, "load");
-        let moments: Vec<Option<Moment>> = readings.iter().map(|r| (r.moment.rps > 0.0).then_some(r.moment)).collect();
         // In units of what is stated for each sample.
         let feeds = |m: &Moment| matches!(case.part.steps[m.step].action, Action::Move { feed_mm_s: Some(_), .. });
         let of_stated = |(moment, k): (&Option<Moment>, usize)| {
             let at = expected_s(&prepared, &case.part, moment.as_ref().filter(|m| feeds(m))?)?;
             Some((found.program_s[k] - at).abs() / found.each_s[k])
         };
-        let stated: Vec<f64> = moments.iter().zip(0..).filter_map(of_stated).collect();
+        let stated: Vec<f64> = told.moments.iter().zip(0..).filter_map(of_stated).collect();
         let within = |by: f64| stated.iter().filter(|e| **e <= by).count() as f64 / stated.len() as f64;
         assert!(within(1.5) > 0.68 && within(4.0) > 0.95, "{row} {seed}: {} {}", within(1.5), within(4.0));
-        let errors = errors(&prepared, &case.part, &Told { text, moments }, &found);
+        let errors = errors(&prepared, &case.part, &told, &found);
         let within = |by: f64| errors.iter().filter(|e| **e <= by).count() as f64 / errors.len() as f64;
         let u = found.uncertainty_s;
         assert!(u < 0.03 && within(1.5 * u) > 0.68 && within(4.0 * u) > 0.95, "{row} {seed}: {u} {}", within(1.5 * u));
@@ -179,16 +192,9 @@ fn by_load_the_uncertainty_that_is_stated_holds_whatever_is_hidden_in_the_log() 
 #[test]
 fn by_load_what_is_hidden_in_a_log_is_no_pause() {
     for (row, seed) in [("tare-warm-up", 1004), ("tare-warm-up", 1019), ("stock-proud", 1004), ("corner-feed", 1029)] {
-        let case = Case::new(row, seed);
-        let (text, _) = case.log(0.03);
-        let (_, _, readings) = case.readings(&mut Rng::new(seed, 3));
-        let job = job_of(&case.part);
-        let prepared = prepare(case.part.program.as_bytes(), &job, false).unwrap();
-        let log = read_log(text.as_bytes(), &[]).unwrap();
-        let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
+        let Hidden { case, told, prepared, found } = hidden(row, seed);
         assert!(found.pauses.is_empty(), "{row} {seed}: {:?}", found.pauses);
-        let moments = readings.iter().map(|r| (r.moment.rps > 0.0).then_some(r.moment)).collect();
-        let errors = errors(&prepared, &case.part, &Told { text, moments }, &found);
+        let errors = errors(&prepared, &case.part, &told, &found);
         let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
         assert!(at(0.5) < 0.05 && at(0.95) < 0.2, "{row} {seed}: {} {}", at(0.5), at(0.95));
     }

@@ -107,10 +107,12 @@ struct Line {
 }
 
 /// The place along a line behind which its start lowers all that the line does: what falls comes lower further on, the
-/// lower half of a ball up to the place where its surface falls as the line does.
+/// lower half of a ball up to the place where its surface falls as the line does. Above a neck cells may have been left
+/// standing that are met now.
 fn behind(line: &Line, form: &Form) -> f64 {
     let slope = line.rise / line.run;
     match form.kind {
+        _ if form.neck.is_finite() => f64::NEG_INFINITY,
         _ if slope >= 0.0 => 0.0,
         Kind::Ball => slope * form.radius,
         _ => f64::NEG_INFINITY,
