@@ -124,7 +124,9 @@ impl Swept {
         let looked: Vec<(usize, Option<Between>)> = pairs
             .par_iter()
             .with_min_len(16)
-            .map(|ends| (ends[1], look(&view, *ends, ends.map(|end| &outcomes[end]), locate)))
+            .map_init(Gathered::default, |room, ends| {
+                (ends[1], look(&view, *ends, ends.map(|end| &outcomes[end]), locate, room))
+            })
             .collect();
         for (index, found) in looked {
             between[index] = found;
@@ -138,7 +140,7 @@ fn work_out(view: &View, which: &[usize], outcomes: &mut [Outcome]) {
     let found: Vec<Outcome> = which
         .par_iter()
         .with_min_len(64)
-        .map_init(Gathered::default, |gathered, index| view.outcome_with(*index, gathered))
+        .map_init(Gathered::default, |gathered, index| view.outcome(*index, gathered))
         .collect();
     for (index, outcome) in which.iter().zip(found) {
         outcomes[*index] = outcome;
@@ -353,7 +355,7 @@ impl Merged {
 
 /// Working space of an outcome.
 #[derive(Default)]
-struct Gathered<'a> {
+pub struct Gathered<'a> {
     marks: Vec<Mark>,
     candidates: Vec<u32>,
     covers: Vec<Cover<'a>>,
@@ -381,26 +383,24 @@ impl<'a> View<'a> {
     pub fn nominated(&self, index: usize) -> bool {
         self.entries(index).any(|(entry, ..)| entry.marks > 0)
     }
-    /// Outcome at a sample.
-    pub fn outcome(&self, index: usize) -> Outcome {
-        self.outcome_with(index, &mut Gathered::default())
-    }
     /// Outcome at a position between a sample and the next one, from what was said about both.
-    pub fn outcome_between(&self, index: usize, sample: &Sample) -> Outcome {
-        let mut gathered = Gathered::default();
+    pub fn outcome_between(&self, index: usize, sample: &Sample, gathered: &mut Gathered<'a>) -> Outcome {
         let mut outcome = Outcome::default();
+        gathered.marks.clear();
+        gathered.candidates.clear();
         for index in [index, index + 1] {
-            self.gather(index, &mut gathered, &mut outcome);
+            self.gather(index, gathered, &mut outcome);
         }
         // The later sample knows chords that are still to come here, and may show nothing else of those that went before.
         gathered.candidates.retain(|id| *id < sample.element);
         let own = self.scene.elements[sample.element as usize].move_id;
         let since = self.samples[index].element..sample.element;
         gathered.candidates.extend(since.filter(|id| self.scene.elements[*id as usize].move_id == own));
-        self.resolve(sample, &mut gathered, &mut outcome);
+        self.resolve(sample, gathered, &mut outcome);
         outcome
     }
-    fn outcome_with(&self, index: usize, gathered: &mut Gathered<'a>) -> Outcome {
+    /// Outcome at a sample.
+    pub fn outcome(&self, index: usize, gathered: &mut Gathered<'a>) -> Outcome {
         let sample = &self.samples[index];
         let mut outcome = Outcome { clear: self.scene.clear_of_fixtures(sample), ..Outcome::default() };
         gathered.marks.clear();

@@ -6,7 +6,7 @@
 //! those of both. A stretch is halved until its trapezoid agrees with that of its halves to [`AGREE`] of the full area over
 //! a millimetre, or it is shorter than [`SHORTEST_MM`]; where engagement begins or ends it is always halved to that.
 
-use super::batch::{Outcome, View};
+use super::batch::{Gathered, Outcome, View};
 use super::nominate::Sample;
 use super::stations::same;
 
@@ -43,8 +43,14 @@ pub fn alike(outcomes: [&Outcome; 2]) -> bool {
     !outcomes[0].arcs.is_empty() && same(&outcomes[0].arcs, &outcomes[1].arcs)
 }
 
-/// Looks between the required samples `ends` (with optional ones between them).
-pub fn look(view: &View, ends: [usize; 2], outcomes: [&Outcome; 2], locate: Locate) -> Option<Between> {
+/// Looks between the required samples `ends` (with optional ones between them); `room` is working space.
+pub fn look<'b>(
+    view: &View<'b>,
+    ends: [usize; 2],
+    outcomes: [&Outcome; 2],
+    locate: Locate,
+    room: &mut Gathered<'b>,
+) -> Option<Between> {
     if ends[1] == ends[0] + 1 || alike(outcomes) {
         return None;
     }
@@ -54,7 +60,7 @@ pub fn look(view: &View, ends: [usize; 2], outcomes: [&Outcome; 2], locate: Loca
     }
     let of_move = view.move_of(ends[1]);
     let start = if view.move_of(ends[0]) == of_move { view.samples[ends[0]].s_mm } else { 0.0 };
-    let mut work = Work { view, locate, first: ends[0], start, found: Between::default(), peak_mm2: 0.0 };
+    let mut work = Work { view, locate, room, first: ends[0], start, found: Between::default(), peak_mm2: 0.0 };
     work.peak_mm2 = outcomes[0].cut.area_mm2.max(outcomes[1].cut.area_mm2);
     let [a, b] = [0, 1].map(|k| Node { index: ends[k], s_mm: work.place(ends[k]), area_mm2: outcomes[k].cut.area_mm2 });
     work.samples(a, b);
@@ -73,6 +79,7 @@ struct Node {
 struct Work<'a, 'b> {
     view: &'a View<'b>,
     locate: Locate<'a>,
+    room: &'a mut Gathered<'b>,
     first: usize,
     start: f64,
     found: Between,
@@ -104,7 +111,8 @@ impl Work<'_, '_> {
         }
         let index = usize::midpoint(a.index, b.index);
         let index = if self.view.nominated(index) { index } else { marked().next().unwrap_or(index) };
-        let area_mm2 = self.note(self.view.outcome(index));
+        let outcome = self.view.outcome(index, self.room);
+        let area_mm2 = self.note(outcome);
         let middle = Node { index, s_mm: self.place(index), area_mm2 };
         if self.agree(a, middle, b) {
             self.leaf(a, b, Some(middle));
@@ -122,7 +130,8 @@ impl Work<'_, '_> {
         }
         let s_mm = 0.5 * (a.s_mm + b.s_mm);
         let sample = (self.locate)(&self.view.samples[a.index.max(self.first + 1)], s_mm);
-        let area_mm2 = self.note(self.view.outcome_between(a.index, &sample));
+        let outcome = self.view.outcome_between(a.index, &sample, self.room);
+        let area_mm2 = self.note(outcome);
         let middle = Node { index: a.index, s_mm, area_mm2 };
         if self.agree(a, middle, b) {
             self.leaf(a, b, Some(middle));

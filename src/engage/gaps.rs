@@ -182,8 +182,9 @@ impl Gaps {
         }
         for gap in std::mem::take(&mut self.0) {
             let [from, to] = gap;
-            let count = (span(&gap) * radius / step).ceil().max(1.0);
-            let (sin_by, cos_by) = (span(&gap) / count).sin_cos();
+            let turn = span(&gap);
+            let count = (turn * radius / step).ceil().max(1.0);
+            let (sin_by, cos_by) = (turn / count).sin_cos();
             let mut here = from;
             let mut last = inside(here.at);
             let mut open = (last > 0.0).then_some(from);

@@ -56,25 +56,23 @@ impl<'a> Work<'a> {
     pub fn arcs(&self, marks: &[Mark], out: &mut Vec<RawArc>) -> f64 {
         let mut curved: Vec<Curved> = Vec::new();
         let mut area_mm2 = 0.0;
+        let (mut bins, mut within): (u64, Shared) = (0, Rc::new([]));
         for mark in marks {
             let band = &self.cutter.bands[mark.band as usize];
-            let windows = windows(mark.bins);
-            let shared: Rc<[Interval]> = windows.as_slice().into();
+            if mark.bins != bins {
+                (bins, within) = (mark.bins, windows(mark.bins).into());
+            }
             let rings = self.sub_rings(band, f64::from(mark.top));
             if band.slices[0] == band.slices[1] {
                 curved.extend(rings.iter().map(|ring| Curved {
                     ring: *ring,
                     bottom: band.bottom,
-                    angles: self.ring(ring, &windows),
-                    windows: shared.clone(),
+                    angles: self.ring(ring, &within),
+                    windows: within.clone(),
                 }));
             } else {
                 area_mm2 += self.ends(&mut curved, out);
-                for (ring, angles) in self.refine(&self.stack(&rings, &windows), &windows) {
-                    let [width, edge] = self.width(&ring, &angles);
-                    area_mm2 += width * edge;
-                    push(&ring, &angles, out);
-                }
+                area_mm2 += self.sides(&self.refine(self.stack(&rings, &within), &within), out);
             }
         }
         area_mm2 + self.ends(&mut curved, out)
@@ -238,7 +236,7 @@ impl<'a> Work<'a> {
     }
 
     /// Volume per mm of path and mm of edge of a ring, and its edge, mm.
-    fn width(&self, ring: &SubRing, angles: &Angles) -> [f64; 2] {
+    fn width(&self, ring: &SubRing, angles: &[Interval]) -> [f64; 2] {
         let slice = self.cutter.part(ring.slice, ring.part);
         let width = |arc: &Interval| area(&slice, self.sample.tangent, arc);
         [angles.iter().map(width).sum::<f64>() / slice.edge_mm, slice.edge_mm]
@@ -275,19 +273,48 @@ impl<'a> Work<'a> {
         Limit::Beyond(ring, self.ring(&ring, &beside.windows))
     }
 
+    /// Hands on the rings of a cylinder; their removal area, mm². What rings above each other share is worked out once.
+    fn sides(&self, found: &[Side], out: &mut Vec<RawArc>) -> f64 {
+        let mut area_mm2 = 0.0;
+        for shared in found.chunk_by(|a, b| Rc::ptr_eq(&a.angles, &b.angles)) {
+            let angles = &shared[0].angles;
+            if angles.is_empty() {
+                continue;
+            }
+            let [width, _] = self.width(&shared[0].ring, angles);
+            let first = out.len();
+            push(&shared[0].ring, angles, out);
+            let end = out.len();
+            for (k, Side { ring, .. }) in shared.iter().enumerate() {
+                area_mm2 += width * self.cutter.part(ring.slice, ring.part).edge_mm;
+                if k > 0 {
+                    let part = ring.part.map(|p| p as f32);
+                    out.extend_from_within(first..end);
+                    out[end + (k - 1) * (end - first)..].iter_mut().for_each(|arc| (arc.slice, arc.part) = (ring.slice, part));
+                }
+            }
+        }
+        area_mm2
+    }
+
     /// Where the arcs of neighbouring rings of a cylinder differ much though no level lies between them both are looked at
     /// in four parts.
-    fn refine(&self, found: &[(SubRing, Angles)], windows: &[Interval]) -> Vec<(SubRing, Angles)> {
+    fn refine(&self, found: Vec<Side>, windows: &[Interval]) -> Vec<Side> {
         let jumps = |k: usize| {
-            let (ring, angles) = &found[k];
-            let above = found.get(k + 1).map_or(0.0, |(_, above)| extent(above));
-            let at_level = self.levels.iter().any(|level| (level - ring.top).abs() < 1e-3);
-            !at_level && (extent(angles) - above).abs() > JUMP_RAD
+            let Side { ring, angles } = &found[k];
+            let above = found.get(k + 1);
+            let at_level = || self.levels.iter().any(|level| (level - ring.top).abs() < 1e-3);
+            let shared = above.is_some_and(|above| Rc::ptr_eq(&above.angles, angles));
+            !shared && (extent(angles) - above.map_or(0.0, |above| extent(&above.angles))).abs() > JUMP_RAD && !at_level()
         };
-        let mut refined: Vec<(SubRing, Angles)> = Vec::with_capacity(found.len());
-        for (k, (ring, angles)) in found.iter().enumerate() {
-            if !jumps(k) && (k == 0 || !jumps(k - 1)) {
-                refined.push((*ring, angles.clone()));
+        let jumps: Vec<bool> = (0..found.len()).map(jumps).collect();
+        if !jumps.contains(&true) {
+            return found;
+        }
+        let mut refined: Vec<Side> = Vec::with_capacity(found.len());
+        for (k, Side { ring, angles }) in found.iter().enumerate() {
+            if !jumps[k] && (k == 0 || !jumps[k - 1]) {
+                refined.push(Side { ring: *ring, angles: angles.clone() });
                 continue;
             }
             for quarter in 0..4 {
@@ -295,12 +322,12 @@ impl<'a> Work<'a> {
                 let part = self.sub_ring(ring.slice, [at(quarter), at(quarter + 1)], false);
                 let angles = self.ring(&part, windows);
                 match refined.last_mut() {
-                    Some((last, held))
+                    Some(Side { ring: last, angles: held })
                         if last.slice == part.slice && last.part[1] == part.part[0] && same(held, &angles) =>
                     {
                         *last = self.sub_ring(ring.slice, [last.part[0], part.part[1]], false);
                     }
-                    _ => refined.push((part, angles)),
+                    _ => refined.push(Side { ring: part, angles: angles.into() }),
                 }
             }
         }
@@ -308,34 +335,32 @@ impl<'a> Work<'a> {
     }
 
     /// Arcs of rings above each other with one radius: they only shrink with height, so equal ends mean all equal.
-    fn stack(&self, rings: &[SubRing], windows: &[Interval]) -> Vec<(SubRing, Angles)> {
-        let mut found = vec![None; rings.len()];
-        if rings.is_empty() {
-            return Vec::new();
-        }
+    fn stack(&self, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
+        let Some(lowest) = rings.first() else { return Vec::new() };
+        let lower: Shared = self.ring(lowest, windows).into();
+        let mut sides: Vec<Side> = rings.iter().map(|ring| Side { ring: *ring, angles: lower.clone() }).collect();
         let last = rings.len() - 1;
-        found[0] = Some(self.ring(&rings[0], windows));
-        if last > 0 {
-            let lower = found[0].clone().unwrap_or_default();
-            found[last] = Some(if lower.is_empty() { Angles::new() } else { self.ring(&rings[last], windows) });
-            self.between(rings, windows, 0, last, &mut found);
+        if last > 0 && !lower.is_empty() {
+            sides[last].angles = self.ring(&rings[last], windows).into();
+            self.between(&mut sides, windows);
         }
-        rings.iter().copied().zip(found.into_iter().map(Option::unwrap_or_default)).collect()
+        sides
     }
 
-    fn between(&self, rings: &[SubRing], windows: &[Interval], low: usize, high: usize, found: &mut [Option<Angles>]) {
-        if high - low < 2 {
+    /// Fills in what lies between the first and the last of a stack, which are known.
+    fn between(&self, sides: &mut [Side], windows: &[Interval]) {
+        let [first, between @ .., last] = sides else { return };
+        if between.is_empty() {
             return;
         }
-        let (below, above) = (found[low].clone().unwrap_or_default(), found[high].clone().unwrap_or_default());
-        if below.is_empty() || same(&below, &above) {
-            found[low + 1..high].fill(Some(below));
+        if first.angles.is_empty() || same(&first.angles, &last.angles) {
+            between.iter_mut().for_each(|side| side.angles = first.angles.clone());
             return;
         }
-        let middle = usize::midpoint(low, high);
-        found[middle] = Some(self.ring(&rings[middle], windows));
-        self.between(rings, windows, low, middle, found);
-        self.between(rings, windows, middle, high, found);
+        let middle = (sides.len() - 1) / 2;
+        sides[middle].angles = self.ring(&sides[middle].ring, windows).into();
+        self.between(&mut sides[..=middle], windows);
+        self.between(&mut sides[middle..], windows);
     }
 
     /// Engaged intervals of one ring, counted from the feed direction, counter-clockwise. Asked first are the covers that
@@ -380,8 +405,17 @@ const AHEAD: [[f64; 2]; 7] = [
 struct Curved {
     ring: SubRing,
     bottom: bool,
-    windows: Rc<[Interval]>,
+    windows: Shared,
     angles: Angles,
+}
+
+/// What several rings of a cylinder have in common.
+type Shared = Rc<[Interval]>;
+
+/// A ring of a cylinder with what was found at its middle.
+struct Side {
+    ring: SubRing,
+    angles: Shared,
 }
 
 /// Where engagement ends beside a ring.
@@ -419,7 +453,7 @@ fn ahead(sample: &Sample, radius: f64) -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
-fn push(ring: &SubRing, angles: &Angles, out: &mut Vec<RawArc>) {
+fn push(ring: &SubRing, angles: &[Interval], out: &mut Vec<RawArc>) {
     for [from, to] in angles {
         let angles = [(FRAC_PI_2 - to.angle()) as f32, (FRAC_PI_2 - from.angle()) as f32];
         out.push(RawArc { slice: ring.slice, part: ring.part.map(|p| p as f32), angles });
@@ -427,10 +461,10 @@ fn push(ring: &SubRing, angles: &Angles, out: &mut Vec<RawArc>) {
 }
 
 /// Sum of the lengths of intervals, rad.
-fn extent(angles: &Angles) -> f64 {
+fn extent(angles: &[Interval]) -> f64 {
     angles.iter().map(span).sum()
 }
 
-fn same(a: &Angles, b: &Angles) -> bool {
+fn same(a: &[Interval], b: &[Interval]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (0..2).all(|k| (a[k].key - b[k].key).abs() < EQUAL_KEYS))
 }

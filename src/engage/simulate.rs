@@ -271,9 +271,26 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
     let result = swept.finish(scene, &batch.samples, &locate);
     report_rapids(scene, &result, &mut builder.map);
     report_fixtures(plan, scene, batch.moves.clone(), &mut builder.map);
+    let idle = [false, true].map(|clear| Outcome { clear, ..Outcome::default() });
+    let mut last = &*held;
     for (index, way) in batch.moves.clone().zip(&batch.ways) {
-        enter(plan, scene, index, way, &batch.samples, &result, held, builder);
+        last = match way {
+            Way::None => {
+                builder.push_none(MoveId(index as u32));
+                &idle[0]
+            }
+            Way::Idle(flags) => {
+                builder.push_idle(MoveId(index as u32), plan.path.moves[index].curve().length(), *flags);
+                &idle[usize::from(flags.clear_air)]
+            }
+            Way::Sampled { samples, inherits } => {
+                let before = inherits.then_some(last);
+                enter(plan, scene, index, (samples.clone(), before), &batch.samples, &result, builder);
+                &result.outcomes[samples.end - 1]
+            }
+        };
     }
+    *held = last.clone();
 }
 
 /// Marks the ends of short blocks that run on as joints.
@@ -364,44 +381,28 @@ fn runs_on(plan: &Plan, index: usize) -> bool {
     a.kind == MoveKind::Feed && a.tool == b.tool && a.wcs == b.wcs && smooth && joined
 }
 
-#[allow(clippy::too_many_arguments)] // one step of the loop above, named
+/// Enters a move from its samples and, where it runs on, what was found at the end of the move before.
 fn enter(
     plan: &Plan,
     scene: &Scene,
     index: usize,
-    way: &Way,
+    (range, before): (std::ops::Range<usize>, Option<&Outcome>),
     samples: &[Sample],
     result: &BatchResult,
-    held: &mut Outcome,
     builder: &mut Builder,
 ) {
     let id = MoveId(index as u32);
-    match way {
-        Way::None => {
-            builder.push_none(id);
-            *held = Outcome::default();
-        }
-        Way::Idle(flags) => {
-            builder.push_idle(id, plan.path.moves[index].curve().length(), *flags);
-            *held = Outcome { clear: flags.clear_air, ..Outcome::default() };
-        }
-        Way::Sampled { samples: range, inherits } => {
-            let mut points = Vec::with_capacity(range.len() + 1);
-            if *inherits {
-                points.push(Point { s_mm: 0.0, outcome: &*held, before: None });
-            }
-            points.extend(range.clone().filter(|k| samples[*k].need != Need::Change).map(|k| Point {
-                s_mm: samples[k].s_mm,
-                outcome: &result.outcomes[k],
-                before: result.between[k].as_ref(),
-            }));
-            let cutter = samples[range.start].cutter;
-            let tool = &scene.cutters[cutter as usize];
-            let motion = &plan.path.moves[index];
-            let uncertain = points.iter().any(|point| point.outcome.undercut);
-            report(&mut builder.map, id, motion, tool, &samples[range.clone()], &result.outcomes[range.clone()]);
-            builder.push_move(id, cutter, tool, &points, uncertain);
-            *held = result.outcomes[range.end - 1].clone();
-        }
-    }
+    let mut points = Vec::with_capacity(range.len() + 1);
+    points.extend(before.map(|outcome| Point { s_mm: 0.0, outcome, before: None }));
+    points.extend(range.clone().filter(|k| samples[*k].need != Need::Change).map(|k| Point {
+        s_mm: samples[k].s_mm,
+        outcome: &result.outcomes[k],
+        before: result.between[k].as_ref(),
+    }));
+    let cutter = samples[range.start].cutter;
+    let tool = &scene.cutters[cutter as usize];
+    let motion = &plan.path.moves[index];
+    let uncertain = points.iter().any(|point| point.outcome.undercut);
+    report(&mut builder.map, id, motion, tool, &samples[range.clone()], &result.outcomes[range]);
+    builder.push_move(id, cutter, tool, &points, uncertain);
 }

@@ -179,10 +179,14 @@ impl Tile {
         let width = self.size[0].div_ceil(BLOCK);
         self.tops.clear();
         self.tops.resize(width * self.size[1].div_ceil(BLOCK), f32::NEG_INFINITY);
-        for (j, row) in self.heights.chunks(self.size[0]).enumerate() {
-            let tops = &mut self.tops[j / BLOCK * width..][..width];
-            for (top, cells) in tops.iter_mut().zip(row.chunks(BLOCK)) {
-                *top = cells.iter().fold(*top, higher);
+        let mut columns = vec![f32::NEG_INFINITY; self.size[0]];
+        for (rows, tops) in self.heights.chunks(BLOCK * self.size[0]).zip(self.tops.chunks_mut(width)) {
+            columns.fill(f32::NEG_INFINITY);
+            for row in rows.chunks(self.size[0]) {
+                columns.iter_mut().zip(row).for_each(|(top, height)| *top = higher(*top, height));
+            }
+            for (top, columns) in tops.iter_mut().zip(columns.chunks(BLOCK)) {
+                *top = columns.iter().fold(*top, higher);
             }
         }
         self.highest = self.tops.iter().fold(f32::NEG_INFINITY, higher);
