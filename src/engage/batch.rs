@@ -77,12 +77,9 @@ pub fn run(
     watch: impl Fn(u32) -> bool + Sync,
 ) -> Swept {
     let mut tiles: Vec<&mut Tile> = fields.iter_mut().flat_map(|field| field.tiles.iter_mut()).collect();
-    let worked: Vec<Worked> = tiles
-        .par_iter_mut()
-        .zip(operations)
-        .with_max_len(1) // a batch keeps to few tiles, side by side
-        .map(|(tile, operations)| work_tile(scene, tile, samples, operations, &watch))
-        .collect();
+    let worked = busiest_first(&mut tiles, operations, |_, tile, operations| {
+        work_tile(scene, tile, samples, operations, &watch)
+    });
     let mut said = Vec::with_capacity(2 * worked.len());
     let (mut watched, mut marks) = (Vec::new(), Vec::with_capacity(worked.len()));
     for worked in worked {
@@ -96,21 +93,30 @@ pub fn run(
     let mut outcomes = vec![Outcome::default(); samples.len()];
     work_out(&view, &required, &mut outcomes);
     let (pairs, wanted) = look_at(scene, samples, &required, &mut outcomes);
-    let more: Vec<Nominations> = tiles
-        .par_iter_mut()
-        .zip(operations.par_iter().zip(&marks))
-        .with_max_len(1)
-        .filter_map(|(tile, (operations, marks))| {
-            let said = look_back(scene, tile, samples, (operations, marks), &wanted);
-            tile.past = Past::default();
-            if !operations.is_empty() {
-                tile.update_highest();
-            }
-            said
-        })
-        .collect();
-    said.extend(more);
+    let more = busiest_first(&mut tiles, operations, |k, tile, operations| {
+        let said = look_back(scene, tile, samples, (operations, &marks[k]), &wanted);
+        tile.past = Past::default();
+        tile.update_highest();
+        said
+    });
+    said.extend(more.into_iter().flatten());
     Swept { said, outcomes, pairs, wanted, watched }
+}
+
+/// Works the tiles that have operations side by side, those with the most first, so that none is left alone at the end; what
+/// came of each, in the order of the tiles. `work` is told how many such tiles there are before it.
+fn busiest_first<T: Send>(
+    tiles: &mut [&mut Tile],
+    operations: &[Vec<Operation>],
+    work: impl Fn(usize, &mut Tile, &[Operation]) -> T + Sync,
+) -> Vec<T> {
+    let busy = tiles.iter_mut().zip(operations).filter(|(_, operations)| !operations.is_empty());
+    let mut busy: Vec<_> = busy.enumerate().collect();
+    busy.sort_by_key(|(_, (_, operations))| std::cmp::Reverse(operations.len()));
+    let worked = busy.into_iter().par_bridge().map(|(k, (tile, operations))| (k, work(k, tile, operations)));
+    let mut worked: Vec<(usize, T)> = worked.collect();
+    worked.sort_unstable_by_key(|(k, _)| *k);
+    worked.into_iter().map(|(_, of)| of).collect()
 }
 
 impl Swept {
