@@ -290,7 +290,9 @@ impl<'a> Work<'a> {
                 if k > 0 {
                     let part = ring.part.map(|p| p as f32);
                     out.extend_from_within(first..end);
-                    out[end + (k - 1) * (end - first)..].iter_mut().for_each(|arc| (arc.slice, arc.part) = (ring.slice, part));
+                    out[end + (k - 1) * (end - first)..]
+                        .iter_mut()
+                        .for_each(|arc| (arc.slice, arc.part) = (ring.slice, part));
                 }
             }
         }
@@ -305,7 +307,9 @@ impl<'a> Work<'a> {
             let above = found.get(k + 1);
             let at_level = || self.levels.iter().any(|level| (level - ring.top).abs() < 1e-3);
             let shared = above.is_some_and(|above| Rc::ptr_eq(&above.angles, angles));
-            !shared && (extent(angles) - above.map_or(0.0, |above| extent(&above.angles))).abs() > JUMP_RAD && !at_level()
+            !shared
+                && (extent(angles) - above.map_or(0.0, |above| extent(&above.angles))).abs() > JUMP_RAD
+                && !at_level()
         };
         let jumps: Vec<bool> = (0..found.len()).map(jumps).collect();
         if !jumps.contains(&true) {

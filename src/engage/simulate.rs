@@ -272,7 +272,7 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
     report_rapids(scene, &result, &mut builder.map);
     report_fixtures(plan, scene, batch.moves.clone(), &mut builder.map);
     let idle = [false, true].map(|clear| Outcome { clear, ..Outcome::default() });
-    let mut last = &*held;
+    let (mut last, mut points) = (&*held, Vec::new());
     for (index, way) in batch.moves.clone().zip(&batch.ways) {
         last = match way {
             Way::None => {
@@ -284,8 +284,17 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
                 &idle[usize::from(flags.clear_air)]
             }
             Way::Sampled { samples, inherits } => {
-                let before = inherits.then_some(last);
-                enter(plan, scene, index, (samples.clone(), before), &batch.samples, &result, builder);
+                points.clear();
+                points.extend(inherits.then_some(Point { s_mm: 0.0, outcome: last, before: None }));
+                points.extend(points_of(&batch.samples, &result, samples.clone()));
+                enter(
+                    plan,
+                    scene,
+                    index,
+                    (&batch.samples[samples.clone()], &result.outcomes[samples.clone()]),
+                    &points,
+                    builder,
+                );
                 &result.outcomes[samples.end - 1]
             }
         };
@@ -381,28 +390,32 @@ fn runs_on(plan: &Plan, index: usize) -> bool {
     a.kind == MoveKind::Feed && a.tool == b.tool && a.wcs == b.wcs && smooth && joined
 }
 
-/// Enters a move from its samples and, where it runs on, what was found at the end of the move before.
+/// The sampled points of a move but for optional ones.
+fn points_of<'a>(
+    samples: &'a [Sample],
+    result: &'a BatchResult,
+    range: std::ops::Range<usize>,
+) -> impl Iterator<Item = Point<'a>> {
+    range.filter(|k| samples[*k].need != Need::Change).map(|k| Point {
+        s_mm: samples[k].s_mm,
+        outcome: &result.outcomes[k],
+        before: result.between[k].as_ref(),
+    })
+}
+
+/// Enters a move from its samples and what was found there.
 fn enter(
     plan: &Plan,
     scene: &Scene,
     index: usize,
-    (range, before): (std::ops::Range<usize>, Option<&Outcome>),
-    samples: &[Sample],
-    result: &BatchResult,
+    (samples, outcomes): (&[Sample], &[Outcome]),
+    points: &[Point],
     builder: &mut Builder,
 ) {
     let id = MoveId(index as u32);
-    let mut points = Vec::with_capacity(range.len() + 1);
-    points.extend(before.map(|outcome| Point { s_mm: 0.0, outcome, before: None }));
-    points.extend(range.clone().filter(|k| samples[*k].need != Need::Change).map(|k| Point {
-        s_mm: samples[k].s_mm,
-        outcome: &result.outcomes[k],
-        before: result.between[k].as_ref(),
-    }));
-    let cutter = samples[range.start].cutter;
+    let cutter = samples[0].cutter;
     let tool = &scene.cutters[cutter as usize];
-    let motion = &plan.path.moves[index];
     let uncertain = points.iter().any(|point| point.outcome.undercut);
-    report(&mut builder.map, id, motion, tool, &samples[range.clone()], &result.outcomes[range]);
-    builder.push_move(id, cutter, tool, &points, uncertain);
+    report(&mut builder.map, id, &plan.path.moves[index], tool, samples, outcomes);
+    builder.push_move(id, cutter, tool, points, uncertain);
 }

@@ -12,7 +12,7 @@ use super::between::{Between, Stretch};
 use super::cutter::Cutter;
 use super::map::{EngagedArc, EngagementMap, Station, StationFlags};
 use crate::ids::MoveId;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 /// Angle by which arcs may differ and still count as equal, rad.
 const EQUAL_RAD: f32 = 2e-3;
@@ -25,7 +25,7 @@ pub struct Builder {
     /// The map so far.
     pub map: EngagementMap,
     /// Partial rings entered: (cutter, slice, from, to) → slice.
-    partial: BTreeMap<(u16, u16, u16, u16), u16>,
+    partial: HashMap<[u16; 4], u16>,
 }
 
 /// A sampled point of a move: distance along it and what was found.
@@ -123,7 +123,7 @@ impl Builder {
             return arc.slice;
         }
         let slices = &mut self.map.slices[index as usize].1;
-        *self.partial.entry((index, arc.slice, from, to.max(from + 1))).or_insert_with(|| {
+        *self.partial.entry([index, arc.slice, from, to.max(from + 1)]).or_insert_with(|| {
             if slices.len() >= usize::from(u16::MAX) {
                 return arc.slice;
             }
@@ -135,24 +135,24 @@ impl Builder {
 }
 
 /// The pieces between two points.
-fn pieces<'a>(a: &Point<'a>, b: &Point<'a>) -> Vec<Piece<'a>> {
+fn pieces<'a>(a: &Point<'a>, b: &Point<'a>) -> impl Iterator<Item = Piece<'a>> + use<'a> {
     let clear = a.outcome.clear && b.outcome.clear;
     let more = if a.outcome.cut.area_mm2 > b.outcome.cut.area_mm2 { a.outcome } else { b.outcome };
-    let Some(between) = b.before else {
+    let whole = b.before.is_none().then(|| {
         let lead = (!more.arcs.is_empty()).then_some(more);
         let volume_mm3 = 0.5 * (a.outcome.cut.area_mm2 + b.outcome.cut.area_mm2) * (b.s_mm - a.s_mm);
         let steady = same(&a.outcome.arcs, &b.outcome.arcs);
-        return vec![Piece { lead, to_mm: b.s_mm, volume_mm3, clear: clear && lead.is_none(), steady }];
-    };
-    let lead = between.peak.as_ref().unwrap_or(more);
-    let stretch = |stretch: &Stretch| Piece {
+        Piece { lead, to_mm: b.s_mm, volume_mm3, clear: clear && lead.is_none(), steady }
+    });
+    let lead = b.before.and_then(|between| between.peak.as_ref()).unwrap_or(more);
+    let stretch = move |stretch: &Stretch| Piece {
         lead: stretch.engaged.then_some(lead),
         to_mm: stretch.to_mm,
         volume_mm3: stretch.volume_mm3,
         clear: clear && !stretch.engaged,
         steady: !stretch.engaged,
     };
-    between.stretches.iter().map(stretch).collect()
+    whole.into_iter().chain(b.before.into_iter().flat_map(|between| &between.stretches).map(stretch))
 }
 
 fn joins(held: &Piece, next: &Piece) -> bool {

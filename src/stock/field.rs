@@ -37,6 +37,8 @@ pub struct Tile {
     pub highest: f32,
     /// Likewise block by block, row by row, of [`BLOCK`] cells either way.
     pub tops: Vec<f32>,
+    /// Rows that were swept since that was worked out.
+    pub swept: std::ops::Range<usize>,
     /// What sweeps overwrote, where it is kept.
     pub past: Past,
 }
@@ -166,8 +168,8 @@ fn tile(
     let core = [0, 1].map(|axis| [begin[axis] - low[axis], end[axis] - low[axis]]);
     let ids = vec![UNTOUCHED; heights.len()];
     let (floor, tops) = (extent.min.z as f32, Vec::new());
-    let mut tile =
-        Tile { first, cell, size, core, heights, ids, floor, highest: f32::INFINITY, tops, past: Past::default() };
+    let (highest, swept, past) = (f32::INFINITY, 0..size[1], Past::default());
+    let mut tile = Tile { first, cell, size, core, heights, ids, floor, highest, tops, swept, past };
     tile.update_highest();
     tile
 }
@@ -177,16 +179,18 @@ impl Tile {
     pub fn update_highest(&mut self) {
         let higher = |a: f32, b: &f32| if *b > a { *b } else { a };
         let width = self.size[0].div_ceil(BLOCK);
-        self.tops.clear();
         self.tops.resize(width * self.size[1].div_ceil(BLOCK), f32::NEG_INFINITY);
+        let blocks = self.swept.start / BLOCK..self.swept.end.div_ceil(BLOCK);
+        self.swept = 0..0;
         let mut columns = vec![f32::NEG_INFINITY; self.size[0]];
-        for (rows, tops) in self.heights.chunks(BLOCK * self.size[0]).zip(self.tops.chunks_mut(width)) {
+        for block in blocks {
             columns.fill(f32::NEG_INFINITY);
-            for row in rows.chunks(self.size[0]) {
+            for j in block * BLOCK..((block + 1) * BLOCK).min(self.size[1]) {
+                let row = &self.heights[j * self.size[0]..][..self.size[0]];
                 columns.iter_mut().zip(row).for_each(|(top, height)| *top = higher(*top, height));
             }
-            for (top, columns) in tops.iter_mut().zip(columns.chunks(BLOCK)) {
-                *top = columns.iter().fold(*top, higher);
+            for (top, columns) in self.tops[block * width..][..width].iter_mut().zip(columns.chunks(BLOCK)) {
+                *top = columns.iter().fold(f32::NEG_INFINITY, higher);
             }
         }
         self.highest = self.tops.iter().fold(f32::NEG_INFINITY, higher);

@@ -62,6 +62,10 @@ fn sweep_body<S: Simd>(simd: S, tile: &mut Tile, (track, joined): (&Track, bool)
     if columns.is_empty() || rows.is_empty() {
         return;
     }
+    let before = std::mem::replace(&mut tile.swept, rows.clone());
+    if !before.is_empty() {
+        tile.swept = before.start.min(rows.start)..before.end.max(rows.end);
+    }
     if (low.z as f32) + form.neck < tile.highest {
         sweep_under(tile, track, form, id, [columns, rows]);
         return;
