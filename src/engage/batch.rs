@@ -129,7 +129,7 @@ impl Swept {
         let mut between = vec![None; samples.len()];
         let looked: Vec<(usize, Option<Between>)> = pairs
             .par_iter()
-            .with_min_len(16)
+            .with_max_len(32)
             .map_init(Gathered::default, |room, ends| {
                 (ends[1], look(&view, *ends, ends.map(|end| &outcomes[end]), locate, room))
             })
@@ -145,7 +145,7 @@ impl Swept {
 fn work_out(view: &View, which: &[usize], outcomes: &mut [Outcome]) {
     let found: Vec<Outcome> = which
         .par_iter()
-        .with_min_len(64)
+        .with_max_len(32)
         .map_init(Gathered::default, |gathered, index| view.outcome(*index, gathered))
         .collect();
     for (index, outcome) in which.iter().zip(found) {
@@ -179,7 +179,7 @@ fn look_at(
         joints(samples, cutter_of(scene, &samples[ends[0]]), [ends[0], ends[1]], found)
     };
     let pairs_of = required.len().saturating_sub(1);
-    let looks: Vec<Option<Vec<(usize, Outcome)>>> = (0..pairs_of).into_par_iter().with_min_len(64).map(look).collect();
+    let looks: Vec<Option<Vec<(usize, Outcome)>>> = (0..pairs_of).into_par_iter().with_max_len(128).map(look).collect();
     for (ends, agreed) in required.windows(2).zip(looks) {
         if let Some(mixed) = agreed {
             for (index, outcome) in mixed {

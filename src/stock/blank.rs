@@ -109,8 +109,8 @@ impl Relief {
     }
     /// A height that none within `reach` of (x, y) goes below, mm; minus infinity where that is not all over the grid.
     pub fn lowest_about(&self, [x, y]: [f64; 2], reach: f64) -> f64 {
-        let Self { extent, cell, size, .. } = self;
-        let at = |low: f64, axis: usize| ((low - extent.min[axis]) / cell[axis]).floor();
+        let Self { extent, per_mm, size, .. } = self;
+        let at = |low: f64, axis: usize| (low - extent.min[axis]) * per_mm[axis];
         let (low, high) =
             ([at(x - reach, 0) - 1.0, at(y - reach, 1) - 1.0], [at(x + reach, 0) + 1.0, at(y + reach, 1) + 1.0]);
         if (0..2).any(|axis| low[axis] < 0.0 || high[axis] >= size[axis] as f64) {

@@ -230,11 +230,15 @@ impl Tile {
         sum * self.cell[0] * self.cell[1]
     }
     /// Cells (columns, rows) whose middles lie in the box from `low` to `high`.
+    #[inline]
     pub fn window(&self, low: [f64; 2], high: [f64; 2]) -> [std::ops::Range<usize>; 2] {
         [0, 1].map(|axis| {
             let index = |x: f64| (x - self.first[axis]) / self.cell[axis];
-            let begin = index(low[axis]).ceil().max(0.0) as usize;
-            let end = (index(high[axis]).floor() + 1.0).clamp(0.0, self.size[axis] as f64) as usize;
+            let (from, to) = (index(low[axis]), index(high[axis]));
+            // The conversion rounds toward none.
+            let below = from as usize;
+            let begin = below + usize::from((below as f64) < from);
+            let end = if to < 0.0 { 0 } else { (to as usize).saturating_add(1).min(self.size[axis]) };
             begin.min(end)..end
         })
     }
