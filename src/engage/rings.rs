@@ -285,14 +285,14 @@ impl<'a> Work<'a> {
             let first = out.len();
             push(&shared[0].ring, angles, out);
             let end = out.len();
-            for (k, Side { ring, .. }) in shared.iter().enumerate() {
+            for Side { ring, .. } in shared {
                 area_mm2 += width * self.cutter.part(ring.slice, ring.part).edge_mm;
-                if k > 0 {
-                    let part = ring.part.map(|p| p as f32);
-                    out.extend_from_within(first..end);
-                    out[end + (k - 1) * (end - first)..]
-                        .iter_mut()
-                        .for_each(|arc| (arc.slice, arc.part) = (ring.slice, part));
+            }
+            for Side { ring, .. } in &shared[1..] {
+                let (from, part) = (out.len(), ring.part.map(|p| p as f32));
+                out.extend_from_within(first..end);
+                for arc in &mut out[from..] {
+                    (arc.slice, arc.part) = (ring.slice, part);
                 }
             }
         }
@@ -358,7 +358,9 @@ impl<'a> Work<'a> {
             return;
         }
         if first.angles.is_empty() || same(&first.angles, &last.angles) {
-            between.iter_mut().for_each(|side| side.angles = first.angles.clone());
+            for side in between {
+                side.angles = first.angles.clone();
+            }
             return;
         }
         let middle = (sides.len() - 1) / 2;
