@@ -6,7 +6,7 @@
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
 use super::runouts::RunoutGrid;
-use super::samples::{Class, Data, Variant};
+use super::samples::{Class, Data, Level, Variant};
 use crate::effects::{Change, Effect, State};
 
 /// An effect with values of its parameters.
@@ -79,14 +79,23 @@ pub fn changed_columns(data: &Data, acting: &[&Acting]) -> Vec<Vec<f64>> {
         }
         factored(column, data.base[b].class, acting, ratio.as_ref());
         if let Some(f) = &filter {
-            f.run(column);
+            f.run(column, None);
         }
     }
     columns
 }
 
-/// Σ β·column of the columns as the effects change them.
-pub fn load(data: &Data, acting: &[&Acting], base: &[f64]) -> Vec<f64> {
+/// What a load has besides Σ β·column: what a chain with a lag keeps of readings taken while nobody knew the load.
+pub fn kept(data: &Data, acting: &[&Acting], top: f64) -> Option<Vec<f64>> {
+    let whole = together(acting);
+    let filter = Filter::new(data, whole.lag_s).filter(Filter::reads)?;
+    let mut kept = vec![0.0; data.len()];
+    filter.run(&mut kept, Some(&before_drive(data, whole.reading_excess, top)));
+    Some(kept)
+}
+
+/// Load of the columns as the effects change them; `top`: scale of the excess of the reading.
+pub fn load(data: &Data, acting: &[&Acting], base: &[f64], top: f64) -> Vec<f64> {
     let whole = together(acting);
     let ratio = feed_ratio(data, whole.acceleration);
     let mut sum = vec![0.0; data.len()];
@@ -102,9 +111,18 @@ pub fn load(data: &Data, acting: &[&Acting], base: &[f64]) -> Vec<f64> {
         sum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
     }
     if let Some(f) = &Filter::new(data, whole.lag_s) {
-        f.run(&mut sum);
+        f.run(&mut sum, Some(&before_drive(data, whole.reading_excess, top)));
     }
     sum
+}
+
+/// Readings less their excess: P of P·(1 + c·P/P_max).
+fn before_drive(data: &Data, excess: f64, top: f64) -> Vec<f64> {
+    let load = |y: &f64| match excess / top {
+        c if c > 0.0 && *y > 0.0 => ((1.0 + 4.0 * c * y).sqrt() - 1.0) / (2.0 * c),
+        _ => *y,
+    };
+    data.reading.iter().map(load).collect()
 }
 
 fn factored(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<&Vec<f64>>) {
@@ -155,30 +173,58 @@ fn feed_ratio(data: &Data, factor: f64) -> Option<Vec<f64>> {
 
 /// First-order lag along the runs. With u the mean of the load over the span of a sample and L the level before it, the
 /// level after k of its m readings is u + (L − u)·qᵏ, q = e^(−span/(m T)); the sample is the mean over k = 1 … m.
+///
+/// After a sample whose load nobody knows the level is what was read. After the next ones it is that of the load moved towards
+/// the reading by g = v/(v + 1), v the variance of the level over that of a reading: 1 after a reading, q²ᵐ·v a sample later,
+/// (1 − g)·v once another was taken in.
 struct Filter {
-    /// Per sample: does it follow the one before, share of L − u in the sample, and in the level after it.
-    steps: Vec<(bool, f64, f64)>,
+    steps: Vec<Step>,
+}
+
+/// What the filter does at a sample.
+struct Step {
+    /// Does it follow the one before?
+    follows: bool,
+    /// Share of L − u in the sample, and in the level after it.
+    share: f64,
+    keep: f64,
+    /// Share of the reading in the level after it.
+    read: f64,
 }
 
 impl Filter {
     fn new(data: &Data, lag_s: f64) -> Option<Self> {
-        let step = |i: usize| {
+        let mut variance = 0.0;
+        let mut step = |i: usize| {
             let m = data.readings_each.get(i).copied().unwrap_or(1.0).max(1.0);
             let q = (-data.span_s[i] / (m * lag_s)).exp();
             let keep = (-data.span_s[i] / lag_s).exp();
             let share = if q < 1.0 { q * (1.0 - keep) / ((1.0 - q) * m) } else { 1.0 };
-            (i > 0 && data.run[i] == data.run[i - 1], share, keep)
+            let read = match data.level.get(i) {
+                Some(Level::Reading) => 1.0,
+                Some(Level::Both) => keep * keep * variance / (keep * keep * variance + 1.0),
+                _ => 0.0,
+            };
+            variance = if read == 1.0 { 1.0 } else { (1.0 - read) * keep * keep * variance };
+            Step { follows: i > 0 && data.run[i] == data.run[i - 1], share, keep, read }
         };
-        (lag_s > 0.0).then(|| Self { steps: (0..data.len()).map(step).collect() })
+        (lag_s > 0.0).then(|| Self { steps: (0..data.len()).map(&mut step).collect() })
     }
 
-    fn run(&self, values: &mut [f64]) {
+    /// Does any level come from a reading?
+    fn reads(&self) -> bool {
+        self.steps.iter().any(|s| s.read > 0.0)
+    }
+
+    /// Filters loads, or columns, to which no readings belong.
+    fn run(&self, values: &mut [f64], readings: Option<&[f64]>) {
         let mut level = 0.0;
-        for (value, (follows, share, keep)) in values.iter_mut().zip(&self.steps) {
+        for (i, (value, step)) in values.iter_mut().zip(&self.steps).enumerate() {
             let input = *value;
-            level = if *follows { level } else { input };
-            *value = input + (level - input) * share;
-            level = input + (level - input) * keep;
+            level = if step.follows { level } else { input };
+            *value = input + (level - input) * step.share;
+            level = input + (level - input) * step.keep;
+            level += step.read * (readings.map_or(0.0, |r| r[i]) - level);
         }
     }
 }
@@ -243,8 +289,41 @@ mod tests {
                 let expected = readings.sum::<f64>() / m as f64;
                 assert!((value - expected).abs() < 1e-12, "{m} {i}: {value} {expected}");
             }
-            let whole = load(&data, &[&acting(&lag, &data)], &[2.0]);
+            let whole = load(&data, &[&acting(&lag, &data)], &[2.0], 1.0);
             assert!(whole.iter().zip(out).all(|(w, x)| (w - 2.0 * x).abs() < 1e-12));
         }
+    }
+
+    #[test]
+    fn after_a_load_that_nobody_knows_the_level_is_what_was_read() {
+        let lag = Use { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
+        let mut data = stepped(1.0);
+        // The true load is 5 at samples 20 … 24, of which the columns know nothing.
+        let hidden = |i: usize| f64::from(i >= 10) + if (20..25).contains(&i) { 4.0 } else { 0.0 };
+        let keep = (-0.1 / 0.4f64).exp();
+        let mut level = 0.0;
+        for i in 0..data.len() {
+            level = hidden(i) + (level - hidden(i)) * keep;
+            data.reading[i] = level;
+        }
+        data.level = (0..40)
+            .map(|i| match i {
+                20..25 => Level::Reading,
+                25..28 => Level::Both,
+                _ => Level::Load,
+            })
+            .collect();
+        let acts = acting(&lag, &data);
+        let whole = load(&data, &[&acts], &[1.0], 1.0);
+        let kept = kept(&data, &[&acts], 1.0).unwrap();
+        let column = &changed_columns(&data, &[&acts])[0];
+        for i in 0..data.len() {
+            assert!((whole[i] - column[i] - kept[i]).abs() < 1e-12, "{i}");
+            let known = !(20..25).contains(&i);
+            assert!(!known || (whole[i] - data.reading[i]).abs() < 1e-12, "{i}: {} {}", whole[i], data.reading[i]);
+        }
+        data.level.clear();
+        let without = load(&data, &[&acting(&lag, &data)], &[1.0], 1.0);
+        assert!((without[26] - data.reading[26]).abs() > 1.0);
     }
 }

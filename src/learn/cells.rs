@@ -238,22 +238,45 @@ impl<'a> Along<'a> {
         [(first, a * (1.0 - over)), (last, b * over)]
     }
 
-    /// Column values of one sample.
-    fn columns(
+    /// Columns of the cut at one sample, in the engagement `of` the spots.
+    fn cut<'e>(
         &self,
         i: usize,
-        spot: &Spot,
-        engaged: &Engaged,
         quantity: Option<Quantity>,
-        names: &[Base],
+        base: &[Base],
+        of: &impl Fn(usize) -> &'e Engaged,
     ) -> Vec<f64> {
-        let rps = self.rps(i, spot);
-        let value = |base: &Base| match (quantity, base.name.as_str()) {
-            (Some(_), "tare") => self.tare_shape(rps),
-            (Some(_), "run_up") => self.running_up(i, spot),
-            (_, name) => Self::column(name, quantity, rps, spot, engaged),
-        };
-        names.iter().map(value).collect()
+        let mut columns = vec![0.0; base.len()];
+        for (index, share) in self.pieces(self.aligned.program_s[i], quantity, of) {
+            let spot = &self.known.timeline.spots[index];
+            for (column, b) in columns.iter_mut().zip(base) {
+                *column += share * Self::column(&b.name, quantity, self.rps(i, spot), spot, of(index));
+            }
+        }
+        columns
+    }
+
+    /// Spots whose loads add up to that at a time, with how much of each.
+    fn pieces<'e>(
+        &self,
+        time_s: f64,
+        quantity: Option<Quantity>,
+        of: &impl Fn(usize) -> &'e Engaged,
+    ) -> [(usize, f64); 3] {
+        if quantity.is_some() {
+            return self.within(time_s, of);
+        }
+        let [one, other] = self.about_peak(time_s);
+        [one, other, (one.0, 0.0)]
+    }
+
+    /// Column of the tare and of what the spindle takes to run up.
+    fn idle(&self, i: usize, spot: &Spot, base: &Base) -> f64 {
+        match base.name.as_str() {
+            "tare" => self.tare_shape(self.rps(i, spot)),
+            "run_up" => self.running_up(i, spot),
+            _ => 0.0,
+        }
     }
 
     /// What a coefficient of the cut multiplies.
@@ -317,6 +340,7 @@ impl<'a> Along<'a> {
             data.span_s.push(last - begin + step_s);
             data.readings_each.push(members.len() as f64);
             data.run.push(run);
+            data.level.push(self.level(members[members.len() - 1]));
             let middle = self.aligned.program_s[members[members.len() / 2]];
             data.block.push((middle / (span / BLOCKS).max(1.0)) as usize);
         }
@@ -335,32 +359,36 @@ impl<'a> Along<'a> {
         // Rates of the cell: what is a ratio of them must not come from a single sample.
         let mut rates = [0.0; 4];
         for &i in members {
-            let mut at_sample = vec![0.0; p];
             let at_s = self.aligned.program_s[i];
-            for (index, share) in if quantity.is_some() { self.about(at_s) } else { self.about_peak(at_s) } {
-                if share <= 0.0 {
-                    continue;
+            let declared = |k: usize| &self.known.timeline.spots[k].engaged;
+            let mut at_sample = self.cut(i, quantity, &data.base, &declared);
+            for (sum, other) in variants.iter_mut().zip(&self.known.others) {
+                let changed = self.cut(i, quantity, &data.base, &|k| &other.engaged[k]);
+                for b in 0..p {
+                    sum[b] += (changed[b] - at_sample[b]) / other.size_mm / n;
                 }
+            }
+            for (index, share) in self.pieces(at_s, quantity, &declared).into_iter().filter(|(_, share)| *share > 0.0) {
                 let spot = &self.known.timeline.spots[index];
-                let plain = self.columns(i, spot, &spot.engaged, quantity, &data.base);
                 let (removed, swept) =
                     (spot.engaged.section_mm2 * spot.speed_mm_s(), spot.engaged.contact_mm2 * self.rps(i, spot));
                 let more = [removed, swept, removed * spot.engaged.up_share_chip, swept * spot.engaged.up_share];
                 rates.iter_mut().zip(more).for_each(|(r, m)| *r += share * m);
-                at_sample.iter_mut().zip(&plain).for_each(|(c, x)| *c += share * x);
-                for (sum, other) in variants.iter_mut().zip(&self.known.others) {
-                    let changed = self.columns(i, spot, &other.engaged[index], quantity, &data.base);
-                    for b in 0..p {
-                        sum[b] += share * (changed[b] - plain[b]) / other.size_mm / n;
-                    }
-                }
                 for (sums, (offset, phase)) in variants[first..last].iter_mut().zip(runouts()) {
                     let change = &self.known.timeline.runouts[index][offset][phase];
                     for (b, sum) in sums.iter_mut().enumerate() {
-                        *sum += share * runout_change(quantity, &data.base[b], change, plain[b]) / n;
+                        let plain = Self::column(&data.base[b].name, quantity, self.rps(i, spot), spot, &spot.engaged);
+                        *sum += share * runout_change(quantity, &data.base[b], change, plain) / n;
                     }
                 }
+            }
+            for (index, share) in self.about(at_s) {
                 ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += share * all[index] / n);
+            }
+            if let (Some(spot), Some(_)) = (self.spot[i].map(|k| &self.known.timeline.spots[k]), quantity) {
+                for (value, base) in at_sample.iter_mut().zip(&data.base) {
+                    *value += self.idle(i, spot, base);
+                }
             }
             let more = self.over_span(i, quantity, &data.base, &at_sample);
             variants[last].iter_mut().zip(more).for_each(|(sum, m)| *sum += m / n);

@@ -7,7 +7,7 @@
 
 use super::cells::{Along, OtherGeometry};
 use super::linear::median;
-use super::samples::{Base, Class};
+use super::samples::{Base, Class, Level};
 use super::table::Quantity;
 use super::timeline::{Doing, Spot};
 use crate::force::contact::Engaged;
@@ -16,6 +16,8 @@ use crate::force::contact::Engaged;
 const RUN_UP_WEIGHT: f64 = 1e-3;
 /// Time before and after a change of spindle speed in which readings are doubtful, s.
 const SETTLING_S: f64 = 0.35;
+/// Share by which readings of the spindle speed may differ while it is the same.
+const SAME_SPEED: f64 = 0.02;
 /// Uncertainties of the alignment before and after a sample within which its load should not vary.
 const DOUBT: f64 = 2.5;
 
@@ -43,8 +45,23 @@ impl Along<'_> {
         around.into_iter().any(|k| {
             let Some(s) = self.spot[k] else { return false };
             let spot = &self.known.timeline.spots[s];
-            matches!(spot.doing, Doing::RunUp | Doing::ToolChange) || (self.rps(k, spot) - own).abs() > 0.02 * own
+            matches!(spot.doing, Doing::RunUp | Doing::ToolChange) || (self.rps(k, spot) - own).abs() > SAME_SPEED * own
         })
+    }
+
+    /// Where a chain with a lag has its level from at a sample: nobody knows the load while the spindle changes its speed, and
+    /// the readings just after that say what it has left.
+    pub(super) fn level(&self, i: usize) -> Level {
+        let spot = |k: usize| self.spot[k].map(|s| &self.known.timeline.spots[s]);
+        let rps = |k: usize| spot(k).map_or(0.0, |spot| self.rps(k, spot));
+        let before = i.saturating_sub(1);
+        let turns_up = |k: usize| spot(k).is_some_and(|s| matches!(s.doing, Doing::RunUp | Doing::ToolChange));
+        let changes = turns_up(i) || turns_up(before) || (rps(i) - rps(before)).abs() > SAME_SPEED * rps(before);
+        match (changes, self.speed_settles(i)) {
+            (true, _) => Level::Reading,
+            (false, true) => Level::Both,
+            (false, false) => Level::Load,
+        }
     }
 
     /// Weights of the `valid` samples of `values`.

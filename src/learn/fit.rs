@@ -5,7 +5,7 @@
 //! Σ w (y − ŷ)² + Σ ((β − prior)/sd)²·σ² by damped Gauss–Newton (Levenberg–Marquardt), analytic in β, by differences in
 //! θ, with θ kept inside its bounds.
 
-use super::acting::{Acting, Use, acting, changed_columns, load, measured, together, top_reading};
+use super::acting::{Acting, Use, acting, changed_columns, kept, load, measured, together, top_reading};
 use super::samples::Data;
 use nalgebra::{DMatrix, DVector};
 
@@ -48,7 +48,8 @@ impl Fitted {
 pub fn predict(data: &Data, model: &Model) -> Vec<f64> {
     let acting: Vec<Acting> = model.effects.iter().map(|each| acting(each, data)).collect();
     let acting: Vec<&Acting> = acting.iter().collect();
-    measured(load(data, &acting, &model.base), &acting, top_reading(data))
+    let top = top_reading(data);
+    measured(load(data, &acting, &model.base, top), &acting, top)
 }
 
 /// Fits β and the parameters of all effects, from the values in `effects`; `None` when no sample counts.
@@ -126,7 +127,7 @@ impl<'a> Search<'a> {
     fn point(&self, base: Vec<f64>, theta: Vec<Use>) -> Point {
         let acting: Vec<Acting> = theta.iter().map(|each| acting(each, self.data)).collect();
         let all: Vec<&Acting> = acting.iter().collect();
-        let load = load(self.data, &all, &base);
+        let load = load(self.data, &all, &base, self.top);
         let predicted = measured(load.clone(), &all, self.top);
         let objective = self.squares(&predicted) + self.prior(&base);
         Point { base, theta, acting, load, predicted, objective }
@@ -135,8 +136,15 @@ impl<'a> Search<'a> {
     /// β for these θ, within its bounds, and whether it had to be put there: exact when the chain is linear.
     fn best_base(&self, theta: &[Use]) -> Option<(Vec<f64>, bool)> {
         let acting: Vec<Acting> = theta.iter().map(|each| acting(each, self.data)).collect();
-        let columns = changed_columns(self.data, &acting.iter().collect::<Vec<_>>());
-        let (mut normal, mut rhs) = self.sums(&columns, &self.data.reading);
+        let all: Vec<&Acting> = acting.iter().collect();
+        let columns = changed_columns(self.data, &all);
+        let (mut normal, mut rhs) = match kept(self.data, &all, self.top) {
+            Some(kept) => {
+                let rest: Vec<f64> = self.data.reading.iter().zip(&kept).map(|(y, k)| y - k).collect();
+                self.sums(&columns, &rest)
+            }
+            None => self.sums(&columns, &self.data.reading),
+        };
         self.with_priors(&mut normal, &mut rhs, &vec![0.0; columns.len()]);
         let mut base: Vec<f64> = damped_step(&normal, &rhs, 1e-13)?.iter().copied().collect();
         let mut outside = false;
@@ -255,7 +263,7 @@ impl<'a> Search<'a> {
         let own = acting(&each, self.data);
         let mut all = at.acting();
         all[e] = &own;
-        let moved = measured(load(self.data, &all, &at.base), &all, self.top);
+        let moved = measured(load(self.data, &all, &at.base, self.top), &all, self.top);
         moved.iter().zip(&at.predicted).map(|(m, a)| (m - a) / step).collect()
     }
 

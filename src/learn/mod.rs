@@ -63,3 +63,4 @@ pub mod trial;
 mod turn;
 pub mod unnamed;
 pub mod windows;
+mod within;
