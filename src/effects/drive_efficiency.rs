@@ -1,4 +1,5 @@
-//! Efficiency of the drive: reading = P · (1 + c·P/P_max).
+//! Efficiency of the drive: reading = P · (1 + c·(P/P_max)^p): its losses beyond those of no load grow as the power 1 + p of the
+//! load: p = 1 for losses in the windings, more where a drive is run beyond what it is made for.
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -8,20 +9,32 @@ pub const EFFECT: Effect = Effect {
     meaning: "the drive wastes a larger share at high load",
     acts: Acts::Measuring,
     covariates: &[Covariate::Load],
-    parameters: &[Parameter {
-        name: "excess",
-        unit: "-",
-        min: 0.0,
-        max: 1.5,
-        starts: &[0.05],
-        neutral: None,
-        scanned: false,
-        meaning: "relative excess of the reading at the largest load",
-    }],
+    parameters: &[
+        Parameter {
+            name: "excess",
+            unit: "-",
+            min: 0.0,
+            max: 1.5,
+            starts: &[0.05],
+            neutral: None,
+            scanned: false,
+            meaning: "relative excess of the reading at the largest load",
+        },
+        Parameter {
+            name: "exponent",
+            unit: "-",
+            min: 0.3,
+            max: 4.0,
+            starts: &[1.2],
+            neutral: Some(1.0),
+            scanned: false,
+            meaning: "power of the load with which the excess grows",
+        },
+    ],
     change,
     separated_by: "one immersion at five feeds, up to the largest power",
 };
 
 fn change(p: &[f64], _: &State) -> Change {
-    Change { reading_excess: p[0], ..Change::default() }
+    Change { reading_excess: p[0], reading_exponent: p[1], ..Change::default() }
 }

@@ -1,5 +1,6 @@
-//! Entry: forces are higher where the tool has just entered: all coefficients · (1 + e·e^(−s/λ)), s the path since the tool
-//! met material.
+//! Entry: forces are higher where the tool has just entered: all coefficients · (1 + y), y falling over the path s since the tool
+//! met material as λ·dy/ds = −e·(y/e)^m from y = e: y = e·e^(−s/λ) at the order m = 1, e·(1 − (1 − m)s/λ)^(1/(1 − m)) below it,
+//! which comes to its end at s = λ/(1 − m).
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -28,7 +29,17 @@ pub const EFFECT: Effect = Effect {
             starts: &[2.0],
             neutral: None,
             scanned: false,
-            meaning: "path over which it dies away to a third",
+            meaning: "path over which it would die away at the rate of the entry",
+        },
+        Parameter {
+            name: "order",
+            unit: "-",
+            min: 0.0,
+            max: 1.0,
+            starts: &[0.6],
+            neutral: Some(1.0),
+            scanned: false,
+            meaning: "how its decay slows down: 1 as an exponential does, 0 not at all before its end",
         },
     ],
     change,
@@ -36,6 +47,30 @@ pub const EFFECT: Effect = Effect {
 };
 
 fn change(p: &[f64], state: &State) -> Change {
-    let factor = 1.0 + p[0] * (-state.since_entry_mm / p[1]).exp();
+    let (way, rest) = (state.since_entry_mm / p[1], 1.0 - p[2]);
+    let left = if rest < 1e-6 { (-way).exp() } else { (1.0 - rest * way).max(0.0).powf(1.0 / rest) };
+    // Where the way is not known nothing is: `max` would make a number of it.
+    let factor = if way.is_finite() { 1.0 + p[0] * left } else { f64::NAN };
     Change { cutting: factor, edge: factor, ..Change::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_excess_falls_as_its_order_says() {
+        let at = |order: f64, since_entry_mm: f64| {
+            change(&[0.5, 4.0, order], &State { since_entry_mm, ..State::default() }).cutting - 1.0
+        };
+        for order in [0.0, 0.3, 0.5, 1.0] {
+            assert_eq!(at(order, 0.0), 0.5);
+            for s in [0.2, 1.0, 3.0] {
+                let slope = (at(order, s + 1e-6) - at(order, s - 1e-6)) / 2e-6;
+                assert!((4.0 * slope + 0.5 * (at(order, s) / 0.5).powf(order)).abs() < 1e-6, "{order} {s}");
+            }
+        }
+        assert!((at(1.0, 4.0) - 0.5 * (-1.0f64).exp()).abs() < 1e-12 && at(0.5, 8.5) == 0.0 && at(0.0, 4.1) == 0.0);
+        assert!(at(0.5, f64::NAN).is_nan());
+    }
 }

@@ -275,6 +275,8 @@ pub struct Change {
     pub acceleration: f64,
     /// Relative excess of the reading at the reference load.
     pub reading_excess: f64,
+    /// Power of the load with which it grows.
+    pub reading_exponent: f64,
     /// Time constant of the reading, s.
     pub lag_s: f64,
     /// Geometry of the curved path instead of the straight one: 0 no … 1 yes.
@@ -295,6 +297,7 @@ impl Default for Change {
             diameter_mm: 0.0,
             acceleration: 1.0,
             reading_excess: 0.0,
+            reading_exponent: 1.0,
             lag_s: 0.0,
             curved: 0.0,
         }
@@ -314,7 +317,8 @@ pub struct Parameter {
     pub max: f64,
     /// Values at which a search begins.
     pub starts: &'static [f64],
-    /// Value at which it adds nothing; a simpler form of the effect leaves it there. `None`: always fitted.
+    /// Value at which it adds nothing; a simpler form of the effect leaves it there, and so does a model that does not give it.
+    /// `None`: always fitted.
     pub neutral: Option<f64>,
     /// True when it is found by scanning (a place, an instant) because the load does not vary smoothly with it.
     pub scanned: bool,

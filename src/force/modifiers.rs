@@ -42,11 +42,11 @@ impl Effects {
             let effect = named(&used.name).ok_or_else(unknown)?;
             let mut values = Vec::new();
             for parameter in effect.parameters {
-                let found = used.parameters.iter().find(|(name, _)| name == parameter.name);
-                let (_, value) =
-                    found.ok_or(ForceError::MissingParameter { key: parameter.name, model: effect.name })?;
-                super::check::range(parameter.name, *value, parameter.min, parameter.max)?;
-                values.push(*value);
+                let found = used.parameters.iter().find(|(name, _)| name == parameter.name).map(|(_, value)| *value);
+                let missing = ForceError::MissingParameter { key: parameter.name, model: effect.name };
+                let value = found.or(parameter.neutral).ok_or(missing)?;
+                super::check::range(parameter.name, value, parameter.min, parameter.max)?;
+                values.push(value);
             }
             effects.push((effect, values));
         }

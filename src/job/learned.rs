@@ -37,8 +37,8 @@ pub fn apply(job: &mut Job) -> Vec<Assumption> {
 
 /// Effects on geometry and motion do not depend on the cut.
 fn change_of(effect: &Effect, used: &EffectUse) -> Change {
-    let value = |name: &str| used.parameters.iter().find(|(key, _)| key == name).map_or(f64::NAN, |(_, value)| *value);
-    let values: Vec<f64> = effect.parameters.iter().map(|parameter| value(parameter.name)).collect();
+    let given = |name: &str| used.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| *value);
+    let values: Vec<f64> = effect.parameters.iter().map(|p| given(p.name).or(p.neutral).unwrap_or(f64::NAN)).collect();
     if values.iter().all(|value| value.is_finite()) {
         (effect.change)(&values, &State::default())
     } else {

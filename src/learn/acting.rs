@@ -9,6 +9,9 @@ use super::runouts::RunoutGrid;
 use super::samples::{Class, Data, Level, Variant};
 use crate::effects::{Change, Effect, State};
 
+/// Steps in which the load is found whose reading is known.
+const INVERSIONS: usize = 24;
+
 /// An effect with values of its parameters.
 #[derive(Debug, Clone)]
 pub struct Use {
@@ -61,6 +64,7 @@ pub fn together(acting: &[&Acting]) -> Change {
         sum.diameter_mm += one.diameter_mm;
         sum.acceleration *= one.acceleration;
         sum.reading_excess += one.reading_excess;
+        sum.reading_exponent *= one.reading_exponent;
         sum.lag_s += one.lag_s;
         sum.curved += one.curved;
     }
@@ -90,7 +94,7 @@ pub fn kept(data: &Data, acting: &[&Acting], top: f64) -> Option<Vec<f64>> {
     let whole = together(acting);
     let filter = Filter::new(data, whole.lag_s).filter(Filter::reads)?;
     let mut kept = vec![0.0; data.len()];
-    filter.run(&mut kept, Some(&before_drive(data, whole.reading_excess, top)));
+    filter.run(&mut kept, Some(&before_drive(data, &whole, top)));
     Some(kept)
 }
 
@@ -111,18 +115,31 @@ pub fn load(data: &Data, acting: &[&Acting], base: &[f64], top: f64) -> Vec<f64>
         sum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
     }
     if let Some(f) = &Filter::new(data, whole.lag_s) {
-        f.run(&mut sum, Some(&before_drive(data, whole.reading_excess, top)));
+        f.run(&mut sum, Some(&before_drive(data, &whole, top)));
     }
     sum
 }
 
-/// Readings less their excess: P of P·(1 + c·P/P_max).
-fn before_drive(data: &Data, excess: f64, top: f64) -> Vec<f64> {
-    let load = |y: &f64| match excess / top {
-        c if c > 0.0 && *y > 0.0 => ((1.0 + 4.0 * c * y).sqrt() - 1.0) / (2.0 * c),
-        _ => *y,
+/// Readings less their excess.
+fn before_drive(data: &Data, change: &Change, top: f64) -> Vec<f64> {
+    if change.reading_excess == 0.0 {
+        return data.reading.clone();
+    }
+    let load = |y: &f64| {
+        let closer = |p: f64| y / (1.0 + excess(change, p, top));
+        (0..INVERSIONS).fold(*y, |p, _| f64::midpoint(p, closer(p)))
     };
     data.reading.iter().map(load).collect()
+}
+
+/// Relative excess of the reading of a load, `top` being its scale.
+fn excess(change: &Change, load: f64, top: f64) -> f64 {
+    change.reading_excess * (load / top).max(0.0).powf(change.reading_exponent)
+}
+
+/// Slope of the reading over the load.
+pub fn slope_of_reading(change: &Change, load: f64, top: f64) -> f64 {
+    1.0 + (1.0 + change.reading_exponent) * excess(change, load, top)
 }
 
 fn factored(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<&Vec<f64>>) {
@@ -231,11 +248,9 @@ impl Filter {
 
 /// The reading that the measuring chain makes of a load, `top` being the scale of the excess.
 pub fn measured(mut load: Vec<f64>, acting: &[&Acting], top: f64) -> Vec<f64> {
-    let excess = together(acting).reading_excess;
-    if excess != 0.0 {
-        for p in &mut load {
-            *p *= 1.0 + excess * *p / top;
-        }
+    let whole = together(acting);
+    if whole.reading_excess != 0.0 {
+        load.iter_mut().for_each(|p| *p *= 1.0 + excess(&whole, *p, top));
     }
     load
 }

@@ -86,7 +86,8 @@ pub fn rivals(data: &Data, report: &LearnReport, confounded: &Confounded) -> Vec
 /// An effect of a report as the fit uses it.
 pub fn used(added: &Added) -> Option<Use> {
     let effect = effects::named(&added.name)?;
-    let value = |p: &effects::Parameter| added.parameters.iter().find(|v| v.name == p.name).map(|v| v.value);
+    let given = |name: &str| added.parameters.iter().find(|v| v.name == name).map(|v| v.value);
+    let value = |p: &effects::Parameter| given(p.name).or(p.neutral);
     let values: Vec<f64> = effect.parameters.iter().map(value).collect::<Option<_>>()?;
     let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v)).collect();
     Some(Use { effect, values, free })

@@ -1,11 +1,13 @@
 //! Fits base coefficients and the parameters of effects together.
 //!
 //! Model of a reading: y = measure(Σ_b β_b·X_b(θ)), where X(θ) are the columns of [`Data`] as the effects change them:
-//! see [`super::acting`]; the drive adds the excess c·P/P_max. β and θ minimise
+//! see [`super::acting`]; the drive adds the excess c·(P/P_max)^p. β and θ minimise
 //! Σ w (y − ŷ)² + Σ ((β − prior)/sd)²·σ² by damped Gauss–Newton (Levenberg–Marquardt), analytic in β, by differences in
 //! θ, with θ kept inside its bounds.
 
-use super::acting::{Acting, Use, acting, changed_columns, kept, load, measured, together, top_reading};
+use super::acting::{
+    Acting, Use, acting, changed_columns, kept, load, measured, slope_of_reading, together, top_reading,
+};
 use super::samples::Data;
 use nalgebra::{DMatrix, DVector};
 
@@ -236,10 +238,10 @@ impl<'a> Search<'a> {
     /// Columns of dŷ/dβ, then dŷ/dθ.
     fn jacobian(&self, at: &Point) -> Vec<Vec<f64>> {
         let mut columns = changed_columns(self.data, &at.acting());
-        let excess = at.excess();
-        if excess != 0.0 {
+        let whole = together(&at.acting());
+        if whole.reading_excess != 0.0 {
             for column in &mut columns {
-                column.iter_mut().zip(&at.load).for_each(|(x, p)| *x *= 1.0 + 2.0 * excess * p / self.top);
+                column.iter_mut().zip(&at.load).for_each(|(x, p)| *x *= slope_of_reading(&whole, *p, self.top));
             }
         }
         for e in 0..at.theta.len() {
