@@ -370,9 +370,9 @@ impl<'a> Milling<'a> {
         let chips = self.chips(self.feed_per_tooth(moment));
         let (mut missed, mut all) = (0.0, 0.0);
         for arc in &station.arcs {
-            let step = (arc.phi[1] - arc.phi[0]) / 12.0;
-            for k in 0..12 {
-                let sin = (arc.phi[0] + (f64::from(k) + 0.5) * step).sin();
+            let step = (arc.phi[1] - arc.phi[0]) / IDLE_STEPS as f64;
+            for k in 0..IDLE_STEPS {
+                let sin = (arc.phi[0] + (k as f64 + 0.5) * step).sin();
                 let misses = |before: &&Vec<[f64; 2]>| before.iter().any(|[f, out]| f * sin + out <= 0.0);
                 missed += chips.iter().filter(misses).count() as f64 * step * arc.dz_mm;
                 all += chips.len() as f64 * step * arc.dz_mm;
@@ -548,6 +548,10 @@ impl<'a> Milling<'a> {
         [-(tangential * cos + radial * sin), tangential * sin - radial * cos]
     }
 }
+
+/// Places on an arc at which a tooth is looked at that may meet nothing: to this share of the contact its edges are known to
+/// rub or not.
+const IDLE_STEPS: usize = 400;
 
 /// Places in a turn.
 const TURN_STEPS: usize = 720;

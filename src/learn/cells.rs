@@ -39,6 +39,8 @@ pub struct OtherGeometry {
     pub size_mm: f64,
     /// Engagement, spot by spot.
     pub engaged: Vec<Engaged>,
+    /// The other one that it is changed from; `None`: the declared one.
+    pub over: Option<usize>,
 }
 
 /// Everything that is known of the spots.
@@ -362,10 +364,12 @@ impl<'a> Along<'a> {
             let at_s = self.aligned.program_s[i];
             let declared = |k: usize| &self.known.timeline.spots[k].engaged;
             let mut at_sample = self.cut(i, quantity, &data.base, &declared);
-            for (sum, other) in variants.iter_mut().zip(&self.known.others) {
-                let changed = self.cut(i, quantity, &data.base, &|k| &other.engaged[k]);
+            let changed = |other: &OtherGeometry| self.cut(i, quantity, &data.base, &|k| &other.engaged[k]);
+            let changed: Vec<Vec<f64>> = self.known.others.iter().map(changed).collect();
+            for ((sum, other), to) in variants.iter_mut().zip(&self.known.others).zip(&changed) {
+                let from = other.over.map_or(&at_sample, |k| &changed[k]);
                 for b in 0..p {
-                    sum[b] += (changed[b] - at_sample[b]) / other.size_mm / n;
+                    sum[b] += (to[b] - from[b]) / other.size_mm / n;
                 }
             }
             for (index, share) in self.pieces(at_s, quantity, &declared).into_iter().filter(|(_, share)| *share > 0.0) {

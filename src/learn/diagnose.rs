@@ -49,6 +49,8 @@ const TABLE_THRESHOLD: f64 = 4.0;
 /// Rivals whose gain (twice the log-likelihood) is this close to that of the best explain the data equally well, whatever
 /// their parameters are charged.
 const MARGIN: f64 = 6.0;
+/// How much more another form of an effect must score: "positive" on the scale of the Bayesian information criterion.
+const FORM_MARGIN: f64 = 2.0;
 /// Least relative drop of the held-out error worth an effect.
 const LEAST_DROP: f64 = 0.005;
 /// Least share of what the base model leaves beyond the noise that one effect must take away.
@@ -330,7 +332,7 @@ impl Diagnosis<'_> {
             self.evidence.push((each.effect.name, text, chance(&two), errors));
             self.rejected.retain(|r| r.name != each.effect.name);
         }
-        Some(two.fitted)
+        Some(self.prune(two.fitted))
     }
 
     /// Effects that leave most of the excess are no explanation of it.
@@ -408,10 +410,19 @@ impl Diagnosis<'_> {
             }
             if let Some(better) = self.replacement(&without_it, own, score) {
                 present = better;
+            } else if let Some(fuller) = self.other_form(&without_it, own, score) {
+                present = fuller;
             }
             k += 1;
         }
         present
+    }
+
+    /// The same effect in the form that suits it beside those that were added after it.
+    fn other_form(&self, without_it: &Fitted, own: &'static Effect, same: f64) -> Option<Fitted> {
+        let (_, trial) = best_trial(&self.train, without_it, &without_it.model.effects, own);
+        let sound = |t: &Trial| unphysical(t.fitted.model.effects.last(), self.data.clock_s).is_none();
+        trial.filter(|t| t.score > same + FORM_MARGIN && sound(t)).map(|t| t.fitted)
     }
 
     fn replacement(&mut self, without_it: &Fitted, own: &'static Effect, same: f64) -> Option<Fitted> {

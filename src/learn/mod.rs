@@ -28,6 +28,7 @@ pub mod experiment;
 pub mod fine;
 pub mod fit;
 pub mod forces;
+mod grown;
 pub mod judgement;
 pub mod holds;
 pub mod linear;

@@ -5,20 +5,20 @@ use super::cells::{Channels, Known, OtherGeometry, cells, channels};
 use super::columns::DataError;
 use super::diagnose::{Options, diagnose};
 use super::forces::{Sample, resultant};
+use super::grown::{Sizes, grown};
 use super::lines::{by_line, paced};
 use super::loads::by_load;
 use super::log::{Log, read_log};
 use super::peaks::About;
 use super::report::{Alignment, LearnReport, Value};
 use super::runouts::RunoutGrid;
-use super::samples::{Base, Class, Data, Variant};
+use super::samples::{Base, Class, Data};
 use super::split::by_blocks;
-use super::timeline::{Timeline, engaged_otherwise, speed_ratios, timeline};
+use super::timeline::{Timeline, speed_ratios, timeline};
 use crate::engage::{EngageError, EngagementMap, Loader, engage};
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
 use crate::nc::{Environment, Toolpath, interpret, parse};
-use rayon::prelude::*;
 
 /// How a log is learned from.
 #[derive(Debug, Clone, Default)]
@@ -51,15 +51,13 @@ pub struct Prepared {
     timeline: Timeline,
     others: Vec<OtherGeometry>,
     slower: Vec<(f64, Vec<f64>)>,
-    forces: Option<Sample>,
+    pub(super) forces: Option<Sample>,
 }
 
 /// Name of a measured force that is a mean over time.
 pub const MEAN_FORCE: &str = "force_xy_n (mean)";
 /// Time of the log over that of the program, beyond which the clock is wrong rather than the machine slow.
 const STRETCH: [f64; 2] = [0.1, 10.0];
-/// Longest spot between two engagements, mm.
-const SPACING_MM: f64 = 0.5;
 /// Accelerations tried, over the declared one.
 const SLOWER: [f64; 14] = [0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 0.03, 0.02, 0.015, 0.01, 0.007];
 /// The times of the blocks show another acceleration when it is below this share of the declared one, with so many nats.
@@ -70,9 +68,8 @@ const SHOWN_NATS: f64 = 30.0;
 const RUNOUT_ROUNDS: usize = 3;
 /// Stretches of a log for which the uncertainty of the alignment is said.
 const STRETCHES: usize = 20;
-/// How much the stock is grown, mm, and the tool shrunk, to see what that changes.
-const GROWN_MM: f64 = 0.5;
-const SHRUNK: f64 = 0.04;
+/// Rounds in which the cut is simulated anew with the stock and the tool that were found.
+const GROWN_ROUNDS: usize = 2;
 
 /// Simulates the program as declared and with each geometry that an effect may ask for, in stock without files.
 pub fn prepare(program: &[u8], job: &Job, with_forces: bool) -> Result<Prepared, LearnError> {
@@ -88,24 +85,9 @@ pub fn prepare_for(
 ) -> Result<Prepared, LearnError> {
     let program = parse(program.to_vec(), None);
     let path = interpret(&program, &Environment::from_job(job));
-    let options = crate::engage::Options { spacing_mm: SPACING_MM, loader, ..crate::engage::Options::default() };
-    let map = engage(&path, job, &options, &|_| ())?;
+    let map = engage(&path, job, &super::grown::options(loader), &|_| ())?;
     let timeline = timeline(&path, &map, job, forces);
-    let shrunk_mm = SHRUNK * typical_diameter(job);
-    let jobs = [
-        (Variant::StockTop, GROWN_MM, Some(job.with_stock_grown(GROWN_MM, 0.0))),
-        (Variant::StockSide, GROWN_MM, job.has_stock_with_sides().then(|| job.with_stock_grown(0.0, GROWN_MM))),
-        (Variant::Diameter, -shrunk_mm, job.with_mills_wider(-shrunk_mm)),
-    ];
-    let others = jobs
-        .into_par_iter()
-        .filter_map(|(variant, size_mm, other)| {
-            let other = other?;
-            let changed = engage(&path, &other, &options, &|_| ()).ok()?;
-            let engaged = engaged_otherwise(&path, &changed, &other, &timeline, forces);
-            Some(OtherGeometry { variant, size_mm, engaged })
-        })
-        .collect();
+    let others = grown(&path, &timeline, job, Sizes::usual(job), forces, loader);
     let slower = SLOWER.iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
     Ok(Prepared { path, map, timeline, others, slower, forces })
 }
@@ -131,7 +113,7 @@ pub fn run(
     resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
     let prepared = prepare_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
-    let mut learned = learn_with_data(&prepared, job, &log, &channels, options)?;
+    let mut learned = learn_with_data(&prepared, job, &log, &channels, options, loader)?;
     if options.sample == Sample::Mean {
         learned.data.channel_names.iter_mut().for_each(|name| *name = name.replace("force_xy_n", MEAN_FORCE));
     }
@@ -146,27 +128,39 @@ pub fn learn(
     channels: &Channels,
     options: &LogOptions,
 ) -> Result<LearnReport, LearnError> {
-    learn_with_data(prepared, job, log, channels, options).map(|learned| learned.report)
+    learn_with_data(prepared, job, log, channels, options, None).map(|learned| learned.report)
 }
 
-/// The same, with the data it was learned from.
+/// The same, with the data it was learned from; `loader` reads the files of stock.
 pub fn learn_with_data(
     prepared: &Prepared,
     job: &Job,
     log: &Log,
     channels: &Channels,
     options: &LogOptions,
+    loader: Option<Loader>,
 ) -> Result<Learned, LearnError> {
     refuse_dead(log)?;
-    let (mut data, aligned, lowered) = data_of(prepared, job, log, channels)?;
+    let (mut data, aligned, mut lowered) = data_of(prepared, job, log, channels)?;
     let split = by_blocks(&data, "stretch of time");
     let answer = |data: &Data| {
         diagnose(data, &split, &options.diagnosis)
             .ok_or_else(|| DataError::Unfit("too few samples of the log belong to the program".into()))
     };
     let mut report = answer(&data)?;
+    let (mut sizes, mut others) = (Sizes::usual(job), prepared.others.clone());
+    for _ in 0..GROWN_ROUNDS {
+        let Some(found) = Sizes::found(job, &report).filter(|found| !found.is_near(&sizes)) else { break };
+        sizes = found;
+        others = prepared.grown_as(job, sizes, loader);
+        let known = Known { others: others.clone(), ..prepared.known(job) };
+        let (nearer, doubtful) = cells(log, &aligned, &known, channels);
+        data = Data { timed_acceleration: data.timed_acceleration, clock_s: data.clock_s, ..nearer };
+        lowered = doubtful;
+        report = answer(&data)?;
+    }
     for round in 0..RUNOUT_ROUNDS {
-        let nearer = data_about(prepared, job, log, channels, &aligned, &report, round == 0);
+        let nearer = data_about(prepared, &others, job, log, channels, &aligned, &report, round == 0);
         let Some(nearer) = nearer else { break };
         data = Data { timed_acceleration: data.timed_acceleration, clock_s: data.clock_s, ..nearer };
         report = answer(&data)?;
@@ -300,8 +294,10 @@ pub fn data_of(
 
 /// The data of a log in which a runout was found, with the forces taken about it (all ways or only its own) and with the
 /// coefficients found; `None` where there is none.
+#[allow(clippy::too_many_arguments)] // what is known of a log, a job and a program, and which of it to look at anew
 fn data_about(
     prepared: &Prepared,
+    others: &[OtherGeometry],
     job: &Job,
     log: &Log,
     channels: &Channels,
@@ -323,7 +319,8 @@ fn data_about(
     let grid = if all_ways { RunoutGrid::about_offset(offset_mm) } else { RunoutGrid::about(offset_mm, phase) };
     let about = About { grid, coefficients: Some(coefficients) };
     let timeline = prepared.timeline.with_runouts(&prepared.path, &prepared.map, job, wanted, about);
-    Some(cells(log, aligned, &prepared.known_at(job, &timeline, grid), channels).0)
+    let known = Known { others: others.to_vec(), ..prepared.known_at(job, &timeline, grid) };
+    Some(cells(log, aligned, &known, channels).0)
 }
 
 /// A log tied to its program: by position, by line, or by its load.
@@ -378,10 +375,6 @@ fn outside(aligned: &Aligned) -> [usize; 3] {
     let first = placed.iter().position(|p| *p).unwrap_or(all);
     let last = placed.iter().rposition(|p| *p).map_or(all, |k| k + 1);
     [first, placed[first..last].iter().filter(|p| !**p).count(), all - last]
-}
-
-fn typical_diameter(job: &Job) -> f64 {
-    super::linear::median(&job.tools.iter().map(|t| t.diameter_mm).collect::<Vec<f64>>())
 }
 
 impl Prepared {

@@ -1,0 +1,121 @@
+//! Engagement in stock that stands out and with a tool of another size. In: a program, its job, sizes. Out: [`OtherGeometry`],
+//! first for a usual size of each change, then for the sizes that were found: the cut is linear in them only about where it
+//! was simulated.
+
+use super::cells::OtherGeometry;
+use super::forces::Sample;
+use super::report::LearnReport;
+use super::samples::Variant;
+use super::session::Prepared;
+use super::timeline::{Timeline, engaged_otherwise};
+use crate::engage::{Loader, Options, engage};
+use crate::machine::Job;
+use crate::nc::Toolpath;
+use rayon::prelude::*;
+
+/// Longest spot between two engagements, mm.
+const SPACING_MM: f64 = 0.5;
+/// How much the stock is grown, mm, and the tool shrunk, to see what that changes.
+const GROWN_MM: f64 = 0.5;
+const SHRUNK: f64 = 0.04;
+/// Least change that is simulated, mm, and least difference, as a share, from one that was.
+const LEAST_MM: f64 = 0.01;
+const ANOTHER: f64 = 0.02;
+
+/// How the stock and the tool differ from the declared ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sizes {
+    /// Stock higher by, mm.
+    top_mm: f64,
+    /// Stock wider on each side by, mm.
+    side_mm: f64,
+    /// Tools larger by, mm of diameter.
+    diameter_mm: f64,
+    /// The top is raised on the stock that stands out to the sides, and not on the declared one.
+    top_over_side: bool,
+}
+
+impl Sizes {
+    /// Usual ones.
+    pub(super) fn usual(job: &Job) -> Self {
+        let diameters: Vec<f64> = job.tools.iter().map(|t| t.diameter_mm).collect();
+        let diameter_mm = -SHRUNK * super::linear::median(&diameters);
+        Self { top_mm: GROWN_MM, side_mm: GROWN_MM, diameter_mm, top_over_side: false }
+    }
+
+    /// Those of the effects found, usual ones for the rest; `None` where none is found.
+    pub(super) fn found(job: &Job, report: &LearnReport) -> Option<Self> {
+        let value = |effect: &str, parameter: &str| {
+            let effect = report.effects.iter().find(|e| e.name == effect)?;
+            let value = effect.parameters.iter().find(|p| p.name == parameter)?.value;
+            (value.abs() >= LEAST_MM).then_some(value)
+        };
+        let (top, side) = (value("stock-proud", "top"), value("stock-proud", "side"));
+        let diameter = value("tool-diameter", "difference");
+        top.or(side).or(diameter)?;
+        let usual = Self::usual(job);
+        Some(Self {
+            top_mm: top.unwrap_or(usual.top_mm),
+            side_mm: side.unwrap_or(usual.side_mm),
+            diameter_mm: diameter.unwrap_or(usual.diameter_mm),
+            top_over_side: top.is_some() && side.is_some(),
+        })
+    }
+
+    /// Are these so near to the others that nothing new would be seen?
+    pub(super) fn is_near(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64| (a - b).abs() <= ANOTHER * b.abs();
+        near(self.top_mm, other.top_mm)
+            && near(self.side_mm, other.side_mm)
+            && near(self.diameter_mm, other.diameter_mm)
+            && self.top_over_side == other.top_over_side
+    }
+}
+
+/// Engagement of the spots with each of these changes.
+pub(super) fn grown(
+    path: &Toolpath,
+    timeline: &Timeline,
+    job: &Job,
+    sizes: Sizes,
+    forces: Option<Sample>,
+    loader: Option<Loader>,
+) -> Vec<OtherGeometry> {
+    let options = options(loader);
+    let below_mm = if sizes.top_over_side { sizes.side_mm } else { 0.0 };
+    let jobs = [
+        (Variant::StockTop, sizes.top_mm, Some(job.with_stock_grown(sizes.top_mm, below_mm))),
+        (
+            Variant::StockSide,
+            sizes.side_mm,
+            job.has_stock_with_sides().then(|| job.with_stock_grown(0.0, sizes.side_mm)),
+        ),
+        (Variant::Diameter, sizes.diameter_mm, job.with_mills_wider(sizes.diameter_mm)),
+    ];
+    let mut others: Vec<OtherGeometry> = jobs
+        .into_par_iter()
+        .filter_map(|(variant, size_mm, other)| {
+            let other = other?;
+            let changed = engage(path, &other, &options, &|_| ()).ok()?;
+            let engaged = engaged_otherwise(path, &changed, &other, timeline, forces);
+            Some(OtherGeometry { variant, size_mm, engaged, over: None })
+        })
+        .collect();
+    if sizes.top_over_side {
+        let side = others.iter().position(|o| o.variant == Variant::StockSide);
+        others.iter_mut().filter(|o| o.variant == Variant::StockTop).for_each(|top| top.over = side);
+    }
+    others
+}
+
+/// How engagement is worked out for a log.
+pub(super) fn options(loader: Option<Loader<'_>>) -> Options<'_> {
+    Options { spacing_mm: SPACING_MM, loader, ..Options::default() }
+}
+
+impl Prepared {
+    /// Engagement with the stock and the tool that were found.
+    pub(super) fn grown_as(&self, job: &Job, sizes: Sizes, loader: Option<Loader>) -> Vec<OtherGeometry> {
+        grown(self.toolpath(), self.timeline(), job, sizes, self.forces, loader)
+    }
+}
