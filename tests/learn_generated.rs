@@ -18,7 +18,7 @@ use generator::cases::Case;
 use generator::cut;
 use generator::motion;
 use generator::motion::Moment;
-use generator::physics::{Channel, Coefficients, Milling};
+use generator::physics::{Channel, Coefficients, Hidden, Milling};
 use generator::programs::{Part, Steady};
 use generator::writer;
 use mesh::box_as_stl;
@@ -160,4 +160,40 @@ fn names(report: &LearnReport) -> Vec<&str> {
 #[test]
 fn a_log_without_an_effect_adds_nothing() {
     assert!(names(&diagnosed("none", 1000)).is_empty());
+}
+
+/// The value of a parameter of an effect that was found.
+fn found(report: &LearnReport, effect: &str, parameter: &str) -> f64 {
+    let effect = report.effects.iter().find(|e| e.name == effect).unwrap_or_else(|| panic!("{:?}", names(report)));
+    effect.parameters.iter().find(|p| p.name == parameter).unwrap().value
+}
+
+#[test]
+fn stock_that_stands_out_is_simulated_as_it_was_found() {
+    let Hidden::StockProud { top_mm, side_mm } = Case::new("stock-proud", 1004).hidden[0] else { panic!("stock") };
+    let report = diagnosed("stock-proud", 1004);
+    let (top, side) = (found(&report, "stock-proud", "top"), found(&report, "stock-proud", "side"));
+    // Half a millimetre more and twice what that changes is another 20 % beside it.
+    assert!((top / top_mm - 1.0).abs() < 0.03 && (side / side_mm - 1.0).abs() < 0.05, "{top} {side}");
+}
+
+#[test]
+fn an_effect_takes_another_form_beside_those_found_after_it() {
+    let report = diagnosed("two", 1000);
+    assert_eq!(names(&report), ["tare-warm-up", "flank-wear"]);
+    // The generator's wear begins with a run-in; without one the wear alone leaves twice the noise.
+    assert!(found(&report, "flank-wear", "run_in") > 0.1);
+}
+
+#[test]
+fn the_excess_of_an_entry_and_of_a_drive_are_followed_to_their_end() {
+    let Hidden::Entry { excess, length_mm } = Case::new("entry", 1001).hidden[0] else { panic!("entry") };
+    let report = diagnosed("entry", 1001);
+    let value = |parameter: &str| found(&report, "entry", parameter);
+    assert!((value("excess") / excess - 1.0).abs() < 0.05, "{}", value("excess"));
+    let end_mm = value("length") / (1.0 - value("order"));
+    assert!((end_mm / length_mm - 1.0).abs() < 0.15, "{end_mm} for {length_mm}");
+    // η falls with the load: 1/(1 − c x) grows faster than 1 + c x.
+    let exponent = found(&diagnosed("drive-efficiency", 1000), "drive-efficiency", "exponent");
+    assert!((1.05..1.5).contains(&exponent), "{exponent}");
 }

@@ -250,7 +250,9 @@ impl Filter {
 pub fn measured(mut load: Vec<f64>, acting: &[&Acting], top: f64) -> Vec<f64> {
     let whole = together(acting);
     if whole.reading_excess != 0.0 {
-        load.iter_mut().for_each(|p| *p *= 1.0 + excess(&whole, *p, top));
+        for p in &mut load {
+            *p *= 1.0 + excess(&whole, *p, top);
+        }
     }
     load
 }

@@ -3,13 +3,14 @@
 //! *Tables of steady cuts*: [`columns`] → [`table`] → [`calibrate`] (coefficients), or → [`samples::Data`] → [`diagnose`].
 //! *Logs*: [`log`] → [`align`], [`lines`] or [`loads`] (where in the program each sample belongs, by position, by line
 //! number or by load) against [`timeline`] (what should happen when, and what is cut) → [`cells`] (weighted by [`doubt`], in
-//! their [`situation`]) → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
+//! their [`situation`], as cut within a piece: `within`) → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
 //!
 //! [`diagnose`] lets the effects of [`crate::effects`] compete: [`candidates`] says where each search begins, [`fit`] fits
 //! it with the base coefficients, [`split`] keeps whole blocks out of the fit, [`residual`] says what structure is left.
 //! *Around it*: [`plan`] writes the test cuts of a calibration with [`passes`], [`steady`] makes a table of a program's log,
 //! [`reading`] makes do with a load meter, [`sigmoid`] takes one record of instantaneous forces; [`experiment`] writes the
-//! cut that parts rivals, [`plausible`] says what no model should rest on, [`shown`] what a report draws.
+//! cut that parts rivals, `grown` simulates stock and tool as they were found, [`plausible`] says what no model should
+//! rest on, [`shown`] what a report draws.
 //!
 //! [`report`] holds the answer, [`model`] makes a process model of it, [`windows`] follows the coefficients over time.
 

@@ -151,8 +151,12 @@ pub fn learn_with_data(
     let (mut sizes, mut others) = (Sizes::usual(job), prepared.others.clone());
     for _ in 0..GROWN_ROUNDS {
         let Some(found) = Sizes::found(job, &report).filter(|found| !found.is_near(&sizes)) else { break };
-        sizes = found;
-        others = prepared.grown_as(job, sizes, loader);
+        let again = prepared.grown_as(job, found, loader);
+        // Without what reads the files of stock there is nothing to grow.
+        if again.len() < others.len() {
+            break;
+        }
+        (sizes, others) = (found, again);
         let known = Known { others: others.clone(), ..prepared.known(job) };
         let (nearer, doubtful) = cells(log, &aligned, &known, channels);
         data = Data { timed_acceleration: data.timed_acceleration, clock_s: data.clock_s, ..nearer };

@@ -37,16 +37,20 @@ impl Along<'_> {
         let near = |k: usize| spots.get(k).filter(|s| s.move_id == spot.move_id).map(|_| (k, self::most(of(k))));
         let sides = [near(own.0.wrapping_sub(1)), near(own.0 + 1)];
         let [from, to] = [0, 1].map(|side| end((own.0, most), mean, sides[side], sides[1 - side]));
-        let (low, high) = (from.1.min(to.1), from.1.max(to.1));
-        if mean <= low || mean >= high || high - low < CHANGE * high {
-            return alone;
-        }
         let over = ((time_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
-        let q = ((to.1 - from.1) / (mean - from.1) - 1.0).clamp(1.0 / STEEPEST, STEEPEST);
-        let late = over.powf(q);
+        let Some(late) = late([from.1, to.1], mean, over) else { return alone };
         let share = |(k, section): End, part: f64| (k, part * section / of(k).section_mm2.max(1e-9));
         [share(from, 1.0 - late), share(to, late), (own.0, 0.0)]
     }
+}
+
+/// Share of the section at the end in that at the share `over` of the way; `None` where a mean says nothing of what is
+/// between the ends.
+fn late([from, to]: [f64; 2], mean: f64, over: f64) -> Option<f64> {
+    let (low, high) = (from.min(to), from.max(to));
+    let changes = mean > low && mean < high && high - low >= CHANGE * high;
+    let q = ((to - from) / (mean - from) - 1.0).clamp(1.0 / STEEPEST, STEEPEST);
+    changes.then(|| over.powf(q))
 }
 
 /// Section at the most engaged end, mm².
@@ -61,5 +65,37 @@ fn end((own, most): End, mean: f64, there: Option<End>, opposite: Option<End>) -
         (Some(there), _) if there.1 < most => there,
         (None, Some((_, other))) if other >= most => (own, (2.0 * mean - most).max(0.0)),
         _ => (own, most),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Width of cut of a mill of radius 1 whose foremost point is `u` past a wall.
+    fn width(u: f64) -> f64 {
+        2.0 * (1.0 - (1.0 - u).powi(2)).sqrt()
+    }
+
+    fn mean(of: impl Fn(f64) -> f64) -> f64 {
+        (0..1000).map(|k| of((f64::from(k) + 0.5) / 1000.0)).sum::<f64>() / 1000.0
+    }
+
+    #[test]
+    fn a_mill_that_enters_a_wall_or_breaks_through_one_is_met_between_the_ends_too() {
+        for (begin, length) in [(0.0, 0.1), (0.0, 0.2), (0.1, 0.1), (0.3, 0.2)] {
+            let entering = |t: f64| width(begin + t * length);
+            let leaving = |t: f64| 2.0 - entering(t);
+            for section in [&entering as &dyn Fn(f64) -> f64, &leaving] {
+                let (ends, middle) = ([section(0.0), section(1.0)], mean(section));
+                let at = |t: f64| ends[0] + (ends[1] - ends[0]) * late(ends, middle, t).unwrap();
+                assert!((mean(at) - middle).abs() < 1e-3 * (ends[1] - ends[0]).abs());
+                for t in [0.0, 0.05, 0.3, 0.7, 1.0] {
+                    assert!((at(t) - section(t)).abs() < 0.02 * (ends[1] - ends[0]).abs(), "{begin} {length} {t}");
+                }
+            }
+        }
+        assert_eq!(late([1.0, 1.0], 1.0, 0.5), None);
+        assert_eq!(late([1.0, 2.0], 2.5, 0.5), None);
     }
 }
