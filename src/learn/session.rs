@@ -142,9 +142,8 @@ pub fn learn_with_data(
 ) -> Result<Learned, LearnError> {
     refuse_dead(log)?;
     let (mut data, aligned, mut lowered) = data_of(prepared, job, log, channels)?;
-    let split = by_blocks(&data, "stretch of time");
     let answer = |data: &Data| {
-        diagnose(data, &split, &options.diagnosis)
+        diagnose(data, &by_blocks(data, "stretch of time"), &options.diagnosis)
             .ok_or_else(|| DataError::Unfit("too few samples of the log belong to the program".into()))
     };
     let mut report = answer(&data)?;
