@@ -45,6 +45,7 @@ fn main() {
             report.variants_tried,
             simulated + read + learned
         );
+        assert_eq!(names, ["flank-wear"], "what was put in, and nothing else");
     }
     println!("peak memory {:.0} MB", status("VmHWM:") / 1024.0);
 }

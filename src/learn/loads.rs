@@ -247,14 +247,21 @@ impl Predicted {
             }
         }
         for part in &mut out {
-            smooth(part, (span_s / step_s) as usize);
+            smooth(part, span_s / step_s);
         }
         Self { step_s, parts: out, factors: BEFORE_FIT }
     }
 
+    /// Linear between the middles of the steps, nothing outside the program.
     fn part(&self, b: usize, t: f64) -> f64 {
-        let k = t / self.step_s;
-        if k < 0.0 { 0.0 } else { self.parts[b].get(k as usize).copied().unwrap_or(0.0) }
+        let (part, at) = (&self.parts[b], t / self.step_s);
+        if at < 0.0 || at >= part.len() as f64 {
+            return 0.0;
+        }
+        let past = (at - 0.5).max(0.0);
+        let k = past as usize;
+        let next = part[(k + 1).min(part.len() - 1)];
+        part[k] + (past - k as f64) * (next - part[k])
     }
 
     fn at(&self, t: f64) -> f64 {
@@ -272,18 +279,23 @@ impl Predicted {
     }
 }
 
-/// Running mean over `count` neighbours.
-fn smooth(values: &mut [f64], count: usize) {
-    if count < 2 {
+/// Running mean over `width` steps about the middle of each.
+fn smooth(values: &mut [f64], width: f64) {
+    if width <= 1.0 {
         return;
     }
     let mut sums = vec![0.0; values.len() + 1];
     for (k, v) in values.iter().enumerate() {
         sums[k + 1] = sums[k] + v;
     }
-    for k in 0..values.len() {
-        let (from, to) = (k.saturating_sub(count / 2), (k + count.div_ceil(2)).min(values.len()));
-        values[k] = (sums[to] - sums[from]) / (to - from) as f64;
+    let before = |at: f64| {
+        let k = (at as usize).min(sums.len() - 2);
+        sums[k] + (at - k as f64) * (sums[k + 1] - sums[k])
+    };
+    for (k, value) in values.iter_mut().enumerate() {
+        let middle = k as f64 + 0.5;
+        let (from, to) = ((middle - 0.5 * width).max(0.0), (middle + 0.5 * width).min(sums.len() as f64 - 1.0));
+        *value = (before(to) - before(from)) / (to - from);
     }
 }
 
@@ -477,4 +489,30 @@ fn correlation(measured: &Measured, predicted: &Predicted, walk: &Drift) -> f64 
     let sum = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
     let spread = sum(&|p| (p.0 - mp).powi(2)) * sum(&|p| (p.1 - my).powi(2));
     if spread > 0.0 { sum(&|p| (p.0 - mp) * (p.1 - my)) / spread.sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A steady rise is its own mean, whatever the number of steps it is taken over.
+    #[test]
+    fn a_mean_over_any_width_stays_about_its_middle() {
+        for width in [1.5, 2.0, 3.0, 4.35, 6.0] {
+            let mut rise: Vec<f64> = (0..40).map(f64::from).collect();
+            smooth(&mut rise, width);
+            assert!((4..36).all(|k| (rise[k] - k as f64).abs() < 1e-9), "{width}: {rise:?}");
+        }
+    }
+
+    #[test]
+    fn a_load_is_read_between_the_middles_of_its_steps() {
+        let rise: Vec<f64> = (0..50).map(|k| 0.02 * (f64::from(k) + 0.5)).collect();
+        let parts: [Vec<f64>; PARTS] = std::array::from_fn(|_| rise.clone());
+        let predicted = Predicted { step_s: 0.02, parts, factors: BEFORE_FIT };
+        for t in [0.01, 0.153, 0.5, 0.985] {
+            assert!((predicted.part(0, t) - t).abs() < 1e-12, "{t}: {}", predicted.part(0, t));
+        }
+        assert_eq!([-0.001, 1.0].map(|t| predicted.part(0, t)), [0.0, 0.0]);
+    }
 }
