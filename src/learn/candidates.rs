@@ -77,6 +77,11 @@ fn too_short(data: &Data) -> Option<String> {
     (data.used().count() < 40).then(|| "too few samples to place it".to_owned())
 }
 
+/// Is the place of an effect (an instant, a region) looked for in the data?
+pub fn is_looked_for(effect: &Effect) -> bool {
+    matches!(effect.name, "edge-chipping" | "hard-zone")
+}
+
 /// Forms of the effect and values of its parameters to begin with; empty when none are worth trying. A form leaves some
 /// of the parameters that have a neutral value there.
 pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Use> {

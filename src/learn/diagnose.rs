@@ -48,7 +48,7 @@ const THRESHOLD: f64 = 8.0;
 const TABLE_THRESHOLD: f64 = 4.0;
 /// Rivals whose gain (twice the log-likelihood) is this close to that of the best explain the data equally well, whatever
 /// their parameters are charged.
-const MARGIN: f64 = 6.0;
+pub(super) const MARGIN: f64 = 6.0;
 /// How much more another form of an effect must score: "positive" on the scale of the Bayesian information criterion.
 const FORM_MARGIN: f64 = 2.0;
 /// Rounds of its fit.
@@ -176,7 +176,7 @@ impl Diagnosis<'_> {
     }
 
     /// Every candidate on top of the present model.
-    fn trials(&mut self, present: &Fitted, note: bool) -> Vec<Trial> {
+    pub(super) fn trials(&mut self, present: &Fitted, note: bool) -> Vec<Trial> {
         let has = |effect: &Effect| present.model.effects.iter().any(|u| u.effect.name == effect.name);
         let mut open = Vec::new();
         for effect in self.options.candidates.iter().copied().filter(|e| !has(e)) {
@@ -197,42 +197,18 @@ impl Diagnosis<'_> {
     fn first_accepted(&mut self, present: &Fitted, trials: &[Trial]) -> Option<usize> {
         let before = held_out_residuals(&self.train, &present.model.effects, self.split);
         for (k, trial) in trials.iter().enumerate() {
-            if trial.score < self.threshold() {
-                self.reject(trial, format!("it explains too little for its parameters (score {:.1})", trial.score));
-                continue;
-            }
-            if let Some(why) = unphysical(trial.fitted.model.effects.last(), self.data.clock_s) {
-                self.reject(trial, why);
-                continue;
-            }
-            let after = self.unseen_residuals(present, trial);
-            let drop = self.drop_of(&before, &after);
-            let t = t_statistic(&improvement_by_block(&self.train, &before, &after));
-            let share = self.share_of_excess(&before, &after, &self.base_residual, LEAST_EXCESS);
-            let of_rest = self.share_of_excess(&before, &after, &before, FLOOR_KNOWN);
-            if share < LEAST_SHARE && of_rest < LEAST_REST {
-                self.reject(trial, format!("it takes away only {:.1} % of what the base model leaves", 100.0 * share));
-                continue;
-            }
-            if drop < LEAST_DROP || t < 1.0 {
-                self.reject(
-                    trial,
-                    format!("it does not lower the held-out error ({:+.2} %, t = {t:.1})", -100.0 * drop),
-                );
-                continue;
-            }
-            if let Some(why) = self.misfit_of_form(present, trial, &before, &after) {
-                self.reject(trial, why);
-                continue;
-            }
-            if let Some(why) = self.harms_another_kind(present, trial) {
-                self.reject(trial, why);
-                continue;
-            }
+            let after = match self.shown(present, trial, &before) {
+                Ok(after) => after,
+                Err(why) => {
+                    self.reject(trial, why);
+                    continue;
+                }
+            };
             let p_value = chance(trial);
             let text = format!(
-                "lowers the error on left-out blocks by {:.1} % (t = {t:.1}), score {:.1}",
-                100.0 * drop,
+                "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
+                100.0 * self.drop_of(&before, &after),
+                t_statistic(&improvement_by_block(&self.train, &before, &after)),
                 trial.score
             );
             let errors = [self.judged(&present.model.effects), self.judged(&trial.fitted.model.effects)];
@@ -241,6 +217,29 @@ impl Diagnosis<'_> {
             return Some(k);
         }
         None
+    }
+
+    /// What a trial leaves on data left out where the present model leaves `before`, or why that shows no effect.
+    pub(super) fn shown(&self, present: &Fitted, trial: &Trial, before: &[f64]) -> Result<Vec<f64>, String> {
+        if trial.score < self.threshold() {
+            return Err(format!("it explains too little for its parameters (score {:.1})", trial.score));
+        }
+        if let Some(why) = unphysical(trial.fitted.model.effects.last(), self.data.clock_s) {
+            return Err(why);
+        }
+        let after = self.unseen_residuals(present, trial);
+        let drop = self.drop_of(before, &after);
+        let t = t_statistic(&improvement_by_block(&self.train, before, &after));
+        let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
+        let of_rest = self.share_of_excess(before, &after, before, FLOOR_KNOWN);
+        if share < LEAST_SHARE && of_rest < LEAST_REST {
+            return Err(format!("it takes away only {:.1} % of what the base model leaves", 100.0 * share));
+        }
+        if drop < LEAST_DROP || t < 1.0 {
+            return Err(format!("it does not lower the held-out error ({:+.2} %, t = {t:.1})", -100.0 * drop));
+        }
+        let misfit = self.misfit_of_form(present, trial, before, &after);
+        misfit.or_else(|| self.harms_another_kind(present, trial)).map_or(Ok(after), Err)
     }
 
     /// Held-out squares that go from `before` to `after`, over those of `whole` beyond the noise, which are taken as no less
@@ -410,7 +409,7 @@ impl Diagnosis<'_> {
                 k = 0;
                 continue;
             }
-            if let Some(better) = self.replacement(&without_it, own, score) {
+            if let Some(better) = self.replacement(&without_it, &present, own, score) {
                 present = better;
             } else if let Some(fuller) = self.other_form(&present, k, &without_it, score) {
                 present = fuller;
@@ -438,23 +437,6 @@ impl Diagnosis<'_> {
         let forms = starts(own, &self.train, present);
         let best = forms.par_iter().filter_map(fitted).filter(|(_, f)| sound(f)).max_by(|a, b| a.0.total_cmp(&b.0));
         best.filter(|(score, _)| *score > same + FORM_MARGIN).map(|(_, fitted)| fitted)
-    }
-
-    fn replacement(&mut self, without_it: &Fitted, own: &'static Effect, same: f64) -> Option<Fitted> {
-        let trials = self.trials(without_it, false);
-        let best =
-            trials.into_iter().filter(|t| t.effect.name != own.name).max_by(|a, b| a.score.total_cmp(&b.score))?;
-        if best.score < same + MARGIN || unphysical(best.fitted.model.effects.last(), self.data.clock_s).is_some() {
-            return None;
-        }
-        let before = self.judged(&without_it.model.effects).rmse;
-        let after = self.judged(&best.fitted.model.effects).rmse;
-        let text =
-            format!("beside the others it explains more than {} (score {:.1} against {same:.1})", own.name, best.score);
-        self.evidence.push((best.effect.name, text, chance(&best), [before, after]));
-        self.rejected.retain(|r| r.name != best.effect.name);
-        self.rejected.push(Rejected { name: own.name.into(), why: format!("{} explains more", best.effect.name) });
-        Some(best.fitted)
     }
 }
 

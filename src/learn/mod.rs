@@ -25,6 +25,7 @@ pub mod columns;
 pub mod diagnose;
 pub mod doubt;
 pub mod drift;
+mod exchange;
 pub mod experiment;
 pub mod fine;
 pub mod fit;

@@ -1,6 +1,7 @@
 //! What a trial does to data that it was not fitted on. In: the diagnosis with its split, a trial. Out: residuals of blocks
 //! left out, and whether kinds of cuts left out get worse.
 
+use super::candidates::is_looked_for;
 use super::diagnose::Diagnosis;
 use super::fit::{Fitted, fit};
 use super::samples::Data;
@@ -11,18 +12,19 @@ use rayon::prelude::*;
 impl Diagnosis<'_> {
     /// Held-out residuals with a trial; what was found by scanning is found again without each fold.
     pub(super) fn unseen_residuals(&self, present: &Fitted, trial: &Trial) -> Vec<f64> {
-        if !trial.effect.parameters.iter().any(|p| p.scanned) {
+        if !is_looked_for(trial.effect) {
             return held_out_residuals(&self.train, &trial.fitted.model.effects, self.split);
         }
         let folds: Vec<Vec<(usize, f64)>> = (0..self.split.folds)
             .into_par_iter()
             .map(|fold| {
                 let rest = self.train.with_weights(without(&self.train, |i| self.split.fold[i] == fold));
-                let found = fit(&rest, &present.model.effects, 8)
-                    .and_then(|own| best_trial(&rest, &own, &own.model.effects, trial.effect).1);
-                let Some(found) = found else { return Vec::new() };
+                let Some(own) = fit(&rest, &present.model.effects, 8) else { return Vec::new() };
+                // Where the rest shows none, the model without it is what would have been predicted.
+                let found = best_trial(&rest, &own, &own.model.effects, trial.effect).1;
+                let fitted = found.map_or(own, |trial| trial.fitted);
                 let held = self.train.used().filter(|i| self.split.fold[*i] == fold);
-                held.map(|i| (i, self.train.reading[i] - found.fitted.predicted[i])).collect()
+                held.map(|i| (i, self.train.reading[i] - fitted.predicted[i])).collect()
             })
             .collect();
         let mut residuals = vec![f64::NAN; self.train.len()];

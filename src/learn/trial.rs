@@ -8,7 +8,9 @@ use super::samples::Data;
 use crate::effects::Effect;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Least side of the region of a hard zone, mm: twice the least that its law resolves.
+/// Least side of the region of a hard zone, mm: twice the least that its law resolves. Since a zone is found again without
+/// each fold of blocks, the answers to fifteen development logs at 6 % of noise (five with a zone) are the same with 0, 2
+/// and 8 mm.
 const LEAST_ZONE_MM: f64 = 2.0;
 
 /// A candidate on top of a model.

@@ -1,0 +1,109 @@
+//! Whether a rival takes the place of an effect that was found. In: the model without that effect, its score there. Out: the
+//! model with the rival, which has to show all that an added effect has to, and to leave less than the effect on data left
+//! out.
+
+use super::diagnose::{Diagnosis, MARGIN};
+use super::fit::Fitted;
+use super::report::Rejected;
+use super::split::held_out_residuals;
+use super::trial::chance;
+use crate::effects::Effect;
+
+impl Diagnosis<'_> {
+    /// The best rival of the effect `own` beside the others, where `found` has `own` with the score `same`.
+    pub(super) fn replacement(
+        &mut self,
+        without_it: &Fitted,
+        found: &Fitted,
+        own: &'static Effect,
+        same: f64,
+    ) -> Option<Fitted> {
+        let trials = self.trials(without_it, false).into_iter().filter(|t| t.effect.name != own.name);
+        let best = trials.max_by(|a, b| a.score.total_cmp(&b.score)).filter(|best| best.score >= same + MARGIN)?;
+        let [before, with_own] =
+            [without_it, found].map(|model| held_out_residuals(&self.train, &model.model.effects, self.split));
+        let after = self.shown(without_it, &best, &before).ok()?;
+        if self.drop_of(&with_own, &after) <= 0.0 {
+            return None;
+        }
+        let errors = [without_it, &best.fitted].map(|model| self.judged(&model.model.effects).rmse);
+        let text =
+            format!("beside the others it explains more than {} (score {:.1} against {same:.1})", own.name, best.score);
+        self.evidence.push((best.effect.name, text, chance(&best), errors));
+        self.rejected.retain(|r| r.name != best.effect.name);
+        self.rejected.push(Rejected { name: own.name.into(), why: format!("{} explains more", best.effect.name) });
+        Some(best.fitted)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::diagnose::Options;
+    use super::super::fit::fit;
+    use super::super::samples::{Base, Class, Data, UNBOUNDED};
+    use super::super::split::Split;
+    use super::*;
+    use crate::effects::{State, named};
+    use crate::path::Vec3;
+
+    const BLOCKS: usize = 24;
+    const EACH: usize = 40;
+
+    /// Passes along X, one a block; those for which `hard` is true take a fifth more between 30 and 70 mm.
+    fn passes(hard: impl Fn(usize) -> bool) -> Data {
+        let n = BLOCKS * EACH;
+        let load = |i: usize| 100.0 + 10.0 * (i % 7) as f64;
+        let x_mm = |i: usize| 100.0 * (i % EACH) as f64 / EACH as f64;
+        let factor = |i: usize| if hard(i / EACH) && (30.0..70.0).contains(&x_mm(i)) { 1.2 } else { 1.0 };
+        let wobble = |i: usize| ((i * 7919) % 101) as f64 / 50.0 - 1.0;
+        let state = |i: usize| State {
+            time_s: i as f64,
+            position: Vec3::new(x_mm(i), 5.0 * (i / EACH) as f64, 0.0),
+            ..State::default()
+        };
+        let base =
+            Base { name: "k_tc".into(), unit: String::new(), class: Class::Cutting, prior: None, bounds: UNBOUNDED };
+        Data {
+            base: vec![base],
+            columns: vec![(0..n).map(load).collect()],
+            reading: (0..n).map(|i| load(i) * factor(i) + wobble(i)).collect(),
+            weight: vec![1.0; n],
+            state: (0..n).map(state).collect(),
+            span_s: vec![1.0; n],
+            readings_each: vec![1.0; n],
+            run: vec![0; n],
+            channel: vec![0; n],
+            block: (0..n).map(|i| i / EACH).collect(),
+            kind: vec![0; n],
+            ..Data::default()
+        }
+    }
+
+    /// The rival that takes the place of an effect which explains nothing.
+    fn exchanged(data: &Data) -> Option<Fitted> {
+        let fold = (0..data.len()).map(|i| i / EACH % 5).collect();
+        let split = Split { test: vec![false; data.len()], fold, folds: 5, how: String::new() };
+        let options = Options { candidates: vec![named("hard-zone").unwrap()], ..Options::default() };
+        let plain = fit(data, &[], 0)?;
+        let mut search = Diagnosis {
+            data,
+            train: data.clone(),
+            split: &split,
+            options: &options,
+            tried: 0,
+            rejected: Vec::new(),
+            evidence: Vec::new(),
+            base_residual: held_out_residuals(data, &[], &split),
+            floor: 0.6,
+        };
+        search.replacement(&plain, &plain, named("size-effect").unwrap(), 0.0)
+    }
+
+    #[test]
+    fn a_rival_takes_the_place_only_by_what_it_shows_on_data_left_out() {
+        // In several passes beside each other the zone is found by the others when one is left out.
+        assert!(exchanged(&passes(|block| (8..16).contains(&block))).is_some());
+        // In one pass nobody who has not seen it knows of it, however well it is fitted.
+        assert!(exchanged(&passes(|block| block == 11)).is_none());
+    }
+}
