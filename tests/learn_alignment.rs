@@ -169,7 +169,16 @@ fn hidden(row: &'static str, seed: u64) -> Hidden {
 
 #[test]
 fn by_load_the_uncertainty_that_is_stated_holds_whatever_is_hidden_in_the_log() {
-    for (row, seed) in [("none", 1004), ("entry", 1004), ("entry", 1009), ("stock-proud", 1014), ("sensor-lag", 1014)] {
+    let cases = [
+        ("none", 1004),
+        ("none", 1034),
+        ("entry", 1004),
+        ("entry", 1009),
+        ("stock-proud", 1014),
+        ("stock-proud", 1034),
+        ("sensor-lag", 1014),
+    ];
+    for (row, seed) in cases {
         let Hidden { case, told, prepared, found } = hidden(row, seed);
         assert_eq!(found.method, "load");
         // In units of what is stated for each sample.
@@ -180,11 +189,12 @@ fn by_load_the_uncertainty_that_is_stated_holds_whatever_is_hidden_in_the_log() 
         };
         let stated: Vec<f64> = told.moments.iter().zip(0..).filter_map(of_stated).collect();
         let within = |by: f64| stated.iter().filter(|e| **e <= by).count() as f64 / stated.len() as f64;
-        assert!(within(1.5) > 0.68 && within(4.0) > 0.95, "{row} {seed}: {} {}", within(1.5), within(4.0));
+        assert!(within(1.25) > 0.68 && within(2.75) > 0.95, "{row} {seed}: {} {}", within(1.25), within(2.75));
         let errors = errors(&prepared, &case.part, &told, &found);
         let within = |by: f64| errors.iter().filter(|e| **e <= by).count() as f64 / errors.len() as f64;
+        // On the whole that of the typical sample; what lies far from all that is observed states more, as asked above.
         let u = found.uncertainty_s;
-        assert!(u < 0.03 && within(1.5 * u) > 0.68 && within(4.0 * u) > 0.95, "{row} {seed}: {u} {}", within(1.5 * u));
+        assert!(u < 0.03 && within(1.5 * u) > 0.68, "{row} {seed}: {u} {}", within(1.5 * u));
     }
 }
 
@@ -197,6 +207,8 @@ fn by_load_what_is_hidden_in_a_log_is_no_pause() {
         let errors = errors(&prepared, &case.part, &told, &found);
         let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
         assert!(at(0.5) < 0.05 && at(0.95) < 0.2, "{row} {seed}: {} {}", at(0.5), at(0.95));
+        // Not the first seconds either, which the first match may lay elsewhere.
+        assert!(at(0.999) < 0.5, "{row} {seed}: {}", at(0.999));
     }
 }
 
@@ -222,6 +234,31 @@ fn the_report_says_the_offset_and_the_stretch() {
     let total_s = prepared.timeline().total_s();
     let logged_s = log.time_s.last().unwrap() - STRETCH * BEFORE_S;
     assert!((alignment.stretch - logged_s / total_s).abs() < 0.01, "{alignment:?} {}", logged_s / total_s);
+}
+
+#[test]
+fn a_log_that_begins_in_the_middle_of_the_program_is_said_to() {
+    let (part, told) = told(1003, false);
+    let job = job_of(&part);
+    let prepared = prepare(part.program.as_bytes(), &job, false).unwrap();
+    let said = |text: &str| -> Vec<String> {
+        let log = read_log(text.as_bytes(), &[]).unwrap();
+        let report = learn(&prepared, &job, &log, &channels(&log), &LogOptions::default()).unwrap();
+        report.warnings.into_iter().filter(|w| w.contains("no sample belongs to the")).collect()
+    };
+    assert_eq!(said(&told.text), [""; 0]);
+    let lines: Vec<&str> = told.text.lines().collect();
+    let from = told.moments.iter().position(|m| m.as_ref().is_some_and(|m| m.step * 20 > part.steps.len())).unwrap();
+    let rest = lines[0].to_owned() + "\n" + &lines[from + 1..].join("\n") + "\n";
+    let begins_s = told.moments[from..].iter().flatten().find_map(|m| expected_s(&prepared, &part, m)).unwrap();
+    let moves = prepared.timeline().spots.iter().filter(|s| s.length_mm > 0.0 && s.start_s < begins_s);
+    let moving_s: f64 = moves.map(|s| s.end_s.min(begins_s) - s.start_s).sum();
+    let said = said(&rest);
+    let seconds: f64 = said[0].split_whitespace().find_map(|word| word.parse().ok()).unwrap();
+    assert!(
+        said.len() == 1 && said[0].contains("the first ") && (seconds - moving_s).abs() < 0.5,
+        "{moving_s} {said:?}"
+    );
 }
 
 /// Where readings are missing, and over which share of the log: in cuts, about cuts, and where the feed is turned down.

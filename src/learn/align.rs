@@ -167,6 +167,17 @@ fn leave_ends(program_s: &mut [f64], moved: &[bool], timeline: &Timeline) {
     }
 }
 
+/// Uncertainty of the typical sample of the program: the median, so that a few that lie far from all that was observed, and
+/// weigh little, do not stand for the others.
+pub(super) fn typical(program_s: &[f64], each_s: &[f64]) -> f64 {
+    let mut placed: Vec<f64> = program_s.iter().zip(each_s).filter(|(t, _)| t.is_finite()).map(|(_, s)| *s).collect();
+    if placed.is_empty() {
+        return f64::INFINITY;
+    }
+    let middle = placed.len() / 2;
+    *placed.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
 /// Median time from sample to sample, s.
 pub fn median_step(time: &[f64]) -> f64 {
     let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();

@@ -67,6 +67,7 @@ impl Along<'_> {
     /// Weights of the `valid` samples of `values`.
     pub(super) fn weights(&self, valid: &[usize], values: &[f64], loads: &[Vec<f64>]) -> Vec<f64> {
         let sigma = noise(valid, values);
+        let axes = self.axes_shown(valid, values);
         let settles: Vec<(usize, bool)> = valid.iter().map(|&i| (i, self.speed_settles(i))).collect();
         let measured = self.measured_spreads(valid, values);
         let mut next = 0;
@@ -74,7 +75,8 @@ impl Along<'_> {
             let measured = &measured[next..next + stretch.len()];
             next += stretch.len();
             if !stretch[0].1 {
-                let spread = |i: usize, measured: f64| self.predicted_spread(i, loads).max(measured);
+                let of_axes = |i: usize| self.axes_spread(i, DOUBT * self.aligned.each_s[i], axes);
+                let spread = |i: usize, measured: f64| self.predicted_spread(i, loads).max(of_axes(i)).max(measured);
                 let each = stretch.iter().zip(measured);
                 return each.map(|((i, _), m)| weight_of(0.5 * spread(*i, *m), sigma)).collect();
             }

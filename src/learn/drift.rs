@@ -31,12 +31,17 @@ pub struct Drift {
     pub pauses: Vec<(f64, f64)>,
     /// Log-likelihood of the observations.
     pub likelihood: f64,
+    /// Variance of the walk about each of them, s² per second of the program: as much as it departs there from a steady drift.
+    pub walk: Vec<f64>,
 }
 
 /// Deviations by which an observation must be off to be no chance.
 const JUMP: f64 = 6.0;
 /// Standard deviations per √s that are tried.
-const WALKS: [f64; 6] = [0.0005, 0.002, 0.006, 0.02, 0.06, 0.2];
+const WALKS: [f64; 11] = [0.0005, 0.001, 0.002, 0.0035, 0.006, 0.011, 0.02, 0.035, 0.06, 0.11, 0.2];
+
+/// Places on either side over which the walk is taken.
+const ABOUT: usize = 4;
 
 /// Most likely drift; `None` without observations.
 pub fn drift(seen: &[Seen]) -> Option<Drift> {
@@ -69,11 +74,24 @@ impl Drift {
         log_s.iter().map(place).collect()
     }
 
-    /// Standard deviation of the drift at program times; that of the mean where no time is known.
+    /// Standard deviation of the drift at program times: between two observations and beyond the outermost ones the walk goes
+    /// its own way. That of the mean where no time is known.
     pub fn deviations_s(&self, program_s: &[f64]) -> Vec<f64> {
         let whole = self.uncertainty_s();
-        let of = |t: &f64| if t.is_finite() { interpolated(&self.at_s, &self.deviation_s, *t) } else { whole };
+        let of = |t: &f64| if t.is_finite() { self.deviation_at(*t) } else { whole };
         program_s.iter().map(of).collect()
+    }
+
+    fn deviation_at(&self, program_s: f64) -> f64 {
+        let k = self.at_s.partition_point(|t| *t <= program_s);
+        let (before, after) =
+            (k.checked_sub(1).map(|k| program_s - self.at_s[k]), self.at_s.get(k).map(|t| t - program_s));
+        let alone_s = match (before, after) {
+            (Some(before), Some(after)) => before * after / (before + after).max(1e-12),
+            (one, other) => one.or(other).unwrap_or(0.0),
+        };
+        interpolated(&self.at_s, &self.deviation_s, program_s)
+            .hypot((interpolated(&self.at_s, &self.walk, program_s) * alone_s).sqrt())
     }
 
     /// Root mean square of the deviations.
@@ -139,7 +157,25 @@ fn smooth(seen: &[Seen], q: f64) -> Option<Drift> {
         drift_s[k] = next[0];
         deviation_s[k] = next[1].max(0.0).sqrt();
     }
-    Some(Drift { at_s: seen.iter().map(|s| s.at_s).collect(), drift_s, deviation_s, pauses, likelihood })
+    let at_s: Vec<f64> = seen.iter().map(|s| s.at_s).collect();
+    let walk = walks(&at_s, &drift_s, q);
+    Some(Drift { at_s, drift_s, deviation_s, pauses, likelihood, walk })
+}
+
+/// How a drift walks about each place, no more than on the whole: between two neighbours a and b seconds away a walk of the
+/// variance q per second is off the straight line by q a b/(a + b). Means over [`ABOUT`] places on either side.
+fn walks(at_s: &[f64], drift_s: &[f64], whole: f64) -> Vec<f64> {
+    let own = |k: usize| {
+        let (a, b) = ((at_s[k] - at_s[k - 1]).max(1e-6), (at_s[k + 1] - at_s[k]).max(1e-6));
+        let off = drift_s[k] - (b * drift_s[k - 1] + a * drift_s[k + 1]) / (a + b);
+        off * off * (a + b) / (a * b)
+    };
+    let inner: Vec<f64> = (1..at_s.len().saturating_sub(1)).map(own).collect();
+    let about = |k: usize| {
+        let near = &inner[k.saturating_sub(ABOUT + 1).min(inner.len())..(k + ABOUT).min(inner.len())];
+        if near.is_empty() { whole } else { (near.iter().sum::<f64>() / near.len() as f64).min(whole) }
+    };
+    (0..at_s.len()).map(about).collect()
 }
 
 /// Do the next observations lie nearer to this one than to what was expected?
@@ -189,6 +225,32 @@ mod tests {
         let [amid, at_gap] = [30.0, 59.0].map(|t| found.deviations_s(&[t])[0]);
         assert!(at_gap > 1.2 * amid, "{amid} {at_gap}");
         assert_eq!(found.deviations_s(&[f64::NAN]), [found.uncertainty_s()]);
+    }
+
+    /// A clock that walks by 0.02 s in a second, seen every 6 s.
+    #[test]
+    fn between_observations_it_is_as_uncertain_as_the_clock_walks() {
+        let mut chance = crate::learn::chance::Chance::new(3);
+        let mut normal = || (0..12).map(|_| chance.unit()).sum::<f64>() - 6.0;
+        let (mut truth, mut now) = (Vec::new(), 1.0);
+        for _ in 0..6000 {
+            truth.push(now);
+            now += 0.02 * 0.5f64.sqrt() * normal();
+        }
+        let observe = |k: usize| Seen { at_s: 0.5 * k as f64, drift_s: truth[k], variance: 1e-6 };
+        let found = drift(&(0..truth.len()).step_by(12).map(observe).collect::<Vec<_>>()).unwrap();
+        let times: Vec<f64> = (0..truth.len() - 12).map(|k| 0.5 * k as f64).collect();
+        let stated = found.deviations_s(&times);
+        let of_stated =
+            |(k, s): (usize, &f64)| (interpolated(&found.at_s, &found.drift_s, times[k]) - truth[k]).abs() / s;
+        let off: Vec<f64> = stated.iter().enumerate().map(of_stated).collect();
+        let within = |by: f64| off.iter().filter(|e| **e <= by).count() as f64 / off.len() as f64;
+        assert!(
+            (within(1.0) - 0.68).abs() < 0.08 && (within(2.0) - 0.95).abs() < 0.04,
+            "{} {}",
+            within(1.0),
+            within(2.0)
+        );
     }
 
     #[test]

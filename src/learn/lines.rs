@@ -6,7 +6,7 @@
 //! ([`super::drift`]), so that many boundaries place every sample much better than its own two. The machine's acceleration
 //! is the one under which the drift is the least surprising.
 
-use super::align::{Aligned, median_step};
+use super::align::{Aligned, median_step, typical};
 use super::clock::{Clock, Slower};
 use super::drift::{Drift, Seen, drift};
 use super::log::Log;
@@ -43,11 +43,12 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
         }
     }
     let least_s = LEAST_STEPS * median_step(&log.time_s);
+    let each_s: Vec<f64> = drift.deviations_s(&placed).into_iter().map(|s| s.max(least_s)).collect();
     Some(Aligned {
+        uncertainty_s: typical(&program_s, &each_s),
         program_s,
         method: "line",
-        each_s: drift.deviations_s(&placed).into_iter().map(|s| s.max(least_s)).collect(),
-        uncertainty_s: drift.uncertainty_s().max(least_s),
+        each_s,
         misfit: lost as f64 / lines.len().max(1) as f64,
         acceleration: (clock.factor < 1.0).then_some((clock.factor, nats)),
         pauses: drift.pauses.iter().filter(|p| p.1 > 0.0).map(|(t, length)| (drift.log_s(*t), *length)).collect(),

@@ -8,10 +8,11 @@
 //!    and edge part by robust least squares), and both are repeated.
 //!    Where the stock may stand proud, the mill be smaller or an entry take more, cuts would seem to begin earlier or later
 //!    than they do: what each of these adds to the load is fitted beside the other parts.
-//! 3. A lag of the sensor looks like a late alignment: first-order lags are tried on ŷ, and kept where they lower the
+//! 3. What was fitted is matched once more: the first match knew neither the machine nor the parts.
+//! 4. A lag of the sensor looks like a late alignment: first-order lags are tried on ŷ, and kept where they lower the
 //!    squares clearly, so that the alignment is that of the load and not of its echo.
 
-use super::align::Aligned;
+use super::align::{Aligned, typical};
 use super::cells::Known;
 use super::clock::{Clock, Slower};
 use super::drift::{Drift, Seen, drift, interpolated};
@@ -21,10 +22,8 @@ use super::lines::likeliest;
 use super::log::Log;
 use super::matching::{Match, match_load};
 use super::measured::{Measured, gridded, thinned};
-use super::timeline::{Doing, Timeline};
-use crate::force::contact::Engaged;
-use crate::machine::material::{ForceModel, LinearEdge};
-use crate::machine::{Job, Tool};
+use super::predicted::{PARTS, Part, Predicted, parts, with_doubtful};
+use super::timeline::Timeline;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -49,14 +48,6 @@ const NEXT_MACHINE: f64 = 1.5;
 const BETWEEN: usize = 3;
 /// Round before which lags are tried.
 const LAG_ROUND: usize = 3;
-/// Parts of a load: tare, cutting, edge, run-up; what other geometries add, and what an entry may.
-const PARTS: usize = 8;
-/// Those that a load always has.
-const SURE: usize = 4;
-/// Factors on the parts before they are fitted.
-const BEFORE_FIT: [f64; PARTS] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-/// Way over which an entry may take more, mm.
-const ENTRY_MM: f64 = 10.0;
 
 /// Ties samples by the measured quantity `index`; `None` when it cannot be found in the program.
 pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
@@ -69,15 +60,9 @@ pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
     }
     // What nobody declared makes the load differ as an error of the alignment would: a match that follows every difference
     // may go astray, one that follows none misses what happened. The loads as they are fitted in the end decide.
-    let matches = coarse(&measured, timeline, slower, &parts);
-    let tied: Vec<Tied> =
-        matches.into_par_iter().filter_map(|found| tie(&measured, timeline, slower, &parts, found)).collect();
-    let best =
-        tied.into_iter().reduce(
-            |stiffer, looser| {
-                if looser.square < (1.0 - LOOSER_PAYS) * stiffer.square { looser } else { stiffer }
-            },
-        )?;
+    let search = Search { measured: &measured, timeline, slower, parts: &parts };
+    let first = search.best_of(coarse(&measured, timeline, slower, &parts), None)?;
+    let best = search.best_of(search.matched_again(&first), Some(first))?;
     let Tied { state, nats, holds, correlation, .. } = best;
     let running: Vec<f64> = log.time_s.iter().map(|t| holds.running_s(*t)).collect();
     let placed = state.walk.program_s(&running);
@@ -85,11 +70,13 @@ pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
     let placed: Vec<f64> =
         placed.into_iter().zip(&log.time_s).map(|(p, t)| if held(t) { f64::NAN } else { p }).collect();
     let pauses = holds.pauses(&state.walk);
+    let program_s: Vec<f64> = placed.iter().map(|t| state.clock.declared_s(timeline, *t)).collect();
+    let each_s: Vec<f64> = state.walk.deviations_s(&placed).into_iter().map(|s| s.hypot(LEAST_S)).collect();
     Some(Aligned {
-        program_s: placed.iter().map(|t| state.clock.declared_s(timeline, *t)).collect(),
+        uncertainty_s: typical(&program_s, &each_s),
+        program_s,
         method: "load",
-        each_s: state.walk.deviations_s(&placed).into_iter().map(|s| s.hypot(LEAST_S)).collect(),
-        uncertainty_s: state.walk.uncertainty_s().hypot(LEAST_S),
+        each_s,
         misfit: (1.0 - correlation).clamp(0.0, 1.0),
         acceleration: (state.clock.factor < 1.0).then_some((state.clock.factor, nats)),
         pauses,
@@ -105,6 +92,55 @@ struct Tied {
     /// Of the measured load and the fitted one, and the mean square of what it leaves.
     correlation: f64,
     square: f64,
+}
+
+/// What is searched for, and in what.
+struct Search<'a> {
+    measured: &'a Measured,
+    timeline: &'a Timeline,
+    slower: &'a [Slower],
+    parts: &'a [Part],
+}
+
+impl Search<'_> {
+    /// The best of these matches, each followed to its end, and of one before them.
+    fn best_of(&self, matches: Vec<(Clock, Match)>, before: Option<Tied>) -> Option<Tied> {
+        let follow = |found| tie(self.measured, self.timeline, self.slower, self.parts, found);
+        let tied: Vec<Tied> = matches.into_par_iter().filter_map(follow).collect();
+        let better = |stiffer: Tied, looser: Tied| {
+            if looser.square < (1.0 - LOOSER_PAYS) * stiffer.square { looser } else { stiffer }
+        };
+        before.into_iter().chain(tied).reduce(better)
+    }
+
+    /// Matches of the load as it was fitted, on the machine that was found: the first ones knew neither.
+    fn matched_again(&self, tied: &Tied) -> Vec<(Clock, Match)> {
+        let state = &tied.state;
+        let measured = self.measured.without(&tied.holds);
+        let fine = Predicted::new(self.timeline, &state.clock, self.parts, state.lag_s, measured.span_s);
+        let fitted = refitted(&measured, &fine, &state.walk.program_s(&measured.time_s));
+        let Some((factors, _)) = fitted else { return Vec::new() };
+        let (step_s, on_grid) = grid(self.measured);
+        let plain = Predicted::new(self.timeline, &state.clock, self.parts, state.lag_s, 0.0);
+        let loads = plain.with(factors).on_grid(state.clock.total_s(), step_s);
+        let again = |stiffness: &[f64; 2]| {
+            Some((state.clock.clone(), match_load(&on_grid, &loads, step_s, REACH_S, *stiffness)?))
+        };
+        distinct(STIFFNESS.par_iter().filter_map(again).collect())
+    }
+}
+
+/// Matches that tell something new.
+fn distinct(mut matches: Vec<(Clock, Match)>) -> Vec<(Clock, Match)> {
+    let places = |found: &Match| found.program_s.iter().map(|t| t.to_bits()).collect::<Vec<u64>>();
+    matches.dedup_by(|b, a| a.0.factor == b.0.factor && places(&a.1) == places(&b.1));
+    matches
+}
+
+/// The measured load on a grid, and its step, s.
+fn grid(measured: &Measured) -> (f64, Vec<f64>) {
+    let step_s = (measured.time_s.last().copied().unwrap_or(0.0) / 3000.0).max(0.2);
+    (step_s, gridded(measured, step_s))
 }
 
 /// Refines a match.
@@ -159,157 +195,15 @@ struct State {
     scale: f64,
 }
 
-/// One spot's parts: the sure ones as they are, of the others what cutting adds per mm/s and what edges add.
-type Part = ([f64; SURE], [[f64; 2]; PARTS - SURE]);
-
-/// Adds what the other geometries change, and what an entry may add: the load, falling to nothing over [`ENTRY_MM`].
-fn with_doubtful(parts: &mut [Part], known: &Known) {
-    let mut since_mm = 0.0;
-    for (k, (spot, (sure, more))) in known.timeline.spots.iter().zip(parts.iter_mut()).enumerate() {
-        let Some(coefficients) = known.job.tool(spot.tool).map(|tool| coefficients(known.job, tool)) else { continue };
-        let declared = of_cut(&coefficients, &spot.engaged, spot.rps);
-        for (slot, other) in more.iter_mut().zip(known.others.iter().take(PARTS - SURE - 1)) {
-            let changed = of_cut(&coefficients, &other.engaged[k], spot.rps);
-            *slot = [0, 1].map(|i| (changed[i] - declared[i]) / other.size_mm);
-        }
-        let left = (1.0 - since_mm / ENTRY_MM).max(0.0);
-        more[PARTS - SURE - 1] = [sure[1] * left, sure[2] * left];
-        since_mm = if spot.engaged.section_mm2 > 1e-6 { since_mm + spot.length_mm } else { 0.0 };
-    }
-}
-
-fn coefficients(job: &Job, tool: &Tool) -> LinearEdge {
-    match job.material(tool).map(|m| &m.model) {
-        Some(ForceModel::LinearEdge(k)) => *k,
-        _ => LinearEdge { k_tc: 1000.0, k_te: 15.0, ..LinearEdge::default() },
-    }
-}
-
-/// Power of a cut: what cutting takes per mm/s, and edges.
-fn of_cut(k: &LinearEdge, e: &Engaged, rps: f64) -> [f64; 2] {
-    [1e-3 * k.k_tc * e.section_mm2, 1e-3 * k.k_te * e.contact_mm2 * rps]
-}
-
-/// Parts of the load of every spot by the declared coefficients: tare, cutting per mm/s, edge, and what the mass of the
-/// spindle takes at the end of its run-up (in units of the tare).
-fn parts(timeline: &Timeline, job: &Job, force: bool) -> Vec<Part> {
-    let none = [[0.0; 2]; PARTS - SURE];
-    timeline
-        .spots
-        .iter()
-        .map(|spot| {
-            let Some(tool) = job.tool(spot.tool) else { return ([0.0; SURE], none) };
-            let k = coefficients(job, tool);
-            let e = &spot.engaged;
-            if force {
-                let [tc, rc, te, re] = e.peak;
-                let cutting = (tc * k.k_tc + rc * k.k_rc) / spot.speed_mm_s().max(1e-9);
-                return ([0.0, cutting, te * k.k_te + re * k.k_re, 0.0], none);
-            }
-            let tare = if spot.rps > 0.0 { job.machine.spindle.tare_w.at(spot.rps).max(1.0) } else { 0.0 };
-            let running = if spot.doing == Doing::RunUp { 1.0 } else { 0.0 };
-            let [cutting, edge] = of_cut(&k, e, spot.rps);
-            ([tare, cutting, edge, running * tare], none)
-        })
-        .collect()
-}
-
-/// Predicted parts of the load over program time.
-struct Predicted {
-    step_s: f64,
-    parts: [Vec<f64>; PARTS],
-    /// Factors on the parts.
-    factors: [f64; PARTS],
-}
-
-impl Predicted {
-    fn new(timeline: &Timeline, clock: &Clock, parts: &[Part], lag_s: f64, span_s: f64) -> Self {
-        let step_s = f64::max(0.02, clock.total_s() / 200_000.0);
-        let count = (clock.total_s() / step_s) as usize + 1;
-        let mut out: [Vec<f64>; PARTS] = std::array::from_fn(|_| Vec::with_capacity(count));
-        let keep = (-step_s / lag_s.max(1e-9)).exp();
-        let (mut k, mut level) = (0, [0.0; PARTS]);
-        for i in 0..count {
-            let t = (i as f64 + 0.5) * step_s;
-            while k + 1 < parts.len() && clock.starts[k + 1] < t {
-                k += 1;
-            }
-            let speed = timeline.spots[k].length_mm / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
-            let share = (t - clock.starts[k]) / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
-            let turning = if timeline.spots[k].doing == Doing::RunUp { share.clamp(0.0, 1.0) } else { 1.0 };
-            let ([tare, cutting, edge, run_up], more) = parts[k];
-            let mut now = [0.0; PARTS];
-            now[..SURE].copy_from_slice(&[tare * turning, cutting * speed, edge, run_up * turning]);
-            now[SURE..].iter_mut().zip(more).for_each(|(n, [cutting, edge])| *n = cutting * speed + edge);
-            for b in 0..PARTS {
-                level[b] = if lag_s > 0.0 { now[b] + keep * (level[b] - now[b]) } else { now[b] };
-                out[b].push(level[b]);
-            }
-        }
-        for part in &mut out {
-            smooth(part, span_s / step_s);
-        }
-        Self { step_s, parts: out, factors: BEFORE_FIT }
-    }
-
-    /// Linear between the middles of the steps, nothing outside the program.
-    fn part(&self, b: usize, t: f64) -> f64 {
-        let (part, at) = (&self.parts[b], t / self.step_s);
-        if at < 0.0 || at >= part.len() as f64 {
-            return 0.0;
-        }
-        let past = (at - 0.5).max(0.0);
-        let k = past as usize;
-        let next = part[(k + 1).min(part.len() - 1)];
-        part[k] + (past - k as f64) * (next - part[k])
-    }
-
-    fn at(&self, t: f64) -> f64 {
-        (0..PARTS).map(|b| self.factors[b] * self.part(b, t)).sum()
-    }
-
-    /// Change per second over `width` seconds.
-    fn slope(&self, t: f64, width: f64) -> f64 {
-        (self.at(t + 0.5 * width) - self.at(t - 0.5 * width)) / width
-    }
-
-    /// Mean over `width` seconds.
-    fn mean(&self, t: f64, width: f64) -> f64 {
-        (-2..=2).map(|k| self.at(t + width * f64::from(k) / 5.0)).sum::<f64>() / 5.0
-    }
-}
-
-/// Running mean over `width` steps about the middle of each.
-fn smooth(values: &mut [f64], width: f64) {
-    if width <= 1.0 {
-        return;
-    }
-    let mut sums = vec![0.0; values.len() + 1];
-    for (k, v) in values.iter().enumerate() {
-        sums[k + 1] = sums[k] + v;
-    }
-    let before = |at: f64| {
-        let k = (at as usize).min(sums.len() - 2);
-        sums[k] + (at - k as f64) * (sums[k + 1] - sums[k])
-    };
-    for (k, value) in values.iter_mut().enumerate() {
-        let middle = k as f64 + 0.5;
-        let (from, to) = ((middle - 0.5 * width).max(0.0), (middle + 0.5 * width).min(sums.len() as f64 - 1.0));
-        *value = (before(to) - before(from)) / (to - from);
-    }
-}
-
 /// For every stiffness the best machine and where its load was found.
 fn coarse(measured: &Measured, timeline: &Timeline, slower: &[Slower], parts: &[Part]) -> Vec<(Clock, Match)> {
     let end = measured.time_s.last().copied().unwrap_or(0.0);
-    let step = (end / 3000.0).max(0.2);
-    let on_grid = gridded(measured, step);
+    let (step, on_grid) = grid(measured);
     let factors = std::iter::once(1.0).chain(slower.iter().map(|(f, _)| *f));
     let clocks = factors.map(|factor| Clock::new(timeline, slower, factor));
     let with_loads = |clock: Clock| {
         let predicted = Predicted::new(timeline, &clock, parts, 0.0, 0.0);
-        let count = (clock.total_s() / step) as usize;
-        let loads = (0..count).map(|i| predicted.mean((i as f64 + 0.5) * step, step)).collect();
+        let loads = predicted.on_grid(clock.total_s(), step);
         (clock, loads)
     };
     let short = |clock: &Clock| clock.factor == 1.0 || clock.total_s() <= end + REACH_S;
@@ -337,10 +231,7 @@ fn coarse(measured: &Measured, timeline: &Timeline, slower: &[Slower], parts: &[
         }
         Some((best.1, best.2))
     };
-    let mut matches: Vec<(Clock, Match)> = STIFFNESS.par_iter().filter_map(best).collect();
-    let places = |found: &Match| found.program_s.iter().map(|t| t.to_bits()).collect::<Vec<u64>>();
-    matches.dedup_by(|b, a| a.0.factor == b.0.factor && places(&a.1) == places(&b.1));
-    matches
+    distinct(STIFFNESS.par_iter().filter_map(best).collect())
 }
 
 /// Drift that a match shows, window by window.
@@ -368,7 +259,7 @@ fn shifts(measured: &Measured, predicted: &Predicted, state: &mut State, width_s
     let placed = state.walk.program_s(&measured.time_s);
     let (factors, scale) = refitted(measured, predicted, &placed)?;
     state.scale = scale;
-    let predicted = Predicted { factors, parts: predicted.parts.clone(), ..*predicted };
+    let predicted = predicted.with(factors);
     let inside: Vec<usize> = (0..placed.len())
         .filter(|i| placed[*i] >= -WINDOW_S && placed[*i] <= state.clock.total_s() + WINDOW_S)
         .collect();
@@ -482,37 +373,11 @@ fn squares(measured: &Measured, predicted: &Predicted, placed: &[f64]) -> f64 {
 fn correlation(measured: &Measured, predicted: &Predicted, walk: &Drift) -> f64 {
     let placed = walk.program_s(&measured.time_s);
     let Some((factors, _)) = refitted(measured, predicted, &placed) else { return 0.0 };
-    let predicted = Predicted { factors, parts: predicted.parts.clone(), ..*predicted };
+    let predicted = predicted.with(factors);
     let pairs: Vec<(f64, f64)> = placed.iter().zip(&measured.load).map(|(t, y)| (predicted.at(*t), *y)).collect();
     let n = pairs.len().max(1) as f64;
     let (mp, my) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
     let sum = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
     let spread = sum(&|p| (p.0 - mp).powi(2)) * sum(&|p| (p.1 - my).powi(2));
     if spread > 0.0 { sum(&|p| (p.0 - mp) * (p.1 - my)) / spread.sqrt() } else { 0.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A steady rise is its own mean, whatever the number of steps it is taken over.
-    #[test]
-    fn a_mean_over_any_width_stays_about_its_middle() {
-        for width in [1.5, 2.0, 3.0, 4.35, 6.0] {
-            let mut rise: Vec<f64> = (0..40).map(f64::from).collect();
-            smooth(&mut rise, width);
-            assert!((4..36).all(|k| (rise[k] - k as f64).abs() < 1e-9), "{width}: {rise:?}");
-        }
-    }
-
-    #[test]
-    fn a_load_is_read_between_the_middles_of_its_steps() {
-        let rise: Vec<f64> = (0..50).map(|k| 0.02 * (f64::from(k) + 0.5)).collect();
-        let parts: [Vec<f64>; PARTS] = std::array::from_fn(|_| rise.clone());
-        let predicted = Predicted { step_s: 0.02, parts, factors: BEFORE_FIT };
-        for t in [0.01, 0.153, 0.5, 0.985] {
-            assert!((predicted.part(0, t) - t).abs() < 1e-12, "{t}: {}", predicted.part(0, t));
-        }
-        assert_eq!([-0.001, 1.0].map(|t| predicted.part(0, t)), [0.0, 0.0]);
-    }
 }

@@ -16,6 +16,7 @@
 
 pub mod acting;
 pub mod align;
+mod axes;
 pub mod calibrate;
 pub mod candidates;
 pub mod cells;
@@ -47,6 +48,7 @@ pub mod peaks;
 pub mod plan;
 pub mod plausible;
 pub mod polynomial;
+mod predicted;
 pub mod reading;
 pub mod report;
 pub mod residual;

@@ -66,6 +66,8 @@ const SHOWN_NATS: f64 = 30.0;
 /// Rounds in which forces are taken anew about the runout that was found, the first for all ways that it may point: what is
 /// interpolated from no runout on does not tell these apart.
 const RUNOUT_ROUNDS: usize = 3;
+/// Time in motion at an end of the program that no sample belongs to, beyond which it is said, s.
+const UNSEEN_S: f64 = 1.0;
 /// Stretches of a log for which the uncertainty of the alignment is said.
 const STRETCHES: usize = 20;
 /// Rounds in which the cut is simulated anew with the stock and the tool that were found.
@@ -176,6 +178,7 @@ pub fn learn_with_data(
     if covered < 0.9 {
         report.warnings.push(format!("the log covers {:.0} % of the program", 100.0 * covered));
     }
+    report.warnings.extend(unseen_ends(&aligned, prepared));
     let doubts = doubts(&report, &aligned, prepared, log, &data);
     if !doubts.is_empty() {
         report.supports_model = false;
@@ -278,6 +281,24 @@ fn covered(aligned: &Aligned, prepared: &Prepared) -> f64 {
     let placed = aligned.program_s.iter().copied().filter(|t| t.is_finite());
     let (first, last) = placed.fold((f64::INFINITY, 0.0), |(lo, hi), t| (f64::min(lo, t), f64::max(hi, t)));
     ((last - first) / prepared.timeline.total_s().max(1e-9)).max(0.0)
+}
+
+/// What no sample belongs to at the beginning of the program and at its end, where the machine moves for longer than
+/// [`UNSEEN_S`].
+fn unseen_ends(aligned: &Aligned, prepared: &Prepared) -> Vec<String> {
+    let placed = aligned.program_s.iter().copied().filter(|t| t.is_finite());
+    let (first, last) = placed.fold((f64::INFINITY, 0.0), |(lo, hi), t| (f64::min(lo, t), f64::max(hi, t)));
+    let moving = |from: f64, to: f64| -> f64 {
+        let moves = prepared.timeline.spots.iter().filter(|s| s.move_id.is_some());
+        moves.map(|s| (s.end_s.min(to) - s.start_s.max(from)).max(0.0)).sum()
+    };
+    let ends = [("first", moving(0.0, first)), ("last", moving(last, f64::INFINITY))];
+    let said = |(end, moving_s): (&str, f64)| {
+        format!(
+            "no sample belongs to the {end} {moving_s:.1} s in which the program moves: does the log hold all of it?"
+        )
+    };
+    ends.into_iter().filter(|(_, moving_s)| *moving_s > UNSEEN_S).map(said).collect()
 }
 
 /// The aligned data of a log.

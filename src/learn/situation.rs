@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 impl Along<'_> {
     /// Speed along the path, and the acceleration that times this speed is the mean of v·max(0, a): both over the times at
     /// which the sample may have been taken.
-    fn motion(&self, i: usize) -> [f64; 2] {
+    pub(super) fn motion(&self, i: usize) -> [f64; 2] {
         let by_way = self.aligned.method == "position";
         let program_s = self.aligned.program_s[i];
         let about_s = if by_way { 0.0 } else { self.aligned.each_s[i] };

@@ -1,0 +1,194 @@
+//! The load that a program should take over time, in parts whose factors a log says. In: timeline, job, other geometries, the
+//! clock of a machine, a lag. Out: [`Predicted`], means over the span of a reading, on a grid of time.
+
+use super::cells::Known;
+use super::clock::Clock;
+use super::timeline::{Doing, Timeline};
+use crate::force::contact::Engaged;
+use crate::machine::material::{ForceModel, LinearEdge};
+use crate::machine::{Job, Tool};
+
+/// Parts of a load: tare, cutting, edge, run-up; what other geometries add, and what an entry may.
+pub(super) const PARTS: usize = 8;
+/// Those that a load always has.
+const SURE: usize = 4;
+/// Factors on the parts before they are fitted.
+const BEFORE_FIT: [f64; PARTS] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+/// Way over which an entry may take more, mm.
+const ENTRY_MM: f64 = 10.0;
+
+/// One spot's parts: the sure ones as they are, of the others what cutting adds per mm/s and what edges add.
+pub(super) type Part = ([f64; SURE], [[f64; 2]; PARTS - SURE]);
+
+/// Adds what the other geometries change, and what an entry may add: the load, falling to nothing over [`ENTRY_MM`].
+pub(super) fn with_doubtful(parts: &mut [Part], known: &Known) {
+    let mut since_mm = 0.0;
+    for (k, (spot, (sure, more))) in known.timeline.spots.iter().zip(parts.iter_mut()).enumerate() {
+        let Some(coefficients) = known.job.tool(spot.tool).map(|tool| coefficients(known.job, tool)) else { continue };
+        let declared = of_cut(&coefficients, &spot.engaged, spot.rps);
+        for (slot, other) in more.iter_mut().zip(known.others.iter().take(PARTS - SURE - 1)) {
+            let changed = of_cut(&coefficients, &other.engaged[k], spot.rps);
+            *slot = [0, 1].map(|i| (changed[i] - declared[i]) / other.size_mm);
+        }
+        let left = (1.0 - since_mm / ENTRY_MM).max(0.0);
+        more[PARTS - SURE - 1] = [sure[1] * left, sure[2] * left];
+        since_mm = if spot.engaged.section_mm2 > 1e-6 { since_mm + spot.length_mm } else { 0.0 };
+    }
+}
+
+fn coefficients(job: &Job, tool: &Tool) -> LinearEdge {
+    match job.material(tool).map(|m| &m.model) {
+        Some(ForceModel::LinearEdge(k)) => *k,
+        _ => LinearEdge { k_tc: 1000.0, k_te: 15.0, ..LinearEdge::default() },
+    }
+}
+
+/// Power of a cut: what cutting takes per mm/s, and edges.
+fn of_cut(k: &LinearEdge, e: &Engaged, rps: f64) -> [f64; 2] {
+    [1e-3 * k.k_tc * e.section_mm2, 1e-3 * k.k_te * e.contact_mm2 * rps]
+}
+
+/// Parts of the load of every spot by the declared coefficients: tare, cutting per mm/s, edge, and what the mass of the
+/// spindle takes at the end of its run-up (in units of the tare).
+pub(super) fn parts(timeline: &Timeline, job: &Job, force: bool) -> Vec<Part> {
+    let none = [[0.0; 2]; PARTS - SURE];
+    timeline
+        .spots
+        .iter()
+        .map(|spot| {
+            let Some(tool) = job.tool(spot.tool) else { return ([0.0; SURE], none) };
+            let k = coefficients(job, tool);
+            let e = &spot.engaged;
+            if force {
+                let [tc, rc, te, re] = e.peak;
+                let cutting = (tc * k.k_tc + rc * k.k_rc) / spot.speed_mm_s().max(1e-9);
+                return ([0.0, cutting, te * k.k_te + re * k.k_re, 0.0], none);
+            }
+            let tare = if spot.rps > 0.0 { job.machine.spindle.tare_w.at(spot.rps).max(1.0) } else { 0.0 };
+            let running = if spot.doing == Doing::RunUp { 1.0 } else { 0.0 };
+            let [cutting, edge] = of_cut(&k, e, spot.rps);
+            ([tare, cutting, edge, running * tare], none)
+        })
+        .collect()
+}
+
+/// Predicted parts of the load over program time.
+pub(super) struct Predicted {
+    step_s: f64,
+    pub(super) parts: [Vec<f64>; PARTS],
+    /// Factors on the parts.
+    pub(super) factors: [f64; PARTS],
+}
+
+impl Predicted {
+    pub(super) fn new(timeline: &Timeline, clock: &Clock, parts: &[Part], lag_s: f64, span_s: f64) -> Self {
+        let step_s = f64::max(0.02, clock.total_s() / 200_000.0);
+        let count = (clock.total_s() / step_s) as usize + 1;
+        let mut out: [Vec<f64>; PARTS] = std::array::from_fn(|_| Vec::with_capacity(count));
+        let keep = (-step_s / lag_s.max(1e-9)).exp();
+        let (mut k, mut level) = (0, [0.0; PARTS]);
+        for i in 0..count {
+            let t = (i as f64 + 0.5) * step_s;
+            while k + 1 < parts.len() && clock.starts[k + 1] < t {
+                k += 1;
+            }
+            let speed = timeline.spots[k].length_mm / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
+            let share = (t - clock.starts[k]) / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
+            let turning = if timeline.spots[k].doing == Doing::RunUp { share.clamp(0.0, 1.0) } else { 1.0 };
+            let ([tare, cutting, edge, run_up], more) = parts[k];
+            let mut now = [0.0; PARTS];
+            now[..SURE].copy_from_slice(&[tare * turning, cutting * speed, edge, run_up * turning]);
+            now[SURE..].iter_mut().zip(more).for_each(|(n, [cutting, edge])| *n = cutting * speed + edge);
+            for b in 0..PARTS {
+                level[b] = if lag_s > 0.0 { now[b] + keep * (level[b] - now[b]) } else { now[b] };
+                out[b].push(level[b]);
+            }
+        }
+        for part in &mut out {
+            smooth(part, span_s / step_s);
+        }
+        Self { step_s, parts: out, factors: BEFORE_FIT }
+    }
+
+    /// The same with other factors.
+    pub(super) fn with(&self, factors: [f64; PARTS]) -> Self {
+        Self { factors, parts: self.parts.clone(), ..*self }
+    }
+
+    /// Linear between the middles of the steps, nothing outside the program.
+    pub(super) fn part(&self, b: usize, t: f64) -> f64 {
+        let (part, at) = (&self.parts[b], t / self.step_s);
+        if at < 0.0 || at >= part.len() as f64 {
+            return 0.0;
+        }
+        let past = (at - 0.5).max(0.0);
+        let k = past as usize;
+        let next = part[(k + 1).min(part.len() - 1)];
+        part[k] + (past - k as f64) * (next - part[k])
+    }
+
+    pub(super) fn at(&self, t: f64) -> f64 {
+        (0..PARTS).map(|b| self.factors[b] * self.part(b, t)).sum()
+    }
+
+    /// Change per second over `width` seconds.
+    pub(super) fn slope(&self, t: f64, width: f64) -> f64 {
+        (self.at(t + 0.5 * width) - self.at(t - 0.5 * width)) / width
+    }
+
+    /// Means over the steps of a grid.
+    pub(super) fn on_grid(&self, total_s: f64, step_s: f64) -> Vec<f64> {
+        (0..(total_s / step_s) as usize).map(|i| self.mean((i as f64 + 0.5) * step_s, step_s)).collect()
+    }
+
+    /// Mean over `width` seconds.
+    pub(super) fn mean(&self, t: f64, width: f64) -> f64 {
+        (-2..=2).map(|k| self.at(t + width * f64::from(k) / 5.0)).sum::<f64>() / 5.0
+    }
+}
+
+/// Running mean over `width` steps about the middle of each.
+fn smooth(values: &mut [f64], width: f64) {
+    if width <= 1.0 {
+        return;
+    }
+    let mut sums = vec![0.0; values.len() + 1];
+    for (k, v) in values.iter().enumerate() {
+        sums[k + 1] = sums[k] + v;
+    }
+    let before = |at: f64| {
+        let k = (at as usize).min(sums.len() - 2);
+        sums[k] + (at - k as f64) * (sums[k + 1] - sums[k])
+    };
+    for (k, value) in values.iter_mut().enumerate() {
+        let middle = k as f64 + 0.5;
+        let (from, to) = ((middle - 0.5 * width).max(0.0), (middle + 0.5 * width).min(sums.len() as f64 - 1.0));
+        *value = (before(to) - before(from)) / (to - from);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A steady rise is its own mean, whatever the number of steps it is taken over.
+    #[test]
+    fn a_mean_over_any_width_stays_about_its_middle() {
+        for width in [1.5, 2.0, 3.0, 4.35, 6.0] {
+            let mut rise: Vec<f64> = (0..40).map(f64::from).collect();
+            smooth(&mut rise, width);
+            assert!((4..36).all(|k| (rise[k] - k as f64).abs() < 1e-9), "{width}: {rise:?}");
+        }
+    }
+
+    #[test]
+    fn a_load_is_read_between_the_middles_of_its_steps() {
+        let rise: Vec<f64> = (0..50).map(|k| 0.02 * (f64::from(k) + 0.5)).collect();
+        let parts: [Vec<f64>; PARTS] = std::array::from_fn(|_| rise.clone());
+        let predicted = Predicted { step_s: 0.02, parts, factors: BEFORE_FIT };
+        for t in [0.01, 0.153, 0.5, 0.985] {
+            assert!((predicted.part(0, t) - t).abs() < 1e-12, "{t}: {}", predicted.part(0, t));
+        }
+        assert_eq!([-0.001, 1.0].map(|t| predicted.part(0, t)), [0.0, 0.0]);
+    }
+}
