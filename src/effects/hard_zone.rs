@@ -1,5 +1,6 @@
-//! Hard zone: all coefficients · (1 + z·u), u = ½(1 + tanh((1 − ρ)/w)), ρ⁴ = ((x − x₀)/a)⁴ + ((y − y₀)/b)⁴: a box of the
-//! work coordinates with rounded corners and a soft border, w its half width over that of the box; mean over the arc.
+//! Hard zone: all coefficients · (1 + z·u), u = ½(1 + tanh((1 − ρ)/w)), ρⁿ = |(x − x₀)/a|ⁿ + |(y − y₀)/b|ⁿ: a region along
+//! the work coordinates, an ellipse at n = 2 and nearly a box at 16, with a soft border, w its half width over that of the
+//! region; mean over the arc.
 
 use super::{Acts, Change, Covariate, Effect, Parameter, State};
 
@@ -70,6 +71,16 @@ pub const EFFECT: Effect = Effect {
             scanned: false,
             meaning: "half the width of its border over half the width of the region",
         },
+        Parameter {
+            name: "squareness",
+            unit: "-",
+            min: 2.0,
+            max: 16.0,
+            starts: &[6.0],
+            neutral: Some(4.0),
+            scanned: false,
+            meaning: "how square the region is: 2 an ellipse, 4 a box with round corners, 16 nearly a box",
+        },
     ],
     change,
     separated_by: "crossing the region again, later and in another direction",
@@ -79,8 +90,34 @@ fn change(p: &[f64], state: &State) -> Change {
     let centre = [f64::midpoint(p[1], p[2]), f64::midpoint(p[3], p[4])];
     let half = [(0.5 * (p[2] - p[1])).abs().max(0.5), (0.5 * (p[4] - p[3])).abs().max(0.5)];
     let [cutting, edge] = state.over_arc(|sector| {
-        let far: f64 = (0..2).map(|k| ((sector.at[k] - centre[k]) / half[k]).powi(4)).sum();
-        1.0 + p[0] * 0.5 * (1.0 + ((1.0 - far.sqrt().sqrt()) / p[5]).tanh())
+        let [a, b] = [0, 1].map(|k| ((sector.at[k] - centre[k]) / half[k]).abs());
+        let far = a.max(b) * (1.0 + (a.min(b) / a.max(b).max(1e-12)).powf(p[6])).powf(1.0 / p[6]);
+        1.0 + p[0] * 0.5 * (1.0 + ((1.0 - far) / p[5]).tanh())
     });
     Change { cutting, edge, ..Change::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Sector;
+
+    /// Share of the excess at a place of a zone about the origin, 10 mm wide and 6 mm high.
+    fn inside(at: [f64; 2], squareness: f64) -> f64 {
+        let mut state = State::default();
+        state.sectors[0] = Sector { share: [1.0, 1.0], at, ..Sector::default() };
+        change(&[1.0, -5.0, 5.0, -3.0, 3.0, 0.1, squareness], &state).cutting - 1.0
+    }
+
+    #[test]
+    fn its_border_is_an_ellipse_or_a_box() {
+        let diagonal = 0.5f64.sqrt();
+        for squareness in [2.0, 4.0, 16.0] {
+            assert!((inside([5.0, 0.0], squareness) - 0.5).abs() < 1e-9);
+            assert!((inside([0.0, -3.0], squareness) - 0.5).abs() < 1e-9);
+            assert!(inside([0.0, 0.0], squareness) > 0.999 && inside([10.0, 0.0], squareness) < 1e-6);
+        }
+        assert!((inside([5.0 * diagonal, 3.0 * diagonal], 2.0) - 0.5).abs() < 1e-9);
+        assert!(inside([4.5, 2.7], 2.0) < 0.02 && inside([4.5, 2.7], 16.0) > 0.7);
+    }
 }

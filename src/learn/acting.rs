@@ -6,7 +6,7 @@
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
 use super::runouts::RunoutGrid;
-use super::samples::{Class, Data, Level, Variant};
+use super::samples::{Class, Data, Variant};
 use crate::effects::{Change, Effect, State};
 
 /// Steps in which the load is found whose reading is known.
@@ -191,9 +191,9 @@ fn feed_ratio(data: &Data, factor: f64) -> Option<Vec<f64>> {
 /// First-order lag along the runs. With u the mean of the load over the span of a sample and L the level before it, the
 /// level after k of its m readings is u + (L − u)·qᵏ, q = e^(−span/(m T)); the sample is the mean over k = 1 … m.
 ///
-/// After a sample whose load nobody knows the level is what was read. After the next ones it is that of the load moved towards
-/// the reading by g = v/(v + 1), v the variance of the level over that of a reading: 1 after a reading, q²ᵐ·v a sample later,
-/// (1 − g)·v once another was taken in.
+/// The load of a sample is known to a variance d of that of a reading (infinite: not at all), and so is what the chain keeps of
+/// it. After each sample the level is moved by the share v/(v + 1) of what the reading is off, v = k²·v' + (1 − k)²·d, with k
+/// what the chain keeps of the level and v' = v/(v + 1) after the sample before: where all loads are known no reading counts.
 struct Filter {
     steps: Vec<Step>,
 }
@@ -217,13 +217,13 @@ impl Filter {
             let q = (-data.span_s[i] / (m * lag_s)).exp();
             let keep = (-data.span_s[i] / lag_s).exp();
             let share = if q < 1.0 { q * (1.0 - keep) / ((1.0 - q) * m) } else { 1.0 };
-            let read = match data.level.get(i) {
-                Some(Level::Reading) => 1.0,
-                Some(Level::Both) => keep * keep * variance / (keep * keep * variance + 1.0),
-                _ => 0.0,
-            };
-            variance = if read == 1.0 { 1.0 } else { (1.0 - read) * keep * keep * variance };
-            Step { follows: i > 0 && data.run[i] == data.run[i - 1], share, keep, read }
+            let doubt = data.load_doubt.get(i).copied().unwrap_or(0.0);
+            let follows = i > 0 && data.run[i] == data.run[i - 1];
+            let kept = if follows { keep * keep * variance } else { 0.0 };
+            let before = kept + (1.0 - keep).powi(2) * doubt;
+            let read = if before.is_finite() { before / (before + 1.0) } else { 1.0 };
+            variance = read;
+            Step { follows, share, keep, read }
         };
         (lag_s > 0.0).then(|| Self { steps: (0..data.len()).map(&mut step).collect() })
     }
@@ -241,7 +241,7 @@ impl Filter {
             level = if step.follows { level } else { input };
             *value = input + (level - input) * step.share;
             level = input + (level - input) * step.keep;
-            level += step.read * (readings.map_or(0.0, |r| r[i]) - level);
+            level += step.read * (readings.map_or(0.0, |r| r[i]) - *value);
         }
     }
 }
@@ -323,13 +323,7 @@ mod tests {
             level = hidden(i) + (level - hidden(i)) * keep;
             data.reading[i] = level;
         }
-        data.level = (0..40)
-            .map(|i| match i {
-                20..25 => Level::Reading,
-                25..28 => Level::Both,
-                _ => Level::Load,
-            })
-            .collect();
+        data.load_doubt = (0..40).map(|i| if (20..25).contains(&i) { f64::INFINITY } else { 0.0 }).collect();
         let acts = acting(&lag, &data);
         let whole = load(&data, &[&acts], &[1.0], 1.0);
         let kept = kept(&data, &[&acts], 1.0).unwrap();
@@ -339,8 +333,28 @@ mod tests {
             let known = !(20..25).contains(&i);
             assert!(!known || (whole[i] - data.reading[i]).abs() < 1e-12, "{i}: {} {}", whole[i], data.reading[i]);
         }
-        data.level.clear();
+        data.load_doubt.clear();
         let without = load(&data, &[&acting(&lag, &data)], &[1.0], 1.0);
         assert!((without[26] - data.reading[26]).abs() > 1.0);
+    }
+
+    #[test]
+    fn what_a_doubtful_load_leaves_behind_is_read_off() {
+        let lag = Use { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
+        let mut data = stepped(2.0);
+        let columns = data.columns[0].clone();
+        // The true load is a third more at samples 20 … 24, where the column is known to that.
+        data.columns[0][20..25].iter_mut().for_each(|x| *x = 4.0 / 3.0);
+        data.reading = load(&data, &[&acting(&lag, &data)], &[300.0], 1.0);
+        data.columns[0] = columns;
+        let off = |data: &Data| -> Vec<f64> {
+            let predicted = load(data, &[&acting(&lag, data)], &[300.0], 1.0);
+            predicted.iter().zip(&data.reading).map(|(p, y)| (p - y).abs()).collect()
+        };
+        let without = off(&data);
+        assert!(without[25] > 40.0 && without[27] > 10.0);
+        data.load_doubt = (0..40).map(|i| if (20..25).contains(&i) { 1e4 } else { 0.0 }).collect();
+        let with = off(&data);
+        assert!((0..20).all(|i| with[i] < 1e-9) && (25..40).all(|i| with[i] < 0.1 * without[i] + 1e-9), "{with:?}");
     }
 }

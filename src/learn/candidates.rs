@@ -220,6 +220,8 @@ fn chipping_starts(data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
 }
 
 const GRID: usize = 12;
+/// How square a zone begins where that is asked for.
+const SQUARENESS: f64 = 6.0;
 
 fn zone_starts(data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
     let sensitivity = part(data, present, &[Class::Cutting, Class::Edge]);
@@ -265,7 +267,7 @@ fn zone_starts(data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
     }
     let [a0, a1, b0, b1] = best.1;
     let refined = refine(data, &score, [x[a0], x[a1], y[b0], y[b1]], [x[1] - x[0], y[1] - y[0]]);
-    let starts = |excess: f64, border: f64| [excess].into_iter().chain(refined).chain([border]).collect();
+    let starts = |excess: f64, border: f64| [excess].into_iter().chain(refined).chain([border, SQUARENESS]).collect();
     vec![starts(0.2, 0.1), starts(0.2, 0.4)]
 }
 

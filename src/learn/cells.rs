@@ -342,7 +342,7 @@ impl<'a> Along<'a> {
             data.span_s.push(last - begin + step_s);
             data.readings_each.push(members.len() as f64);
             data.run.push(run);
-            data.level.push(self.level(members[members.len() - 1]));
+            data.load_doubt.push(self.load_doubt(members[members.len() - 1], weights));
             let middle = self.aligned.program_s[members[members.len() / 2]];
             data.block.push((middle / (span / BLOCKS).max(1.0)) as usize);
         }
@@ -406,10 +406,9 @@ impl<'a> Along<'a> {
         data.slower.iter_mut().zip(ratios).for_each(|(s, r)| s.ratio.push(r));
         data.reading.push(reading);
         data.channel.push(channel);
-        let middle = members[members.len() / 2];
-        let spot = self.spot[middle].unwrap_or(0);
+        let spot = self.spot[members[members.len() / 2]].unwrap_or(0);
         data.kind.push(self.tools.binary_search(&self.known.timeline.spots[spot].tool).unwrap_or(0));
-        let mut state = self.state(middle, spot);
+        let mut state = self.state(members);
         if rates[0] > 1e-9 && rates[1] > 1e-9 {
             state.chip_thickness_mm = rates[0] / rates[1];
             state.up_share_chip = rates[2] / rates[0];

@@ -101,10 +101,17 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     let fitted = search.withdraw(&begin, fitted);
     let nothing = fitted.model.effects.len() == begin.model.effects.len();
     let fitted = if nothing { search.pair(&begin).unwrap_or(fitted) } else { fitted };
+    // What an effect made of one channel has stood in its noise so far.
+    let several = data.channel.iter().any(|c| *c != data.channel[0]);
+    let weighed = if several { weighed_by(data, &fitted) } else { scaled.clone() };
+    let train = weighed.with_weights(without(&weighed, |i| split.test[i]));
+    let refitted = |f: Fitted| if several { fit(&train, &f.model.effects, FORM_ROUNDS) } else { Some(f) };
+    let (base, fitted) = refitted(base).zip(refitted(fitted))?;
+    let mut search = Diagnosis { data: &weighed, train, ..search };
     let mut report = search.report(&base, &fitted);
     report.confounded =
         confounded.into_iter().filter(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0])).collect();
-    report.unexplained = unexplained(&scaled, &fitted, options.seed);
+    report.unexplained = unexplained(&weighed, &fitted, options.seed);
     report.verdict = verdict(&report);
     Some(report)
 }
@@ -115,7 +122,11 @@ pub fn whitened(data: &Data) -> Option<Data> {
         base: data.base.iter().cloned().map(|b| super::samples::Base { prior: None, ..b }).collect(),
         ..data.clone()
     };
-    let fitted = fit(&base, &[], 0)?;
+    Some(weighed_by(data, &fit(&base, &[], 0)?))
+}
+
+/// Weights in units of one over the variance of each channel, from the residual of a model.
+pub(super) fn weighed_by(data: &Data, fitted: &Fitted) -> Data {
     let residual = fitted.residuals(data);
     let channels = data.channel.iter().max().map_or(0, |c| c + 1);
     let mut variance = vec![(0.0, 0.0); channels];
@@ -125,7 +136,7 @@ pub fn whitened(data: &Data) -> Option<Data> {
     }
     let of = |c: usize| (variance[c].0 / f64::max(variance[c].1, 1e-300)).max(1e-18);
     let weight = (0..data.len()).map(|i| data.weight[i] / of(data.channel[i])).collect();
-    Some(data.with_weights(weight))
+    data.with_weights(weight)
 }
 
 /// The search as it stands.

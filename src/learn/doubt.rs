@@ -7,7 +7,7 @@
 
 use super::cells::{Along, OtherGeometry};
 use super::linear::median;
-use super::samples::{Base, Class, Level};
+use super::samples::{Base, Class};
 use super::table::Quantity;
 use super::timeline::{Doing, Spot};
 use crate::force::contact::Engaged;
@@ -49,19 +49,21 @@ impl Along<'_> {
         })
     }
 
-    /// Where a chain with a lag has its level from at a sample: nobody knows the load while the spindle changes its speed, and
-    /// the readings just after that say what it has left.
-    pub(super) fn level(&self, i: usize) -> Level {
+    /// Variance with which the load of a cell is known, over that of the mean of its readings, which have these weights: nobody
+    /// knows the load while the spindle changes its speed; just after that its own weight says nothing of it.
+    pub(super) fn load_doubt(&self, last: usize, weights: &[f64]) -> f64 {
         let spot = |k: usize| self.spot[k].map(|s| &self.known.timeline.spots[s]);
         let rps = |k: usize| spot(k).map_or(0.0, |spot| self.rps(k, spot));
-        let before = i.saturating_sub(1);
+        let before = last.saturating_sub(1);
         let turns_up = |k: usize| spot(k).is_some_and(|s| matches!(s.doing, Doing::RunUp | Doing::ToolChange));
-        let changes = turns_up(i) || turns_up(before) || (rps(i) - rps(before)).abs() > SAME_SPEED * rps(before);
-        match (changes, self.speed_settles(i)) {
-            (true, _) => Level::Reading,
-            (false, true) => Level::Both,
-            (false, false) => Level::Load,
+        if turns_up(last) || turns_up(before) || (rps(last) - rps(before)).abs() > SAME_SPEED * rps(before) {
+            return f64::INFINITY;
         }
+        if self.speed_settles(last) {
+            return 0.0;
+        }
+        // Of a sample of weight 1/(1 + (e/σ)²) the load is known to e; e is the same for neighbours, their noise is not.
+        weights.iter().map(|weight| 1.0 / weight - 1.0).sum()
     }
 
     /// Weights of the `valid` samples of `values`.

@@ -55,6 +55,7 @@ pub mod residual;
 pub mod runouts;
 pub mod samples;
 pub mod session;
+mod settled;
 pub mod shown;
 pub mod sigmoid;
 pub mod situation;

@@ -42,11 +42,11 @@ impl RunoutGrid {
         Self { offsets_mm: NEAR.map(|n| n * offset_mm), from_none: false, ..Self::default() }
     }
 
-    /// About a known runout.
-    pub fn about(offset_mm: f64, phase: f64) -> Self {
-        let [one, other] = BESIDE.map(|b| phase + b);
+    /// About a known runout, with this reach: 1 is a tenth of the offset and [`BESIDE`] to either side.
+    pub fn about([offset_mm, phase]: [f64; 2], reach: f64) -> Self {
+        let [one, other] = BESIDE.map(|b| phase + reach * b);
         Self {
-            offsets_mm: NEAR.map(|n| n * offset_mm),
+            offsets_mm: NEAR.map(|n| (1.0 + reach * (n - 1.0)) * offset_mm),
             phases: [one, other, other, other, other, other, other, other],
             ways: 2,
             from_none: false,
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_runout_of_a_grid_is_itself_and_ways_go_round() {
-        for grid in [RunoutGrid::default(), RunoutGrid::about_offset(0.01), RunoutGrid::about(0.01, 0.97)] {
+        for grid in [RunoutGrid::default(), RunoutGrid::about_offset(0.01), RunoutGrid::about([0.01, 0.97], 0.5)] {
             for (o, offset_mm) in grid.offsets_mm.into_iter().enumerate() {
                 for (w, phase) in grid.phases().iter().copied().enumerate() {
                     for turns in [-1.0, 0.0, 1.0] {

@@ -20,17 +20,6 @@ pub enum Class {
     Edge,
 }
 
-/// Where the level of a chain with a lag is known from, at a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Level {
-    /// The load since the sample before.
-    Load,
-    /// That and the reading: the load has been unknown just before.
-    Both,
-    /// The reading alone: nobody knows the load.
-    Reading,
-}
-
 /// One base coefficient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Base {
@@ -106,8 +95,9 @@ pub struct Data {
     pub span_s: Vec<f64>,
     /// Readings that a sample is the mean of; empty for tables.
     pub readings_each: Vec<f64>,
-    /// Which samples say at what level a chain with a lag stands; empty where nothing ever makes the load unknown.
-    pub level: Vec<Level>,
+    /// Variance with which the load of a sample is known, over that of its reading: infinite where nobody knows it; empty:
+    /// 0. What a chain with a lag keeps of such loads is known from the readings alone.
+    pub load_doubt: Vec<f64>,
     /// Samples with the same number follow each other without a gap (logs); in tables every sample has its own.
     pub run: Vec<usize>,
     /// Measured quantity (power 0, others after it).

@@ -1,9 +1,11 @@
 //! The whole of `learn`: a program, a job and a measured log in; a [`LearnReport`] and the process model out.
 
+use super::acting::Use;
 use super::align::{Aligned, by_position};
 use super::cells::{Channels, Known, OtherGeometry, cells, channels};
 use super::columns::DataError;
 use super::diagnose::{Options, diagnose};
+use super::experiment::used;
 use super::forces::{Sample, resultant};
 use super::grown::{Sizes, grown};
 use super::lines::{by_line, paced};
@@ -13,6 +15,7 @@ use super::peaks::About;
 use super::report::{Alignment, LearnReport, Value};
 use super::runouts::RunoutGrid;
 use super::samples::{Base, Class, Data};
+use super::settled::settled;
 use super::split::by_blocks;
 use super::timeline::{Timeline, speed_ratios, timeline};
 use crate::engage::{EngageError, EngagementMap, Loader, engage};
@@ -63,9 +66,6 @@ const SLOWER: [f64; 14] = [0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 
 /// The times of the blocks show another acceleration when it is below this share of the declared one, with so many nats.
 const LEAST_SLOWER: f64 = 0.6;
 const SHOWN_NATS: f64 = 30.0;
-/// Rounds in which forces are taken anew about the runout that was found, the first for all ways that it may point: what is
-/// interpolated from no runout on does not tell these apart.
-const RUNOUT_ROUNDS: usize = 3;
 /// Time in motion at an end of the program that no sample belongs to, beyond which it is said, s.
 const UNSEEN_S: f64 = 1.0;
 /// Stretches of a log for which the uncertainty of the alignment is said.
@@ -164,9 +164,8 @@ pub fn learn_with_data(
         lowered = doubtful;
         report = answer(&data)?;
     }
-    for round in 0..RUNOUT_ROUNDS {
-        let nearer = data_about(prepared, &others, job, log, channels, &aligned, &report, round == 0);
-        let Some(nearer) = nearer else { break };
+    let taken = Taken { prepared, others: &others, job, log, channels, aligned: &aligned };
+    if let Some(nearer) = taken.about_the_runout(&report) {
         data = Data { timed_acceleration: data.timed_acceleration, clock_s: data.clock_s, ..nearer };
         report = answer(&data)?;
     }
@@ -316,35 +315,39 @@ pub fn data_of(
     Ok((data, aligned, lowered))
 }
 
-/// The data of a log in which a runout was found, with the forces taken about it (all ways or only its own) and with the
-/// coefficients found; `None` where there is none.
-#[allow(clippy::too_many_arguments)] // what is known of a log, a job and a program, and which of it to look at anew
-fn data_about(
-    prepared: &Prepared,
-    others: &[OtherGeometry],
-    job: &Job,
-    log: &Log,
-    channels: &Channels,
-    aligned: &Aligned,
-    report: &LearnReport,
-    all_ways: bool,
-) -> Option<Data> {
-    let wanted = prepared.forces.filter(|_| channels.force_xy.is_some())?;
-    let runout = report.effects.iter().find(|e| e.name == "runout")?;
-    let base = |name: &str| report.final_base.iter().find(|v| v.name == name).map(|v| v.value);
-    let [offset_mm, phase] = [0, 1].map(|k| runout.parameters[k].value);
-    let coefficients = LinearEdge {
-        k_tc: base("k_tc")?,
-        k_rc: base("k_rc")?,
-        k_te: base("k_te")?,
-        k_re: base("k_re")?,
-        ..LinearEdge::default()
-    };
-    let grid = if all_ways { RunoutGrid::about_offset(offset_mm) } else { RunoutGrid::about(offset_mm, phase) };
-    let about = About { grid, coefficients: Some(coefficients) };
-    let timeline = prepared.timeline.with_runouts(&prepared.path, &prepared.map, job, wanted, about);
-    let known = Known { others: others.to_vec(), ..prepared.known_at(job, &timeline, grid) };
-    Some(cells(log, aligned, &known, channels).0)
+/// What the data of a log are made from.
+struct Taken<'a> {
+    prepared: &'a Prepared,
+    others: &'a [OtherGeometry],
+    job: &'a Job,
+    log: &'a Log,
+    channels: &'a Channels,
+    aligned: &'a Aligned,
+}
+
+impl Taken<'_> {
+    /// The data of a log in which a runout was found, with the forces taken about it; `None` where there is none.
+    fn about_the_runout(&self, report: &LearnReport) -> Option<Data> {
+        let wanted = self.prepared.forces.filter(|_| self.channels.force_xy.is_some())?;
+        let effects: Vec<Use> = report.effects.iter().filter_map(used).collect();
+        let base = |name: &str| report.final_base.iter().find(|v| v.name == name).map(|v| v.value);
+        let coefficients = LinearEdge {
+            k_tc: base("k_tc")?,
+            k_rc: base("k_rc")?,
+            k_te: base("k_te")?,
+            k_re: base("k_re")?,
+            ..LinearEdge::default()
+        };
+        settled(&effects, coefficients, &|grid, k| self.about(grid, k, wanted))
+    }
+
+    /// The data with the forces taken about the runouts of a grid, at these coefficients.
+    fn about(&self, grid: RunoutGrid, coefficients: LinearEdge, wanted: Sample) -> Data {
+        let (prepared, about) = (self.prepared, About { grid, coefficients: Some(coefficients) });
+        let timeline = prepared.timeline.with_runouts(&prepared.path, &prepared.map, self.job, wanted, about);
+        let known = Known { others: self.others.to_vec(), ..prepared.known_at(self.job, &timeline, grid) };
+        cells(self.log, self.aligned, &known, self.channels).0
+    }
 }
 
 /// A log tied to its program: by position, by line, or by its load.

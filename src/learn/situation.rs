@@ -25,23 +25,33 @@ impl Along<'_> {
         [v / 5.0, if v_a > 0.0 { v_a / v } else { least }]
     }
 
-    /// State of sample `i` in the spot `index`.
-    pub(super) fn state(&self, i: usize, index: usize) -> State {
+    /// Speed along the path over samples, and the acceleration that times this speed is their mean of v·max(0, a).
+    fn mean_motion(&self, members: &[usize]) -> [f64; 2] {
+        let each: Vec<[f64; 2]> = members.iter().map(|i| self.motion(*i)).collect();
+        let (v, v_a) = each.iter().fold((0.0, 0.0), |(v, v_a), m| (v + m[0], v_a + m[0] * m[1].max(0.0)));
+        let least = each.iter().map(|m| m[1]).fold(0.0, f64::min);
+        [v / members.len() as f64, if v_a > 0.0 { v_a / v } else { least }]
+    }
+
+    /// State of a cell: where the mean of the times of its samples lies.
+    pub(super) fn state(&self, members: &[usize]) -> State {
+        let mean = |of: &[f64]| members.iter().map(|i| of[*i]).sum::<f64>() / members.len() as f64;
+        let program_s = mean(&self.aligned.program_s);
+        let index = self.known.timeline.at(program_s).unwrap_or(0);
         let spot = &self.known.timeline.spots[index];
         let e = &spot.engaged;
-        let rps = self.rps(i, spot);
+        let rps = self.rps(members[members.len() / 2], spot);
         let tool = self.known.job.tool(spot.tool);
-        let program_s = self.aligned.program_s[i];
         let share = ((program_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
         let mut state = State {
-            time_s: self.log.time_s[i],
+            time_s: mean(&self.log.time_s),
             sliding_mm: self.cumulated[index][0] + share * (e.way_mm * rps * (spot.end_s - spot.start_s)),
             volume_mm3: self.cumulated[index][1] + share * e.section_mm2 * spot.length_mm,
             rps,
             reference_rps: self.reference_rps,
             ..State::default()
         };
-        [state.path_speed_mm_s, state.path_acceleration_mm_s2] = self.motion(i);
+        [state.path_speed_mm_s, state.path_acceleration_mm_s2] = self.mean_motion(members);
         state.tare_share = self.tare_shape(rps);
         let Some(tool) = tool.filter(|_| e.section_mm2 > 1e-6 && rps > 0.0) else { return state };
         let left = crate::path::Vec3::new(-spot.direction.y, spot.direction.x, 0.0);

@@ -257,7 +257,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
         state: states(table, &order),
         span_s: vec![0.0; n],
         readings_each: Vec::new(),
-        level: Vec::new(),
+        load_doubt: Vec::new(),
         run: (0..n).collect(),
         channel: vec![0; n],
         block: if single_group { (0..n).collect() } else { block },

@@ -53,7 +53,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
         state: samples.iter().map(|(i, _)| state[*i]).collect(),
         span_s: vec![0.0; samples.len()],
         readings_each: Vec::new(),
-        level: Vec::new(),
+        load_doubt: Vec::new(),
         run: (0..samples.len()).collect(),
         channel: vec![0; samples.len()],
         block: samples.iter().map(|(i, _)| if single_group { *i } else { group[*i] }).collect(),

@@ -1,0 +1,146 @@
+//! The runout that a log shows, settled. In: effects found, with coefficients, and what takes the forces of a log about
+//! runouts. Out: data with the forces taken about the runout that leaves the least.
+//!
+//! A peak force belongs to one tooth, and to another one as the runout turns: the squares have several valleys over the way
+//! that it points, and between two runouts of a grid a force is not linear. So the valleys are first looked for about the
+//! offset that was found, all ways round; each of the deepest is then followed by damped Gauss–Newton steps, with the forces taken
+//! anew at every place, in a grid that narrows. The measured quantities weigh by what the best fit so far leaves of them.
+
+use super::acting::Use;
+use super::diagnose::weighed_by;
+use super::fit::{Fitted, fit};
+use super::runouts::RunoutGrid;
+use super::samples::Data;
+use crate::machine::material::LinearEdge;
+use rayon::prelude::*;
+
+/// Ways that the search begins at, over the pitch.
+const WAYS: usize = 16;
+/// Rounds of a fit.
+const ROUNDS: usize = 12;
+/// Valleys that are followed, and how far apart two are at least, pitches.
+const FOLLOWED: usize = 3;
+const APART: f64 = 0.08;
+/// Steps down each of them, and down the deepest.
+const STEPS: [usize; 2] = [1, 4];
+/// How the grid narrows, and how a step that failed does.
+const NARROWER: f64 = 0.5;
+
+/// Where a valley is stood in.
+struct Place {
+    data: Data,
+    /// Fitted with this very runout.
+    fitted: Fitted,
+    /// Reach of the grid of `data`.
+    reach: f64,
+}
+
+/// The search.
+struct Search<'a, F> {
+    /// Data of the log with the forces taken about the runouts of a grid, at these coefficients.
+    about: &'a F,
+    /// Which of the effects is the runout.
+    own: usize,
+    /// What weighs the measured quantities: data and their best fit.
+    weights: (Data, Fitted),
+}
+
+/// Data about the runout that leaves the least; `effects` holds the one found so far.
+pub(super) fn settled<F>(effects: &[Use], coefficients: LinearEdge, about: &F) -> Option<Data>
+where
+    F: Fn(RunoutGrid, LinearEdge) -> Data + Sync,
+{
+    let own = effects.iter().position(|each| each.effect.name == "runout")?;
+    let wide = about(RunoutGrid::about_offset(effects[own].values[0]), coefficients);
+    let begun = fit(&wide, effects, ROUNDS)?;
+    let round = |wide: &Data| -> Vec<Fitted> {
+        let from = |way: usize| {
+            let mut begin = begun.model.effects.clone();
+            begin[own].values = vec![effects[own].values[0], way as f64 / WAYS as f64];
+            fit(wide, &begin, ROUNDS)
+        };
+        let mut found: Vec<Fitted> = (0..WAYS).into_par_iter().filter_map(from).collect();
+        found.sort_by(|a, b| a.squares.total_cmp(&b.squares));
+        found
+    };
+    let first = round(&weighed_by(&wide, &begun)).into_iter().next()?;
+    let wide = weighed_by(&wide, &first);
+    let search = Search { about, own, weights: (wide, first) };
+    let valleys = search.distinct(round(&search.weights.0));
+    let followed = valleys.par_iter().filter_map(|valley| search.followed(search.place(valley, 1.0)?, STEPS[0]));
+    let deepest = followed.collect::<Vec<Place>>().into_iter().min_by(|a, b| a.squares().total_cmp(&b.squares()))?;
+    search.followed(deepest, STEPS[1]).map(|place| place.data)
+}
+
+impl Place {
+    fn squares(&self) -> f64 {
+        self.fitted.squares
+    }
+}
+
+impl<F: Fn(RunoutGrid, LinearEdge) -> Data + Sync> Search<'_, F> {
+    fn runout(&self, fitted: &Fitted) -> [f64; 2] {
+        [0, 1].map(|k| fitted.model.effects[self.own].values[k])
+    }
+
+    /// The deepest of these fits, which come by their squares, that point different ways.
+    fn distinct(&self, fits: Vec<Fitted>) -> Vec<Fitted> {
+        let mut kept: Vec<Fitted> = Vec::new();
+        for each in fits {
+            let off = |other: &Fitted| self.runout(&each)[1] - self.runout(other)[1];
+            if kept.len() < FOLLOWED && kept.iter().all(|other| (off(other) - off(other).round()).abs() >= APART) {
+                kept.push(each);
+            }
+        }
+        kept
+    }
+
+    /// The effects with this runout, to be fitted or as it is.
+    fn with_runout(&self, effects: &[Use], runout: [f64; 2], free: bool) -> Vec<Use> {
+        let mut all = effects.to_vec();
+        all[self.own] = Use { values: runout.to_vec(), free: vec![free; 2], ..all[self.own].clone() };
+        all
+    }
+
+    /// The forces taken about the runout of a fit.
+    fn place(&self, at: &Fitted, reach: f64) -> Option<Place> {
+        let runout = self.runout(at);
+        let coefficients = coefficients(&self.weights.0, at);
+        let taken = (self.about)(RunoutGrid::about(runout, reach), coefficients);
+        let data = self.weighed(taken);
+        let fitted = fit(&data, &self.with_runout(&at.model.effects, runout, false), ROUNDS)?;
+        Some(Place { data, fitted, reach })
+    }
+
+    /// Down a valley, by so many places at most.
+    fn followed(&self, from: Place, steps: usize) -> Option<Place> {
+        let mut at = from;
+        let mut share = 1.0;
+        for _ in 0..steps {
+            let here = self.runout(&at.fitted);
+            let mut next = fit(&at.data, &self.with_runout(&at.fitted.model.effects, here, true), ROUNDS)?;
+            let there = self.runout(&next);
+            let part = [0, 1].map(|k| here[k] + share * (there[k] - here[k]));
+            next.model.effects = self.with_runout(&next.model.effects, part, true);
+            let tried = self.place(&next, NARROWER * at.reach)?;
+            if tried.squares() < at.squares() {
+                (at, share) = (tried, 1.0);
+            } else {
+                share *= NARROWER;
+            }
+        }
+        Some(at)
+    }
+
+    /// The same data, weighed alike whatever they were taken about.
+    fn weighed(&self, data: Data) -> Data {
+        Data { weight: self.weights.0.weight.clone(), ..data }
+    }
+}
+
+/// Coefficients in the plane of a fit.
+fn coefficients(data: &Data, fitted: &Fitted) -> LinearEdge {
+    let value = |name: &str| data.base.iter().position(|b| b.name == name).map_or(0.0, |b| fitted.model.base[b]);
+    let [k_tc, k_rc, k_te, k_re] = ["k_tc", "k_rc", "k_te", "k_re"].map(value);
+    LinearEdge { k_tc, k_rc, k_te, k_re, ..LinearEdge::default() }
+}
