@@ -19,6 +19,10 @@ const BLOCKS: usize = 20_000;
 const RATE_HZ: f64 = 1000.0;
 /// Feed that makes the cuts take ten minutes, mm/min.
 const FEED: f64 = 1980.0;
+/// What the log is made with: N/mm², N/mm, growth of k_te per 100 m.
+const K_TC: f64 = 820.0;
+const K_TE: f64 = 17.0;
+const GROWTH: f64 = 1.0 / 15.0;
 
 fn main() {
     let (job, _) = feedwright::setup::load(SETUP, Path::new(".")).unwrap();
@@ -51,7 +55,12 @@ fn main() {
             report.variants_tried,
             simulated + read + learned
         );
-        assert!(names.contains(&"flank-wear"), "what was put in is found");
+        let growth = report.effects.iter().flat_map(|e| &e.parameters).find(|p| p.name == "growth_per_100m");
+        for value in report.final_base.iter().chain(growth) {
+            println!("  {} = {:.4} ± {:.4} {}", value.name, value.value, value.std_error, value.unit);
+        }
+        println!("  put in: k_tc {K_TC}, k_te {K_TE}, growth {GROWTH}");
+        assert_eq!(names, ["flank-wear"], "what was put in is found, and nothing else");
     }
     println!("peak memory {:.0} MB", status("VmHWM:") / 1024.0);
 }
@@ -126,9 +135,9 @@ fn log(prepared: &Prepared, truth: &EngagementMap, positions: bool) -> String {
         let share = ((t - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
         let p = spot.from + (spot.to - spot.from) * share;
         slid += spot.engaged.way_mm * spot.rps / RATE_HZ;
-        let worn = 1.0 + slid / 1.5e6;
+        let worn = 1.0 + GROWTH * slid / 1e5;
         let [removed, contact] = cut_at(truth, spot, share);
-        let cutting = 1e-3 * (820.0 * removed + 17.0 * worn * contact * spot.rps);
+        let cutting = 1e-3 * (K_TC * removed + K_TE * worn * contact * spot.rps);
         let tare = if spot.rps > 0.0 { 300.0 } else { 0.0 };
         let noise = 8.0 * (uniform() + uniform() + uniform() + uniform() - 2.0) * 3f64.sqrt();
         let power = tare + cutting + noise;

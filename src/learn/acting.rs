@@ -121,7 +121,7 @@ pub fn load(data: &Data, acting: &[&Acting], base: &[f64], top: f64) -> Vec<f64>
 }
 
 /// Readings less their excess.
-fn before_drive(data: &Data, change: &Change, top: f64) -> Vec<f64> {
+pub fn before_drive(data: &Data, change: &Change, top: f64) -> Vec<f64> {
     if change.reading_excess == 0.0 {
         return data.reading.clone();
     }

@@ -3,10 +3,10 @@
 //! Model of a reading: y = measure(Σ_b β_b·X_b(θ)), where X(θ) are the columns of [`Data`] as the effects change them:
 //! see [`super::acting`]; the drive adds the excess c·(P/P_max)^p. β and θ minimise
 //! Σ w (y − ŷ)² + Σ ((β − prior)/sd)²·σ² by damped Gauss–Newton (Levenberg–Marquardt), analytic in β, by differences in
-//! θ, with θ kept inside its bounds.
+//! θ, with β and θ kept inside their bounds; after every step of θ β is solved for anew.
 
 use super::acting::{
-    Acting, Use, acting, changed_columns, kept, load, measured, slope_of_reading, together, top_reading,
+    Acting, Use, acting, before_drive, changed_columns, kept, load, measured, slope_of_reading, together, top_reading,
 };
 use super::samples::Data;
 use nalgebra::{DMatrix, DVector};
@@ -60,8 +60,8 @@ pub fn fit(data: &Data, effects: &[Use], iterations: usize) -> Option<Fitted> {
     if search.used.len() < data.base.len() {
         return None;
     }
-    let (base, bounded) = search.best_base(effects)?;
-    let mut at = search.point(base, effects.to_vec());
+    let (base, bounded) = search.best_base(&search.acting(effects))?;
+    let mut at = search.point(base, effects.to_vec(), search.acting(effects));
     let mut damping = 1e-3;
     let free: usize = effects.iter().map(|e| e.values.len()).sum();
     let rounds = if bounded { iterations.max(12) } else { iterations };
@@ -89,7 +89,8 @@ pub fn fit(data: &Data, effects: &[Use], iterations: usize) -> Option<Fitted> {
 /// Columns of dŷ/dβ, then dŷ/dθ, at a fitted model.
 pub fn jacobian(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
     let search = Search::new(data);
-    search.jacobian(&search.point(fitted.model.base.clone(), fitted.model.effects.clone()))
+    let effects = &fitted.model.effects;
+    search.jacobian(&search.point(fitted.model.base.clone(), effects.clone(), search.acting(effects)))
 }
 
 struct Search<'a> {
@@ -126,8 +127,11 @@ impl<'a> Search<'a> {
         Self { data, used: data.used().collect(), top: top_reading(data) }
     }
 
-    fn point(&self, base: Vec<f64>, theta: Vec<Use>) -> Point {
-        let acting: Vec<Acting> = theta.iter().map(|each| acting(each, self.data)).collect();
+    fn acting(&self, theta: &[Use]) -> Vec<Acting> {
+        theta.iter().map(|each| acting(each, self.data)).collect()
+    }
+
+    fn point(&self, base: Vec<f64>, theta: Vec<Use>, acting: Vec<Acting>) -> Point {
         let all: Vec<&Acting> = acting.iter().collect();
         let load = load(self.data, &all, &base, self.top);
         let predicted = measured(load.clone(), &all, self.top);
@@ -135,18 +139,23 @@ impl<'a> Search<'a> {
         Point { base, theta, acting, load, predicted, objective }
     }
 
-    /// β for these θ, within its bounds, and whether it had to be put there: exact when the chain is linear.
-    fn best_base(&self, theta: &[Use]) -> Option<(Vec<f64>, bool)> {
-        let acting: Vec<Acting> = theta.iter().map(|each| acting(each, self.data)).collect();
+    /// β for these θ, within its bounds, and whether it had to be put there: exact when the chain is linear. Where it is not,
+    /// the loads are fitted that the drive makes the readings of, each with the slope of its reading.
+    fn best_base(&self, acting: &[Acting]) -> Option<(Vec<f64>, bool)> {
         let all: Vec<&Acting> = acting.iter().collect();
-        let columns = changed_columns(self.data, &all);
-        let (mut normal, mut rhs) = match kept(self.data, &all, self.top) {
-            Some(kept) => {
-                let rest: Vec<f64> = self.data.reading.iter().zip(&kept).map(|(y, k)| y - k).collect();
-                self.sums(&columns, &rest)
+        let whole = together(&all);
+        let mut columns = changed_columns(self.data, &all);
+        let mut rest = before_drive(self.data, &whole, self.top);
+        let slopes: Vec<f64> = rest.iter().map(|p| slope_of_reading(&whole, *p, self.top)).collect();
+        if let Some(kept) = kept(self.data, &all, self.top) {
+            rest.iter_mut().zip(&kept).for_each(|(y, k)| *y -= k);
+        }
+        if whole.reading_excess != 0.0 {
+            for column in columns.iter_mut().chain([&mut rest]) {
+                column.iter_mut().zip(&slopes).for_each(|(x, s)| *x *= s);
             }
-            None => self.sums(&columns, &self.data.reading),
-        };
+        }
+        let (mut normal, mut rhs) = self.sums(&columns, &rest);
         self.with_priors(&mut normal, &mut rhs, &vec![0.0; columns.len()]);
         let mut base: Vec<f64> = damped_step(&normal, &rhs, 1e-13)?.iter().copied().collect();
         let mut outside = false;
@@ -187,7 +196,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A step that leaves those β alone that stand on a bound and would cross it.
+    /// A step that leaves those β and θ alone that stand on a bound and would cross it.
     fn step_within(
         &self,
         at: &Point,
@@ -196,24 +205,34 @@ impl<'a> Search<'a> {
         damping: f64,
     ) -> Option<DVector<f64>> {
         let (mut normal, mut gradient) = (normal.clone(), gradient.clone());
-        for _ in 0..=at.base.len() {
+        let bounded = self.bounded(at);
+        for _ in 0..=bounded.len() {
             let step = damped_step(&normal, &gradient, damping)?;
-            let crossing: Vec<usize> = (0..at.base.len())
-                .filter(|&b| {
-                    let (lo, hi) = self.data.base[b].bounds;
-                    (at.base[b] <= lo && step[b] < 0.0) || (at.base[b] >= hi && step[b] > 0.0)
-                })
-                .collect();
+            let crosses = |&k: &usize| {
+                let (value, (lo, hi)) = bounded[k];
+                (value <= lo && step[k] < 0.0) || (value >= hi && step[k] > 0.0)
+            };
+            let crossing: Vec<usize> = (0..bounded.len()).filter(crosses).collect();
             if crossing.is_empty() {
                 return Some(step);
             }
-            for b in crossing {
-                normal.row_mut(b).fill(0.0);
-                normal.column_mut(b).fill(0.0);
-                gradient[b] = 0.0;
+            for k in crossing {
+                normal.row_mut(k).fill(0.0);
+                normal.column_mut(k).fill(0.0);
+                gradient[k] = 0.0;
             }
         }
         None
+    }
+
+    /// β, then θ, with their bounds.
+    fn bounded(&self, at: &Point) -> Vec<(f64, (f64, f64))> {
+        let base = at.base.iter().zip(&self.data.base).map(|(value, spec)| (*value, spec.bounds));
+        let own = |each: &Use| {
+            let bounds: Vec<(f64, f64)> = each.effect.parameters.iter().map(|p| (p.min, p.max)).collect();
+            each.values.clone().into_iter().zip(bounds)
+        };
+        base.chain(at.theta.iter().flat_map(own)).collect()
     }
 
     fn squares(&self, predicted: &[f64]) -> f64 {
@@ -269,19 +288,17 @@ impl<'a> Search<'a> {
         moved.iter().zip(&at.predicted).map(|(m, a)| (m - a) / step).collect()
     }
 
+    /// θ a step further, and the β that are best there: a step that moves both at once does not see that their product
+    /// changes. β moves by the step itself where the chain is not linear in it, or the best lies beyond a bound.
     fn moved(&self, at: &Point, step: &DVector<f64>) -> Point {
-        let within =
-            |((b, s), spec): ((&f64, &f64), &super::samples::Base)| (b + s).clamp(spec.bounds.0, spec.bounds.1);
-        let base: Vec<f64> = at.base.iter().zip(step.iter()).zip(&self.data.base).map(within).collect();
+        let mut next = self.bounded(at).into_iter().zip(step.iter()).map(|((v, (lo, hi)), s)| (v + s).clamp(lo, hi));
+        let stepped: Vec<f64> = next.by_ref().take(at.base.len()).collect();
         let mut theta = at.theta.clone();
-        let mut next = base.len();
-        for each in &mut theta {
-            for (value, parameter) in each.values.iter_mut().zip(each.effect.parameters) {
-                *value = (*value + step[next]).clamp(parameter.min, parameter.max);
-                next += 1;
-            }
-        }
-        self.point(base, theta)
+        theta.iter_mut().flat_map(|each| &mut each.values).zip(next).for_each(|(value, moved)| *value = moved);
+        let acting = self.acting(&theta);
+        let linear = together(&acting.iter().collect::<Vec<_>>()).reading_excess == 0.0;
+        let best = self.best_base(&acting).filter(|(_, outside)| linear && !outside);
+        self.point(best.map_or(stepped, |(base, _)| base), theta, acting)
     }
 
     fn finish(&self, at: Point) -> Fitted {
@@ -333,4 +350,46 @@ pub fn pseudo_inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
 fn condition_of(normal: &DMatrix<f64>) -> f64 {
     let values = scaled(normal).0.symmetric_eigenvalues();
     (values.max() / values.min().max(1e-300)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::candidates::starts;
+    use super::super::samples::{Base, Class, UNBOUNDED};
+    use super::*;
+    use crate::effects::{State, named};
+
+    /// Cuts of an edge that has grown by two thirds at the end.
+    fn worn() -> Data {
+        let n = 600;
+        let base =
+            |name: &str, class| Base { name: name.into(), unit: String::new(), class, prior: None, bounds: UNBOUNDED };
+        let cut = |i: usize| 0.2 + 0.02 * (i % 7) as f64;
+        let edge = |i: usize| 5.0 + 0.3 * (i % 5) as f64;
+        let grown = |i: usize| 1.0 + i as f64 / 900.0;
+        let state = |i: usize| State { time_s: i as f64, sliding_mm: 1e6 * i as f64 / n as f64, ..State::default() };
+        Data {
+            base: vec![base("k_tc", Class::Cutting), base("k_te", Class::Edge)],
+            columns: vec![(0..n).map(cut).collect(), (0..n).map(edge).collect()],
+            reading: (0..n).map(|i| 820.0 * cut(i) + 17.0 * grown(i) * edge(i)).collect(),
+            weight: vec![1.0; n],
+            state: (0..n).map(state).collect(),
+            span_s: vec![1.0; n],
+            run: vec![0; n],
+            channel: vec![0; n],
+            ..Data::default()
+        }
+    }
+
+    #[test]
+    fn every_form_of_wear_ends_at_the_growth_that_is_there() {
+        let data = worn();
+        let plain = fit(&data, &[], 0).unwrap();
+        for each in starts(named("flank-wear").unwrap(), &data, &plain) {
+            let found = fit(&data, &[each.clone()], 25).unwrap();
+            let [growth, run_in, _, end] = found.model.effects[0].values[..] else { panic!("four parameters") };
+            assert!((growth - 2.0 / 30.0).abs() < 1e-4, "{:?}: {growth}", each.free);
+            assert!(run_in < 1e-3 && end < 1e-5 && (found.model.base[1] - 17.0).abs() < 0.02);
+        }
+    }
 }
