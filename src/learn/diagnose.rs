@@ -17,7 +17,7 @@ use super::candidates::{part, starts, why_not};
 use super::fit::{Fitted, fit};
 use super::judgement::{errors, unexplained, verdict};
 use super::report::{Confounded, LearnReport, Rejected};
-use super::residual::{is_series, noise_floor};
+use super::residual::{is_series, noise_floor, noise_with_memory};
 use super::samples::{Class, Data};
 use super::split::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
 use super::trial::{Trial, best_trial, chance, score_of, unphysical};
@@ -77,6 +77,10 @@ const LEAST_EXPLAINED: f64 = 0.5;
 const MOST_LEFT: f64 = 0.07;
 const NOISE_WITH_MEMORY: f64 = 2.0;
 
+/// What the engagement of a cut is known to, relative: removal rates over a millimetre of path. In a long log everything is
+/// significant, the steps of the engagement itself among it, and some effect always follows those a little.
+const ENGAGEMENT_KNOWN: f64 = 0.003;
+
 /// Runs the whole diagnosis.
 pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnReport> {
     let scaled = whitened(data)?;
@@ -91,11 +95,13 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
         evidence: Vec::new(),
         base_residual: Vec::new(),
         floor: 0.0,
+        noise: 0.0,
     };
     let base = fit(&search.train, &[], 0)?;
     let begin = search.timed(&base);
     search.base_residual = held_out_residuals(&search.train, &begin.model.effects, split);
     search.floor = noise_floor(&search.train, &base.residuals(data)).unwrap_or(0.0);
+    search.noise = noise_with_memory(&search.train, &base.residuals(data)).unwrap_or(0.0);
     let (fitted, confounded) = search.add_effects(&begin);
     let fitted = search.prune(fitted);
     let fitted = search.withdraw(&begin, fitted);
@@ -152,6 +158,8 @@ pub(super) struct Diagnosis<'a> {
     pub(super) base_residual: Vec<f64>,
     /// Noise of neighbouring readings; 0 where it is not known.
     pub(super) floor: f64,
+    /// The same with what they share.
+    pub(super) noise: f64,
 }
 
 impl Diagnosis<'_> {
@@ -249,6 +257,14 @@ impl Diagnosis<'_> {
         if drop < LEAST_DROP || t < 1.0 {
             return Err(format!("it does not lower the held-out error ({:+.2} %, t = {t:.1})", -100.0 * drop));
         }
+        let change = self.change_of_load(present, before, &after);
+        if change < ENGAGEMENT_KNOWN {
+            return Err(format!(
+                "it changes the load by {:.2} %, and the engagement is known to {:.1} %",
+                100.0 * change,
+                100.0 * ENGAGEMENT_KNOWN
+            ));
+        }
         let misfit = self.misfit_of_form(present, trial, before, &after);
         misfit.or_else(|| self.harms_another_kind(present, trial)).map_or(Ok(after), Err)
     }
@@ -259,6 +275,17 @@ impl Diagnosis<'_> {
         let mean = |r: &[f64]| errors(&self.train, |i| r[i]).rmse.powi(2);
         let excess = mean(whole) - self.floor.powi(2);
         (mean(before) - mean(after)) / excess.max(least * mean(whole))
+    }
+
+    /// Root of the held-out squares that go from `before` to `after` over those of the load of the cut. Whatever an engagement
+    /// that is off by a share ε of every load leaves, Σ w (ε l)² is all that can be taken away by following it.
+    fn change_of_load(&self, present: &Fitted, before: &[f64], after: &[f64]) -> f64 {
+        let load = self.cut(present);
+        let known = |i: usize| before[i].is_finite() && after[i].is_finite();
+        let used: Vec<usize> = self.train.used().filter(|i| known(*i)).collect();
+        let sum = |of: &dyn Fn(usize) -> f64| used.iter().map(|&i| self.train.weight[i] * of(i)).sum::<f64>();
+        let removed = sum(&|i| before[i].powi(2) - after[i].powi(2)).max(0.0);
+        (removed / sum(&|i| load[i].powi(2)).max(1e-300)).sqrt()
     }
 
     /// Is what is left beyond any noise more than a small share of what the base model leaves beyond it?
@@ -347,17 +374,19 @@ impl Diagnosis<'_> {
         Some(self.prune(two.fitted))
     }
 
-    /// Effects that leave most of the excess are no explanation of it.
+    /// Effects that leave most of the excess are no explanation of it. What a noise with memory has beyond the differences of
+    /// neighbouring readings is no excess, nor is what lies within the accuracy of the noise.
     fn withdraw(&mut self, base: &Fitted, fitted: Fitted) -> Fitted {
         if fitted.model.effects.len() == base.model.effects.len() {
             return fitted;
         }
         let after = held_out_residuals(&self.train, &fitted.model.effects, self.split);
-        let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual, LEAST_EXCESS);
-        let little = || {
-            format!("all effects found together take away only {:.0} % of what the base model leaves", 100.0 * share)
-        };
-        let why = (share < LEAST_EXPLAINED || self.leaves_much(&after)).then(little);
+        let mean = |r: &[f64]| errors(&self.train, |i| r[i]).rmse.powi(2);
+        let [whole, left] = [&self.base_residual, &after].map(|r| mean(r) - self.noise.powi(2));
+        let most = f64::max((1.0 - LEAST_EXPLAINED) * whole, FLOOR_KNOWN * mean(&after));
+        let little =
+            || format!("all effects found together leave {:.0} % of what the base model leaves", 100.0 * left / whole);
+        let why = (left > most || self.leaves_much(&after)).then(little);
         let why = why.or_else(|| self.stand_in(base, &fitted, &after));
         let Some(why) = why else { return fitted };
         let kept = base.model.effects.len();

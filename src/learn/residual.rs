@@ -119,20 +119,33 @@ fn group_inflation(data: &Data, residual: &[f64]) -> f64 {
 
 /// Standard deviation of the noise from neighbouring samples; `None` for tables.
 pub fn noise_floor(data: &Data, residual: &[f64]) -> Option<f64> {
-    let mut squares: Vec<f64> = Vec::new();
+    Some(half_squares(data, residual, 1)?.sqrt())
+}
+
+/// Most that neighbouring samples may share of their noise; what they share beyond that is structure.
+const MOST_SHARED: f64 = 0.5;
+
+/// The same of a noise that neighbouring samples share: where its correlation falls as ρᵏ, the differences over k samples
+/// show σ²(1 − ρᵏ), so that those over two are 1 + ρ times those over one.
+pub fn noise_with_memory(data: &Data, residual: &[f64]) -> Option<f64> {
+    let (one, two) = (half_squares(data, residual, 1)?, half_squares(data, residual, 2)?);
+    let shared = (two / one.max(1e-300) - 1.0).clamp(0.0, MOST_SHARED);
+    Some((one / (1.0 - shared)).sqrt())
+}
+
+/// Half the mean square of differences between samples `apart`, for a normal noise; `None` where there are too few.
+fn half_squares(data: &Data, residual: &[f64], apart: usize) -> Option<f64> {
     let sure = 0.5 * data.weight.iter().copied().fold(0.0, f64::max);
-    for i in 1..data.len() {
-        if data.run[i] == data.run[i - 1] && data.weight[i] > sure && data.weight[i - 1] > sure {
-            squares.push(0.5 * (residual[i] - residual[i - 1]).powi(2));
-        }
-    }
+    let counts = |i: usize| data.run[i] == data.run[i - apart] && (i - apart..=i).all(|k| data.weight[k] > sure);
+    let difference = |i: usize| 0.5 * (residual[i] - residual[i - apart]).powi(2);
+    let mut squares: Vec<f64> = (apart..data.len()).filter(|i| counts(*i)).map(difference).collect();
     if squares.len() < 20 {
         return None;
     }
     // The largest twentieth are steps of the load, not noise.
     squares.sort_by(f64::total_cmp);
     squares.truncate(squares.len() * 19 / 20);
-    Some((squares.iter().sum::<f64>() / squares.len() as f64 / 0.7587).sqrt())
+    Some(squares.iter().sum::<f64>() / squares.len() as f64 / 0.7587)
 }
 
 /// Blocks that have samples with weight, in order.
