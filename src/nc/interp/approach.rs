@@ -14,9 +14,10 @@
 //! at the feed of the block; a change of height is made at H.
 
 use super::Run;
-use super::compensation::{Before, Moved, Point};
+use super::compensation::Before;
 use super::heidenhain::number_after;
 use super::line::Line;
+use super::meeting::{Moved, Point};
 use crate::diag::{Severity, Span};
 use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::{Freeze, Move, MoveKind};

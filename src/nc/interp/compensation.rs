@@ -10,6 +10,7 @@
 use super::Run;
 use super::arc::sweep;
 use super::line::Line;
+use super::meeting::{Moved, Point, cross, distance, dot, meet, unit};
 use super::state::Motion;
 use crate::diag::{Severity, Span};
 use crate::machine::Compensation;
@@ -21,17 +22,6 @@ use crate::path::{Arc, Curve, Vec3};
 const JOINED_RAD: f64 = 0.05;
 /// Slack in lengths and angles, mm and rad.
 const SLACK: f64 = 1e-6;
-
-pub(super) type Point = [f64; 2];
-
-/// An element of the contour after it was moved aside.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Moved {
-    /// Through a point, along a unit direction.
-    Line(Point, Point),
-    /// Centre and radius.
-    Circle(Point, f64),
-}
 
 /// G41/G42 in force without moving the tool aside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,6 +77,8 @@ struct Element {
 
 /// Why a control would stop.
 type Refusal = &'static str;
+
+const GOUGE: Refusal = "the contour cannot be followed with this tool radius without gouging";
 
 impl Run<'_> {
     /// G41, G42 and their variants with the diameter in D (`inline`), or G40 with `side` 0.
@@ -258,7 +250,7 @@ impl Run<'_> {
         let towards = if reversal { active.side * (before.bend + bend) < 0.0 } else { turn > JOINED_RAD };
         if towards {
             let corner = offset(p, start, active);
-            let meeting = meet(before.moved, moved, corner, p)?;
+            let meeting = meet(before.moved, moved, corner, p).ok_or(GOUGE)?;
             self.cut_back(before, meeting)?;
         } else if turn < -JOINED_RAD || reversal {
             self.round_corner(active, kind, element.from, offset(p, start, active), -active.side * turn.abs());
@@ -412,25 +404,6 @@ impl Run<'_> {
     }
 }
 
-const GOUGE: Refusal = "the contour cannot be followed with this tool radius without gouging";
-
-fn cross(u: Point, v: Point) -> f64 {
-    u[0] * v[1] - u[1] * v[0]
-}
-
-fn dot(u: Point, v: Point) -> f64 {
-    u[0] * v[0] + u[1] * v[1]
-}
-
-fn distance(p: Point, q: Point) -> f64 {
-    (p[0] - q[0]).hypot(p[1] - q[1])
-}
-
-fn unit(v: Point) -> Point {
-    let length = v[0].hypot(v[1]).max(f64::MIN_POSITIVE);
-    [v[0] / length, v[1] / length]
-}
-
 /// A point of the contour, moved aside where the contour runs along `direction`.
 fn offset(p: Point, direction: Point, active: Active) -> Point {
     let by = active.side * active.radius;
@@ -469,44 +442,4 @@ fn moved_element(active: Active, element: Element, flat: impl Fn(Vec3) -> Point)
             Ok(Moved::Circle(flat(centre), if inside { radius - active.radius } else { radius + active.radius }))
         }
     }
-}
-
-/// Where two moved elements meet, nearest to the corner of the contour.
-fn meet(before: Moved, after: Moved, near: Point, corner: Point) -> Result<Point, Refusal> {
-    let candidates = match (before, after) {
-        (Moved::Line(p, u), Moved::Line(q, v)) => {
-            let sine = cross(u, v);
-            let t = cross([q[0] - p[0], q[1] - p[1]], v) / sine;
-            if sine == 0.0 { Vec::new() } else { vec![[p[0] + t * u[0], p[1] + t * u[1]]] }
-        }
-        (Moved::Line(p, u), Moved::Circle(c, r)) | (Moved::Circle(c, r), Moved::Line(p, u)) => line_circle(p, u, c, r),
-        (Moved::Circle(c, r), Moved::Circle(d, s)) => circles(c, r, d, s),
-    };
-    let far = |p: &Point| distance(*p, near) + distance(*p, corner);
-    candidates.into_iter().min_by(|p, q| far(p).total_cmp(&far(q))).ok_or(GOUGE)
-}
-
-fn line_circle(p: Point, u: Point, c: Point, r: f64) -> Vec<Point> {
-    let w = [c[0] - p[0], c[1] - p[1]];
-    let (along, height) = (dot(w, u), cross(u, w));
-    let square = r * r - height * height;
-    if square < 0.0 {
-        return Vec::new();
-    }
-    [-1.0, 1.0].map(|sign| along + sign * square.sqrt()).map(|t| [p[0] + t * u[0], p[1] + t * u[1]]).to_vec()
-}
-
-fn circles(c: Point, r: f64, d: Point, s: f64) -> Vec<Point> {
-    let apart = distance(c, d);
-    if apart < 1e-12 {
-        return Vec::new();
-    }
-    let along = (apart * apart + r * r - s * s) / (2.0 * apart);
-    let square = r * r - along * along;
-    if square < 0.0 {
-        return Vec::new();
-    }
-    let u = unit([d[0] - c[0], d[1] - c[1]]);
-    let foot = [c[0] + along * u[0], c[1] + along * u[1]];
-    [-1.0, 1.0].map(|sign| sign * square.sqrt()).map(|h| [foot[0] - h * u[1], foot[1] + h * u[0]]).to_vec()
 }

@@ -3,6 +3,7 @@
 
 mod approach;
 mod arc;
+mod budget;
 mod calls;
 mod compensation;
 mod corner;
@@ -16,6 +17,7 @@ mod heidenhain_cycles;
 mod heidenhain_flow;
 mod labels;
 mod line;
+mod meeting;
 mod motion;
 mod offsets;
 mod settings;
@@ -61,8 +63,6 @@ use crate::path::Vec3;
 const WORDS: &[u8] = b"ABCDEFHIJKLPQRSTUVWXYZ";
 /// Moves of a chunk of [`interpret_each`].
 const CHUNK: usize = 4096;
-/// What executing a block costs besides its bytes.
-const BLOCK_COST: usize = 32;
 
 /// Interprets a program; never fails. What is not understood is diagnosed, and the feed of its block frozen.
 pub fn interpret(program: &Program, environment: &Environment<'_>) -> Toolpath {
@@ -298,7 +298,7 @@ impl<'a> Run<'a> {
             modal_macro: None,
             cycle: None,
             cycle_moves: Vec::new(),
-            budget: (program.text().len() + BLOCK_COST * program.len()) as u64 + env.max_repeated_bytes,
+            budget: budget::first(program) + env.max_repeated_bytes,
             record: None,
         }
     }
@@ -378,42 +378,6 @@ impl<'a> Run<'a> {
             self.return_from_call();
         } else {
             self.ended = true;
-        }
-    }
-
-    /// Charges a block to the budget; what repeats without end is stopped here.
-    fn pay(&mut self, block: BlockId) -> bool {
-        let span = self.source.program().span(block);
-        let cost = (span.len() + BLOCK_COST) as u64;
-        if cost > self.budget {
-            let text = "the program seems to run without end; the rest is not executed";
-            self.say(
-                "nc::runaway",
-                Severity::Error,
-                span,
-                text,
-                "look at the loop or the call that repeats this block",
-            );
-            self.ended = true;
-            self.forget_repetitions();
-            return false;
-        }
-        self.budget -= cost;
-        true
-    }
-
-    /// Of a program without end only the first pass through what repeats is kept, and the feeds in it.
-    pub(super) fn forget_repetitions(&mut self) {
-        let first = self.out.moves.iter().rposition(|motion| motion.instance == 0).map_or(0, |last| last + 1);
-        self.out.moves.truncate(first);
-        let there = |id: &MoveId| id.ix() <= first;
-        self.out.between.retain(|(before, _)| there(before));
-        self.out.shifts.retain(|(from, _)| there(from));
-        self.cycle_moves.retain(|(index, _)| (*index as usize) < first);
-        for motion in &mut self.out.moves {
-            if self.counts.get(motion.block.ix()).is_some_and(|count| *count > 1) {
-                motion.freeze = motion.freeze.or(Some(Freeze::Repeated));
-            }
         }
     }
 
