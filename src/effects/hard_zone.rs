@@ -76,7 +76,7 @@ pub const EFFECT: Effect = Effect {
             unit: "-",
             min: 2.0,
             max: 16.0,
-            starts: &[6.0],
+            starts: &[6.0, 2.5],
             neutral: Some(4.0),
             scanned: false,
             meaning: "how square the region is: 2 an ellipse, 4 a box with round corners, 16 nearly a box",
@@ -91,11 +91,25 @@ fn change(p: &[f64], state: &State) -> Change {
     let half = [(0.5 * (p[2] - p[1])).abs().max(0.5), (0.5 * (p[4] - p[3])).abs().max(0.5)];
     let [cutting, edge] = state.over_arc(|sector| {
         let [a, b] = [0, 1].map(|k| ((sector.at[k] - centre[k]) / half[k]).abs());
-        let far = a.max(b) * (1.0 + (a.min(b) / a.max(b).max(1e-12)).powf(p[6])).powf(1.0 / p[6]);
-        1.0 + p[0] * 0.5 * (1.0 + ((1.0 - far) / p[5]).tanh())
+        1.0 + p[0] * inside(a.max(b), a.min(b), p[6], p[5])
     });
     Change { cutting, edge, ..Change::default() }
 }
+
+/// u at (a, b) half widths from the centre, a ≥ b: ρ lies between a and √2 a, and far from the border u is 0 or 1.
+fn inside(a: f64, b: f64, squareness: f64, border: f64) -> f64 {
+    if a > 1.0 + FAR * border {
+        return 0.0;
+    }
+    if std::f64::consts::SQRT_2 * a < 1.0 - FAR * border {
+        return 1.0;
+    }
+    let rho = a * (1.0 + (b / a.max(1e-12)).powf(squareness)).powf(1.0 / squareness);
+    0.5 * (1.0 + ((1.0 - rho) / border).tanh())
+}
+
+/// Half widths of the border beyond which u is 0 or 1 to 1e-8.
+const FAR: f64 = 10.0;
 
 #[cfg(test)]
 mod tests {
@@ -103,7 +117,7 @@ mod tests {
     use crate::effects::Sector;
 
     /// Share of the excess at a place of a zone about the origin, 10 mm wide and 6 mm high.
-    fn inside(at: [f64; 2], squareness: f64) -> f64 {
+    fn share(at: [f64; 2], squareness: f64) -> f64 {
         let mut state = State::default();
         state.sectors[0] = Sector { share: [1.0, 1.0], at, ..Sector::default() };
         change(&[1.0, -5.0, 5.0, -3.0, 3.0, 0.1, squareness], &state).cutting - 1.0
@@ -113,11 +127,11 @@ mod tests {
     fn its_border_is_an_ellipse_or_a_box() {
         let diagonal = 0.5f64.sqrt();
         for squareness in [2.0, 4.0, 16.0] {
-            assert!((inside([5.0, 0.0], squareness) - 0.5).abs() < 1e-9);
-            assert!((inside([0.0, -3.0], squareness) - 0.5).abs() < 1e-9);
-            assert!(inside([0.0, 0.0], squareness) > 0.999 && inside([10.0, 0.0], squareness) < 1e-6);
+            assert!((share([5.0, 0.0], squareness) - 0.5).abs() < 1e-9);
+            assert!((share([0.0, -3.0], squareness) - 0.5).abs() < 1e-9);
+            assert!(share([0.0, 0.0], squareness) > 0.999 && share([10.0, 0.0], squareness) < 1e-6);
         }
-        assert!((inside([5.0 * diagonal, 3.0 * diagonal], 2.0) - 0.5).abs() < 1e-9);
-        assert!(inside([4.5, 2.7], 2.0) < 0.02 && inside([4.5, 2.7], 16.0) > 0.7);
+        assert!((share([5.0 * diagonal, 3.0 * diagonal], 2.0) - 0.5).abs() < 1e-9);
+        assert!(share([4.5, 2.7], 2.0) < 0.02 && share([4.5, 2.7], 16.0) > 0.7);
     }
 }

@@ -83,7 +83,7 @@ pub fn is_looked_for(effect: &Effect) -> bool {
 }
 
 /// Forms of the effect and values of its parameters to begin with; empty when none are worth trying. A form leaves some
-/// of the parameters that have a neutral value there.
+/// of the parameters that have a neutral value there; of what is looked for those that begin there stay ([`super::shape`]).
 pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Use> {
     let values = match effect.name {
         "edge-chipping" => chipping_starts(data, present),
@@ -95,9 +95,12 @@ pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Use
 }
 
 fn forms(effect: &'static Effect, values: &[f64]) -> Vec<Use> {
-    let optional: Vec<usize> = (0..values.len()).filter(|k| effect.parameters[*k].neutral.is_some()).collect();
+    let stays = |k: usize| is_looked_for(effect) && effect.parameters[k].neutral == Some(values[k]);
+    let optional: Vec<usize> =
+        (0..values.len()).filter(|k| effect.parameters[*k].neutral.is_some() && !stays(*k)).collect();
     let form = |pinned: usize| {
-        let is_pinned = |k: usize| optional.iter().position(|o| *o == k).is_some_and(|bit| pinned >> bit & 1 == 1);
+        let chosen = |k: usize| optional.iter().position(|o| *o == k).is_some_and(|bit| pinned >> bit & 1 == 1);
+        let is_pinned = |k: usize| stays(k) || chosen(k);
         let value = |k: usize| effect.parameters[k].neutral.filter(|_| is_pinned(k)).unwrap_or(values[k]);
         Use {
             effect,
@@ -220,8 +223,9 @@ fn chipping_starts(data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
 }
 
 const GRID: usize = 12;
-/// How square a zone begins where that is asked for.
-const SQUARENESS: f64 = 6.0;
+/// A zone is looked for as a box with round corners. Its shape is asked for when it is found: as a rival of others it would
+/// follow too much.
+const SQUARENESS: f64 = 4.0;
 
 fn zone_starts(data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
     let sensitivity = part(data, present, &[Class::Cutting, Class::Edge]);

@@ -13,7 +13,7 @@
 //! 6. What pattern is left in the residual is reported as unexplained.
 
 use super::acting::Use;
-use super::candidates::{part, starts, why_not};
+use super::candidates::{part, why_not};
 use super::fit::{Fitted, fit};
 use super::judgement::{errors, unexplained, verdict};
 use super::report::{Confounded, LearnReport, Rejected};
@@ -49,10 +49,8 @@ const TABLE_THRESHOLD: f64 = 4.0;
 /// Rivals whose gain (twice the log-likelihood) is this close to that of the best explain the data equally well, whatever
 /// their parameters are charged.
 pub(super) const MARGIN: f64 = 6.0;
-/// How much more another form of an effect must score: "positive" on the scale of the Bayesian information criterion.
-const FORM_MARGIN: f64 = 2.0;
-/// Rounds of its fit.
-const FORM_ROUNDS: usize = 25;
+/// Rounds of a fit that goes to its end.
+pub(super) const FORM_ROUNDS: usize = 25;
 /// Least relative drop of the held-out error worth an effect.
 const LEAST_DROP: f64 = 0.005;
 /// Least share of what the base model leaves beyond the noise that one effect must take away.
@@ -172,7 +170,7 @@ impl Diagnosis<'_> {
             let Some(chosen) = self.first_accepted(&present, &trials) else { break };
             confounded.retain(|c| !c.names.iter().any(|name| name == trials[chosen].effect.name));
             confounded.extend(self.rivals(&trials, chosen));
-            present = trials.swap_remove(chosen).fitted;
+            present = self.shaped(trials.swap_remove(chosen).fitted);
         }
         (present, confounded)
     }
@@ -458,28 +456,8 @@ impl Diagnosis<'_> {
         }
         present
     }
-
-    /// The same effect in the form that suits it beside those that were added after it, every form fitted to its end.
-    /// It begins beside the others as they are: without it they stand in for it.
-    fn other_form(&self, present: &Fitted, k: usize, without_it: &Fitted, same: f64) -> Option<Fitted> {
-        let own = present.model.effects[k].effect;
-        if !own.parameters.iter().any(|p| p.neutral.is_some()) || own.parameters.iter().any(|p| p.scanned) {
-            return None;
-        }
-        let others = remove(&present.model.effects, k);
-        let fitted = |each: &Use| {
-            let effects: Vec<Use> = others.iter().chain([each]).cloned().collect();
-            let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
-            let (score, _) = score_of(&self.train, without_it, &fitted, each.asked());
-            Some((score, fitted))
-        };
-        let sound = |f: &Fitted| unphysical(f.model.effects.last(), self.data.clock_s).is_none();
-        let forms = starts(own, &self.train, present);
-        let best = forms.par_iter().filter_map(fitted).filter(|(_, f)| sound(f)).max_by(|a, b| a.0.total_cmp(&b.0));
-        best.filter(|(score, _)| *score > same + FORM_MARGIN).map(|(_, fitted)| fitted)
-    }
 }
 
-fn remove(effects: &[Use], k: usize) -> Vec<Use> {
+pub(super) fn remove(effects: &[Use], k: usize) -> Vec<Use> {
     effects.iter().enumerate().filter(|(e, _)| *e != k).map(|(_, each)| each.clone()).collect()
 }

@@ -56,6 +56,7 @@ pub mod runouts;
 pub mod samples;
 pub mod session;
 mod settled;
+mod shape;
 pub mod shown;
 pub mod sigmoid;
 pub mod situation;

@@ -6,6 +6,7 @@ use super::fit::{Fitted, fit};
 use super::residual::inflation;
 use super::samples::Data;
 use crate::effects::Effect;
+use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Least side of the region of a hard zone, mm: twice the least that its law resolves. Since a zone is found again without
@@ -34,7 +35,8 @@ pub fn best_trial(data: &Data, present: &Fitted, effects: &[Use], effect: &'stat
         let (score, gain) = score_of(data, present, &fitted, each.asked());
         Some(Trial { effect, fitted, gain, score })
     };
-    let best = begin.iter().filter_map(|each| trial(each, 5)).max_by(|a, b| a.score.total_cmp(&b.score));
+    let tried: Vec<Trial> = begin.par_iter().filter_map(|each| trial(each, 5)).collect();
+    let best = tried.into_iter().max_by(|a, b| a.score.total_cmp(&b.score));
     // What does not even pay for its parameters by now is not worth fitting to the end.
     let polished = best.and_then(|b| {
         if b.score < 0.0 {

@@ -1,0 +1,55 @@
+//! The form of an effect that is in the model already. In: the diagnosis, the model it stands in. Out: the model with the form
+//! that explains clearly more, if there is one.
+
+use super::acting::Use;
+use super::candidates::{is_looked_for, starts};
+use super::diagnose::{Diagnosis, FORM_ROUNDS, remove};
+use super::fit::{Fitted, fit};
+use super::trial::{score_of, unphysical};
+use rayon::prelude::*;
+
+/// How much more another form of an effect must score: "positive" on the scale of the Bayesian information criterion.
+const FORM_MARGIN: f64 = 2.0;
+
+impl Diagnosis<'_> {
+    /// The last effect, if it was looked for, in the shape that suits it.
+    pub(super) fn shaped(&self, found: Fitted) -> Fitted {
+        let Some((last, others)) = found.model.effects.split_last().filter(|(u, _)| is_looked_for(u.effect)) else {
+            return found;
+        };
+        let free = |k: usize, start: f64| {
+            let mut each = last.clone();
+            (each.values[k], each.free[k]) = (start, true);
+            let effects: Vec<Use> = others.iter().chain([&each]).cloned().collect();
+            let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
+            let sound = unphysical(fitted.model.effects.last(), self.data.clock_s).is_none();
+            sound.then(|| (score_of(&self.train, &found, &fitted, 1).0, fitted))
+        };
+        let shapes = last.effect.parameters.iter().enumerate().filter(|(k, p)| p.neutral == Some(last.values[*k]));
+        let starts: Vec<(usize, f64)> =
+            shapes.flat_map(|(k, p)| p.starts.iter().map(move |start| (k, *start))).collect();
+        let tried: Vec<(f64, Fitted)> = starts.par_iter().filter_map(|(k, start)| free(*k, *start)).collect();
+        let best = tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(score, _)| *score > FORM_MARGIN);
+        best.map_or(found, |(_, fitted)| fitted)
+    }
+
+    /// The same effect in the form that suits it beside those that were added after it, every form fitted to its end.
+    /// It begins beside the others as they are: without it they stand in for it.
+    pub(super) fn other_form(&self, present: &Fitted, k: usize, without_it: &Fitted, same: f64) -> Option<Fitted> {
+        let own = present.model.effects[k].effect;
+        if !own.parameters.iter().any(|p| p.neutral.is_some()) || own.parameters.iter().any(|p| p.scanned) {
+            return None;
+        }
+        let others = remove(&present.model.effects, k);
+        let fitted = |each: &Use| {
+            let effects: Vec<Use> = others.iter().chain([each]).cloned().collect();
+            let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
+            let (score, _) = score_of(&self.train, without_it, &fitted, each.asked());
+            Some((score, fitted))
+        };
+        let sound = |f: &Fitted| unphysical(f.model.effects.last(), self.data.clock_s).is_none();
+        let forms = starts(own, &self.train, present);
+        let best = forms.par_iter().filter_map(fitted).filter(|(_, f)| sound(f)).max_by(|a, b| a.0.total_cmp(&b.0));
+        best.filter(|(score, _)| *score > same + FORM_MARGIN).map(|(_, fitted)| fitted)
+    }
+}
