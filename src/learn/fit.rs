@@ -386,7 +386,7 @@ mod tests {
         let data = worn();
         let plain = fit(&data, &[], 0).unwrap();
         for each in starts(named("flank-wear").unwrap(), &data, &plain) {
-            let found = fit(&data, &[each.clone()], 25).unwrap();
+            let found = fit(&data, std::slice::from_ref(&each), 25).unwrap();
             let [growth, run_in, _, end] = found.model.effects[0].values[..] else { panic!("four parameters") };
             assert!((growth - 2.0 / 30.0).abs() < 1e-4, "{:?}: {growth}", each.free);
             assert!(run_in < 1e-3 && end < 1e-5 && (found.model.base[1] - 17.0).abs() < 0.02);
