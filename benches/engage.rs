@@ -1,5 +1,5 @@
 //! Whole-program benchmarks of the engagement stage: moves/s, stations/s, swept cells/s, engaged slices a station, peak
-//! memory. `cargo bench --bench engage -- [finishing|roughing|scaling|bear] [blocks]`.
+//! memory. `cargo bench --bench engage -- [finishing|roughing|scaling|handed|bear] [blocks]`.
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
@@ -7,10 +7,10 @@
 mod engage_common;
 use engage_common::{Path, ball, block, flat, job, plain_program};
 use feedwright::engage::cache::{from_bytes, key, to_bytes};
-use feedwright::engage::{EngagementMap, Options, engage};
+use feedwright::engage::{EngagementMap, Options, engage, engage_and_keep};
 use feedwright::machine::{Box3, Job, StockShape};
 use feedwright::path::Vec3;
-use feedwright::stock::{Field, saved};
+use feedwright::stock::{Field, Piece, saved};
 use std::time::Instant;
 
 fn main() {
@@ -28,13 +28,16 @@ fn main() {
             finishing(blocks);
         }
     }
+    if wanted("handed") {
+        handed_on(blocks.unwrap_or(100_000));
+    }
     if wanted("bear") {
         bear();
     }
 }
 
 /// A 6 mm ball on a wavy surface, 0.24 mm blocks, rows 0.25 mm apart, 0.3 mm of stock over it, 0.1 mm cells, stock of
-/// 300 × 200 mm read from a file as an earlier program would have left it.
+/// 300 × 200 mm: heights over a grid, read from a file.
 fn finishing(blocks: usize) {
     let per_row = 1250;
     let rows = blocks.div_ceil(per_row);
@@ -58,13 +61,45 @@ fn finishing(blocks: usize) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("roughed.stock");
     let left = Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3);
-    std::fs::write(&file, saved::to_bytes(&left, Vec3::zeros())).unwrap();
-    drop(left);
+    std::fs::write(&file, saved::to_bytes(&Piece::of_field(left), Vec3::zeros())).unwrap();
     let mut job = job(vec![ball(6.0)], vec![block([0.0; 3], [1.0; 3])]);
     job.stocks[0].shape = StockShape::Saved(file);
     let load = |path: &std::path::Path| std::fs::read(path);
     let options = Options { cell_mm: Some(0.1), loader: Some(&load), ..Options::default() };
     measure(&format!("finishing {blocks} blocks"), &path, &job, &options);
+}
+
+/// The wavy surface finished in the stock of 300 × 200 mm that a program before left, by its cuts: the same ball in rows
+/// 1 mm apart and 0.3 mm above.
+fn handed_on(blocks: usize) {
+    let step = 0.24;
+    let surface = |x: f64, y: f64| -8.0 + 3.0 * (x * 0.05).sin() * (y * 0.04).cos();
+    let rows = |pitch: f64, above: f64, most: usize| {
+        let mut path = Path::from([0.0, 0.0, 5.0]);
+        let place = |k: usize| (k / 1250, if (k / 1250).is_multiple_of(2) { k % 1250 } else { 1249 - k % 1250 });
+        for (row, column) in (0..most).map(place) {
+            let (x, y) = (column as f64 * step, row as f64 * pitch);
+            if y <= 200.0 {
+                path.line([x, y, surface(x, y) + above]);
+            }
+        }
+        path
+    };
+    let mut job = job(vec![ball(6.0)], vec![block([0.0, 0.0, -20.0], [300.0, 200.0, -4.0])]);
+    let options = Options { cell_mm: Some(0.1), ..Options::default() };
+    let (_, pieces) = engage_and_keep(&rows(1.0, 0.3, 250_000).toolpath, &job, &options, &|_| {}).unwrap();
+    let begin = Instant::now();
+    let bytes = saved::to_bytes(&pieces[0], Vec3::zeros());
+    println!(
+        "stock: {} cuts, {:.1} MiB, {:.3} s to bytes",
+        pieces[0].cuts.len(),
+        bytes.len() as f64 / 1048576.0,
+        begin.elapsed().as_secs_f64()
+    );
+    job.stocks[0].shape = StockShape::Saved("before.stock".into());
+    let load = |_: &std::path::Path| Ok(bytes.clone());
+    let options = Options { loader: Some(&load), ..options };
+    measure(&format!("finishing {blocks} blocks of what a program left"), &rows(0.25, 0.0, blocks), &job, &options);
 }
 
 /// Square spirals of a 10 mm flat mill in layers of 2 mm, 150 × 100 × 50 mm.

@@ -49,7 +49,7 @@ fn parts(criterion: &mut Criterion) {
         let cutters = [Cutter::new(&tool, 0.1)];
         let blanks = [Blank::Box(extent)];
         let elements = rows(depth);
-        let scene = Scene { elements: &elements, cutters: &cutters, blanks: &blanks, fixtures: &[] };
+        let scene = Scene { elements: &elements, cutters: &cutters, earlier: &[], blanks: &blanks, fixtures: &[] };
         let mut tile = Field::new(extent, 0.1, |_, _| 5.0).tiles.swap_remove(0);
         let last = elements.len() as u32 - 1;
         for (index, element) in elements[..last as usize].iter().enumerate() {

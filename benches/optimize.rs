@@ -14,7 +14,7 @@ use feedwright::path::Vec3;
 use feedwright::report::Run;
 use feedwright::rewrite::rewrite;
 use feedwright::schedule::{Options, solve};
-use feedwright::stock::{Field, saved};
+use feedwright::stock::{Field, Piece, saved};
 use feedwright::{machine, nc, setup};
 
 /// Blocks of 0.24 mm in rows of 1,250, 0.3 mm apart or less.
@@ -108,10 +108,10 @@ fn program(blocks: usize) -> String {
     text + "G0 Z50\nM30\n%\n"
 }
 
-/// 0.3 mm over the surface, 300 by 200 mm, as an earlier program would have left it.
+/// 0.3 mm over the surface, 300 by 200 mm: heights over a grid.
 fn stock() -> Vec<u8> {
     let extent = machine::Box3 { min: Vec3::new(0.0, 0.0, -20.0), max: Vec3::new(300.0, 200.0, -4.0) };
-    saved::to_bytes(&Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3), Vec3::zeros())
+    saved::to_bytes(&Piece::of_field(Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3)), Vec3::zeros())
 }
 
 fn task(text: &str, force_xy_n: f64) -> Task {

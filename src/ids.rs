@@ -16,6 +16,8 @@ impl BlockId {
 }
 
 impl MoveId {
+    /// The move of a cut that an earlier program made.
+    pub const BEFORE: Self = Self(u32::MAX);
     /// As an index.
     pub fn ix(self) -> usize {
         self.0 as usize

@@ -4,6 +4,7 @@
 pub mod units;
 pub mod ids;
 pub mod diag;
+pub mod bytes;
 pub mod path;
 pub mod machine;
 pub mod effects;

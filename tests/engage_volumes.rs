@@ -223,8 +223,8 @@ fn nothing_is_lost_between_two_programs() {
     rows(&mut second, -2.0);
     rows(&mut both, -1.0);
     rows(&mut both, -2.0);
-    let (one, fields) = engage_and_keep(&first.toolpath, &job, &options, &|_| {}).unwrap();
-    let bytes = saved::to_bytes(&fields[0], Vec3::zeros());
+    let (one, pieces) = engage_and_keep(&first.toolpath, &job, &options, &|_| {}).unwrap();
+    let bytes = saved::to_bytes(&pieces[0], Vec3::zeros());
     let load = |_: &std::path::Path| Ok(bytes.clone());
     let mut next = job.clone();
     next.stocks[0].shape = StockShape::Saved("op10.stock".into());
@@ -236,7 +236,9 @@ fn nothing_is_lost_between_two_programs() {
     println!("removed {:.3} + {:.3}, left {:.3}, of {initial}", one.removed_mm3, two.removed_mm3, two.remaining_mm3);
     assert!((kept / initial - 1.0).abs() < 1e-6, "{kept}");
     assert!((two.remaining_mm3 / whole.remaining_mm3 - 1.0).abs() < 1e-6);
-    let cells: f64 = fields[0].rows().map(|h| f64::from(h) + 10.0).sum::<f64>() * fields[0].cell[0] * fields[0].cell[1];
+    let field = &pieces[0].field;
+    let heights = field.by_row(|tile| &tile.heights);
+    let cells: f64 = heights.iter().map(|h| f64::from(*h) + 10.0).sum::<f64>() * field.cell[0] * field.cell[1];
     assert!((cells / one.remaining_mm3 - 1.0).abs() < 1e-6);
 }
 

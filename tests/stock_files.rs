@@ -1,13 +1,12 @@
-//! Stock from files: STL meshes checked and repaired or refused, saved stock written and read back.
+//! Stock from files: STL meshes checked and repaired or refused, files that are damaged or too large for the memory.
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 mod engage_common;
 use engage_common::*;
-use feedwright::engage::{EngageError, Options, engage, engage_and_keep};
+use feedwright::engage::{EngageError, Options, engage};
 use feedwright::machine::{Job, StockShape};
-use feedwright::path::Vec3;
-use feedwright::stock::{MeshError, read_stl, saved};
+use feedwright::stock::{MeshError, read_stl};
 use std::path::PathBuf;
 
 type Triangle = [[f64; 3]; 3];
@@ -163,31 +162,16 @@ fn a_mesh_is_cut_like_the_box_it_is() {
 }
 
 #[test]
-fn saved_stock_continues_where_the_program_ended() {
-    let blank = job(vec![flat(10.0)], vec![block([0.0, -20.0, -20.0], [40.0, 20.0, 0.0])]);
-    let options = Options { cell_mm: Some(0.2), ..Options::default() };
-    let (first, fields) = engage_and_keep(&slot(-2.0).toolpath, &blank, &options, &|_| {}).unwrap();
-    let bytes = saved::to_bytes(&fields[0], Vec3::zeros());
-    let load = |_: &std::path::Path| Ok(bytes.clone());
-    let options = Options { loader: Some(&load), ..options };
-    let job = from_file(StockShape::Saved(PathBuf::from("op10.stock")));
-    let second = engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).unwrap();
-    assert!((second.initial_mm3 - first.remaining_mm3).abs() < 1e-6 * first.initial_mm3);
-    assert!((second.removed_mm3 / 400.0 - 1.0).abs() < 3e-3, "{}", second.removed_mm3);
-    // Between the cells the walls that were left slope: a strip of them is met again.
-    assert!((volume_of(&second, 0) / 400.0 - 1.0).abs() < 0.01, "{}", volume_of(&second, 0));
-    // As a mesh it is closed and has its volume.
-    let (mesh, notes) = read_stl(&saved::to_stl(&fields[0], Vec3::zeros())).unwrap();
-    assert!((mesh.volume() / first.remaining_mm3 - 1.0).abs() < 2e-3 && notes.is_empty(), "{notes:?}");
-}
-
-#[test]
 fn a_damaged_or_missing_stock_file_is_told() {
     let job = from_file(StockShape::Saved(PathBuf::from("op10.stock")));
-    let load = |_: &std::path::Path| Ok(b"FWSTOCK1 not really".to_vec());
-    let options = Options { loader: Some(&load), ..Options::default() };
-    let error = engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).unwrap_err();
-    assert!(matches!(&error, EngageError::StockFile { .. }) && error.to_string().contains("op10.stock"), "{error}");
+    for (bytes, said) in [(&b"FWSTOCK2 not really"[..], "cut short"), (b"FWSTOCK1", "another version")] {
+        let load = |_: &std::path::Path| Ok(bytes.to_vec());
+        let options = Options { loader: Some(&load), ..Options::default() };
+        let error = engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).unwrap_err();
+        let text = error.to_string();
+        let told = text.contains("op10.stock") && text.contains(said);
+        assert!(matches!(&error, EngageError::StockFile { .. }) && told, "{text}");
+    }
     let load = |_: &std::path::Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
     let options = Options { loader: Some(&load), ..Options::default() };
     assert!(engage(&slot(-3.0).toolpath, &job, &options, &|_| {}).is_err());

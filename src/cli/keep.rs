@@ -15,14 +15,14 @@ use crate::engage::EngagementMap;
 use crate::engage::cache::{Key, Unusable, from_bytes, to_bytes};
 use crate::job::Keep;
 use crate::path::Vec3;
-use crate::stock::{Field, saved};
+use crate::stock::{Piece, saved};
 
 /// Files to be, and what the pipeline has handed over for them.
 pub struct Kept {
     cache: Option<PathBuf>,
     stock: Option<Stock>,
     bytes: RefCell<Option<Vec<u8>>>,
-    fields: RefCell<Vec<(Field, Vec3)>>,
+    pieces: RefCell<Vec<(Piece, Vec3)>>,
     screen: Screen,
 }
 
@@ -47,7 +47,7 @@ impl Kept {
             }
         };
         let stock = command.save_stock.as_deref().map(|path| stock(path, outputs)).transpose()?;
-        Ok(Self { cache, stock, bytes: RefCell::default(), fields: RefCell::default(), screen })
+        Ok(Self { cache, stock, bytes: RefCell::default(), pieces: RefCell::default(), screen })
     }
 
     /// Runs `work` with the hooks.
@@ -56,8 +56,8 @@ impl Kept {
         let remember = |key: &Key, map: &EngagementMap| {
             self.bytes.replace(Some(to_bytes(map, key)));
         };
-        let stock = |fields: Vec<(Field, Vec3)>| {
-            self.fields.replace(fields);
+        let stock = |pieces: Vec<(Piece, Vec3)>| {
+            self.pieces.replace(pieces);
         };
         let cached = self.cache.is_some();
         work(Keep {
@@ -89,18 +89,18 @@ impl Kept {
             outputs.open(path, Kind::Cache)?.write(&bytes)?;
         }
         let Some(Stock { path, mesh, output }) = self.stock else { return Ok(()) };
-        let fields = self.fields.take();
-        let bytes = |(field, shift): &(Field, Vec3)| {
-            if mesh { saved::to_stl(field, *shift) } else { saved::to_bytes(field, *shift) }
+        let pieces = self.pieces.take();
+        let bytes = |(piece, shift): &(Piece, Vec3)| {
+            if mesh { saved::to_stl(&piece.field, *shift) } else { saved::to_bytes(piece, *shift) }
         };
         let mut output = Some(output);
-        for (k, field) in fields.iter().enumerate() {
+        for (k, piece) in pieces.iter().enumerate() {
             let name = if k == 0 { path.clone() } else { numbered(&path, k + 1) };
             let output = match output.take() {
                 Some(output) => output,
                 None => Outputs::new([], false).open(&name, Kind::Stock)?,
             };
-            output.write(&bytes(field))?;
+            output.write(&bytes(piece))?;
             self.screen.say(&format!("stock     {} as the program leaves it", name.display()));
         }
         Ok(())

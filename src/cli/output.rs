@@ -158,7 +158,7 @@ fn is_ours(bytes: &[u8], kind: Kind) -> bool {
         Kind::Csv => holds(crate::report::CSV_HEAD),
         Kind::Markup => holds(crate::report::MARK),
         Kind::Cache => bytes.starts_with(crate::engage::cache::FAMILY),
-        Kind::Stock => bytes.starts_with(saved::MARK) || bytes.starts_with(saved::MESH_MARK),
+        Kind::Stock => bytes.starts_with(saved::FAMILY) || bytes.starts_with(saved::MESH_MARK),
     }
 }
 

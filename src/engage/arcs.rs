@@ -14,14 +14,16 @@ use super::gaps::{Interval, span};
 use super::nominate::{Mark, Sample};
 use super::rings::Work;
 use crate::machine::{Box3, Slice};
-use crate::stock::{Blank, Element, Track};
+use crate::stock::{Blank, Element, Form, Track};
 
 /// Everything there is to be asked.
 pub struct Scene<'a> {
-    /// All elements.
+    /// All elements: the cuts of earlier programs, then those of this one.
     pub elements: &'a [Element],
     /// All cutters.
     pub cutters: &'a [Cutter],
+    /// Outlines of the cutters of earlier programs: elements count them on from the cutters.
+    pub earlier: &'a [Form],
     /// The blanks.
     pub blanks: &'a [Blank],
     /// Keep-out boxes.
@@ -29,6 +31,11 @@ pub struct Scene<'a> {
 }
 
 impl Scene<'_> {
+    /// Outline of the cutter of an element.
+    pub fn form(&self, element: &Element) -> &Form {
+        let cutter = element.cutter as usize;
+        self.cutters.get(cutter).map_or_else(|| &self.earlier[cutter - self.cutters.len()], |cutter| &cutter.form)
+    }
     /// True when no fixture is within the clearance of a sample.
     pub fn clear_of_fixtures(&self, sample: &Sample) -> bool {
         let reach = self.cutters[sample.cutter as usize].form.radius + sample.clearance_mm;
@@ -96,8 +103,7 @@ fn fill<'a>(covers: &mut Vec<Cover<'a>>, scene: &'a Scene<'a>, sample: &Sample, 
     covers.clear();
     for id in candidates {
         let element = &scene.elements[*id as usize];
-        let form = &scene.cutters[element.cutter as usize].form;
-        covers.push(Cover::new(&element.track.seen_from(origin, sample.dir), form, covers.last()));
+        covers.push(Cover::new(&element.track.seen_from(origin, sample.dir), scene.form(element), covers.last()));
     }
     let element = &scene.elements[sample.element as usize];
     let length = sample.along_mm - 0.25 * cutter.form.radius;

@@ -7,6 +7,7 @@
 
 use super::map::{EngagedArc, EngagementMap, Event, EventKind, Station, StationFlags};
 use super::options::Options;
+use crate::bytes::{Reader, count, numbers, seal, unsealed};
 use crate::ids::MoveId;
 use crate::machine::{Job, Slice, StockShape};
 use crate::nc::Toolpath;
@@ -93,17 +94,13 @@ pub fn to_bytes(map: &EngagementMap, key: &Key) -> Vec<u8> {
     let mut out = Vec::with_capacity(64 + map.stations.len() * 34 + map.arcs.len() * 10);
     out.extend_from_slice(MARK);
     out.extend_from_slice(key);
-    for value in [map.initial_mm3, map.removed_mm3, map.remaining_mm3, map.cell_mm] {
-        out.extend_from_slice(&value.to_le_bytes());
-    }
+    numbers(&mut out, &[map.initial_mm3, map.removed_mm3, map.remaining_mm3, map.cell_mm]);
     count(&mut out, map.slices.len());
     for (tool, slices) in &map.slices {
         out.extend_from_slice(&tool.to_le_bytes());
         count(&mut out, slices.len());
         for s in slices {
-            for value in [s.z_mm, s.radius_mm, s.edge_mm, s.normal_r, s.normal_z] {
-                out.extend_from_slice(&value.to_le_bytes());
-            }
+            numbers(&mut out, &[s.z_mm, s.radius_mm, s.edge_mm, s.normal_r, s.normal_z]);
             out.push(s.segment);
         }
     }
@@ -140,134 +137,90 @@ pub fn to_bytes(map: &EngagementMap, key: &Key) -> Vec<u8> {
         count(&mut out, note.len());
         out.extend_from_slice(note.as_bytes());
     }
-    let sum: [u8; 32] = Sha256::digest(&out).into();
-    out.extend_from_slice(&sum);
+    seal(&mut out);
     out
-}
-
-fn count(out: &mut Vec<u8>, n: usize) {
-    out.extend_from_slice(&(n as u64).to_le_bytes());
 }
 
 /// The map back from bytes, if they are whole and were made for `key`.
 pub fn from_bytes(bytes: &[u8], key: &Key) -> Result<EngagementMap, Unusable> {
-    let body = bytes.len().checked_sub(32).ok_or(Unusable::Damaged)?;
-    let (body, sum) = bytes.split_at(body);
-    let whole: [u8; 32] = Sha256::digest(body).into();
-    if !body.starts_with(MARK) || whole != sum {
-        return Err(Unusable::Damaged);
-    }
-    let mut reader = Reader { rest: &body[MARK.len()..] };
+    let mut reader = unsealed(bytes, MARK).ok_or(Unusable::Damaged)?;
     if reader.take(32).ok_or(Unusable::Damaged)? != key {
         return Err(Unusable::Stale);
     }
-    reader.map().ok_or(Unusable::Damaged)
+    map(&mut reader).ok_or(Unusable::Damaged)
 }
 
-struct Reader<'a> {
-    rest: &'a [u8],
+fn map(reader: &mut Reader) -> Option<EngagementMap> {
+    let mut map = EngagementMap {
+        initial_mm3: reader.f64()?,
+        removed_mm3: reader.f64()?,
+        remaining_mm3: reader.f64()?,
+        cell_mm: reader.f64()?,
+        ..EngagementMap::default()
+    };
+    map.slices = reader.list(|r| Some((r.u32()?, r.list(slice)?)))?;
+    let mut first = 0u32;
+    map.of_move = reader.list(|r| {
+        let begin = first;
+        first = first.checked_add(r.u32()?)?;
+        Some(begin..first)
+    })?;
+    let mut arcs = 0u32;
+    map.stations = reader.list(|r| {
+        let station = station(r, arcs)?;
+        arcs = arcs.checked_add(station.arc_count)?;
+        Some(station)
+    })?;
+    map.arcs = reader.list(|r| Some(EngagedArc { slice: r.u16()?, entry_rad: r.f32()?, exit_rad: r.f32()? }))?;
+    map.events = reader.list(event)?;
+    map.notes = reader.list(text)?;
+    (first as usize == map.stations.len() && arcs as usize == map.arcs.len()).then_some(map)
 }
 
-impl<'a> Reader<'a> {
-    fn take(&mut self, n: usize) -> Option<&'a [u8]> {
-        let (head, rest) = self.rest.split_at_checked(n)?;
-        self.rest = rest;
-        Some(head)
-    }
-    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.take(N)?.try_into().ok()
-    }
-    fn f64(&mut self) -> Option<f64> {
-        self.array().map(f64::from_le_bytes)
-    }
-    fn f32(&mut self) -> Option<f32> {
-        self.array().map(f32::from_le_bytes)
-    }
-    fn u32(&mut self) -> Option<u32> {
-        self.array().map(u32::from_le_bytes)
-    }
-    fn u16(&mut self) -> Option<u16> {
-        self.array().map(u16::from_le_bytes)
-    }
-    fn u8(&mut self) -> Option<u8> {
-        self.array().map(|[byte]| byte)
-    }
-    /// A list: its count, then its records of at least one byte each.
-    fn list<T>(&mut self, mut record: impl FnMut(&mut Self) -> Option<T>) -> Option<Vec<T>> {
-        let n = usize::try_from(self.array().map(u64::from_le_bytes)?).ok()?;
-        if n > self.rest.len() {
-            return None;
-        }
-        (0..n).map(|_| record(self)).collect()
-    }
-    fn map(&mut self) -> Option<EngagementMap> {
-        let mut map = EngagementMap {
-            initial_mm3: self.f64()?,
-            removed_mm3: self.f64()?,
-            remaining_mm3: self.f64()?,
-            cell_mm: self.f64()?,
-            ..EngagementMap::default()
-        };
-        map.slices = self.list(|r| Some((r.u32()?, r.list(Reader::slice)?)))?;
-        let mut first = 0u32;
-        map.of_move = self.list(|r| {
-            let begin = first;
-            first = first.checked_add(r.u32()?)?;
-            Some(begin..first)
-        })?;
-        let mut arcs = 0u32;
-        map.stations = self.list(|r| {
-            let station = r.station(arcs)?;
-            arcs = arcs.checked_add(station.arc_count)?;
-            Some(station)
-        })?;
-        map.arcs = self.list(|r| Some(EngagedArc { slice: r.u16()?, entry_rad: r.f32()?, exit_rad: r.f32()? }))?;
-        map.events = self.list(Reader::event)?;
-        map.notes = self.list(Reader::text)?;
-        (first as usize == map.stations.len() && arcs as usize == map.arcs.len()).then_some(map)
-    }
-    fn slice(&mut self) -> Option<Slice> {
-        Some(Slice {
-            z_mm: self.f64()?,
-            radius_mm: self.f64()?,
-            edge_mm: self.f64()?,
-            normal_r: self.f64()?,
-            normal_z: self.f64()?,
-            segment: self.u8()?,
-        })
-    }
-    fn station(&mut self, first_arc: u32) -> Option<Station> {
-        Some(Station {
-            move_id: MoveId(self.u32()?),
-            from_mm: self.f64()?,
-            to_mm: self.f64()?,
-            removal_area_mm2: self.f32()?,
-            axial_depth_mm: self.f32()?,
-            first_arc,
-            arc_count: self.u32()?,
-            flags: {
-                let bits = self.u8()?;
-                let bit = |k: u8| bits >> k & 1 == 1;
-                StationFlags { clear_air: bit(0), uncertain: bit(1), final_surface: bit(2) }
-            },
-        })
-    }
-    fn text(&mut self) -> Option<String> {
-        String::from_utf8(self.list(Reader::u8)?).ok()
-    }
-    fn event(&mut self) -> Option<Event> {
-        const KINDS: [EventKind; 7] = [
-            EventKind::CutAtRapid,
-            EventKind::ShankContact,
-            EventKind::HolderContact,
-            EventKind::FixtureContact,
-            EventKind::PlungeNotCentreCutting,
-            EventKind::Undercut,
-            EventKind::SpindleStopped,
-        ];
-        let kind = *KINDS.get(usize::from(self.u8()?))?;
-        let move_id = MoveId(self.u32()?);
-        let detail = self.text()?;
-        Some(Event { kind, move_id, detail })
-    }
+fn slice(reader: &mut Reader) -> Option<Slice> {
+    Some(Slice {
+        z_mm: reader.f64()?,
+        radius_mm: reader.f64()?,
+        edge_mm: reader.f64()?,
+        normal_r: reader.f64()?,
+        normal_z: reader.f64()?,
+        segment: reader.u8()?,
+    })
+}
+
+fn station(reader: &mut Reader, first_arc: u32) -> Option<Station> {
+    Some(Station {
+        move_id: MoveId(reader.u32()?),
+        from_mm: reader.f64()?,
+        to_mm: reader.f64()?,
+        removal_area_mm2: reader.f32()?,
+        axial_depth_mm: reader.f32()?,
+        first_arc,
+        arc_count: reader.u32()?,
+        flags: {
+            let bits = reader.u8()?;
+            let bit = |k: u8| bits >> k & 1 == 1;
+            StationFlags { clear_air: bit(0), uncertain: bit(1), final_surface: bit(2) }
+        },
+    })
+}
+
+fn text(reader: &mut Reader) -> Option<String> {
+    String::from_utf8(reader.list(Reader::u8)?).ok()
+}
+
+fn event(reader: &mut Reader) -> Option<Event> {
+    const KINDS: [EventKind; 7] = [
+        EventKind::CutAtRapid,
+        EventKind::ShankContact,
+        EventKind::HolderContact,
+        EventKind::FixtureContact,
+        EventKind::PlungeNotCentreCutting,
+        EventKind::Undercut,
+        EventKind::SpindleStopped,
+    ];
+    let kind = *KINDS.get(usize::from(reader.u8()?))?;
+    let move_id = MoveId(reader.u32()?);
+    let detail = text(reader)?;
+    Some(Event { kind, move_id, detail })
 }

@@ -2,6 +2,7 @@
 //! stations whose piece of path lies nearest to a cell their move was the last to lower.
 
 use super::map::EngagementMap;
+use crate::ids::MoveId;
 use crate::stock::{Element, Field, Tile, Track, UNTOUCHED};
 use rayon::prelude::*;
 
@@ -26,6 +27,9 @@ fn stations_of(map: &EngagementMap, elements: &[Element], tile: &Tile) -> Vec<u3
                 continue;
             }
             let element = &elements[tile.ids[k] as usize];
+            if element.move_id == MoveId::BEFORE {
+                continue;
+            }
             let along = nearest_along(&element.track, [tile.first[0] + i as f64 * tile.cell[0], y]);
             let station = station_at(map, element, element.from_mm + along);
             if station != found.last().copied() {

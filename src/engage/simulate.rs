@@ -14,12 +14,12 @@ use super::map::{EngagementMap, StationFlags};
 use super::nominate::{Need, Sample};
 use super::options::{EngageError, Options};
 use super::stations::{Builder, Point};
-use super::workpiece::{blanks, cell_mm, shift, sources};
+use super::workpiece::{Earlier, cell_mm, pieces, shift, sources};
 use crate::ids::MoveId;
 use crate::machine::{Box3, Job, Shape, Tool};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
-use crate::stock::{Blank, Element, Field, Tiling, append_elements};
+use crate::stock::{Blank, Element, Field, Form, Piece, Tiling, append_elements};
 
 /// Elements in a batch, and cells they may sweep: what they overwrite is kept.
 const BATCH: u32 = 8192;
@@ -41,34 +41,57 @@ pub fn engage(
     options: &Options,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<EngagementMap, EngageError> {
-    engage_and_keep(path, job, options, progress).map(|(map, _)| map)
+    engage_all(path, job, options, progress).map(|(map, _)| map)
 }
 
-/// As [`engage`], with the stock as the program leaves it: one field per piece of stock, in the common frame.
+/// As [`engage`], with the pieces of stock as the program leaves them, in the common frame.
 pub fn engage_and_keep(
     path: &Toolpath,
     job: &Job,
     options: &Options,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<(EngagementMap, Vec<Field>), EngageError> {
+) -> Result<(EngagementMap, Vec<Piece>), EngageError> {
+    let (map, left) = engage_all(path, job, options, progress)?;
+    let Left { blanks, fields, elements, cutters, earlier } = left;
+    let scene = Scene { elements: &elements, cutters: &cutters, earlier: &earlier, blanks: &[], fixtures: &[] };
+    let piece = |(blank, field)| Piece::left(blank, field, &elements, |element| scene.form(element));
+    Ok((map, blanks.into_iter().zip(fields).map(piece).collect()))
+}
+
+/// What a simulation leaves.
+struct Left {
+    blanks: Vec<Blank>,
+    fields: Vec<Field>,
+    elements: Vec<Element>,
+    cutters: Vec<Cutter>,
+    earlier: Vec<Form>,
+}
+
+fn engage_all(
+    path: &Toolpath,
+    job: &Job,
+    options: &Options,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<(EngagementMap, Left), EngageError> {
     let mut notes = Vec::new();
     let used: Vec<&Tool> = numbers_used(path).into_iter().filter_map(|number| job.tool(number)).collect();
     let smallest = used.iter().map(|tool| tool.diameter_mm).fold(10.0, f64::min);
     let cutting: Vec<&Tool> = used.into_iter().filter(|tool| tool.shape != Shape::Probe).collect();
     let (stock, laid) = rayon::join(
-        || -> Result<(f64, Vec<Blank>, Vec<Field>), EngageError> {
+        || -> Result<(f64, Vec<Piece>), EngageError> {
             let sources = sources(job, path, options, &mut notes)?;
             let cell = cell_mm(job, options, &sources, smallest)?;
-            let blanks = blanks(sources, cell, &mut notes)?;
-            let fields = blanks.iter().map(|blank| blank.field(cell)).collect();
-            Ok((cell, blanks, fields))
+            Ok((cell, pieces(sources, cell, &mut notes)?))
         },
         || Laid::new(path, job, &cutting),
     );
-    let (cell, blanks, mut fields) = stock?;
+    let (cell, pieces) = stock?;
     let cutters: Vec<Cutter> = cutting.iter().map(|tool| Cutter::new(tool, cell)).collect();
-    let plan = Plan::new(path, job, laid, &fields, options);
-    let scene = Scene { elements: &plan.laid.elements, cutters: &cutters, blanks: &blanks, fixtures: &job.fixtures };
+    let (earlier, blanks, mut fields) = Earlier::of(pieces, cutters.len());
+    let plan = Plan::new(path, job, laid.after(earlier.elements), &fields, options);
+    let elements = &plan.laid.elements;
+    let scene =
+        Scene { elements, cutters: &cutters, earlier: &earlier.forms, blanks: &blanks, fixtures: &job.fixtures };
     let mut builder = Builder::default();
     builder.map.cell_mm = cell;
     builder.map.notes = notes;
@@ -78,8 +101,8 @@ pub fn engage_and_keep(
     let mut map = builder.map;
     map.remaining_mm3 = fields.iter().map(Field::volume_mm3).sum();
     map.removed_mm3 = map.initial_mm3 - map.remaining_mm3;
-    mark_final_surface(&mut map, &plan.laid.elements, &fields);
-    Ok((map, fields))
+    mark_final_surface(&mut map, elements, &fields);
+    Ok((map, Left { blanks, fields, elements: plan.laid.elements, cutters, earlier: earlier.forms }))
 }
 
 fn numbers_used(path: &Toolpath) -> Vec<u32> {
@@ -91,6 +114,7 @@ fn numbers_used(path: &Toolpath) -> Vec<u32> {
 
 /// The toolpath as elements in the common frame.
 struct Laid {
+    /// Those of earlier programs, then those of the moves.
     elements: Vec<Element>,
     /// First element of each move, and one past the last.
     first: Vec<u32>,
@@ -121,6 +145,12 @@ impl Laid {
             laid.first.push(laid.elements.len() as u32);
         }
         laid
+    }
+    /// The same after the elements of earlier programs.
+    fn after(mut self, earlier: Vec<Element>) -> Self {
+        self.first.iter_mut().for_each(|first| *first += earlier.len() as u32);
+        self.elements.splice(0..0, earlier);
+        self
     }
     fn shift(&self, motion: &Move) -> Vec3 {
         self.shifts.iter().find(|(number, _)| *number == motion.wcs).map_or_else(Vec3::zeros, |(_, by)| *by)

@@ -1,11 +1,12 @@
-//! Blanks and work offsets in one common frame. In: the job, the toolpath. Out: one [`Blank`] per piece of stock, the shift
-//! of each work offset, the cell that fits.
+//! Stock and work offsets in one common frame. In: the job, the toolpath. Out: the pieces of stock, the shift of each work
+//! offset, the cell that fits.
 
 use super::options::{EngageError, Options};
+use crate::ids::MoveId;
 use crate::machine::{Box3, Job, Stock, StockShape};
 use crate::nc::Toolpath;
 use crate::path::Vec3;
-use crate::stock::{Blank, Mesh, Relief, field, read_stl, saved};
+use crate::stock::{Blank, Cut, Element, Field, Form, Mesh, Piece, field, read_stl, saved};
 use std::path::Path;
 
 /// Bytes a cell of the field takes: height and provenance.
@@ -45,8 +46,10 @@ pub fn sources(
 
 /// A piece of stock before the resolution is known.
 pub enum Source {
-    /// A shape with a formula, or heights with cells of their own.
+    /// A shape with a formula.
     Blank(Blank),
+    /// What an earlier program left.
+    Saved(Box<Piece>),
     /// A mesh and the name of its file.
     Mesh(Mesh, String),
 }
@@ -55,6 +58,7 @@ impl Source {
     fn extent(&self) -> Box3 {
         match self {
             Source::Blank(blank) => blank.extent(),
+            Source::Saved(piece) => piece.field.extent,
             Source::Mesh(mesh, _) => mesh.extent(),
         }
     }
@@ -62,21 +66,23 @@ impl Source {
 
 fn source(stock: &Stock, by: Vec3, options: &Options, notes: &mut Vec<String>) -> Result<Source, EngageError> {
     let source = match &stock.shape {
-        StockShape::Box(extent) => Source::Blank(Blank::Box(Box3 { min: extent.min + by, max: extent.max + by })),
-        StockShape::Cylinder { centre, diameter_mm, z_mm } => Source::Blank(Blank::Cylinder {
-            centre: [centre[0] + by.x, centre[1] + by.y],
-            radius: 0.5 * diameter_mm,
-            z: [z_mm[0] + by.z, z_mm[1] + by.z],
-        }),
+        StockShape::Box(extent) => Source::Blank(Blank::Box(*extent).moved(by)),
+        StockShape::Cylinder { centre, diameter_mm, z_mm } => {
+            Source::Blank(Blank::Cylinder { centre: *centre, radius: 0.5 * diameter_mm, z: *z_mm }.moved(by))
+        }
         StockShape::Stl(file) => {
             let (mesh, repaired) = read_stl(&read(file, options)?).map_err(|why| stock_file(file, &why.to_string()))?;
             notes.extend(repaired.into_iter().map(|note| format!("{}: {note}", file.display())));
             Source::Mesh(mesh.shifted(by), file.display().to_string())
         }
         StockShape::Saved(file) => {
-            let why = "it is no stock saved by this program, or was cut short: save it again, or describe it as a box";
-            let relief = saved::from_bytes(&read(file, options)?, by).ok_or_else(|| stock_file(file, why))?;
-            Source::Blank(Blank::Heights(Box::new(relief)))
+            let bytes = read(file, options)?;
+            let why = if bytes.starts_with(saved::FAMILY) && !bytes.starts_with(saved::MARK) {
+                "another version saved it: run the earlier program again with --save-stock"
+            } else {
+                "it is no stock saved by this program, or was cut short: save it again, or describe it as a box"
+            };
+            Source::Saved(Box::new(saved::from_bytes(&bytes, by).ok_or_else(|| stock_file(file, why))?))
         }
     };
     let size = source.extent().max - source.extent().min;
@@ -93,21 +99,52 @@ fn stock_file(file: &Path, why: &str) -> EngageError {
     EngageError::StockFile { path: file.display().to_string(), why: why.to_owned() }
 }
 
-/// The blanks at their resolution.
-pub fn blanks(sources: Vec<Source>, cell_mm: f64, notes: &mut Vec<String>) -> Result<Vec<Blank>, EngageError> {
+/// The pieces of stock in cells of at most `cell_mm`.
+pub fn pieces(sources: Vec<Source>, cell_mm: f64, notes: &mut Vec<String>) -> Result<Vec<Piece>, EngageError> {
     sources
         .into_iter()
         .map(|source| match source {
-            Source::Blank(blank) => Ok(blank),
+            Source::Blank(blank) => Ok(Piece::uncut(blank, cell_mm)),
+            Source::Saved(piece) => Ok(piece.in_cells(cell_mm)),
             Source::Mesh(mesh, file) => {
                 let mut said = Vec::new();
                 let field = mesh.field(cell_mm, &mut said);
                 notes.extend(said.into_iter().map(|note| format!("{file}: {note}")));
                 let field = field.map_err(|why| EngageError::StockFile { path: file, why: why.to_string() })?;
-                Ok(Blank::Heights(Box::new(Relief::new(&field))))
+                Ok(Piece::of_field(field))
             }
         })
         .collect()
+}
+
+/// The cuts of earlier programs as elements before all others.
+pub(super) struct Earlier {
+    /// The elements.
+    pub elements: Vec<Element>,
+    /// The outlines of their cutters.
+    pub forms: Vec<Form>,
+}
+
+impl Earlier {
+    /// That of all the pieces of stock, with their blanks and their fields; the program has so many cutters.
+    pub fn of(pieces: Vec<Piece>, cutters: usize) -> (Self, Vec<Blank>, Vec<Field>) {
+        let mut earlier = Self { elements: Vec::new(), forms: Vec::new() };
+        let (mut blanks, mut fields) = (Vec::new(), Vec::new());
+        for Piece { blank, mut field, cuts, forms } in pieces {
+            let (first, first_form) = (earlier.elements.len() as u32, cutters + earlier.forms.len());
+            if first > 0 {
+                field.renumber(|id| id + first);
+            }
+            earlier.elements.extend(cuts.into_iter().map(|Cut { track, form }| {
+                let cutter = (first_form + usize::from(form)) as u16;
+                Element { track, from_mm: 0.0, move_id: MoveId::BEFORE, cutter, joined: false }
+            }));
+            earlier.forms.extend(forms);
+            blanks.push(blank);
+            fields.push(field);
+        }
+        (earlier, blanks, fields)
+    }
 }
 
 /// Cell of the field: as asked for, else a thirtieth of the smallest tool (0.05 to 0.5 mm) within a bounded number of

@@ -34,7 +34,7 @@ use crate::report::{Answers, Check, Run, Written};
 use crate::rewrite;
 use crate::schedule::{self, Problem};
 use crate::setup::Assumption;
-use crate::stock::Field;
+use crate::stock::Piece;
 
 /// How often caps are tightened at most.
 pub const ROUNDS: usize = 5;
@@ -82,7 +82,7 @@ pub type Recall<'a> = dyn Fn(&Key) -> Option<EngagementMap> + 'a;
 /// Keeps a map.
 pub type Remember<'a> = dyn Fn(&Key, &EngagementMap) + 'a;
 /// Takes pieces of stock with their shifts.
-pub type TakeStock<'a> = dyn Fn(Vec<(Field, Vec3)>) + 'a;
+pub type TakeStock<'a> = dyn Fn(Vec<(Piece, Vec3)>) + 'a;
 
 /// Hooks for what outlives a run.
 #[derive(Clone, Copy, Default)]
@@ -259,13 +259,17 @@ fn first_engagement(toolpath: &Toolpath, job: &Job, watch: &Watch) -> Result<Eng
     if let Some(map) = known {
         return Ok(cut(map, job, SPACING_MM[0]));
     }
-    let (map, fields) = engage::engage_and_keep(toolpath, job, &options, &|done| (watch.progress)("simulate", done))?;
+    let progress = |done| (watch.progress)("simulate", done);
+    let map = if let Some(take) = stock {
+        let (map, pieces) = engage::engage_and_keep(toolpath, job, &options, &progress)?;
+        let shifts = job.stocks.iter().map(|stock| -engage::workpiece::stock_shift(job, toolpath, stock));
+        take(pieces.into_iter().zip(shifts).collect());
+        map
+    } else {
+        engage::engage(toolpath, job, &options, &progress)?
+    };
     if let Some((remember, key)) = remember.zip(key.as_ref()) {
         remember(key, &map);
-    }
-    if let Some(take) = stock {
-        let shifts = job.stocks.iter().map(|stock| -engage::workpiece::stock_shift(job, toolpath, stock));
-        take(fields.into_iter().zip(shifts).collect());
     }
     Ok(cut(map, job, SPACING_MM[0]))
 }

@@ -27,6 +27,9 @@ pub enum Blank {
 /// Cells along the side of a block of a relief.
 const BLOCK: usize = 4;
 
+/// Heights worked on in one go.
+const MANY: usize = 1 << 14;
+
 /// Difference up to which heights are those of one level, mm.
 const LEVEL_MM: f32 = 1e-5;
 
@@ -37,11 +40,12 @@ pub struct Relief {
     pub extent: Box3,
     /// Sides of a cell, mm.
     pub cell: [f64; 2],
-    size: [usize; 2],
+    /// Cells along X and Y.
+    pub size: [usize; 2],
     /// Cells per mm along X and Y.
     per_mm: [f64; 2],
     /// The heights, row by row, mm.
-    heights: Vec<f32>,
+    pub heights: Vec<f32>,
     /// Lowest height of each block of cells, row by row, mm.
     lows: Vec<f32>,
 }
@@ -49,9 +53,7 @@ pub struct Relief {
 impl Relief {
     /// The blank that has the heights of a field.
     pub fn new(field: &Field) -> Self {
-        let mut heights = vec![0.0f32; field.size[0] * field.size[1]];
-        heights.par_chunks_mut(field.size[0]).enumerate().for_each(|(j, row)| field.copy_row(j, row));
-        Self::from_rows(field.extent, field.size, heights)
+        Self::from_rows(field.extent, field.size, field.by_row(|tile| &tile.heights))
     }
     /// The blank of `size` cells over `extent` with these heights, row by row.
     pub fn from_rows(extent: Box3, size: [usize; 2], heights: Vec<f32>) -> Self {
@@ -133,6 +135,27 @@ impl Blank {
                 Box3 { min: Vec3::new(x - radius, y - radius, z[0]), max: Vec3::new(x + radius, y + radius, z[1]) }
             }
             Blank::Heights(relief) => relief.extent,
+        }
+    }
+    /// The same blank elsewhere.
+    pub fn moved(self, by: Vec3) -> Self {
+        if by == Vec3::zeros() {
+            return self;
+        }
+        let shifted = |of: Box3| Box3 { min: of.min + by, max: of.max + by };
+        match self {
+            Blank::Box(extent) => Blank::Box(shifted(extent)),
+            Blank::Cylinder { centre: [x, y], radius, z } => {
+                Blank::Cylinder { centre: [x + by.x, y + by.y], radius, z: z.map(|z| z + by.z) }
+            }
+            Blank::Heights(relief) => {
+                let Relief { extent, size, mut heights, .. } = *relief;
+                heights
+                    .par_iter_mut()
+                    .with_min_len(MANY)
+                    .for_each(|height| *height = (f64::from(*height) + by.z) as f32);
+                Blank::Heights(Box::new(Relief::from_rows(shifted(extent), size, heights)))
+            }
         }
     }
     /// Height of its top over (x, y); minus infinity beside it.

@@ -85,6 +85,15 @@ impl Track {
             }
         }
     }
+    /// The same track elsewhere.
+    pub fn moved(&self, by: Vec3) -> Self {
+        match *self {
+            Track::Line { from, to } => Track::Line { from: from + by, to: to + by },
+            Track::Arc { centre: [x, y], z, radius, start, sweep } => {
+                Track::Arc { centre: [x + by.x, y + by.y], z: z + by.z, radius, start, sweep }
+            }
+        }
+    }
     /// The track seen from `origin` with the unit vector `dir` as x axis; heights stay.
     pub fn seen_from(&self, origin: [f64; 2], dir: [f64; 2]) -> Self {
         let local = |x: f64, y: f64| {

@@ -85,23 +85,33 @@ impl Field {
     }
     /// Field of `size` cells over `extent` with the heights that `height(column, row)` gives.
     pub fn from_rows(extent: Box3, size: [usize; 2], height: impl Fn(usize, usize) -> f64 + Sync) -> Self {
+        Self::from_cells(extent, size, |i, j| (height(i, j), UNTOUCHED))
+    }
+    /// Field of `size` cells over `extent` with the heights and the provenance that `cell(column, row)` gives.
+    pub fn from_cells(extent: Box3, size: [usize; 2], at: impl Fn(usize, usize) -> (f64, u32) + Sync) -> Self {
         let cell = [0, 1].map(|axis| (extent.max[axis] - extent.min[axis]) / size[axis] as f64);
         let tiling = size.map(|n| n.div_ceil(TILE));
         let place = |k: usize| [k % tiling[0], k / tiling[0]];
-        let tiles = (0..tiling[0] * tiling[1]).into_par_iter().map(|k| tile(&extent, cell, size, place(k), &height));
+        let tiles = (0..tiling[0] * tiling[1]).into_par_iter().map(|k| tile(&extent, cell, size, place(k), &at));
         Self { extent, cell, size, tiling, tiles: tiles.collect() }
     }
-    /// Heights row by row.
-    pub fn rows(&self) -> impl Iterator<Item = f32> + '_ {
-        (0..self.size[1]).flat_map(move |j| (0..self.size[0]).map(move |i| self.at(i, j)))
+    /// What `of` a tile says of its cells, row by row of the field.
+    pub fn by_row<T: Copy + Default + Send>(&self, of: impl Fn(&Tile) -> &[T] + Sync) -> Vec<T> {
+        let mut all = vec![T::default(); self.size[0] * self.size[1]];
+        all.par_chunks_mut(self.size[0]).enumerate().for_each(|(j, row)| {
+            let tiles = &self.tiles[j / TILE * self.tiling[0]..][..self.tiling[0]];
+            for (tile, out) in tiles.iter().zip(row.chunks_mut(TILE)) {
+                let first = (j % TILE + tile.core[1][0]) * tile.size[0] + tile.core[0][0];
+                out.copy_from_slice(&of(tile)[first..][..out.len()]);
+            }
+        });
+        all
     }
-    /// Copies the heights of a row of cells.
-    pub fn copy_row(&self, j: usize, out: &mut [f32]) {
-        let tiles = &self.tiles[j / TILE * self.tiling[0]..][..self.tiling[0]];
-        for (tile, out) in tiles.iter().zip(out.chunks_mut(TILE)) {
-            let first = (j % TILE + tile.core[1][0]) * tile.size[0] + tile.core[0][0];
-            out.copy_from_slice(&tile.heights[first..][..out.len()]);
-        }
+    /// Gives the elements that lowered the cells other numbers.
+    pub fn renumber(&mut self, number: impl Fn(u32) -> u32 + Sync) {
+        self.tiles.par_iter_mut().for_each(|tile| {
+            tile.ids.iter_mut().filter(|id| **id != UNTOUCHED).for_each(|id| *id = number(*id));
+        });
     }
     fn at(&self, i: usize, j: usize) -> f32 {
         let tile = &self.tiles[(j / TILE) * self.tiling[0] + i / TILE];
@@ -150,7 +160,7 @@ fn tile(
     cell: [f64; 2],
     cells: [usize; 2],
     place: [usize; 2],
-    height: &(impl Fn(usize, usize) -> f64 + Sync),
+    at: &(impl Fn(usize, usize) -> (f64, u32) + Sync),
 ) -> Tile {
     let begin = [0, 1].map(|axis| place[axis] * TILE);
     let end = [0, 1].map(|axis| (begin[axis] + TILE).min(cells[axis]));
@@ -158,15 +168,16 @@ fn tile(
     let high = [0, 1].map(|axis| (end[axis] + 1).min(cells[axis]));
     let size = [high[0] - low[0], high[1] - low[1]];
     let first = [extent.min.x + (low[0] as f64 + 0.5) * cell[0], extent.min.y + (low[1] as f64 + 0.5) * cell[1]];
-    let mut heights = Vec::with_capacity(size[0] * size[1]);
+    let count = size[0] * size[1];
+    let (mut heights, mut ids) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for j in 0..size[1] {
         for i in 0..size[0] {
-            let h = height(low[0] + i, low[1] + j);
-            heights.push(h.max(extent.min.z) as f32);
+            let (height, id) = at(low[0] + i, low[1] + j);
+            heights.push(height.max(extent.min.z) as f32);
+            ids.push(id);
         }
     }
     let core = [0, 1].map(|axis| [begin[axis] - low[axis], end[axis] - low[axis]]);
-    let ids = vec![UNTOUCHED; heights.len()];
     let (floor, tops) = (extent.min.z as f32, Vec::new());
     let (highest, swept, past) = (f32::INFINITY, 0..size[1], Past::default());
     let mut tile = Tile { first, cell, size, core, heights, ids, floor, highest, tops, swept, past };

@@ -1,0 +1,94 @@
+//! A piece of stock with its past: the blank it was, the cuts still to be seen on it, the field they left. In: a shape in mm;
+//! or what a program left ([`Piece::left`]), which the next one goes on with as if it were the same program: its walls are
+//! those of the cuts, not of the cells.
+
+use super::blank::{Blank, Relief};
+use super::element::{Element, Track};
+use super::field::{Field, UNTOUCHED, cells};
+use super::form::Form;
+use super::sweep::sweep;
+use rayon::prelude::*;
+
+/// A piece of stock.
+#[derive(Debug, Clone)]
+pub struct Piece {
+    /// What it was before the first cut.
+    pub blank: Blank,
+    /// Its heights, and which of the cuts lowered each cell last.
+    pub field: Field,
+    /// The cuts, in order.
+    pub cuts: Vec<Cut>,
+    /// The outlines of the cutters.
+    pub forms: Vec<Form>,
+}
+
+/// A cut of the past.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cut {
+    /// Where the tip of the cutter went.
+    pub track: Track,
+    /// Its outline, by index.
+    pub form: u16,
+}
+
+impl Piece {
+    /// Stock nothing has cut yet, in cells of at most `cell_mm`.
+    pub fn uncut(blank: Blank, cell_mm: f64) -> Self {
+        let field = blank.field(cell_mm);
+        Self { blank, field, cuts: Vec::new(), forms: Vec::new() }
+    }
+    /// Stock of which only the field is known.
+    pub fn of_field(field: Field) -> Self {
+        let blank = Blank::Heights(Box::new(Relief::new(&field)));
+        Self { blank, field, cuts: Vec::new(), forms: Vec::new() }
+    }
+    /// What is left of a blank: of the elements that cut it, those that are to be seen. `form` is that of an element.
+    pub fn left<'a>(blank: Blank, field: Field, elements: &[Element], form: impl Fn(&Element) -> &'a Form) -> Self {
+        let mut seen = vec![false; elements.len()];
+        let ids = field.tiles.iter().flat_map(|tile| &tile.ids);
+        ids.filter(|id| **id != UNTOUCHED).for_each(|id| seen[*id as usize] = true);
+        let (mut numbers, mut piece) =
+            (vec![UNTOUCHED; elements.len()], Self { blank, field, cuts: Vec::new(), forms: Vec::new() });
+        let mut form_of: Vec<Option<u16>> = Vec::new();
+        for (number, element) in elements.iter().enumerate().filter(|(number, _)| seen[*number]) {
+            numbers[number] = piece.cuts.len() as u32;
+            let cutter = element.cutter as usize;
+            form_of.resize(form_of.len().max(cutter + 1), None);
+            let index = *form_of[cutter].get_or_insert_with(|| piece.number_of(form(element)));
+            piece.cuts.push(Cut { track: element.track, form: index });
+        }
+        piece.field.renumber(|id| numbers[id as usize]);
+        piece
+    }
+    /// Index of a form; one that is not there yet is entered.
+    fn number_of(&mut self, form: &Form) -> u16 {
+        let known = self.forms.iter().position(|known| known.profile == form.profile);
+        known.unwrap_or_else(|| {
+            self.forms.push(form.clone());
+            self.forms.len() - 1
+        }) as u16
+    }
+    /// The same piece in cells of at most `cell_mm`: where these are others than its own it is cut anew.
+    pub fn in_cells(self, cell_mm: f64) -> Self {
+        if self.field.size == cells(&self.field.extent, cell_mm) {
+            return self;
+        }
+        let mut field = self.blank.field(cell_mm);
+        let mut cuts_of: Vec<Vec<u32>> = vec![Vec::new(); field.tiles.len()];
+        let tiling = field.tiling();
+        for (id, Cut { track, form }) in self.cuts.iter().enumerate() {
+            let (low, high) = track.bounds();
+            let reach = self.forms[*form as usize].radius + cell_mm;
+            let under = tiling.tiles_under([low.x - reach, low.y - reach], [high.x + reach, high.y + reach]);
+            under.for_each(|tile| cuts_of[tile].push(id as u32));
+        }
+        field.tiles.par_iter_mut().zip(cuts_of).for_each(|(tile, cuts)| {
+            for id in cuts {
+                let Cut { track, form } = &self.cuts[id as usize];
+                sweep(tile, (track, false), &self.forms[*form as usize], id);
+            }
+            tile.update_highest();
+        });
+        Self { field, ..self }
+    }
+}
