@@ -1,5 +1,6 @@
 //! Stock handed from program to program: the second one meets what it would have met as a part of the first, station by
-//! station and bit by bit; in other cells within what is promised of cells; as a mesh with its volume.
+//! station and bit by bit; in other cells within what is promised of cells; a program run again meets nothing; as a mesh it
+//! has its volume.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
@@ -113,6 +114,24 @@ fn same_stations((a, i): (&EngagementMap, usize), (b, j): (&EngagementMap, usize
         assert_eq!(arcs(a, one), arcs(b, other), "move {j} at {:.3} mm", other.from_mm);
     }
     ours.len()
+}
+
+#[test]
+fn a_program_run_again_cuts_nothing() {
+    let (programs, job) = (programs(), shop());
+    let all = one_after_the_other(&programs.each_ref());
+    for cell in [0.1, 0.2] {
+        let (first, pieces) = begins(&all, &job, cell);
+        let (again, _) = goes_on(&all, &job, &saved::to_bytes(&pieces[0], Vec3::zeros()), cell);
+        let volume = |map| (0..all.toolpath.moves.len()).map(|k| volume_of(map, k as u32)).sum::<f64>();
+        let most = |map: &EngagementMap| map.stations.iter().map(|s| s.removal_area_mm2).fold(0.0, f32::max);
+        let [one, two] = [&first, &again].map(|map| (volume(map), most(map)));
+        println!(
+            "cell {cell}: {:.1} mm³, at most {:.2} mm²; again {:.5} mm³, at most {:.4} mm²",
+            one.0, one.1, two.0, two.1
+        );
+        assert!(again.removed_mm3.abs() <= 1e-9 * one.0 && two.0 <= 1e-4 * one.0 && two.1 <= 0.01 * one.1);
+    }
 }
 
 #[test]

@@ -9,12 +9,12 @@
 //! the arcs, β counted from the feed direction.
 
 use super::cover::Cover;
-use super::cutter::Cutter;
+use super::cutter::{Cutter, MARGIN_CELLS};
 use super::gaps::{Interval, span};
 use super::nominate::{Mark, Sample};
 use super::rings::Work;
 use crate::machine::{Box3, Slice};
-use crate::stock::{Blank, Element, Form, Track};
+use crate::stock::{Blank, Element, Form, Track, along};
 
 /// Everything there is to be asked.
 pub struct Scene<'a> {
@@ -35,6 +35,19 @@ impl Scene<'_> {
     pub fn form(&self, element: &Element) -> &Form {
         let cutter = element.cutter as usize;
         self.cutters.get(cutter).map_or_else(|| &self.earlier[cutter - self.cutters.len()], |cutter| &cutter.form)
+    }
+    /// Adds to candidates, which are sorted, those that lie along the path from one of them.
+    pub fn add_along(&self, candidates: &mut Vec<u32>, sample: &Sample) {
+        let named = candidates.len();
+        let cell_mm = self.cutters[sample.cutter as usize].margin / MARGIN_CELLS;
+        for k in 0..named {
+            let form = self.form(&self.elements[candidates[k] as usize]);
+            candidates.extend(along(self.elements, candidates[k], form, cell_mm, sample.element));
+        }
+        if candidates.len() > named {
+            candidates.sort_unstable();
+            candidates.dedup();
+        }
     }
     /// True when no fixture is within the clearance of a sample.
     pub fn clear_of_fixtures(&self, sample: &Sample) -> bool {

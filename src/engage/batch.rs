@@ -16,7 +16,7 @@ use super::cutter::Cutter;
 use super::joints::{joints, turns};
 use super::nominate::{Mark, Need, Nomination, Nominations, Sample, Scratch, nominate};
 use crate::ids::MoveId;
-use crate::stock::{Field, Past, Tile, Tiling, make_again, sweep, take_back};
+use crate::stock::{Field, Past, Tile, Tiling, claim, make_again, sweep, take_back};
 use rayon::prelude::*;
 
 /// What is known of a sample.
@@ -34,6 +34,26 @@ pub struct Outcome {
     pub undercut: bool,
 }
 
+impl Outcome {
+    /// The same engagement seen from another heading, `by_rad` further counter-clockwise: what is engaged stays in its place, as
+    /// far as the cutter still leads there; where it reached as far as the cutter leads it does so again.
+    pub fn turned(&self, by_rad: f64) -> Self {
+        let (by, half_turn) = (by_rad as f32, std::f32::consts::PI);
+        let at_end = |angle: f32| angle.abs() < EDGE_RAD || (angle - half_turn).abs() < EDGE_RAD;
+        let turned = |angle: f32| if at_end(angle) { angle } else { (angle + by).clamp(0.0, half_turn) };
+        let mut arcs = self.arcs.clone();
+        let leading = |arc: &RawArc| arc.angles[0] > -EDGE_RAD && arc.angles[1] < half_turn + EDGE_RAD;
+        arcs.iter_mut().filter(|arc| leading(arc)).for_each(|arc| arc.angles = arc.angles.map(turned));
+        arcs.retain(|arc| arc.angles[0] < arc.angles[1]);
+        Self { arcs, ..self.clone() }
+    }
+}
+
+/// Angle from one horizontal heading to another, counter-clockwise, rad.
+pub fn turn(from: [f64; 2], to: [f64; 2]) -> f64 {
+    (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1])
+}
+
 /// What happened in a batch.
 #[derive(Debug, Default)]
 pub struct BatchResult {
@@ -44,6 +64,11 @@ pub struct BatchResult {
     /// Volumes removed by the elements that were to be watched: (element, mm³).
     pub watched: Vec<(u32, f64)>,
 }
+
+/// Angle up to which an arc ends where the cutter leads no further, rad.
+const EDGE_RAD: f32 = 1e-4;
+/// Turn of the heading that is none, rad.
+pub const STRAIGHT_RAD: f64 = 1e-4;
 
 /// Height of stock above the neck of an undercutting tool that is put down to rounding, mm.
 const UNDERCUT_MM: f64 = 0.01;
@@ -284,6 +309,10 @@ fn work_tile(
                 } else {
                     sweep(tile, (&element.track, element.joined), form, index);
                 }
+                claim(tile, index, element.joined, |id| {
+                    let element = &scene.elements[id as usize];
+                    (&element.track, scene.form(element))
+                });
             }
         }
     }
@@ -444,6 +473,7 @@ impl<'a> View<'a> {
         });
         gathered.candidates.sort_unstable();
         gathered.candidates.dedup();
+        self.scene.add_along(&mut gathered.candidates, sample);
         let neck = cutter_of(self.scene, sample).neck_mm.map_or(f64::INFINITY, |neck| sample.tip.z + neck);
         outcome.undercut = gathered.marks.iter().any(|mark| f64::from(mark.top) > neck + UNDERCUT_MM);
         gathered.arcs.clear();

@@ -77,6 +77,10 @@ impl<'a> Cover<'a> {
     pub fn leaves_floor(&self) -> bool {
         self.swept.leaves_floor()
     }
+    /// True when what it covers of a cylinder changes at the height of its floor only.
+    pub fn is_step(&self) -> bool {
+        self.form.is_flat() && self.leaves_floor()
+    }
     /// Covers what it can of a circle of radius `r` at height `z`.
     pub fn cover(&self, gaps: &mut Gaps, r: f64, z: f64) {
         let zeta = z - self.lowest();

@@ -7,6 +7,9 @@
 use crate::machine::{Profile, Segment, Slice, Tool};
 use crate::stock::Form;
 
+/// Distance by which a cell may stand for a point of a ring, in cells.
+pub const MARGIN_CELLS: f64 = 1.5;
+
 /// Rings worked on together.
 #[derive(Debug, Clone, Copy)]
 pub struct Band {
@@ -94,7 +97,7 @@ impl Cutter {
         let profile = &tool.profile;
         let slices = profile.rings();
         let spans = spans(&slices, profile);
-        let margin = 1.5 * cell_mm;
+        let margin = MARGIN_CELLS * cell_mm;
         let bands = bands(&slices, margin);
         let near = [false, true].map(|bottom| Near::new(&bands, profile.max_radius(), margin, cell_mm, bottom));
         Self {

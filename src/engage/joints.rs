@@ -5,7 +5,7 @@
 //! engagement runs through a peak or a dip between them, every end between them is worked out.
 
 use super::arcs::RawArc;
-use super::batch::Outcome;
+use super::batch::{Outcome, STRAIGHT_RAD, turn};
 use super::cutter::Cutter;
 use super::nominate::{Need, Sample};
 use crate::path::Vec3;
@@ -89,12 +89,12 @@ pub fn joints(
     let lead = if a.cut.area_mm2 > b.cut.area_mm2 { a } else { b };
     let at = |k: usize| {
         let part = along[k - ends[0]] / whole;
-        if mixes {
-            return mixed(a, b, part);
-        }
-        let mut outcome = lead.clone();
+        // Along a curve the engagement goes on as seen from the tool; a block that strays from it has a heading of its own.
+        let strays =
+            turn(samples[ends[0]].dir, samples[k].dir) - part * turn(samples[ends[0]].dir, samples[ends[1]].dir);
+        let mut outcome = if mixes { mixed(a, b, part) } else { lead.clone() };
         outcome.cut.area_mm2 = a.cut.area_mm2 + part * (b.cut.area_mm2 - a.cut.area_mm2);
-        outcome
+        if strays.abs() > STRAIGHT_RAD { outcome.turned(strays) } else { outcome }
     };
     Some(inner.map(|k| (k, at(k))).collect())
 }

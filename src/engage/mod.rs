@@ -11,6 +11,7 @@ pub mod between;
 pub mod cache;
 pub mod cover;
 pub mod cutter;
+mod cylinder;
 pub mod finish;
 pub mod gaps;
 pub mod hazards;

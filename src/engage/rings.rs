@@ -1,10 +1,8 @@
 //! The rings of a cutter at one position. In: what covers them, the blanks. Out: engaged angles per part of a ring.
 //!
-//! Rings of a cylindrical side have one radius and can only be less engaged with height: equal ends of a stack mean that all
-//! between are equal. A ring is cut in two where a level (a flat top or floor) passes through it; where engagement begins
-//! or ends between two rings of a curved outline the last one is cut there, and rings over which the width of what is cut
-//! bends are cut into thirds; where neighbours on a cylinder differ much though no level lies between them (a floor on a
-//! slope) both are looked at in four parts.
+//! A ring is cut in two where a level (a flat top or floor) passes through it; where engagement begins or ends between two
+//! rings of a curved outline the last one is cut there, and rings over which the width of what is cut bends, or a gap opens,
+//! are cut into thirds. Cylindrical sides: [`super::cylinder`].
 
 use super::arcs::{RawArc, Scene, area};
 use super::cover::{Cover, TOUCH_MM};
@@ -19,10 +17,10 @@ use std::cell::Cell;
 use std::f64::consts::FRAC_PI_2;
 use std::rc::Rc;
 
-/// Change of engagement from one ring to the next above which both are looked at in parts, rad.
-const JUMP_RAD: f64 = 0.15;
-/// Difference of keys up to which directions count as equal: at most 1e-5 rad.
-const EQUAL_KEYS: f64 = 5e-6;
+/// Change of engagement from one ring of a curved outline to the next that shows a gap opening, rad, and the change of what it
+/// removes from which that is looked at, as a part of all that is cut.
+const GAP_RAD: f64 = 0.6;
+const GAP_SHARE: f64 = 4.0 * ROUGH;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
 /// How often a ring is cut into thirds, and the error of the midpoint rule, as a part of all that is cut, from which it is.
@@ -37,9 +35,11 @@ const RUB_ABOVE_MM: f64 = 0.05;
 pub(super) struct Work<'a> {
     scene: &'a Scene<'a>,
     sample: &'a Sample,
-    cutter: &'a Cutter,
+    pub(super) cutter: &'a Cutter,
     covers: &'a [Cover<'a>],
     levels: Vec<f64>,
+    /// May what is engaged of a cylinder change between the levels?
+    pub(super) sloped: bool,
     /// The covers that took something away last: the next ring is likely to be ended by the same.
     first: Cell<[usize; 2]>,
 }
@@ -48,8 +48,10 @@ impl<'a> Work<'a> {
     /// A position and what may cover rings there.
     pub fn new(scene: &'a Scene<'a>, sample: &'a Sample, cutter: &'a Cutter, covers: &'a [Cover<'a>]) -> Self {
         let levels = levels(scene, sample, cutter, covers);
+        let relief = scene.blanks.iter().any(|blank| matches!(blank, Blank::Heights(_)));
+        let sloped = relief || covers.iter().any(|cover| !cover.is_step());
         let first = Cell::new([covers.len().saturating_sub(1), usize::MAX]);
-        Self { scene, sample, cutter, covers, levels, first }
+        Self { scene, sample, cutter, covers, levels, sloped, first }
     }
 
     /// Appends the engaged arcs of the marked bands; the volume they remove per mm of path, mm².
@@ -133,13 +135,13 @@ impl<'a> Work<'a> {
         rings
     }
 
-    /// A part of a ring. A bottom meets what lies under it: exactly at its height the sweep so far has cleared it all.
-    fn sub_ring(&self, index: u16, part: [f64; 2], bottom: bool) -> SubRing {
+    /// A part of a ring. A bottom that comes to rest on a floor does not cut it: what counts is what it met just before.
+    pub(super) fn sub_ring(&self, index: u16, part: [f64; 2], bottom: bool) -> SubRing {
         let slice = self.cutter.part(index, part);
         let z = self.sample.tip.z + slice.z_mm;
         let top = self.sample.tip.z + self.cutter.height_at(index, part[1]);
         let normal = [slice.normal_r, slice.normal_z];
-        SubRing { slice: index, part, z: if bottom { z - TOUCH_MM } else { z }, top, radius: slice.radius_mm, normal }
+        SubRing { slice: index, part, z: if bottom { z + TOUCH_MM } else { z }, top, radius: slice.radius_mm, normal }
     }
 
     /// Hands on the rings of a curved outline, cut where engagement begins and ends; their removal area, mm².
@@ -204,11 +206,17 @@ impl<'a> Work<'a> {
     /// Cuts the rings into thirds for which the midpoint rule is too rough. What was found at the middle stays.
     fn in_thirds(&self, found: Vec<Found>, curved: &[Curved]) -> Vec<Found> {
         let mut found = found;
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let widths: Vec<[f64; 2]> = found.iter().map(|of| self.width(&of.ring, &of.angles)).collect();
             let total: f64 = widths.iter().map(|[width, edge]| width * edge).sum();
+            let gap = |k: usize| {
+                let change = widths[k + 1][0] * widths[k + 1][1] - widths[k][0] * widths[k][1];
+                change.abs() > GAP_SHARE * total && divides(&found[k], &found[k + 1])
+            };
+            let gaps: Vec<bool> = (1..found.len()).map(|k| round == 0 && gap(k - 1)).collect();
+            let beside = |k: usize| (k > 0 && gaps[k - 1]) || gaps.get(k).is_some_and(|gap| *gap);
             let rough: Vec<bool> =
-                (0..found.len()).map(|k| correction(&found, &widths, k).abs() > ROUGH * total).collect();
+                (0..found.len()).map(|k| beside(k) || correction(&found, &widths, k).abs() > ROUGH * total).collect();
             if !rough.contains(&true) {
                 break;
             }
@@ -236,7 +244,7 @@ impl<'a> Work<'a> {
     }
 
     /// Volume per mm of path and mm of edge of a ring, and its edge, mm.
-    fn width(&self, ring: &SubRing, angles: &[Interval]) -> [f64; 2] {
+    pub(super) fn width(&self, ring: &SubRing, angles: &[Interval]) -> [f64; 2] {
         let slice = self.cutter.part(ring.slice, ring.part);
         let width = |arc: &Interval| area(&slice, self.sample.tangent, arc);
         [angles.iter().map(width).sum::<f64>() / slice.edge_mm, slice.edge_mm]
@@ -273,105 +281,9 @@ impl<'a> Work<'a> {
         Limit::Beyond(ring, self.ring(&ring, &beside.windows))
     }
 
-    /// Hands on the rings of a cylinder; their removal area, mm². What rings above each other share is worked out once.
-    fn sides(&self, found: &[Side], out: &mut Vec<RawArc>) -> f64 {
-        let mut area_mm2 = 0.0;
-        for shared in found.chunk_by(|a, b| Rc::ptr_eq(&a.angles, &b.angles)) {
-            let angles = &shared[0].angles;
-            if angles.is_empty() {
-                continue;
-            }
-            let [width, _] = self.width(&shared[0].ring, angles);
-            let first = out.len();
-            push(&shared[0].ring, angles, out);
-            let end = out.len();
-            for Side { ring, .. } in shared {
-                area_mm2 += width * self.cutter.part(ring.slice, ring.part).edge_mm;
-            }
-            for Side { ring, .. } in &shared[1..] {
-                let (from, part) = (out.len(), ring.part.map(|p| p as f32));
-                out.extend_from_within(first..end);
-                for arc in &mut out[from..] {
-                    (arc.slice, arc.part) = (ring.slice, part);
-                }
-            }
-        }
-        area_mm2
-    }
-
-    /// Where the arcs of neighbouring rings of a cylinder differ much though no level lies between them both are looked at
-    /// in four parts.
-    fn refine(&self, found: Vec<Side>, windows: &[Interval]) -> Vec<Side> {
-        let jumps = |k: usize| {
-            let Side { ring, angles } = &found[k];
-            let above = found.get(k + 1);
-            let at_level = || self.levels.iter().any(|level| (level - ring.top).abs() < 1e-3);
-            let shared = above.is_some_and(|above| Rc::ptr_eq(&above.angles, angles));
-            !shared
-                && (extent(angles) - above.map_or(0.0, |above| extent(&above.angles))).abs() > JUMP_RAD
-                && !at_level()
-        };
-        let jumps: Vec<bool> = (0..found.len()).map(jumps).collect();
-        if !jumps.contains(&true) {
-            return found;
-        }
-        let mut refined: Vec<Side> = Vec::with_capacity(found.len());
-        for (k, Side { ring, angles }) in found.iter().enumerate() {
-            if !jumps[k] && (k == 0 || !jumps[k - 1]) {
-                refined.push(Side { ring: *ring, angles: angles.clone() });
-                continue;
-            }
-            for quarter in 0..4 {
-                let at = |q: i32| ring.part[0] + (ring.part[1] - ring.part[0]) * 0.25 * f64::from(q);
-                let part = self.sub_ring(ring.slice, [at(quarter), at(quarter + 1)], false);
-                let angles = self.ring(&part, windows);
-                match refined.last_mut() {
-                    Some(Side { ring: last, angles: held })
-                        if last.slice == part.slice && last.part[1] == part.part[0] && same(held, &angles) =>
-                    {
-                        *last = self.sub_ring(ring.slice, [last.part[0], part.part[1]], false);
-                    }
-                    _ => refined.push(Side { ring: part, angles: angles.into() }),
-                }
-            }
-        }
-        refined
-    }
-
-    /// Arcs of rings above each other with one radius: they only shrink with height, so equal ends mean all equal.
-    fn stack(&self, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
-        let Some(lowest) = rings.first() else { return Vec::new() };
-        let lower: Shared = self.ring(lowest, windows).into();
-        let mut sides: Vec<Side> = rings.iter().map(|ring| Side { ring: *ring, angles: lower.clone() }).collect();
-        let last = rings.len() - 1;
-        if last > 0 && !lower.is_empty() {
-            sides[last].angles = self.ring(&rings[last], windows).into();
-            self.between(&mut sides, windows);
-        }
-        sides
-    }
-
-    /// Fills in what lies between the first and the last of a stack, which are known.
-    fn between(&self, sides: &mut [Side], windows: &[Interval]) {
-        let [first, between @ .., last] = sides else { return };
-        if between.is_empty() {
-            return;
-        }
-        if first.angles.is_empty() || same(&first.angles, &last.angles) {
-            for side in between {
-                side.angles = first.angles.clone();
-            }
-            return;
-        }
-        let middle = (sides.len() - 1) / 2;
-        sides[middle].angles = self.ring(&sides[middle].ring, windows).into();
-        self.between(&mut sides[..=middle], windows);
-        self.between(&mut sides[middle..], windows);
-    }
-
     /// Engaged intervals of one ring, counted from the feed direction, counter-clockwise. Asked first are the covers that
     /// ended the last ring, then the others, the latest first.
-    fn ring(&self, ring: &SubRing, windows: &[Interval]) -> Angles {
+    pub(super) fn ring(&self, ring: &SubRing, windows: &[Interval]) -> Angles {
         let Some([low, high]) = self.zone(ring.normal) else { return Angles::new() };
         let later = |a: Dir, b: Dir| if a.key > b.key { a } else { b };
         let sooner = |a: Dir, b: Dir| if a.key < b.key { a } else { b };
@@ -416,13 +328,7 @@ struct Curved {
 }
 
 /// What several rings of a cylinder have in common.
-type Shared = Rc<[Interval]>;
-
-/// A ring of a cylinder with what was found at its middle.
-struct Side {
-    ring: SubRing,
-    angles: Shared,
-}
+pub(super) type Shared = Rc<[Interval]>;
 
 /// Where engagement ends beside a ring.
 enum Limit {
@@ -459,7 +365,7 @@ fn ahead(sample: &Sample, radius: f64) -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
-fn push(ring: &SubRing, angles: &[Interval], out: &mut Vec<RawArc>) {
+pub(super) fn push(ring: &SubRing, angles: &[Interval], out: &mut Vec<RawArc>) {
     for [from, to] in angles {
         let angles = [(FRAC_PI_2 - to.angle()) as f32, (FRAC_PI_2 - from.angle()) as f32];
         out.push(RawArc { slice: ring.slice, part: ring.part.map(|p| p as f32), angles });
@@ -467,10 +373,12 @@ fn push(ring: &SubRing, angles: &[Interval], out: &mut Vec<RawArc>) {
 }
 
 /// Sum of the lengths of intervals, rad.
-fn extent(angles: &[Interval]) -> f64 {
+pub(super) fn extent(angles: &[Interval]) -> f64 {
     angles.iter().map(span).sum()
 }
 
-fn same(a: &[Interval], b: &[Interval]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (0..2).all(|k| (a[k].key - b[k].key).abs() < EQUAL_KEYS))
+/// Does a gap open or close from one ring to the next? The width has a kink there.
+fn divides(below: &Found, above: &Found) -> bool {
+    let jumps = || (extent(&below.angles) - extent(&above.angles)).abs() > GAP_RAD;
+    follows(&below.ring, &above.ring) && (below.angles.len() != above.angles.len() || jumps())
 }

@@ -5,7 +5,7 @@
 //! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
 
 use super::arcs::Scene;
-use super::batch::{BatchResult, Operation, Outcome, Swept, assign, run};
+use super::batch::{BatchResult, Operation, Outcome, STRAIGHT_RAD, Swept, assign, run, turn as turn_between};
 use super::cutter::Cutter;
 use super::finish::mark_final_surface;
 use super::hazards::{report, report_fixtures, report_rapids};
@@ -302,7 +302,7 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
     report_rapids(scene, &result, &mut builder.map);
     report_fixtures(plan, scene, batch.moves.clone(), &mut builder.map);
     let idle = [false, true].map(|clear| Outcome { clear, ..Outcome::default() });
-    let (mut last, mut points) = (&*held, Vec::new());
+    let mut last = &*held;
     for (index, way) in batch.moves.clone().zip(&batch.ways) {
         last = match way {
             Way::None => {
@@ -314,8 +314,11 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
                 &idle[usize::from(flags.clear_air)]
             }
             Way::Sampled { samples, inherits } => {
-                points.clear();
-                points.extend(inherits.then_some(Point { s_mm: 0.0, outcome: last, before: None }));
+                let bend = if *inherits { bend(plan, index) } else { 0.0 };
+                let seen = (bend.abs() > STRAIGHT_RAD).then(|| last.turned(bend));
+                let begin = seen.as_ref().unwrap_or(last);
+                let mut points: Vec<Point> = Vec::with_capacity(samples.len() + 1);
+                points.extend(inherits.then_some(Point { s_mm: 0.0, outcome: begin, before: None }));
                 points.extend(points_of(&batch.samples, &result, samples.clone()));
                 enter(
                     plan,
@@ -418,6 +421,14 @@ fn runs_on(plan: &Plan, index: usize) -> bool {
     let smooth = a.curve().tangent(a.curve().length()).dot(&b.curve().tangent(0.0)) >= SMOOTH;
     let joined = (a.curve().to() - b.curve().from()).norm() < 1e-6;
     a.kind == MoveKind::Feed && a.tool == b.tool && a.wcs == b.wcs && smooth && joined
+}
+
+/// By how much the path turns in the plane where a move runs on from the one before, rad.
+fn bend(plan: &Plan, index: usize) -> f64 {
+    let curve = plan.path.moves[index - 1].curve();
+    let [before, after] = [curve.tangent(curve.length()), plan.path.moves[index].curve().tangent(0.0)];
+    let level = |v: &Vec3| v.x.hypot(v.y) > 1e-6;
+    if level(&before) && level(&after) { turn_between([before.x, before.y], [after.x, after.y]) } else { 0.0 }
 }
 
 /// The sampled points of a move but for optional ones.

@@ -135,9 +135,9 @@ impl Earlier {
             if first > 0 {
                 field.renumber(|id| id + first);
             }
-            earlier.elements.extend(cuts.into_iter().map(|Cut { track, form }| {
+            earlier.elements.extend(cuts.into_iter().map(|Cut { track, form, joined }| {
                 let cutter = (first_form + usize::from(form)) as u16;
-                Element { track, from_mm: 0.0, move_id: MoveId::BEFORE, cutter, joined: false }
+                Element { track, from_mm: 0.0, move_id: MoveId::BEFORE, cutter, joined }
             }));
             earlier.forms.extend(forms);
             blanks.push(blank);

@@ -3,7 +3,9 @@
 //! cell, the element that last lowered it ([`field`], [`sweep`]); and what an element cleared at one height, exactly
 //! ([`region`]). The grid only nominates elements; boundaries come from the exact regions.
 
+mod along;
 pub mod blank;
+mod claim;
 pub mod element;
 pub mod field;
 mod form;
@@ -16,7 +18,9 @@ pub mod saved;
 pub mod sweep;
 pub mod wide;
 
+pub use along::along;
 pub use blank::{Blank, Relief};
+pub use claim::claim;
 pub use element::{Element, Track, append_elements};
 pub use field::{Field, Tile, Tiling, UNTOUCHED};
 pub use form::Form;

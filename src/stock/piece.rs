@@ -2,7 +2,9 @@
 //! or what a program left ([`Piece::left`]), which the next one goes on with as if it were the same program: its walls are
 //! those of the cuts, not of the cells.
 
+use super::along::along;
 use super::blank::{Blank, Relief};
+use super::claim::claim;
 use super::element::{Element, Track};
 use super::field::{Field, UNTOUCHED, cells};
 use super::form::Form;
@@ -29,6 +31,8 @@ pub struct Cut {
     pub track: Track,
     /// Its outline, by index.
     pub form: u16,
+    /// The cut before it ends where this one begins, with the same cutter.
+    pub joined: bool,
 }
 
 impl Piece {
@@ -42,20 +46,19 @@ impl Piece {
         let blank = Blank::Heights(Box::new(Relief::new(&field)));
         Self { blank, field, cuts: Vec::new(), forms: Vec::new() }
     }
-    /// What is left of a blank: of the elements that cut it, those that are to be seen. `form` is that of an element.
+    /// What is left of a blank: of the elements that cut it, those that are to be seen or run on from these. `form` is that of an element.
     pub fn left<'a>(blank: Blank, field: Field, elements: &[Element], form: impl Fn(&Element) -> &'a Form) -> Self {
-        let mut seen = vec![false; elements.len()];
-        let ids = field.tiles.iter().flat_map(|tile| &tile.ids);
-        ids.filter(|id| **id != UNTOUCHED).for_each(|id| seen[*id as usize] = true);
+        let kept = kept(&field, elements, &form);
         let (mut numbers, mut piece) =
             (vec![UNTOUCHED; elements.len()], Self { blank, field, cuts: Vec::new(), forms: Vec::new() });
         let mut form_of: Vec<Option<u16>> = Vec::new();
-        for (number, element) in elements.iter().enumerate().filter(|(number, _)| seen[*number]) {
+        for (number, element) in elements.iter().enumerate().filter(|(number, _)| kept[*number]) {
             numbers[number] = piece.cuts.len() as u32;
             let cutter = element.cutter as usize;
             form_of.resize(form_of.len().max(cutter + 1), None);
             let index = *form_of[cutter].get_or_insert_with(|| piece.number_of(form(element)));
-            piece.cuts.push(Cut { track: element.track, form: index });
+            let joined = element.joined && number > 0 && kept[number - 1];
+            piece.cuts.push(Cut { track: element.track, form: index, joined });
         }
         piece.field.renumber(|id| numbers[id as usize]);
         piece
@@ -76,7 +79,7 @@ impl Piece {
         let mut field = self.blank.field(cell_mm);
         let mut cuts_of: Vec<Vec<u32>> = vec![Vec::new(); field.tiles.len()];
         let tiling = field.tiling();
-        for (id, Cut { track, form }) in self.cuts.iter().enumerate() {
+        for (id, Cut { track, form, .. }) in self.cuts.iter().enumerate() {
             let (low, high) = track.bounds();
             let reach = self.forms[*form as usize].radius + cell_mm;
             let under = tiling.tiles_under([low.x - reach, low.y - reach], [high.x + reach, high.y + reach]);
@@ -84,11 +87,29 @@ impl Piece {
         }
         field.tiles.par_iter_mut().zip(cuts_of).for_each(|(tile, cuts)| {
             for id in cuts {
-                let Cut { track, form } = &self.cuts[id as usize];
-                sweep(tile, (track, false), &self.forms[*form as usize], id);
+                let cut = |id: u32| {
+                    let Cut { track, form, .. } = &self.cuts[id as usize];
+                    (track, &self.forms[*form as usize])
+                };
+                let (track, form) = cut(id);
+                sweep(tile, (track, false), form, id);
+                claim(tile, id, false, cut);
             }
             tile.update_highest();
         });
         Self { field, ..self }
     }
+}
+
+/// Which elements cells name, and those along the path from these.
+fn kept<'a>(field: &Field, elements: &[Element], form: impl Fn(&Element) -> &'a Form) -> Vec<bool> {
+    let mut seen = vec![false; elements.len()];
+    let ids = field.tiles.iter().flat_map(|tile| &tile.ids);
+    ids.filter(|id| **id != UNTOUCHED).for_each(|id| seen[*id as usize] = true);
+    let mut kept = seen.clone();
+    let (cell_mm, until) = (field.cell[0].max(field.cell[1]), elements.len() as u32);
+    for (id, element) in elements.iter().enumerate().filter(|(id, _)| seen[*id]) {
+        along(elements, id as u32, form(element), cell_mm, until).for_each(|id| kept[id as usize] = true);
+    }
+    kept
 }

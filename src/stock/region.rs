@@ -123,10 +123,10 @@ impl<'a> Swept<'a> {
             Swept::Arc { z, .. } => *z,
         }
     }
-    /// True when its cutter has a flat bottom and stays level: it leaves a floor.
+    /// True when its cutter has a flat bottom and stays level, or plunges: it leaves a floor.
     pub fn leaves_floor(&self) -> bool {
         match self {
-            Swept::Line { form, rise, .. } => form.flat_bottom && rise.abs() < 1e-9,
+            Swept::Line { form, rise, run, .. } => form.flat_bottom && (rise.abs() < 1e-9 || *run < 1e-9),
             Swept::Arc { form, .. } => form.flat_bottom,
         }
     }

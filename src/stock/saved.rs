@@ -2,7 +2,7 @@
 //! the piece with its past; a closed STL mesh for people to look at.
 //!
 //! Layout, little endian: mark; the blank (kind, numbers; of heights over a grid the grid); the outlines of the cutters; the
-//! cuts still to be seen (outline, kind, numbers); where there are any the cells of the field: how many along X and Y, heights
+//! cuts still to be seen (outline, joined, kind, numbers); where there are any the cells of the field: how many along X and Y, heights
 //! (f32), numbers of the cuts that lowered them (u32), row by row; SHA-256.
 
 use super::blank::{Blank, Relief};
@@ -37,6 +37,7 @@ pub fn to_bytes(piece: &Piece, shift: Vec3) -> Vec<u8> {
     count(&mut out, piece.cuts.len());
     for cut in &piece.cuts {
         out.extend_from_slice(&cut.form.to_le_bytes());
+        out.push(u8::from(cut.joined));
         put_track(&mut out, &cut.track.moved(shift));
     }
     if !piece.cuts.is_empty() {
@@ -102,7 +103,7 @@ pub fn from_bytes(bytes: &[u8], shift: Vec3) -> Option<Piece> {
     let extent = blank.extent();
     let solid = (0..3).all(|k| extent.max[k] > extent.min[k]);
     let forms: Vec<Form> = reader.list(|r| Some(Form::new(&Profile { segments: r.list(segment)? })))?;
-    let cuts = reader.list(|r| Some(Cut { form: r.u16()?, track: track(r)?.moved(shift) }))?;
+    let cuts = reader.list(|r| Some(Cut { form: r.u16()?, joined: r.u8()? != 0, track: track(r)?.moved(shift) }))?;
     let known = cuts.iter().all(|cut| usize::from(cut.form) < forms.len());
     if !(solid && known) {
         return None;

@@ -228,22 +228,55 @@ fn swept_height(profile: &Profile, line: &Line, u: f64, v: f64) -> f32 {
 }
 
 /// Where the cells of a tile lie.
-struct Grid {
+pub(super) struct Grid {
     first: [f64; 2],
     cell: [f64; 2],
     columns: usize,
 }
 
 impl Grid {
-    fn of(tile: &Tile) -> Self {
+    pub fn of(tile: &Tile) -> Self {
         Self { first: tile.first, cell: tile.cell, columns: tile.size[0] }
+    }
+    /// Middle of a cell in XY, mm.
+    pub fn place(&self, cell: usize) -> [f64; 2] {
+        let index = [cell % self.columns, cell / self.columns];
+        [0, 1].map(|axis| self.first[axis] + index[axis] as f64 * self.cell[axis])
     }
 }
 
 /// A run of cells of one row: their indices in the tile, and the place (u, v) of the first.
-struct Run {
-    cells: Range<usize>,
+pub(super) struct Run {
+    pub cells: Range<usize>,
     at: [f64; 2],
+}
+
+/// The runs of cells that a level track passes within the first of two distances, each with what of it lies within the second
+/// for certain; of a track that is joined to the one before only what lies ahead.
+pub(super) fn level_runs(
+    grid: &Grid,
+    [columns, rows]: [Range<usize>; 2],
+    track: &Track,
+    joined: bool,
+    [outer, inner]: [f64; 2],
+) -> Vec<[Option<Run>; 2]> {
+    match *track {
+        Track::Line { from, to } => {
+            let delta = to - from;
+            let run = delta.x.hypot(delta.y);
+            let dir = if run > 1e-9 { [delta.x / run, delta.y / run] } else { [1.0, 0.0] };
+            let behind = if joined && run > 1e-9 { 0.0 } else { f64::NEG_INFINITY };
+            let line = Line { from: [from.x, from.y], dir, run, z: from.z, rise: 0.0, behind };
+            // Of short lines the runs are drawn too wide.
+            let certain = inner > 0.0 && run >= 0.5 * outer;
+            let within = |j: usize| certain.then(|| row_run(grid, j, &line, inner)).flatten();
+            rows.map(|j| [row_run(grid, j, &line, outer), within(j)]).collect()
+        }
+        Track::Arc { centre, radius: [r0, r1], .. } => {
+            let ring = [0.5 * (r0 + r1), outer];
+            rows.flat_map(|j| ring_runs(grid, j, &columns, centre, ring)).map(|run| [run, None]).collect()
+        }
+    }
 }
 
 /// The runs of rows that lie within reach of a line.

@@ -1,7 +1,9 @@
 //! Toolpaths and jobs put together by hand for the engagement tests.
 #![allow(dead_code)] // each test file uses its own part of it
 
+pub mod brute;
 pub mod oracle;
+pub mod random;
 
 use feedwright::engage::{EngagementMap, Options, Station, engage};
 use feedwright::ids::{BlockId, MoveId};

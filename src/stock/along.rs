@@ -1,0 +1,34 @@
+//! Cuts along the path of a cut that a cell names. In: elements, one of them, the width of a cell. Out: those shortly before and
+//! after it.
+//!
+//! On a ramp a flat end lowers a cell near its side where its rim passes, up to half a chord before or after the place where it
+//! clears the wall; and where the path rises and falls again the cut at the top may lower no cell at all. Its walls stand
+//! nevertheless, so it is a candidate wherever its neighbours are.
+
+use super::element::{Element, Track};
+use super::form::Form;
+
+/// Width of a strip along a wall that may hold no middle of a cell, in cells.
+const SLIVER_CELLS: f64 = 2.25;
+
+/// The elements along the path from element `id` as far as it may matter, those before `until` only.
+pub fn along(elements: &[Element], id: u32, form: &Form, cell_mm: f64, until: u32) -> impl Iterator<Item = u32> {
+    let reach = reach_mm(&elements[id as usize], form, cell_mm);
+    let within = move |next: &dyn Fn(u32) -> u32, ends: &dyn Fn(u32) -> bool| {
+        let (mut left, mut at, mut count) = (reach, id, 0);
+        while left > 0.0 && !ends(at) {
+            at = next(at);
+            left -= elements[at as usize].track.length();
+            count += 1;
+        }
+        count
+    };
+    let after = within(&|at| at + 1, &|at| at + 1 >= until || !elements[at as usize + 1].joined);
+    let before = within(&|at| at - 1, &|at| !elements[at as usize].joined);
+    (id - before..id).chain(id + 1..id + 1 + after)
+}
+
+fn reach_mm(element: &Element, form: &Form, cell_mm: f64) -> f64 {
+    let ramp = matches!(element.track, Track::Line { from, to } if (from.z - to.z).abs() > 1e-9);
+    if ramp && !form.is_ball() { (2.0 * form.radius * SLIVER_CELLS * cell_mm).sqrt() } else { 0.0 }
+}

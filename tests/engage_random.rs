@@ -1,0 +1,534 @@
+//! Random programs against brute force: at the stations of feed moves the removal area, the area of their arcs and their
+//! angles, from what every earlier move swept ([`engage_common::brute`]). In: seeds. Out: how far the map is off.
+//!
+//! Promised at cells of 0.1 mm: angles to 0.01° (median), 0.75° (99 %) and 3° (worst); removal over a millimetre and more of
+//! path to 0.3 % of the largest. What breaks these promises today is left out by [`left_out`]; small programs have a note of how
+//! far they are off: a fault repaired is to be taken out of both.
+//!
+//! `ENGAGE_RANDOM=from..to` looks at other seeds, `ENGAGE_CELL` at another cell.
+
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
+
+mod engage_common;
+use engage_common::brute::{Along, Ring, Scene, Sweep, Way, along};
+use engage_common::oracle::{Mill, integral, quantiles};
+use engage_common::random::{MAX, MILLS, MIN, Program, Step, program};
+use feedwright::engage::{EngagementMap, Station};
+use feedwright::ids::MoveId;
+use feedwright::machine::Slice;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Removal area below which angles are not looked at, mm².
+const LEAST_MM2: f64 = 1e-3;
+
+/// What was met before and at a move.
+fn scene(sweeps: &[Sweep], index: usize) -> Scene<'_> {
+    let own = &sweeps[index];
+    let [lo, hi] = own.bounds();
+    let meets = |other: &&Sweep| {
+        let [from, to] = other.bounds();
+        other.way.heights()[0] < MAX[2] && (0..2).all(|k| from[k] <= hi[k] && to[k] >= lo[k])
+    };
+    let heading = |sweep: &Sweep| {
+        let [x, y, _] = sweep.way.tangent(1.0);
+        (x.hypot(y) > 1e-6).then(|| [x / x.hypot(y), y / x.hypot(y)])
+    };
+    let heading = sweeps[..index].iter().rev().find_map(heading).unwrap_or([1.0, 0.0]);
+    Scene { min: MIN, max: MAX, before: sweeps[..index].iter().filter(meets).collect(), own, heading }
+}
+
+/// A station beside what brute force says of its piece.
+struct Compared {
+    index: usize,
+    station: Station,
+    brute: Along,
+    /// Removal area of its own arcs.
+    of_arcs: f64,
+    /// Deviations of angles, where its engagement is steady.
+    angles: Vec<f64>,
+    /// Engaged rings with a different number of intervals.
+    odd: usize,
+    /// Why it is left out of what is asserted.
+    left_out: Option<Fault>,
+}
+
+fn ring_of(slice: &Slice) -> Ring {
+    let normal = [slice.normal_r, slice.normal_z];
+    Ring { radius: slice.radius_mm, z: slice.z_mm, normal, edge: slice.edge_mm }
+}
+
+fn compare(map: &EngagementMap, program: &Program, sweeps: &[Sweep], index: usize) -> Vec<Compared> {
+    let scene = scene(sweeps, index);
+    let length = scene.own.way.length();
+    let slices = map.slices_of(program.steps[index].tool);
+    let stations = map.stations_of(MoveId(index as u32));
+    let largest = stations.iter().map(|station| f64::from(station.removal_area_mm2)).fold(0.2, f64::max);
+    let one = |station: &Station| {
+        let part = [station.from_mm / length, station.to_mm / length];
+        let brute = along(&scene, part, 4e-3 * largest);
+        let place = scene.place(0.5 * (part[0] + part[1]));
+        let arcs = map.arcs_of(station);
+        let of_arc = |slice: usize, entry: f32, exit: f32| {
+            place.width(&ring_of(&slices[slice]), [FRAC_PI_2 - f64::from(exit), FRAC_PI_2 - f64::from(entry)])
+        };
+        let of_arcs = arcs.iter().map(|arc| of_arc(arc.slice.into(), arc.entry_rad, arc.exit_rad)).sum();
+        let steady = brute.most - brute.least < 1e-3 * brute.most && brute.most > LEAST_MM2;
+        let (angles, odd) = if steady { angles(map, slices, station, &scene, part) } else { (Vec::new(), 0) };
+        Compared { index, station: *station, brute, of_arcs, angles, odd, left_out: None }
+    };
+    stations.iter().filter(|station| station.length_mm() > 1e-3).map(one).collect()
+}
+
+/// Deviations of the angles of a station in degrees, at the place of its piece where they fit best, and the number of rings
+/// whose arcs are not as many as expected.
+fn angles(
+    map: &EngagementMap,
+    slices: &[Slice],
+    station: &Station,
+    scene: &Scene,
+    part: [f64; 2],
+) -> (Vec<f64>, usize) {
+    let arcs = map.arcs_of(station);
+    let mut used: Vec<u16> = arcs.iter().map(|arc| arc.slice).collect();
+    used.dedup();
+    let at = |t: f64| {
+        let place = scene.place(part[0] + t * (part[1] - part[0]));
+        let (mut errors, mut odd) = (Vec::new(), 0);
+        for index in &used {
+            let expected = place.engaged(&ring_of(&slices[*index as usize]));
+            let found = arcs.iter().filter(|arc| arc.slice == *index);
+            let mut found: Vec<[f64; 2]> =
+                found.map(|arc| [arc.exit_rad, arc.entry_rad].map(|phi| FRAC_PI_2 - f64::from(phi))).collect();
+            found.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            if found.len() == expected.len() {
+                let both = found.iter().zip(&expected);
+                errors.extend(both.flat_map(|(f, e)| [0, 1].map(|k| (f[k] - e[k]).abs().to_degrees())));
+            } else {
+                odd += 1;
+            }
+        }
+        (errors, odd)
+    };
+    let rank = |(errors, odd): &(Vec<f64>, usize)| *odd as f64 * 1e3 + errors.iter().sum::<f64>();
+    let tried = (0..5).map(|k| at(0.02 + 0.24 * f64::from(k)));
+    tried.min_by(|a, b| rank(a).total_cmp(&rank(b))).unwrap()
+}
+
+/// Why the stations of a move are left out of what is asserted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Fault {
+    /// The side of a flat end mill over floors that no level cut left: slopes, helices (itself too), ends of plunges. It keeps
+    /// the promises but for the last per cent of removal and angles.
+    FloorWithoutLevel,
+    /// A plunge.
+    Plunge,
+    /// Blocks shorter than a millimetre that follow each other with bends.
+    ShortBlocks,
+}
+
+/// What is known to break the promises at a move.
+fn left_out(program: &Program, sweeps: &[Sweep], index: usize) -> Option<Fault> {
+    match program.steps[index].what {
+        "plunge" => return Some(Fault::Plunge),
+        "chain" => return Some(Fault::ShortBlocks),
+        _ => {}
+    }
+    let scene = scene(sweeps, index);
+    let own = scene.own.way.heights();
+    let level = |[low, high]: [f64; 2]| low == high;
+    let stands = |[low, high]: [f64; 2]| low < 0.0 && high > own[0] + 1e-6;
+    let others = scene.before.iter().map(|sweep| sweep.way.heights()).filter(|heights| stands(*heights));
+    let turns = matches!(scene.own.way, Way::Turn(..)) && !level(own);
+    let mut odd = others.filter(|[low, high]| low != high && (*low > own[0] + 1e-6 || *high < 3.0));
+    let is_flat = matches!(scene.own.mill, Mill::Flat(_));
+    (is_flat && (turns || odd.next().is_some())).then_some(Fault::FloorWithoutLevel)
+}
+
+/// How far the map of a program is off.
+struct Verdict {
+    compared: Vec<Compared>,
+    /// Largest removal area of the program, mm².
+    largest: f64,
+}
+
+fn judge(program: &Program, cell_mm: f64) -> Verdict {
+    let map = program.engage(cell_mm);
+    let sweeps = program.sweeps();
+    let feeds = (0..sweeps.len()).filter(|index| !program.steps[*index].rapid);
+    let of_move = |index: usize| {
+        let left_out = left_out(program, &sweeps, index);
+        compare(&map, program, &sweeps, index).into_iter().map(move |of| Compared { left_out, ..of })
+    };
+    let compared: Vec<Compared> = feeds.flat_map(of_move).collect();
+    let of_brute = compared.iter().map(|of| of.brute.most);
+    let of_map = map.stations.iter().map(|station| f64::from(station.removal_area_mm2));
+    Verdict { largest: of_brute.chain(of_map).fold(0.0, f64::max), compared }
+}
+
+/// Deviations of the mean removal area over windows of at least 1 mm of one move, or of a chain: (first station, deviation).
+fn windows(compared: &[&Compared]) -> Vec<(usize, f64)> {
+    let mut found = Vec::new();
+    let (mut first, mut length, mut volume) = (0, 0.0, 0.0);
+    for (k, of) in compared.iter().enumerate() {
+        if k > 0 && of.index > compared[k - 1].index + 1 {
+            (first, length, volume) = (k, 0.0, 0.0);
+        }
+        length += of.station.length_mm();
+        volume += (f64::from(of.station.removal_area_mm2) - of.brute.mean) * of.station.length_mm();
+        if length >= 1.0 {
+            found.push((first, volume / length));
+            (first, length, volume) = (k + 1, 0.0, 0.0);
+        }
+    }
+    found
+}
+
+fn show(of: &Compared, step: &Step) -> String {
+    format!(
+        "{} move {}{} {:.4}..{:.4}: mean {:.4} (brute {:.4}), arcs {:.4} (brute {:.4}..{:.4}), angle off {:.3}°, {} odd",
+        step.what,
+        of.index,
+        if of.station.flags.clear_air { " CLEAR" } else { "" },
+        of.station.from_mm,
+        of.station.to_mm,
+        of.station.removal_area_mm2,
+        of.brute.mean,
+        of.of_arcs,
+        of.brute.least,
+        of.brute.most,
+        of.angles.iter().copied().fold(0.0, f64::max),
+        of.odd
+    )
+}
+
+/// Brute force against closed forms: sections of straight passes, the angle of a side cut, a helix that repeats itself.
+#[test]
+fn brute_force_agrees_with_closed_forms() {
+    let meets = |sweeps: &[Sweep]| -> (f64, Vec<[f64; 2]>) {
+        let place = of_last(sweeps).place(0.5);
+        let ring = Ring { radius: sweeps[0].mill.radius(), z: 0.25, normal: [1.0, 0.0], edge: 1.0 };
+        (place.area(), place.engaged(&ring))
+    };
+    for mill in MILLS {
+        let r = mill.radius();
+        for (z, by, deeper) in
+            [(-0.7, 0.1, 0.1), (-1.5, 0.9, 1.0), (-4.0, 2.5, 0.0), (-1.5, 0.02, 0.3), (-4.0, 9.0, 1.0)]
+        {
+            for rise in [0.0, 0.6] {
+                let line = |v: f64, z: f64| Way::Line([-40.0, 15.0 + v, z - rise], [80.0, 15.0 + v, z + rise]);
+                let sweeps = [line(0.0, z), line(by, z - deeper)].map(|way| Sweep::new(way, mill));
+                let (area, _) = meets(&sweeps);
+                let depth = |w: f64| {
+                    let before = (mill.lowest((w + by).abs()) + z).min(0.0);
+                    (before - (mill.lowest(w.abs()) + z - deeper).min(0.0)).max(0.0)
+                };
+                let section = integral(-r, r, depth);
+                if rise == 0.0 {
+                    assert!(
+                        (area - section).abs() < 2e-3 * section + 1e-3,
+                        "{mill:?} {z} {by} {deeper}: {area} {section}"
+                    );
+                } else {
+                    // Gently inclined: the section hardly changes.
+                    assert!(
+                        (area - section).abs() < 0.03 * section + 0.02,
+                        "{mill:?} {z} {by} {deeper}: {area} {section}"
+                    );
+                }
+            }
+        }
+    }
+    let line = |v: f64| Way::Line([-40.0, 15.0 + v, -3.0], [80.0, 15.0 + v, -3.0]);
+    let (_, arcs) = meets(&[line(0.0), line(0.1)].map(|way| Sweep::new(way, Mill::Flat(5.0))));
+    // The second pass meets a wall 0.1 mm further left: from where the first one stood to straight left.
+    assert!((arcs[0][0] - (4.9f64 / 5.0).asin()).abs() < 1e-6 && (arcs[0][1] - FRAC_PI_2).abs() < 1e-6, "{arcs:?}");
+    let helix = Sweep::new(Way::Turn([20.0, 15.0], 3.7, 0.0, 2.0 * TAU, -4.0, -0.4), Mill::Flat(5.0));
+    let area = of_last(&[helix]).place(0.8).area();
+    let turn = (TAU * 3.7).hypot(0.2);
+    let expected = 0.5 * TAU * 8.7 * 8.7 * 0.2 / turn;
+    assert!((area / expected - 1.0).abs() < 1e-3, "{area} {expected}");
+}
+
+/// The last move among all before it.
+fn of_last(sweeps: &[Sweep]) -> Scene<'_> {
+    scene(sweeps, sweeps.len() - 1)
+}
+
+/// Distributions over the stations of some programs.
+#[derive(Default)]
+struct Found {
+    angles: Vec<f64>,
+    windows: Vec<f64>,
+    under: Vec<f64>,
+    over: Vec<f64>,
+}
+
+impl Found {
+    fn take(&mut self, verdict: &Verdict, program: &Program, whom: Option<Fault>, name: &str) {
+        let largest = verdict.largest;
+        let kept: Vec<&Compared> = verdict.compared.iter().filter(|of| of.left_out == whom).collect();
+        for (first, off) in windows(&kept) {
+            if whom.is_none() && off.abs() > WINDOW * largest {
+                println!(
+                    "    {name}: {:+.4} of the largest: {}",
+                    off / largest,
+                    show(kept[first], &program.steps[kept[first].index])
+                );
+            }
+            self.windows.push(off.abs() / largest);
+        }
+        for of in kept {
+            self.angles.extend_from_slice(&of.angles);
+            self.under.push((of.brute.most - of.of_arcs).max(0.0) / largest);
+            self.over.push((of.of_arcs - of.brute.most).max(0.0) / largest);
+            let under = of.brute.most - of.of_arcs > SHOWN * largest;
+            if whom.is_none() && (under || of.angles.iter().any(|angle| *angle > ANGLES[1])) {
+                println!("    {name}: {}", show(of, &program.steps[of.index]));
+            }
+        }
+    }
+    fn print(&mut self, name: &str) {
+        let lists = [
+            ("angles °", &mut self.angles),
+            ("removal", &mut self.windows),
+            ("under", &mut self.under),
+            ("over", &mut self.over),
+        ];
+        for (what, list) in lists {
+            if !list.is_empty() {
+                let [median, p99, worst] = quantiles(list);
+                println!("{name}: {} {what}: median {median:.5}, 99 % {p99:.4}, worst {worst:.4}", list.len());
+            }
+        }
+    }
+}
+
+/// Promised: angles in degrees (median, 99 %, worst), removal over a millimetre as a part of the largest.
+const ANGLES: [f64; 3] = [0.01, 0.75, 3.0];
+const WINDOW: f64 = 3e-3;
+/// How far the area of a station's arcs may be off in the small programs, as a part of the largest.
+const PEAK: f64 = 1e-2;
+/// Missing part of a peak from which a station is shown.
+const SHOWN: f64 = 5e-3;
+
+#[test]
+fn random_programs_keep_the_promises() {
+    let asked = std::env::var("ENGAGE_RANDOM").ok();
+    let range =
+        asked.as_deref().and_then(|asked| asked.split_once("..")).map(|(a, b)| a.parse().unwrap()..b.parse().unwrap());
+    let cell: f64 = std::env::var("ENGAGE_CELL").map_or(0.1, |cell| cell.parse().unwrap());
+    let seeds: Vec<u64> = range.map_or(SEEDS.to_vec(), Iterator::collect);
+    let mut kept = Found::default();
+
+    let mut faults: std::collections::BTreeMap<Fault, Found> = std::collections::BTreeMap::new();
+    for seed in seeds {
+        let program = program(seed);
+        let verdict = judge(&program, cell);
+        kept.take(&verdict, &program, None, &format!("seed {seed}"));
+        for fault in [Fault::FloorWithoutLevel, Fault::Plunge, Fault::ShortBlocks] {
+            let found = faults.entry(fault).or_default();
+            found.take(&verdict, &program, Some(fault), &format!("seed {seed} {fault:?}"));
+        }
+    }
+    for (fault, found) in &mut faults {
+        found.print(&format!("left out, {fault:?}"));
+    }
+    kept.print("kept");
+    let slopes = faults.get_mut(&Fault::FloorWithoutLevel).unwrap();
+    let ([median, _, worst], removal) = (quantiles(&mut slopes.angles), quantiles(&mut slopes.windows));
+    assert!(median <= ANGLES[0] && worst <= ANGLES[2] && removal[1] <= WINDOW, "{median} {worst} {removal:?}");
+    let [median, p99, worst] = quantiles(&mut kept.angles);
+    assert!(median <= ANGLES[0] && p99 <= ANGLES[1] && worst <= ANGLES[2], "{median} {p99} {worst}");
+    assert!(quantiles(&mut kept.windows)[2] <= WINDOW);
+}
+
+/// Programs that the test looks at.
+const SEEDS: [u64; 19] = [3, 10, 11, 12, 13, 15, 17, 18, 19, 20, 21, 23, 27, 31, 32, 33, 35, 47, 53];
+
+/// Volume by the height field against brute force, all stations taken together.
+#[test]
+fn the_field_removes_what_brute_force_removes() {
+    for seed in [10, 17] {
+        let program = program(seed);
+        let map = program.engage(0.1);
+        let verdict = judge(&program, 0.1);
+        let sum = |f: &dyn Fn(&Compared) -> f64| {
+            verdict.compared.iter().map(|of| f(of) * of.station.length_mm()).sum::<f64>()
+        };
+        let brute = sum(&|of| of.brute.mean);
+        let stations = sum(&|of| f64::from(of.station.removal_area_mm2));
+        println!("seed {seed}: brute {brute:.2}, field {:.2}, stations {stations:.2} mm³", map.removed_mm3);
+        assert!((map.removed_mm3 / brute - 1.0).abs() < 1e-3 && (stations / brute - 1.0).abs() < 3e-3);
+    }
+}
+
+/// A small program: name, cutter, moves, where to look on the last of them, what is looked at (mean or arcs), and its size
+/// where that is still off.
+type Known = (&'static str, Mill, Vec<Way>, f64, Looked, Option<f64>);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Looked {
+    /// Removal area over the station.
+    Mean,
+    /// Area of the arcs against the most engaged place of the station.
+    Peak,
+}
+
+fn known() -> Vec<Known> {
+    use Looked::{Mean, Peak};
+    let line = |a: [f64; 3], b: [f64; 3]| Way::Line(a, b);
+    let along = |y: f64, z: f64| Way::Line([-10.0, y, z], [50.0, y, z]);
+    let flat = Mill::Flat(5.0);
+    vec![
+        (
+            "helix of 0.2 mm a turn",
+            flat,
+            vec![Way::Turn([20.0, 15.0], 3.7, 0.0, 2.0 * TAU, -4.0, -0.4)],
+            40.0,
+            Mean,
+            None,
+        ),
+        (
+            "floor of a ramp",
+            Mill::Flat(3.0),
+            vec![line([10.0, 15.0, 0.0], [30.0, 15.0, -0.5]), line([30.0, 15.0, -0.5], [10.0, 15.0, -0.5])],
+            5.0,
+            Mean,
+            None,
+        ),
+        (
+            "zigzag ramp",
+            Mill::Flat(3.0),
+            vec![line([10.0, 15.0, 0.0], [20.0, 15.0, -0.2]), line([20.0, 15.0, -0.2], [10.0, 15.0, -0.4])],
+            2.0,
+            Peak,
+            None,
+        ),
+        (
+            "under the end of a plunge",
+            flat,
+            vec![line([21.0, 15.0, 3.0], [21.0, 15.0, -0.7]), along(15.0, -2.5)],
+            29.5,
+            Mean,
+            None,
+        ),
+        (
+            "plunge beside a pass, to its floor: mean",
+            flat,
+            vec![along(15.0, -1.5), line([20.0, 15.5, 1.0], [20.0, 15.5, -1.5])],
+            2.0,
+            Mean,
+            Some(1.663),
+        ),
+        (
+            "plunge beside a pass, to its floor: peak",
+            flat,
+            vec![along(15.0, -1.5), line([20.0, 15.5, 1.0], [20.0, 15.5, -1.5])],
+            2.0,
+            Peak,
+            Some(1.663),
+        ),
+        (
+            "plunge in a slot, to its floor",
+            flat,
+            vec![along(15.0, -1.5), line([20.0, 15.0, 3.0], [20.0, 15.0, -1.5])],
+            4.495,
+            Peak,
+            None,
+        ),
+        (
+            "plunge 0.1 mm beside a pass",
+            flat,
+            vec![along(15.0, -1.5), line([20.0, 15.1, -0.2], [20.0, 15.1, -1.4])],
+            1.0,
+            Peak,
+            Some(0.0),
+        ),
+        ("ball beside and below a pass", Mill::Ball(3.0), vec![along(15.0, -0.7), along(16.5, -1.7)], 30.0, Mean, None),
+        (
+            "taper below a pass",
+            Mill::Taper(3.0, 1.0, 0.17),
+            vec![along(15.0, -0.7), along(15.1, -1.7)],
+            30.0,
+            Mean,
+            Some(2.0823),
+        ),
+        (
+            "chamfer below a pass",
+            Mill::Chamfer(4.0, 0.5, 0.5 * FRAC_PI_2),
+            vec![along(15.0, -4.0), along(15.1, -4.3)],
+            30.0,
+            Mean,
+            None,
+        ),
+        (
+            "block of 0.2 mm after a bend of 60°",
+            flat,
+            vec![line([5.0, 15.0, -2.5], [20.0, 15.0, -2.5]), line([20.0, 15.0, -2.5], [20.1, 15.1732, -2.5])],
+            0.1,
+            Mean,
+            Some(20.1955),
+        ),
+        (
+            "block of 0.2 mm after a bend of 4.6°",
+            flat,
+            vec![
+                along(15.0, -1.5),
+                line([10.0, 15.2, -1.5], [10.2, 15.2, -1.5]),
+                line([10.2, 15.2, -1.5], [10.4, 15.184, -1.5]),
+            ],
+            0.1,
+            Peak,
+            Some(0.1468),
+        ),
+        (
+            "two cuts within a millimetre share the arcs of the larger",
+            Mill::Taper(3.0, 1.0, 0.17),
+            vec![
+                Way::Turn([-3.510, 29.793], 5.051, 0.408, -4.491, -1.5, 0.0),
+                line([-6.482, 33.878, -1.5], [38.359, 2.817, -1.5]),
+            ],
+            9.2,
+            Peak,
+            Some(2.08),
+        ),
+        (
+            "a peak between two looks",
+            flat,
+            vec![
+                line([6.5635, 1.6933, -4.0], [16.9131, 27.7554, -4.0]),
+                line([26.2536, 24.0462, -4.0], [15.9040, -2.0159, -4.0]),
+                Way::Turn([8.97695, -0.6843], 7.05386, 6.093264, -5.184244, -4.0, 0.0),
+            ],
+            31.5,
+            Peak,
+            Some(4.58),
+        ),
+    ]
+}
+
+/// Small programs keep the promise; those with a noted size do not yet: one that is repaired is to lose its note.
+#[test]
+fn small_programs_keep_the_promises_but_for_what_is_noted() {
+    let mut wrong = Vec::new();
+    for (name, mill, ways, at, looked, noted) in known() {
+        let step = |way: Way| Step { way, tool: 1, rapid: false, what: "" };
+        let program = Program { mills: [mill; 2], steps: ways.into_iter().map(step).collect() };
+        let map = program.engage(0.1);
+        let compared = compare(&map, &program, &program.sweeps(), program.steps.len() - 1);
+        let of = compared.iter().find(|of| of.station.from_mm <= at && at < of.station.to_mm).unwrap();
+        let largest = compared.iter().map(|of| of.brute.most).fold(0.0, f64::max);
+        let (found, truth, allowed) = match looked {
+            Looked::Mean => (f64::from(of.station.removal_area_mm2), of.brute.mean, WINDOW * largest),
+            Looked::Peak => (of.of_arcs, of.brute.most, PEAK * largest + LEAST_MM2),
+        };
+        let [from, to] = [of.station.from_mm, of.station.to_mm];
+        println!("{name}: {from:.3}..{to:.3} mm, {looked:?} {found:.4} mm², in truth {truth:.4}, noted {noted:?}");
+        let holds = (found - truth).abs() <= allowed;
+        let as_noted = noted.map(|noted| !holds && (found - noted).abs() < 0.5 * (noted - truth).abs());
+        if !as_noted.unwrap_or(holds) {
+            wrong.push(name);
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
