@@ -108,6 +108,8 @@ fn roughing(blocks: usize) {
     let mut made = 0;
     'layers: for layer in 1..=25 {
         let z = -2.0 * layer as f64;
+        // Over the part to where the next layer begins: a line at feed would cut a ramp through what stands.
+        path.rapid([150.0, 96.0, 5.0]).rapid([0.0, 0.0, 5.0]);
         // Serpentine rows cut into blocks of a few millimetres, with arcs at their ends.
         for row in 0..25 {
             let y = 4.0 * row as f64;
