@@ -50,7 +50,7 @@ impl Outcome {
 }
 
 /// Angle from one horizontal heading to another, counter-clockwise, rad.
-pub fn turn(from: [f64; 2], to: [f64; 2]) -> f64 {
+pub fn turn_rad(from: [f64; 2], to: [f64; 2]) -> f64 {
     (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1])
 }
 

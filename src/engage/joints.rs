@@ -5,7 +5,7 @@
 //! engagement runs through a peak or a dip between them, every end between them is worked out.
 
 use super::arcs::RawArc;
-use super::batch::{Outcome, STRAIGHT_RAD, turn};
+use super::batch::{Outcome, STRAIGHT_RAD, turn_rad};
 use super::cutter::Cutter;
 use super::nominate::{Need, Sample};
 use crate::path::Vec3;
@@ -90,8 +90,8 @@ pub fn joints(
     let at = |k: usize| {
         let part = along[k - ends[0]] / whole;
         // Along a curve the engagement goes on as seen from the tool; a block that strays from it has a heading of its own.
-        let strays =
-            turn(samples[ends[0]].dir, samples[k].dir) - part * turn(samples[ends[0]].dir, samples[ends[1]].dir);
+        let strays = turn_rad(samples[ends[0]].dir, samples[k].dir)
+            - part * turn_rad(samples[ends[0]].dir, samples[ends[1]].dir);
         let mut outcome = if mixes { mixed(a, b, part) } else { lead.clone() };
         outcome.cut.area_mm2 = a.cut.area_mm2 + part * (b.cut.area_mm2 - a.cut.area_mm2);
         if strays.abs() > STRAIGHT_RAD { outcome.turned(strays) } else { outcome }

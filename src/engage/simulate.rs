@@ -5,7 +5,7 @@
 //! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
 
 use super::arcs::Scene;
-use super::batch::{BatchResult, Operation, Outcome, STRAIGHT_RAD, Swept, assign, run, turn as turn_between};
+use super::batch::{BatchResult, Operation, Outcome, STRAIGHT_RAD, Swept, assign, run, turn_rad};
 use super::cutter::Cutter;
 use super::finish::mark_final_surface;
 use super::hazards::{report, report_fixtures, report_rapids};
@@ -428,7 +428,7 @@ fn bend(plan: &Plan, index: usize) -> f64 {
     let curve = plan.path.moves[index - 1].curve();
     let [before, after] = [curve.tangent(curve.length()), plan.path.moves[index].curve().tangent(0.0)];
     let level = |v: &Vec3| v.x.hypot(v.y) > 1e-6;
-    if level(&before) && level(&after) { turn_between([before.x, before.y], [after.x, after.y]) } else { 0.0 }
+    if level(&before) && level(&after) { turn_rad([before.x, before.y], [after.x, after.y]) } else { 0.0 }
 }
 
 /// The sampled points of a move but for optional ones.

@@ -8,7 +8,7 @@ use super::element::Track;
 use super::field::{Tile, UNTOUCHED};
 use super::form::Form;
 use super::region::{Region, Swept};
-use super::sweep::{Grid, Run, level_runs};
+use super::runs::{Grid, Run, level_runs};
 use super::wide::MOST_LANES;
 
 /// How far within its edge a cut claims cells, in cells: those beside a cell that stands, and one more.

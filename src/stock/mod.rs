@@ -14,6 +14,7 @@ pub mod mesh;
 pub mod past;
 pub mod piece;
 pub mod region;
+mod runs;
 pub mod saved;
 pub mod sweep;
 pub mod wide;

@@ -123,6 +123,18 @@ pub struct Path {
     tool: u32,
 }
 
+/// State of the control in which a tool cuts.
+pub fn state(tool: u32) -> State {
+    State {
+        feed: Feed { mode: FeedMode::PerMinute, mm_s: 10.0, word: None },
+        spin: Spin { rps: 100.0, reverse: false },
+        tool,
+        wcs: 54,
+        path_mode: PathMode::Continuous,
+        shared: None,
+    }
+}
+
 impl Path {
     pub fn from(start: [f64; 3]) -> Self {
         Self { at: Some(start.into()), tool: 1, ..Self::default() }
@@ -137,15 +149,7 @@ impl Path {
     fn push(&mut self, kind: MoveKind, curve: Curve) {
         let index = self.toolpath.moves.len() as u32;
         self.at = Some(curve.to());
-        let state = State {
-            feed: Feed { mode: FeedMode::PerMinute, mm_s: 10.0, word: None },
-            spin: Spin { rps: 100.0, reverse: false },
-            tool: self.tool,
-            wcs: 54,
-            path_mode: PathMode::Continuous,
-            shared: None,
-        };
-        self.toolpath.moves.push(Move::new(BlockId(index), kind, curve, state.into()));
+        self.toolpath.moves.push(Move::new(BlockId(index), kind, curve, state(self.tool).into()));
     }
     pub fn line(&mut self, to: [f64; 3]) -> &mut Self {
         let from = self.at.unwrap();

@@ -4,10 +4,10 @@
 
 use super::brute::{Sweep, Way};
 use super::oracle::Mill;
-use super::{block, job};
+use super::{block, job, state};
 use feedwright::engage::{EngagementMap, Options, engage};
 use feedwright::ids::BlockId;
-use feedwright::nc::{Feed, FeedMode, Move, MoveKind, PathMode, Spin, State, Toolpath};
+use feedwright::nc::{Move, MoveKind, Toolpath};
 use feedwright::path::{Arc, Curve, Plane};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -209,16 +209,8 @@ impl Program {
                     Curve::Arc(Arc::new(Plane::Xy, from, to, [c[0], c[1], z].into(), sweep))
                 }
             };
-            let state = State {
-                feed: Feed { mode: FeedMode::PerMinute, mm_s: 10.0, word: None },
-                spin: Spin { rps: 100.0, reverse: false },
-                tool: step.tool,
-                wcs: 54,
-                path_mode: PathMode::Continuous,
-                shared: None,
-            };
             let kind = if step.rapid { MoveKind::Rapid } else { MoveKind::Feed };
-            toolpath.moves.push(Move::new(BlockId(index as u32), kind, curve, state.into()));
+            toolpath.moves.push(Move::new(BlockId(index as u32), kind, curve, state(step.tool).into()));
         }
         toolpath
     }
