@@ -16,6 +16,9 @@ use super::rings::Work;
 use crate::machine::{Box3, Slice};
 use crate::stock::{Blank, Element, Form, Track, along};
 
+/// Part of its radius from which a part of a cutter counts as steep.
+const STEEP: f64 = 0.98;
+
 /// Everything there is to be asked.
 pub struct Scene<'a> {
     /// All elements: the cuts of earlier programs, then those of this one.
@@ -36,13 +39,21 @@ impl Scene<'_> {
         let cutter = element.cutter as usize;
         self.cutters.get(cutter).map_or_else(|| &self.earlier[cutter - self.cutters.len()], |cutter| &cutter.form)
     }
-    /// Adds to candidates, which are sorted, those that lie along the path from one of them.
-    pub fn add_along(&self, candidates: &mut Vec<u32>, sample: &Sample) {
+    /// Adds to candidates, which are sorted, those that lie along the path from one of them; of balls only where a steep part
+    /// of the cutter is marked.
+    pub fn add_along(&self, candidates: &mut Vec<u32>, sample: &Sample, marks: &[Mark]) {
         let named = candidates.len();
-        let cell_mm = self.cutters[sample.cutter as usize].margin / MARGIN_CELLS;
+        let cutter = &self.cutters[sample.cutter as usize];
+        let cell_mm = cutter.margin / MARGIN_CELLS;
+        let steep = marks.iter().any(|mark| cutter.bands[mark.band as usize].radius >= STEEP * cutter.form.radius);
         for k in 0..named {
+            // What lies along the path from one between two others lies along it from those.
+            let id = candidates[k];
+            if k > 0 && k + 1 < named && candidates[k - 1] + 1 == id && candidates[k + 1] == id + 1 {
+                continue;
+            }
             let form = self.form(&self.elements[candidates[k] as usize]);
-            candidates.extend(along(self.elements, candidates[k], form, cell_mm, sample.element));
+            candidates.extend(along(self.elements, candidates[k], (form, steep), cell_mm, sample.element));
         }
         if candidates.len() > named {
             candidates.sort_unstable();
@@ -131,4 +142,15 @@ pub fn area(ring: &Slice, [horizontal, vertical]: [f64; 2], arc: &Interval) -> f
     let rising = ring.normal_z * vertical;
     let turn = if rising == 0.0 { 0.0 } else { rising * span(arc) };
     ring.edge_mm * ring.radius_mm * (ring.normal_r * horizontal * (arc[1].at[1] - arc[0].at[1]) + turn)
+}
+
+/// Volume removed per mm of path by arcs, each over its part of a ring at the middle of that, mm².
+pub fn area_of(cutter: &Cutter, [horizontal, vertical]: [f64; 2], arcs: &[RawArc]) -> f64 {
+    let of = |arc: &RawArc| {
+        let ring = cutter.part(arc.slice, arc.part.map(f64::from));
+        let [entry, exit] = arc.angles.map(f64::from);
+        let ahead = entry.cos() - exit.cos();
+        ring.edge_mm * ring.radius_mm * (ring.normal_r * horizontal * ahead + ring.normal_z * vertical * (exit - entry))
+    };
+    arcs.iter().map(of).sum()
 }

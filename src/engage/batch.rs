@@ -9,7 +9,7 @@
 //! Tiles are worked in parallel, each through its own operations in order of execution; what they say about a sample is
 //! merged in the order of the tiles, so the result does not depend on the number of threads.
 
-use super::arcs::{Cut, RawArc, Scene, arcs_at};
+use super::arcs::{Cut, RawArc, Scene, arcs_at, area_of};
 use super::between::{Between, Locate, alike, look};
 use super::cover::Cover;
 use super::cutter::Cutter;
@@ -37,7 +37,7 @@ pub struct Outcome {
 impl Outcome {
     /// The same engagement seen from another heading, `by_rad` further counter-clockwise: what is engaged stays in its place, as
     /// far as the cutter still leads there; where it reached as far as the cutter leads it does so again.
-    pub fn turned(&self, by_rad: f64) -> Self {
+    fn turned(&self, by_rad: f64) -> Self {
         let (by, half_turn) = (by_rad as f32, std::f32::consts::PI);
         let at_end = |angle: f32| angle.abs() < EDGE_RAD || (angle - half_turn).abs() < EDGE_RAD;
         let turned = |angle: f32| if at_end(angle) { angle } else { (angle + by).clamp(0.0, half_turn) };
@@ -46,6 +46,19 @@ impl Outcome {
         arcs.iter_mut().filter(|arc| leading(arc)).for_each(|arc| arc.angles = arc.angles.map(turned));
         arcs.retain(|arc| arc.angles[0] < arc.angles[1]);
         Self { arcs, ..self.clone() }
+    }
+    /// The same engagement where the path turns by so much, counter-clockwise, onto a tangent (horizontal, vertical): its
+    /// arcs, and what these remove.
+    pub fn beyond_bend(&self, by_rad: f64, cutter: &Cutter, tangent: [f64; 2]) -> Self {
+        let mut seen = self.turned(by_rad);
+        if by_rad.abs() < BEND_RAD {
+            return seen;
+        }
+        let [before, after] = [&self.arcs, &seen.arcs].map(|arcs| area_of(cutter, tangent, arcs));
+        if before > 0.0 {
+            seen.cut.area_mm2 *= after / before;
+        }
+        seen
     }
 }
 
@@ -67,6 +80,8 @@ pub struct BatchResult {
 
 /// Angle up to which an arc ends where the cutter leads no further, rad.
 const EDGE_RAD: f32 = 1e-4;
+/// Turn of the heading from which what is removed is worked out anew, rad: less changes it by less than a part in 300.
+const BEND_RAD: f64 = 2e-3;
 /// Turn of the heading that is none, rad.
 pub const STRAIGHT_RAD: f64 = 1e-4;
 
@@ -473,7 +488,7 @@ impl<'a> View<'a> {
         });
         gathered.candidates.sort_unstable();
         gathered.candidates.dedup();
-        self.scene.add_along(&mut gathered.candidates, sample);
+        self.scene.add_along(&mut gathered.candidates, sample, &gathered.marks);
         let neck = cutter_of(self.scene, sample).neck_mm.map_or(f64::INFINITY, |neck| sample.tip.z + neck);
         outcome.undercut = gathered.marks.iter().any(|mark| f64::from(mark.top) > neck + UNDERCUT_MM);
         gathered.arcs.clear();

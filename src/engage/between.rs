@@ -1,10 +1,11 @@
 //! What happens between two sampled points. In: the outcomes at both, the optional samples between them. Out: the volume
-//! removed, in stretches with and without engagement, and the most engaged point met.
+//! removed, in stretches with and without engagement, and the most engaged point of each.
 //!
 //! Where both ends are engaged alike, nothing is looked at. Elsewhere the removal area is integrated by bisection over the
 //! optional samples, and between two of those (closer than the cells that nominate see) over positions whose candidates are
 //! those of both. A stretch is halved until its trapezoid agrees with that of its halves to [`AGREE`] of the full area over
-//! a millimetre, or it is shorter than [`SHORTEST_MM`]; where engagement begins or ends it is always halved to that.
+//! a millimetre, or it is shorter than [`SHORTEST_MM`]; where engagement begins or ends it is always halved to that, and
+//! where it jumps on until the jump matters no more.
 
 use super::batch::{Gathered, Outcome, View};
 use super::nominate::Sample;
@@ -12,28 +13,28 @@ use super::stations::same;
 
 /// Disagreement of areas, as a part of the larger, over a millimetre.
 const AGREE: f64 = 4e-3;
-/// Shortest stretch looked at, mm.
+/// Change of the area over a stretch, as a part of the largest, from which its middle alone does not tell, and how long it
+/// must be, mm: what rises in a step meets the straight line there.
+const STEEP: f64 = 0.1;
+const STEEP_MM: f64 = 0.4;
+/// Shortest stretch looked at, mm; where the area jumps by more than a part of the largest over a millimetre.
 const SHORTEST_MM: f64 = 0.02;
+const LEAST_MM: f64 = 1e-3;
+const JUMP: f64 = 2e-3;
 
 /// A stretch of path.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Stretch {
     /// Where it ends, mm along the move.
     pub to_mm: f64,
     /// Volume removed, mm³.
     pub volume_mm3: f64,
-    /// Is anything cut?
-    pub engaged: bool,
-}
-
-/// What was found between two samples.
-#[derive(Debug, Clone, Default)]
-pub struct Between {
-    /// Its stretches in order.
-    pub stretches: Vec<Stretch>,
-    /// The most engaged point, if it lies between the ends.
+    /// Its most engaged point; `None` where nothing is cut.
     pub peak: Option<Outcome>,
 }
+
+/// The stretches between two samples, in order.
+pub type Between = Vec<Stretch>;
 
 /// Position on the move of the second sample, `s_mm` along it, otherwise like the first.
 pub type Locate<'a> = &'a (dyn Fn(&Sample, f64) -> Sample + Sync);
@@ -51,7 +52,9 @@ pub fn look<'b>(
     locate: Locate,
     room: &mut Gathered<'b>,
 ) -> Option<Between> {
-    if ends[1] == ends[0] + 1 || alike(outcomes) {
+    // Where a block runs on from the one before, its neighbours tell enough of it.
+    let begins = view.samples[ends[0]].s_mm == 0.0 && view.move_of(ends[0]) == view.move_of(ends[1]);
+    if (ends[1] == ends[0] + 1 && !begins) || alike(outcomes) {
         return None;
     }
     let quiet = |outcome: &Outcome| outcome.arcs.is_empty();
@@ -60,20 +63,40 @@ pub fn look<'b>(
     }
     let of_move = view.move_of(ends[1]);
     let start = if view.move_of(ends[0]) == of_move { view.samples[ends[0]].s_mm } else { 0.0 };
-    let mut work = Work { view, locate, room, first: ends[0], start, found: Between::default(), peak_mm2: 0.0 };
-    work.peak_mm2 = outcomes[0].cut.area_mm2.max(outcomes[1].cut.area_mm2);
-    let [a, b] = [0, 1].map(|k| Node { index: ends[k], s_mm: work.place(ends[k]), area_mm2: outcomes[k].cut.area_mm2 });
+    let met = outcomes.map(Clone::clone).to_vec();
+    let peak_mm2 = outcomes[0].cut.area_mm2.max(outcomes[1].cut.area_mm2);
+    let mut work = Work { view, locate, room, first: ends[0], start, found: Vec::new(), met, peak_mm2 };
+    let [a, b] = [0, 1].map(|k| {
+        let area_mm2 = outcomes[k].cut.area_mm2;
+        Node { index: ends[k], s_mm: work.place(ends[k]), area_mm2, met: k }
+    });
     work.samples(a, b);
-    let found = work.found;
-    (found.stretches.iter().any(|stretch| stretch.engaged)).then_some(found)
+    let Work { found, mut met, .. } = work;
+    let stretches: Between = found
+        .into_iter()
+        .map(|Found { to_mm, volume_mm3, peak }| Stretch {
+            to_mm,
+            volume_mm3,
+            peak: peak.map(|node| std::mem::take(&mut met[node.met])),
+        })
+        .collect();
+    stretches.iter().any(|stretch| stretch.peak.is_some()).then_some(stretches)
 }
 
-/// A point at which the removal area is known; `index` is the sample at it or before it.
+/// A point at which the removal area is known: `index` is the sample at it or before it, `met` says where its outcome is.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     index: usize,
     s_mm: f64,
     area_mm2: f64,
+    met: usize,
+}
+
+/// A stretch in the making: its peak as a node. Those that cut are parted by those that do not, so no two have one peak.
+struct Found {
+    to_mm: f64,
+    volume_mm3: f64,
+    peak: Option<Node>,
 }
 
 struct Work<'a, 'b> {
@@ -82,7 +105,8 @@ struct Work<'a, 'b> {
     room: &'a mut Gathered<'b>,
     first: usize,
     start: f64,
-    found: Between,
+    found: Vec<Found>,
+    met: Vec<Outcome>,
     peak_mm2: f64,
 }
 
@@ -90,55 +114,60 @@ impl Work<'_, '_> {
     fn place(&self, index: usize) -> f64 {
         if index == self.first { self.start } else { self.view.samples[index].s_mm }
     }
-    fn note(&mut self, outcome: Outcome) -> f64 {
-        let area = outcome.cut.area_mm2;
-        if area > self.peak_mm2 {
-            self.peak_mm2 = area;
-            self.found.peak = Some(outcome);
-        }
-        area
+    fn node(&mut self, index: usize, s_mm: f64, outcome: Outcome) -> Node {
+        let area_mm2 = outcome.cut.area_mm2;
+        self.peak_mm2 = self.peak_mm2.max(area_mm2);
+        self.met.push(outcome);
+        Node { index, s_mm, area_mm2, met: self.met.len() - 1 }
     }
-    /// Between two samples, over those between them.
-    fn samples(&mut self, a: Node, b: Node) {
+    /// Between two samples, over those between them; true when it ran even.
+    fn samples(&mut self, a: Node, b: Node) -> bool {
         if b.index <= a.index + 1 {
-            self.positions(a, b);
-            return;
+            return self.positions(a, b);
         }
         let marked = || (a.index + 1..b.index).filter(|k| self.view.nominated(*k));
         if a.area_mm2 == 0.0 && b.area_mm2 == 0.0 && marked().next().is_none() {
             self.leaf(a, b, None);
-            return;
+            return true;
         }
         let index = usize::midpoint(a.index, b.index);
         let index = if self.view.nominated(index) { index } else { marked().next().unwrap_or(index) };
         let outcome = self.view.outcome(index, self.room);
-        let area_mm2 = self.note(outcome);
-        let middle = Node { index, s_mm: self.place(index), area_mm2 };
-        if self.agree(a, middle, b) {
-            self.leaf(a, b, Some(middle));
-        } else {
-            self.samples(a, middle);
-            self.samples(middle, b);
-        }
+        let middle = self.node(index, self.place(index), outcome);
+        self.halves([a, middle, b], Self::samples)
     }
-    /// Between two neighbouring samples, over positions.
-    fn positions(&mut self, a: Node, b: Node) {
+    /// Between two neighbouring samples, over positions; true when it ran even.
+    fn positions(&mut self, a: Node, b: Node) -> bool {
         let length = b.s_mm - a.s_mm;
-        if (a.area_mm2 == 0.0 && b.area_mm2 == 0.0) || length < SHORTEST_MM {
+        let jump = (b.area_mm2 - a.area_mm2).abs() * length > JUMP * self.peak_mm2 && length > LEAST_MM;
+        if (a.area_mm2 == 0.0 && b.area_mm2 == 0.0) || (length < SHORTEST_MM && !jump) {
             self.leaf(a, b, None);
-            return;
+            return true;
         }
         let s_mm = 0.5 * (a.s_mm + b.s_mm);
         let sample = (self.locate)(&self.view.samples[a.index.max(self.first + 1)], s_mm);
         let outcome = self.view.outcome_between(a.index, &sample, self.room);
-        let area_mm2 = self.note(outcome);
-        let middle = Node { index: a.index, s_mm, area_mm2 };
-        if self.agree(a, middle, b) {
+        let middle = self.node(a.index, s_mm, outcome);
+        self.halves([a, middle, b], Self::positions)
+    }
+    /// A stretch of which the middle is known: whole where that agrees with the ends, and where they differ much its first half
+    /// does too; else in halves, each looked at in its turn.
+    fn halves(&mut self, [a, middle, b]: [Node; 3], look: fn(&mut Self, Node, Node) -> bool) -> bool {
+        let agree = self.agree(a, middle, b);
+        if agree && !self.steep(a, b) {
             self.leaf(a, b, Some(middle));
-        } else {
-            self.positions(a, middle);
-            self.positions(middle, b);
+            return true;
         }
+        let even = look(self, a, middle) && agree;
+        if even {
+            self.leaf(middle, b, None);
+        } else {
+            look(self, middle, b);
+        }
+        even
+    }
+    fn steep(&self, a: Node, b: Node) -> bool {
+        (a.area_mm2 - b.area_mm2).abs() > STEEP * self.peak_mm2 && b.s_mm - a.s_mm > STEEP_MM
     }
     fn agree(&self, a: Node, middle: Node, b: Node) -> bool {
         let changes = (a.area_mm2 > 0.0) != (b.area_mm2 > 0.0) || (a.area_mm2 > 0.0) != (middle.area_mm2 > 0.0);
@@ -150,13 +179,16 @@ impl Work<'_, '_> {
     fn leaf(&mut self, a: Node, b: Node, middle: Option<Node>) {
         let trapezoid = |a: Node, b: Node| 0.5 * (a.area_mm2 + b.area_mm2) * (b.s_mm - a.s_mm);
         let volume_mm3 = middle.map_or_else(|| trapezoid(a, b), |m| trapezoid(a, m) + trapezoid(m, b));
+        let more = |a: Node, b: Node| if a.area_mm2 > b.area_mm2 { a } else { b };
+        let most = middle.map_or_else(|| more(a, b), |m| more(more(a, m), b));
         let engaged = volume_mm3 > 0.0;
-        match self.found.stretches.last_mut() {
-            Some(last) if last.engaged == engaged => {
+        match self.found.last_mut() {
+            Some(last) if last.peak.is_some() == engaged => {
                 last.to_mm = b.s_mm;
                 last.volume_mm3 += volume_mm3;
+                last.peak = last.peak.map(|peak| more(peak, most));
             }
-            _ => self.found.stretches.push(Stretch { to_mm: b.s_mm, volume_mm3, engaged }),
+            _ => self.found.push(Found { to_mm: b.s_mm, volume_mm3, peak: engaged.then_some(most) }),
         }
     }
 }

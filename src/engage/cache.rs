@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 /// First bytes of a cache of any version.
 pub const FAMILY: &[u8] = b"FWENGM";
 /// First bytes of a cache; the number changes with the layout or the mathematics.
-const MARK: &[u8; 8] = b"FWENGM08";
+const MARK: &[u8; 8] = b"FWENGM09";
 
 /// Key of the simulation of a toolpath.
 pub type Key = [u8; 32];

@@ -369,24 +369,22 @@ impl Quadric {
     }
     /// Covers where f ≤ 0 in an interval.
     fn cover(&self, gaps: &mut Gaps, [from, to]: Interval) {
-        let mut covered = Vec::new();
         let parts =
             if from.key <= to.key { [[from.key, to.key], [1.0, 0.0]] } else { [[-2.0, to.key], [from.key, 2.0]] };
-        for [a, b] in &gaps.0 {
+        // The last gap first: what is taken out of one leaves those before it where they are.
+        for k in (0..gaps.0.len()).rev() {
+            let [a, b] = gaps.0[k];
             for [low, high] in parts {
-                let first = if a.key >= low { *a } else { Dir { key: low, ..from } };
-                let last = if b.key <= high { *b } else { Dir { key: high, ..to } };
+                let first = if a.key >= low { a } else { Dir { key: low, ..from } };
+                let last = if b.key <= high { b } else { Dir { key: high, ..to } };
                 if first.key < last.key && low < high {
-                    self.negative((first, self.at(&first)), (last, self.at(&last)), &mut covered);
+                    self.negative((first, self.at(&first)), (last, self.at(&last)), gaps);
                 }
             }
         }
-        for [from, to] in covered {
-            gaps.cover(from, to);
-        }
     }
-    /// Appends where f ≤ 0 between two points (direction, value).
-    fn negative(&self, a: (Dir, f64), b: (Dir, f64), out: &mut Vec<Interval>) {
+    /// Covers where f ≤ 0 between two points (direction, value) of a gap.
+    fn negative(&self, a: (Dir, f64), b: (Dir, f64), gaps: &mut Gaps) {
         let chord = chord(&a.0, &b.0);
         // No less than the angle, up to half a turn.
         let width = if chord * chord < 2.0 { chord * (1.0 + 0.0925 * chord * chord) } else { PI };
@@ -394,17 +392,18 @@ impl Quadric {
         let (below, above) = (a.1 <= 0.0, b.1 <= 0.0);
         if below == above && (width < NARROW_RAD || a.1.abs().min(b.1.abs()) > sag) {
             if below {
-                out.push([a.0, b.0]);
+                gaps.cover(a.0, b.0);
             }
         } else if below != above && (width < NARROW_RAD || (a.1 - b.1).abs() > 4.0 * sag) {
             let place = |part: f64| between(&a.0, &b.0, part);
             let root = place(root(&|part| self.at(&place(part)), [0.0, 1.0], [a.1, b.1], 1e-7 / width));
-            out.push(if below { [a.0, root] } else { [root, b.0] });
+            let [from, to] = if below { [a.0, root] } else { [root, b.0] };
+            gaps.cover(from, to);
         } else {
             let middle = halfway(&a.0, &b.0);
             let middle = (middle, self.at(&middle));
-            self.negative(a, middle, out);
-            self.negative(middle, b, out);
+            self.negative(a, middle, gaps);
+            self.negative(middle, b, gaps);
         }
     }
 }

@@ -17,6 +17,8 @@ pub struct Band {
     pub slices: [u16; 2],
     /// Radius, mm.
     pub radius: f64,
+    /// How far from it something met counts, mm: of a bottom all over it, as no other ring tells of its edge.
+    pub reach: f64,
     /// Lowest height above the tip, mm.
     pub low: f64,
     /// Looks straight down: leads only in a descending move.
@@ -99,7 +101,7 @@ impl Cutter {
         let spans = spans(&slices, profile);
         let margin = MARGIN_CELLS * cell_mm;
         let bands = bands(&slices, margin);
-        let near = [false, true].map(|bottom| Near::new(&bands, profile.max_radius(), margin, cell_mm, bottom));
+        let near = [false, true].map(|bottom| Near::new(&bands, profile.max_radius() + margin, cell_mm, bottom));
         Self {
             number: tool.number,
             form: Form::new(profile),
@@ -211,11 +213,13 @@ fn bands(slices: &[Slice], margin: f64) -> Vec<Band> {
                 band.slices[1] = index;
             }
             _ => {
+                let bottom = slice.normal_r < 1e-9;
                 bands.push(Band {
                     slices: [index, index],
                     radius: slice.radius_mm,
+                    reach: if bottom { margin + 0.5 * slice.edge_mm } else { margin },
                     low,
-                    bottom: slice.normal_r < 1e-9,
+                    bottom,
                     spread: spread(1.5 * margin / slice.radius_mm.max(1e-6)),
                 });
             }
@@ -254,11 +258,11 @@ fn bounds(lowest: &[f32], per_mm: f64) -> [[f32; 2]; 4] {
 const BOUND_MM: f64 = 1e-4;
 
 impl Near {
-    fn new(bands: &[Band], radius: f64, margin: f64, cell_mm: f64, bottom: bool) -> Self {
+    fn new(bands: &[Band], outermost: f64, cell_mm: f64, bottom: bool) -> Self {
         let per_mm = 2.0 / cell_mm;
-        let count = ((radius + margin) * per_mm).ceil() as usize + 2;
+        let count = (outermost * per_mm).ceil() as usize + 2;
         let passes = |band: &Band, bin: usize| {
-            (bin as f64 / per_mm - margin..=(bin + 1) as f64 / per_mm + margin).contains(&band.radius)
+            (bin as f64 / per_mm - band.reach..=(bin + 1) as f64 / per_mm + band.reach).contains(&band.radius)
         };
         let (mut lowest, mut list) = (vec![f32::INFINITY; count], Vec::new());
         for (index, band) in bands.iter().enumerate().filter(|(_, band)| bottom || !band.bottom) {

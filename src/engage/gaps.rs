@@ -69,7 +69,10 @@ pub fn chord(a: &Dir, b: &Dir) -> f64 {
 
 /// Angle from the first to the second, rad.
 pub fn span([from, to]: &Interval) -> f64 {
-    to.angle() - from.angle()
+    let [[x0, y0], [x1, y1]] = [from.at, to.at];
+    let turn = (x0 * y1 - y0 * x1).atan2(x0 * x1 + y0 * y1);
+    // More than half a turn, or the whole.
+    if to.key - from.key > 1.5 && turn < 1.0 { turn + TAU } else { turn }
 }
 
 /// Sorted, disjoint intervals within one turn.

@@ -94,7 +94,7 @@ pub fn joints(
             - part * turn_rad(samples[ends[0]].dir, samples[ends[1]].dir);
         let mut outcome = if mixes { mixed(a, b, part) } else { lead.clone() };
         outcome.cut.area_mm2 = a.cut.area_mm2 + part * (b.cut.area_mm2 - a.cut.area_mm2);
-        if strays.abs() > STRAIGHT_RAD { outcome.turned(strays) } else { outcome }
+        if strays.abs() > STRAIGHT_RAD { outcome.beyond_bend(strays, cutter, samples[k].tangent) } else { outcome }
     };
     Some(inner.map(|k| (k, at(k))).collect())
 }

@@ -18,14 +18,15 @@ use std::f64::consts::FRAC_PI_2;
 use std::rc::Rc;
 
 /// Change of engagement from one ring of a curved outline to the next that shows a gap opening, rad, and the change of what it
-/// removes from which that is looked at, as a part of all that is cut.
+/// removes from which that is looked at, as a part of all that is cut: one for each time that a ring may be cut into thirds.
 const GAP_RAD: f64 = 0.6;
-const GAP_SHARE: f64 = 4.0 * ROUGH;
+const GAP_SHARES: [f64; 2] = [4.0 * ROUGH, 8.0 * ROUGH];
+/// Error of the midpoint rule, as a part of all that is cut, from which a ring is cut into thirds.
+const ROUGH: f64 = 0.004;
+/// Change of engagement from one ring of a bottom to the next from which that is looked at closely, rad.
+const UNEVEN_RAD: f64 = 0.1;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
-/// How often a ring is cut into thirds, and the error of the midpoint rule, as a part of all that is cut, from which it is.
-const ROUNDS: usize = 2;
-const ROUGH: f64 = 0.004;
 
 /// Gap beside the shank that counts as none, and the height above the flutes at which it is looked for, mm.
 const RUB_MM: f64 = 0.005;
@@ -156,7 +157,8 @@ impl<'a> Work<'a> {
             let above = curved.get(k + 1).filter(|above| follows(&this.ring, &above.ring));
             let mut part = this.ring.part;
             let mut ends = [this.ring.slice == 0 && part[0] == 0.0 && self.cutter.pointed(), false];
-            if below.is_some_and(|below| below.angles.is_empty()) {
+            let none_below = this.bottom && this.ring.slice > 0 && below.is_none();
+            if none_below || below.is_some_and(|below| below.angles.is_empty()) {
                 match self.limit(this, below, 0) {
                     Limit::Within(limit) => (part[0], ends[0]) = (limit, true),
                     Limit::Beyond(ring, angles) => found.push(Found { ring, angles, ends: [true, false] }),
@@ -179,6 +181,7 @@ impl<'a> Work<'a> {
             }
             found.extend(beyond);
         }
+        found.extend(curved.last().and_then(|last| self.edge(last)));
         found.retain(|of| !of.angles.is_empty());
         let found = self.in_thirds(found, curved);
         for of in &found {
@@ -186,6 +189,18 @@ impl<'a> Work<'a> {
         }
         curved.clear();
         self.integral(&found)
+    }
+
+    /// What is engaged of the outermost ring of a bottom at its edge, where its middle is not.
+    fn edge(&self, last: &Curved) -> Option<Found> {
+        if !last.bottom || !last.angles.is_empty() || last.ring.part[1] < 1.0 {
+            return None;
+        }
+        let width = |at: f64| extent(&self.ring(&self.sub_ring(last.ring.slice, [at, at], true), &last.windows));
+        let at_edge = width(1.0);
+        let from = (at_edge > 0.0).then(|| end([1.0, at_edge], 0.5 * (last.ring.part[0] + 1.0), None, width))?;
+        let ring = self.sub_ring(last.ring.slice, [from, 1.0], true);
+        Some(Found { ring, angles: self.ring(&ring, &last.windows), ends: [true, false] })
     }
 
     /// ∫ of the width over the outline: the midpoint rule with its error of second order put right.
@@ -206,17 +221,18 @@ impl<'a> Work<'a> {
     /// Cuts the rings into thirds for which the midpoint rule is too rough. What was found at the middle stays.
     fn in_thirds(&self, found: Vec<Found>, curved: &[Curved]) -> Vec<Found> {
         let mut found = found;
-        for round in 0..ROUNDS {
+        for gap_share in GAP_SHARES {
             let widths: Vec<[f64; 2]> = found.iter().map(|of| self.width(&of.ring, &of.angles)).collect();
             let total: f64 = widths.iter().map(|[width, edge]| width * edge).sum();
             let gap = |k: usize| {
-                let change = widths[k + 1][0] * widths[k + 1][1] - widths[k][0] * widths[k][1];
-                change.abs() > GAP_SHARE * total && divides(&found[k], &found[k + 1])
+                let [[w0, e0], [w1, e1]] = [widths[k], widths[k + 1]];
+                (w1 - w0).abs() * e0.min(e1) > gap_share * total && divides(&found[k], &found[k + 1])
             };
-            let gaps: Vec<bool> = (1..found.len()).map(|k| round == 0 && gap(k - 1)).collect();
+            let gaps: Vec<bool> = (1..found.len()).map(|k| gap(k - 1)).collect();
             let beside = |k: usize| (k > 0 && gaps[k - 1]) || gaps.get(k).is_some_and(|gap| *gap);
-            let rough: Vec<bool> =
-                (0..found.len()).map(|k| beside(k) || correction(&found, &widths, k).abs() > ROUGH * total).collect();
+            let bends = |k: usize| correction(&found, &widths, k).abs() > ROUGH * total;
+            let rough = |k: usize| beside(k) || bends(k) || (found[k].ring.normal[0] == 0.0 && uneven(&found, k));
+            let rough: Vec<bool> = (0..found.len()).map(rough).collect();
             if !rough.contains(&true) {
                 break;
             }
@@ -254,7 +270,7 @@ impl<'a> Work<'a> {
     fn limit(&self, this: &Curved, beside: Option<&Curved>, side: usize) -> Limit {
         let border = this.ring.part[side];
         let height = if side == 1 { this.ring.top } else { beside.map_or(f64::NEG_INFINITY, |beside| beside.ring.top) };
-        if self.levels.iter().any(|level| (level - height).abs() < 1e-6) {
+        if !this.bottom && self.levels.iter().any(|level| (level - height).abs() < 1e-6) {
             return Limit::Between;
         }
         let width = |of: &Curved, at: f64| {
@@ -381,4 +397,14 @@ pub(super) fn extent(angles: &[Interval]) -> f64 {
 fn divides(below: &Found, above: &Found) -> bool {
     let jumps = || (extent(&below.angles) - extent(&above.angles)).abs() > GAP_RAD;
     follows(&below.ring, &above.ring) && (below.angles.len() != above.angles.len() || jumps())
+}
+
+/// Does the engagement of a ring of a bottom differ from that of the next inward or outward, or is that inward not engaged? Where
+/// a wall meets a bottom the width bends sharply, and beyond its edge there is nothing to tell.
+fn uneven(found: &[Found], k: usize) -> bool {
+    let turns = |inward: &Found, outward: &Found| {
+        follows(&inward.ring, &outward.ring) && (extent(&inward.angles) - extent(&outward.angles)).abs() > UNEVEN_RAD
+    };
+    let of = &found[k];
+    of.ends[0] || (k > 0 && turns(&found[k - 1], of)) || found.get(k + 1).is_some_and(|outward| turns(of, outward))
 }

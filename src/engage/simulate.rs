@@ -315,7 +315,10 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
             }
             Way::Sampled { samples, inherits } => {
                 let bend = if *inherits { bend(plan, index) } else { 0.0 };
-                let seen = (bend.abs() > STRAIGHT_RAD).then(|| last.turned(bend));
+                let seen = (bend.abs() > STRAIGHT_RAD).then(|| {
+                    let sample = &batch.samples[samples.start];
+                    last.beyond_bend(bend, &scene.cutters[sample.cutter as usize], sample.tangent)
+                });
                 let begin = seen.as_ref().unwrap_or(last);
                 let mut points: Vec<Point> = Vec::with_capacity(samples.len() + 1);
                 points.extend(inherits.then_some(Point { s_mm: 0.0, outcome: begin, before: None }));

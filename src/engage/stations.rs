@@ -144,15 +144,14 @@ fn pieces<'a>(a: &Point<'a>, b: &Point<'a>) -> impl Iterator<Item = Piece<'a>> +
         let steady = same(&a.outcome.arcs, &b.outcome.arcs);
         Piece { lead, to_mm: b.s_mm, volume_mm3, clear: clear && lead.is_none(), steady }
     });
-    let lead = b.before.and_then(|between| between.peak.as_ref()).unwrap_or(more);
-    let stretch = move |stretch: &Stretch| Piece {
-        lead: stretch.engaged.then_some(lead),
+    let stretch = move |stretch: &'a Stretch| Piece {
+        lead: stretch.peak.as_ref(),
         to_mm: stretch.to_mm,
         volume_mm3: stretch.volume_mm3,
-        clear: clear && !stretch.engaged,
-        steady: !stretch.engaged,
+        clear: clear && stretch.peak.is_none(),
+        steady: stretch.peak.is_none(),
     };
-    whole.into_iter().chain(b.before.into_iter().flat_map(|between| &between.stretches).map(stretch))
+    whole.into_iter().chain(b.before.into_iter().flatten().map(stretch))
 }
 
 fn joins(held: &Piece, next: &Piece) -> bool {

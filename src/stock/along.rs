@@ -10,10 +10,24 @@ use super::form::Form;
 
 /// Width of a strip along a wall that may hold no middle of a cell, in cells.
 const SLIVER_CELLS: f64 = 2.25;
+/// The same beside the steep part of a ball, of which the cutter itself hides a part only.
+const STEEP_CELLS: f64 = 0.5;
 
-/// The elements along the path from element `id` as far as it may matter, those before `until` only.
-pub fn along(elements: &[Element], id: u32, form: &Form, cell_mm: f64, until: u32) -> impl Iterator<Item = u32> {
-    let reach = reach_mm(&elements[id as usize], form, cell_mm);
+/// The elements along the path from element `id` as far as it may matter, those before `until` only. Where a ball's steep part
+/// is met (`steep`), its walls are as upright as those of a flat end.
+pub fn along(
+    elements: &[Element],
+    id: u32,
+    (form, steep): (&Form, bool),
+    cell_mm: f64,
+    until: u32,
+) -> impl Iterator<Item = u32> {
+    let sliver = match (form.is_ball(), steep) {
+        (false, _) => SLIVER_CELLS,
+        (true, true) => STEEP_CELLS,
+        (true, false) => 0.0,
+    };
+    let reach = reach_mm(&elements[id as usize], form, sliver * cell_mm);
     let within = move |next: &dyn Fn(u32) -> u32, ends: &dyn Fn(u32) -> bool| {
         let (mut left, mut at, mut count) = (reach, id, 0);
         while left > 0.0 && !ends(at) {
@@ -28,7 +42,7 @@ pub fn along(elements: &[Element], id: u32, form: &Form, cell_mm: f64, until: u3
     (id - before..id).chain(id + 1..id + 1 + after)
 }
 
-fn reach_mm(element: &Element, form: &Form, cell_mm: f64) -> f64 {
+fn reach_mm(element: &Element, form: &Form, sliver_mm: f64) -> f64 {
     let ramp = matches!(element.track, Track::Line { from, to } if (from.z - to.z).abs() > 1e-9);
-    if ramp && !form.is_ball() { (2.0 * form.radius * SLIVER_CELLS * cell_mm).sqrt() } else { 0.0 }
+    if ramp { (2.0 * form.radius * sliver_mm).sqrt() } else { 0.0 }
 }

@@ -73,23 +73,20 @@ impl Relief {
     /// Height at (x, y), linear between the middles of the cells; minus infinity outside.
     #[inline]
     pub fn surface(&self, x: f64, y: f64) -> f64 {
-        let place = [(x - self.extent.min.x) * self.per_mm[0], (y - self.extent.min.y) * self.per_mm[1]];
-        if (0..2).any(|axis| !(0.0..=self.size[axis] as f64).contains(&place[axis])) {
+        let [u, v] = [(x - self.extent.min.x) * self.per_mm[0], (y - self.extent.min.y) * self.per_mm[1]];
+        let [columns, rows] = self.size;
+        if !((0.0..=columns as f64).contains(&u) && (0.0..=rows as f64).contains(&v)) {
             return f64::NEG_INFINITY;
         }
-        let [(i, s), (j, t)] = [0, 1].map(|axis| {
-            let last = self.size[axis] - 1;
-            let at = (place[axis] - 0.5).clamp(0.0, last as f64);
-            // Positive: the conversion rounds down.
-            let k = (at as usize).min(last.saturating_sub(1));
-            (k, at - k as f64)
-        });
-        let step = usize::from(self.size[0] > 1);
+        let ([i, beside], s) = cells_about(u, columns);
+        let ([j, above], t) = cells_about(v, rows);
         let row = |j: usize| {
-            let first = j * self.size[0] + i;
-            f64::from(self.heights[first]) * (1.0 - s) + f64::from(self.heights[first + step]) * s
+            let row = &self.heights[j * columns..][..columns];
+            let [low, high] = [f64::from(row[i]), f64::from(row[beside])];
+            low + s * (high - low)
         };
-        row(j) * (1.0 - t) + row((j + 1).min(self.size[1] - 1)) * t
+        let [low, high] = [row(j), row(above)];
+        low + t * (high - low)
     }
     /// The heights that at least two of some places share, mm: there the top is level.
     pub fn levels(&self, places: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
@@ -124,6 +121,17 @@ impl Relief {
         let lows = rows.flat_map(|row| &self.lows[row * width..][block(low[0])..=block(high[0])]);
         f64::from(lows.fold(f32::INFINITY, |low, block| low.min(*block)))
     }
+}
+
+/// The two cells of a row of `count` between whose middles a place lies, given in cells from its beginning, and how far from
+/// the first to the second; nothing beyond the first and the last middle.
+#[inline]
+fn cells_about(place: f64, count: usize) -> ([usize; 2], f64) {
+    let last = count as i32 - 1;
+    let at = (place - 0.5).max(0.0).min(f64::from(last));
+    // Positive: the conversion rounds down.
+    let k = at as i32;
+    ([k as usize, (k + 1).min(last) as usize], at - f64::from(k))
 }
 
 impl Blank {

@@ -109,7 +109,7 @@ fn kept<'a>(field: &Field, elements: &[Element], form: impl Fn(&Element) -> &'a 
     let mut kept = seen.clone();
     let (cell_mm, until) = (field.cell[0].max(field.cell[1]), elements.len() as u32);
     for (id, element) in elements.iter().enumerate().filter(|(id, _)| seen[*id]) {
-        along(elements, id as u32, form(element), cell_mm, until).for_each(|id| kept[id as usize] = true);
+        along(elements, id as u32, (form(element), true), cell_mm, until).for_each(|id| kept[id as usize] = true);
     }
     kept
 }

@@ -121,6 +121,7 @@ pub struct Path {
     pub toolpath: Toolpath,
     at: Option<Vec3>,
     tool: u32,
+    state: Option<std::sync::Arc<State>>,
 }
 
 /// State of the control in which a tool cuts.
@@ -146,10 +147,16 @@ impl Path {
     pub fn set_tool(&mut self, number: u32) {
         self.tool = number;
     }
+    /// One state for moves that follow each other with one tool, as the interpreter keeps it.
+    fn state(&mut self) -> std::sync::Arc<State> {
+        let held = self.state.take().filter(|held| held.tool == self.tool);
+        self.state.insert(held.unwrap_or_else(|| state(self.tool).into())).clone()
+    }
     fn push(&mut self, kind: MoveKind, curve: Curve) {
         let index = self.toolpath.moves.len() as u32;
         self.at = Some(curve.to());
-        self.toolpath.moves.push(Move::new(BlockId(index), kind, curve, state(self.tool).into()));
+        let made = Move::new(BlockId(index), kind, curve, self.state());
+        self.toolpath.moves.push(made);
     }
     pub fn line(&mut self, to: [f64; 3]) -> &mut Self {
         let from = self.at.unwrap();
