@@ -10,9 +10,10 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod engage_common;
-use engage_common::brute::{Along, Ring, Scene, Sweep, Way, along};
+use engage_common::brute::{Along, Ring, Scene, along};
 use engage_common::oracle::{Mill, integral, quantiles};
 use engage_common::random::{MAX, MILLS, MIN, Program, Step, program};
+use engage_common::ways::{Sweep, Way};
 use feedwright::engage::{EngagementMap, Station};
 use feedwright::ids::MoveId;
 use feedwright::machine::Slice;

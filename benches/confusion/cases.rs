@@ -4,7 +4,8 @@
 //! Seeds 0–19 are the ones the matrix reports; whoever develops the diagnosis uses seeds from 1000 on. The form of the log
 //! goes by the seed: positions with feed, positions without, line numbers, or time and load alone.
 
-use super::physics::{Channel, Coefficients, Hidden, LISTED, Milling, Reading, UNLISTED};
+use super::hidden::{Hidden, LISTED, UNLISTED};
+use super::physics::{Channel, Coefficients, Milling, Reading};
 use super::programs::Part;
 use super::rng::Rng;
 

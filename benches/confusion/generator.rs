@@ -3,6 +3,7 @@
 
 pub mod cases;
 pub mod cut;
+pub mod hidden;
 pub mod motion;
 pub mod physics;
 pub mod programs;

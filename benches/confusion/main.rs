@@ -11,6 +11,7 @@
 
 mod cases;
 mod cut;
+mod hidden;
 mod kept;
 mod margin;
 mod motion;
@@ -172,7 +173,7 @@ fn write(asked: &Asked, dir: &Path) {
 /// How far the truth of every case is ahead of its best rival.
 fn print_margins(asked: &Asked) {
     let listed =
-        |(row, ..): &(&'static str, u64, f64)| *row != "none" && !is_twin(row) && !physics::UNLISTED.contains(row);
+        |(row, ..): &(&'static str, u64, f64)| *row != "none" && !is_twin(row) && !hidden::UNLISTED.contains(row);
     let cases: Vec<_> = asked_cases(asked).into_iter().filter(listed).collect();
     let margins: Vec<_> =
         cases.par_iter().map(|(row, seed, noise)| margin::margin(&Case::new(row, *seed), noise / 100.0)).collect();

@@ -9,7 +9,8 @@
 //! one that the control would have reached, as in a log without feed.
 
 use super::cases::{Case, MEMORY};
-use super::physics::{Channel, Coefficients, Hidden, LISTED, Milling, Reading};
+use super::hidden::{Hidden, LISTED};
+use super::physics::{Channel, Coefficients, Milling, Reading};
 use super::rng::Rng;
 use nalgebra::{DMatrix, DVector};
 

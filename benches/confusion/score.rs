@@ -7,8 +7,8 @@
 //! the truth from its rival, an answer is right that names the truth, alone or among the confounded.
 
 use super::cases::{Case, MEMORY, TWINS, is_twin, rows};
+use super::hidden::{LISTED, UNLISTED};
 use super::margin::{THRESHOLD_NATS, margin};
-use super::physics::{LISTED, UNLISTED};
 use feedwright::learn::report::LearnReport;
 use std::fmt::Write;
 

@@ -4,6 +4,7 @@
 pub mod brute;
 pub mod oracle;
 pub mod random;
+pub mod ways;
 
 use feedwright::engage::{EngagementMap, Options, Station, engage};
 use feedwright::ids::{BlockId, MoveId};

@@ -2,8 +2,8 @@
 //! arcs, helices, passes beside earlier ones, chains of short blocks; one or two cutters.
 #![allow(dead_code)] // each test file uses its own part of it
 
-use super::brute::{Sweep, Way};
 use super::oracle::Mill;
+use super::ways::{Sweep, Way};
 use super::{block, job, state};
 use feedwright::engage::{EngagementMap, Options, engage};
 use feedwright::ids::BlockId;
