@@ -47,11 +47,6 @@ impl Scene<'_> {
         let cell_mm = cutter.margin / MARGIN_CELLS;
         let steep = marks.iter().any(|mark| cutter.bands[mark.band as usize].radius >= STEEP * cutter.form.radius);
         for k in 0..named {
-            // What lies along the path from one between two others lies along it from those.
-            let id = candidates[k];
-            if k > 0 && k + 1 < named && candidates[k - 1] + 1 == id && candidates[k + 1] == id + 1 {
-                continue;
-            }
             let form = self.form(&self.elements[candidates[k] as usize]);
             candidates.extend(along(self.elements, candidates[k], (form, steep), cell_mm, sample.element));
         }

@@ -3,7 +3,8 @@
 //!
 //! On a ramp a flat end lowers a cell near its side where its rim passes, up to half a chord before or after the place where it
 //! clears the wall; and where the path rises and falls again the cut at the top may lower no cell at all. Its walls stand
-//! nevertheless, so it is a candidate wherever its neighbours are.
+//! nevertheless, so it is a candidate wherever its neighbours are. Beside the steep part of a ball the cutter itself, where it
+//! stands, has lowered the cells that would name a short cut of a wall.
 
 use super::element::{Element, Track};
 use super::form::Form;
