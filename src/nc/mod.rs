@@ -2,6 +2,7 @@
 //! (what the machine does, in mm, s, rad). Nothing here fails: what is not understood is kept, diagnosed and frozen.
 
 pub mod dialect;
+pub mod doubt;
 pub mod environment;
 mod expr;
 mod heidenhain_lex;
@@ -15,6 +16,7 @@ mod steer;
 pub mod toolpath;
 
 pub use dialect::{Dialect, Syntax};
+pub use doubt::{Doubt, Doubted};
 pub use environment::Environment;
 pub use interp::{Expanded, expand, interpret, interpret_each, is_setting, linked, plain_feeds};
 pub use lex::{Token, TokenKind};

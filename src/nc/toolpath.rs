@@ -5,6 +5,7 @@
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc as Rc;
 
+use super::doubt::Doubted;
 use super::program::File;
 use crate::diag::{Diagnostic, Span};
 use crate::ids::{BlockId, MoveId};
@@ -264,6 +265,8 @@ pub struct Toolpath {
     pub diagnostics: Vec<Diagnostic>,
     /// Shifts of the programmed zero against the work offset (G92, G52, G10), mm: each holds from its move on.
     pub shifts: Vec<(MoveId, Vec3)>,
+    /// Stretches on which part or frame are not known, in order of their first moves; they may overlap.
+    pub doubts: Vec<Doubted>,
     /// The files that were called, in the order of their first call; those linked to the program come first.
     pub files: Vec<File>,
     /// True when the program's own lengths are in inches (the unit in force at its first motion).
@@ -275,6 +278,10 @@ impl Toolpath {
     pub fn shift_at(&self, id: MoveId) -> Vec3 {
         let after = self.shifts.partition_point(|(from, _)| *from <= id);
         if after == 0 { Vec3::zeros() } else { self.shifts[after - 1].1 }
+    }
+    /// Why part or frame are not known at a move: the first doubt that holds there.
+    pub fn doubt_at(&self, id: MoveId) -> Option<&Doubted> {
+        self.doubts.iter().take_while(|doubted| doubted.from <= id).find(|doubted| doubted.holds_at(id))
     }
     /// Everything the control does, in order.
     pub fn events(&self) -> impl Iterator<Item = Event> + Clone + '_ {

@@ -117,6 +117,7 @@ mod tests {
             free: true,
             uncertain: false,
             final_surface: false,
+            kept: None,
             infeasible: None,
         };
         let fresh = Problem { nodes: vec![node(0, 50.0), node(1, 20.0), node(2, 80.0)], ..Problem::default() };

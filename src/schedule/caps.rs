@@ -10,7 +10,7 @@
 use rayon::prelude::*;
 
 use super::history::History;
-use super::problem::{Bound, Conflict, Node, Problem};
+use super::problem::{Bound, Conflict, Kept, Node, Problem};
 use super::robust::{self, doubt};
 use super::rules::{Rule, Rules, rules};
 use super::{force_rate, ramps};
@@ -148,6 +148,7 @@ impl Context<'_> {
         let programmed = bound(motion.feed.mm_s, LimitKind::Programmed);
         let mut node = plain(id, motion, station, programmed);
         node.free = rule.mode != Mode::Keep && motion.freeze.is_none() && !self.excluded(motion.line);
+        node.kept = self.kept(&node, rule, motion);
         if !node.free {
             return (node, None);
         }
@@ -157,11 +158,19 @@ impl Context<'_> {
             Some(station) if station.flags.clear_air => node.cap = self.in_air(rule, programmed),
             _ => node.cap = lesser(programmed, highest_feed(rule)),
         }
-        if rule.mode == Mode::SlowOnly || node.uncertain {
+        if node.kept.is_some() {
             node.cap = lesser(programmed, node.cap);
         }
         node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
         (node, conflict)
+    }
+
+    /// Why the feed must not rise here.
+    fn kept(&self, node: &Node, rule: &Rule, motion: &Move) -> Option<Kept> {
+        let doubt = || self.toolpath.doubt_at(node.move_id).map(|doubted| Kept::Doubt(doubted.doubt));
+        let mode = || (rule.mode != Mode::Optimise).then_some(Kept::Mode);
+        let uncertain = || node.uncertain.then_some(Kept::Uncertain);
+        motion.freeze.map(Kept::Frozen).or_else(mode).or_else(doubt).or_else(uncertain)
     }
 
     /// Loads of a station as functions of feed.
@@ -331,6 +340,7 @@ fn plain(id: MoveId, motion: &Move, station: Option<&Station>, cap: Bound) -> No
         free: false,
         uncertain: station.is_none_or(|station| station.flags.uncertain),
         final_surface: station.is_some_and(|station| station.flags.final_surface),
+        kept: None,
         infeasible: None,
     }
 }

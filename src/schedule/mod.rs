@@ -30,6 +30,6 @@ pub mod units;
 pub mod words;
 
 pub use caps::problem;
-pub use problem::{Bound, Conflict, FeedPiece, Node, Problem, Realised, Schedule};
+pub use problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem, Realised, Schedule};
 pub use realise::{as_programmed, realise};
 pub use solve::{Options, explain, feeds, solve};

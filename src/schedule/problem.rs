@@ -2,6 +2,7 @@
 
 use crate::ids::MoveId;
 use crate::machine::LimitKind;
+use crate::nc::{Doubt, Freeze};
 
 /// A bound on the commanded feed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,6 +13,34 @@ pub struct Bound {
     pub kind: LimitKind,
     /// d feed / d limit, (mm/s) per unit of the limit as the report gives it ([`LimitKind::unit`]); 0 when not known.
     pub per_unit: f64,
+}
+
+/// Why a feed is not raised above the programmed one, whatever the limits would allow. It may still be lowered, unless the
+/// node is not [`Node::free`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kept {
+    /// The text or the setup keeps it.
+    Frozen(Freeze),
+    /// Part or frame are not known here.
+    Doubt(Doubt),
+    /// The engagement is uncertain.
+    Uncertain,
+    /// The setup says keep or slow-only.
+    Mode,
+    /// The end face cuts straight down.
+    Plunge,
+    /// The end face cuts downwards along a ramp or a helix.
+    Ramp,
+    /// Lead-in, lead-out, first engagement of a cut.
+    Entry,
+    /// The move leaves the final surface.
+    Finishing,
+    /// Under G41 or G42.
+    Compensation,
+    /// A drilling or boring cycle.
+    Cycle,
+    /// No force, power, torque, deflection, stress or chip limit is in force, or none is known of the load here.
+    NoLoadLimit,
 }
 
 /// One piece of path with one set of bounds: usually a station of the engagement map. The nodes of a feed move tile it;
@@ -38,6 +67,8 @@ pub struct Node {
     pub uncertain: bool,
     /// The finished surface is left here.
     pub final_surface: bool,
+    /// Why the feed is never above the programmed one here; `None`: it may rise.
+    pub kept: Option<Kept>,
     /// A load limit that even the lowest feed allowed exceeds.
     pub infeasible: Option<LimitKind>,
 }

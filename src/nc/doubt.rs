@@ -1,0 +1,96 @@
+//! What the text leaves open about part and frame. In: an event of the program after which the simulation cannot know where
+//! the part stands or what is left of it. Out: [`Doubted`]: from which move on, until which, and why.
+//!
+//! A move in doubt may be slowed where its predicted loads ask for it, but never runs faster than programmed: what is not
+//! known is never air. A doubt ends where the program itself establishes absolutely what was open (a known work offset, the
+//! initial frame), or where the setup confirms that nothing of the kind happens ([`Doubt::name`] is what it confirms by).
+
+use crate::ids::MoveId;
+
+/// Why part or frame are not known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Doubt {
+    /// M0, M60: somebody may have turned the part over, exchanged it or clamped it anew.
+    ProgramStop,
+    /// A rotary axis stands elsewhere than at the start.
+    RotaryAxis,
+    /// Tool centre point control or a tilted plane is in force.
+    TiltedFrame,
+    /// A work offset whose origin the setup does not give.
+    WorkOffset,
+    /// The zero was shifted by an amount that is not known (G10, G52, G92, a datum preset).
+    ZeroShift,
+    /// A measured position sets something: what it measures is not known.
+    Probe,
+    /// A subprogram or macro that is not there may have moved anything.
+    MissingProgram,
+    /// A code that is not known may have moved or changed anything.
+    UnknownCode,
+    /// A position hangs on a variable that the program did not set.
+    UnknownValue,
+}
+
+impl Doubt {
+    /// Every doubt.
+    pub const ALL: [Doubt; 9] = [
+        Doubt::ProgramStop,
+        Doubt::RotaryAxis,
+        Doubt::TiltedFrame,
+        Doubt::WorkOffset,
+        Doubt::ZeroShift,
+        Doubt::Probe,
+        Doubt::MissingProgram,
+        Doubt::UnknownCode,
+        Doubt::UnknownValue,
+    ];
+
+    /// Name in the setup file and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Doubt::ProgramStop => "program-stop",
+            Doubt::RotaryAxis => "rotary-axis",
+            Doubt::TiltedFrame => "tilted-frame",
+            Doubt::WorkOffset => "work-offset",
+            Doubt::ZeroShift => "zero-shift",
+            Doubt::Probe => "probe",
+            Doubt::MissingProgram => "missing-program",
+            Doubt::UnknownCode => "unknown-code",
+            Doubt::UnknownValue => "unknown-value",
+        }
+    }
+
+    /// One clause for reports: "the part may have been turned over".
+    pub fn why(self) -> &'static str {
+        match self {
+            Doubt::ProgramStop => "the part may have been turned over or clamped anew at the stop",
+            Doubt::RotaryAxis => "a rotary axis has turned the part",
+            Doubt::TiltedFrame => "the plane is tilted, or the control follows the tool tip",
+            Doubt::WorkOffset => "the setup does not say where this work offset lies",
+            Doubt::ZeroShift => "the zero was shifted by an amount that is not known",
+            Doubt::Probe => "a probed position sets the zero",
+            Doubt::MissingProgram => "a subprogram or macro is missing",
+            Doubt::UnknownCode => "a code whose meaning is not known stands before it",
+            Doubt::UnknownValue => "its position hangs on a variable that the program does not set",
+        }
+    }
+}
+
+/// A stretch of the program in doubt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Doubted {
+    /// First move in doubt.
+    pub from: MoveId,
+    /// First move that is not any more; `None`: to the end.
+    pub until: Option<MoveId>,
+    /// Why.
+    pub doubt: Doubt,
+    /// Physical line of the event, 1-based.
+    pub line: u32,
+}
+
+impl Doubted {
+    /// Is this move in doubt?
+    pub fn holds_at(&self, id: MoveId) -> bool {
+        self.from <= id && self.until.is_none_or(|until| id < until)
+    }
+}
