@@ -59,6 +59,27 @@ impl Doubt {
         }
     }
 
+    /// What the setup can say to settle it.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Doubt::ProgramStop => "if the part stays as it is clamped: confirm = [\"program-stop\"] in the setup",
+            Doubt::RotaryAxis => {
+                "give each position as a program of its own, or confirm = [\"rotary-axis\"] in the setup"
+            }
+            Doubt::TiltedFrame => {
+                "give each plane as a program of its own, or confirm = [\"tilted-frame\"] in the setup"
+            }
+            Doubt::WorkOffset => "give the origin of every work offset under [offsets], or confirm = [\"work-offset\"]",
+            Doubt::ZeroShift => {
+                "give the origin under [offsets] or the start of the tool, or confirm = [\"zero-shift\"]"
+            }
+            Doubt::Probe => "if the probed zero is that of the setup: confirm = [\"probe\"]",
+            Doubt::MissingProgram => "put it beside the program, or confirm = [\"missing-program\"] in the setup",
+            Doubt::UnknownCode => "if it moves neither part nor frame: confirm = [\"unknown-code\"] in the setup",
+            Doubt::UnknownValue => "set the variable in the program, or confirm = [\"unknown-value\"] in the setup",
+        }
+    }
+
     /// One clause for reports: "the part may have been turned over".
     pub fn why(self) -> &'static str {
         match self {

@@ -10,6 +10,7 @@ use super::line::Line;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::dialect::Dialect;
+use crate::nc::doubt::Doubt;
 use crate::nc::environment::Environment;
 use crate::nc::program::{File, Program, parse};
 
@@ -173,6 +174,7 @@ impl Run<'_> {
     /// Says that a subprogram is missing.
     pub(super) fn no_routine(&mut self, span: Span, what: &str) {
         let text = format!("{what} is neither in the text nor in a file beside it");
+        self.doubt(Doubt::MissingProgram, span);
         self.not_understood("nc::no-routine", span, text, "put the subprogram beside the program");
     }
 

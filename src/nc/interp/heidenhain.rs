@@ -12,6 +12,7 @@ use super::line::Line;
 use super::state::FeedWord;
 use crate::diag::Span;
 use crate::ids::BlockId;
+use crate::nc::doubt::Doubt;
 use crate::nc::expr::{self, Target};
 use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::{Event, MoveKind};
@@ -86,7 +87,10 @@ impl Run<'_> {
                 self.call_file(source.program().line_text(block), place);
             }
             ["LBL"] if tokens.iter().any(|t| t.span.of(text) == b"0") => self.return_from_call(),
-            ["STOP", ..] => self.event(Event::Stop { line: self.line_number(), end: false }),
+            ["STOP", ..] => {
+                self.event(Event::Stop { line: self.line_number(), end: false });
+                self.doubt(Doubt::ProgramStop, place);
+            }
             ["CYCL", "DEF", ..] => {
                 self.define_cycle(&tokens, text, line, place);
                 line.clear();

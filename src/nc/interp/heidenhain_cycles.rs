@@ -5,6 +5,7 @@ use super::Run;
 use super::cycles::Cycle;
 use super::line::Line;
 use crate::diag::{Severity, Span};
+use crate::nc::doubt::Doubt;
 use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::{Event, Freeze};
 use crate::path::Vec3;
@@ -52,6 +53,7 @@ impl Run<'_> {
             }
             _ if LOST.contains(&whole) && part == 0 => {
                 self.frame_lost = true;
+                self.doubt(if whole == 247 { Doubt::ZeroShift } else { Doubt::TiltedFrame }, place);
                 let text = format!("cycle {whole} is not followed: feeds are kept from here on");
                 return self.say(
                     "nc::cycle",

@@ -8,6 +8,7 @@ mod calls;
 mod compensation;
 mod corner;
 mod cycles;
+mod doubts;
 mod expand;
 mod expand_text;
 mod faults;
@@ -43,6 +44,7 @@ use calls::{Call, ModalMacro, Source};
 use compensation::{Active, Contour};
 use corner::{Corner, Leg};
 use cycles::Cycle;
+use doubts::Raised;
 use flow::After;
 use labels::Labels;
 use line::Line;
@@ -50,6 +52,7 @@ use siemens_calls::ModalCall;
 use state::{FeedWord, Frame, Modal};
 
 use super::dialect::{Dialect, Syntax};
+use super::doubt::Doubt;
 use super::environment::Environment;
 use super::expr::{self, Parameters, Target};
 use super::lex::{Token, TokenKind};
@@ -98,7 +101,8 @@ pub fn linked(program: &Program, environment: &Environment<'_>) -> (Program, Too
 }
 
 /// As [`interpret`], but hands the toolpath out in chunks as it grows, so that a program of any length takes little
-/// memory. Ids count from 0 in each chunk; [`super::Move::shared`] needs the whole program and is not set.
+/// memory. Ids count from 0 in each chunk; [`super::Move::shared`] and [`Toolpath::doubts`] need the whole program and are
+/// not set.
 pub fn interpret_each(program: &Program, environment: &Environment<'_>, mut chunk: impl FnMut(&Toolpath)) {
     let mut run = Run::new(program, environment);
     let mut line = Line::default();
@@ -108,6 +112,7 @@ pub fn interpret_each(program: &Program, environment: &Environment<'_>, mut chun
             chunk(&run.out);
             run.out.moves.clear();
             run.out.between.clear();
+            run.out.doubts.clear();
             run.cycle_moves.clear();
         }
     }
@@ -162,6 +167,8 @@ struct Run<'a> {
     contour_mm: Option<f64>,
     /// How often each code was said.
     said: Vec<(&'static str, u32)>,
+    /// What is said of each doubt.
+    raised: [Raised; Doubt::ALL.len()],
     parameters: Parameters,
     /// Assignments of the block, in force once it is read.
     assignments: Vec<(Target, f64)>,
@@ -260,6 +267,7 @@ impl<'a> Run<'a> {
             splittable: true,
             contour_mm: None,
             said: Vec::new(),
+            raised: [Raised::default(); Doubt::ALL.len()],
             parameters: Parameters::default(),
             assignments: Vec::new(),
             source: Source::Main(program),
@@ -468,6 +476,7 @@ impl<'a> Run<'a> {
 
     fn finish(mut self) -> Toolpath {
         self.say_how_many();
+        self.count_doubts();
         self.out.files = self.files;
         shared::number(&mut self.out.moves, &self.cycle_moves);
         self.out.moves.shrink_to_fit();

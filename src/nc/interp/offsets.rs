@@ -57,7 +57,10 @@ impl Run<'_> {
             922 => self.frame.g92 = Vec3::zeros(),
             923 => self.frame.g92 = self.frame.g92_aside,
             680 => self.rotate(line, words),
-            690 => (self.frame.rotation, self.frame_lost) = (None, false),
+            690 => {
+                self.frame.rotation = None;
+                self.find_frame();
+            }
             510 => self.scale(line, words),
             511 => self.mirror(words, -1.0),
             501 => self.mirror(words, 1.0),

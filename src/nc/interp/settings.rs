@@ -6,6 +6,7 @@ use super::state::{FeedWord, Motion};
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::dialect::{Dialect, Syntax};
+use crate::nc::doubt::Doubt;
 use crate::nc::toolpath::{Event, FeedMode, Freeze, PathMode};
 use crate::path::Plane;
 use crate::units::rps_from_rpm;
@@ -142,12 +143,13 @@ impl Run<'_> {
                 self.lose_frame(span, "a tilted plane", "G69 ends it");
             }
             121 | 1070 | 1120 => self.lose_frame(span, "cylindrical or polar interpolation", "its own code ends it"),
-            131 | 1130 => self.frame_lost = false,
+            131 | 1130 => self.find_frame(),
             80 | 110 | 430 | 431 | 432 | 434 | 435 | 440 | 490 | 531 | 620 | 650 | 960 | 970 | 1030 | 1870 | 2340
             | 2540 | 2550 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.source.program().text())).into_owned();
+                self.doubt(Doubt::UnknownCode, span);
                 self.not_understood("nc::unknown-g", span, format!("{text} is not known here"), "its feed is kept");
             }
         }
@@ -167,9 +169,16 @@ impl Run<'_> {
         self.frame_lost = true;
     }
 
+    /// The frame that was not followed has ended.
+    pub(super) fn find_frame(&mut self) {
+        self.frame_lost = false;
+        self.certain(Doubt::TiltedFrame);
+    }
+
     /// Something puts a frame in force that is not followed: feeds are kept until it ends.
     pub(super) fn lose_frame(&mut self, place: Span, what: &str, help: &str) {
         self.frame_lost = true;
+        self.doubt(Doubt::TiltedFrame, place);
         let text = format!("{what} is not followed: feeds are kept until it ends");
         self.not_understood("nc::frame", place, text, help);
     }
@@ -269,10 +278,13 @@ impl Run<'_> {
     }
 
     fn stops(&mut self, line: &Line) {
-        for &(code, _) in &line.m {
+        for &(code, place) in &line.m {
             let end = matches!(code, 20 | 300);
             if end || matches!(code, 0 | 10 | 600) {
                 self.event(Event::Stop { line: self.line_number(), end });
+            }
+            if matches!(code, 0 | 600) {
+                self.doubt(Doubt::ProgramStop, place);
             }
             self.ended |= end;
         }

@@ -118,7 +118,7 @@ impl Run<'_> {
                         }
                         "SUPA" => line.g.push((530, token.span)),
                         "TRAORI" => self.lose_frame(token.span, "TRAORI", ANEW),
-                        "TRAFOOF" => self.frame_lost = false,
+                        "TRAFOOF" => self.find_frame(),
                         _ if self.frame_word(&name, token.span, &tokens[index..], text, line) => {
                             line.settle();
                             return After::Words;

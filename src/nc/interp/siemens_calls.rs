@@ -46,7 +46,7 @@ impl Run<'_> {
     ) {
         match name {
             _ if QUIET.contains(&name) => {}
-            "CYCLE800" if arguments.iter().all(|value| value.unwrap_or(0.0) == 0.0) => self.frame_lost = false,
+            "CYCLE800" if arguments.iter().all(|value| value.unwrap_or(0.0) == 0.0) => self.find_frame(),
             "CYCLE800" | "TRAORI" => self.lose_frame(span, name, ANEW),
             "HOLES1" | "HOLES2" => self.hole_pattern(name, &arguments),
             _ if modal => {

@@ -25,7 +25,7 @@ impl Run<'_> {
         if !adds {
             self.frame.local = Vec3::zeros();
             (self.frame.rotation, self.frame.scale) = (None, None);
-            self.frame_lost = false;
+            self.find_frame();
         }
         let words = [b'X', b'Y', b'Z'].map(|letter| line.get(letter));
         let plain = match kind {
