@@ -167,7 +167,8 @@ fn frames_shift_turn_scale_and_mirror() {
         tilted.moves.iter().map(|m| m.freeze).collect::<Vec<_>>(),
         [None, None, Some(Freeze::NotUnderstood), None]
     );
-    assert_eq!(tilted.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(), [("nc::frame", Some(3))]);
+    let said: Vec<_> = tilted.diagnostics.iter().map(|d| (d.code, d.line)).collect();
+    assert_eq!(said, [("nc::doubt", Some(3)), ("nc::frame", Some(3))]);
 }
 
 #[test]

@@ -124,6 +124,7 @@ impl Run<'_> {
                 ("G66.1 is not followed".into(), "G66, which calls after motions only, is followed")
             };
             let text = format!("{what}: the calls after the blocks up to G67 are kept, and so are the feeds there");
+            self.doubt(Doubt::MissingProgram, span);
             self.say("nc::no-routine", Severity::Warning, span, text, help);
         }
         let repeats = line.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
