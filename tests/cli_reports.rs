@@ -298,6 +298,70 @@ fn limits_suggest_what_the_program_already_does() {
     assert!(figures[0] > 10.0 && figures.windows(2).all(|pair| pair[0] <= pair[1]), "{figures:?}");
 }
 
+/// A drill, a tap and an end mill, each with one cut.
+const THREE_TOOLS: &str = "%\nG21 G90\nT1 M6\nS2000 M3\nG0 X10 Y10 Z5\nG81 Z-8 R2 F100\nG80\nG0 Z20\nT2 M6\nS500 M3\n\
+    G0 X10 Y10 Z5\nG84 Z-8 R2 F500\nG80\nG0 Z20\nT3 M6\nS8000 M3\nG0 X-10 Y2 Z2\nG1 Z-2 F300\nG1 X50 F900\nG0 Z20\nM30\n%\n";
+
+/// Limits of one tool as `limits` proposes them: the text behind `limits =`.
+fn proposed(text: &str, tool: &str) -> Option<String> {
+    let part = &text[text.find(tool)?..];
+    let part = &part[..part[1..].find("\nT").map_or(part.len(), |end| end + 2)];
+    let line = part.lines().find_map(|line| line.trim().strip_prefix("limits = "))?;
+    Some(line.to_owned())
+}
+
+#[test]
+fn limits_propose_nothing_that_is_not_met_and_keep_to_the_units_of_the_setup() {
+    let tools = "[[tool]]\nnumber = 1\nshape = \"drill\"\ndiameter = 5\nflutes = 2\n[[tool]]\nnumber = 2\nshape = \"tap\"\n\
+        diameter = 6\n[[tool]]\nnumber = 3\nshape = \"flat\"\ndiameter = 6\nflutes = 3\noverhang = 30\nmaterial = \"carbide\"\n";
+    let setup = SETUP.replace("[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 6\nflutes = 3\n", tools);
+    let dir = bench();
+    fs::write(dir.path().join("part.nc"), THREE_TOOLS).unwrap();
+    let said = |setup: &str| {
+        fs::write(dir.path().join("part.setup.toml"), setup).unwrap();
+        let output = feedwright(dir.path()).args(["limits", "part.nc", "--resolution", "0.5"]).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let metric = said(&setup);
+    assert!(!metric.contains("= 0 ") && !metric.contains("= 0,") && !metric.contains("-0 "), "{metric}");
+    let drill = proposed(&metric, "T1:").unwrap();
+    assert!(drill.contains("force_axial = ") && drill.contains("power = ") && !drill.contains("force_xy"), "{drill}");
+    assert_eq!(proposed(&metric, "T2:"), None, "a tap keeps its feed: {metric}");
+    let bent = |text: &str| -> f64 {
+        let proposal: toml::Table = format!("limits = {}", proposed(text, "T3:").unwrap()).parse().unwrap();
+        proposal["limits"]["deflection"].as_float().unwrap()
+    };
+    // The same job written in inches: the proposal, pasted into it, is the same length.
+    let inches =
+        [("-10], max = [40, 20, 0", "-0.3937], max = [1.5748, 0.7874, 0"), ("air_feed = 3000", "air_feed = 118.11")];
+    let lengths = [
+        ("diameter = 5", "diameter = 0.19685"),
+        ("diameter = 6", "diameter = 0.23622"),
+        ("overhang = 30", "overhang = 1.1811"),
+    ];
+    let text = inches.iter().chain(&lengths).fold(
+        setup.replace("resolution = 0.5\n", "units = \"inch\"\n"),
+        |text, (mm, inch)| {
+            assert!(text.contains(mm), "{mm}");
+            text.replace(mm, inch)
+        },
+    );
+    let (mm, inch) = (bent(&metric), bent(&said(&text)));
+    assert!((inch * 25.4 / mm - 1.0).abs() < 0.02, "{mm} mm, {inch} in");
+}
+
+#[test]
+fn no_number_of_the_table_is_a_zero_with_a_sign() {
+    let dir = bench();
+    feedwright(dir.path()).args(["simulate", "part.nc", "--csv", "t.csv", "--quiet"]).assert().code(0);
+    let table = fs::read_to_string(dir.path().join("t.csv")).unwrap();
+    assert!(table.lines().count() > 10);
+    let signed = |cell: &&str| cell.starts_with('-') && cell.parse::<f64>().is_ok_and(|value| value == 0.0);
+    let found = table.lines().find(|line| line.split([',', ';']).any(|cell| signed(&cell)));
+    assert_eq!(found, None);
+}
+
 #[test]
 fn an_operation_found_by_its_comment_keeps_its_feed() {
     let dir = bench();

@@ -225,3 +225,29 @@ fn face_milling_by_part_and_what_it_says_of_other_operations() {
     assert!((report.base_test.rmse - 4.52).abs() < 0.05 && report.final_test.rmse <= report.base_test.rmse);
     assert_eq!(report.transfer.len(), 3);
 }
+
+#[test]
+fn a_table_of_rates_without_geometry_is_learned_from_or_refused_in_a_sentence() {
+    let Some(rows) = lines("xu_table4_computed.csv") else { return };
+    let text: String = rows.iter().map(|row| row.join(",") + "\n").collect();
+    let map = |pairs: &[(&str, &str)]| -> Vec<(String, String)> {
+        pairs.iter().map(|(theirs, ours)| ((*theirs).to_owned(), (*ours).to_owned())).collect()
+    };
+    let raw = columns::read(text.as_bytes(), &[]).unwrap();
+    let said = table::rows(&raw, &[]).unwrap_err().to_string();
+    assert!(said.contains("removal_rate_mm3_s") && said.contains("no, q, a, est"), "{said}");
+    let pairs = [("q", "removal_rate_mm3_s"), ("a", "contact_rate_mm2_s"), ("pm", "spindle_power_w")];
+    let frame = columns::read(text.as_bytes(), &map(&pairs)).unwrap();
+    let cuts = table::rows(&frame, &[]).unwrap();
+    let data = table::data(&frame, &cuts, |y| y).unwrap();
+    let report = diagnose(&data, &by_blocks(&data, "set-up"), &Options::default()).unwrap();
+    // The caption of the table: k_tc 693.8 N/mm², k_te 18.98 N/mm, from other cuts; here within twice the standard error.
+    for (name, caption) in [("k_tc", 693.8), ("k_te", 18.98)] {
+        let found = report.base.iter().find(|value| value.name == name).unwrap();
+        assert!((found.value - caption).abs() < 2.0 * found.std_error && found.std_error < 0.5 * caption, "{found:?}");
+    }
+    // Without rates or depths nothing can be told, whatever the reading.
+    let torque = columns::read(text.as_bytes(), &map(&[pairs[0], pairs[1], ("pm", "spindle_torque_nm")])).unwrap();
+    let cuts = table::rows(&torque, &[]).unwrap();
+    assert!(table::data(&torque, &cuts, |y| y).unwrap_err().to_string().contains("spindle_rpm"));
+}

@@ -206,6 +206,48 @@ fn setups_of_the_shared_programs_load() {
 }
 
 #[test]
+fn every_limit_is_a_number_or_a_table_with_its_largest() {
+    let names = [
+        "force_xy",
+        "force_normal_mean",
+        "force_axial",
+        "power",
+        "torque",
+        "deflection",
+        "surface_error",
+        "bending_stress",
+        "force_rate",
+        "chip_thickness",
+        "feed",
+        "feed_per_tooth",
+        "feed_change",
+    ];
+    let limits = |value: &str| {
+        let lines: Vec<String> = names.iter().map(|name| format!("{name} = {value}")).collect();
+        load(&format!("{SMALL}\n[limits]\n{}\n", lines.join("\n"))).map(|job| job.limits)
+    };
+    let bare = limits("2").unwrap();
+    assert_eq!(bare, limits("{ max = 2 }").unwrap());
+    assert!(bare.force_xy_n == Some(2.0) && bare.deflection_mm == Some(2.0) && bare.feed_per_tooth_max_mm == Some(2.0));
+    assert!(
+        bare.chip_thickness_max_mm == Some(2.0) && bare.feed_change_max == Some(2.0) && bare.feed_max_mm_s.is_some()
+    );
+    // A smallest value only where it has a meaning.
+    for (name, fits) in [
+        ("feed", true),
+        ("chip_thickness", true),
+        ("feed_change", true),
+        ("force_xy", false),
+        ("feed_per_tooth", false),
+    ] {
+        let found = load(&format!("{SMALL}\n[limits]\n{name} = {{ min = 1, max = 2 }}\n"));
+        assert_eq!(found.is_ok(), fits, "{name}");
+        assert!(fits || format!("{:?}", found.unwrap_err()).contains("no smallest"), "{name}");
+    }
+    assert!(limits("{}").is_err() && limits("{ most = 2 }").is_err() && limits("[1, 2]").is_err());
+}
+
+#[test]
 fn checked_in_schema_is_the_one_of_the_code() {
     let path = "src/setup/schema.json";
     let written = std::fs::read_to_string(path).unwrap_or_default();

@@ -13,9 +13,10 @@ use super::output::{Kind, Outputs};
 use super::screen::{self, Screen};
 use super::work::{inputs, run};
 use crate::job;
-use crate::machine::LimitKind;
+use crate::machine::{Job, LimitKind, Tool};
 use crate::report::{in_report_unit, short};
 use crate::schedule::reference::{Distribution, distributions};
+use crate::units::Dimension;
 
 /// Shares of the cut length that are printed; the third is the suggestion.
 const SHARES: [f64; 5] = [0.5, 0.9, 0.95, 0.99, 1.0];
@@ -30,6 +31,8 @@ struct Report<'a> {
 #[derive(Serialize)]
 struct ToolPart {
     number: u32,
+    /// A tap, reamer or probe: no limit changes its feed.
+    keeps_feed: bool,
     cut_length_mm: f64,
     loads: Vec<LoadPart>,
 }
@@ -53,7 +56,8 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
     let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let done = run(source, command.setup.as_deref(), job::simulate, global, job::Wanted::default(), screen)?;
     let found = distributions(&done.run.toolpath, &done.run.map, &done.run.job);
-    let tools: Vec<ToolPart> = found.chunk_by(|a, b| a.tool == b.tool).map(tool).collect();
+    let tools: Vec<ToolPart> =
+        found.chunk_by(|a, b| a.tool == b.tool).map(|loads| tool(loads, &done.run.job)).collect();
     match json {
         Some(output) => {
             let report = Report { written_by: crate::report::WRITTEN_BY, file: &done.source.name, tools };
@@ -64,13 +68,26 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
     Ok(Outcome::Done)
 }
 
-fn tool(loads: &[Distribution]) -> ToolPart {
-    ToolPart { number: loads[0].tool, cut_length_mm: loads[0].length_mm(), loads: loads.iter().map(load).collect() }
+fn tool(loads: &[Distribution], job: &Job) -> ToolPart {
+    ToolPart {
+        number: loads[0].tool,
+        keeps_feed: job.tool(loads[0].tool).is_some_and(Tool::is_frozen),
+        cut_length_mm: loads[0].length_mm(),
+        loads: loads.iter().map(|found| load(found, job.inch)).collect(),
+    }
 }
 
-fn load(found: &Distribution) -> LoadPart {
-    let [p50, p90, p95, p99, max] = SHARES.map(|share| in_report_unit(found.kind, found.quantile(share)));
-    LoadPart { name: found.kind.name(), unit: found.kind.unit(), p50, p90, p95, p99, max, suggested: p95 }
+fn load(found: &Distribution, inch: bool) -> LoadPart {
+    let (unit, per_unit) = setup_unit(found.kind, inch);
+    let [p50, p90, p95, p99, max] = SHARES.map(|share| in_report_unit(found.kind, found.quantile(share)) / per_unit);
+    LoadPart { name: found.kind.name(), unit, p50, p90, p95, p99, max, suggested: p95 }
+}
+
+/// The unit a bare number of this limit has in the setup, and what it is in the unit of the report.
+fn setup_unit(kind: LimitKind, inch: bool) -> (&'static str, f64) {
+    let length = Dimension::Length;
+    let factor = length.factor(length.bare(inch)).filter(|_| kind == LimitKind::Deflection && inch);
+    factor.map_or((kind.unit(), 1.0), |factor| (length.bare(inch), factor))
 }
 
 fn words(tools: &[ToolPart]) -> String {
@@ -92,11 +109,25 @@ fn words(tools: &[ToolPart]) -> String {
     text
 }
 
-/// A line for the tool's table in the setup.
+/// A line for the tool's table in the setup: the loads it meets, of those that hold a feed down. A drill has no force in the
+/// plane, so its axial force stands in; what would be written as 0 is rounding and no limit.
 fn suggestion(tool: &ToolPart) -> String {
-    let names = [LimitKind::ForceXy, LimitKind::Power, LimitKind::Deflection].map(LimitKind::name);
-    let worth = |load: &&LoadPart| names.contains(&load.name) && load.suggested > 0.0;
+    if tool.keeps_feed {
+        return "  no limit to propose: this tool keeps its programmed feeds\n".to_owned();
+    }
+    let written = |kind: LimitKind| {
+        let load = tool.loads.iter().find(|load| load.name == kind.name())?;
+        let value = short(load.suggested);
+        (value != "0").then(|| format!("{} = {value}", load.name))
+    };
+    let force = written(LimitKind::ForceXy).or_else(|| written(LimitKind::ForceAxial));
     let items: Vec<String> =
-        tool.loads.iter().filter(worth).map(|load| format!("{} = {}", load.name, short(load.suggested))).collect();
-    format!("  suggested (95 % of the length stays below; lengths in mm):\n  limits = {{ {} }}\n", items.join(", "))
+        [force, written(LimitKind::Power), written(LimitKind::Deflection)].into_iter().flatten().collect();
+    if items.is_empty() {
+        return "  no limit to propose: nothing is cut\n".to_owned();
+    }
+    format!(
+        "  suggested (95 % of the length stays below), in the setup's units:\n  limits = {{ {} }}\n",
+        items.join(", ")
+    )
 }

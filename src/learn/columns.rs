@@ -97,9 +97,18 @@ pub fn read(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataErr
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|e| DataError::Unreadable(e.to_string()))?.clone();
+    for (theirs, _) in mapping {
+        if !headers.iter().any(|name| same(theirs, name)) {
+            let present: Vec<String> = headers.iter().map(plain).collect();
+            return Err(DataError::Unfit(format!(
+                "--columns: the data have no column `{theirs}`; there are: {}",
+                present.join(", ")
+            )));
+        }
+    }
     let rename =
-        |name: &str| mapping.iter().find(|(theirs, _)| theirs == name).map_or(name, |(_, ours)| ours).to_owned();
-    let names: Vec<String> = headers.iter().map(|name| plain(&rename(name))).collect();
+        |name: &str| mapping.iter().find(|(theirs, _)| same(theirs, name)).map_or(plain(name), |(_, ours)| plain(ours));
+    let names: Vec<String> = headers.iter().map(rename).collect();
     let mut frame = Frame { cells: vec![Vec::new(); names.len()], names, ..Frame::default() };
     for record in reader.records() {
         let record = record.map_err(|e| DataError::Unreadable(e.to_string()))?;
@@ -112,6 +121,11 @@ pub fn read(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataErr
         return Err(DataError::Empty("a header without rows"));
     }
     Ok(frame)
+}
+
+/// Whether a name given to `--columns` means this header: as it stands in the file, or as messages print it.
+fn same(given: &str, header: &str) -> bool {
+    given == header || plain(given) == plain(header)
 }
 
 /// Lower case, words joined by one `_`.
@@ -195,6 +209,16 @@ mod tests {
         assert!(frame.numbers("time_s").unwrap()[1].is_nan() && frame.numbers("feed_mm_min").unwrap()[1].is_nan());
         assert_eq!(frame.text("group").unwrap(), ["a", "b"]);
         assert!(frame.numbers("axial_depth_mm").is_none());
+    }
+
+    #[test]
+    fn a_mapping_takes_the_names_that_its_own_error_prints() {
+        let of = |theirs: &str| read(b"Pm [kW],n\n3,9\n", &[(theirs.to_owned(), "spindle_power_kw".to_owned())]);
+        for theirs in ["Pm [kW]", "pm_kw"] {
+            assert_eq!(of(theirs).unwrap().needed("spindle_power_w").unwrap(), [3000.0], "{theirs}");
+        }
+        let said = of("power").unwrap_err().to_string();
+        assert!(said.contains("`power`") && said.contains("pm_kw, n"), "{said}");
     }
 
     #[test]

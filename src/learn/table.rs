@@ -100,11 +100,17 @@ pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataEr
                     rps,
                 },
                 side,
-                given: given.as_ref().map(|(q, a)| Rates { removal_rate_mm3_s: q[i], contact_rate_mm2_s: a[i] }),
+                given: given
+                    .as_ref()
+                    .map(|(q, a)| Rates { removal_rate_mm3_s: q[i], contact_rate_mm2_s: a[i] })
+                    .filter(|rates| rates.removal_rate_mm3_s.is_finite() && rates.contact_rate_mm2_s.is_finite()),
                 layer_height_mm: layer.as_ref().map(|l| l[i]).filter(|l| l.is_finite()),
                 duration_s: duration[i],
             };
-            complete(&row, i).map(|()| row)
+            if row.given.is_none() {
+                needs_geometry(&row, i, frame)?;
+            }
+            Ok(row)
         })
         .collect()
 }
@@ -113,7 +119,8 @@ fn or(value: f64, other: f64) -> f64 {
     if value.is_finite() { value } else { other }
 }
 
-fn complete(row: &SteadyRow, i: usize) -> Result<(), DataError> {
+/// What the closed forms need of row `i` (from 0).
+pub(super) fn needs_geometry(row: &SteadyRow, i: usize, frame: &Frame) -> Result<(), DataError> {
     let c = &row.cut;
     let geometry = [
         ("diameter_mm (or a setup with the tool)", c.diameter_mm),
@@ -122,11 +129,13 @@ fn complete(row: &SteadyRow, i: usize) -> Result<(), DataError> {
         ("feed_mm_min (or feed_per_tooth_mm)", c.feed_mm_s),
         ("spindle_rpm", c.rps),
     ];
-    if row.given.is_some_and(|g| g.removal_rate_mm3_s.is_finite() && g.contact_rate_mm2_s.is_finite()) {
-        return Ok(());
-    }
     match geometry.iter().find(|(_, value)| !value.is_finite()) {
-        Some((name, _)) => Err(DataError::Unfit(format!("row {}: {name} is missing", i + 1))),
+        Some((name, _)) => Err(DataError::Unfit(format!(
+            "row {}: {name} is missing, and so are the rates of a table without geometry (removal_rate_mm3_s, \
+             contact_rate_mm2_s); there are: {}. Rename them in the header or map them with --columns",
+            i + 1,
+            frame.names().join(", ")
+        ))),
         None => Ok(()),
     }
 }
@@ -217,6 +226,12 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
     let (name, quantity, unit) = spindle?;
     let reading: Vec<f64> = frame.needed(name)?.into_iter().map(to_shaft).collect();
     super::plausible::readable(name, &reading)?;
+    if let Some(i) = table.iter().position(|row| quantity == Quantity::Torque && !row.cut.rps.is_finite()) {
+        return Err(DataError::Unfit(format!(
+            "row {}: spindle_rpm is missing, and a torque is a power over it",
+            i + 1
+        )));
+    }
     let n = table.len();
     let columns_of = |rates_of: &dyn Fn(&SteadyRow) -> Rates| -> Vec<Vec<f64>> {
         let mut columns = vec![vec![1.0; n], vec![0.0; n], vec![0.0; n]];
@@ -233,16 +248,17 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
         variant,
         columns: difference(&columns_of(of), &straight, size),
     };
-    let mut variants = vec![
-        change(Variant::Curved, &|row| row_rates(row, false), 1.0),
-        change(Variant::Diameter, &|row| resized(row, 0.05), 0.05),
-    ];
-    if table.iter().all(|row| row.given.is_none()) {
-        variants.push(change(Variant::StockTop, &|row| deeper(row, 0.05, 0.0), 0.05));
-        variants.push(change(Variant::StockSide, &|row| deeper(row, 0.0, 0.05), 0.05));
+    // Rates that the table brings itself say nothing of another path, diameter or stock.
+    let variants = if table.iter().all(|row| row.given.is_none()) {
+        vec![
+            change(Variant::Curved, &|row| row_rates(row, false), 1.0),
+            change(Variant::Diameter, &|row| resized(row, 0.05), 0.05),
+            change(Variant::StockTop, &|row| deeper(row, 0.05, 0.0), 0.05),
+            change(Variant::StockSide, &|row| deeper(row, 0.0, 0.05), 0.05),
+        ]
     } else {
-        variants.clear();
-    }
+        Vec::new()
+    };
     let (block, _) = numbered(table.iter().map(|row| row.group.as_str()));
     let (kind, kind_names) = numbered(table.iter().map(|row| row.kind.as_str()));
     let mut order: Vec<usize> = (0..n).collect();
@@ -323,7 +339,8 @@ pub(super) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
         let (row, c) = (&table[i], &table[i].cut);
         let r = row_rates(row, true);
         let lasts = or(row.duration_s, 1.0);
-        let theta = immersion_rad(0.5 * c.diameter_mm, c.radial_depth_mm, None);
+        let known = c.diameter_mm.is_finite() && c.radial_depth_mm.is_finite();
+        let theta = if known { immersion_rad(0.5 * c.diameter_mm, c.radial_depth_mm, None) } else { f64::NAN };
         states[i] = State {
             time_s: if row.duration_s.is_finite() { clock } else { row.order },
             sliding_mm: if row.duration_s.is_finite() { sliding } else { f64::NAN },

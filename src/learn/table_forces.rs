@@ -7,11 +7,12 @@ use super::columns::{DataError, Frame};
 use super::plausible::readable;
 use super::runouts::RunoutGrid;
 use super::samples::{Base, Class, Data, UNBOUNDED};
-use super::table::{SteadyRow, numbered, states};
+use super::table::{SteadyRow, needs_geometry, numbered, states};
 
 /// Data of a table of mean forces.
 pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
     let forces = [frame.needed("force_x_n")?, frame.needed("force_y_n")?];
+    table.iter().enumerate().try_for_each(|(i, row)| needs_geometry(row, i, frame))?;
     readable("force_x_n", &forces[0])?;
     readable("force_y_n", &forces[1])?;
     let samples: Vec<(usize, usize)> = (0..table.len()).flat_map(|i| [(i, 0), (i, 1)]).collect();

@@ -258,6 +258,8 @@ pub struct Job {
     pub operations: Vec<Operation>,
     /// Output settings.
     pub output: Output,
+    /// Whether bare lengths of the setup are inches: what is proposed for it is written in its units.
+    pub inch: bool,
     /// Cell of the height field, mm; `None`: chosen from tools and stock.
     pub cell_mm: Option<f64>,
     /// Process model: the effects that act on top of the base coefficients, from `[process]` or `--model`.

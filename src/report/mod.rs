@@ -34,6 +34,11 @@ pub const MARK: &str = "ritten by feedwright";
 /// The first columns of the CSV table.
 pub const CSV_HEAD: &str = "line,motion,s_mm,time_before_s,time_after_s,x_mm,y_mm,z_mm,feed_before_mm_min";
 
+/// A value to be written with this many decimals: what rounds to zero is 0, without a sign.
+pub fn unsigned_zero(value: f64, decimals: i32) -> f64 {
+    if value.abs() <= 0.5 * 10f64.powi(-decimals) { 0.0 } else { value }
+}
+
 /// Time above that of the continuous optimum, %.
 fn loss_percent(written: &Written) -> f64 {
     let best = written.schedule.continuous_s;

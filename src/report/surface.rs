@@ -2,6 +2,7 @@
 //! run-out tool stands off the ideal wall there at the programmed feed (Ko, Yun, Cho 2002).
 
 use super::run::Run;
+use super::unsigned_zero;
 use crate::path::Vec3;
 use crate::schedule::caps::Cutters;
 use crate::units::mm_min_from_mm_s;
@@ -24,10 +25,10 @@ pub fn surface(run: &Run, out: &mut dyn Write) -> io::Result<()> {
                 out,
                 "{}\t{:.4}\t{:.4}\t{:.4}\t{:.5}\t{:.1}",
                 motion.line,
-                at.x,
-                at.y,
-                at.z,
-                point.error_mm,
+                unsigned_zero(at.x, 4),
+                unsigned_zero(at.y, 4),
+                unsigned_zero(at.z, 4),
+                unsigned_zero(point.error_mm, 5),
                 mm_min_from_mm_s(feed_mm_s)
             )?;
         }

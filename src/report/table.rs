@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use super::run::Run;
 use super::stations::{Feeds, StationLoads, each_station};
+use super::unsigned_zero;
 use crate::force::Loads;
 use crate::machine::Slice;
 use crate::units::{deg_from_rad, mm_min_from_mm_s, rpm_from_rps};
@@ -64,20 +65,20 @@ fn row(run: &Run, found: &StationLoads, [before_s, after_s]: [f64; 2], out: &mut
         motion.line,
         station.move_id.0,
         station.from_mm,
-        at.x,
-        at.y,
-        at.z,
+        unsigned_zero(at.x, 4),
+        unsigned_zero(at.y, 4),
+        unsigned_zero(at.z, 4),
         mm_min_from_mm_s(found.feed_before_mm_s),
         mm_min_from_mm_s(found.feed_after_mm_s),
         rpm_from_rps(motion.spin.rps),
         motion.tool,
-        station.removal_area_mm2,
-        contact_area(run, found),
-        station.axial_depth_mm,
+        unsigned_zero(station.removal_area_mm2.into(), 5),
+        unsigned_zero(contact_area(run, found), 4),
+        unsigned_zero(station.axial_depth_mm.into(), 4),
     )?;
     for loads in [&found.before, &found.after] {
         for (_, read) in LOADS {
-            write!(out, ",{:.5}", read(loads))?;
+            write!(out, ",{:.5}", unsigned_zero(read(loads), 5))?;
         }
     }
     writeln!(out)
@@ -89,7 +90,8 @@ fn angles(run: &Run, found: &StationLoads) -> (String, String) {
     let lowest = arcs.first().map(|arc| arc.slice);
     let own: Vec<_> = arcs.iter().filter(|arc| Some(arc.slice) == lowest).collect();
     let join = |angle: fn(&crate::engage::EngagedArc) -> f32| {
-        let texts: Vec<String> = own.iter().map(|arc| format!("{:.2}", deg_from_rad(f64::from(angle(arc))))).collect();
+        let texts: Vec<String> =
+            own.iter().map(|arc| format!("{:.2}", unsigned_zero(deg_from_rad(f64::from(angle(arc))), 2))).collect();
         texts.join(";")
     };
     (join(|arc| arc.entry_rad), join(|arc| arc.exit_rad))

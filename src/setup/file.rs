@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-use super::forms::{Curve, MaterialTable, NameOr, OneOrMany, ProfilePoint};
+use super::forms::{Bounds, Curve, MaterialTable, NameOr, OneOrMany, ProfilePoint};
 use super::quantity::Quantity;
 
 /// Setup file of Feedwright. A bare number is in the unit named at its key; a text may carry its own: "6 hp", "110 lbf".
@@ -230,54 +230,37 @@ pub struct RunoutTable {
     pub angle: Option<Quantity>,
 }
 
-/// Lowest and highest.
-#[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
-#[serde(deny_unknown_fields, expecting = "a table like { min = 100, max = 2000 }")]
-pub struct RangeTable {
-    /// Lowest.
-    pub min: Option<Quantity>,
-    /// Highest.
-    pub max: Option<Quantity>,
-}
-
-/// Highest only.
-#[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
-#[serde(deny_unknown_fields, expecting = "a table like { max = 0.1 }")]
-pub struct MaxTable {
-    /// Highest.
-    pub max: Option<Quantity>,
-}
-
-/// Limits; what is absent does not bind, except feed_change.
+/// Limits; what is absent does not bind, except feed_change. Each is its largest value alone or a table `{ max = … }`;
+/// chip_thickness, feed and feed_change may have a `min` as well.
 #[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
 #[serde(deny_unknown_fields, expecting = "a table [limits]")]
 pub struct LimitsTable {
     /// Peak resultant in the plane normal to the tool axis, N.
-    pub force_xy: Option<Quantity>,
+    pub force_xy: Option<Bounds>,
     /// Mean force normal to the machined wall, N.
-    pub force_normal_mean: Option<Quantity>,
+    pub force_normal_mean: Option<Bounds>,
     /// Peak axial force, N.
-    pub force_axial: Option<Quantity>,
+    pub force_axial: Option<Bounds>,
     /// Power at the motor shaft, tare included, W.
-    pub power: Option<Quantity>,
+    pub power: Option<Bounds>,
     /// Mean torque at the tool, N·m.
-    pub torque: Option<Quantity>,
+    pub torque: Option<Bounds>,
     /// Deflection at the tool tip, mm.
-    pub deflection: Option<Quantity>,
+    pub deflection: Option<Bounds>,
     /// Surface error, mm.
-    pub surface_error: Option<Quantity>,
+    pub surface_error: Option<Bounds>,
     /// Bending stress of the tool, MPa.
-    pub bending_stress: Option<Quantity>,
+    pub bending_stress: Option<Bounds>,
     /// Smallest and largest chip thickness, mm.
-    pub chip_thickness: Option<RangeTable>,
+    pub chip_thickness: Option<Bounds>,
     /// Lowest and highest feed in cuts, mm/min.
-    pub feed: Option<RangeTable>,
+    pub feed: Option<Bounds>,
     /// Largest feed per tooth, mm.
-    pub feed_per_tooth: Option<MaxTable>,
+    pub feed_per_tooth: Option<Bounds>,
     /// Lowest and highest feed relative to the programmed one, in cuts.
-    pub feed_change: Option<RangeTable>,
+    pub feed_change: Option<Bounds>,
     /// Fastest change of the peak resultant in the plane, where the cutter enters, leaves or meets more, N/s.
-    pub force_rate: Option<Quantity>,
+    pub force_rate: Option<Bounds>,
     /// Budget of wear over the whole program; in `[limits]` only.
     pub wear: Option<WearTable>,
     /// Feed where nothing can be cut, mm/min; in `[limits]` only.

@@ -80,6 +80,66 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for OneOrMany<T> {
     }
 }
 
+/// A limit: the largest value alone, or a table with the smallest, the largest, or both.
+#[derive(Debug, Clone, Default)]
+pub struct Bounds {
+    /// Smallest.
+    pub min: Option<Quantity>,
+    /// Largest.
+    pub max: Option<Quantity>,
+}
+
+impl<'de> Deserialize<'de> for Bounds {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl Either {
+            fn most(max: Quantity) -> Bounds {
+                Bounds { min: None, max: Some(max) }
+            }
+        }
+        impl<'de> Visitor<'de> for Either {
+            type Value = Bounds;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the largest value as a number, or a table like { min = 100, max = 2000 }")
+            }
+            fn visit_i64<E>(self, v: i64) -> Result<Bounds, E> {
+                Ok(Self::most(Quantity::Number(v as f64)))
+            }
+            fn visit_f64<E>(self, v: f64) -> Result<Bounds, E> {
+                Ok(Self::most(Quantity::Number(v)))
+            }
+            fn visit_str<E>(self, v: &str) -> Result<Bounds, E> {
+                Ok(Self::most(Quantity::Text(v.to_owned())))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Bounds, A::Error> {
+                let table = BoundsTable::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Bounds { min: table.min, max: table.max })
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl JsonSchema for Bounds {
+    fn schema_name() -> Cow<'static, str> {
+        "Bounds".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let (largest, table) = (generator.subschema_for::<Quantity>(), generator.subschema_for::<BoundsTable>());
+        json_schema!({ "description": "The largest value alone, or { min, max }.", "anyOf": [largest, table] })
+    }
+}
+
+/// [`Bounds`] as a table.
+#[derive(serde::Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, expecting = "a table like { min = 100, max = 2000 }")]
+struct BoundsTable {
+    /// Smallest.
+    min: Option<Quantity>,
+    /// Largest.
+    max: Option<Quantity>,
+}
+
 /// One value, or points [x, y] with rising x.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]

@@ -1,6 +1,7 @@
 //! `[limits]`, `[[operation]]`, `[output]` → domain types.
 
-use super::file::{LimitsTable, OperationTable, OutputTable, RampTable, RangeTable, WearTable};
+use super::file::{LimitsTable, OperationTable, OutputTable, RampTable, WearTable};
+use super::forms::Bounds;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
 use crate::machine::{AirFeed, Annotate, Limits, Match, Mode, Operation, Output, Ramp, WearBudget};
@@ -51,8 +52,8 @@ pub fn wear(reader: &mut Reader, table: Option<&LimitsTable>) -> Option<WearBudg
 }
 
 fn plain(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
-    let mut one = |name: &str, written: &Option<Quantity>, dimension| {
-        reader.optional(&format!("{key}.{name}"), written.as_ref(), dimension, Sense::Positive)
+    let mut one = |name: &str, written: &Option<Bounds>, dimension| {
+        largest(reader, &format!("{key}.{name}"), written.as_ref(), dimension)
     };
     let mut limits = Limits {
         force_xy_n: one("force_xy", &table.force_xy, Dimension::Force),
@@ -64,14 +65,10 @@ fn plain(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
         surface_error_mm: one("surface_error", &table.surface_error, Dimension::Length),
         bending_stress_mpa: one("bending_stress", &table.bending_stress, Dimension::Stress),
         force_rate_n_s: one("force_rate", &table.force_rate, Dimension::ForcePerTime),
-        feed_per_tooth_max_mm: one(
-            "feed_per_tooth.max",
-            &table.feed_per_tooth.clone().unwrap_or_default().max,
-            Dimension::Length,
-        ),
+        feed_per_tooth_max_mm: one("feed_per_tooth", &table.feed_per_tooth, Dimension::Length),
         ..Limits::default()
     };
-    let mut two = |name: &str, table: &Option<RangeTable>, dimension| {
+    let mut two = |name: &str, table: &Option<Bounds>, dimension| {
         range(reader, &format!("{key}.{name}"), table.as_ref(), dimension)
     };
     (limits.chip_thickness_min_mm, limits.chip_thickness_max_mm) =
@@ -81,12 +78,22 @@ fn plain(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
     limits
 }
 
-fn range(
-    reader: &mut Reader,
-    key: &str,
-    table: Option<&RangeTable>,
-    dimension: Dimension,
-) -> (Option<f64>, Option<f64>) {
+/// The largest value of a limit that has no smallest.
+fn largest(reader: &mut Reader, key: &str, written: Option<&Bounds>, dimension: Dimension) -> Option<f64> {
+    let bounds = written?;
+    if bounds.min.is_some() {
+        reader.complain(
+            &format!("{key}.min"),
+            "a load has no smallest value",
+            "write the largest alone, or { max = … }",
+        );
+    } else if bounds.max.is_none() {
+        reader.complain(key, "is an empty table", "write the largest value alone, or { max = … }");
+    }
+    reader.optional(key, bounds.max.as_ref(), dimension, Sense::Positive)
+}
+
+fn range(reader: &mut Reader, key: &str, table: Option<&Bounds>, dimension: Dimension) -> (Option<f64>, Option<f64>) {
     let Some(table) = table else { return (None, None) };
     let low = reader.optional(&format!("{key}.min"), table.min.as_ref(), dimension, Sense::Positive);
     let high = reader.optional(&format!("{key}.max"), table.max.as_ref(), dimension, Sense::Positive);

@@ -72,6 +72,7 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupEr
         confidence: None,
         operations,
         output: limits::output(reader, file.output.as_ref().unwrap_or(&file::OutputTable::default())),
+        inch: file.units.as_deref() == Some("inch"),
         cell_mm: reader.optional(
             "resolution",
             file.resolution.as_ref(),

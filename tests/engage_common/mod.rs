@@ -111,6 +111,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
             annotate: Annotate::Changes,
             exclude: Vec::new(),
         },
+        inch: false,
         cell_mm: None,
         process: Process::default(),
     }
