@@ -148,6 +148,9 @@ pub struct Optimize {
     /// Write the program even if limits cannot be met on more than a fifth of the cutting length.
     #[arg(long)]
     pub accept_infeasible: bool,
+    /// Write the program even if it cuts at rapid, or shank, holder or a fixture are touched.
+    #[arg(long)]
+    pub accept_collisions: bool,
     /// Simulate the written program again with stock, offset, coefficients, runout and override other than assumed.
     #[arg(long)]
     pub stress: bool,
@@ -166,6 +169,9 @@ pub struct Verify {
     /// Write the proof as JSON; - is standard output.
     #[arg(long, value_name = "R.json")]
     pub json: Option<PathBuf>,
+    /// A feed that is raised by more than this ratio is a fault, like 1.3.
+    #[arg(long, value_name = "R", value_parser = ratio)]
+    pub max_rise: Option<f64>,
 }
 
 /// `toolpath`.
@@ -391,6 +397,11 @@ fn own_percentile(text: &str) -> Result<f64, String> {
         _ => None,
     };
     percentile.filter(|percentile| (0.0..=100.0).contains(percentile)).ok_or_else(|| help.to_owned())
+}
+
+fn ratio(text: &str) -> Result<f64, String> {
+    let ratio = text.parse::<f64>().ok().filter(|ratio| *ratio > 0.0 && ratio.is_finite());
+    ratio.ok_or_else(|| "it is a ratio of feeds, after over before: 1.3 allows 30 % more".to_owned())
 }
 
 fn cycle_time(text: &str) -> Result<f64, String> {

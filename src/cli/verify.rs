@@ -11,8 +11,16 @@ use super::input;
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use super::work;
-use crate::nc::{self, Environment};
-use crate::rewrite::{self, Proof};
+use crate::ids::BlockId;
+use crate::nc::{self, Environment, Program};
+use crate::report::short;
+use crate::rewrite::{self, Proof, verify::Rise};
+use crate::units::{MM_PER_INCH, mm_min_from_mm_s};
+
+/// Differences that are listed; the rest is counted.
+const LISTED: usize = 36;
+/// Relative rounding of a ratio of feeds.
+const ROUNDED: f64 = 1e-9;
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -26,6 +34,12 @@ struct Report<'a> {
     blocks_split: usize,
     unrolled: bool,
     differences: Vec<DifferencePart<'a>>,
+    /// Differences that are not listed.
+    more_differences: usize,
+    largest_rise: Option<RisePart>,
+    max_rise: Option<f64>,
+    /// Lines of the rewritten program with a feed raised by more than `max_rise`.
+    lines_beyond_max_rise: usize,
 }
 
 #[derive(Serialize)]
@@ -36,6 +50,58 @@ struct DifferencePart<'a> {
     original_line: Option<u32>,
     rewritten_line: Option<u32>,
     text: &'a str,
+    original_text: Option<&'a str>,
+    rewritten_text: Option<&'a str>,
+}
+
+/// The largest rise; feeds in mm/min.
+#[derive(Clone, Serialize)]
+struct RisePart {
+    ratio: f64,
+    feed_before: f64,
+    feed_after: f64,
+    original_line: u32,
+    rewritten_line: u32,
+    /// The subprogram that the lines belong to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<String>,
+}
+
+/// What is said of two programs.
+struct Finding<'a> {
+    proof: &'a Proof,
+    largest: Option<RisePart>,
+    max_rise: Option<f64>,
+    /// Lines raised by more than that.
+    beyond: usize,
+}
+
+impl<'a> Finding<'a> {
+    fn new(proof: &'a Proof, [before, after]: [&Program; 2], max_rise: Option<f64>) -> Self {
+        let most = max_rise.map_or(f64::INFINITY, |ratio| ratio * (1.0 + ROUNDED));
+        let mut lines: Vec<u32> =
+            proof.rises.iter().filter(|rise| rise.ratio > most).map(|rise| rise.lines[1]).collect();
+        lines.sort_unstable();
+        lines.dedup();
+        let largest = proof.largest_rise().map(|rise| placed(rise, proof.unrolled, before, after));
+        Self { proof, largest, max_rise, beyond: lines.len() }
+    }
+
+    fn outcome(&self) -> Outcome {
+        if self.proof.holds() && self.beyond == 0 { Outcome::Done } else { Outcome::Unmet }
+    }
+}
+
+/// A rise with lines of the file they stand in. An unrolled original is one plain text.
+fn placed(rise: &Rise, unrolled: bool, before: &Program, after: &Program) -> RisePart {
+    let in_file = |program: &Program, line: u32| {
+        let (own, file) = program.place(BlockId(line - 1));
+        (own, file.map(str::to_owned))
+    };
+    let original_line = if unrolled { rise.lines[0] } else { in_file(before, rise.lines[0]).0 };
+    let (rewritten_line, file) = in_file(after, rise.lines[1]);
+    let [feed_before, feed_after] = rise.feeds_mm_s.map(mm_min_from_mm_s);
+    RisePart { ratio: rise.ratio, feed_before, feed_after, original_line, rewritten_line, file }
 }
 
 /// Compares two programs.
@@ -58,48 +124,86 @@ pub fn verify(command: &Verify, global: &Global, screen: Screen) -> Result<Outco
     let (before, _) = nc::linked(&before, &environment);
     let (after, _) = nc::linked(&after, &Environment { load: &load_other, ..environment.clone() });
     let proof = rewrite::verify(&before, &after, &environment);
-    let text = words(&proof);
+    let finding = Finding::new(&proof, [&before, &after], command.max_rise);
+    let text = words(&finding);
     if let Some(output) = json {
         let to_stdout = output.is_stdout();
-        let report = report(&proof, &original.name, &rewritten.name);
+        let report = report(&finding, &original.name, &rewritten.name);
         output.write((serde_json::to_string_pretty(&report).expect("plain data") + "\n").as_bytes())?;
         if to_stdout {
             screen.say(&text);
-            return Ok(outcome(&proof));
+            return Ok(finding.outcome());
         }
     }
     screen.show(&text)?;
-    Ok(outcome(&proof))
+    Ok(finding.outcome())
 }
 
-fn outcome(proof: &Proof) -> Outcome {
-    if proof.holds() { Outcome::Done } else { Outcome::Unmet }
-}
-
-fn words(proof: &Proof) -> String {
-    if proof.holds() {
-        let unrolled = if proof.unrolled { "unrolled, motions the same; " } else { "" };
-        return format!(
-            "{unrolled}only feeds differ: {} motions compared, {} run at another feed, {} blocks split, {} lines added\n",
-            proof.motions, proof.feeds_changed, proof.blocks_split, proof.blocks_added
-        );
+fn words(finding: &Finding) -> String {
+    let proof = finding.proof;
+    if !proof.holds() {
+        return differences(proof);
     }
-    let mut text = String::from("more than feeds differ:\n");
-    for difference in &proof.differences {
-        let line = |line: Option<u32>| line.map_or_else(|| "-".to_owned(), |line| line.to_string());
-        let (original, rewritten) = (line(difference.original_line), line(difference.rewritten_line));
-        let file = difference.file.as_ref().map_or_else(String::new, |file| format!("{file}, "));
-        text += &format!("  {file}line {original} → line {rewritten}: {}\n", difference.text);
+    let unrolled = if proof.unrolled { "unrolled, motions the same; " } else { "" };
+    let mut text = format!(
+        "{unrolled}only feeds differ: {} motions compared, {} run at another feed, {} blocks split, {} lines added\n",
+        proof.motions, proof.feeds_changed, proof.blocks_split, proof.blocks_added
+    );
+    if let Some(rise) = &finding.largest {
+        text += &largest(rise, proof.inch);
+    }
+    if let (Some(most), 1..) = (finding.max_rise, finding.beyond) {
+        let s = if finding.beyond == 1 { "" } else { "s" };
+        text = format!("feeds rise by more than --max-rise {most} allows, on {} line{s}\n{text}", finding.beyond);
     }
     text
 }
 
-fn report<'a>(proof: &'a Proof, original: &'a str, rewritten: &'a str) -> Report<'a> {
+fn largest(rise: &RisePart, inch: bool) -> String {
+    let feed = |mm_min: f64| if inch { short(mm_min / MM_PER_INCH) } else { short(mm_min) };
+    format!(
+        "largest rise of a feed: {:.3} times, line {}{} → line {}: F{} → F{} {}\n",
+        rise.ratio,
+        rise.original_line,
+        rise.file.as_ref().map_or_else(String::new, |file| format!(" of {file}")),
+        rise.rewritten_line,
+        feed(rise.feed_before),
+        feed(rise.feed_after),
+        if inch { "in/min" } else { "mm/min" }
+    )
+}
+
+fn differences(proof: &Proof) -> String {
+    let mut text = String::from("more than feeds differ:\n");
+    for difference in proof.differences.iter().take(LISTED) {
+        let line = |line: Option<u32>| line.map_or_else(|| "-".to_owned(), |line| line.to_string());
+        let (original, rewritten) = (line(difference.original_line), line(difference.rewritten_line));
+        let file = difference.file.as_ref().map_or_else(String::new, |file| format!("{file}, "));
+        text += &format!("  {file}line {original} → line {rewritten}: {}\n", difference.text);
+        text += &match &difference.texts {
+            [Some(own), Some(other)] => format!("    {own}  →  {other}\n"),
+            [Some(only), None] | [None, Some(only)] => format!("    {only}\n"),
+            [None, None] => String::new(),
+        };
+    }
+    let more = unlisted(proof);
+    if more > 0 { text + &format!("  … and {more} more\n") } else { text }
+}
+
+/// Differences beyond those listed.
+fn unlisted(proof: &Proof) -> usize {
+    proof.more + proof.differences.len().saturating_sub(LISTED)
+}
+
+fn report<'a>(finding: &'a Finding, original: &'a str, rewritten: &'a str) -> Report<'a> {
+    let proof = finding.proof;
     let part = |difference: &'a rewrite::Difference| DifferencePart {
         file: difference.file.as_deref(),
         original_line: difference.original_line,
         rewritten_line: difference.rewritten_line,
         text: &difference.text,
+        original_text: difference.texts[0].as_deref(),
+        rewritten_text: difference.texts[1].as_deref(),
     };
     Report {
         written_by: crate::report::WRITTEN_BY,
@@ -111,6 +215,10 @@ fn report<'a>(proof: &'a Proof, original: &'a str, rewritten: &'a str) -> Report
         blocks_added: proof.blocks_added,
         blocks_split: proof.blocks_split,
         unrolled: proof.unrolled,
-        differences: proof.differences.iter().map(part).collect(),
+        differences: proof.differences.iter().take(LISTED).map(part).collect(),
+        more_differences: unlisted(proof),
+        largest_rise: finding.largest.clone(),
+        max_rise: finding.max_rise,
+        lines_beyond_max_rise: finding.beyond,
     }
 }

@@ -7,7 +7,7 @@ use crate::nc::{Program, TokenKind};
 use super::super::decimal::Decimal;
 use super::super::mark;
 use super::super::view::{Modes, Switched, View, number_bytes};
-use super::{ENOUGH, Proof};
+use super::Proof;
 
 /// What a line of the rewritten program is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub fn align(original: &Program, rewritten: &Program, proof: &mut Proof) -> Role
         };
         walk.modes = MODES;
         walk.ends = [part.blocks.end as usize, other.blocks.end as usize];
-        while (walk.i < walk.ends[0] || walk.j < walk.ends[1]) && proof.differences.len() < ENOUGH {
+        while walk.i < walk.ends[0] || walk.j < walk.ends[1] {
             walk.step(proof);
         }
     }

@@ -30,6 +30,19 @@ pub struct Difference {
     pub rewritten_line: Option<u32>,
     /// What differs.
     pub text: String,
+    /// The line of the original and that of the rewritten program as they stand, where they are shown.
+    pub texts: [Option<String>; 2],
+}
+
+/// A motion that runs faster than it did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rise {
+    /// Feed as rewritten over feed as it was.
+    pub ratio: f64,
+    /// Feed as it was and as rewritten, mm/s.
+    pub feeds_mm_s: [f64; 2],
+    /// Line of the original and of the rewritten program, 1-based, counted through the program and its files.
+    pub lines: [u32; 2],
 }
 
 impl std::fmt::Display for Difference {
@@ -42,15 +55,24 @@ impl std::fmt::Display for Difference {
             (Some(line), None) => write!(f, "line {line}: {}", self.text),
             (None, Some(other)) => write!(f, "rewritten line {other}: {}", self.text),
             (None, None) => f.write_str(&self.text),
+        }?;
+        match &self.texts {
+            [Some(text), Some(other)] => write!(f, ": `{text}` → `{other}`"),
+            [Some(text), None] | [None, Some(text)] => write!(f, ": `{text}`"),
+            [None, None] => Ok(()),
         }
     }
 }
 
 /// What was found.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Proof {
-    /// Everything that differs besides feeds, split points and our comments.
+    /// What differs besides feeds, split points and our comments: the first [`ENOUGH`].
     pub differences: Vec<Difference>,
+    /// How many more differ.
+    pub more: usize,
+    /// Motions that run faster than they did, in order.
+    pub rises: Vec<Rise>,
     /// Motions compared.
     pub motions: usize,
     /// Motions of the original that run at another feed now (one cut into pieces counts once).
@@ -61,6 +83,8 @@ pub struct Proof {
     pub blocks_split: usize,
     /// The original was unrolled first.
     pub unrolled: bool,
+    /// The original is written in inches.
+    pub inch: bool,
 }
 
 impl Proof {
@@ -68,9 +92,38 @@ impl Proof {
     pub fn holds(&self) -> bool {
         self.differences.is_empty()
     }
+    /// The largest rise of a feed; the first of several.
+    pub fn largest_rise(&self) -> Option<&Rise> {
+        self.rises.iter().reduce(|most, rise| if rise.ratio > most.ratio { rise } else { most })
+    }
     fn differ(&mut self, original_line: Option<u32>, rewritten_line: Option<u32>, text: impl Into<String>) {
+        if self.differences.len() >= ENOUGH {
+            self.more += 1;
+            return;
+        }
         let block = original_line.map(|line| BlockId(line - 1));
-        self.differences.push(Difference { block, file: None, original_line, rewritten_line, text: text.into() });
+        let texts = [None, None];
+        self.differences.push(Difference {
+            block,
+            file: None,
+            original_line,
+            rewritten_line,
+            text: text.into(),
+            texts,
+        });
+    }
+    /// Puts the lines in as they stand.
+    fn quote(&mut self, original: &Program, rewritten: &Program) {
+        for difference in &mut self.differences {
+            let line = |program: &Program, line: Option<u32>| {
+                let block = BlockId(line?.checked_sub(1)?);
+                (block.ix() < program.len())
+                    .then(|| String::from_utf8_lossy(program.line_text(block)).trim().to_owned())
+            };
+            let (own, other) = (line(original, difference.original_line), line(rewritten, difference.rewritten_line));
+            let from = shared(own.as_deref().unwrap_or_default(), other.as_deref().unwrap_or_default());
+            difference.texts = [own, other].map(|text| text.map(|text| clipped(&text, from)));
+        }
     }
     /// Lines that were counted through all texts become those of the file they stand in.
     fn name_files(&mut self, original: &Program, rewritten: &Program) {
@@ -87,8 +140,26 @@ impl Proof {
     }
 }
 
-/// Differences after which no more are looked for.
-const ENOUGH: usize = 100;
+/// Differences that are kept with their place; further ones are only counted.
+pub const ENOUGH: usize = 100;
+/// Characters of a line that are shown.
+const SHOWN: usize = 40;
+
+/// Characters at their beginning that two lines share.
+fn shared(a: &str, b: &str) -> usize {
+    a.chars().zip(b.chars()).take_while(|(a, b)| a == b).count()
+}
+
+/// A line as it is shown: a long one from a little before the place where it differs.
+fn clipped(text: &str, differs_at: usize) -> String {
+    let length = text.chars().count();
+    if length <= SHOWN {
+        return text.to_owned();
+    }
+    let from = differs_at.saturating_sub(SHOWN / 4).min(length - SHOWN);
+    let inside: String = text.chars().skip(from).take(SHOWN).collect();
+    format!("{}{inside}{}", if from > 0 { "…" } else { "" }, if from + SHOWN < length { "…" } else { "" })
+}
 
 /// Compares the two; see the head of the file. The rewritten program is read in the dialect of the original. Files linked
 /// to the programs ([`nc::linked`]) are compared like their own texts; others are the same for both.
@@ -129,6 +200,8 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
             motion::compare(&read(true), &roles, &mut proof);
         }
     }
+    proof.inch = off[0].inch;
+    proof.quote(original, rewritten);
     proof.name_files(original, rewritten);
     proof
 }

@@ -9,7 +9,7 @@ use crate::nc::{Event, Freeze, Move, MoveKind, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
 
 use super::align::{Role, Roles};
-use super::{ENOUGH, Proof};
+use super::{Proof, Rise};
 
 /// Rounding of sums of coordinates, mm.
 const SAME_MM: f64 = 1e-6;
@@ -24,9 +24,6 @@ const UNROLLED_FEED: f64 = 1e-6;
 pub fn compare([before, after]: &[Toolpath; 2], roles: &Roles, proof: &mut Proof) {
     let mut rest = after.events();
     for event in before.events() {
-        if proof.differences.len() >= ENOUGH {
-            return;
-        }
         let here = rest.clone();
         let taken = match (event, rest.next()) {
             (Event::Move(id), Some(Event::Move(first))) => {
@@ -170,6 +167,16 @@ fn compare_moves(a: &Move, b: &Move, roles: &Roles, proof: &mut Proof) {
     }
     proof.motions += 1;
     proof.feeds_changed += usize::from(a.kind == MoveKind::Feed && feed_differs(a, b));
+    enter_rise(a, b, proof);
+}
+
+/// Enters a motion that runs faster than it did.
+fn enter_rise(a: &Move, b: &Move, proof: &mut Proof) {
+    let (was, is) = (a.feed.mm_s, b.feed.mm_s);
+    if a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && was > 0.0 && is > was * (1.0 + SAME_FEED) {
+        let lines = [a.block.0 + 1, b.block.0 + 1];
+        proof.rises.push(Rise { ratio: is / was, feeds_mm_s: [was, is], lines });
+    }
 }
 
 /// Why a move is frozen, but for its feed: that may have become plain.
@@ -230,6 +237,9 @@ fn compare_pieces(whole: &Move, pieces: &[&Move], roles: &Roles, proof: &mut Pro
     }
     proof.motions += 1;
     proof.feeds_changed += 1;
+    for piece in pieces {
+        enter_rise(whole, piece, proof);
+    }
 }
 
 fn wrong_pieces(whole: &Move, pieces: &[&Move], increment_mm: f64) -> Option<&'static str> {
