@@ -86,7 +86,7 @@ fn print_run(name: &str, wall_s: f64, run: &Run) {
         run.realised_before.total_s,
         written.realised_after.total_s,
         written.check.rounds,
-        written.check.worst_ratio
+        written.check.over.ratio()
     );
 }
 

@@ -91,7 +91,7 @@ fn saved_stock_is_the_next_programs_blank() {
     fs::write(at.join("next.nc"), PROGRAM).unwrap();
     fs::write(at.join("next.setup.toml"), setup("saved = \"op10.stock\"", 80.0, 30.0)).unwrap();
     let (code, _, said) = run(at, &["simulate", "next.nc", "--json", "next.json"]);
-    assert!(code == 0 && said.contains("never touches the stock"), "{said}");
+    assert!(code == 1 && said.contains("never touches the stock"), "{said}");
     assert!((volume("next.json", "initial_mm3") / volume("first.json", "remaining_mm3") - 1.0).abs() < 1e-6);
     assert!(volume("next.json", "removed_mm3").abs() < 1e-6);
     // As a mesh it is stock too.

@@ -369,8 +369,10 @@ fn an_operation_found_by_its_comment_keeps_its_feed() {
     fs::write(dir.path().join("part.nc"), program).unwrap();
     let setup = SETUP.to_owned() + "[[operation]]\nmatch = { comment = \"FINISH\" }\nmode = \"keep\"\n";
     fs::write(dir.path().join("part.setup.toml"), setup).unwrap();
-    feedwright(dir.path()).args(["optimize", "part.nc", "--json", "r.json", "--json-blocks"]).assert().code(0);
+    // Line 10 is kept at 119 % of the force limit: done, but a limit is not met.
+    feedwright(dir.path()).args(["optimize", "part.nc", "--json", "r.json", "--json-blocks"]).assert().code(1);
     let report: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+    assert_eq!(report["verdict"]["faults"][0]["kind"], "frozen");
     for block in report["blocks"].as_array().unwrap() {
         let kept = block["feed_after"] == block["feed_before"];
         assert_eq!(kept, [9, 10].contains(&block["line"].as_u64().unwrap()), "{block}");

@@ -91,7 +91,9 @@ fn beside_the_originals_a_file_keeps_its_feeds() {
     let dir = bench(SLOT);
     let at = dir.path();
     let (code, said) = run(at, &["optimize", "part.ngc", "--json", "report.json"]);
-    assert_eq!(code, 0, "{said}");
+    // What stays is above its limit: written, and said.
+    assert_eq!(code, 1, "{said}");
+    assert!(said.contains("keep the programmed feed"), "{said}");
     assert!(said.contains("the feeds of pass.ngc stay") && said.contains("another folder"), "{said}");
     assert_eq!(read(at, "pass.ngc"), PASS);
     assert!(read(at, "report.json").contains("subprogram in another file"));

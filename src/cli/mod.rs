@@ -1,5 +1,5 @@
-//! The command line. In: arguments. Out: files, text, and the exit code: 0 done; 1 done, but a limit cannot be met or
-//! `verify` found a difference; 2 bad usage or bad input, nothing written. One file per command.
+//! The command line. In: arguments. Out: files, text, and the exit code: 0 done; 1 done, but there is a fault
+//! ([`crate::report::Verdict`]) or `verify` found a difference; 2 bad usage or bad input, nothing written. One file per command.
 
 mod args;
 mod calibrate;
@@ -23,26 +23,18 @@ mod work;
 use clap::Parser;
 use std::process::ExitCode;
 
+use crate::report::Outcome;
 use args::{Arguments, Command, Global};
 use error::CliError;
 use screen::Screen;
-
-/// How a command ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Outcome {
-    /// Done.
-    Done,
-    /// Done, but a limit cannot be met, or a difference was found.
-    Unmet,
-}
 
 /// Reads the arguments of the process, does what they say.
 pub fn run() -> ExitCode {
     let arguments = Arguments::parse();
     let screen = Screen::new(&arguments.global);
     match dispatch(&arguments, screen) {
-        Ok(Outcome::Done) | Err(CliError::ClosedPipe) => ExitCode::SUCCESS,
-        Ok(Outcome::Unmet) => ExitCode::from(1),
+        Ok(outcome) => ExitCode::from(outcome.exit_code()),
+        Err(CliError::ClosedPipe) => ExitCode::SUCCESS,
         Err(error) => {
             screen.fail(&error);
             ExitCode::from(2)

@@ -13,12 +13,8 @@ use super::problem;
 use super::screen::Screen;
 use super::subprograms;
 use super::work::{Done, inputs, peak_memory, run_keeping, wanted};
-use crate::diag::Severity;
 use crate::job::{self, Wanted};
-use crate::report::{self, Extras, Run};
-
-/// Share of the cutting length on which limits may be impossible to meet before the program is held back.
-const HELD_BACK: f64 = 0.2;
+use crate::report::{self, Extras, HeldBack, Run, Verdict};
 
 /// Rewrites the feeds.
 pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
@@ -35,7 +31,6 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let done = kept.with(|keep| run_keeping(source, setup, job::optimize, global, wanted, screen, keep))?;
     kept.write()?;
     let written = done.run.written.as_ref().expect("optimize always writes");
-    let held_back = done.run.infeasible_share() > HELD_BACK && !command.accept_infeasible;
     let to_stdout = program.is_stdout() || reports.uses_stdout();
     if !written.check.identical {
         return Err(CliError::new(
@@ -46,10 +41,10 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
             "nothing was written; leave the block out with [output] exclude, and please report it",
         ));
     }
-    reports.write(&done, global, screen, to_stdout)?;
-    if held_back {
-        screen.say("nothing was written; with --accept-infeasible the program is written all the same");
-        return Ok(Outcome::Unmet);
+    let verdict = reports.write(&done, global, screen, to_stdout)?;
+    if let Some(why) = verdict.held_back().into_iter().find(|why| !is_accepted(*why, command)) {
+        screen.say(refusal(why));
+        return Ok(verdict.outcome);
     }
     let files = beside.map(|folder| subprograms::write(&written.files, &folder, &done.source, &mut outputs));
     let files = files.transpose()?.unwrap_or_default();
@@ -60,7 +55,7 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     if !to_stdout {
         screen.say(&format!("written   {}", target.display()));
     }
-    Ok(outcome(&done.run, true))
+    Ok(verdict.outcome)
 }
 
 /// Predicts, changes nothing.
@@ -75,15 +70,24 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     let done = kept.with(|keep| run_keeping(source, setup, job::simulate, global, wanted, screen, keep))?;
     kept.write()?;
     let to_stdout = reports.uses_stdout();
-    reports.write(&done, global, screen, to_stdout)?;
-    Ok(outcome(&done.run, false))
+    Ok(reports.write(&done, global, screen, to_stdout)?.outcome)
 }
 
-/// A contact with a fixture, or a limit that cannot be met by the program that was written.
-fn outcome(run: &Run, rewritten: bool) -> Outcome {
-    let collision = run.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
-    let unmet = rewritten && run.problem.nodes.iter().any(|node| node.infeasible.is_some());
-    if collision || unmet { Outcome::Unmet } else { Outcome::Done }
+/// Did the user say that the program is to be written all the same?
+fn is_accepted(why: HeldBack, command: &Optimize) -> bool {
+    match why {
+        HeldBack::NoMeeting => false,
+        HeldBack::Hopeless => command.accept_infeasible,
+        HeldBack::Collision => command.accept_collisions,
+    }
+}
+
+fn refusal(why: HeldBack) -> &'static str {
+    match why {
+        HeldBack::NoMeeting => "nothing was written; correct [stock], its offset, or the units of the setup",
+        HeldBack::Hopeless => "nothing was written; with --accept-infeasible the program is written all the same",
+        HeldBack::Collision => "nothing was written; with --accept-collisions the program is written all the same",
+    }
 }
 
 /// `part.nc` → `part.fw.nc`; a program that was optimised before keeps its name's `.fw` once.
@@ -127,8 +131,9 @@ impl Reports {
         [&self.json, &self.html, &self.csv, &self.svg, &self.problem].into_iter().flatten().any(Output::is_stdout)
     }
 
-    /// Files as asked for; the summary to standard output, or to standard error where that is taken.
-    fn write(self, done: &Done, global: &Global, screen: Screen, stdout_taken: bool) -> Result<(), CliError> {
+    /// Files as asked for; the summary to standard output, or to standard error where that is taken. Returns the verdict that
+    /// they all show.
+    fn write(self, done: &Done, global: &Global, screen: Screen, stdout_taken: bool) -> Result<Verdict, CliError> {
         let Done { source, run } = done;
         let figures = report::figures(run);
         screen.diagnostics(&source.name, &source.bytes, &run.diagnostics);
@@ -157,7 +162,7 @@ impl Reports {
         if let Some(output) = self.html {
             output.write(report::html(run, &figures, &source.name).as_bytes())?;
         }
-        Ok(())
+        Ok(figures.verdict)
     }
 }
 

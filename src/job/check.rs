@@ -9,7 +9,8 @@
 //!
 //! Where blocks hang on the block-delete switch, all this is done for both of its positions.
 //!
-//! Places that are infeasible, frozen or were kept by the rewriting stay apart: their feed is not ours to choose.
+//! Places that are infeasible, frozen or were kept by the rewriting make no cap tighter: their feed is not ours to choose. What
+//! they carry counts all the same in what is reported ([`over`]).
 
 use rayon::prelude::*;
 
@@ -22,6 +23,7 @@ use crate::ids::BlockId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{Environment, Freeze, MoveKind, Toolpath};
 use crate::report::answers::Stressed;
+use crate::report::over::{self, Apart, Over, Place, p99};
 use crate::report::{Check, Run, Switched};
 use crate::rewrite::{Rewritten, verify};
 use crate::schedule::caps::Cutters;
@@ -31,6 +33,8 @@ use crate::schedule::rules::{Rules, rules};
 use crate::schedule::stress::cases;
 use crate::schedule::{FeedPiece, Node, Problem};
 
+/// Stations that are tallied at once.
+const CHUNK: usize = 1 << 14;
 /// Two places share no more than this: they touch, mm.
 const OVERLAP_MM: f64 = 1e-6;
 
@@ -106,8 +110,6 @@ impl<'a> Side<'a> {
 /// Loads of the written program in one position of the switch.
 struct Rated {
     after: Vec<FeedPiece>,
-    worst: f64,
-    p99: f64,
     force_rate: Option<f64>,
     breaches: Vec<Breach>,
 }
@@ -134,8 +136,6 @@ pub fn check(
     let mut check = Check { spacing_mm: SPACING_MM[1], ..Check::default() };
     let (mut after, mut breaches) = (None, Vec::new());
     for rated in sides.iter_mut().flatten() {
-        check.worst_ratio = check.worst_ratio.max(rated.worst);
-        check.p99_ratio = check.p99_ratio.max(rated.p99);
         check.force_rate_ratio = [check.force_rate_ratio, rated.force_rate].into_iter().flatten().reduce(f64::max);
         after = after.or_else(|| Some(std::mem::take(&mut rated.after)));
         breaches.append(&mut rated.breaches);
@@ -191,10 +191,10 @@ impl Known {
     fn rate(&mut self, side: &Side, kept: &[BlockId], after: Vec<FeedPiece>) -> Rated {
         let mut rates = std::mem::take(&mut self.rates);
         let ratios = Ratios::new(side, self, &self.map, side.job, (&after, 1.0), kept.to_vec());
-        let (worst, p99, mut breaches) = ratios.all(&mut rates);
+        let mut breaches = ratios.all(&mut rates);
         let force_rate = ratios.force_rate(&mut breaches);
         self.rates = rates;
-        Rated { after, worst, p99, force_rate, breaches }
+        Rated { after, force_rate, breaches }
     }
 }
 
@@ -211,13 +211,14 @@ pub fn stressed(run: &Run, known: &Known, watch: &Watch) -> Vec<Stressed> {
             let map = (!same).then(|| engagement(&known.written, &case.job, watch, "stress", SPACING_MM[1]));
             let ratios = |map: &EngagementMap| {
                 let feeds = (&after[..], case.override_factor);
-                Ratios::new(&side, known, map, &case.job, feeds, kept.clone()).all(&mut Vec::new())
+                Ratios::new(&side, known, map, &case.job, feeds, kept.clone()).tally()
             };
             let found = match &map {
                 None => Some(ratios(&known.map)),
                 Some(map) => map.as_ref().ok().map(ratios),
             };
-            let (worst_ratio, p99_ratio) = found.map_or((None, None), |(worst, p99, _)| (Some(worst), Some(p99)));
+            let (worst_ratio, p99_ratio) =
+                found.map_or((None, None), |found| (Some(found.ratio()), Some(found.p99_ratio)));
             Stressed { case: case.name, worst_ratio, p99_ratio }
         })
         .collect()
@@ -276,9 +277,8 @@ impl<'a> Ratios<'a> {
         self.factor * highest.or_else(|| feeds.map(|piece| piece.feed_mm_s).next()).unwrap_or(0.0)
     }
 
-    /// Worst ratio, the one that 99 % of the length stays below, and the breaches; `rates` are those of the last round, by
-    /// station, or none.
-    fn all(&self, rates: &mut Vec<Rate>) -> (f64, f64, Vec<Breach>) {
+    /// The breaches; `rates` are those of the last round, by station, or none.
+    fn all(&self, rates: &mut Vec<Rate>) -> Vec<Breach> {
         let stations = &self.map.stations;
         if self.past {
             rates.clear();
@@ -286,10 +286,36 @@ impl<'a> Ratios<'a> {
         rates.resize(stations.len(), APART);
         stations.par_iter().zip(rates.par_iter_mut()).for_each(|(station, rate)| *rate = self.at(station, *rate));
         let counting = || stations.iter().zip(&*rates).filter(|(_, rate)| !rate.feed_mm_s.is_nan());
-        let worst = counting().map(|(_, rate)| rate.ratio).fold(0.0, f64::max);
         let above = counting().filter(|(_, rate)| rate.ratio > MET);
-        let breaches = above.filter_map(|(station, rate)| self.breach(station, rate.kind)).collect();
-        (worst, p99(counting().map(|(station, rate)| (rate.ratio, station.length_mm())).collect()), breaches)
+        above.filter_map(|(station, rate)| self.breach(station, rate.kind)).collect()
+    }
+
+    /// Loads over limits of everything that cuts, wherever its feed comes from.
+    fn tally(&self) -> Over {
+        let parts: Vec<(Over, Vec<(f64, f64)>)> =
+            self.map.stations.par_chunks(CHUNK).map(|stations| self.tally_of(stations)).collect();
+        let (mut over, mut ratios) = (Over::default(), Vec::new());
+        for (part, mut found) in parts {
+            over.join(part);
+            ratios.append(&mut found);
+        }
+        Over { p99_ratio: p99(ratios), ..over }
+    }
+
+    fn tally_of(&self, stations: &[Station]) -> (Over, Vec<(f64, f64)>) {
+        let (mut over, mut ratios) = (Over::default(), Vec::new());
+        for station in stations.iter().filter(|station| station.arc_count > 0) {
+            let Some(line) = self.line(station) else { continue };
+            let origin = self.on_original(station);
+            let loads = line.loads(self.feed_mm_s(&origin));
+            let motion = &self.side.toolpath.moves[origin.move_id.ix()];
+            let length_mm = station.length_mm();
+            let place = Place { line: motion.line, tool: motion.tool, length_mm, apart: self.apart(&origin) };
+            let limits = over::load_limits(&self.rules.of(origin.move_id).loads, self.side.job, self.rps(station));
+            let ratio = over.add(&place, limits.map(|limit| (limit, loads.bounded_by(limit.kind).unwrap_or(0.0))));
+            ratios.push((ratio, length_mm));
+        }
+        (over, ratios)
     }
 
     /// Largest rate of change of force over its limit, where one is in force.
@@ -395,10 +421,13 @@ impl<'a> Ratios<'a> {
     }
 
     fn is_apart(&self, origin: &Origin) -> bool {
+        self.apart(origin).is_some()
+    }
+
+    fn apart(&self, origin: &Origin) -> Option<Apart> {
         let motion = &self.side.toolpath.moves[origin.move_id.ix()];
-        let frozen = motion.freeze.is_some() || self.kept.binary_search(&motion.block).is_ok();
-        let nodes = self.side.problem.nodes_of(origin.move_id);
-        frozen || nodes.iter().any(|node| (node.infeasible.is_some() || !node.free) && overlaps(node, origin))
+        let nodes = self.side.problem.nodes_of(origin.move_id).iter().filter(|node| overlaps(node, origin));
+        Apart::of(motion, nodes, self.kept.binary_search(&motion.block).is_ok())
     }
 }
 
@@ -408,10 +437,7 @@ pub fn load_limits<'a>(
     job: &Job,
     rps: f64,
 ) -> impl Iterator<Item = (LimitKind, f64)> + 'a {
-    let spindle = &job.machine.spindle;
-    let power = spindle.power_w.as_ref().map(|table| (LimitKind::Power, table.at(rps)));
-    let torque = spindle.torque_nmm.as_ref().map(|table| (LimitKind::Torque, table.at(rps)));
-    rule.iter().copied().chain(power).chain(torque)
+    over::load_limits(rule, job, rps).map(|limit| (limit.kind, limit.limit))
 }
 
 fn overlaps(node: &Node, origin: &Origin) -> bool {
@@ -420,16 +446,17 @@ fn overlaps(node: &Node, origin: &Origin) -> bool {
         || origin.to_mm - origin.from_mm <= slack && node.from_mm <= origin.to_mm && node.to_mm >= origin.from_mm
 }
 
-/// The value that 99 % of the length stays below.
-fn p99(mut found: Vec<(f64, f64)>) -> f64 {
-    found.par_sort_by(|a, b| a.0.total_cmp(&b.0));
-    let all: f64 = found.iter().map(|(_, length)| length).sum();
-    let mut below = 0.0;
-    let at = found.iter().find(|(_, length)| {
-        below += length;
-        below >= 0.99 * all
-    });
-    at.map_or(0.0, |(value, _)| *value)
+/// Loads over limits of everything that cuts in the written program, in both positions of the switch.
+pub fn over(run: &Run, rewritten: &Rewritten, known: &[Option<Known>; 2]) -> Over {
+    let kept: Vec<BlockId> = rewritten.kept.iter().map(|(block, _)| *block).collect();
+    let on = run.switched.as_ref().map(|switched| Side::on(switched, &run.job));
+    let mut found = Over::default();
+    for (side, known) in [Some(Side::off(run)), on].iter().zip(known) {
+        let (Some(side), Some(known)) = (side, known) else { continue };
+        let after = feeds(&known.written, &known.origins);
+        found.join(Ratios::new(side, known, &known.map, side.job, (&after, 1.0), kept.clone()).tally());
+    }
+    found
 }
 
 /// Blocks that the proof objects to keep their feed from now on.

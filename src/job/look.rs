@@ -118,7 +118,7 @@ pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     if let Some(first) = feeds.filter(|_| map.removed_mm3 <= 0.0) {
         let text = "the program never touches the stock: nothing is cut, no load can be predicted";
         let help = "check [stock] and its offset: are its coordinates those of the program?";
-        found.push(Diagnostic::new("engage::untouched", Severity::Warning, text).on_line(first.line).help(help));
+        found.push(Diagnostic::new("engage::untouched", Severity::Error, text).on_line(first.line).help(help));
     }
     found
 }
@@ -228,7 +228,7 @@ fn no_loads(map: &EngagementMap, tool: &Tool, rps: f64, job: &Job) -> Option<Dia
         Ok(cutter) => not_held(&cutter, tool, job),
         Err(error) => {
             let text = format!("no loads are predicted for T{} from here on: {error}", tool.number);
-            let said = Diagnostic::new("force::no-loads", Severity::Warning, text);
+            let said = Diagnostic::new("force::no-loads", Severity::Error, text);
             Some(said.help("correct it in the setup, or in the program"))
         }
     }
@@ -259,16 +259,16 @@ fn words(kind: EventKind) -> (&'static str, Severity, &'static str, &'static str
     match kind {
         EventKind::CutAtRapid => (
             "engage::cut-at-rapid",
-            Severity::Warning,
+            Severity::Error,
             "the cutter removes material at rapid",
             "check the stock and the retract heights",
         ),
         EventKind::ShankContact => {
-            ("engage::shank", Severity::Warning, "the shank meets stock", "check flute_length, or use a longer tool")
+            ("engage::shank", Severity::Error, "the shank meets stock", "check flute_length, or use a longer tool")
         }
         EventKind::HolderContact => (
             "engage::holder",
-            Severity::Warning,
+            Severity::Error,
             "the holder meets stock",
             "check overhang and holder, or use a longer tool",
         ),
@@ -292,7 +292,7 @@ fn words(kind: EventKind) -> (&'static str, Severity, &'static str, &'static str
         ),
         EventKind::SpindleStopped => (
             "engage::spindle-stopped",
-            Severity::Warning,
+            Severity::Error,
             "the tool cuts while the spindle stands still",
             "check the S word and M3/M4 before this line",
         ),

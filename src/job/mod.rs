@@ -30,6 +30,7 @@ use crate::engage::{self, EngageError, EngagementMap};
 use crate::machine::Job;
 use crate::nc::{self, Environment, Program, Toolpath};
 use crate::path::Vec3;
+pub use crate::report::MET;
 use crate::report::{Answers, Check, Run, Written};
 use crate::rewrite;
 use crate::schedule::{self, Problem};
@@ -38,8 +39,6 @@ use crate::stock::Piece;
 
 /// How often caps are tightened at most.
 pub const ROUNDS: usize = 5;
-/// Load over limit that counts as met in the simulation of the written file.
-pub const MET: f64 = 1.01;
 /// Spacing of the stations that the solver uses, and the finer one of the check, mm.
 pub const SPACING_MM: [f64; 2] = [1.0, 0.6];
 
@@ -215,6 +214,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         run.diagnostics.extend(look::missed(&schedule, &run.problem, &run.toolpath));
         check::leave_alone(&mut run, &found.doubtful);
         check::tighten(&mut run.problem, &found.breaches, true);
+        let over = check::over(&run, &rewritten, &known);
         run.stage_s[2] += (watch.clock)() - checked;
         run.written = Some(Written {
             bytes: rewritten.bytes,
@@ -224,7 +224,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
             schedule,
             stats: rewritten.stats,
             kept: rewritten.kept,
-            check: Check { rounds: round, ..found.check },
+            check: Check { rounds: round, over, ..found.check },
         });
         break;
     }

@@ -1,8 +1,12 @@
 //! The numbers of the report. In: a run. Out: per limit the largest loads before and after, how constant they are, what a
 //! tool did, what bounds the feed and at what price.
 
+use super::bounds::{self, Share};
+use super::over::{Apart, LoadLimit, Over, Place, load_limits as limits_in_force, p99};
 use super::run::Run;
 use super::stations::{StationLoads, each_station};
+use super::verdict::Verdict;
+use crate::engage::Station;
 use crate::force::Loads;
 use crate::machine::{LimitKind, Limits};
 use crate::nc::MoveKind;
@@ -18,10 +22,16 @@ pub struct LimitFigure {
     pub limit: Option<f64>,
     /// The tool it holds for; `None`: all.
     pub tool: Option<u32>,
+    /// It is the spindle's own curve; `limit` is its value at the speed where most of it is used.
+    pub of_spindle: bool,
     /// Largest load as programmed.
     pub before_max: Option<f64>,
-    /// Largest load as written.
+    /// Largest load as written, of everything that cuts: frozen, kept and infeasible blocks included.
     pub after_max: Option<f64>,
+    /// Both over the limit.
+    pub ratios: [Option<f64>; 2],
+    /// Where the largest load as written is, and why its feed was not free to be chosen if it was not.
+    pub at: Option<Place>,
     /// The load that 99 % of the cut length stays below, as written.
     pub after_p99: Option<f64>,
     /// Share of the time in which it holds the feed down, %.
@@ -54,7 +64,7 @@ pub struct ToolFigure {
 }
 
 /// All numbers.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Figures {
     /// Limits, loads first, in the order of [`LimitKind::ALL`].
     pub limits: Vec<LimitFigure>,
@@ -62,6 +72,10 @@ pub struct Figures {
     pub tools: Vec<ToolFigure>,
     /// Length over commanded feed, rapids at rapid, dwells, s.
     pub programmed_s: f64,
+    /// What bounds the feed: shares of the cutting time that add to 100 %; empty for a simulation.
+    pub bounds: Vec<Share>,
+    /// What it all comes to.
+    pub verdict: Verdict,
 }
 
 impl Figures {
@@ -99,13 +113,19 @@ pub fn in_report_unit(kind: LimitKind, value: f64) -> f64 {
 pub fn figures(run: &Run) -> Figures {
     let rules = rules(&run.toolpath, &run.map, &run.job);
     let mut tallies = Tallies::default();
-    each_station(run, &mut |found| tallies.add(run, &rules, found));
-    let mut limits: Vec<LimitFigure> = tallies.limits.into_iter().map(LimitTally::figure).collect();
-    limits.sort_by_key(|figure| (figure.kind, figure.tool));
+    let apart = run.apart();
+    each_station(run, &mut |found| tallies.add(run, &rules, &apart, found));
+    let over = match &run.written {
+        Some(written) => written.check.over.clone(),
+        None => Over { p99_ratio: p99(tallies.ratios), ..tallies.over },
+    };
+    let mut limits: Vec<LimitFigure> = tallies.limits.into_iter().map(|tally| tally.figure(&over)).collect();
     share_active_time(run, &mut limits);
+    limits.sort_by_key(|figure| (figure.kind, figure.tool, figure.of_spindle));
     let mut tools: Vec<ToolFigure> = tallies.tools.into_iter().map(|tally| tally.figure(run)).collect();
     tools.sort_by_key(|tool| tool.number);
-    Figures { limits, tools, programmed_s: programmed_s(run) }
+    let bounds = run.written.as_ref().map(bounds::shares).unwrap_or_default();
+    Figures { limits, tools, programmed_s: programmed_s(run), bounds, verdict: Verdict::new(run, over) }
 }
 
 /// Quantities with a weight each: a weighted quantile is asked of them at the end.
@@ -131,11 +151,11 @@ impl Weighted {
 
 #[derive(Debug)]
 struct LimitTally {
-    kind: LimitKind,
+    limit: LoadLimit,
     tool: u32,
-    limit: f64,
     before_max: f64,
     after_max: f64,
+    ratios: [f64; 2],
     after: Weighted,
     length: f64,
     within_5: f64,
@@ -143,29 +163,48 @@ struct LimitTally {
 }
 
 impl LimitTally {
-    fn add(&mut self, found: &StationLoads) {
+    fn add(&mut self, found: &StationLoads, limit: f64) {
         let length = found.station.length_mm();
-        let (before, after) = (bounded(&found.before, self.kind), bounded(&found.after, self.kind));
+        let kind = self.limit.kind;
+        let (before, after) = (bounded(&found.before, kind), bounded(&found.after, kind));
         self.before_max = self.before_max.max(before);
         self.after_max = self.after_max.max(after);
+        if after / limit > self.ratios[1] {
+            self.limit.limit = limit;
+        }
+        self.ratios = [self.ratios[0].max(before / limit), self.ratios[1].max(after / limit)];
         self.after.push(after, length);
         self.length += length;
-        let off = (after / self.limit - 1.0).abs();
+        let off = (after / limit - 1.0).abs();
         self.within_5 += if off <= 0.05 { length } else { 0.0 };
         self.within_10 += if off <= 0.10 { length } else { 0.0 };
     }
-    fn figure(mut self) -> LimitFigure {
-        let shown = |value| in_report_unit(self.kind, value);
+    /// The row; the largest load as written is that of the written file.
+    fn figure(mut self, over: &Over) -> LimitFigure {
+        let kind = self.limit.kind;
+        let shown = |value| in_report_unit(kind, value);
         let share = |part: f64| if self.length > 0.0 { part / self.length } else { 0.0 };
+        let worst = over.worst.iter().find(|worst| {
+            let (a, b) = (&worst.limit, &self.limit);
+            let same = (a.kind, a.of_spindle, worst.place.tool) == (b.kind, b.of_spindle, self.tool);
+            same && (a.of_spindle || a.limit == b.limit)
+        });
+        let (limit, after_max, ratio) = worst.map_or((self.limit.limit, self.after_max, self.ratios[1]), |worst| {
+            (worst.limit.limit, worst.value, worst.ratio())
+        });
         LimitFigure {
-            kind: self.kind,
-            limit: Some(shown(self.limit)),
+            kind,
+            limit: Some(shown(limit)),
             tool: Some(self.tool),
+            of_spindle: self.limit.of_spindle,
             before_max: Some(shown(self.before_max)),
-            after_max: Some(shown(self.after_max)),
+            after_max: Some(shown(after_max)),
+            ratios: [Some(self.ratios[0]), Some(ratio)],
+            at: worst.map(|worst| worst.place),
             within_5_percent: share(self.within_5),
             within_10_percent: share(self.within_10),
-            after_p99: self.after.quantile(0.99).map(shown),
+            // Stations of the program and of the written file lie differently: never more than the largest.
+            after_p99: self.after.quantile(0.99).map(|value| shown(value.min(after_max))),
             active_time_percent: 0.0,
             shadow_price: None,
         }
@@ -221,30 +260,46 @@ fn limits_of_tool(run: &Run, number: u32) -> Limits {
 struct Tallies {
     limits: Vec<LimitTally>,
     tools: Vec<ToolTally>,
+    /// As programmed, with the ratio and length of each station; filled where nothing is written.
+    over: Over,
+    ratios: Vec<(f64, f64)>,
 }
 
 impl Tallies {
-    fn add(&mut self, run: &Run, rules: &Rules, found: &StationLoads) {
+    fn add(&mut self, run: &Run, rules: &Rules, apart: &[Option<Apart>], found: &StationLoads) {
         if found.station.arc_count == 0 {
             return;
         }
         let motion = &run.toolpath.moves[found.station.move_id.ix()];
         let number = motion.tool;
-        for &(kind, limit) in &rules.of(found.station.move_id).loads {
-            self.limit(kind, number, limit).add(found);
+        let limits = || limits_in_force(&rules.of(found.station.move_id).loads, &run.job, motion.spin.rps);
+        for limit in limits() {
+            self.limit(limit, number).add(found, limit.limit);
+        }
+        if run.written.is_none() {
+            let length_mm = found.station.length_mm();
+            let apart = node_at(run, found.station).and_then(|node| apart[node]);
+            let place = Place { line: motion.line, tool: number, length_mm, apart };
+            let ratio = self.over.add(&place, limits().map(|limit| (limit, bounded(&found.before, limit.kind))));
+            self.ratios.push((ratio, length_mm));
         }
         self.tool(number).add(found, motion.line);
     }
-    fn limit(&mut self, kind: LimitKind, tool: u32, limit: f64) -> &mut LimitTally {
-        let known = self.limits.iter().position(|t| t.kind == kind && t.tool == tool && t.limit == limit);
+    fn limit(&mut self, limit: LoadLimit, tool: u32) -> &mut LimitTally {
+        let known = self.limits.iter().position(|known| {
+            let (a, b) = (&known.limit, &limit);
+            known.tool == tool
+                && (a.kind, a.of_spindle) == (b.kind, b.of_spindle)
+                && (a.of_spindle || a.limit == b.limit)
+        });
         let at = known.unwrap_or_else(|| {
             let zero = 0.0;
             self.limits.push(LimitTally {
-                kind,
-                tool,
                 limit,
+                tool,
                 before_max: zero,
                 after_max: zero,
+                ratios: [zero; 2],
                 after: Weighted::default(),
                 length: zero,
                 within_5: zero,
@@ -293,7 +348,15 @@ fn share_active_time(run: &Run, limits: &mut Vec<LimitFigure>) {
             figure.shadow_price = price;
         }
     }
-    limits.sort_by_key(|figure| (figure.kind, figure.tool));
+}
+
+/// Index of the node of a station.
+pub(super) fn node_at(run: &Run, station: &Station) -> Option<usize> {
+    let range = run.problem.of_move.get(station.move_id.ix())?;
+    let nodes = &run.problem.nodes[range.start as usize..range.end as usize];
+    let middle = 0.5 * (station.from_mm + station.to_mm);
+    let at = nodes.partition_point(|node| node.to_mm < middle);
+    (at < nodes.len()).then_some(range.start as usize + at)
 }
 
 /// Time at the commanded feed of the pieces that a limit holds, for each row of that limit.
@@ -334,8 +397,11 @@ fn motion_row(run: &Run, kind: LimitKind) -> LimitFigure {
         kind,
         limit: value.map(|value| in_report_unit(kind, value)),
         tool: None,
+        of_spindle: false,
         before_max: None,
         after_max: None,
+        ratios: [None; 2],
+        at: None,
         after_p99: None,
         active_time_percent: 0.0,
         shadow_price: None,

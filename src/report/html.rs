@@ -3,19 +3,33 @@
 use std::fmt::Write;
 
 use super::figures::Figures;
+use super::over::MET;
 use super::picture::picture;
 use super::run::Run;
 use super::summary::{clock, short};
+use super::verdict::Outcome;
 
 const STYLE: &str = "body{font:15px/1.45 Helvetica,Arial,sans-serif;color:#202020;max-width:1000px;margin:24px auto;padding:0 16px}\
 h1{font-size:22px}h2{font-size:17px;margin-top:28px}table{border-collapse:collapse}\
 td,th{padding:3px 12px;text-align:right;border-bottom:1px solid #e0e0e0}\
-td.l,th.l{text-align:left}td.bad{color:#c02020;font-weight:bold}svg{max-width:100%;height:auto}\
+td.l,th.l{text-align:left}td.bad,p.bad{color:#c02020;font-weight:bold}p.good{color:#207020}svg{max-width:100%;height:auto}\
 details{margin-top:10px}summary{cursor:pointer}";
+
+/// Lines of a fault that are listed.
+const LINES: usize = 200;
 
 /// The report as text.
 pub fn html(run: &Run, figures: &Figures, file: &str) -> String {
-    page(file, &[times(run), picture(run, figures, file), limits(figures), tools(figures), places(run)].concat())
+    let body = [
+        verdict(figures),
+        times(run, figures),
+        picture(run, figures, file),
+        limits(figures),
+        bounds(figures),
+        tools(figures),
+        places(run),
+    ];
+    page(file, &body.concat())
 }
 
 /// One HTML file with a title.
@@ -33,22 +47,41 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-fn times(run: &Run) -> String {
+/// The headline, and every fault.
+fn verdict(figures: &Figures) -> String {
+    let verdict = &figures.verdict;
+    let class = if verdict.outcome == Outcome::Done { "good" } else { "bad" };
+    let row = |fault: &super::verdict::Fault| {
+        let lines: Vec<String> = fault.lines.iter().take(LINES).map(ToString::to_string).collect();
+        let more = if fault.lines.len() > LINES { ", …" } else { "" };
+        vec![fault.kind.name().to_owned(), fault.text.clone(), format!("{}{more}", lines.join(", "))]
+    };
+    let faults: Vec<Vec<String>> = verdict.faults.iter().map(row).collect();
+    format!("<p class=\"{class}\">{}</p>\n", escaped(&verdict.headline))
+        + &table("Faults", &["what", "", "lines"], &faults)
+}
+
+fn times(run: &Run, figures: &Figures) -> String {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     let Some(written) = &run.written else { return format!("<p>Time as programmed: {}.</p>\n", clock(before)) };
     let check = &written.check;
     format!(
-        "<p>Time {} → {} ({:+.1} %). {}; simulated again from the written file: largest load {:.3} of its limit.</p>\n",
+        "<p>Time {} → {} ({:+.1} %). {}; simulated again from the written file: {}.</p>\n",
         clock(before),
         clock(after),
         100.0 * (after / before.max(f64::MIN_POSITIVE) - 1.0),
         if check.identical { "Only feeds differ" } else { "More than feeds differ" },
-        check.worst_ratio
+        escaped(&figures.verdict.largest())
     )
 }
 
-/// A table with a head; cells that begin with `<` stay as they are.
+/// A table with a head.
 pub(super) fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
+    marked(title, head, rows, &|_, _| false)
+}
+
+/// A table with a head, some of its cells marked as bad.
+fn marked(title: &str, head: &[&str], rows: &[Vec<String>], is_bad: &dyn Fn(usize, usize) -> bool) -> String {
     if rows.is_empty() {
         return String::new();
     }
@@ -57,10 +90,15 @@ pub(super) fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String 
         let _ = write!(text, "<th{}>{name}</th>", if index == 0 { " class=\"l\"" } else { "" });
     }
     text += "</tr>\n";
-    for row in rows {
+    for (line, row) in rows.iter().enumerate() {
         text += "<tr>";
         for (index, cell) in row.iter().enumerate() {
-            let _ = write!(text, "<td{}>{}</td>", if index == 0 { " class=\"l\"" } else { "" }, escaped(cell));
+            let class = match index {
+                0 => " class=\"l\"",
+                _ if is_bad(line, index) => " class=\"bad\"",
+                _ => "",
+            };
+            let _ = write!(text, "<td{class}>{}</td>", escaped(cell));
         }
         text += "</tr>\n";
     }
@@ -69,20 +107,54 @@ pub(super) fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String 
 
 fn limits(figures: &Figures) -> String {
     let number = |value: Option<f64>| value.map_or_else(String::new, short);
+    let percent = |ratio: Option<f64>| ratio.map_or_else(String::new, |ratio| format!("{:.1} %", 100.0 * ratio));
     let row = |figure: &super::figures::LimitFigure| {
+        let of_spindle = if figure.of_spindle { " of the spindle" } else { "" };
         vec![
-            figure.kind.name().to_owned(),
+            format!("{}{of_spindle}", figure.kind.name()),
             figure.tool.map_or_else(String::new, |tool| format!("T{tool}")),
             format!("{} {}", number(figure.limit), figure.kind.unit()),
             number(figure.before_max),
+            percent(figure.ratios[0]),
             number(figure.after_max),
+            percent(figure.ratios[1]),
+            figure.at.map_or_else(String::new, |place| {
+                place.line.to_string() + &place.apart.map_or_else(String::new, |apart| format!(" {}", apart.name()))
+            }),
             number(figure.after_p99),
             format!("{:.1} %", figure.active_time_percent),
             figure.shadow_price.map_or_else(String::new, |price| format!("{price:+.3}")),
         ]
     };
-    let head = ["limit", "tool", "value", "largest before", "largest after", "99 % below", "binds", "s per unit"];
-    table("Limits", &head, &figures.limits.iter().map(row).collect::<Vec<_>>())
+    let head = [
+        "limit",
+        "tool",
+        "value",
+        "largest before",
+        "of the limit",
+        "largest after",
+        "of the limit",
+        "line",
+        "99 % below",
+        "binds",
+        "s per unit",
+    ];
+    let beyond = |row: usize, column: usize| match column {
+        4 => figures.limits[row].ratios[0].is_some_and(|ratio| ratio > MET),
+        6 => figures.limits[row].ratios[1].is_some_and(|ratio| ratio > MET),
+        _ => false,
+    };
+    let rows: Vec<Vec<String>> = figures.limits.iter().map(row).collect();
+    marked("Limits (every cut counted: frozen, kept and infeasible blocks too)", &head, &rows, &beyond)
+}
+
+fn bounds(figures: &Figures) -> String {
+    let row = |share: &super::bounds::Share| {
+        let reason = share.reason.unwrap_or_default().to_owned();
+        vec![share.name.to_owned(), format!("{:.1} %", share.percent), reason]
+    };
+    let rows: Vec<_> = figures.bounds.iter().map(row).collect();
+    table("What bounds the feed", &["limit", "of the cutting time", "why"], &rows)
 }
 
 fn tools(figures: &Figures) -> String {

@@ -9,8 +9,11 @@ use std::collections::BTreeMap;
 use super::WRITTEN_BY;
 use super::answers::Answers;
 use super::blocks::{BlockRow, blocks};
+use super::bounds::Share;
 use super::figures::{Figures, LimitFigure};
+use super::over::Worst;
 use super::run::{Run, Written};
+use super::verdict::{Fault, Verdict};
 use crate::diag::Severity;
 
 /// What the caller asks for besides the figures.
@@ -25,9 +28,11 @@ pub struct Extras {
 #[derive(Serialize)]
 struct Report<'a> {
     written_by: &'static str,
+    verdict: VerdictPart<'a>,
     program: ProgramPart<'a>,
     time: TimePart<'a>,
     limits: Vec<LimitPart>,
+    bounds: Vec<BoundPart>,
     #[serde(skip_serializing_if = "Option::is_none")]
     blocks: Option<Vec<BlockRow>>,
     constancy: Vec<ConstancyPart>,
@@ -44,6 +49,37 @@ struct Report<'a> {
     tool: Vec<ToolPart>,
     #[serde(flatten)]
     answers: &'a Answers,
+}
+
+/// Everything that cuts is counted, frozen, kept and infeasible blocks included, but for `free_worst_ratio`.
+#[derive(Serialize)]
+struct VerdictPart<'a> {
+    outcome: &'static str,
+    exit_code: u8,
+    headline: &'a str,
+    worst: Option<WorstPart>,
+    free_worst_ratio: f64,
+    faults: Vec<FaultPart<'a>>,
+}
+
+#[derive(Serialize)]
+struct WorstPart {
+    name: &'static str,
+    of_spindle: bool,
+    tool: u32,
+    line: u32,
+    ratio: f64,
+    apart: Option<&'static str>,
+}
+
+#[derive(Serialize)]
+struct FaultPart<'a> {
+    kind: &'static str,
+    text: &'a str,
+    lines: &'a [u32],
+    length_mm: f64,
+    worst: Option<WorstPart>,
+    holds_back: bool,
 }
 
 #[derive(Serialize)]
@@ -71,12 +107,25 @@ struct LimitPart {
     name: &'static str,
     unit: &'static str,
     limit: Option<f64>,
+    of_spindle: bool,
     tool: Option<u32>,
     before_max: Option<f64>,
     after_max: Option<f64>,
+    before_ratio: Option<f64>,
+    after_ratio: Option<f64>,
+    after_line: Option<u32>,
+    after_apart: Option<&'static str>,
     after_p99: Option<f64>,
     active_time_percent: f64,
     shadow_price: Option<f64>,
+}
+
+/// Share of the cutting time; all of them add to 100.
+#[derive(Serialize)]
+struct BoundPart {
+    name: &'static str,
+    reason: Option<&'static str>,
+    percent: f64,
 }
 
 #[derive(Serialize)]
@@ -92,8 +141,11 @@ struct ConstancyPart {
 struct CheckPart<'a> {
     geometry_identical: bool,
     differences: &'a [String],
+    /// Of everything that cuts, frozen, kept and infeasible blocks included.
     resimulated_worst_ratio: f64,
     resimulated_p99_ratio: f64,
+    /// The same without frozen, kept and infeasible blocks.
+    free_worst_ratio: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     resimulated_force_rate_ratio: Option<f64>,
     rounds: usize,
@@ -179,9 +231,11 @@ struct ToolPart {
 pub fn json(run: &Run, figures: &Figures, file: &str, extras: Extras) -> String {
     let report = Report {
         written_by: WRITTEN_BY,
+        verdict: verdict(&figures.verdict),
         program: program(run, file),
         time: time(run, figures),
         limits: figures.limits.iter().map(limit).collect(),
+        bounds: figures.bounds.iter().map(bound).collect(),
         blocks: extras.blocks.then(|| blocks(run)),
         constancy: figures.limits.iter().filter_map(constancy).collect(),
         check: run.written.as_ref().map(check),
@@ -197,6 +251,39 @@ pub fn json(run: &Run, figures: &Figures, file: &str, extras: Extras) -> String 
         answers: &run.answers,
     };
     serde_json::to_string_pretty(&report).expect("the report is plain data") + "\n"
+}
+
+fn verdict(verdict: &Verdict) -> VerdictPart<'_> {
+    VerdictPart {
+        outcome: verdict.outcome.name(),
+        exit_code: verdict.outcome.exit_code(),
+        headline: &verdict.headline,
+        worst: verdict.over.largest().map(worst),
+        free_worst_ratio: verdict.over.free_ratio,
+        faults: verdict.faults.iter().map(fault).collect(),
+    }
+}
+
+fn worst(worst: &Worst) -> WorstPart {
+    WorstPart {
+        name: worst.limit.kind.name(),
+        of_spindle: worst.limit.of_spindle,
+        tool: worst.place.tool,
+        line: worst.place.line,
+        ratio: worst.ratio(),
+        apart: worst.place.apart.map(super::over::Apart::name),
+    }
+}
+
+fn fault(fault: &Fault) -> FaultPart<'_> {
+    FaultPart {
+        kind: fault.kind.name(),
+        text: &fault.text,
+        lines: &fault.lines,
+        length_mm: fault.length_mm,
+        worst: fault.worst.as_ref().map(worst),
+        holds_back: fault.kind.holds_back().is_some(),
+    }
 }
 
 fn program<'a>(run: &Run, file: &'a str) -> ProgramPart<'a> {
@@ -228,12 +315,21 @@ fn limit(figure: &LimitFigure) -> LimitPart {
         unit: figure.kind.unit(),
         limit: figure.limit,
         tool: figure.tool,
+        of_spindle: figure.of_spindle,
         before_max: figure.before_max,
         after_max: figure.after_max,
+        before_ratio: figure.ratios[0],
+        after_ratio: figure.ratios[1],
+        after_line: figure.at.map(|place| place.line),
+        after_apart: figure.at.and_then(|place| place.apart).map(super::over::Apart::name),
         after_p99: figure.after_p99,
         active_time_percent: figure.active_time_percent,
         shadow_price: figure.shadow_price,
     }
+}
+
+fn bound(share: &Share) -> BoundPart {
+    BoundPart { name: share.name, reason: share.reason, percent: share.percent }
 }
 
 fn constancy(figure: &LimitFigure) -> Option<ConstancyPart> {
@@ -252,8 +348,9 @@ fn check(written: &Written) -> CheckPart<'_> {
     CheckPart {
         geometry_identical: check.identical,
         differences: &check.differences,
-        resimulated_worst_ratio: check.worst_ratio,
-        resimulated_p99_ratio: check.p99_ratio,
+        resimulated_worst_ratio: check.over.ratio(),
+        resimulated_p99_ratio: check.over.p99_ratio,
+        free_worst_ratio: check.over.free_ratio,
         resimulated_force_rate_ratio: check.force_rate_ratio,
         rounds: check.rounds,
         spacing_mm: check.spacing_mm,

@@ -3,29 +3,34 @@
 
 pub mod answers;
 mod blocks;
+pub mod bounds;
 mod figures;
 mod html;
 mod json;
 pub mod learn;
 mod learn_page;
+pub mod over;
 mod picture;
 pub mod run;
 mod stations;
 mod summary;
 mod surface;
 mod table;
+pub mod verdict;
 
 pub use answers::Answers;
 pub use figures::{Figures, figures, in_report_unit};
 pub use html::html;
 pub use json::{Extras, json};
 pub use learn_page::learn_html;
+pub use over::MET;
 pub use picture::picture;
 pub use run::{Check, Infeasible, Run, Switched, Written};
 pub use stations::{StationLoads, each_station};
 pub use summary::{short, summary};
 pub use surface::surface;
 pub use table::csv;
+pub use verdict::{HeldBack, Outcome, Verdict};
 
 /// Value of the JSON key `written_by`.
 pub const WRITTEN_BY: &str = concat!("feedwright ", env!("CARGO_PKG_VERSION"));

@@ -1,13 +1,14 @@
 //! Everything a run found: plain data, filled by [`crate::job`].
 
 use super::answers::Answers;
+use super::over::{Apart, Over};
 use crate::diag::Diagnostic;
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{Program, Toolpath};
 use crate::rewrite::Stats;
-use crate::schedule::{FeedPiece, Problem, Realised, Schedule};
+use crate::schedule::{FeedPiece, Node, Problem, Realised, Schedule};
 use crate::setup::Assumption;
 
 /// A run over one program.
@@ -80,11 +81,10 @@ pub struct Check {
     pub identical: bool,
     /// What else differs, one sentence each.
     pub differences: Vec<String>,
-    /// Largest load over its limit, on commanded feeds, infeasible and frozen places apart.
-    pub worst_ratio: f64,
-    /// The ratio that 99 % of the cut length stays below.
-    pub p99_ratio: f64,
-    /// Largest rate of change of force over its limit, on commanded feeds; `None` where none is limited.
+    /// Loads over limits of everything that cuts, on commanded feeds, frozen, kept and infeasible places included.
+    pub over: Over,
+    /// Largest rate of change of force over its limit, on commanded feeds, frozen, kept and infeasible places left out; `None`
+    /// where none is limited.
     pub force_rate_ratio: Option<f64>,
     /// How often caps were tightened after simulating again.
     pub rounds: usize,
@@ -124,6 +124,18 @@ impl Run {
             }
         }
         found
+    }
+    /// Why the feed of each node was not free to be chosen, by node.
+    pub fn apart(&self) -> Vec<Option<Apart>> {
+        let kept = |block: BlockId| {
+            let known = self.written.as_ref().map_or(&[][..], |written| &written.kept);
+            known.binary_search_by_key(&block, |(block, _)| *block).is_ok()
+        };
+        let of = |node: &Node| {
+            let motion = &self.toolpath.moves[node.move_id.ix()];
+            Apart::of(motion, std::iter::once(node), kept(motion.block))
+        };
+        self.problem.nodes.iter().map(of).collect()
     }
     /// Share of the cutting length where a limit cannot be met.
     pub fn infeasible_share(&self) -> f64 {

@@ -1,31 +1,69 @@
 //! The summary on the screen, at most 100 columns wide: time before and after, the worst ratio to each limit before and
 //! after, what bounds the feed and at what price, what was left alone, what was assumed.
 
+use super::bounds;
 use super::figures::{Figures, LimitFigure};
 use super::run::{Run, Written};
 use crate::diag::Severity;
 
+/// Widest line of the summary.
+const COLUMNS: usize = 100;
+
 /// The summary as text.
 pub fn summary(run: &Run, figures: &Figures, file: &str) -> String {
     let mut text = String::new();
-    if run.infeasible_share() > 0.2 {
-        text += &hopeless(run);
-    }
+    text += &verdict(figures);
     text += &head(run, file);
     text += &times(run);
     text += &run.answers.text(run.written.is_some());
     text += &loads(run, figures);
     text += &bounds(figures);
-    text += &output(run);
+    text += &output(run, figures);
     text += &apart(run, figures);
+    fitted(&text)
+}
+
+/// The headline, and the faults behind it.
+fn verdict(figures: &Figures) -> String {
+    let mut text = folded("", &figures.verdict.headline);
+    for fault in figures.verdict.faults.iter().skip(1) {
+        text += &folded("", &fault.text);
+    }
     text
 }
 
-fn hopeless(run: &Run) -> String {
-    format!(
-        "Limits cannot be met on {:.0} % of the cutting length, even at the lowest feed allowed: they are\nprobably wrong. See `infeasible` in the report, or ask `feedwright limits`.\n\n",
-        100.0 * run.infeasible_share()
-    )
+/// Lines that are too wide folded, behind their label where they have one.
+fn fitted(text: &str) -> String {
+    let mut fitted = String::new();
+    for line in text.lines() {
+        let label = if line.get(9..10) == Some(" ") { &line[..10] } else { "" };
+        match line.chars().count() {
+            0..=COLUMNS => fitted += &format!("{line}\n"),
+            _ => fitted += &folded(label, &line[label.len()..]),
+        }
+    }
+    fitted
+}
+
+/// A sentence behind a label, folded at 100 columns; further lines begin under the sentence, or a little to the right where there
+/// is no label.
+fn folded(label: &str, sentence: &str) -> String {
+    let indent = " ".repeat(label.chars().count().max(2));
+    let mut text = label.to_owned();
+    let mut width = label.chars().count();
+    for (index, word) in sentence.split(' ').enumerate() {
+        let wide = word.chars().count();
+        if index > 0 && width + 1 + wide > COLUMNS {
+            text += &format!("\n{indent}");
+            width = indent.len();
+        } else if index > 0 {
+            text += " ";
+            width += 1;
+        }
+        text += word;
+        width += wide;
+    }
+    text + "\n"
 }
 
 fn head(run: &Run, file: &str) -> String {
@@ -97,8 +135,8 @@ fn loads(run: &Run, figures: &Figures) -> String {
         return "no load limit is in force: feeds in cuts are never raised\n".into();
     }
     let mut text = format!(
-        "\n{:<20}{:>5}{:>14}{:>12}{:>12}{:>9}{:>9}\n",
-        "largest load", "tool", "limit", "before", "after", "before", "after"
+        "\n{:<20}{:>5}{:>14}{:>12}{:>12}{:>9}{:>9}{:>8}\n",
+        "largest load", "tool", "limit", "before", "after", "before", "after", "line"
     );
     for figure in rows {
         text += &load_row(figure, run.written.is_some());
@@ -110,16 +148,18 @@ fn load_row(figure: &LimitFigure, rewritten: bool) -> String {
     let limit = figure.limit.unwrap_or(f64::NAN);
     let (before, after) = (figure.before_max.unwrap_or(0.0), figure.after_max.unwrap_or(0.0));
     let tool = figure.tool.map_or(String::new(), |tool| format!("T{tool}"));
-    let percent = |value: f64| format!("{:.0} %", 100.0 * value / limit);
+    let percent = |ratio: Option<f64>| ratio.map_or_else(String::new, |ratio| format!("{:.0} %", 100.0 * ratio));
+    let line = figure.at.map_or_else(String::new, |place| place.line.to_string());
+    let apart = figure.at.and_then(|place| place.apart).map_or("", super::over::Apart::name);
     let unit = figure.kind.unit();
     let mut row = format!(
-        "{:<20}{tool:>5}{:>14}{:>12}{:>12}{:>9}{:>9}",
-        figure.kind.name(),
+        "{:<20}{tool:>5}{:>14}{:>12}{:>12}{:>9}{:>9}{line:>8} {apart}",
+        if figure.of_spindle { format!("{} of spindle", figure.kind.name()) } else { figure.kind.name().to_owned() },
         format!("{} {unit}", short(limit)),
         short(before),
         if rewritten { short(after) } else { String::new() },
-        percent(before),
-        if rewritten { percent(after) } else { String::new() }
+        percent(figure.ratios[0]),
+        if rewritten { percent(figure.ratios[1]) } else { String::new() }
     );
     row.truncate(row.trim_end().len());
     row + "\n"
@@ -139,23 +179,17 @@ pub fn short(value: f64) -> String {
 }
 
 fn bounds(figures: &Figures) -> String {
-    let mut active: Vec<(&'static str, f64)> = Vec::new();
-    for figure in figures.limits.iter().filter(|figure| figure.active_time_percent > 0.0) {
-        match active.iter_mut().find(|(name, _)| *name == figure.kind.name()) {
-            Some((_, percent)) => *percent += figure.active_time_percent,
-            None => active.push((figure.kind.name(), figure.active_time_percent)),
-        }
-    }
-    if active.is_empty() {
+    if figures.bounds.is_empty() {
         return String::new();
     }
-    active.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let items: Vec<String> = active
-        .iter()
-        .filter(|(_, p)| *p >= 0.5)
-        .map(|(name, percent)| format!("{name} {percent:.0} % of the time"))
-        .collect();
-    format!("\nwhat bounds the feed\n{}{}", wrapped("          ", &items), prices(figures))
+    let mut text = String::from("\nwhat bounds the feed, of the cutting time\n");
+    for (share, percent) in
+        figures.bounds.iter().zip(bounds::whole(&figures.bounds)).filter(|(_, percent)| *percent > 0)
+    {
+        let reason = share.reason.map_or_else(String::new, |why| format!(": {why}"));
+        text += &folded(&format!("{percent:>8} %  "), &format!("{}{reason}", share.name));
+    }
+    text + &prices(figures)
 }
 
 fn prices(figures: &Figures) -> String {
@@ -178,12 +212,12 @@ fn prices(figures: &Figures) -> String {
     }
 }
 
-fn output(run: &Run) -> String {
+fn output(run: &Run, figures: &Figures) -> String {
     let Some(written) = &run.written else { return String::new() };
     let stats = &written.stats;
     let check = &written.check;
     format!(
-        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}\nchecked   {}; read back and simulated at {} mm: largest load {:.3} of its limit{}{}\n",
+        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}\nchecked   {}; read back and simulated at {} mm{}{}\n{}",
         stats.f_words_after,
         stats.f_words_before,
         stats.f_words_changed,
@@ -192,9 +226,9 @@ fn output(run: &Run) -> String {
         loss(written),
         if check.identical { "only feeds differ" } else { "MORE THAN FEEDS DIFFERS" },
         short(check.spacing_mm),
-        check.worst_ratio,
         check.force_rate_ratio.map_or(String::new(), |ratio| format!(", rate of force {ratio:.3}")),
-        if check.rounds > 0 { format!(" (caps tightened {} times)", check.rounds) } else { String::new() }
+        if check.rounds > 0 { format!(" (caps tightened {} times)", check.rounds) } else { String::new() },
+        folded("          ", &figures.verdict.largest())
     )
 }
 
@@ -270,6 +304,9 @@ mod tests {
     #[test]
     fn numbers_are_short() {
         assert_eq!([short(1234.56), short(0.030), short(12.0), short(0.0)], ["1235", "0.03", "12", "0"]);
+        let two = folded("a ", &["word"; 25].join(" "));
+        assert!(two.lines().all(|line| line.chars().count() <= COLUMNS) && two.lines().count() == 2, "{two}");
+        assert!(two.ends_with("\n  word word word word word word\n"), "{two}");
         assert_eq!([clock(12.34), clock(406.7), clock(7384.0)], ["12.3 s", "6:47 min", "2:03:04 h"]);
     }
 }

@@ -2,11 +2,14 @@
 
 use std::io::{self, Write};
 
+use super::figures::node_at;
+use super::over::{Apart, load_limits};
 use super::run::Run;
 use super::stations::{Feeds, StationLoads, each_station};
 use super::unsigned_zero;
 use crate::force::Loads;
 use crate::machine::Slice;
+use crate::schedule::rules::{Rules, rules};
 use crate::units::{deg_from_rad, mm_min_from_mm_s, rpm_from_rps};
 
 /// Names of the loads with their units, and how to read them.
@@ -40,7 +43,9 @@ pub fn csv(run: &Run, out: &mut dyn Write) -> io::Result<()> {
             write!(out, ",{name}_{side}")?;
         }
     }
-    writeln!(out)?;
+    writeln!(out, ",load_ratio_before,load_ratio_after,apart")?;
+    let rules = rules(&run.toolpath, &run.map, &run.job);
+    let apart = run.apart();
     let moves = run.toolpath.moves.len();
     let feeds = [Feeds::new(&run.before, moves), Feeds::new(run.after(), moves)];
     let mut clock = Clock::new(run);
@@ -48,7 +53,10 @@ pub fn csv(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     each_station(run, &mut |found| {
         let times = clock.at(found, &feeds);
         if result.is_ok() {
-            result = row(run, found, times, out);
+            let why = node_at(run, found.station).and_then(|node| apart[node]);
+            let ratios = ratios(run, &rules, found).map(|ratio| format!("{ratio:.5}"));
+            result = row(run, found, times, out)
+                .and_then(|()| writeln!(out, ",{},{}", ratios.join(","), why.map_or("", Apart::name)));
         }
     });
     result
@@ -81,7 +89,16 @@ fn row(run: &Run, found: &StationLoads, [before_s, after_s]: [f64; 2], out: &mut
             write!(out, ",{:.5}", unsigned_zero(read(loads), 5))?;
         }
     }
-    writeln!(out)
+    Ok(())
+}
+
+/// Largest load over its limit, before and after; 0 where nothing is cut or limited.
+fn ratios(run: &Run, rules: &Rules, found: &StationLoads) -> [f64; 2] {
+    let rps = run.toolpath.moves[found.station.move_id.ix()].spin.rps;
+    [&found.before, &found.after].map(|loads| {
+        let limits = load_limits(&rules.of(found.station.move_id).loads, &run.job, rps);
+        limits.map(|limit| loads.bounded_by(limit.kind).unwrap_or(0.0) / limit.limit).fold(0.0, f64::max)
+    })
 }
 
 /// Entry and exit angles of the lowest engaged slice, several arcs joined by `;`.

@@ -8,7 +8,7 @@
 
 use super::optimum::Optimum;
 use super::pass::{cap_prices, exact_pass, time_slopes};
-use super::problem::Problem;
+use super::problem::{Kept, Problem};
 use crate::machine::LimitKind;
 
 /// Speed as a share of the cap from which on the cap, not the machine's dynamics, counts as what binds.
@@ -23,6 +23,8 @@ pub struct Prices {
     pub shadow: Vec<(LimitKind, f64)>,
     /// Cutting time by what bounds it, s.
     pub active_s: Vec<(LimitKind, f64)>,
+    /// That of [`LimitKind::Programmed`] by the reason why the feed is not raised, s.
+    pub kept_s: Vec<(Kept, f64)>,
 }
 
 /// Prices; `leg_s` is the time of each leg of the optimum.
@@ -33,16 +35,24 @@ pub fn prices(problem: &Problem, optimum: &Optimum, leg_s: &[f64]) -> Prices {
         shadow[node.cap.kind as usize] -= price_s * node.cap.per_unit;
     }
     let mut active = [0.0; LimitKind::ALL.len()];
+    let mut kept_s: Vec<(Kept, f64)> = Vec::new();
     for (i, time_s) in leg_s.iter().enumerate() {
         let node = &problem.nodes[optimum.tags[i] as usize];
         if node.cutting {
-            active[binding(problem, optimum, i, *time_s) as usize] += time_s;
+            let kind = binding(problem, optimum, i, *time_s);
+            active[kind as usize] += time_s;
+            if let (LimitKind::Programmed, Some(why)) = (kind, node.kept) {
+                match kept_s.iter_mut().find(|(known, _)| *known == why) {
+                    Some((_, seconds)) => *seconds += time_s,
+                    None => kept_s.push((why, *time_s)),
+                }
+            }
         }
     }
     let listed = |values: [f64; LimitKind::ALL.len()]| {
         LimitKind::ALL.into_iter().zip(values).filter(|(_, value)| *value != 0.0).collect()
     };
-    Prices { node_s, shadow: listed(shadow), active_s: listed(active) }
+    Prices { node_s, shadow: listed(shadow), active_s: listed(active), kept_s }
 }
 
 /// What bounds a leg.

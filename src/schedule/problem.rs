@@ -43,6 +43,25 @@ pub enum Kept {
     NoLoadLimit,
 }
 
+impl Kept {
+    /// One clause for reports, after "kept as programmed:".
+    pub fn why(self) -> &'static str {
+        match self {
+            Kept::Frozen(freeze) => freeze.why(),
+            Kept::Doubt(doubt) => doubt.why(),
+            Kept::Uncertain => "what the cutter meets here is not certain",
+            Kept::Mode => "the setup says keep or slow-only",
+            Kept::Plunge => "the end face cuts straight down",
+            Kept::Ramp => "the end face cuts downwards along a ramp",
+            Kept::Entry => "lead-in, lead-out or first engagement of a cut",
+            Kept::Finishing => "the move leaves the final surface",
+            Kept::Compensation => "under G41 or G42",
+            Kept::Cycle => "a drilling or boring cycle",
+            Kept::NoLoadLimit => "no load limit acts here",
+        }
+    }
+}
+
 /// One piece of path with one set of bounds: usually a station of the engagement map. The nodes of a feed move tile it;
 /// a rapid has one node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,6 +171,8 @@ pub struct Schedule {
     pub shadow_prices: Vec<(LimitKind, f64)>,
     /// Cutting time by what bounds it, s.
     pub active_s: Vec<(LimitKind, f64)>,
+    /// That of [`LimitKind::Programmed`] by the reason why the feed is not raised, s; what has none is left out.
+    pub kept_s: Vec<(Kept, f64)>,
     /// How it was solved: one sentence for the report.
     pub how: String,
     /// Minima that gave way to the cap of another place under the same F word: `cap` is that word's feed and what it is for.

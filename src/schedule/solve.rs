@@ -106,7 +106,7 @@ pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, 
     let prices = prices(problem, &optimum, &optimum.leg_times());
     put_prices(&mut schedule.pieces, problem, &prices.node_s);
     schedule.missed = missed(problem, &schedule.pieces, &fastest_s(problem, toolpath, job));
-    (schedule.shadow_prices, schedule.active_s) = (prices.shadow, prices.active_s);
+    (schedule.shadow_prices, schedule.active_s, schedule.kept_s) = (prices.shadow, prices.active_s, prices.kept_s);
     (schedule.how, schedule.windows) = (optimum.how(), optimum.windows);
 }
 
