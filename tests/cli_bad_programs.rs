@@ -7,7 +7,7 @@ use assert_cmd::Command;
 use std::fs;
 
 const SETUP: &str = "resolution = 1.0\n[machine]\ncompensation = \"control\"\n[stock]\nbox = { min = [0, 0, -10], max = [40, 20, 0] }\n\
-    [material]\nk_tc = 800\nk_te = 14\n[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 6\nflutes = 3\n[limits]\nforce_xy = 60\n";
+    [material]\nk_tc = 800\nk_te = 14\n[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 6\nflutes = 3\n[raise]\nplunges = true\nramps = true\nentries = true\nfinishing = true\ncompensation = true\ncycles = true\n[limits]\nfeed_change = { max = 2.0 }\nforce_xy = 60\n";
 
 const DIALECTS: [&str; 8] = ["generic", "fanuc", "haas", "linuxcnc", "grbl", "mach3", "siemens", "heidenhain"];
 

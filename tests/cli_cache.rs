@@ -13,7 +13,7 @@ const PROGRAM: &str =
 fn setup(stock: &str, force: f64, overhang: f64) -> String {
     format!(
         "resolution = 0.5\n[machine]\ndialect = \"linuxcnc\"\n[stock]\n{stock}\n[material]\nk_tc = 800\nk_te = 14\n[[tool]]\n\
-         number = 1\nshape = \"flat\"\ndiameter = 6\nflutes = 3\noverhang = {overhang}\n[limits]\nforce_xy = {force}\n"
+         number = 1\nshape = \"flat\"\ndiameter = 6\nflutes = 3\noverhang = {overhang}\n[raise]\nplunges = true\nramps = true\nentries = true\nfinishing = true\ncompensation = true\ncycles = true\n[limits]\nfeed_change = {{ max = 2.0 }}\nforce_xy = {force}\n"
     )
 }
 

@@ -32,6 +32,14 @@ shape = "flat"
 diameter = 10
 flutes = 2
 flute_length = 22
+# This is about something else than what may rise.
+[raise]
+plunges = true
+ramps = true
+entries = true
+finishing = true
+compensation = true
+cycles = true
 [limits]
 force_xy = 400
 feed_change = { max = 20 }

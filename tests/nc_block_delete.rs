@@ -21,7 +21,16 @@ number = 1
 shape = "flat"
 diameter = 6
 flutes = 3
+# This is about something else than what may rise.
+[raise]
+plunges = true
+ramps = true
+entries = true
+finishing = true
+compensation = true
+cycles = true
 [limits]
+feed_change = { max = 2.0 }
 force_xy = 200
 "#;
 

@@ -16,7 +16,7 @@ use tempfile::TempDir;
 
 const SETUP: &str = "resolution = 0.5\n[machine]\ndialect = \"linuxcnc\"\n[stock]\nbox = { min = [0, 0, -10], max = [40, 20, 0] }\n\
     [material]\nk_tc = 800\nk_te = 14\n[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 6\nflutes = 3\noverhang = 30\n\
-    [limits]\nforce_xy = 60\n";
+    [raise]\nplunges = true\nramps = true\nentries = true\nfinishing = true\ncompensation = true\ncycles = true\n[limits]\nfeed_change = { max = 2.0 }\nforce_xy = 60\n";
 const HEAD: &str = "G21 G90\nT1 M6\nS8000 M3\n";
 /// A slot as wide as the tool, and a cut of half a millimetre along the edge of the stock.
 const SLOT: &str = "G0 Z2\nX-10 Y10\nZ-2\no<pass> call [60]\n";

@@ -45,6 +45,14 @@ flute_length = 37.85
 overhang = 37.85
 material = "hss"
 runout = { offset = 0.006, angle = 95 }
+# This is about something else than what may rise.
+[raise]
+plunges = true
+ramps = true
+entries = true
+finishing = true
+compensation = true
+cycles = true
 [limits]
 feed_change = { min = 0.1, max = 2.0 }
 [[operation]]

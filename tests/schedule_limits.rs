@@ -20,6 +20,7 @@ use tempfile::TempDir;
 /// A slot, then half-immersed passes with an arc between them; it comes from air and goes back to it.
 const PROGRAM: &str = "%\nG21 G90\nT1 M6\nS8000 M3\nG0 X-30 Y5 Z2\nG1 Z-2 F900\nG1 X50\nG1 Y8\nX-10\nY11\nX50\nG3 X50 Y17 I0 J3\nG1 X-30\nG0 Z10\nM30\n%\n";
 
+/// Loads stay below a limit of 600 N at every feed allowed here, and above the quarter of it from which a limit counts.
 fn run(limits: &str) -> (TempDir, Value) {
     let dir = bench(PROGRAM, &format!("{SETUP}{limits}"));
     let report = optimized(dir.path(), &[]);
@@ -28,7 +29,7 @@ fn run(limits: &str) -> (TempDir, Value) {
 
 #[test]
 fn every_load_limit_is_met_and_is_what_binds() {
-    let wide = "force_xy = 1e6";
+    let wide = "force_xy = 600";
     let free = number(&run(wide).1["time"], "realised_after_s");
     for (name, written) in [
         ("force_xy", "force_xy = {}"),
@@ -60,7 +61,7 @@ fn a_minimum_that_gives_way_to_a_load_limit_is_said_with_both_numbers() {
     let said = |report: &Value| warnings(report, "schedule::minimum");
     // A chip of 0.045 mm asks for 3 · 8000 · 0.045 = 1080 mm/min and more, the force in the slot allows less.
     let least = "chip_thickness = { min = 0.045 }";
-    let (_, free) = run(&format!("force_xy = 1e6\n{least}"));
+    let (_, free) = run(&format!("force_xy = 600\n{least}"));
     assert!(said(&free).is_empty(), "{:?}", said(&free));
     let peak = number(limit(&free, "force_xy"), "before_max");
     let (_, held) = run(&format!("force_xy = {}\n{least}", 0.8 * peak));
@@ -82,7 +83,7 @@ fn feeds_in_cut(dir: &Path) -> Vec<f64> {
 fn a_cut_that_shares_its_word_with_air_keeps_its_minimum() {
     // Each pass begins in air, where the feed stays at the 900 of the program; the cut asks for more.
     for least in ["feed = { min = 1500 }", "chip_thickness = { min = 0.06 }"] {
-        let (dir, report) = run(&format!("force_xy = 1e6\nfeed_change = {{ max = 10 }}\n{least}"));
+        let (dir, report) = run(&format!("force_xy = 600\nfeed_change = {{ max = 10 }}\n{least}"));
         let feeds = feeds_in_cut(dir.path());
         // A straight slot and half-immersed passes: chips of 0.06 mm at 3 · 8000 · 0.06 = 1440 mm/min and more.
         assert!(feeds.len() > 20 && feeds.iter().all(|feed| *feed >= 1440.0 * 0.999), "{least}: {feeds:?}");
@@ -94,7 +95,7 @@ fn a_cut_that_shares_its_word_with_air_keeps_its_minimum() {
 #[test]
 fn a_large_minimum_change_keeps_no_feed_below_a_minimum() {
     let with = |least: &str| {
-        run(&format!("force_xy = 1e6\nfeed = {{ {least}max = 1700 }}\n[output]\nminimum_change = 0.9\n")).0
+        run(&format!("force_xy = 600\nfeed = {{ {least}max = 1700 }}\n[output]\nminimum_change = 0.9\n")).0
     };
     // From 900 to 1700 is a rise of less than 90 %, so it is not made; a minimum of 1500 asks for it all the same.
     assert!(feeds_in_cut(with("").path()).iter().all(|feed| *feed == 900.0));
@@ -106,7 +107,7 @@ fn a_large_minimum_change_keeps_no_feed_below_a_minimum() {
 fn a_minimum_gives_way_to_a_load_limit_only_where_that_is_lower() {
     // The slot is held below the minimum by its force, the passes at half immersion are not.
     let least = "chip_thickness = { min = 0.03 }\nfeed_change = { max = 10 }";
-    let peak = number(limit(&run(&format!("force_xy = 1e6\n{least}")).1, "force_xy"), "before_max");
+    let peak = number(limit(&run(&format!("force_xy = 600\n{least}")).1, "force_xy"), "before_max");
     let (dir, report) = run(&format!("force_xy = {}\n{least}", 0.75 * peak));
     let feeds = feeds_in_cut(dir.path());
     let (low, high): (Vec<f64>, Vec<f64>) = feeds.iter().partition(|feed| **feed < 720.0 * 0.995);
@@ -117,7 +118,7 @@ fn a_minimum_gives_way_to_a_load_limit_only_where_that_is_lower() {
 
 #[test]
 fn a_minimum_that_the_rest_of_its_block_does_not_allow_is_said_with_both_numbers() {
-    let (_, report) = run("force_xy = 1e6\nfeed = { min = 1500 }\n[output]\nsplit = false\n");
+    let (_, report) = run("force_xy = 600\nfeed = { min = 1500 }\n[output]\nsplit = false\n");
     let said = warnings(&report, "schedule::minimum");
     assert!(said.len() == 1 && said[0].starts_with("feed_min asks for 1500 mm/min"), "{said:?}");
     assert!(said[0].contains("programmed holds to 900"), "{said:?}");
@@ -151,7 +152,7 @@ fn rows(dir: &Path) -> Vec<Row> {
 
 #[test]
 fn air_feed_ends_before_the_approach_to_the_grown_stock() {
-    let (dir, report) = run("force_xy = 1e6\nfeed_change = { max = 1 }\nair_feed = 4000\napproach = 3");
+    let (dir, report) = run("force_xy = 600\nfeed_change = { max = 1 }\nair_feed = 4000\napproach = 3");
     let all = rows(dir.path());
     let fast: Vec<&Row> = all.iter().filter(|row| row.feed_after > 900.0).collect();
     assert!(!fast.is_empty() && fast.iter().all(|row| row.feed_after <= 4000.0 && row.removal_mm2 <= 0.0));

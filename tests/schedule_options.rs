@@ -172,12 +172,10 @@ fn the_problem_as_json_holds_its_answer() {
 fn feeds_rise_as_uncertainty_falls() {
     let with = |deviation: f64, stock: f64| {
         let process = format!(
-            "[process.base]\nk_tc = 800\nk_te = 14\n[process]\ncovariance = [[{}, 0], [0, {}]]\ncovariance_of = [\"k_tc\", \"k_te\"]\n",
+            "[process]\ncovariance = [[{}, 0], [0, {}]]\ncovariance_of = [\"k_tc\", \"k_te\"]\n",
             (deviation * 800.0f64).powi(2),
             (deviation * 14.0f64).powi(2)
         );
-        let process = process.replace("[process.base]\nk_tc = 800\nk_te = 14\n[process]\n", "[process]\n")
-            + "[process.base]\nk_tc = 800\nk_te = 14\n";
         let setup = setup().replace("uncertainty = 0.4", &format!("uncertainty = {stock}")) + &process;
         bench(&setup)
     };

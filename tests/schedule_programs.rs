@@ -6,9 +6,10 @@ use std::fs;
 use std::path::Path;
 
 use feedwright::engage::{self, EngagementMap, engage};
-use feedwright::machine::{Job, LimitKind, Limits, Mode, Operation, Ramp};
+use feedwright::machine::{Job, LimitKind, Limits, Mode, Operation, Raise, Ramp};
 use feedwright::nc::{Environment, Freeze, MoveKind, Toolpath, interpret, parse};
 use feedwright::schedule::cycle::{fits, saved_percent};
+use feedwright::schedule::operations::segments;
 use feedwright::schedule::optimum::optimum;
 use feedwright::schedule::prices::prices;
 use feedwright::schedule::reference::{distributions, limited_to_itself};
@@ -25,7 +26,9 @@ struct Part {
 fn part(program: &str) -> Part {
     let path = Path::new(program);
     let setup = path.with_extension("setup.toml");
-    let (job, _) = feedwright::setup::load(&fs::read_to_string(setup).unwrap(), Path::new("programs")).unwrap();
+    let (mut job, _) = feedwright::setup::load(&fs::read_to_string(setup).unwrap(), Path::new("programs")).unwrap();
+    // These tests are about caps and feeds wherever a feed may rise.
+    job.raise = Raise::ALL;
     let toolpath = interpret(&parse(fs::read(path).unwrap(), None), &Environment::from_job(&job));
     let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
     Part { job, toolpath, map }
@@ -254,7 +257,9 @@ fn an_entry_ramp_covers_its_distance_after_every_entry() {
 fn a_program_held_to_its_own_loads_is_never_slowed_and_a_common_error_cancels() {
     let part = pocket();
     let held = |job: &Job| {
-        let own = limited_to_itself(job, &distributions(&part.toolpath, &part.map, job), 100.0);
+        let operations = segments(&[], &part.toolpath, &part.map);
+        let found = distributions(&operations, &part.toolpath, &part.map, job);
+        let own = limited_to_itself(job, &operations, &found, 100.0);
         problem(&part.toolpath, &part.map, &own)
     };
     let mut free = part.job.clone();

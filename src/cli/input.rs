@@ -100,7 +100,8 @@ pub fn setup(given: Option<&Path>, source: &Source, global: &Global) -> Result<S
     };
     if let Some(model) = &global.model {
         let text = text(model)?;
-        setup.job.process = setup::load_model(&text).map_err(|error| drawn(model, text, &error))?;
+        let process = setup::load_model(&text).map_err(|error| drawn(model, text, &error))?;
+        setup::take_model(&mut setup.job, &mut setup.assumptions, process);
     }
     if let Some(cell_mm) = global.resolution {
         if !(cell_mm > 0.0 && cell_mm.is_finite()) {

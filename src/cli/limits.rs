@@ -15,6 +15,7 @@ use super::work::{inputs, run};
 use crate::job;
 use crate::machine::{Job, LimitKind, Tool};
 use crate::report::{in_report_unit, short};
+use crate::schedule::operations::{Segment, segments, whole_tools};
 use crate::schedule::reference::{Distribution, distributions};
 use crate::units::Dimension;
 
@@ -26,6 +27,18 @@ struct Report<'a> {
     written_by: &'static str,
     file: &'a str,
     tools: Vec<ToolPart>,
+    operations: Vec<OperationPart>,
+}
+
+/// An operation of the program: cuts of one tool, under one comment, of one kind.
+#[derive(Serialize)]
+struct OperationPart {
+    name: String,
+    kind: &'static str,
+    first_line: u32,
+    last_line: Option<u32>,
+    #[serde(flatten)]
+    cuts: ToolPart,
 }
 
 #[derive(Serialize)]
@@ -55,17 +68,34 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
     let mut outputs = Outputs::new(inputs(&source, command.setup.as_deref(), global), global.force);
     let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let done = run(source, command.setup.as_deref(), job::simulate, global, job::Wanted::default(), screen)?;
-    let found = distributions(&done.run.toolpath, &done.run.map, &done.run.job);
+    let (toolpath, map) = (&done.run.toolpath, &done.run.map);
+    let found = distributions(&whole_tools(toolpath, map), toolpath, map, &done.run.job);
+    let parts = segments(&job::sections(&done.run.program, toolpath, map), toolpath, map);
+    let of_parts = distributions(&parts, toolpath, map, &done.run.job);
+    let operations: Vec<OperationPart> = of_parts
+        .chunk_by(|a, b| a.segment == b.segment)
+        .map(|loads| operation(&parts[loads[0].segment], tool(loads, &done.run.job)))
+        .collect();
     let tools: Vec<ToolPart> =
         found.chunk_by(|a, b| a.tool == b.tool).map(|loads| tool(loads, &done.run.job)).collect();
     match json {
         Some(output) => {
-            let report = Report { written_by: crate::report::WRITTEN_BY, file: &done.source.name, tools };
+            let report = Report { written_by: crate::report::WRITTEN_BY, file: &done.source.name, tools, operations };
             output.write((serde_json::to_string_pretty(&report).expect("plain data") + "\n").as_bytes())?;
         }
-        None => screen::put(words(&tools).as_bytes())?,
+        None => screen::put(words(&tools, &operations).as_bytes())?,
     }
     Ok(Outcome::Done)
+}
+
+fn operation(of: &Segment, cuts: ToolPart) -> OperationPart {
+    let kind = match of.finishing {
+        Some(true) => "finishing",
+        Some(false) => "roughing",
+        None => "all",
+    };
+    let last_line = (of.lines.1 < u32::MAX).then_some(of.lines.1);
+    OperationPart { name: of.name.clone(), kind, first_line: of.lines.0.max(1), last_line, cuts }
 }
 
 fn tool(loads: &[Distribution], job: &Job) -> ToolPart {
@@ -90,7 +120,7 @@ fn setup_unit(kind: LimitKind, inch: bool) -> (&'static str, f64) {
     factor.map_or((kind.unit(), 1.0), |factor| (length.bare(inch), factor))
 }
 
-fn words(tools: &[ToolPart]) -> String {
+fn words(tools: &[ToolPart], operations: &[OperationPart]) -> String {
     let mut text = String::new();
     for tool in tools {
         text += &format!(
@@ -98,15 +128,38 @@ fn words(tools: &[ToolPart]) -> String {
             tool.number,
             short(tool.cut_length_mm)
         );
-        text += &format!("  {:<20}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "50 %", "90 %", "95 %", "99 %", "largest");
-        for load in &tool.loads {
-            let row = [load.p50, load.p90, load.p95, load.p99, load.max];
-            let cells = row.iter().fold(String::new(), |text, value| text + &format!("{:>10}", short(*value)));
-            text += &format!("  {:<20}{cells} {}\n", load.name, load.unit);
+        text += &table(tool);
+    }
+    if operations.len() > tools.len() {
+        text += "\nBy operation (what one survives says nothing about another):\n";
+        for operation in operations {
+            text += &heading(operation);
+            text += &table(&operation.cuts);
         }
-        text += &suggestion(tool);
     }
     text
+}
+
+fn heading(operation: &OperationPart) -> String {
+    let last = operation.last_line.map_or_else(|| "the end".to_owned(), |line| line.to_string());
+    format!(
+        "T{} {}, {}, lines {} to {last}: {} mm of cuts\n",
+        operation.cuts.number,
+        if operation.name.is_empty() { "(no comment)" } else { &operation.name },
+        operation.kind,
+        operation.first_line,
+        short(operation.cuts.cut_length_mm)
+    )
+}
+
+fn table(tool: &ToolPart) -> String {
+    let mut text = format!("  {:<20}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "50 %", "90 %", "95 %", "99 %", "largest");
+    for load in &tool.loads {
+        let row = [load.p50, load.p90, load.p95, load.p99, load.max];
+        let cells = row.iter().fold(String::new(), |text, value| text + &format!("{:>10}", short(*value)));
+        text += &format!("  {:<20}{cells} {}\n", load.name, load.unit);
+    }
+    text + &suggestion(tool)
 }
 
 /// A line for the tool's table in the setup: the loads it meets, of those that hold a feed down. A drill has no force in the

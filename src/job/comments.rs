@@ -1,8 +1,11 @@
 //! Operations that are recognised by a comment. In: the program and the operations. Out: operations by lines: one for each
-//! stretch of text whose last comment holds the words.
+//! stretch of text whose last comment holds the words; and the sections that comments between cuts begin.
 
+use crate::engage::EngagementMap;
+use crate::ids::BlockId;
 use crate::machine::{Match, Operation};
-use crate::nc::{Program, TokenKind};
+use crate::nc::{Program, TokenKind, Toolpath};
+use crate::schedule::operations::Section;
 
 /// Replaces every match by comment by matches by line; those that match nothing are left out. With each the index that it had.
 pub fn by_lines(operations: &[Operation], program: &Program) -> Vec<(usize, Operation)> {
@@ -31,12 +34,7 @@ fn stretches(program: &Program, words: &str) -> Vec<(u32, u32)> {
     let mut found: Vec<(u32, u32)> = Vec::new();
     let mut inside = false;
     for block in program.blocks().take(program.own_len()) {
-        let comments = program.tokens(block).filter(|token| token.kind == TokenKind::Comment);
-        let theirs = comments
-            .map(|token| token.span.of(program.text()))
-            .filter(|bytes| crate::rewrite::mark::read(bytes).is_none());
-        if let Some(last) = theirs.last() {
-            let text: String = last.iter().map(|byte| char::from(*byte)).collect();
+        if let Some(text) = last_comment(program, block) {
             inside = text.to_lowercase().contains(words);
         }
         let line = program.line(block);
@@ -47,6 +45,45 @@ fn stretches(program: &Program, words: &str) -> Vec<(u32, u32)> {
         }
     }
     found
+}
+
+/// The last comment of a block that is not ours.
+fn last_comment(program: &Program, block: BlockId) -> Option<String> {
+    let comments = program.tokens(block).filter(|token| token.kind == TokenKind::Comment);
+    let bytes = comments.map(|token| token.span.of(program.text()));
+    let last = bytes.filter(|bytes| crate::rewrite::mark::read(bytes).is_none()).last()?;
+    Some(last.iter().map(|byte| char::from(*byte)).collect())
+}
+
+/// Sections of the text: each begins with a comment in a block of its own that stands between cuts, and bears the name of the
+/// last such comment before its first cut.
+pub fn sections(program: &Program, toolpath: &Toolpath, map: &EngagementMap) -> Vec<Section> {
+    let cuts = |id| map.stations_of(id).iter().any(|station| station.arc_count > 0);
+    let mut lines: Vec<u32> =
+        toolpath.iter_moves().filter(|(id, _)| cuts(*id)).map(|(_, motion)| motion.line).collect();
+    lines.sort_unstable();
+    let mut found: Vec<Section> = Vec::new();
+    for block in program.blocks().take(program.own_len()) {
+        let Some(text) = last_comment(program, block).filter(|_| says_nothing_else(program, block)) else { continue };
+        let name = text.trim_matches(|c: char| c.is_whitespace() || "();".contains(c)).to_owned();
+        let line = program.line(block);
+        let is_cut_since = |section: &Section| {
+            let next = lines.partition_point(|cut| *cut < section.first_line);
+            lines.get(next).is_some_and(|cut| *cut < line)
+        };
+        match found.last_mut() {
+            Some(section) if !is_cut_since(section) => section.name = name,
+            None if lines.first().is_none_or(|cut| *cut >= line) => found.push(Section { first_line: 1, name }),
+            _ => found.push(Section { first_line: line, name }),
+        }
+    }
+    found
+}
+
+/// A comment, perhaps with a number of the block, and nothing else.
+fn says_nothing_else(program: &Program, block: BlockId) -> bool {
+    use TokenKind::{Blank, Comment, LineEnd, Word};
+    program.tokens(block).all(|token| matches!(token.kind, Blank | Comment | LineEnd | Word(b'N')))
 }
 
 #[cfg(test)]

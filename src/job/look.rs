@@ -5,9 +5,12 @@ use crate::diag::{Diagnostic, Severity};
 use crate::engage::{EngagementMap, EventKind};
 use crate::force::Cutter;
 use crate::ids::MoveId;
-use crate::machine::{Job, Tool};
+use crate::machine::{Job, LimitKind, Tool};
 use crate::nc::{Event, Freeze, Move, MoveKind, Program, Toolpath};
+use crate::report::{in_report_unit, short};
 use crate::rewrite;
+use crate::schedule::acting::{Idle, idle};
+use crate::schedule::caps::Cutters;
 use crate::schedule::rules::{load_limits, rules};
 use crate::schedule::{Conflict, Problem, Schedule};
 use crate::setup::Assumption;
@@ -116,11 +119,45 @@ pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     let mut found: Vec<Diagnostic> = map.notes.iter().map(note).collect();
     let feeds = toolpath.moves.iter().find(|motion| motion.kind == MoveKind::Feed);
     if let Some(first) = feeds.filter(|_| map.removed_mm3 <= 0.0) {
-        let text = "the program never touches the stock: nothing is cut, no load can be predicted";
+        let text = "the program never touches the stock: nothing is cut, no load can be predicted, no feed is raised";
         let help = "check [stock] and its offset: are its coordinates those of the program?";
         found.push(Diagnostic::new("engage::untouched", Severity::Error, text).on_line(first.line).help(help));
     }
     found
+}
+
+/// Load limits that never act, once for each that comes nearest: they give no leave to raise a feed.
+pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Diagnostic> {
+    let rules = rules(toolpath, map, job);
+    let cutters = Cutters::new(toolpath, map, job);
+    let said = |idle: Idle| {
+        let motion = &toolpath.moves[idle.move_id.ix()];
+        let [limit, load] = [idle.limit, idle.load].map(|value| short(in_report_unit(idle.kind, value)));
+        let (name, unit, tool) = (idle.kind.name(), idle.kind.unit(), motion.tool);
+        let text = format!(
+            "{name} = {limit} {unit} never acts: T{tool} meets {load} {unit} at most, at the highest feed allowed; it gives no leave to raise a feed"
+        );
+        let help = "give what this tool, part or spindle can take; `feedwright limits` shows the loads of the program";
+        Diagnostic::new("schedule::limit-never-acts", Severity::Warning, text).on_line(motion.line).help(help)
+    };
+    idle(toolpath, map, &rules, &cutters).into_iter().flatten().map(said).collect()
+}
+
+/// `feed_change` where it holds the feed for longer than any other limit.
+pub fn held_by_feed_change(schedule: &Schedule, job: &Job) -> Option<Diagnostic> {
+    let whole: f64 = schedule.active_s.iter().map(|(_, seconds)| seconds).sum();
+    let (kind, seconds) = schedule.active_s.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+    let most = job.limits.feed_change_max.filter(|_| kind == LimitKind::FeedChange && seconds > 0.0)?;
+    let text = format!(
+        "feed_change.max = {most} is what binds in {:.0} % of the cutting time, not a load limit",
+        100.0 * seconds / whole
+    );
+    let help = if job.process.is_measured() {
+        "raise it where more than that change is wanted"
+    } else {
+        "coefficients are not measured: with `calibrate` or `learn` the default is 2, or write limits.feed_change"
+    };
+    Some(Diagnostic::new("schedule::feed-change", Severity::Note, text).help(help))
 }
 
 /// Minima that gave way to a load limit, one sentence for each pair of them: with both feeds, where they are furthest apart.
@@ -227,7 +264,7 @@ fn no_loads(map: &EngagementMap, tool: &Tool, rps: f64, job: &Job) -> Option<Dia
     match Cutter::new(tool, material, &job.machine.spindle, &job.process, slices, rps) {
         Ok(cutter) => not_held(&cutter, tool, job),
         Err(error) => {
-            let text = format!("no loads are predicted for T{} from here on: {error}", tool.number);
+            let text = format!("no loads are predicted for T{} from here on, no feed is raised: {error}", tool.number);
             let said = Diagnostic::new("force::no-loads", Severity::Error, text);
             Some(said.help("correct it in the setup, or in the program"))
         }
@@ -293,7 +330,7 @@ fn words(kind: EventKind) -> (&'static str, Severity, &'static str, &'static str
         EventKind::SpindleStopped => (
             "engage::spindle-stopped",
             Severity::Error,
-            "the tool cuts while the spindle stands still",
+            "the tool cuts while the spindle stands still: no feed is raised",
             "check the S word and M3/M4 before this line",
         ),
     }

@@ -21,6 +21,7 @@ mod switch;
 mod used;
 mod wanted;
 
+pub use comments::sections;
 pub use look::{events, tool_assumption, unknown_tools};
 pub use wanted::Wanted;
 
@@ -141,7 +142,8 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let simulated = (watch.clock)();
     let mut answers = Answers::default();
     if let Some(percentile) = wanted.reference {
-        answers.reference = Some(wanted::limited(&mut job, &toolpath, &map, percentile));
+        answers.reference =
+            Some(wanted::limited(&mut job, &sections(&program, &toolpath, &map), &toolpath, &map, percentile));
     }
     let mut problem = asked(&program, &toolpath, &map, &job);
     answers.wear = wanted::keep_wear(&mut problem, &toolpath, &map, &job);
@@ -150,7 +152,8 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     assumptions.extend(told);
     let before = schedule::as_programmed(&toolpath);
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
-    let mut diagnostics: Vec<Diagnostic> = std::mem::take(&mut toolpath.diagnostics);
+    let mut diagnostics: Vec<Diagnostic> = look::idle_limits(&toolpath, &map, &job);
+    diagnostics.append(&mut toolpath.diagnostics);
     diagnostics.extend(look::forgotten(&program, &toolpath));
     diagnostics.extend(look::idle_operations(&toolpath, &map, &job, &origins, asked_for));
     diagnostics.extend(look::overruled(&problem, &toolpath));
@@ -211,6 +214,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
             || schedule::realise(&run.toolpath, &found.after, &run.job.machine),
         );
         run.diagnostics.extend(look::refused(&schedule));
+        run.diagnostics.extend(look::held_by_feed_change(&schedule, &run.job));
         run.diagnostics.extend(look::missed(&schedule, &run.problem, &run.toolpath));
         check::leave_alone(&mut run, &found.doubtful);
         check::tighten(&mut run.problem, &found.breaches, true);

@@ -10,6 +10,7 @@ use crate::report::answers::{Cycle, Moved, Reference, Surface, Wear};
 use crate::schedule::budget::{Budget, Kept, keep};
 use crate::schedule::cycle::{fits, saved_percent};
 use crate::schedule::marks::final_surface;
+use crate::schedule::operations::{Section, segments};
 use crate::schedule::reference::{distributions, limited_to_itself};
 use crate::schedule::stress::{with_coefficients, with_grown_stock};
 use crate::schedule::{self, Problem};
@@ -21,7 +22,7 @@ const FACTORS: [f64; 2] = [0.7, 1.3];
 /// What is asked.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Wanted {
-    /// Limits are this percentile of the loads that each tool meets in the program as it stands.
+    /// Limits are this percentile of the loads that each operation meets in the program as it stands.
     pub reference: Option<f64>,
     /// The written program is simulated again under variations of what was assumed.
     pub stress: bool,
@@ -45,9 +46,16 @@ pub fn confident(job: &mut Job, confidence: f64) -> Assumption {
     }
 }
 
-/// Limits every tool to a percentile of its own loads; how the highest feeds in cuts move when the coefficients are off.
-pub fn limited(job: &mut Job, toolpath: &Toolpath, map: &EngagementMap, percentile: f64) -> Reference {
-    let held = |job: &Job| limited_to_itself(job, &distributions(toolpath, map, job), percentile);
+/// Limits every operation to a percentile of its own loads; how the highest feeds in cuts move when the coefficients are off.
+pub fn limited(
+    job: &mut Job,
+    sections: &[Section],
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    percentile: f64,
+) -> Reference {
+    let own = segments(sections, toolpath, map);
+    let held = |job: &Job| limited_to_itself(job, &own, &distributions(&own, toolpath, map, job), percentile);
     let own = held(job);
     let plain = schedule::problem(toolpath, map, &own);
     let coefficients = FACTORS
@@ -106,8 +114,12 @@ fn contact(problem: &Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Jo
     for (index, motion) in toolpath.moves.iter().enumerate() {
         let Some(tool) = job.tool(motion.tool) else { continue };
         let id = crate::ids::MoveId(index as u32);
-        let range = problem.of_move[index].clone();
-        for (node, station) in range.zip(map.stations_of(id)) {
+        let stations = map.stations_of(id);
+        for node in problem.of_move[index].clone() {
+            let middle_mm = 0.5 * (problem.nodes[node as usize].from_mm + problem.nodes[node as usize].to_mm);
+            let Some(station) = stations.get(stations.partition_point(|station| station.to_mm < middle_mm)) else {
+                continue;
+            };
             let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
             rate[node as usize] = engaged(station, map, map.slices_of(motion.tool), tool.flutes, tangent_z).contact_mm2;
         }

@@ -1,5 +1,12 @@
 //! Limits on loads and feeds, and the names they go by in the setup file, the report and the annotation.
 
+/// Lowest feed in a cut relative to the programmed one, where the setup says nothing.
+pub const FEED_CHANGE_MIN: f64 = 0.2;
+/// Highest feed in a cut relative to the programmed one, where the setup says nothing: while coefficients are those of a
+/// library or a book (a feed that rises by this much stays within what such coefficients are commonly off by), and once they
+/// are measured on this machine.
+pub const FEED_CHANGE_MAX: [f64; 2] = [1.3, 2.0];
+
 /// Every kind of bound that can hold a feed down (or up).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LimitKind {
@@ -197,6 +204,20 @@ impl Limits {
             force_rate_n_s: over.force_rate_n_s.or(self.force_rate_n_s),
             feed_change_min: over.feed_change_min.or(self.feed_change_min),
             feed_change_max: over.feed_change_max.or(self.feed_change_max),
+        }
+    }
+
+    /// These limits, with the loads that `other` bounds at the lower of both.
+    pub fn lowered_to(&self, other: &Limits) -> Limits {
+        let lower = |a: Option<f64>, b: Option<f64>| [a, b].into_iter().flatten().reduce(f64::min);
+        Limits {
+            force_xy_n: lower(self.force_xy_n, other.force_xy_n),
+            force_normal_mean_n: lower(self.force_normal_mean_n, other.force_normal_mean_n),
+            force_axial_n: lower(self.force_axial_n, other.force_axial_n),
+            power_w: lower(self.power_w, other.power_w),
+            torque_nmm: lower(self.torque_nmm, other.torque_nmm),
+            deflection_mm: lower(self.deflection_mm, other.deflection_mm),
+            ..*self
         }
     }
 

@@ -87,3 +87,11 @@ pub struct Process {
     /// The parameters its rows belong to.
     pub covariance_of: Vec<String>,
 }
+
+impl Process {
+    /// Does it carry coefficients measured here, by `calibrate` or `learn`? A `[material]` written out by hand does not count:
+    /// nothing tells whether its numbers were measured or copied.
+    pub fn is_measured(&self) -> bool {
+        self.base.is_some()
+    }
+}

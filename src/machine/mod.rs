@@ -168,6 +168,48 @@ pub struct Ramp {
     pub distance_mm: f64,
 }
 
+/// What may run faster than programmed where the limits allow it; `None`: as the setup has it elsewhere, in the end false.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Raise {
+    /// The end face cuts straight down.
+    pub plunges: Option<bool>,
+    /// The end face cuts downwards along a ramp or a helix.
+    pub ramps: Option<bool>,
+    /// Lead-in, lead-out, first engagement of a cut.
+    pub entries: Option<bool>,
+    /// Moves that leave the final surface.
+    pub finishing: Option<bool>,
+    /// Moves under G41 or G42.
+    pub compensation: Option<bool>,
+    /// Drilling and boring cycles.
+    pub cycles: Option<bool>,
+}
+
+impl Raise {
+    /// Everything may be raised.
+    pub const ALL: Raise = Raise {
+        plunges: Some(true),
+        ramps: Some(true),
+        entries: Some(true),
+        finishing: Some(true),
+        compensation: Some(true),
+        cycles: Some(true),
+    };
+
+    /// These, with those that `over` gives put in their place.
+    #[must_use]
+    pub fn overridden_by(self, over: Raise) -> Raise {
+        Raise {
+            plunges: over.plunges.or(self.plunges),
+            ramps: over.ramps.or(self.ramps),
+            entries: over.entries.or(self.entries),
+            finishing: over.finishing.or(self.finishing),
+            compensation: over.compensation.or(self.compensation),
+            cycles: over.cycles.or(self.cycles),
+        }
+    }
+}
+
 /// What an operation is recognised by; all that are given must hold.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Match {
@@ -196,6 +238,10 @@ pub struct Operation {
     pub direction_change: Option<(f64, Ramp)>,
     /// Limits that replace those of the setup and of the tool.
     pub limits: Limits,
+    /// What may be raised here.
+    pub raise: Raise,
+    /// Doubts that the setup vouches for here, by name.
+    pub confirmed: Vec<&'static str>,
 }
 
 /// How the output is written.
@@ -235,6 +281,19 @@ pub struct WearBudget {
     pub most: f64,
 }
 
+/// Limits that the program itself gives to one of its operations: what is met there as it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Tool number.
+    pub tool: u32,
+    /// First and last physical line.
+    pub lines: (u32, u32),
+    /// Only moves that leave the final surface, or only those that do not; `None`: both.
+    pub finishing: Option<bool>,
+    /// The limits; those of the setup stay where they are lower.
+    pub limits: Limits,
+}
+
 /// Everything the core needs to know besides the program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
@@ -248,6 +307,10 @@ pub struct Job {
     pub fixtures: Vec<Box3>,
     /// Limits that hold everywhere.
     pub limits: Limits,
+    /// What may be raised.
+    pub raise: Raise,
+    /// Doubts about part and frame that the setup vouches for, by name.
+    pub confirmed: Vec<&'static str>,
     /// Air feed.
     pub air_feed: Option<AirFeed>,
     /// Budget of wear.
@@ -256,6 +319,8 @@ pub struct Job {
     pub confidence: Option<f64>,
     /// Operations; the last that matches wins.
     pub operations: Vec<Operation>,
+    /// Limits from the program itself, by operation.
+    pub references: Vec<Reference>,
     /// Output settings.
     pub output: Output,
     /// Whether bare lengths of the setup are inches: what is proposed for it is written in its units.

@@ -139,6 +139,10 @@ pub struct State {
     /// Moves with the same number are made by the same text (a block executed several times, one F word of a cycle at
     /// several positions): they get one feed, the lowest of what is safe in each. `None`: the feed is its own.
     pub shared: Option<u32>,
+    /// Made while G41 or G42 (RL, RR) is in force, whatever it does to the path.
+    pub compensated: bool,
+    /// Made by a drilling or boring cycle.
+    pub cycle: bool,
 }
 
 /// One motion; its [`State`] reads and writes like fields of its own.
@@ -282,6 +286,10 @@ impl Toolpath {
     /// Why part or frame are not known at a move: the first doubt that holds there.
     pub fn doubt_at(&self, id: MoveId) -> Option<&Doubted> {
         self.doubts.iter().take_while(|doubted| doubted.from <= id).find(|doubted| doubted.holds_at(id))
+    }
+    /// Every doubt that holds at a move.
+    pub fn doubts_at(&self, id: MoveId) -> impl Iterator<Item = &Doubted> {
+        self.doubts.iter().take_while(move |doubted| doubted.from <= id).filter(move |doubted| doubted.holds_at(id))
     }
     /// Everything the control does, in order.
     pub fn events(&self) -> impl Iterator<Item = Event> + Clone + '_ {

@@ -3,13 +3,15 @@
 //!
 //! A load limit wins over every minimum; the minimum it overruled is listed as a conflict. A load limit that cannot be met
 //! at all, or only at less than [`LEAST`] of the lowest feed asked for, makes the piece infeasible: it runs at that lowest
-//! feed. In a cut a feed rises above the programmed one only where a load limit is in force; outside a cut only where the
-//! engagement map says that nothing can be met. With a confidence, caps leave room for what is uncertain in the process model
+//! feed. In a cut a feed rises above the programmed one only where a load limit is in force that ever acts; outside a cut only where the
+//! engagement map says that nothing can be met; and nowhere that [`super::kept`] names. With a confidence, caps leave room for what is uncertain in the process model
 //! ([`super::robust`]).
 
 use rayon::prelude::*;
 
+use super::acting::{self, Idle};
 use super::history::History;
+use super::kept::{self, Keeping};
 use super::problem::{Bound, Conflict, Kept, Node, Problem};
 use super::robust::{self, doubt};
 use super::rules::{Rule, Rules, rules};
@@ -17,6 +19,7 @@ use super::{force_rate, ramps};
 use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, Cut, Cutter, LoadLine};
 use crate::ids::MoveId;
+use crate::machine::limits::{FEED_CHANGE_MAX, FEED_CHANGE_MIN};
 use crate::machine::{Job, LimitKind, Mode, Spindle};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::units::{mm_s_from_mm_min, nm_from_nmm, nmm_from_nm};
@@ -26,9 +29,7 @@ pub const LEAST: f64 = 0.1;
 /// Radial depth below which a cut is one of rounding, mm: two increments of the usual third decimal.
 const SKIM_MM: f64 = 0.002;
 /// Longest stretch of air that counts as the edge of the cut beside it, mm.
-const SLIVER_MM: f64 = 0.05;
-/// Default of `feed_change`.
-pub const FEED_CHANGE: (f64, f64) = (0.2, 2.0);
+pub(super) const SLIVER_MM: f64 = 0.05;
 
 /// The path with its bounds.
 pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
@@ -47,8 +48,10 @@ pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
     }
     let doubt = doubt(job);
     let others: Vec<Cutters> = doubt.jobs.iter().map(|job| Cutters::new(toolpath, map, job)).collect();
-    let context =
-        Context { toolpath, map, job, rules: &rules, cutters: &cutters, others, deviations: doubt.deviations };
+    let keeping = Keeping::new(toolpath, map, job, &rules, &cutters);
+    let idle = acting::idle(toolpath, map, &rules, &cutters);
+    let (cutters, deviations) = (&cutters, doubt.deviations);
+    let context = Context { toolpath, map, job, rules: &rules, cutters, others, deviations, keeping, idle };
     let answers: Vec<(Node, Option<(Bound, Bound)>)> =
         work.par_iter().map(|(id, station)| context.node(*id, *station)).collect();
     let conflicts = answers
@@ -57,14 +60,16 @@ pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
         .filter_map(|(node, (_, conflict))| conflict.map(|(floor, cap)| Conflict { node, floor, cap }))
         .collect();
     let mut problem = Problem { nodes: answers.into_iter().map(|(node, _)| node).collect(), of_move, conflicts };
-    slivers(&mut problem);
     context.keep_force_rates(&mut problem, &work);
+    let touches: Vec<bool> = work.iter().map(|(_, station)| kept::touches(*station)).collect();
+    kept::entries(&mut problem, toolpath, job, &rules, &touches);
+    slivers(&mut problem);
     ramps::apply(&mut problem, toolpath, &rules, job);
     problem
 }
 
 /// Is what is cut here as thin as the rounding of the program's coordinates? Then it may as well be air.
-fn skims(station: &Station) -> bool {
+pub(super) fn skims(station: &Station) -> bool {
     f64::from(station.removal_area_mm2) < SKIM_MM * f64::from(station.axial_depth_mm)
 }
 
@@ -81,6 +86,7 @@ fn slivers(problem: &mut Problem) {
             if let Some(cut) = beside.into_iter().find(|node| node.cutting && node.free).copied() {
                 nodes[i].cap = cut.cap;
                 nodes[i].floor = cut.floor;
+                nodes[i].kept = nodes[i].kept.or(cut.kept);
             }
         }
     }
@@ -135,6 +141,9 @@ struct Context<'a> {
     /// The cutters under each doubt about the process model, and how many standard deviations count.
     others: Vec<Cutters>,
     deviations: f64,
+    keeping: Keeping<'a>,
+    /// By rule: the load limits that never act.
+    idle: Vec<Option<Idle>>,
 }
 
 impl Context<'_> {
@@ -148,7 +157,7 @@ impl Context<'_> {
         let programmed = bound(motion.feed.mm_s, LimitKind::Programmed);
         let mut node = plain(id, motion, station, programmed);
         node.free = rule.mode != Mode::Keep && motion.freeze.is_none() && !self.excluded(motion.line);
-        node.kept = self.kept(&node, rule, motion);
+        node.kept = self.keeping.of(id, station);
         if !node.free {
             return (node, None);
         }
@@ -158,19 +167,11 @@ impl Context<'_> {
             Some(station) if station.flags.clear_air => node.cap = self.in_air(rule, programmed),
             _ => node.cap = lesser(programmed, highest_feed(rule)),
         }
-        if node.kept.is_some() {
-            node.cap = lesser(programmed, node.cap);
+        if let Some(why) = node.kept {
+            kept::keep(&mut node, why);
         }
         node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
         (node, conflict)
-    }
-
-    /// Why the feed must not rise here.
-    fn kept(&self, node: &Node, rule: &Rule, motion: &Move) -> Option<Kept> {
-        let doubt = || self.toolpath.doubt_at(node.move_id).map(|doubted| Kept::Doubt(doubted.doubt));
-        let mode = || (rule.mode != Mode::Optimise).then_some(Kept::Mode);
-        let uncertain = || node.uncertain.then_some(Kept::Uncertain);
-        motion.freeze.map(Kept::Frozen).or_else(mode).or_else(doubt).or_else(uncertain)
     }
 
     /// Loads of a station as functions of feed.
@@ -240,10 +241,12 @@ impl Context<'_> {
         let spindle = &self.job.machine.spindle;
         let cap = |line: &LoadLine, kind, limit| robust::cap(line, &others, self.deviations, kind, limit);
         let floor = lowest_feed(line.as_ref(), rule, programmed);
-        let highest = if rule.limits.bounds_a_load() && line.is_some() && !skims(station) {
-            let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE.1);
+        let acts = self.idle[self.rules.index_of(node.move_id)].is_none();
+        let highest = if rule.limits.bounds_a_load() && acts && line.is_some() && !skims(station) {
+            let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE_MAX[0]);
             Bound { feed_mm_s: programmed * most, kind: LimitKind::FeedChange, per_unit: programmed }
         } else {
+            node.kept = node.kept.or(Some(Kept::NoLoadLimit));
             bound(programmed, LimitKind::Programmed)
         };
         let allowed = lesser(highest, highest_feed(rule));
@@ -310,7 +313,7 @@ fn load_cap(line: &LoadLine, cap: &CapOf, rule: &Rule, (spindle, rps): (&Spindle
 
 /// Lowest feed asked for in a cut: the largest of the minima.
 fn lowest_feed(line: Option<&LoadLine>, rule: &Rule, programmed_mm_s: f64) -> Bound {
-    let change = rule.limits.feed_change_min.unwrap_or(FEED_CHANGE.0);
+    let change = rule.limits.feed_change_min.unwrap_or(FEED_CHANGE_MIN);
     let mut floor = bound(programmed_mm_s * change, LimitKind::FeedChange);
     if let Some(feed_mm_s) = rule.limits.feed_min_mm_s {
         floor = greater(floor, bound(feed_mm_s, LimitKind::FeedMin));

@@ -1,6 +1,7 @@
 //! From caps to feeds. In: a [`Problem`] (the path with its caps, floors and programmed feeds) and the machine. Out: a
 //! [`Schedule`]: feeds per piece, what bound them and at what price, realised speeds and times.
 
+pub mod acting;
 pub mod band;
 pub mod budget;
 pub mod caps;
@@ -13,7 +14,9 @@ pub mod cycle;
 pub mod force_rate;
 pub mod history;
 pub mod interior;
+pub mod kept;
 pub mod marks;
+pub mod operations;
 pub mod optimum;
 pub mod pass;
 pub mod prices;

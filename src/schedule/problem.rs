@@ -4,6 +4,9 @@ use crate::ids::MoveId;
 use crate::machine::LimitKind;
 use crate::nc::{Doubt, Freeze};
 
+/// Places along a move that are nearer than this are the same, mm.
+const SAME_MM: f64 = 1e-6;
+
 /// A bound on the commanded feed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
@@ -39,8 +42,11 @@ pub enum Kept {
     Compensation,
     /// A drilling or boring cycle.
     Cycle,
-    /// No force, power, torque, deflection, stress or chip limit is in force, or none is known of the load here.
+    /// No force, power, torque, deflection, stress or chip limit is in force that ever acts, or the load here is not known.
     NoLoadLimit,
+    /// The simulation as a whole cannot be right: the stock is never touched, the spindle stands still in a cut, or a tool has
+    /// no loads.
+    Unsound,
 }
 
 impl Kept {
@@ -122,6 +128,32 @@ pub struct Problem {
 }
 
 impl Problem {
+    /// Cuts nodes in two where a zone (from, to; mm along the move) of their move begins or ends.
+    pub fn cut_at(&mut self, zones: &[Vec<[f64; 2]>]) {
+        let mut nodes = Vec::with_capacity(self.nodes.len());
+        let mut first_of_old = Vec::with_capacity(self.nodes.len());
+        for (range, zones) in self.of_move.iter_mut().zip(zones) {
+            let start = nodes.len() as u32;
+            for node in &self.nodes[range.start as usize..range.end as usize] {
+                first_of_old.push(nodes.len());
+                let inside = |mm: &f64| *mm > node.from_mm + SAME_MM && *mm < node.to_mm - SAME_MM;
+                let mut at: Vec<f64> = zones.iter().flatten().copied().filter(inside).collect();
+                at.sort_by(f64::total_cmp);
+                at.dedup_by(|b, a| *b - *a < SAME_MM);
+                at.push(node.to_mm);
+                let mut from_mm = node.from_mm;
+                for to_mm in at {
+                    nodes.push(Node { from_mm, to_mm, ..*node });
+                    from_mm = to_mm;
+                }
+            }
+            *range = start..nodes.len() as u32;
+        }
+        for conflict in &mut self.conflicts {
+            conflict.node = first_of_old[conflict.node];
+        }
+        self.nodes = nodes;
+    }
     /// Nodes of a move.
     pub fn nodes_of(&self, id: MoveId) -> &[Node] {
         self.of_move.get(id.ix()).map_or(&[], |range| &self.nodes[range.start as usize..range.end as usize])

@@ -1,14 +1,17 @@
-//! Limits without coefficients to trust: the loads that each tool already survives in the proven program. In: toolpath,
-//! engagement, job. Out: per tool and load the distribution over the cut length, and limits at a percentile of it.
+//! Limits without coefficients to trust: the loads that each operation of the proven program already survives. In: toolpath,
+//! engagement, job, the operations. Out: per operation and load the distribution over the cut length, and limits at a
+//! percentile of it. Each operation is its own reference: what roughing survives says nothing about finishing.
 //!
 //! A common error of the coefficients cancels: it scales the reference and the prediction alike.
 
 use rayon::prelude::*;
 
 use super::caps::Cutters;
+use super::operations::{Segment, finishes};
 use crate::engage::EngagementMap;
-use crate::machine::{Job, LimitKind, Limits};
-use crate::nc::Toolpath;
+use crate::ids::MoveId;
+use crate::machine::{Job, LimitKind, Limits, Reference};
+use crate::nc::{Move, MoveKind, Toolpath};
 
 /// A load below this is none, in the unit of [`Limits`]: a drill has no force in the plane but for rounding.
 const NOTHING: f64 = 1e-6;
@@ -23,11 +26,13 @@ pub const LOADS: [LimitKind; 6] = [
     LimitKind::Deflection,
 ];
 
-/// One load of one tool over the whole program: values in the unit of [`Limits`], with the length they were met over.
+/// One load of one operation over the whole program: values in the unit of [`Limits`], with the length they were met over.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
     /// Tool number.
     pub tool: u32,
+    /// Index of the segment.
+    pub segment: usize,
     /// Which load.
     pub kind: LimitKind,
     /// (value, mm), by rising value.
@@ -57,63 +62,66 @@ impl Distribution {
     }
 }
 
-/// Distributions of the loads as programmed, by tool (in order of number) and load.
-pub fn distributions(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Distribution> {
+/// Distributions of the loads as programmed, by segment and load.
+pub fn distributions(segments: &[Segment], toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Distribution> {
     let cutters = Cutters::new(toolpath, map, job);
-    let met: Vec<Option<(u32, f64, [f64; LOADS.len()])>> = map
+    let of_move: Vec<Option<usize>> =
+        toolpath.iter_moves().map(|(id, motion)| of_move(segments, id, motion, map)).collect();
+    let met: Vec<Option<(usize, f64, [f64; LOADS.len()])>> = map
         .stations
         .par_iter()
         .map(|station| {
             let motion = &toolpath.moves[station.move_id.ix()];
+            let segment = of_move[station.move_id.ix()]?;
             let cutter = cutters.of(station.move_id).filter(|_| station.arc_count > 0 && motion.feed.mm_s > 0.0)?;
             let loads = cutter.loads(&cutters.cut(map, motion, station), motion.feed.mm_s);
-            Some((motion.tool, station.length_mm(), LOADS.map(|kind| loads.bounded_by(kind).unwrap_or(0.0))))
+            Some((segment, station.length_mm(), LOADS.map(|kind| loads.bounded_by(kind).unwrap_or(0.0))))
         })
         .collect();
-    let mut tools: Vec<u32> = met.iter().flatten().map(|(tool, ..)| *tool).collect();
-    tools.sort_unstable();
-    tools.dedup();
-    let of = |tool: u32, column: usize| {
-        let mine = met.iter().flatten().filter(|(number, ..)| *number == tool);
+    let of = |segment: usize, column: usize| {
+        let mine = met.iter().flatten().filter(|(number, ..)| *number == segment);
         let mut values: Vec<(f64, f64)> = mine.map(|(_, length, loads)| (loads[column], *length)).collect();
         values.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Distribution { tool, kind: LOADS[column], values }
+        Distribution { tool: segments[segment].tool, segment, kind: LOADS[column], values }
     };
-    tools
-        .into_iter()
-        .flat_map(|tool| (0..LOADS.len()).map(move |column| (tool, column)))
-        .map(|(t, c)| of(t, c))
-        .collect()
+    let all = (0..segments.len()).flat_map(|segment| (0..LOADS.len()).map(move |column| (segment, column)));
+    all.map(|(segment, column)| of(segment, column)).filter(|found| !found.values.is_empty()).collect()
 }
 
-/// The job with every tool's force, power, torque and deflection limited to a percentile (0 … 100) of what it meets in the
-/// program as it stands, or the largest where that percentile is nothing; limits that the setup gives stay where they are lower. A
-/// load that the tool does not meet limits nothing.
-pub fn limited_to_itself(job: &Job, found: &[Distribution], percentile: f64) -> Job {
-    let mut job = job.clone();
-    for tool in &mut job.tools {
-        let merged = job.limits.overridden_by(&tool.limits);
-        for distribution in found.iter().filter(|one| one.tool == tool.number) {
-            let at = distribution.quantile(percentile / 100.0);
-            let reference = if at > NOTHING { at } else { distribution.max() };
-            if reference <= NOTHING {
-                continue;
-            }
-            let lower = |own: Option<f64>| Some(own.map_or(reference, |own| own.min(reference)));
-            put(&mut tool.limits, &merged, distribution.kind, &lower);
-        }
+fn of_move(segments: &[Segment], id: MoveId, motion: &Move, map: &EngagementMap) -> Option<usize> {
+    if motion.kind == MoveKind::Rapid {
+        return None;
     }
-    job
+    let finishes = finishes(id, map);
+    segments.iter().position(|segment| segment.holds(motion, finishes))
 }
 
-fn put(limits: &mut Limits, merged: &Limits, kind: LimitKind, lower: &dyn Fn(Option<f64>) -> Option<f64>) {
+/// The job with the force, power, torque and deflection of every segment limited to a percentile (0 … 100) of what is met in it
+/// as the program stands, or the largest where that percentile is nothing; limits that the setup gives stay where they are
+/// lower. A load that is not met in a segment is not limited there.
+pub fn limited_to_itself(job: &Job, segments: &[Segment], found: &[Distribution], percentile: f64) -> Job {
+    let reference = |(index, segment): (usize, &Segment)| {
+        let mut limits = Limits::default();
+        for distribution in found.iter().filter(|one| one.segment == index) {
+            let at = distribution.quantile(percentile / 100.0);
+            let value = if at > NOTHING { at } else { distribution.max() };
+            if value > NOTHING {
+                put(&mut limits, distribution.kind, value);
+            }
+        }
+        Reference { tool: segment.tool, lines: segment.lines, finishing: segment.finishing, limits }
+    };
+    Job { references: segments.iter().enumerate().map(reference).collect(), ..job.clone() }
+}
+
+fn put(limits: &mut Limits, kind: LimitKind, value: f64) {
     match kind {
-        LimitKind::ForceXy => limits.force_xy_n = lower(merged.force_xy_n),
-        LimitKind::ForceNormalMean => limits.force_normal_mean_n = lower(merged.force_normal_mean_n),
-        LimitKind::ForceAxial => limits.force_axial_n = lower(merged.force_axial_n),
-        LimitKind::Power => limits.power_w = lower(merged.power_w),
-        LimitKind::Torque => limits.torque_nmm = lower(merged.torque_nmm),
-        LimitKind::Deflection => limits.deflection_mm = lower(merged.deflection_mm),
+        LimitKind::ForceXy => limits.force_xy_n = Some(value),
+        LimitKind::ForceNormalMean => limits.force_normal_mean_n = Some(value),
+        LimitKind::ForceAxial => limits.force_axial_n = Some(value),
+        LimitKind::Power => limits.power_w = Some(value),
+        LimitKind::Torque => limits.torque_nmm = Some(value),
+        LimitKind::Deflection => limits.deflection_mm = Some(value),
         _ => {}
     }
 }

@@ -1,9 +1,12 @@
 //! Which limits and which mode hold for each move. In: toolpath, engagement, job. Out: one [`Rule`] per combination of
-//! tool and operation, and the rule of each move. Limits merge job → tool → operation; the last operation that matches wins.
+//! tool, operation and reference, and the rule of each move. Limits merge job → tool → operation; the last operation that
+//! matches wins. What the program itself gives as a reference lowers them further.
 
+use super::operations::finishes;
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
-use crate::machine::{Job, LimitKind, Limits, Match, Mode, Operation};
+use crate::machine::limits::FEED_CHANGE_MAX;
+use crate::machine::{Job, LimitKind, Limits, Match, Mode, Operation, Raise, Reference};
 use crate::nc::{Move, MoveKind, Toolpath};
 
 /// How the moves of one tool under one operation are treated.
@@ -17,6 +20,18 @@ pub struct Rule {
     pub loads: Vec<(LimitKind, f64)>,
     /// The operation, for its ramps.
     pub operation: Option<usize>,
+    /// What may be raised, after merging.
+    pub raise: Raise,
+    /// Doubts that the setup vouches for, by name.
+    pub confirmed: Vec<&'static str>,
+}
+
+impl Rule {
+    /// Highest feed that `feed_change` and `feed` allow in a cut programmed at a feed, mm/s.
+    pub fn highest_in_cut_mm_s(&self, programmed_mm_s: f64) -> f64 {
+        let change = self.limits.feed_change_max.unwrap_or(FEED_CHANGE_MAX[0]);
+        (change * programmed_mm_s).min(self.limits.feed_max_mm_s.unwrap_or(f64::INFINITY))
+    }
 }
 
 /// Rules and the rule of each move (by move index).
@@ -31,27 +46,32 @@ pub struct Rules {
 impl Rules {
     /// Rule of a move.
     pub fn of(&self, id: MoveId) -> &Rule {
-        &self.rules[self.of_move[id.ix()] as usize]
+        &self.rules[self.index_of(id)]
+    }
+    /// Which of the rules is that of a move.
+    pub fn index_of(&self, id: MoveId) -> usize {
+        usize::from(self.of_move[id.ix()])
     }
 }
 
 /// Rules of the whole program.
 pub fn rules(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Rules {
-    let mut keys: Vec<(u32, Option<usize>)> = Vec::new();
+    let mut keys: Vec<(u32, Option<usize>, Option<usize>)> = Vec::new();
     let mut of_move = Vec::with_capacity(toolpath.moves.len());
     for (index, motion) in toolpath.moves.iter().enumerate() {
-        let key = (motion.tool, operation_of(MoveId(index as u32), motion, map, job));
+        let id = MoveId(index as u32);
+        let key = (motion.tool, operation_of(id, motion, map, job), reference_of(id, motion, map, job));
         let found = keys.iter().rposition(|known| *known == key).unwrap_or_else(|| {
             keys.push(key);
             keys.len() - 1
         });
         of_move.push(found as u16);
     }
-    let rules = keys.into_iter().map(|(tool, operation)| rule(tool, operation, job)).collect();
+    let rules = keys.into_iter().map(|(tool, operation, reference)| rule(tool, operation, reference, job)).collect();
     Rules { rules, of_move }
 }
 
-fn rule(tool: u32, operation: Option<usize>, job: &Job) -> Rule {
+fn rule(tool: u32, operation: Option<usize>, reference: Option<usize>, job: &Job) -> Rule {
     let mut limits = job.limits;
     if let Some(tool) = job.tool(tool) {
         limits = limits.overridden_by(&tool.limits);
@@ -60,11 +80,16 @@ fn rule(tool: u32, operation: Option<usize>, job: &Job) -> Rule {
     if let Some(operation) = found {
         limits = limits.overridden_by(&operation.limits);
     }
+    if let Some(reference) = reference {
+        limits = limits.lowered_to(&job.references[reference].limits);
+    }
     Rule {
         mode: found.map_or(Mode::Optimise, |operation| operation.mode),
         loads: load_limits(&limits),
         limits,
         operation,
+        raise: job.raise.overridden_by(found.map(|operation| operation.raise).unwrap_or_default()),
+        confirmed: job.confirmed.iter().chain(found.iter().flat_map(|of| &of.confirmed)).copied().collect(),
     }
 }
 
@@ -94,9 +119,21 @@ fn operation_of(id: MoveId, motion: &Move, map: &EngagementMap, job: &Job) -> Op
     job.operations.iter().rposition(|operation| matches(&operation.matches, id, motion, map))
 }
 
+fn reference_of(id: MoveId, motion: &Move, map: &EngagementMap, job: &Job) -> Option<usize> {
+    if motion.kind == MoveKind::Rapid || job.references.is_empty() {
+        return None;
+    }
+    let finishes = finishes(id, map);
+    let holds = |reference: &Reference| {
+        let within = (reference.lines.0..=reference.lines.1).contains(&motion.line);
+        reference.tool == motion.tool && within && reference.finishing.is_none_or(|only| only == finishes)
+    };
+    job.references.iter().position(holds)
+}
+
 fn matches(wanted: &Match, id: MoveId, motion: &Move, map: &EngagementMap) -> bool {
     let tool = wanted.tool.is_none_or(|tool| tool == motion.tool);
     let lines = wanted.lines.is_none_or(|(first, last)| (first..=last).contains(&motion.line));
-    let surface = !wanted.final_surface || map.stations_of(id).iter().any(|station| station.flags.final_surface);
+    let surface = !wanted.final_surface || finishes(id, map);
     tool && lines && surface && wanted.comment.is_none()
 }

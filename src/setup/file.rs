@@ -30,6 +30,11 @@ pub struct SetupFile {
     pub tool: Option<Vec<ToolTable>>,
     /// Limits that hold for every tool and operation.
     pub limits: Option<LimitsTable>,
+    /// What may run faster than programmed.
+    pub raise: Option<RaiseTable>,
+    /// Doubts about part and frame that this setup vouches for, by the name the report gives them, like "program-stop":
+    /// nothing of the kind changes anything here.
+    pub confirm: Option<Vec<String>>,
     /// Special treatment of some moves; the last that matches wins.
     pub operation: Option<Vec<OperationTable>>,
     /// How the program is written.
@@ -269,6 +274,24 @@ pub struct LimitsTable {
     pub approach: Option<Quantity>,
 }
 
+/// What may run faster than programmed where the limits allow it; what is not written is false.
+#[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
+#[serde(deny_unknown_fields, expecting = "a table like { plunges = false, entries = true }")]
+pub struct RaiseTable {
+    /// Plunges: the end face cuts straight down. Only under a limit on axial force, power or torque.
+    pub plunges: Option<bool>,
+    /// Ramps and helices: the end face cuts downwards. Only under a limit on axial force, power or torque.
+    pub ramps: Option<bool>,
+    /// Lead-in, lead-out and the first engagement of a cut.
+    pub entries: Option<bool>,
+    /// Moves that leave the final surface.
+    pub finishing: Option<bool>,
+    /// Moves under G41 or G42.
+    pub compensation: Option<bool>,
+    /// Drilling and boring cycles.
+    pub cycles: Option<bool>,
+}
+
 /// Budget of wear: wear per mm of cut is contact area times feed to a power.
 #[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
 #[serde(deny_unknown_fields)]
@@ -333,6 +356,10 @@ pub struct OperationTable {
     pub direction_change: Option<TurnTable>,
     /// Limits that override those of the setup and of the tool.
     pub limits: Option<LimitsTable>,
+    /// What may run faster than programmed here.
+    pub raise: Option<RaiseTable>,
+    /// Doubts about part and frame that this setup vouches for here.
+    pub confirm: Option<Vec<String>>,
 }
 
 /// How the program is written.

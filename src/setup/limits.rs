@@ -1,10 +1,13 @@
-//! `[limits]`, `[[operation]]`, `[output]` → domain types.
+//! `[limits]`, `[raise]`, `confirm`, `[[operation]]`, `[output]` → domain types.
 
-use super::file::{LimitsTable, OperationTable, OutputTable, RampTable, WearTable};
+use super::file::{LimitsTable, OperationTable, OutputTable, RaiseTable, RampTable, WearTable};
 use super::forms::Bounds;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
-use crate::machine::{AirFeed, Annotate, Limits, Match, Mode, Operation, Output, Ramp, WearBudget};
+use crate::machine::limits::{FEED_CHANGE_MAX, FEED_CHANGE_MIN};
+use crate::machine::material::Process;
+use crate::machine::{AirFeed, Annotate, Limits, Match, Mode, Operation, Output, Raise, Ramp, WearBudget};
+use crate::nc::Doubt;
 use crate::units::Dimension;
 
 /// Limits of a tool or an operation: no defaults, no air feed.
@@ -22,16 +25,12 @@ pub fn limits(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
     plain(reader, key, table)
 }
 
-/// `[limits]`: with the default change of feed, and the air feed.
+/// `[limits]`: with the default of the lowest change of feed, and the air feed.
 pub fn global(reader: &mut Reader, table: &LimitsTable) -> (Limits, Option<AirFeed>) {
     let mut limits = plain(reader, "limits", table);
     limits.feed_change_min = limits.feed_change_min.or_else(|| {
-        reader.assume("limits.feed_change.min", "0.2", "default");
-        Some(0.2)
-    });
-    limits.feed_change_max = limits.feed_change_max.or_else(|| {
-        reader.assume("limits.feed_change.max", "2", "default");
-        Some(2.0)
+        reader.assume("limits.feed_change.min", FEED_CHANGE_MIN.to_string(), "default");
+        Some(FEED_CHANGE_MIN)
     });
     let air_feed = reader.optional("limits.air_feed", table.air_feed.as_ref(), Dimension::Feed, Sense::Positive);
     let air_feed = air_feed.map(|feed_mm_s| AirFeed {
@@ -39,6 +38,15 @@ pub fn global(reader: &mut Reader, table: &LimitsTable) -> (Limits, Option<AirFe
         approach_mm: reader.or("limits.approach", table.approach.as_ref(), Dimension::Length, Sense::NotNegative, 2.0),
     });
     (limits, air_feed)
+}
+
+/// Default of `feed_change.max`, and why it is that: it hangs on whether coefficients were measured.
+pub fn feed_change_max(process: &Process) -> (f64, &'static str) {
+    let [of_a_library, measured] = FEED_CHANGE_MAX;
+    if process.is_measured() {
+        return (measured, "default with measured coefficients (calibrate, learn)");
+    }
+    (of_a_library, "default until coefficients are measured (calibrate, learn): then 2")
 }
 
 /// `[limits] wear`.
@@ -131,7 +139,34 @@ pub fn operation(reader: &mut Reader, table: &OperationTable, position: usize) -
         exit,
         direction_change: turn,
         limits: table.limits.as_ref().map(|l| limits(reader, &format!("{key}.limits"), l)).unwrap_or_default(),
+        raise: raise(table.raise.as_ref()),
+        confirmed: confirmed(reader, &format!("{key}.confirm"), table.confirm.as_deref()),
     }
+}
+
+/// `[raise]`, of the setup or of an operation.
+pub fn raise(table: Option<&RaiseTable>) -> Raise {
+    let Some(RaiseTable { plunges, ramps, entries, finishing, compensation, cycles }) = table.cloned() else {
+        return Raise::default();
+    };
+    Raise { plunges, ramps, entries, finishing, compensation, cycles }
+}
+
+/// `confirm = […]`, of the setup or of an operation: names of doubts.
+pub fn confirmed(reader: &mut Reader, key: &str, names: Option<&[String]>) -> Vec<&'static str> {
+    let mut one = |name: &String| {
+        let found = Doubt::ALL.into_iter().map(Doubt::name).find(|known| known == name);
+        if found.is_none() {
+            let known = Doubt::ALL.map(Doubt::name).join(", ");
+            reader.complain(
+                key,
+                format!("\"{name}\" is nothing that can be confirmed"),
+                format!("known here: {known}"),
+            );
+        }
+        found
+    };
+    names.unwrap_or_default().iter().filter_map(&mut one).collect()
 }
 
 fn ramp(reader: &mut Reader, key: &str, feed: &Quantity, distance: &Quantity) -> Ramp {

@@ -26,11 +26,15 @@ pub use machine::DIALECTS;
 pub use process::{load as load_model, write as write_model};
 pub use read::Assumption;
 
+use crate::machine::material::Process;
 use crate::machine::{Box3, Job};
 use file::{MachineTable, SetupFile};
 use forms::NameOr;
 use read::Reader;
 use std::path::Path;
+
+/// Key of the default that hangs on the process model.
+const FEED_CHANGE: &str = "limits.feed_change.max";
 
 /// The job a setup file describes. Errors: every value that makes no sense, with its place and a remedy.
 pub fn load(text: &str, dir: &Path) -> Result<(Job, Vec<Assumption>), SetupError> {
@@ -41,8 +45,23 @@ pub fn load(text: &str, dir: &Path) -> Result<(Job, Vec<Assumption>), SetupError
         Some(word) => drop(reader.choice("units", word, &known)),
         None => reader.assume("units", "mm", "default"),
     }
-    let job = job(&mut reader, &file, dir)?;
+    let mut job = job(&mut reader, &file, dir)?;
+    if job.limits.feed_change_max.is_none() {
+        let (most, why) = limits::feed_change_max(&job.process);
+        reader.assume(FEED_CHANGE, most.to_string(), why);
+        job.limits.feed_change_max = Some(most);
+    }
     if reader.wrong.is_empty() { Ok((job, reader.assumptions)) } else { Err(SetupError::Values(reader.wrong)) }
+}
+
+/// Puts another process model into a job, as `--model` does, with the default that hangs on it.
+pub fn take_model(job: &mut Job, assumptions: &mut [Assumption], process: Process) {
+    job.process = process;
+    if let Some(assumed) = assumptions.iter_mut().find(|assumed| assumed.key == FEED_CHANGE) {
+        let (most, why) = limits::feed_change_max(&job.process);
+        (assumed.value, assumed.source) = (most.to_string(), why.into());
+        job.limits.feed_change_max = Some(most);
+    }
 }
 
 /// JSON Schema of the setup file.
@@ -59,7 +78,7 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupEr
     let machine_table = machine_table(reader, file.machine.as_ref());
     let process = match &file.process {
         Some(table) => process::process(reader, table, dir)?,
-        None => crate::machine::material::Process::default(),
+        None => Process::default(),
     };
     Ok(Job {
         machine: machine::machine(reader, &machine_table, file.offsets.as_ref()),
@@ -67,10 +86,13 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupEr
         fixtures: fixtures(reader, file),
         tools,
         limits,
+        raise: limits::raise(file.raise.as_ref()),
+        confirmed: limits::confirmed(reader, "confirm", file.confirm.as_deref()),
         air_feed,
         wear: limits::wear(reader, file.limits.as_ref()),
         confidence: None,
         operations,
+        references: Vec::new(),
         output: limits::output(reader, file.output.as_ref().unwrap_or(&file::OutputTable::default())),
         inch: file.units.as_deref() == Some("inch"),
         cell_mm: reader.optional(

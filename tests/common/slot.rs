@@ -28,6 +28,22 @@ shape = "flat"
 diameter = 6
 flutes = 3
 overhang = 30
+# Measured coefficients: feeds may rise to twice the programmed ones.
+[process.base]
+k_tc = 800
+k_rc = 300
+k_ac = 150
+k_te = 14
+k_re = 12
+k_ae = 2
+# This is about something else than what may rise.
+[raise]
+plunges = true
+ramps = true
+entries = true
+finishing = true
+compensation = true
+cycles = true
 [limits]
 "#;
 

@@ -11,7 +11,7 @@ use feedwright::ids::{BlockId, MoveId};
 use feedwright::machine::limits::Limits;
 use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};
 use feedwright::machine::{
-    Annotate, Axis, Box3, Job, Machine, Output, Profile, Shape, Spindle, Stock, StockShape, Table, Tool,
+    Annotate, Axis, Box3, Job, Machine, Output, Profile, Raise, Shape, Spindle, Stock, StockShape, Table, Tool,
 };
 use feedwright::nc::{Feed, FeedMode, Move, MoveKind, PathMode, Spin, State, Toolpath};
 use feedwright::path::{Arc, Curve, Plane, Vec3};
@@ -99,10 +99,13 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
         stocks,
         fixtures: Vec::new(),
         limits: Limits::default(),
+        raise: Raise::default(),
+        confirmed: Vec::new(),
         air_feed: None,
         wear: None,
         confidence: None,
         operations: Vec::new(),
+        references: Vec::new(),
         output: Output {
             replace_computed_feeds: false,
             minimum_change: 0.05,
@@ -135,6 +138,8 @@ pub fn state(tool: u32) -> State {
         wcs: 54,
         path_mode: PathMode::Continuous,
         shared: None,
+        compensated: false,
+        cycle: false,
     }
 }
 

@@ -85,6 +85,7 @@ impl Run<'_> {
     pub(super) fn switch_compensation(&mut self, side: f64, inline: bool, line: &Line, place: Span) {
         self.compensation = None;
         self.contour_only = Contour::Off;
+        self.under_compensation = side != 0.0;
         if side == 0.0 {
             return;
         }

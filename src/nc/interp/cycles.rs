@@ -105,7 +105,13 @@ impl Run<'_> {
     }
 
     /// One hole at `hole`, its rapid approach ending at `level`.
-    pub(super) fn one_hole(&mut self, cycle: Cycle, code: u16, mut hole: Vec3, level: f64) {
+    pub(super) fn one_hole(&mut self, cycle: Cycle, code: u16, hole: Vec3, level: f64) {
+        self.in_cycle = true;
+        self.motions_of_hole(cycle, code, hole, level);
+        self.in_cycle = false;
+    }
+
+    fn motions_of_hole(&mut self, cycle: Cycle, code: u16, mut hole: Vec3, level: f64) {
         if self.modal.feed_mode == FeedMode::InverseTime {
             let span = self.source.program().span(self.block);
             let text = "a cycle has no feed in inverse time";

@@ -188,6 +188,10 @@ struct Run<'a> {
     compensation: Option<Active>,
     /// G41/G42 is in force but moves nothing aside.
     contour_only: Contour,
+    /// G41 or G42 is in force, whatever it does to the path.
+    under_compensation: bool,
+    /// The motions of a drilling or boring cycle are being made.
+    in_cycle: bool,
     /// G41/G42 ranges seen so far.
     ranges: usize,
     /// Ranges a control would have to refuse in this pass, and in the one before.
@@ -280,6 +284,8 @@ impl<'a> Run<'a> {
             counts: Vec::new(),
             compensation: None,
             contour_only: Contour::Off,
+            under_compensation: false,
+            in_cycle: false,
             ranges: 0,
             refused: Vec::new(),
             refused_before: Vec::new(),

@@ -218,7 +218,16 @@ impl Run<'_> {
     /// The state of a move made now: the one of the last move of its kind, unless something changed.
     fn state(&mut self, kind: MoveKind, feed: Feed) -> Arc<State> {
         let Modal { tool, wcs, path_mode, .. } = self.modal;
-        let now = State { feed, spin: self.modal.spin(), tool, wcs, path_mode, shared: None };
+        let now = State {
+            feed,
+            spin: self.modal.spin(),
+            tool,
+            wcs,
+            path_mode,
+            shared: None,
+            compensated: self.under_compensation,
+            cycle: self.in_cycle,
+        };
         let last = &mut self.states[usize::from(kind == MoveKind::Feed)];
         match last {
             Some(state) if **state == now => state.clone(),

@@ -1,0 +1,226 @@
+//! What may not run faster than programmed, and why. In: toolpath, engagement, job and rules. Out: the reason ([`Kept`]) for
+//! each station, and for the stretches of an entry, whose ends need not be those of stations. A kept feed is still lowered
+//! where a limit asks for it.
+//!
+//! What the words mean, for a station of a feed move with the tangent t of the path in its middle (t_z < 0: downwards):
+//!
+//! | reason | holds where |
+//! |---|---|
+//! | plunge | material is cut and −t_z > cos 45°: the tool goes down faster than it goes aside |
+//! | ramp | material is cut, it is no plunge, and −t_z times the length of the move is more than [`LEVEL_MM`] |
+//! | entry | the path is within one tool radius after first contact, or before the last one, of a cut ([`entries`]) |
+//! | finishing | the station, or one within the diagonal of a cell along the path, leaves the finished surface |
+//! | compensation | G41 or G42 (RL, RR) is in force |
+//! | cycle | the move belongs to a drilling or boring cycle (which is then neither plunge nor ramp) |
+//!
+//! A descent or a retract in air is none of these but what the text says of it (compensation, cycle). A plunge, a ramp or a
+//! cycle that `[raise]` allows rises only where a limit answers to its load: axial force, power or torque.
+//!
+//! Where the simulation as a whole cannot be right (the stock is never touched, the spindle stands still in a cut, a tool has
+//! no loads) nothing is raised anywhere, in air or in cuts.
+
+use super::caps::{Cutters, SLIVER_MM, skims};
+use super::problem::{Bound, Kept, Node, Problem};
+use super::ramps::spread;
+use super::rules::{Rule, Rules};
+use crate::engage::{EngagementMap, EventKind, Station};
+use crate::ids::MoveId;
+use crate::machine::{Job, LimitKind, Mode};
+use crate::nc::{Move, MoveKind, Toolpath};
+use crate::path::Curve;
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+/// Fall of a whole move up to which it counts as level, mm: two increments of the usual third decimal, so that rounding
+/// makes no ramps.
+pub const LEVEL_MM: f64 = 0.002;
+/// Loads that grow with what the end face cuts: only a limit on one of them answers for a plunge.
+const OF_THE_END_FACE: [LimitKind; 3] = [LimitKind::ForceAxial, LimitKind::Power, LimitKind::Torque];
+
+/// What is known once for the whole program.
+pub struct Keeping<'a> {
+    toolpath: &'a Toolpath,
+    map: &'a EngagementMap,
+    rules: &'a Rules,
+    /// By station: it leaves the finished surface, or lies beside one that does.
+    finishing: Vec<bool>,
+    unsound: bool,
+}
+
+impl<'a> Keeping<'a> {
+    /// For a program.
+    pub fn new(toolpath: &'a Toolpath, map: &'a EngagementMap, job: &Job, rules: &'a Rules, cutters: &Cutters) -> Self {
+        let finishing = finishing(toolpath, map);
+        Self { toolpath, map, rules, finishing, unsound: unsound(toolpath, map, job, cutters) }
+    }
+
+    /// Why the feed of a station (or of a feed move without any) is not raised; entries apart.
+    pub fn of(&self, id: MoveId, station: Option<&Station>) -> Option<Kept> {
+        let (motion, rule) = (&self.toolpath.moves[id.ix()], self.rules.of(id));
+        let of_text = motion.freeze.map(Kept::Frozen);
+        let of_mode = (rule.mode != Mode::Optimise).then_some(Kept::Mode);
+        let of_program = self.unsound.then_some(Kept::Unsound);
+        let uncertain = station.is_none_or(|station| station.flags.uncertain).then_some(Kept::Uncertain);
+        let before = of_text.or(of_mode).or(of_program).or_else(|| self.doubt(id, rule)).or(uncertain);
+        before.or_else(|| self.of_cut(motion, rule, station?))
+    }
+
+    /// The first doubt about part or frame that the setup does not vouch for.
+    fn doubt(&self, id: MoveId, rule: &Rule) -> Option<Kept> {
+        let mut open = self.toolpath.doubts_at(id).filter(|doubted| !rule.confirmed.contains(&doubted.doubt.name()));
+        open.next().map(|doubted| Kept::Doubt(doubted.doubt))
+    }
+
+    fn of_cut(&self, motion: &Move, rule: &Rule, station: &Station) -> Option<Kept> {
+        let raise = rule.raise;
+        let refused = |kept: Kept, allowed: Option<bool>| (allowed != Some(true)).then_some(kept);
+        let way = if motion.cycle { Some(Kept::Cycle) } else { downwards(motion, station) };
+        let of_way = way.and_then(|kept| match kept {
+            Kept::Plunge => refused(kept, raise.plunges),
+            Kept::Ramp => refused(kept, raise.ramps),
+            _ => refused(kept, raise.cycles),
+        });
+        let compensated = motion.compensated.then(|| refused(Kept::Compensation, raise.compensation)).flatten();
+        let index = self.map.of_move[station.move_id.ix()].start as usize + self.place(station);
+        let final_surface = self.finishing[index].then(|| refused(Kept::Finishing, raise.finishing)).flatten();
+        let answers = rule.loads.iter().any(|(kind, _)| OF_THE_END_FACE.contains(kind));
+        let unanswered = (way.is_some() && !answers).then_some(Kept::NoLoadLimit);
+        of_way.or(compensated).or(final_surface).or(unanswered)
+    }
+
+    /// Which of the stations of its move it is.
+    fn place(&self, station: &Station) -> usize {
+        self.map.stations_of(station.move_id).partition_point(|other| other.from_mm < station.from_mm)
+    }
+}
+
+/// Does the end face cut downwards here, and how steeply?
+pub fn downwards(motion: &Move, station: &Station) -> Option<Kept> {
+    let curve = motion.curve();
+    let fall = -curve.tangent(0.5 * (station.from_mm + station.to_mm)).z;
+    match station.arc_count {
+        0 => None,
+        _ if fall > FRAC_1_SQRT_2 => Some(Kept::Plunge),
+        _ if fall * curve.length() > LEVEL_MM => Some(Kept::Ramp),
+        _ => None,
+    }
+}
+
+/// Stations that leave the finished surface, and those within the diagonal of a cell of one along the path: a station shorter
+/// than the spacing of the cells may have none of its own.
+fn finishing(toolpath: &Toolpath, map: &EngagementMap) -> Vec<bool> {
+    let reach_mm = map.cell_mm * std::f64::consts::SQRT_2;
+    let mut found = vec![false; map.stations.len()];
+    let mut look = |indices: &mut dyn Iterator<Item = usize>| {
+        let mut since_mm = f64::INFINITY;
+        let mut last: Option<MoveId> = None;
+        for index in indices {
+            let station = &map.stations[index];
+            if last.is_some_and(|last| !follow_on(toolpath, last, station.move_id)) {
+                since_mm = f64::INFINITY;
+            }
+            last = Some(station.move_id);
+            if station.flags.final_surface {
+                since_mm = 0.0;
+            }
+            found[index] |= since_mm <= reach_mm && station.arc_count > 0 || station.flags.final_surface;
+            if !station.flags.final_surface {
+                since_mm += station.length_mm();
+            }
+        }
+    };
+    look(&mut (0..map.stations.len()));
+    look(&mut (0..map.stations.len()).rev());
+    found
+}
+
+/// Are these two the same feed move, or two that follow each other without a rapid between them?
+fn follow_on(toolpath: &Toolpath, a: MoveId, b: MoveId) -> bool {
+    let (first, last) = (a.ix().min(b.ix()), a.ix().max(b.ix()));
+    toolpath.moves[first..last].iter().all(|motion| motion.kind == MoveKind::Feed)
+}
+
+/// Can this simulation as a whole not be right? The stock is never touched, the spindle stands still in a cut, or a tool that
+/// cuts has no loads.
+fn unsound(toolpath: &Toolpath, map: &EngagementMap, job: &Job, cutters: &Cutters) -> bool {
+    let untouched = map.removed_mm3 <= 0.0 && toolpath.moves.iter().any(|motion| motion.kind == MoveKind::Feed);
+    let at_rest = map.events.iter().any(|event| event.kind == EventKind::SpindleStopped);
+    let cuts = |motion: &Move, station: &Station| station.arc_count > 0 && motion.freeze.is_none();
+    let without_loads = |station: &Station| {
+        let motion = &toolpath.moves[station.move_id.ix()];
+        cuts(motion, station) && cutters.of(station.move_id).is_none() && job.tool(motion.tool).is_some()
+    };
+    untouched || at_rest || map.stations.iter().any(without_loads)
+}
+
+/// Keeps the feed at the beginnings and the ends of cuts, cutting nodes where they end. `touches`: by node, is more than the
+/// rounding of coordinates cut?
+///
+/// A cut lasts while the tool touches material along feed moves of one tool, gaps up to [`SLIVER_MM`] included. Engagement
+/// is established once the tool has travelled its radius from first contact: going straight into a straight flank with any
+/// immersion φ it has its final engagement after R·sin φ (R in a slot). An arc of at most half a turn on which contact begins
+/// or ends in the middle is a lead-in or a lead-out, and counts as a whole: a contour goes on after it with another block.
+pub fn entries(problem: &mut Problem, toolpath: &Toolpath, job: &Job, rules: &Rules, touches: &[bool]) {
+    let mut zones: Vec<Vec<[f64; 2]>> = vec![Vec::new(); toolpath.moves.len()];
+    let mut put = |id: MoveId, zone: [f64; 2]| zones[id.ix()].push(zone);
+    for cut in cuts(&problem.nodes, toolpath, touches) {
+        let nodes = &problem.nodes[cut];
+        let pieces = || nodes.iter().map(|node| (node.move_id, node.from_mm, node.to_mm));
+        let ends = nodes.first().zip(nodes.last());
+        let Some((first, last)) = ends else { continue };
+        let radius_mm = job.tool(toolpath.moves[first.move_id.ix()].tool).map_or(0.0, |tool| 0.5 * tool.diameter_mm);
+        let lead = |node: &Node, in_air_mm: f64, rest_mm: f64| {
+            let curve = toolpath.moves[node.move_id.ix()].curve();
+            let is_lead = in_air_mm > SLIVER_MM && matches!(curve, Curve::Arc(arc) if arc.sweep_rad.abs() <= PI + 1e-6);
+            if is_lead { radius_mm.max(rest_mm) } else { radius_mm }
+        };
+        let whole = |node: &Node| toolpath.moves[node.move_id.ix()].curve().length();
+        spread(pieces(), lead(first, first.from_mm, whole(first) - first.from_mm), false, &mut put);
+        spread(pieces().rev(), lead(last, whole(last) - last.to_mm, last.to_mm), true, &mut put);
+    }
+    problem.cut_at(&zones);
+    for node in problem.nodes.iter_mut().filter(|node| node.free && node.kept.is_none()) {
+        let middle = 0.5 * (node.from_mm + node.to_mm);
+        let within = zones[node.move_id.ix()].iter().any(|zone| zone[0] <= middle && middle <= zone[1]);
+        if within && rules.of(node.move_id).raise.entries != Some(true) {
+            keep(node, Kept::Entry);
+        }
+    }
+}
+
+/// Takes back what would make the feed of a node higher than programmed.
+pub fn keep(node: &mut Node, why: Kept) {
+    node.kept = node.kept.or(Some(why));
+    if node.programmed_mm_s < node.cap.feed_mm_s {
+        node.cap = Bound { feed_mm_s: node.programmed_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
+        node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
+    }
+}
+
+/// Ranges of nodes between first and last contact.
+fn cuts(nodes: &[Node], toolpath: &Toolpath, touches: &[bool]) -> Vec<std::ops::Range<usize>> {
+    let mut found: Vec<std::ops::Range<usize>> = Vec::new();
+    let mut gap_mm = f64::INFINITY;
+    let mut tool = None;
+    for (i, node) in nodes.iter().enumerate() {
+        let motion = &toolpath.moves[node.move_id.ix()];
+        if motion.kind == MoveKind::Rapid || tool != Some(motion.tool) {
+            gap_mm = f64::INFINITY;
+        }
+        tool = Some(motion.tool);
+        if !touches[i] {
+            gap_mm += node.length_mm();
+            continue;
+        }
+        match found.last_mut() {
+            Some(cut) if gap_mm <= SLIVER_MM => cut.end = i + 1,
+            _ => found.push(i..i + 1),
+        }
+        gap_mm = 0.0;
+    }
+    found
+}
+
+/// Is more than the rounding of coordinates cut at a station?
+pub fn touches(station: Option<&Station>) -> bool {
+    station.is_some_and(|station| station.arc_count > 0 && !skims(station))
+}

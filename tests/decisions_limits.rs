@@ -1,0 +1,155 @@
+//! What a limit is worth: one that never acts raises nothing and is said first, the change of feed hangs on whether
+//! coefficients were measured, and what roughing survives says nothing about finishing.
+
+#![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
+
+use feedwright::engage::{self, EngagementMap, engage};
+use feedwright::job::{Keep, Task, Wanted, Watch, optimize, sections, simulate};
+use feedwright::machine::{Job, LimitKind};
+use feedwright::nc::{self, Environment, Program, Toolpath};
+use feedwright::report::Run;
+use feedwright::schedule::Kept;
+use feedwright::schedule::acting::{ACTS_FROM, idle};
+use feedwright::schedule::caps::Cutters;
+use feedwright::schedule::operations::segments;
+use feedwright::schedule::rules::rules;
+use feedwright::setup::{self, Assumption};
+use std::path::Path;
+
+const SETUP: &str = r#"
+resolution = 0.25
+[machine]
+dialect = "linuxcnc"
+[stock]
+box = { min = [0, 0, -10], max = [40, 20, 0] }
+uncertainty = 0
+[material]
+k_tc = 800
+k_te = 14
+[[tool]]
+number = 1
+shape = "flat"
+diameter = 6
+flutes = 3
+overhang = 30
+"#;
+const BASE: &str = "[process.base]\nk_tc = 800\nk_te = 14\n";
+
+/// A slot to 4 mm, and two passes beside each other that take 0.2 mm off its walls and 0.1 mm off its floor.
+const PROGRAM: &str = "(part)\nG21 G90 G17\nT1 M6\nS8000 M3\n(ROUGH SLOT)\nG0 X-10 Y10 Z2\nG1 Z-4 F600\nX50\nG0 Z2\n\
+    (FINISH SLOT)\nG0 X-10 Y9.8\nG1 Z-4.1\nX50\nG0 Z2\nG0 X-10 Y10.2\nG1 Z-4.1\nX50\nG0 Z2\nM30\n";
+
+fn load(rest: &str) -> (Job, Vec<Assumption>) {
+    setup::load(&format!("{SETUP}{rest}"), Path::new(".")).unwrap()
+}
+
+fn simulated(job: &Job) -> (Program, Toolpath, EngagementMap) {
+    let program = nc::parse(PROGRAM.into(), None);
+    let toolpath = nc::interpret(&program, &Environment::from_job(job));
+    let map = engage(&toolpath, job, &engage::Options::default(), &|_| {}).unwrap();
+    (program, toolpath, map)
+}
+
+fn run(rest: &str, wanted: Wanted, whole: bool) -> Run {
+    let (job, assumptions) = load(rest);
+    let watch = Watch {
+        progress: &|_, _| (),
+        clock: &|| 0.0,
+        subprograms: &|_| None,
+        engage: engage::Options::default(),
+        keep: Keep::default(),
+    };
+    let task = Task { program: nc::parse(PROGRAM.into(), None), job, assumptions, wanted };
+    if whole { optimize(task, &watch).unwrap() } else { simulate(task, &watch).unwrap() }
+}
+
+#[test]
+fn the_change_of_feed_hangs_on_measured_coefficients() {
+    let most = |rest: &str| {
+        let (job, assumptions) = load(rest);
+        let told: Vec<Assumption> =
+            assumptions.into_iter().filter(|assumed| assumed.key == "limits.feed_change.max").collect();
+        (job.limits.feed_change_max, told.len())
+    };
+    // A material written out by hand is not known to be measured.
+    assert_eq!(most(""), (Some(1.3), 1));
+    assert_eq!(most(BASE), (Some(2.0), 1));
+    // Effects alone carry no coefficients.
+    let effect = "[[process.effect]]\nname = \"flank-wear\"\nparameters = { growth = 0.1 }\n";
+    assert_eq!(most(effect), (Some(1.3), 1));
+    assert_eq!(most("[limits]\nfeed_change = { max = 1.7 }\n"), (Some(1.7), 0));
+    // A model of the command line.
+    let (mut job, mut assumptions) = load("");
+    let model = setup::load_model("[base]\nk_tc = 800\nk_te = 14\n").unwrap();
+    setup::take_model(&mut job, &mut assumptions, model.clone());
+    assert_eq!(job.limits.feed_change_max, Some(2.0));
+    assert!(assumptions.iter().any(|assumed| assumed.key == "limits.feed_change.max" && assumed.value == "2"));
+    let (mut job, mut assumptions) = load("[limits]\nfeed_change = { max = 1.7 }\n");
+    setup::take_model(&mut job, &mut assumptions, model);
+    assert_eq!(job.limits.feed_change_max, Some(1.7), "what is written stays");
+}
+
+#[test]
+fn a_limit_that_never_acts_raises_nothing_and_is_said_first() {
+    let (job, _) = load("[limits]\nforce_xy = 1e6\n");
+    let (_, toolpath, map) = simulated(&job);
+    let never = idle(&toolpath, &map, &rules(&toolpath, &map, &job), &Cutters::new(&toolpath, &map, &job));
+    let [largest] = never.into_iter().flatten().collect::<Vec<_>>()[..] else { panic!("one rule") };
+    assert_eq!(largest.kind, LimitKind::ForceXy);
+    let raise = "[raise]\nentries = true\nfinishing = true\n";
+    let risen = |limits: &str| {
+        let run = run(&format!("[limits]\n{limits}\n{raise}"), Wanted::default(), false);
+        let cutting = run.problem.nodes.iter().filter(|node| node.cutting);
+        let higher = cutting.clone().filter(|node| node.cap.feed_mm_s > 1.001 * node.programmed_mm_s).count();
+        assert!(higher > 0 || cutting.clone().all(|node| node.kept == Some(Kept::NoLoadLimit)));
+        let first = run.diagnostics.first().map(|said| said.code.to_string());
+        (higher, first.as_deref() == Some("schedule::limit-never-acts"))
+    };
+    // On both sides of the share of the limit that some load must reach.
+    let at = |share: f64| format!("force_xy = {}", largest.load / share);
+    assert!(risen(&at(1.02 * ACTS_FROM)).0 > 0 && !risen(&at(1.02 * ACTS_FROM)).1);
+    assert_eq!(risen(&at(0.98 * ACTS_FROM)), (0, true));
+    // Beside a limit that acts one that never does is no matter.
+    assert!(risen(&format!("{}\nforce_axial = 1e6", at(0.5))).0 > 0);
+}
+
+#[test]
+fn the_summary_says_when_the_change_of_feed_is_what_binds() {
+    let said = |rest: &str| {
+        let run = run(rest, Wanted::default(), true);
+        run.diagnostics.iter().any(|said| said.code == "schedule::feed-change")
+    };
+    let raise = "[raise]\nentries = true\nfinishing = true\n";
+    assert!(said(&format!("[limits]\nforce_xy = 600\n{raise}")));
+    assert!(!said(&format!("[limits]\nforce_xy = 100\n{raise}")), "the force binds");
+}
+
+#[test]
+fn sections_begin_with_the_comments_between_cuts() {
+    let (job, _) = load("");
+    let (program, toolpath, map) = simulated(&job);
+    let found = segments(&sections(&program, &toolpath, &map), &toolpath, &map);
+    let told: Vec<(&str, (u32, u32), Option<bool>)> =
+        found.iter().map(|segment| (segment.name.as_str(), segment.lines, segment.finishing)).collect();
+    assert_eq!(told, [("ROUGH SLOT", (1, 9), Some(false)), ("FINISH SLOT", (10, u32::MAX), Some(true))]);
+}
+
+#[test]
+fn roughing_lends_nothing_to_finishing() {
+    let reference = |text: &str| {
+        let (job, _) = load("[raise]\nfinishing = true\nentries = true\n");
+        let program = nc::parse(text.into(), None);
+        let toolpath = nc::interpret(&program, &Environment::from_job(&job));
+        let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
+        let wanted = Wanted { reference: Some(100.0), ..Wanted::default() };
+        let held = run("[raise]\nfinishing = true\nentries = true\n", wanted, false).job;
+        let rules = rules(&toolpath, &map, &held);
+        let limit = |line: u32| {
+            let (id, _) = toolpath.iter_moves().find(|(_, motion)| motion.line == line).unwrap();
+            rules.of(id).limits.force_xy_n.unwrap()
+        };
+        (limit(8), limit(13))
+    };
+    let (rough_n, finish_n) = reference(PROGRAM);
+    assert!(finish_n < 0.5 * rough_n, "{finish_n} N against {rough_n} N");
+}
