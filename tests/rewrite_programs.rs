@@ -17,13 +17,14 @@ fn quiet() -> Job {
     job
 }
 
-/// Rewrites with the schedule made by `make`; the text without the header line.
+/// Rewrites with the schedule made by `make`; the text without the header and the list of original feeds behind it.
 fn rewritten(text: &str, dialect: Dialect, job: &Job, make: impl Fn(&Toolpath) -> Schedule) -> String {
     let program = parse(text.as_bytes(), dialect);
     let toolpath = toolpath(&program, &surroundings(), job);
     let result = check(&program, &surroundings(), &make(&toolpath), job).unwrap_or_else(|why| panic!("{why}"));
     let text = String::from_utf8(result.bytes).unwrap();
-    text.split_inclusive('\n').filter(|line| !line.contains("FEEDWRIGHT")).collect()
+    let ours = |line: &&str| line.contains("FEEDWRIGHT") || line.contains("FW WAS");
+    text.split_inclusive('\n').filter(|line| !ours(line)).collect()
 }
 
 fn scaled(factor: f64) -> impl Fn(&Toolpath) -> Schedule {

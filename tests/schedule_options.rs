@@ -253,16 +253,38 @@ fn an_operation_that_no_move_is_under_is_said() {
     assert!(!warned("tool = 1") && !warned("lines = [6, 8]") && !warned("surface = \"final\""));
 }
 
+/// Largest F of a program.
+fn largest_f(text: &str) -> f64 {
+    let code = text.lines().map(|line| line.split('(').next().unwrap());
+    let words = code.flat_map(str::split_whitespace).filter_map(|word| word.strip_prefix('F'));
+    words.map(|number| number.parse().unwrap()).fold(0.0, f64::max)
+}
+
+/// With notes or without, a second run counts `feed_change` from the feeds of the original: nothing is doubled twice.
 #[test]
-fn feeds_without_notes_are_said_to_be_the_only_ones_known() {
-    let again = |annotate: &str| {
-        let dir = bench(&format!("{}[output]\nannotate = \"{annotate}\"\n", setup()));
-        report(dir.path(), &["-o", "once.nc"]);
-        fs::rename(dir.path().join("once.nc"), dir.path().join("part.nc")).unwrap();
-        let found = report(dir.path(), &["-o", "twice.nc"]);
-        !warnings(&found, "rewrite::no-notes").is_empty()
-    };
-    assert!(again("none") && !again("changes"));
+fn the_original_feeds_are_known_with_and_without_notes() {
+    for annotate in ["none", "changes"] {
+        let wide = setup().replace("force_xy = 80", "force_xy = 300\nfeed_change = { max = 2 }");
+        let dir = bench(&format!("{wide}[output]\nannotate = \"{annotate}\"\n"));
+        let mut written = Vec::new();
+        for run in ["1.nc", "2.nc", "3.nc"] {
+            let found = report(dir.path(), &["-o", run]);
+            assert!(warnings(&found, "rewrite::forgotten").is_empty(), "{annotate} {run}");
+            fs::copy(dir.path().join(run), dir.path().join("part.nc")).unwrap();
+            written.push(fs::read_to_string(dir.path().join(run)).unwrap());
+        }
+        assert!(largest_f(&written[0]) > 1000.0, "{}", written[0]);
+        assert_eq!(written[0], written[1], "{annotate}");
+        assert_eq!(written[1], written[2], "{annotate}");
+        // Somebody changed a feed: nobody knows any more what it was, and nothing is raised.
+        let f = format!("F{:.0}", largest_f(&written[0]));
+        assert!(written[0].contains(&f), "{}", written[0]);
+        fs::write(dir.path().join("part.nc"), written[0].replacen(&f, "F950", 1)).unwrap();
+        let found = report(dir.path(), &["-o", "4.nc"]);
+        assert!(!warnings(&found, "rewrite::forgotten").is_empty(), "{annotate}");
+        let again = fs::read_to_string(dir.path().join("4.nc")).unwrap();
+        assert!(largest_f(&again) <= largest_f(&written[0]) && again.contains("F950"), "{again}");
+    }
 }
 
 #[test]

@@ -26,7 +26,7 @@ use crate::report::answers::Stressed;
 use crate::report::over::{self, Apart, Over, Place, p99};
 use crate::report::{Check, Run, Switched};
 use crate::rewrite::{Rewritten, verify};
-use crate::schedule::caps::Cutters;
+use crate::schedule::caps::{Cutters, FEED_CHANGE};
 use crate::schedule::history;
 use crate::schedule::realise::pieces_of_moves;
 use crate::schedule::rules::{Rules, rules};
@@ -485,7 +485,9 @@ pub fn tighten(problem: &mut Problem, breaches: &[Breach], last: bool) {
 }
 
 fn tighten_node(node: &mut Node, breach: &Breach, last: bool) {
-    let lowest = node.floor.feed_mm_s.min(node.programmed_mm_s);
+    // Where nothing was asked for because nothing was met, the lowest change of feed holds: never a feed of zero.
+    let asked = if node.floor.feed_mm_s > 0.0 { node.floor.feed_mm_s } else { FEED_CHANGE.0 * node.programmed_mm_s };
+    let lowest = asked.min(node.programmed_mm_s);
     match breach.cap_mm_s {
         Some(cap) if cap >= crate::schedule::caps::LEAST * lowest => {
             node.cap.feed_mm_s = node.cap.feed_mm_s.min(cap);
@@ -500,5 +502,39 @@ fn tighten_node(node: &mut Node, breach: &Breach, last: bool) {
             node.cap.kind = breach.kind;
             node.infeasible = Some(breach.kind);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::MoveId;
+    use crate::schedule::Bound;
+
+    /// A load that no feed can meet where the schedule saw air: the lowest change of feed holds, never a feed of zero (which
+    /// no block can be written with).
+    #[test]
+    fn what_cannot_be_met_in_the_air_still_has_a_feed() {
+        let bound = |feed_mm_s: f64| Bound { feed_mm_s, kind: LimitKind::AirFeed, per_unit: 0.0 };
+        let mut node = Node {
+            move_id: MoveId(0),
+            from_mm: 0.0,
+            to_mm: 1.0,
+            cap: bound(80.0),
+            floor: bound(0.0),
+            programmed_mm_s: 10.0,
+            cutting: false,
+            free: true,
+            uncertain: false,
+            final_surface: false,
+            kept: None,
+            infeasible: None,
+        };
+        let origin = Origin { move_id: MoveId(0), from_mm: 0.0, to_mm: 1.0 };
+        let met = Breach { origin, kind: LimitKind::ForceXy, cap_mm_s: Some(30.0) };
+        tighten_node(&mut node, &met, false);
+        assert!(node.cap.feed_mm_s == 30.0 && node.infeasible.is_none());
+        tighten_node(&mut node, &Breach { cap_mm_s: None, ..met }, false);
+        assert!(node.cap.feed_mm_s == FEED_CHANGE.0 * 10.0 && node.infeasible == Some(LimitKind::ForceXy));
     }
 }

@@ -103,14 +103,14 @@ pub fn idle_operations(
     (0..count).filter(idle).map(said).collect()
 }
 
-/// A program of ours without the notes that remember what its feeds were.
-pub fn forgotten(program: &Program, toolpath: &Toolpath) -> Option<Diagnostic> {
-    if !rewrite::is_ours(program) || rewrite::remembers(program, toolpath) {
+/// A program of ours that does not know any more what its feeds were.
+pub fn forgotten(program: &Program) -> Option<Diagnostic> {
+    if !rewrite::forgets(program) {
         return None;
     }
-    let text = "an earlier run wrote these feeds and no notes beside them: feed_change counts from them, not from the original's";
-    let help = "optimise the original again, or write with annotate = \"changes\"";
-    Some(Diagnostic::new("rewrite::no-notes", Severity::Warning, text).help(help))
+    let text = "an earlier run wrote these feeds, and what they were before is not known any more (F words or notes were changed since, or there was no room to list them): nothing is raised";
+    let help = "optimise the original again; or delete our line FEEDWRIGHT … FEEDS ONLY to take these feeds for the original's";
+    Some(Diagnostic::new("rewrite::forgotten", Severity::Warning, text).help(help))
 }
 
 /// What is to be said about the stock: what was repaired in its files, and that nothing of it is cut.

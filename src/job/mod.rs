@@ -15,6 +15,7 @@ mod check;
 mod comments;
 mod follow;
 mod force_rate;
+mod growth;
 mod learned;
 mod look;
 mod switch;
@@ -28,18 +29,19 @@ pub use wanted::Wanted;
 use crate::diag::{Diagnostic, Severity};
 use crate::engage::cache::Key;
 use crate::engage::{self, EngageError, EngagementMap};
-use crate::machine::Job;
+use crate::machine::{Job, LimitKind};
 use crate::nc::{self, Environment, Program, Toolpath};
 use crate::path::Vec3;
 pub use crate::report::MET;
 use crate::report::{Answers, Check, Run, Written};
 use crate::rewrite;
-use crate::schedule::{self, Problem};
+use crate::schedule::{self, Bound, Kept, Problem};
 use crate::setup::Assumption;
 use crate::stock::Piece;
 
-/// How often caps are tightened at most.
-pub const ROUNDS: usize = 5;
+/// How often caps are tightened at most. Blocks cut otherwise are met by other stations: half a dozen rounds were seen to find
+/// a new place each.
+pub const ROUNDS: usize = 9;
 /// Spacing of the stations that the solver uses, and the finer one of the check, mm.
 pub const SPACING_MM: [f64; 2] = [1.0, 0.6];
 
@@ -154,7 +156,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
     let mut diagnostics: Vec<Diagnostic> = look::idle_limits(&toolpath, &map, &job);
     diagnostics.append(&mut toolpath.diagnostics);
-    diagnostics.extend(look::forgotten(&program, &toolpath));
+    diagnostics.extend(look::forgotten(&program));
     diagnostics.extend(look::idle_operations(&toolpath, &map, &job, &origins, asked_for));
     diagnostics.extend(look::overruled(&problem, &toolpath));
     diagnostics.extend(look::files(&program, &toolpath));
@@ -187,26 +189,21 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
 pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let wanted = task.wanted;
     let mut run = simulate(task, watch)?;
-    let mut options = schedule::Options::of(&run.toolpath);
+    let mut options = growth::options(&run);
     let mut known = [None, None];
     for round in 0..=ROUNDS {
-        let start = (watch.clock)();
         (watch.progress)("schedule", 0.0);
-        let mut schedule = schedule::feeds(&run.problem, &run.toolpath, &run.job, &options);
-        schedule.used = used::used(&run, &schedule);
-        let solved = (watch.clock)();
-        let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
-        schedule.used = Vec::new();
+        let (mut schedule, rewritten, [solve_s, write_s]) = growth::within(&run, &mut options, watch.clock);
         let wrote = (watch.clock)();
         let found = check::check(&run, &rewritten, watch, &mut known, round == ROUNDS)?;
         let checked = (watch.clock)();
-        run.stage_s[2] += solved - start;
-        run.stage_s[3] += wrote - solved;
+        run.stage_s[2] += solve_s;
+        run.stage_s[3] += write_s;
         run.stage_s[4] += checked - wrote;
         if !found.is_good() && round < ROUNDS {
             check::leave_alone(&mut run, &found.doubtful);
             check::tighten(&mut run.problem, &found.breaches, false);
-            options = options.after(&schedule);
+            options.lambda_s = schedule.lambda_s;
             continue;
         }
         let ((), realised_after) = rayon::join(
@@ -295,19 +292,28 @@ fn engagement(
     Ok(cut(map, job, spacing_mm))
 }
 
-/// Caps and floors relative to the feeds that the program was written for: where our own notes remember them, the F
-/// words of an earlier run are not taken for the user's.
+/// Caps and floors relative to the feeds that the program was written for: the F words
+/// of an earlier run are not taken for the user's. Where it is not known any more what they were, nothing is raised.
 fn asked(program: &Program, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
     if !rewrite::is_ours(program) {
         return schedule::problem(toolpath, map, job);
     }
     let mut original = toolpath.clone();
-    for (motion, feed_mm_s) in original.moves.iter_mut().zip(rewrite::references(program, toolpath)) {
-        motion.feed.mm_s = feed_mm_s;
+    let references = rewrite::references(program, toolpath);
+    for (motion, reference) in original.moves.iter_mut().zip(&references) {
+        motion.feed.mm_s = reference.feed_mm_s;
     }
     let mut problem = schedule::problem(&original, map, job);
     for node in &mut problem.nodes {
-        node.programmed_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;
+        let now_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;
+        node.programmed_mm_s = now_mm_s;
+        if !references[node.move_id.ix()].known && node.free {
+            node.kept = node.kept.or(Some(Kept::Forgotten));
+            if node.cap.feed_mm_s > now_mm_s {
+                node.cap = Bound { feed_mm_s: now_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
+                node.floor.feed_mm_s = node.floor.feed_mm_s.min(now_mm_s);
+            }
+        }
     }
     problem
 }

@@ -89,6 +89,14 @@ impl LimitKind {
         LimitKind::Budget,
     ];
 
+    /// Is it a load that is predicted, and so known no better than the prediction?
+    pub fn is_load(self) -> bool {
+        use LimitKind::{BendingStress, ChipThickness, Deflection, ForceAxial, ForceNormalMean, ForceRate, ForceXy};
+        use LimitKind::{FeedPerTooth, Power, SurfaceError, Torque};
+        matches!(self, ForceXy | ForceNormalMean | ForceAxial | ForceRate | Power | Torque | Deflection)
+            || matches!(self, SurfaceError | BendingStress | ChipThickness | FeedPerTooth)
+    }
+
     /// Name in the setup file and in the report.
     pub fn name(self) -> &'static str {
         match self {

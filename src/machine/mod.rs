@@ -249,6 +249,8 @@ pub struct Operation {
 pub struct Output {
     /// Relative feed change worth an F word.
     pub minimum_change: f64,
+    /// Output over input, in blocks and in bytes; `None`: the default, which leaves short programs more.
+    pub max_growth: Option<f64>,
     /// Shortest piece a block may be split into, mm.
     pub minimum_length_mm: f64,
     /// May blocks be split at all?

@@ -170,6 +170,9 @@ struct OutputPart {
     bytes_before: usize,
     bytes_after: usize,
     loss_vs_continuous_percent: f64,
+    growth_blocks: f64,
+    growth_bytes: f64,
+    max_growth_costs_s: f64,
     solved_by: String,
 }
 
@@ -377,6 +380,9 @@ fn output(run: &Run, written: &Written) -> OutputPart {
         bytes_before: run.program.own_text().len(),
         bytes_after: written.bytes.len(),
         loss_vs_continuous_percent: super::loss_percent(written),
+        growth_blocks: 1.0 + written.stats.blocks_added as f64 / (run.program.len() as f64).max(1.0),
+        growth_bytes: written.length() as f64 / (run.program.text().len() as f64).max(1.0),
+        max_growth_costs_s: written.schedule.bound_costs_s,
         solved_by: written.schedule.how.clone(),
     }
 }

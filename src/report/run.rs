@@ -74,6 +74,13 @@ pub struct Written {
     pub check: Check,
 }
 
+impl Written {
+    /// Bytes of the program and of the files it calls.
+    pub fn length(&self) -> usize {
+        self.bytes.len() + self.files.iter().map(|(_, bytes)| bytes.len()).sum::<usize>()
+    }
+}
+
 /// What reading the written program back gave.
 #[derive(Debug, Clone, Default)]
 pub struct Check {

@@ -217,19 +217,30 @@ fn output(run: &Run, figures: &Figures) -> String {
     let stats = &written.stats;
     let check = &written.check;
     format!(
-        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}\nchecked   {}; read back and simulated at {} mm{}{}\n{}",
+        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}{}\nchecked   {}; read back and simulated at {} mm{}{}\n{}",
         stats.f_words_after,
         stats.f_words_before,
         stats.f_words_changed,
         stats.f_words_inserted,
         stats.blocks_added,
         loss(written),
+        bound(written),
         if check.identical { "only feeds differ" } else { "MORE THAN FEEDS DIFFERS" },
         short(check.spacing_mm),
         check.force_rate_ratio.map_or(String::new(), |ratio| format!(", rate of force {ratio:.3}")),
         if check.rounds > 0 { format!(" (caps tightened {} times)", check.rounds) } else { String::new() },
         folded("          ", &figures.verdict.largest())
     )
+}
+
+/// What the bound on growth costs, where it binds.
+fn bound(written: &Written) -> String {
+    let costs_s = written.schedule.bound_costs_s;
+    if written.schedule.lambda_s > 0.0 {
+        format!("\n          output.max_growth is used up: it costs {costs_s:.1} s")
+    } else {
+        String::new()
+    }
 }
 
 /// One line for each reason why blocks keep their feed.

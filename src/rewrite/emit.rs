@@ -8,8 +8,16 @@ use crate::nc::{Dialect, Syntax};
 use super::decimal::{Decimal, NumberStyle};
 use super::edit::Edit;
 use super::mark::{self, Note};
+use super::memory;
 use super::view::{self, View};
-use super::write::{Change, Writer};
+use super::write::{Change, Line, Writer, kept_note};
+
+/// Bytes of a comment that lists original feeds.
+const LIST_BYTES: usize = 72;
+
+fn lines_in(text: &[u8]) -> usize {
+    memchr::memchr_iter(b'\n', text).count()
+}
 
 impl Writer<'_> {
     /// Turns the gathered changes of a block into edits.
@@ -18,8 +26,9 @@ impl Writer<'_> {
         let untouched = change.before.is_empty() && change.edits.is_empty() && change.append.is_empty();
         self.stats.f_words_after += usize::from(view.has(b'F')) + usize::from(!change.append.is_empty());
         if !self.fits(view, &change, id) && !change.append.is_empty() {
-            let word = change.append.trim_ascii().to_vec();
-            change.before.push((word, change.note.take()));
+            let code = change.append.trim_ascii().to_vec();
+            let feed = change.feed.take().map(|feed| (feed.clone(), self.was_now(&feed)));
+            change.before.push(Line { code, note: change.note.take(), feed });
             change.append.clear();
         }
         self.emit_before(start, view, &change.before);
@@ -27,11 +36,35 @@ impl Writer<'_> {
         let same = |note: &Note| there.map_or(self.marked, |old| old.feed == note.feed && old.was == note.was);
         let leave = change.leave_note || (untouched && change.note.as_ref().is_none_or(same));
         let note = self.note_edit(id, view, &change, leave);
+        self.own_words(view, &change, note.as_ref());
         if !change.append.is_empty() {
             self.edits.push(Edit::insert(self.append_at(view), change.append));
         }
         self.edits.extend(change.edits);
         self.edits.extend(note);
+    }
+
+    /// Enters the F words of the block itself.
+    fn own_words(&mut self, view: &View, change: &Change, note: Option<&Edit>) {
+        if let Some(feed) = &change.feed {
+            let noted = note.is_some_and(|edit| !edit.text.is_empty());
+            let noted = noted && change.note.as_ref().is_some_and(|note| note.was.is_some());
+            self.enter((feed.clone(), self.was_now(feed)), noted);
+            return;
+        }
+        for word in view.words.iter().filter(|word| word.letter == b'F') {
+            let number = String::from_utf8_lossy(view::number_bytes(self.program, word)).into_owned();
+            let was = self.was_at(word.span.start, &number);
+            let there = view.note().is_some_and(|(_, there)| there.feed == number && there.was.is_some());
+            self.unnoted |= was != number && !(there && note.is_none());
+            self.words.push((number, was));
+        }
+    }
+
+    /// Enters an F word with the one it stands for.
+    fn enter(&mut self, (feed, was): (String, String), noted: bool) {
+        self.unnoted |= !noted && was != feed;
+        self.words.push((feed, was));
     }
 
     /// Bytes of the block's line after its edits, without a note.
@@ -92,13 +125,13 @@ impl Writer<'_> {
     }
 
     /// The lines put before a block, numbered where the block is and there is room between the numbers.
-    fn emit_before(&mut self, start: u32, view: &View, lines: &[(Vec<u8>, Option<Note>)]) {
+    fn emit_before(&mut self, start: u32, view: &View, lines: &[Line]) {
         if lines.is_empty() {
             return;
         }
         let numbers = self.line_numbers(view, lines.len());
         let mut out = Vec::new();
-        for (index, (code, note)) in lines.iter().enumerate() {
+        for (index, Line { code, note, feed }) in lines.iter().enumerate() {
             let begin = out.len();
             if let Some(numbers) = &numbers {
                 out.extend_from_slice(numbers[index].as_bytes());
@@ -107,7 +140,11 @@ impl Writer<'_> {
             out.extend_from_slice(code.trim_ascii());
             let comment = note.as_ref().filter(|_| self.job.output.annotate != Annotate::None);
             let room = self.most_bytes.saturating_sub(out.len() - begin);
-            out.extend(comment.and_then(|note| self.fitting(note, room)).unwrap_or_default());
+            let noted = comment.and_then(|note| Some((note.was.is_some(), self.fitting(note, room)?)));
+            if let Some(feed) = feed {
+                self.enter(feed.clone(), noted.as_ref().is_some_and(|(was, _)| *was));
+            }
+            out.extend(noted.map(|(_, text)| text).unwrap_or_default());
             out.extend_from_slice(self.line_end);
             self.stats.f_words_after += usize::from(code.iter().any(|b| b.eq_ignore_ascii_case(&b'F')));
         }
@@ -136,7 +173,8 @@ impl Writer<'_> {
     /// block; the mark of the file is put in if anything was changed.
     pub fn end(&mut self) {
         if let (Some(_), true, Some(feed)) = (self.part.name, self.now_is_ours(), self.original_feed()) {
-            let note = Note { feed: feed.clone(), kept: true, ..Note::default() };
+            let was = self.restated_was(&feed);
+            let note = kept_note(&feed, &was);
             let code = |block: &BlockId| {
                 !View::of(self.program, *block).empty && !self.program.line_text(*block).starts_with(b"%")
             };
@@ -146,6 +184,8 @@ impl Writer<'_> {
             let before: &[u8] = if whole { b"" } else { self.line_end };
             let text = [&self.f_word(&feed), b" ".as_slice(), &mark::comment(self.dialect, &note.text())].concat();
             let text = if self.job.output.annotate == Annotate::None { self.f_word(&feed) } else { text };
+            let noted = self.job.output.annotate != Annotate::None && note.was.is_some();
+            self.enter((feed, was), noted);
             self.edits.push(Edit::insert(end, [before, &text, if whole { self.line_end } else { b"" }].concat()));
             self.stats.blocks_added += 1;
             self.stats.f_words_after += 1;
@@ -155,19 +195,27 @@ impl Writer<'_> {
         }
     }
 
-    /// Puts the mark of the file in, unless it is there: a line before the first block of code, or in plain language (whose
-    /// lines are counted) at the end of the first motion.
+    /// Puts the mark of the file in, or its sum anew: in a line before the first block of code, or in plain language (whose
+    /// lines are counted) at the end of the first motion. Behind it the original feeds, where notes do not tell them.
     fn header(&mut self) {
-        if self.marked {
+        let words = self.words.iter().map(|(number, was)| (number.as_str(), was.as_str()));
+        let text = mark::comment(self.dialect, &mark::header_text(memory::sum(words)));
+        let memory = self.memory.take();
+        if memory.as_ref().is_some_and(|memory| !memory.fits) {
             return;
         }
-        let text = mark::comment(self.dialect, &mark::header_text());
+        let lists = self.lists();
+        self.stats.blocks_added += lines_in(&lists);
+        if let Some(memory) = memory {
+            self.header_again(&memory, &text, lists);
+            return;
+        }
         let views = self.part.blocks().map(|block| (block, View::of(self.program, block)));
         if self.may_insert() {
             let mut code = views.filter(|(_, view)| !view.empty && !view.flow && !view.words.is_empty());
             if let Some((block, _)) = code.next() {
-                let line = [text.as_slice(), self.line_end].concat();
-                self.edits.insert(0, Edit::insert(self.program.span(block).start, line));
+                let lines = [text.as_slice(), self.line_end, &lists].concat();
+                self.edits.insert(0, Edit::insert(self.program.span(block).start, lines));
                 self.stats.blocks_added += 1;
             }
             return;
@@ -182,6 +230,30 @@ impl Writer<'_> {
         if let Some((_, view)) = motions.find(|(block, view)| !touched(*block, view.line_end)) {
             self.edits.push(Edit::insert(view.line_end, [b" ".as_slice(), &text].concat()));
         }
+    }
+
+    /// The header of an earlier run with a new sum, and its lists taken out for new ones.
+    fn header_again(&mut self, memory: &memory::Memory, text: &[u8], lists: Vec<u8>) {
+        let blank: &[u8] = if self.program.text()[memory.header.start as usize] == b' ' { b" " } else { b"" };
+        self.edits.push(Edit::replace(memory.header, [blank, text].concat()));
+        let line = self.program.block_at(memory.header.start);
+        if !lists.is_empty() {
+            self.edits.insert(0, Edit::insert(self.program.span(line).end, lists));
+        }
+        self.edits.extend(memory.lists.iter().map(|list| Edit::replace(self.program.span(*list), *b"")));
+        self.stats.blocks_added = self.stats.blocks_added.saturating_sub(memory.lists.len());
+    }
+
+    /// The lines that list the original feeds; none where the notes tell them, or where there is no room: then the sum does
+    /// not fit what a later run reads, and that run raises nothing.
+    fn lists(&self) -> Vec<u8> {
+        if !self.unnoted || !self.may_insert() {
+            return Vec::new();
+        }
+        let most = self.most_bytes.saturating_sub(4).min(LIST_BYTES);
+        let was = self.words.iter().map(|(_, was)| was.as_str());
+        let lists = memory::lists(was, most, self.part.span.len()).unwrap_or_default();
+        lists.iter().flat_map(|list| [mark::comment(self.dialect, list), self.line_end.to_vec()].concat()).collect()
     }
 
     /// May lines be put in? Heidenhain counts its lines.

@@ -1,9 +1,11 @@
 //! Our mark: the comments by which an output is recognised as ours. In: what a comment says, or a program. Out: whether it
 //! is ours, the feed it remembers, and the program without them.
 //!
-//! One header comment (`FEEDWRIGHT 0.1 FEEDS ONLY`) marks the file; a note follows an F word that was changed:
+//! One header comment (`FEEDWRIGHT 0.1 FEEDS ONLY 3F29A0C1`) marks the file; its last word is the sum over every F word and
+//! the feed it stands for ([`super::memory`]). A note follows an F word that was changed:
 //! `FW F1240 was 600 power 98% T3` says the feed in force, the feed of the program it was optimised from, what bounds it,
-//! how much of that limit is used, and the tool. `FW F600 kept` stands where a feed is restated. Only comments of exactly
+//! how much of that limit is used, and the tool. `FW F600 kept` stands where a feed is restated. Where notes are not wanted or do
+//! not fit their lines, `FW WAS 600x12 800` behind the header lists those feeds in the order of the F words. Only comments of exactly
 //! this grammar are ours; everything else in a comment belongs to the user. The words are plain ASCII without brackets or
 //! quotes, so that every dialect can carry them in its own comment form.
 
@@ -17,6 +19,8 @@ use super::edit::{self, Edit};
 const HEADER: &str = "FEEDWRIGHT";
 /// First word of a note.
 const NOTE: &str = "FW";
+/// Second word of a list of original feeds.
+const WAS: &str = "WAS";
 
 /// What a note says.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -38,15 +42,35 @@ pub struct Note {
 /// A comment of ours.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ours {
-    /// The mark of the file.
-    Header,
+    /// The mark of the file, with its sum; `None`: an old one that has none.
+    Header(Option<u32>),
     /// A note beside an F word.
     Note(Note),
+    /// F numbers of the program that the file was optimised from, each with how many F words in a row stand for it.
+    Was(Vec<(String, usize)>),
 }
 
 /// Text of the header comment.
-pub fn header_text() -> String {
-    format!("{HEADER} {} FEEDS ONLY", env!("CARGO_PKG_VERSION"))
+pub fn header_text(sum: u32) -> String {
+    format!("{HEADER} {} FEEDS ONLY {sum:08X}", env!("CARGO_PKG_VERSION"))
+}
+
+/// Word that stands for a number of F words in a row with one feed.
+pub fn run_text(was: &str, count: usize) -> String {
+    if count == 1 { was.to_owned() } else { format!("{was}x{count}") }
+}
+
+/// Text of a comment that lists original feeds.
+pub fn was_text(runs: &[String]) -> String {
+    format!("{NOTE} {WAS} {}", runs.join(" "))
+}
+
+fn read_was(words: std::str::Split<'_, char>) -> Option<Ours> {
+    let run = |word: &str| match word.split_once('x') {
+        None => Some((number(word)?.to_owned(), 1)),
+        Some((was, count)) => Some((number(was)?.to_owned(), count.parse::<usize>().ok().filter(|count| *count > 1)?)),
+    };
+    words.map(run).collect::<Option<Vec<_>>>().filter(|runs| !runs.is_empty()).map(Ours::Was)
 }
 
 impl Note {
@@ -104,8 +128,19 @@ pub fn read(comment: &[u8]) -> Option<Ours> {
     };
     let mut words = inner.split(' ');
     let version = |word: &str| word.bytes().all(|b| b.is_ascii_digit() || b == b'.') && !word.is_empty();
-    if words.next() == Some(HEADER) && words.next().is_some_and(version) && words.eq(["FEEDS", "ONLY"]) {
-        return Some(Ours::Header);
+    let headed = words.next() == Some(HEADER) && words.next().is_some_and(version);
+    if headed && [words.next(), words.next()] == [Some("FEEDS"), Some("ONLY")] {
+        let sum =
+            words.next().map(|word| u32::from_str_radix(word, 16).ok().filter(|sum| format!("{sum:08X}") == word));
+        return match (sum, words.next()) {
+            (None, None) => Some(Ours::Header(None)),
+            (Some(Some(sum)), None) => Some(Ours::Header(Some(sum))),
+            _ => None,
+        };
+    }
+    let mut words = inner.split(' ');
+    if words.next() == Some(NOTE) && words.next() == Some(WAS) {
+        return read_was(words);
     }
     Note::read(inner).map(Ours::Note)
 }
@@ -120,7 +155,9 @@ pub fn is_marked(program: &Program, part: &Part<'_>) -> bool {
     let found = memchr::memmem::find_iter(part.span.of(program.text()), HEADER.as_bytes());
     found.map(|at| program.block_at(part.span.start + at as u32)).any(|block| {
         let tokens = program.tokens(block);
-        tokens.filter(|t| t.kind == TokenKind::Comment).any(|t| read(t.span.of(program.text())) == Some(Ours::Header))
+        tokens
+            .filter(|t| t.kind == TokenKind::Comment)
+            .any(|t| matches!(read(t.span.of(program.text())), Some(Ours::Header(_))))
     })
 }
 
@@ -168,7 +205,10 @@ mod tests {
         assert_eq!(note.text(), "FW F1240.5 was 600 power 98% T3");
         for dialect in Dialect::ALL {
             assert_eq!(read(&comment(dialect, &note.text())), Some(Ours::Note(note.clone())), "{}", dialect.name());
-            assert_eq!(read(&comment(dialect, &header_text())), Some(Ours::Header));
+            assert_eq!(read(&comment(dialect, &header_text(0x3F2))), Some(Ours::Header(Some(0x3F2))));
+            let runs = [run_text("600.", 12), run_text(".5", 1)];
+            let was = Ours::Was(vec![("600.".to_owned(), 12), (".5".to_owned(), 1)]);
+            assert_eq!(read(&comment(dialect, &was_text(&runs))), Some(was));
         }
     }
 
@@ -183,6 +223,11 @@ mod tests {
             "(fw F600)",
             "(FW  F600)",
             "(FW F)",
+            "(FW WAS)",
+            "(FW WAS 600x1)",
+            "(FW WAS 600 MORE)",
+            "(FEEDWRIGHT 0.1 FEEDS ONLY 3F2)",
+            "(FEEDWRIGHT 0.1 FEEDS ONLY 000003F2 MORE)",
         ] {
             assert_eq!(read(text.as_bytes()), None, "{text}");
         }
@@ -191,7 +236,7 @@ mod tests {
     #[test]
     fn stripping_takes_only_what_is_ours() {
         let text =
-            format!("%\n({})\nG1 X1 F600 (FW F600 was 500 power 98%)\nF5 (FW F5 kept)\n(FW user)\n", header_text());
+            format!("%\n({})\nG1 X1 F600 (FW F600 was 500 power 98%)\nF5 (FW F5 kept)\n(FW user)\n", header_text(7));
         let program = crate::nc::parse(text.into_bytes(), Some(Dialect::Generic));
         assert!(is_ours(&program));
         assert_eq!(String::from_utf8(strip(&program)).unwrap(), "%\nG1 X1 F600\nF5\n(FW user)\n");

@@ -8,6 +8,7 @@ mod emit;
 mod freeze;
 pub mod fword;
 pub mod mark;
+mod memory;
 mod plain;
 mod plan;
 mod reference;
@@ -18,7 +19,7 @@ mod write;
 
 pub use freeze::freeze;
 pub use mark::{is_ours, strip};
-pub use reference::{references, remembers};
+pub use reference::{Reference, forgets, references};
 pub use verify::{Difference, Proof, verify};
 
 use std::sync::Arc;

@@ -103,8 +103,8 @@ fn lowest(pieces: &[Piece]) -> Option<Piece> {
 }
 
 fn add(plan: &mut Plan, motion: &Move, pieces: &[Piece], common: Option<Piece>) {
-    if pieces.is_empty() || pieces.iter().any(|piece| !(piece.feed_mm_s > 0.0 && piece.feed_mm_s.is_finite())) {
-        plan.want = Want::Keep("the schedule says nothing about it");
+    if let Some(why) = unwritable(motion, pieces) {
+        plan.want = Want::Keep(why);
     }
     let own = match common {
         None if motion.splittable => pieces.to_vec(),
@@ -118,6 +118,20 @@ fn add(plan: &mut Plan, motion: &Move, pieces: &[Piece], common: Option<Piece>) 
             *before = lowest(before).into_iter().collect();
         }
         want @ Want::Nothing => *want = Want::Feeds(own),
+    }
+}
+
+/// Why these pieces cannot be written as feeds.
+fn unwritable(motion: &Move, pieces: &[Piece]) -> Option<&'static str> {
+    let known = |piece: &Piece| piece.feed_mm_s > 0.0 && piece.feed_mm_s.is_finite();
+    if pieces.is_empty() {
+        Some("the pieces it was scheduled in do not add up to its path: please report it")
+    } else if pieces.iter().all(known) {
+        None
+    } else if !(motion.feed.mm_s > 0.0 && motion.feed.mm_s.is_finite()) {
+        Some("no feed above zero is in force in it")
+    } else {
+        Some("no feed above zero meets its limits")
     }
 }
 

@@ -1,41 +1,54 @@
 //! The feeds a program was written for. In: a program that an earlier run may have rewritten, with its toolpath. Out: for
-//! every move the feed that our note beside its F word remembers (`was`), else the one it has.
+//! every move the feed of the program it was optimised from, and whether that is known ([`super::memory`]).
 
-use super::mark::Ours;
-use super::view::View;
+use super::memory::Memory;
 use crate::diag::Span;
 use crate::ids::BlockId;
-use crate::nc::{Program, Toolpath};
+use crate::nc::{Move, Part, Program, Toolpath};
 
-/// Feed of each move before the earlier run, mm/s, by move index.
-pub fn references(program: &Program, toolpath: &Toolpath) -> Vec<f64> {
+/// Feed of a move before any run of ours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reference {
+    /// That feed, mm/s; where it is not known, the one it has.
+    pub feed_mm_s: f64,
+    /// Is it known?
+    pub known: bool,
+}
+
+/// The reference of each move, by move index.
+pub fn references(program: &Program, toolpath: &Toolpath) -> Vec<Reference> {
+    let parts: Vec<(Part<'_>, Option<Memory>)> =
+        program.parts().map(|part| (part.clone(), Memory::of(program, &part))).collect();
+    let memory_of = |block: BlockId| {
+        let part = parts.partition_point(|(part, _)| part.blocks.end <= block.0);
+        parts.get(part).and_then(|(_, memory)| memory.as_ref())
+    };
     let mut last: Option<((BlockId, Span), f64)> = None;
-    let feed = |motion: &crate::nc::Move| {
-        let Some(word) = motion.feed.word else { return motion.feed.mm_s };
+    let reference = |motion: &Move| {
+        let word = motion.feed.word;
+        let fits = |block: BlockId| memory_of(block).is_none_or(|memory| memory.fits);
+        let known = fits(motion.block) && word.is_none_or(|(block, _)| fits(block));
+        let Some(word) = word.filter(|_| known) else { return Reference { feed_mm_s: motion.feed.mm_s, known } };
         let ratio = match last {
-            Some((known, ratio)) if known == word => ratio,
-            _ => remembered(program, word).unwrap_or(1.0),
+            Some((read, ratio)) if read == word => ratio,
+            _ => memory_of(word.0).and_then(|memory| ratio(program, memory, word.1)).unwrap_or(1.0),
         };
         last = Some((word, ratio));
-        motion.feed.mm_s * ratio
+        Reference { feed_mm_s: motion.feed.mm_s * ratio, known }
     };
-    toolpath.moves.iter().map(feed).collect()
+    toolpath.moves.iter().map(reference).collect()
 }
 
-/// Does any note remember a feed?
-pub fn remembers(program: &Program, toolpath: &Toolpath) -> bool {
-    toolpath.moves.iter().filter_map(|motion| motion.feed.word).any(|word| remembered(program, word).is_some())
+/// Is there a part of ours that does not know any more what its feeds were?
+pub fn forgets(program: &Program) -> bool {
+    program.parts().filter_map(|part| Memory::of(program, &part)).any(|memory| !memory.fits)
 }
 
-/// What the note remembers over what the word says; `None`: there is no note, or it speaks of another feed.
-fn remembered(program: &Program, (block, span): (BlockId, Span)) -> Option<f64> {
-    let view = View::of(program, block);
-    let note = view.ours.iter().find_map(|(_, ours)| match ours {
-        Ours::Note(note) => Some(note),
-        Ours::Header => None,
-    })?;
-    let (was, now): (f64, f64) = (note.was.as_ref()?.parse().ok()?, note.feed.parse().ok()?);
+/// What an F word stands for over what it says.
+fn ratio(program: &Program, memory: &Memory, span: Span) -> Option<f64> {
+    let was: f64 = memory.was(span.start)?.parse().ok()?;
     let word = std::str::from_utf8(span.of(program.text())).ok()?;
-    let written: f64 = word.get(1..)?.trim().parse().ok()?;
-    ((written - now).abs() <= 1e-9 * now.abs() && now > 0.0).then_some(was / now)
+    let number = word.find(|c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-')).map(|at| &word[at..])?;
+    let now: f64 = number.parse().ok()?;
+    (now > 0.0 && was > 0.0).then_some(was / now)
 }

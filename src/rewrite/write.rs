@@ -17,6 +17,7 @@ use super::decimal::NumberStyle;
 use super::edit::Edit;
 use super::fword::{FeedUnit, round_down};
 use super::mark::{self, Note};
+use super::memory::Memory;
 use super::plan::{Piece, Plan, Want};
 use super::split::{self, Block};
 use super::view::{self, Manners, Modes, Switched, View, Word};
@@ -84,6 +85,12 @@ pub struct Writer<'a> {
     tool_changed: bool,
     pub(super) last_number: Option<f64>,
     pub(super) marked: bool,
+    /// What an earlier run remembers here.
+    pub(super) memory: Option<Memory>,
+    /// Every F word of the output in order: its number, and the one it stands for.
+    pub(super) words: Vec<(String, String)>,
+    /// A word that was changed bears no note.
+    pub(super) unnoted: bool,
     /// What was done.
     pub edits: Vec<Edit>,
     /// Counts.
@@ -103,15 +110,31 @@ fn most_bytes(dialect: Dialect, job: &Job) -> usize {
 /// Changes of one block while they are gathered.
 #[derive(Default)]
 pub(super) struct Change {
-    /// Lines before the block: code and note.
-    pub(super) before: Vec<(Vec<u8>, Option<Note>)>,
+    /// Lines before the block.
+    pub(super) before: Vec<Line>,
     /// Edits inside its code.
     pub(super) edits: Vec<Edit>,
     /// Appended to its code.
     pub(super) append: Vec<u8>,
     pub(super) note: Option<Note>,
+    /// Number of the F word that is put into the block or changed there.
+    pub(super) feed: Option<String>,
     /// Leave a note that is already there.
     pub(super) leave_note: bool,
+}
+
+/// A line to be put before a block.
+pub(super) struct Line {
+    pub(super) code: Vec<u8>,
+    pub(super) note: Option<Note>,
+    /// Number of its F word, and the one that stands for.
+    pub(super) feed: Option<(String, String)>,
+}
+
+/// The note beside a feed that is restated.
+pub(super) fn kept_note(feed: &str, was: &str) -> Note {
+    let was = (was != feed).then(|| was.to_owned());
+    Note { feed: feed.to_owned(), was, kept: true, ..Note::default() }
 }
 
 impl<'a> Writer<'a> {
@@ -141,6 +164,9 @@ impl<'a> Writer<'a> {
             tool_changed: false,
             last_number: None,
             marked: mark::is_marked(program, part),
+            memory: Memory::of(program, part),
+            words: Vec::new(),
+            unnoted: false,
             edits: Vec::new(),
             stats: Stats::default(),
             kept: Vec::new(),
@@ -201,8 +227,12 @@ impl<'a> Writer<'a> {
             let inherited = word.and_then(|(block, span)| self.written_feed(block, span)).or(self.original.clone());
             match inherited {
                 Some(feed) => {
-                    let note = Note { feed: feed.text.clone(), kept: true, ..Note::default() };
-                    change.before.push((self.f_word(&feed.text), Some(note)));
+                    let was = match word {
+                        Some((_, span)) => self.was_at(span.start, &feed.text),
+                        None => self.restated_was(&feed.text),
+                    };
+                    let note = Some(kept_note(&feed.text, &was));
+                    change.before.push(Line { code: self.f_word(&feed.text), note, feed: Some((feed.text, was)) });
                     self.now = Now::Original;
                 }
                 None => self.kept.push((id, "the feed before a kept block could not be restated".to_owned())),
@@ -210,6 +240,11 @@ impl<'a> Writer<'a> {
         }
         self.take_original(view);
         change
+    }
+
+    /// What the original F in force stands for.
+    pub(super) fn restated_was(&self, feed: &str) -> String {
+        self.reference.clone().filter(|_| self.memory.is_some()).unwrap_or_else(|| feed.to_owned())
     }
 
     /// In plain language a kept motion says the original F itself.
@@ -221,6 +256,7 @@ impl<'a> Writer<'a> {
             return;
         };
         change.append = [b" ".as_slice(), &self.f_word(&feed.text)].concat();
+        change.feed = Some(feed.text);
         self.stats.f_words_inserted += 1;
         self.now = Now::Original;
     }
@@ -229,7 +265,7 @@ impl<'a> Writer<'a> {
     fn take_original(&mut self, view: &View) {
         if let Some(word) = view.words.iter().rfind(|word| word.letter == b'F') {
             let mode = self.original.as_ref().map_or(FeedMode::PerMinute, |feed| feed.mode);
-            self.remember(view, word, mode);
+            self.remember(word, mode);
             if !view.delete {
                 self.now = Now::Original;
             }
@@ -240,15 +276,20 @@ impl<'a> Writer<'a> {
     }
 
     /// Notes the original feed and the manner of an F word of the input.
-    fn remember(&mut self, view: &View, word: &Word, mode: FeedMode) {
+    fn remember(&mut self, word: &Word, mode: FeedMode) {
         let number = view::number_bytes(self.program, word);
         let text = String::from_utf8_lossy(number).into_owned();
         let bytes = word.span.of(self.program.text());
         let letter = bytes[..bytes.len() - number.len()].to_vec();
         self.manner = Manner { letter, style: NumberStyle::of(number, self.manners.leading_zero) };
-        let was = view.note().filter(|(_, note)| note.feed == text).and_then(|(_, note)| note.was.clone());
-        self.reference = Some(was.unwrap_or_else(|| text.clone()));
+        self.reference = Some(self.was_at(word.span.start, &text));
         self.original = Some(Feed { text, value: word.number, mode, unit_mm: self.modes.unit_mm() });
+    }
+
+    /// The F number that the word of the input at this byte stands for.
+    pub(super) fn was_at(&self, start: u32, number: &str) -> String {
+        let known = self.memory.as_ref().and_then(|memory| memory.was(start));
+        known.unwrap_or(number).to_owned()
     }
 
     /// The F word at a place of the input, if its unit is the one in force.
@@ -269,9 +310,11 @@ impl<'a> Writer<'a> {
         let Some(first) = plan.first else { return Change::default() };
         let motion = &self.toolpath.moves[first.ix()];
         if let Some(word) = view.only(b'F') {
-            self.remember(view, word, motion.feed.mode);
+            self.remember(word, motion.feed.mode);
         } else if let Some((block, span)) = plan.word {
             self.original = self.inherited(block, span, motion).or(self.original.take());
+            let read = self.word.as_ref().filter(|(read, ..)| *read == span);
+            self.reference = read.map(|(_, text, _)| self.was_at(span.start, text)).or(self.reference.take());
         }
         let numbers = if view.computed_feed { None } else { self.numbers(pieces, motion) };
         let Some(numbers) = numbers else {
@@ -312,6 +355,11 @@ impl<'a> Writer<'a> {
     /// Is the F in force another than the original's?
     pub(super) fn now_is_ours(&self) -> bool {
         self.now != Now::Original
+    }
+
+    /// The F of the program that the input was optimised from, for the words being written.
+    pub(super) fn was_now(&self, feed: &str) -> String {
+        self.reference.clone().unwrap_or_else(|| feed.to_owned())
     }
 
     /// Number of the original F in force.
@@ -372,13 +420,15 @@ impl<'a> Writer<'a> {
         for ((piece, feed), mut code) in numbers.iter().zip(cut.before) {
             let full = self.job.output.annotate == Annotate::Full;
             let mut note = self.note(piece, feed, plan).filter(|_| full);
-            if self.must_say(feed, plan) {
+            let says = self.must_say(feed, plan);
+            if says {
                 code.extend_from_slice(sep);
                 code.extend(self.f_word(&feed.text));
                 note = self.note(piece, feed, plan);
                 self.now = self.now_after(feed);
             }
-            change.before.push((code, note));
+            let was = self.was_now(&feed.text);
+            change.before.push(Line { code, note, feed: says.then(|| (feed.text.clone(), was)) });
         }
         if let Some((piece, feed)) = numbers.last() {
             self.last_feed(view, plan, piece, feed, &mut change);
@@ -414,6 +464,7 @@ impl<'a> Writer<'a> {
                 change.leave_note = true;
             } else {
                 change.edits.push(Edit::replace(span, feed.text.as_bytes()));
+                change.feed = Some(feed.text.clone());
                 self.stats.f_words_changed += 1;
             }
             self.tool_changed = false;
@@ -422,6 +473,7 @@ impl<'a> Writer<'a> {
                 change.append.push(b' ');
             }
             change.append.extend(self.f_word(&feed.text));
+            change.feed = Some(feed.text.clone());
             self.stats.f_words_inserted += 1;
         } else {
             if self.job.output.annotate == Annotate::Full {

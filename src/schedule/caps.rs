@@ -73,8 +73,8 @@ pub(super) fn skims(station: &Station) -> bool {
     f64::from(station.removal_area_mm2) < SKIM_MM * f64::from(station.axial_depth_mm)
 }
 
-/// A sliver of air beside a cut takes the cap of the cut: where exactly a cut begins is known no better, and a feed that
-/// changes there would move with every split.
+/// A sliver of air beside a cut takes the cap of the cut, one of the approach beside clear air that of the air: where exactly
+/// a cut or the approach begins is known no better, and a feed that changes there would move with every split.
 fn slivers(problem: &mut Problem) {
     for range in &problem.of_move {
         let nodes = &mut problem.nodes[range.start as usize..range.end as usize];
@@ -83,10 +83,13 @@ fn slivers(problem: &mut Problem) {
                 continue;
             }
             let beside = [i + 1, i.wrapping_sub(1)].into_iter().filter_map(|k| nodes.get(k));
-            if let Some(cut) = beside.into_iter().find(|node| node.cutting && node.free).copied() {
-                nodes[i].cap = cut.cap;
-                nodes[i].floor = cut.floor;
-                nodes[i].kept = nodes[i].kept.or(cut.kept);
+            let cut = beside.clone().find(|node| node.cutting && node.free);
+            let is_air = |node: &&Node| node.cap.kind == LimitKind::AirFeed && node.length_mm() > SLIVER_MM;
+            let air = || beside.clone().find(is_air).filter(|_| nodes[i].kept.is_none());
+            if let Some(node) = cut.or_else(air).copied() {
+                nodes[i].cap = node.cap;
+                nodes[i].floor = node.floor;
+                nodes[i].kept = nodes[i].kept.or(node.kept);
             }
         }
     }

@@ -44,6 +44,8 @@ pub struct Control {
     pub kink_share: f64,
     /// Does a kink take its share away from both its moves?
     pub kink_slows: bool,
+    /// No control, but the bound that every one is measured by: the feed may change anywhere without a block of its own.
+    pub feed_changes_anywhere: bool,
 }
 
 impl Control {
@@ -52,7 +54,8 @@ impl Control {
         let linuxcnc = machine.dialect.as_deref() == Some("linuxcnc");
         // LinuxCNC: ARC_BLEND_KINK_RATIO, unless the machine's own file says otherwise.
         let kink_share = if linuxcnc { 0.1 } else { std::f64::consts::FRAC_1_SQRT_2 };
-        Self { look_ahead: linuxcnc.then_some(50), joins_lines: linuxcnc, kink_share, kink_slows: linuxcnc }
+        let look_ahead = linuxcnc.then_some(50);
+        Self { look_ahead, joins_lines: linuxcnc, kink_share, kink_slows: linuxcnc, feed_changes_anywhere: false }
     }
 }
 
@@ -152,7 +155,7 @@ pub fn plan(
         planner.add(id, motion, &orders);
     }
     planner.flush();
-    look_ahead(&mut planner.plan, control.look_ahead);
+    look_ahead(&mut planner.plan, control);
     planner.plan
 }
 
@@ -419,8 +422,8 @@ fn rounded(a: &Primitive, b: &Primitive, cos: f64, tolerance_mm: f64) -> Option<
 }
 
 /// From any point the control must be able to stop within the moves it has looked at.
-fn look_ahead(plan: &mut Plan, moves: Option<usize>) {
-    let Some(depth) = moves else { return };
+fn look_ahead(plan: &mut Plan, control: &Control) {
+    let Some(depth) = control.look_ahead else { return };
     let legs = &plan.chain.legs;
     let mut room = vec![0.0; legs.len() + 1];
     for (i, leg) in legs.iter().enumerate() {
@@ -428,7 +431,8 @@ fn look_ahead(plan: &mut Plan, moves: Option<usize>) {
     }
     let mut blocks = vec![0usize; legs.len() + 1];
     for i in 0..legs.len() {
-        let new = i == 0 || plan.moves[i] != plan.moves[i - 1] || legs[i].cap_b != legs[i - 1].cap_b;
+        let piece = || !control.feed_changes_anywhere && legs[i].cap_b != legs[i - 1].cap_b;
+        let new = i == 0 || plan.moves[i] != plan.moves[i - 1] || piece();
         blocks[i + 1] = blocks[i] + usize::from(new);
     }
     let mut end = 0;

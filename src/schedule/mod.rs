@@ -35,4 +35,4 @@ pub mod words;
 pub use caps::problem;
 pub use problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem, Realised, Schedule};
 pub use realise::{as_programmed, realise};
-pub use solve::{Options, explain, feeds, solve};
+pub use solve::{Options, Room, explain, feeds, solve};

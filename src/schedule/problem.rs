@@ -42,6 +42,8 @@ pub enum Kept {
     Compensation,
     /// A drilling or boring cycle.
     Cycle,
+    /// The file was rewritten before, and what its feeds were is not known any more.
+    Forgotten,
     /// No force, power, torque, deflection, stress or chip limit is in force that ever acts, or the load here is not known.
     NoLoadLimit,
     /// The simulation as a whole cannot be right: the stock is never touched, the spindle stands still in a cut, or a tool has
@@ -63,7 +65,9 @@ impl Kept {
             Kept::Finishing => "the move leaves the final surface",
             Kept::Compensation => "under G41 or G42",
             Kept::Cycle => "a drilling or boring cycle",
+            Kept::Forgotten => "it was rewritten before, and what its feed was is not known",
             Kept::NoLoadLimit => "no load limit acts here",
+            Kept::Unsound => "the simulation as a whole cannot be right",
         }
     }
 }
@@ -197,8 +201,10 @@ pub struct Schedule {
     pub used: Vec<Option<f64>>,
     /// Realised time of the continuous optimum (no F words), s.
     pub continuous_s: f64,
-    /// Prices of an F word and of a split that it settled on, s.
-    pub word_split_s: [f64; 2],
+    /// Price of the whole room that the program may grow by, s; 0: it is not used up.
+    pub lambda_s: f64,
+    /// What the bound on growth costs, s.
+    pub bound_costs_s: f64,
     /// Seconds saved per unit of a limit (negative: more would save time), by kind.
     pub shadow_prices: Vec<(LimitKind, f64)>,
     /// Cutting time by what bounds it, s.

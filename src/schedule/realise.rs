@@ -14,15 +14,24 @@ use crate::nc::{Event, MoveKind, Spin, Toolpath};
 /// Time that the program takes with these feeds (pieces in order of execution, as [`as_programmed`] gives them).
 pub fn realise(toolpath: &Toolpath, feeds: &[FeedPiece], machine: &Machine) -> Realised {
     let ranges = pieces_of_moves(feeds, toolpath.moves.len());
-    let control = Control::of(machine);
-    let plan = plan(toolpath, machine, &control, &mut |id, orders| {
+    realise_by(toolpath, machine, &Control::of(machine), &mut |id, orders| {
         let range = &ranges[id.ix()];
         orders.extend(feeds[range.start as usize..range.end as usize].iter().map(|piece| Order {
             from_mm: piece.from_mm,
             to_mm: piece.to_mm,
             feed_mm_s: piece.feed_mm_s,
         }));
-    });
+    })
+}
+
+/// The same on a given control. `orders_of` gives the pieces of a feed move.
+pub fn realise_by(
+    toolpath: &Toolpath,
+    machine: &Machine,
+    control: &Control,
+    orders_of: &mut dyn FnMut(MoveId, &mut Vec<Order>),
+) -> Realised {
+    let plan = plan(toolpath, machine, control, orders_of);
     let b = exact_pass(&plan.chain);
     let times = leg_times(&plan.chain, &b).into_iter().zip(stop_losses(&plan));
     let move_s = seconds_of_moves(&plan, times.map(|(time_s, lost_s)| time_s + lost_s), toolpath.moves.len());

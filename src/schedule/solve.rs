@@ -1,12 +1,16 @@
 //! The main question of the room: from caps to commanded feeds. In: [`Problem`], toolpath, job, options. Out: [`Schedule`].
 //!
-//! First the continuous optimum: speeds at every node under caps, axes and corners. Then the F words that come nearest to it.
+//! First the continuous optimum: speeds at every node under caps, axes and corners. Then the F words that are worth their
+//! price ([`super::words`]). Where the program would grow by more than it may, prices rise until it does not: a word then costs
+//! its seconds and λ times its share of what is left, a block likewise, and the least λ that fits is found by bisection. So
+//! the most valuable words come first, and the difference to the answer without the bound is what the bound costs.
 
+use super::control::{Control, Order};
 use super::optimum::optimum;
 use super::pass::{exact_pass, leg_times};
 use super::prices::prices;
 use super::problem::{Bound, Conflict, FeedPiece, Problem, Schedule};
-use super::realise::realise;
+use super::realise::{realise, realise_by};
 use super::track::{Span, Track, track};
 use super::units::{Unit, units};
 use super::words::{Costs, Grid, choose};
@@ -14,22 +18,17 @@ use crate::machine::{Job, LimitKind};
 use crate::nc::{MoveKind, Toolpath};
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min};
 
-/// Loss against the continuous optimum above which F words are made cheaper.
-const LOSS: f64 = 0.008;
-/// New blocks, as a share of those there are, above which splits are made dearer.
-const GROWTH: f64 = 0.5;
-/// New blocks that any program may gain, however short.
-const FEW: f64 = 24.0;
-/// Price of a split that only a minimum pays, s.
-const DEAREST_S: f64 = 1e6;
-/// How often prices are changed.
-const ROUNDS: usize = 9;
-/// Ratio of two prices that are near enough to stop between them.
-const NEAR: f64 = 1.1;
-/// Share of the time that new F words must save to replace those that are within their limits.
-const WORTH: f64 = 0.002;
-/// How far an F word that is there may lie above a cap: half of what the check of the written file allows a load.
-const SLACK: f64 = 0.005;
+/// Price of an F word, s: the time that its some 20 bytes, note included, take over a serial line at 115,200 baud, as
+/// controls are fed that have no room for the program.
+pub const WORD_S: f64 = 0.002;
+/// Price of a block, s: some 50 bytes over the same line.
+pub const BLOCK_S: f64 = 0.005;
+/// Highest price, s: a word still costs less than a minimum that is not kept.
+const DEAREST_S: f64 = 1e4;
+/// How often λ is tried where the program would grow too much.
+const TRIES: usize = 10;
+/// Share of the room that may be left unused.
+const UNUSED: f64 = 0.03;
 
 /// Share by which an F word may lie below a minimum through rounding.
 const ROUNDED: f64 = 0.005;
@@ -43,10 +42,36 @@ pub struct Options {
     pub grid: Grid,
     /// Price of an F word, s.
     pub word_s: f64,
-    /// Price of a split, s.
-    pub split_s: f64,
-    /// The prices are those an earlier answer settled on: cheaper ones are not tried.
-    pub settled: bool,
+    /// Price of a block, s.
+    pub block_s: f64,
+    /// What the program may grow by; `None`: by anything.
+    pub room: Option<Room>,
+    /// λ that an earlier answer settled on, s for all of the room.
+    pub lambda_s: f64,
+    /// Shortest stretch that a feed of the text is raised on, mm (0: any).
+    pub least_rise_mm: f64,
+}
+
+/// What a program may grow by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Room {
+    /// New blocks.
+    pub blocks: f64,
+    /// New bytes.
+    pub bytes: f64,
+    /// Bytes that an F word takes with its note.
+    pub word_bytes: f64,
+    /// Bytes that a block takes.
+    pub block_bytes: f64,
+}
+
+impl Room {
+    /// Share of the room that a word and a block take; a block takes that of whatever it uses up more of.
+    fn shares(&self) -> [f64; 2] {
+        let of = |part: f64, whole: f64| part / whole.max(f64::MIN_POSITIVE);
+        let word = of(self.word_bytes, self.bytes);
+        [word.min(1e6), of(1.0, self.blocks).max(of(self.block_bytes, self.bytes)).min(1e6)]
+    }
 }
 
 impl Options {
@@ -57,12 +82,13 @@ impl Options {
         } else {
             Grid { unit_mm_s: mm_s_from_mm_min(1.0), decimals: 1 }
         };
-        Self { grid, word_s: 0.005, split_s: 0.015, settled: false }
+        Self { grid, word_s: WORD_S, block_s: BLOCK_S, room: None, lambda_s: 0.0, least_rise_mm: 0.0 }
     }
-    /// The prices that an answer settled on, for the same program under caps that differ in a few places.
-    pub fn after(self, schedule: &Schedule) -> Self {
-        let [word_s, split_s] = schedule.word_split_s;
-        Self { word_s, split_s, settled: true, ..self }
+    fn costs(&self, lambda_s: f64, job: &Job) -> Costs {
+        let [word, block] = self.room.map_or([0.0; 2], |room| room.shares());
+        let price = |own_s: f64, share: f64| (own_s + lambda_s * share).min(DEAREST_S);
+        let (word_s, split_s) = (price(self.word_s, word), price(self.block_s, block));
+        Costs { word_s, split_s, minimum_change: job.output.minimum_change }
     }
 }
 
@@ -77,27 +103,116 @@ pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
 pub fn feeds(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Options) -> Schedule {
     let units = units(problem, &fastest_s(problem, toolpath, job), toolpath, job);
     let carries = |i: usize| carries_word(&units, i, toolpath);
-    let time_s = |pieces: &[FeedPiece]| realise(toolpath, pieces, &job.machine).total_s;
-    let attempt = |costs: Costs| {
-        let pieces = pieces(&units, &choose(&units, &options.grid, &costs, &carries));
-        Attempt { costs, total_s: time_s(&pieces), pieces }
+    let attempt = |lambda_s: f64| {
+        let mut feeds = choose(&units, &options.grid, &options.costs(lambda_s, job), &carries);
+        leave_short_rises(&units, &mut feeds, options.least_rise_mm);
+        Attempt { lambda_s, used: used(&units, &feeds, options, &carries), feeds }
     };
-    let costs = costs(options, job);
-    let (continuous_s, first) = rayon::join(|| time_s(&continuous_pieces(problem, &units)), || attempt(costs));
-    let mut search = Search { costs, settled: options.settled, affordable: None, too_cheap: 0.0 };
-    let mut next = Some(first);
-    for _ in 0..ROUNDS {
-        let attempt = next.take().unwrap_or_else(|| attempt(search.costs));
-        let (loss, grows) = (attempt.total_s / continuous_s - 1.0, grows_too_much(toolpath, &attempt.pieces));
-        if search.is_settled(attempt, loss, grows) {
+    let timed = |attempt: &Attempt| {
+        let pieces = pieces(&units, &attempt.feeds);
+        (realise(toolpath, &pieces, &job.machine).total_s, pieces)
+    };
+    let (continuous_s, free) = rayon::join(|| continuous_s(problem, toolpath, job), || attempt(0.0));
+    let (free_s, mut pieces) = timed(&free);
+    let (mut total_s, mut lambda_s) = (free_s, 0.0);
+    if free.used > 1.0 {
+        let fitting = fitting(free, options.lambda_s, &attempt);
+        lambda_s = fitting.lambda_s;
+        (total_s, pieces) = timed(&fitting);
+    }
+    // What can be done is never better than the optimum.
+    let continuous_s = continuous_s.min(free_s).min(total_s);
+    Schedule { pieces, continuous_s, lambda_s, bound_costs_s: total_s - free_s, ..Schedule::default() }
+}
+
+/// Puts the feeds of the text back on stretches of path shorter than this on which all are raised.
+fn leave_short_rises(units: &[Unit], feeds: &mut [f64], least_mm: f64) {
+    let rises = |i: usize, feeds: &[f64]| feeds[i] > units[i].programmed_mm_s;
+    let mut start = 0;
+    while start < units.len() {
+        let mut end = start + 1;
+        let follows = |i: usize| units[i].move_id.0 <= units[i - 1].move_id.0 + 1;
+        while end < units.len() && rises(start, feeds) && rises(end, feeds) && follows(end) {
+            end += 1;
+        }
+        let length_mm: f64 = units[start..end].iter().map(Unit::length_mm).sum();
+        let text = || units[start..end].iter().all(|unit| unit.text_s().is_finite());
+        if rises(start, feeds) && length_mm <= least_mm && text() {
+            for (feed, unit) in feeds[start..end].iter_mut().zip(&units[start..end]) {
+                *feed = unit.programmed_mm_s;
+            }
+        }
+        start = end;
+    }
+}
+
+/// Feeds at some λ, and the share of the room that their words and blocks take.
+struct Attempt {
+    lambda_s: f64,
+    used: f64,
+    feeds: Vec<f64>,
+}
+
+/// The answer at about the least λ that fits the room, or at the highest tried: some words must stand whatever they cost.
+/// `known_s`: a λ that was right for caps that differ in a few places.
+fn fitting(free: Attempt, known_s: f64, attempt: &dyn Fn(f64) -> Attempt) -> Attempt {
+    let mut best = free;
+    let mut low_s = 0.0;
+    let mut next_s = if known_s > 0.0 { known_s } else { 1.0 };
+    for _ in 0..TRIES {
+        let found = attempt(next_s);
+        let fits = found.used <= 1.0;
+        if !fits {
+            low_s = next_s;
+        }
+        if fits || best.used > 1.0 {
+            best = found;
+        }
+        if best.used <= 1.0 && (best.used >= 1.0 - UNUSED || best.lambda_s == known_s) {
             break;
         }
+        next_s = match (best.used <= 1.0, low_s > 0.0) {
+            (true, true) => (low_s * best.lambda_s).sqrt(),
+            (true, false) => 0.1 * best.lambda_s,
+            (false, _) => 10.0 * low_s,
+        };
     }
-    let whole = || attempt(Costs { split_s: DEAREST_S, ..search.costs });
-    let best = search.affordable.map_or_else(whole, |(_, attempt)| attempt);
-    let word_split_s = [best.costs.word_s, best.costs.split_s];
-    let pieces = settled(&units, best, &time_s, continuous_s);
-    Schedule { pieces, continuous_s, word_split_s, ..Schedule::default() }
+    best
+}
+
+/// Share of the room that words which the text does not have, and blocks, take.
+fn used(units: &[Unit], feeds: &[f64], options: &Options, carries: &dyn Fn(usize) -> bool) -> f64 {
+    let Some(room) = options.room else { return 0.0 };
+    let [word, block] = room.shares();
+    let mut shares = 0.0;
+    for (i, unit) in units.iter().enumerate() {
+        let same = |j: usize| feeds[j] == units[j].programmed_mm_s;
+        let changes = i > 0 && feeds[i] != feeds[i - 1] && !(same(i) && same(i - 1));
+        shares += if unit.from_mm > 0.0 {
+            if changes { block } else { 0.0 }
+        } else if carries(i) {
+            if same(i) { 0.0 } else { word }
+        } else if changes || i == 0 && !same(i) {
+            if unit.free { word } else { block }
+        } else {
+            0.0
+        };
+    }
+    shares
+}
+
+/// Time of the continuous optimum, s: every node at its cap (at the feed of the text where that is not ours to change), as if
+/// F could change anywhere at no price; whatever is decided about words and blocks has no part in it.
+pub fn continuous_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> f64 {
+    let control = Control { feed_changes_anywhere: true, ..Control::of(&job.machine) };
+    let realised = realise_by(toolpath, &job.machine, &control, &mut |id, orders| {
+        orders.extend(problem.nodes_of(id).iter().map(|node| Order {
+            from_mm: node.from_mm,
+            to_mm: node.to_mm,
+            feed_mm_s: if node.free { node.cap.feed_mm_s } else { node.programmed_mm_s },
+        }));
+    });
+    realised.total_s
 }
 
 /// Fills in what binds where and at what price.
@@ -137,76 +252,6 @@ fn fastest_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> Vec<f64> {
         node_s[*tag as usize] += time_s;
     }
     node_s
-}
-
-fn costs(options: &Options, job: &Job) -> Costs {
-    Costs { word_s: options.word_s, split_s: options.split_s, minimum_change: job.output.minimum_change }
-}
-
-/// Feeds at some prices.
-struct Attempt {
-    costs: Costs,
-    total_s: f64,
-    pieces: Vec<FeedPiece>,
-}
-
-/// The search for the price of a split: the cheapest at which the program grows no more than it may, unless the loss is
-/// small enough before, or a cheaper one is no better.
-struct Search {
-    costs: Costs,
-    /// Whatever does not grow too much is good enough.
-    settled: bool,
-    /// Loss and feeds at a price at which the program does not grow too much; of these the ones with the least loss.
-    affordable: Option<(f64, Attempt)>,
-    /// Highest price at which it does; 0: none is known.
-    too_cheap: f64,
-}
-
-impl Search {
-    /// Takes in what a price gave; sets the next one unless this one is good enough.
-    fn is_settled(&mut self, attempt: Attempt, loss: f64, grows: bool) -> bool {
-        let price = self.costs.split_s;
-        if grows {
-            self.too_cheap = self.too_cheap.max(price);
-        } else if self.affordable.as_ref().is_none_or(|(least, _)| loss < *least) {
-            self.affordable = Some((loss, attempt));
-        }
-        let known = self.affordable.as_ref().map(|(loss, attempt)| (*loss, attempt.costs.split_s));
-        let next = match (known, self.too_cheap > 0.0) {
-            (Some((loss, _)), _) if loss <= LOSS || self.settled => return true,
-            (Some((_, known)), true) if known < NEAR * self.too_cheap => return true,
-            (Some((_, known)), true) => (known * self.too_cheap).sqrt(),
-            (Some((_, known)), false) if 0.25 * known >= price => return true,
-            (Some((_, known)), false) => 0.25 * known,
-            (None, _) => 4.0 * price,
-        };
-        self.costs.split_s = next;
-        self.costs.word_s = self.costs.word_s.min(0.25 * next);
-        false
-    }
-}
-
-/// The feeds of the text, wherever they are within their limits, if they come as near to the continuous optimum as new ones
-/// must, or cost next to no time (so that an optimised program stays as it is, though its stations lie elsewhere); else the
-/// new ones.
-fn settled(units: &[Unit], new: Attempt, time_s: &dyn Fn(&[FeedPiece]) -> f64, continuous_s: f64) -> Vec<FeedPiece> {
-    let mut at = 0;
-    let kept = |unit: &Unit| {
-        while new.pieces[at].move_id != unit.move_id || new.pieces[at].to_mm < unit.to_mm - 1e-9 {
-            at += 1;
-        }
-        let (there, chosen) = (unit.programmed_mm_s, new.pieces[at].feed_mm_s);
-        let low = there < unit.floor_mm_s.min(chosen);
-        if low || there > unit.cap.feed_mm_s * (1.0 + SLACK) { chosen } else { there }
-    };
-    let feeds: Vec<f64> = units.iter().map(kept).collect();
-    let old = pieces(units, &feeds);
-    if old == new.pieces {
-        return old;
-    }
-    let old_s = time_s(&old);
-    let good = old_s <= (1.0 + LOSS) * continuous_s || old_s <= (1.0 + WORTH) * new.total_s;
-    if good { old } else { new.pieces }
 }
 
 /// Seconds that one percent more of the bound saves, summed over the nodes under each piece.
@@ -275,37 +320,4 @@ fn binding(unit: &Unit, feed_mm_s: f64) -> LimitKind {
     } else {
         unit.cap.kind
     }
-}
-
-/// Do the pieces add more blocks than a program of this many, counted up to the last that moves, may gain?
-fn grows_too_much(toolpath: &Toolpath, pieces: &[FeedPiece]) -> bool {
-    let feed_moves = toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).count();
-    let blocks = toolpath.moves.last().map_or(1.0, |motion| f64::from(motion.block.0 + 1));
-    pieces.len().saturating_sub(feed_moves) as f64 > (GROWTH * blocks).max(FEW)
-}
-
-/// What an unlimited number of F words could do: every node at its cap where the move may be split, else the move at its own.
-fn continuous_pieces(problem: &Problem, units: &[Unit]) -> Vec<FeedPiece> {
-    let piece = |unit: &Unit, from_mm: f64, to_mm: f64, cap: &Bound| FeedPiece {
-        move_id: unit.move_id,
-        from_mm,
-        to_mm,
-        feed_mm_s: if unit.free { cap.feed_mm_s } else { unit.programmed_mm_s },
-        limit: cap.kind,
-        price_s: 0.0,
-    };
-    let mut pieces = Vec::with_capacity(problem.nodes.len());
-    for unit in units {
-        if !unit.splittable {
-            pieces.push(piece(unit, unit.from_mm, unit.to_mm, &unit.cap));
-            continue;
-        }
-        for node in problem.nodes_of(unit.move_id) {
-            let (from_mm, to_mm) = (node.from_mm.max(unit.from_mm), node.to_mm.min(unit.to_mm));
-            if to_mm > from_mm {
-                pieces.push(piece(unit, from_mm, to_mm, &node.cap));
-            }
-        }
-    }
-    pieces
 }

@@ -6,6 +6,7 @@
 //! neighbour whose cap is nearest. Feed moves of one block (cycles, compensation, repeated blocks) share one feed.
 
 use super::problem::{Bound, Node, Problem};
+use super::words::SLACK;
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{Move, MoveKind, Toolpath};
@@ -53,6 +54,14 @@ impl Unit {
             0.0
         }
     }
+    /// Time at the feed of the text, s; beyond every price where that is above the cap (of a load: by more than [`SLACK`]) or
+    /// below the floor by more than rounding.
+    pub fn text_s(&self) -> f64 {
+        let slack = if self.cap.kind.is_load() { SLACK } else { 1e-9 };
+        let there = self.programmed_mm_s;
+        let within = there <= self.cap.feed_mm_s * (1.0 + slack) && there >= self.lowest_mm_s() * (1.0 - SLACK);
+        if within { self.time_s(there) } else { f64::INFINITY }
+    }
     /// Time at a commanded feed, s.
     pub fn time_s(&self, feed_mm_s: f64) -> f64 {
         self.length_mm() / feed_mm_s.min(self.speed_mm_s)
@@ -71,9 +80,9 @@ pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, job: &Job) 
         }
         let range = problem.of_move[index].start as usize..problem.of_move[index].end as usize;
         pieces.clear();
-        pieces.extend(problem.nodes[range.clone()].iter().zip(&node_s[range.clone()]).map(|(node, &s)| unit(node, s)));
+        pieces.extend(problem.nodes[range.clone()].iter().zip(&node_s[range]).map(|(node, &s)| unit(node, s)));
         let alone = output.split && motion.splittable && groups[index].is_none();
-        if alone && problem.nodes[range].iter().all(|node| node.free && !node.uncertain) {
+        if alone && pieces.iter().all(|piece| piece.free) {
             for piece in &mut pieces {
                 piece.splittable = true;
             }
@@ -99,7 +108,8 @@ fn unit(node: &Node, time_s: f64) -> Unit {
         floor_mm_s: node.floor.feed_mm_s.min(speed_mm_s),
         speed_mm_s,
         programmed_mm_s: node.programmed_mm_s,
-        free: node.free,
+        // What has no feed above zero is left as it is; no level may come from it.
+        free: node.free && node.cap.feed_mm_s > 0.0 && node.cap.feed_mm_s.is_finite(),
         splittable: false,
     }
 }

@@ -366,7 +366,10 @@ pub struct OperationTable {
 #[derive(Debug, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields)]
 pub struct OutputTable {
-    /// Relative feed change worth an F word.
+    /// Output over input, in blocks and in bytes (default 4). Where it binds, the words that save most come first, and what
+    /// the bound costs is said.
+    pub max_growth: Option<f64>,
+    /// Relative rise of a feed worth an F word (default 0.01).
     pub minimum_change: Option<Quantity>,
     /// Shortest piece a block may be split into, mm.
     pub minimum_length: Option<Quantity>,

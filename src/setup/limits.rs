@@ -219,13 +219,20 @@ pub fn output(reader: &mut Reader, table: &OutputTable) -> Output {
     let ways = [("keep", false), ("replace", true)];
     let computed = table.computed_feeds.as_deref().and_then(|word| reader.choice("output.computed_feeds", word, &ways));
     let exclude = table.exclude.clone().unwrap_or_default();
+    if table.max_growth.is_none() {
+        reader.assume("output.max_growth", "4", "default; a short program may have 63,000 bytes all the same");
+    }
+    if let Some(growth) = table.max_growth.filter(|growth| !(1.0..=1e6).contains(growth)) {
+        reader.complain("output.max_growth", format!("{growth} is no growth"), "it is output over input: 4 is usual");
+    }
     Output {
+        max_growth: table.max_growth,
         minimum_change: reader.or(
             "output.minimum_change",
             table.minimum_change.as_ref(),
             Dimension::Ratio,
-            Sense::Within(-1e-12, 1.0, "it is a share of the feed: 0.05 is usual"),
-            0.05,
+            Sense::Within(-1e-12, 1.0, "it is a share of the feed: 0.01 is usual"),
+            0.01,
         ),
         minimum_length_mm: reader.or(
             "output.minimum_length",

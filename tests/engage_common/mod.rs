@@ -109,6 +109,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
         output: Output {
             replace_computed_feeds: false,
             minimum_change: 0.05,
+            max_growth: None,
             minimum_length_mm: 0.5,
             split: true,
             annotate: Annotate::Changes,

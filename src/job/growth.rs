@@ -1,0 +1,95 @@
+//! What an output may grow by. In: the program and `output.max_growth`. Out: the options of the schedule, and a schedule whose
+//! text keeps to it.
+//!
+//! The schedule knows lines and words by their usual length only; where the text that came of it is longer than allowed, the
+//! room is made smaller in proportion and the schedule asked again.
+
+use super::{SPACING_MM, used};
+use crate::machine::{Annotate, Job};
+use crate::nc::Program;
+use crate::report::Run;
+use crate::rewrite::{self, Rewritten};
+use crate::schedule::{self, Options, Room, Schedule};
+
+/// Output over input that is allowed unless the setup says otherwise, in blocks and in bytes: controls with little memory
+/// are fed over a line, and the others have megabytes; four times the lines can still be looked through.
+const MAX_GROWTH: f64 = 4.0;
+/// The same for a program of ours: it has its growth behind it.
+const OURS_MAX_GROWTH: f64 = 1.01;
+/// Bytes that any program may have where the setup says nothing: 160 m of tape at ten characters to the inch, a usual part
+/// memory of milling controls that have little.
+const LEAST_BYTES: f64 = 63_000.0;
+/// Bytes of a block with its F word and note, to turn those bytes into blocks.
+const BLOCK_BYTES: f64 = 50.0;
+/// Bytes of an F word, and of the note beside it.
+const WORD_BYTES: f64 = 7.0;
+const NOTE_BYTES: f64 = 34.0;
+/// Bytes and blocks of the mark of the file.
+const MARK_BYTES: f64 = 40.0;
+/// How often the schedule is asked again because its text is too long.
+const AGAIN: usize = 3;
+
+/// Blocks and bytes that the output may have.
+fn most(program: &Program, job: &Job) -> [f64; 2] {
+    let [blocks, bytes] = [program.len() as f64, program.text().len() as f64];
+    let ours = if rewrite::is_ours(program) { OURS_MAX_GROWTH } else { f64::INFINITY };
+    let growth = job.output.max_growth.unwrap_or(MAX_GROWTH).min(ours);
+    let least_bytes = if job.output.max_growth.is_none() { LEAST_BYTES } else { 0.0 };
+    [(growth * blocks).max(least_bytes / BLOCK_BYTES), (growth * bytes).max(least_bytes)]
+}
+
+/// The options of the first round. In a program of ours a word costs twice, and no stretch shorter than two stations is
+/// raised: on other stations what an earlier run left out may seem worth a little more, and air or cut may reach a station
+/// further.
+pub fn options(run: &Run) -> Options {
+    let (program, job) = (&run.program, &run.job);
+    let mut options = Options::of(&run.toolpath);
+    if rewrite::is_ours(program) {
+        (options.word_s, options.block_s) = (2.0 * options.word_s, 2.0 * options.block_s);
+        options.least_rise_mm = 2.0 * SPACING_MM[0];
+    }
+    let [blocks, bytes] = [program.len() as f64, program.text().len() as f64];
+    let [most_blocks, most_bytes] = most(program, job);
+    let word_bytes = WORD_BYTES + if job.output.annotate == Annotate::None { 0.0 } else { NOTE_BYTES };
+    options.room = Some(Room {
+        blocks: (most_blocks - blocks - 1.0).max(0.0),
+        bytes: (most_bytes - bytes - MARK_BYTES).max(0.0),
+        word_bytes,
+        block_bytes: word_bytes + bytes / blocks.max(1.0),
+    });
+    options
+}
+
+/// Schedule and text of one round, and the seconds that either took.
+pub fn within(run: &Run, options: &mut Options, clock: &dyn Fn() -> f64) -> (Schedule, Rewritten, [f64; 2]) {
+    let mut spent_s = [0.0; 2];
+    let mut again = 0;
+    loop {
+        let start = clock();
+        let mut schedule = schedule::feeds(&run.problem, &run.toolpath, &run.job, options);
+        schedule.used = used::used(run, &schedule);
+        let solved = clock();
+        let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
+        schedule.used = Vec::new();
+        spent_s[0] += solved - start;
+        spent_s[1] += clock() - solved;
+        let over = over(run, &rewritten);
+        match &mut options.room {
+            Some(room) if over > 1.0 && again < AGAIN => {
+                (room.blocks, room.bytes) = (room.blocks / over, room.bytes / over);
+            }
+            _ => return (schedule, rewritten, spent_s),
+        }
+        again += 1;
+    }
+}
+
+/// What the text grew by over what it may grow by.
+fn over(run: &Run, rewritten: &Rewritten) -> f64 {
+    let [most_blocks, most_bytes] = most(&run.program, &run.job);
+    let [blocks, bytes] = [run.program.len() as f64, run.program.text().len() as f64];
+    let written = rewritten.bytes.len() + rewritten.files.iter().map(|(_, bytes)| bytes.len()).sum::<usize>();
+    let share = |new: f64, most: f64| if new > 0.0 { new / most.max(1.0) } else { 0.0 };
+    share(rewritten.stats.blocks_added as f64, most_blocks - blocks)
+        .max(share(written as f64 - bytes, most_bytes - bytes))
+}

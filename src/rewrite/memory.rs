@@ -1,0 +1,144 @@
+//! The feeds a program was written for, as the file that an earlier run wrote remembers them. In: a part of a program. Out:
+//! the original feed of each of its F words, and whether that can be relied upon.
+//!
+//! The rule. Every F word of a file of ours stands for a feed of the program it was optimised from: the one its note names
+//! (`was`); without a note, itself. Where a word that was changed has no note (notes are not wanted, or the line is too short
+//! for one), the header is followed by the feeds of all F words in their order, in runs, and these count. The header bears
+//! a sum over every F word and the feed it stands for. A later run works out both anew; only where they give that sum are the
+//! originals known. Where they do not (a word was changed by hand, notes were deleted, the list had no room), nothing
+//! in the part runs faster than it does now, and the header stays as it is, so that it stays so.
+
+use rayon::prelude::*;
+
+use super::mark::{self, Ours};
+use super::view::{self, View};
+use crate::diag::Span;
+use crate::ids::BlockId;
+use crate::nc::{Part, Program};
+
+/// Bytes that the list of original feeds may take: 5 % of the text, or this many.
+const LEAST_LIST: usize = 2000;
+const MOST_SHARE: usize = 20;
+
+/// What a part of ours remembers.
+#[derive(Debug, Clone)]
+pub struct Memory {
+    /// Every F word: its first byte, and the F number it stands for.
+    words: Vec<(u32, String)>,
+    /// Are these the feeds it was optimised from?
+    pub fits: bool,
+    /// The header comment.
+    pub header: Span,
+    /// Blocks that hold lists of original feeds.
+    pub lists: Vec<BlockId>,
+}
+
+/// One F word with its number, and what its note says.
+struct Found {
+    start: u32,
+    number: String,
+    was: Option<String>,
+}
+
+/// Headers and lists, with their blocks and places.
+type Marks = Vec<(BlockId, Span, Ours)>;
+
+impl Memory {
+    /// What a part remembers; `None`: it is not ours.
+    pub fn of(program: &Program, part: &Part<'_>) -> Option<Self> {
+        if !mark::is_marked(program, part) {
+            return None;
+        }
+        let of_block = |block: u32| -> (Vec<Found>, Marks) {
+            let view = View::of(program, BlockId(block));
+            let marks = view.ours.iter().filter(|(_, ours)| !matches!(ours, Ours::Note(_)));
+            let marks = marks.map(|(span, ours)| (BlockId(block), *span, ours.clone())).collect();
+            (found(program, &view), marks)
+        };
+        let blocks: Vec<(Vec<Found>, Marks)> = part.blocks.clone().into_par_iter().map(of_block).collect();
+        let (mut words, mut marks) = (Vec::new(), Vec::new());
+        for (of_block, mut of_marks) in blocks {
+            words.extend(of_block);
+            marks.append(&mut of_marks);
+        }
+        let (mut header, mut sum, mut lists, mut listed) = (None, None, Vec::new(), Vec::new());
+        for (block, span, ours) in marks {
+            match ours {
+                Ours::Header(found) => (header, sum) = (header.or(Some(span)), sum.or(found)),
+                Ours::Was(runs) => {
+                    lists.push(block);
+                    // One more than there are words says as well that they do not fit.
+                    let room = (words.len() + 1).saturating_sub(listed.len());
+                    let each = runs.into_iter().flat_map(|(was, count)| std::iter::repeat_n(was, count));
+                    listed.extend(each.take(room));
+                }
+                Ours::Note(_) => {}
+            }
+        }
+        let whole = listed.is_empty() || listed.len() == words.len();
+        let mut listed = listed.into_iter();
+        let stands_for = |word: &Found| {
+            let own = || word.was.clone().unwrap_or_else(|| word.number.clone());
+            (word.start, listed.next().unwrap_or_else(own))
+        };
+        let numbers: Vec<String> = words.iter().map(|word| word.number.clone()).collect();
+        let words: Vec<(u32, String)> = words.iter().map(stands_for).collect();
+        let pairs = numbers.iter().zip(&words).map(|(number, (_, was))| (number.as_str(), was.as_str()));
+        let fits = whole && sum == Some(self::sum(pairs));
+        header.map(|header| Self { words, fits, header, lists })
+    }
+
+    /// F number that the word at this byte stands for.
+    pub fn was(&self, start: u32) -> Option<&str> {
+        let at = self.words.binary_search_by_key(&start, |word| word.0).ok()?;
+        Some(&self.words[at].1)
+    }
+}
+
+fn found(program: &Program, view: &View) -> Vec<Found> {
+    let text = |word: &view::Word| String::from_utf8_lossy(view::number_bytes(program, word)).into_owned();
+    let note = view.note().map(|(_, note)| note);
+    let of_word = |word: &view::Word| {
+        let number = text(word);
+        let was = note.filter(|note| note.feed == number).and_then(|note| note.was.clone());
+        Found { start: word.span.start, number, was }
+    };
+    view.words.iter().filter(|word| word.letter == b'F').map(of_word).collect()
+}
+
+/// Sum over F words, each with its number and the one it stands for: FNV-1a of 32 bits over both with a line end behind each.
+pub fn sum<'a>(words: impl Iterator<Item = (&'a str, &'a str)>) -> u32 {
+    let mut sum = 0x811c_9dc5_u32;
+    for (number, was) in words {
+        for byte in number.bytes().chain(*b"\n").chain(was.bytes()).chain(*b"\n") {
+            sum = (sum ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+        }
+    }
+    sum
+}
+
+/// The feeds that F words stand for as texts of comments of at most `most` bytes each; `None`: they have no room in a part
+/// of `bytes` bytes.
+pub fn lists<'a>(was: impl Iterator<Item = &'a str>, most: usize, bytes: usize) -> Option<Vec<String>> {
+    let mut runs: Vec<(&str, usize)> = Vec::new();
+    for was in was {
+        match runs.last_mut() {
+            Some((last, count)) if *last == was => *count += 1,
+            _ => runs.push((was, 1)),
+        }
+    }
+    let mut lists: Vec<Vec<String>> = Vec::new();
+    let mut used = 0;
+    for (was, count) in runs {
+        let run = mark::run_text(was, count);
+        match lists.last_mut() {
+            Some(list) if mark::was_text(list).len() + 1 + run.len() <= most => list.push(run),
+            _ => lists.push(vec![run]),
+        }
+        used += was.len() + 4;
+        if used > LEAST_LIST.max(bytes / MOST_SHARE) {
+            return None;
+        }
+    }
+    Some(lists.iter().map(|list| mark::was_text(list)).collect())
+}

@@ -1,0 +1,164 @@
+//! What is decided on everyday programs at default settings: how near the written feeds come to the continuous optimum, that
+//! every load limit holds, and that a second run leaves the program as it is.
+
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
+
+#[path = "common/everyday.rs"]
+mod everyday;
+
+use std::path::Path;
+
+use everyday::Everyday;
+use feedwright::engage;
+use feedwright::job::{Keep, MET, Task, Wanted, Watch, optimize};
+use feedwright::nc::{self, Dialect};
+use feedwright::report::Run;
+use feedwright::setup;
+
+fn run(text: &[u8], setup_text: &str) -> Run {
+    let (job, assumptions) = setup::load(setup_text, Path::new(".")).unwrap();
+    let dialect = job.machine.dialect.as_deref().and_then(Dialect::from_name);
+    let watch = Watch {
+        progress: &|_, _| (),
+        clock: &|| 0.0,
+        subprograms: &|_| None,
+        engage: engage::Options::default(),
+        keep: Keep::default(),
+    };
+    let program = nc::parse(text.to_vec(), dialect);
+    optimize(Task { program, job, assumptions, wanted: Wanted::default() }, &watch).unwrap()
+}
+
+/// What came of one program.
+struct Row {
+    name: String,
+    loss_percent: f64,
+    worst: f64,
+    identical: bool,
+    /// F words of the output, and how many of them a second run changes or adds.
+    words: usize,
+    again: usize,
+}
+
+fn row(program: &Everyday) -> Row {
+    let first = run(program.text.as_bytes(), &program.setup);
+    let written = first.written.as_ref().unwrap();
+    if let Ok(folder) = std::env::var("EVERYDAY_FOLDER") {
+        // To look at one of them: the program, its setup, what was written and what a second run makes of that.
+        let name = program.name.replace([' ', ','], "_");
+        let put = |end: &str, bytes: &[u8]| std::fs::write(format!("{folder}/{name}{end}"), bytes).unwrap();
+        put(".nc", program.text.as_bytes());
+        put(".setup.toml", program.setup.as_bytes());
+        put(".1.nc", &written.bytes);
+        put(".2.nc", &run(&written.bytes, &program.setup).written.unwrap().bytes);
+    }
+    let second = run(&written.bytes, &program.setup);
+    let stats = second.written.as_ref().unwrap().stats;
+    let loss_percent = 100.0 * (written.realised_after.total_s / written.schedule.continuous_s - 1.0);
+    let row = Row {
+        name: program.name.clone(),
+        loss_percent,
+        worst: written.check.worst_ratio,
+        identical: written.check.identical,
+        words: written.stats.f_words_after,
+        again: stats.f_words_changed + stats.f_words_inserted + stats.blocks_added,
+    };
+    println!(
+        "{:<34}{:>8.1} →{:>7.1} s, continuous{:>7.1} s{:>7.2} %{:>8.4}{:>5} blocks +{:<4}{:>5} → {} words, again {} ({} {} {})",
+        row.name,
+        first.realised_before.total_s,
+        written.realised_after.total_s,
+        written.schedule.continuous_s,
+        row.loss_percent,
+        row.worst,
+        first.program.own_len(),
+        written.stats.blocks_added,
+        written.stats.f_words_before,
+        row.words,
+        row.again,
+        stats.f_words_changed,
+        stats.f_words_inserted,
+        stats.blocks_added,
+    );
+    row
+}
+
+#[test]
+fn everyday_programs_get_what_their_limits_allow() {
+    let only = std::env::var("EVERYDAY").unwrap_or_default();
+    let rows: Vec<Row> = everyday::all().iter().filter(|program| program.name.contains(&only)).map(row).collect();
+    let mut losses: Vec<f64> = rows.iter().map(|row| row.loss_percent).collect();
+    losses.sort_by(f64::total_cmp);
+    println!("{} programs, median loss {:.2} %", rows.len(), losses[losses.len() / 2]);
+    for row in &rows {
+        assert!(row.identical, "{}", row.name);
+        assert!(row.worst <= MET, "{}: {}", row.name, row.worst);
+        assert!(row.loss_percent <= 2.0, "{}: {:.2} %", row.name, row.loss_percent);
+        assert!(100 * row.again < row.words.max(1), "{}: {} of {}", row.name, row.again, row.words);
+    }
+    assert!(rows.len() >= 30 && losses[losses.len() / 2] <= 1.0);
+}
+
+fn with(program: &(String, String), more: &str) -> Run {
+    run(program.0.as_bytes(), &format!("{}{more}", program.1))
+}
+
+fn after_s(run: &Run) -> f64 {
+    run.written.as_ref().unwrap().realised_after.total_s
+}
+
+/// Where `max_growth` binds, the most valuable words come first: a tighter bound costs more, what it costs is said, and most
+/// of what can be saved is saved with few words.
+#[test]
+fn a_bound_on_growth_costs_seconds_and_never_everything() {
+    let program = everyday::loops(false, [150.0, 66.0], 1.2, 15.0);
+    let free = with(&program, "[output]\nmax_growth = 1e6\n");
+    let costs = |run: &Run| run.written.as_ref().unwrap().schedule.bound_costs_s;
+    assert_eq!(costs(&free), 0.0);
+    let mut last_s = after_s(&free);
+    for growth in [2.2, 1.8, 1.4] {
+        let run = with(&program, &format!("[output]\nmax_growth = {growth}\n"));
+        let written = run.written.as_ref().unwrap();
+        let [blocks, bytes] = [run.program.len() as f64, run.program.text().len() as f64];
+        assert!((blocks + written.stats.blocks_added as f64) / blocks <= growth, "{growth}: blocks");
+        assert!(written.bytes.len() as f64 / bytes <= growth, "{growth}: {} of {bytes} bytes", written.bytes.len());
+        assert!(after_s(&run) >= last_s - 0.01, "{growth}: {} {last_s}", after_s(&run));
+        assert!(
+            (after_s(&run) - after_s(&free) - costs(&run)).abs() < 0.02 * after_s(&free),
+            "{growth}: {}",
+            costs(&run)
+        );
+        let said = feedwright::report::summary(&run, &feedwright::report::figures(&run), "part.nc");
+        assert_eq!(said.contains("output.max_growth is used up"), costs(&run) > 0.0, "{said}");
+        last_s = after_s(&run);
+    }
+    // With a handful of words nearly all of it: 540 s as programmed.
+    assert!(last_s < free.realised_before.total_s - 0.7 * (free.realised_before.total_s - after_s(&free)), "{last_s}");
+}
+
+/// The bound that the setup does not give leaves a program of five blocks what it is worth; one that is written down holds.
+#[test]
+fn a_short_program_may_grow_beyond_four_times_its_bytes() {
+    let program = everyday::short(false, 30.0);
+    let growth = |run: &Run| run.written.as_ref().unwrap().bytes.len() as f64 / run.program.text().len() as f64;
+    let (free, bound) = (with(&program, ""), with(&program, "[output]\nmax_growth = 4\n"));
+    assert!(growth(&free) > 4.0 && growth(&bound) <= 4.0, "{} {}", growth(&free), growth(&bound));
+    assert!(free.written.as_ref().unwrap().schedule.bound_costs_s == 0.0 && after_s(&free) < after_s(&bound));
+}
+
+/// A block that has no feed at all (no length, in inverse time) is named, and costs no other block its feed.
+#[test]
+fn a_block_without_a_feed_is_named_and_harms_no_other() {
+    let (_, setup) = everyday::short(true, 0.0);
+    let text = "%\nG20 G17 G90 G94\nT1 M6\nS8000 M3\nG0 X-0.5 Y0.1\nG0 Z-0.2\nG1 X2. F20.\nG93\nG1 X2. Y0.1 F5.\nG94\nG1 X8.5 F20.\nG0 Z1.\nM30\n%\n";
+    let found = run(text.as_bytes(), &setup);
+    let written = found.written.as_ref().unwrap();
+    let kept: Vec<(u32, &str)> = written.kept.iter().map(|(block, why)| (block.0 + 1, why.as_str())).collect();
+    assert_eq!(kept, [(9, "no feed above zero is in force in it")]);
+    assert!(
+        after_s(&found) < 0.6 * found.realised_before.total_s,
+        "{} {}",
+        after_s(&found),
+        found.realised_before.total_s
+    );
+}
