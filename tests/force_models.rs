@@ -143,6 +143,50 @@ fn effects_of_the_process_model_act_on_loads_and_caps() {
     assert!(sized.loads(0.5).force_xy_peak_n > base.loads(0.5).force_xy_peak_n);
 }
 
+/// Worn to twice the edge force: `response` and `layer` gain what they give at no chip, the other models their edge terms.
+#[test]
+fn flank_wear_acts_on_the_edge_force_of_every_model_or_is_refused() {
+    let (tool, slices) = flat(2, 30.0);
+    let arcs = side_arcs(&slices, 5.0, 0.0, PI / 2.0);
+    let worn = with_effect("flank-wear", &[("growth_per_100m", 1.0), ("run_in", 0.0)]);
+    let state = State { sliding_mm: 1e5, ..State::default() };
+    let response = [("b0", 10.0), ("b_l", 2.0), ("b_t", 1000.0), ("b_lt", 30.0)];
+    let layer = [("c0", 3.0), ("c1", 0.4), ("c2", 2.0), ("c3", 0.1)];
+    let kienzle = [("k_c11", 1500.0), ("m_c", 0.25), ("k_te", 20.0), ("k_re", 10.0)];
+    let torque = |line: &feedwright::force::LoadLine, feed: f64| line.loads(feed).torque_nm;
+    let lines = |name: &str, keys: &[(&str, f64)]| {
+        let new = cutter(&tool, &slices, named(name, keys), RPS).line(&cut(&arcs));
+        let old = try_cutter(&tool, &slices, named(name, keys), &worn, RPS).expect("it has an edge force");
+        (new, old.line(&Cut { state, ..cut(&arcs) }))
+    };
+    // Two teeth, each a quarter of a turn in the cut, 5 mm deep on a radius of 5 mm.
+    let of_kienzle = 1e-3 * 2.0 * 0.25 * 20.0 * 5.0 * 5.0;
+    for (name, keys, edge) in
+        [("response", &response, None), ("layer", &layer, None), ("kienzle", &kienzle, Some(of_kienzle))]
+    {
+        let (new, old) = lines(name, keys);
+        let edge = edge.unwrap_or_else(|| torque(&new, 0.0));
+        for feed in [0.5, 4.0, 8.0] {
+            let more = torque(&old, feed) - torque(&new, feed);
+            assert!(edge > 0.0 && (more / edge - 1.0).abs() < 1e-3, "{name} at {feed}: {more} for {edge}");
+        }
+    }
+    let none = [
+        ("response", vec![("b0", 0.0), ("b_l", 0.0), ("b_t", 1000.0)]),
+        // Negative for short contacts.
+        ("response", vec![("b0", -1.0), ("b_l", 2.0), ("b_t", 1000.0)]),
+        ("layer", vec![("c0", 3.0), ("c1", -0.4), ("c2", 2.0), ("c3", 0.1)]),
+        ("kienzle", vec![("k_c11", 1500.0), ("m_c", 0.25)]),
+        ("linear-edge", vec![("k_tc", 800.0), ("k_te", 0.0)]),
+        ("polynomial", vec![("a0", 800.0), ("b0", 300.0)]),
+    ];
+    for (name, keys) in none {
+        let error = try_cutter(&tool, &slices, named(name, &keys), &worn, RPS).expect_err(name).to_string();
+        assert!(error.contains("flank-wear makes edge forces grow") && error.contains(name), "{error}");
+        assert!(try_cutter(&tool, &slices, named(name, &keys), &Process::default(), RPS).is_ok(), "{name}");
+    }
+}
+
 /// Where the model has no edge coefficients, an edge force of k_e = l·k_c takes the torque that the linear edge model gives;
 /// what only the meter reads changes no cut.
 #[test]

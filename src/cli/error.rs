@@ -1,4 +1,5 @@
-//! What stops a command, and how it is shown. Every message says what to do; the exit code is 2 and nothing is written.
+//! What stops a command, and how it is shown. Every message says what to do, and nothing is written; the exit code is 2, or 1
+//! where the input is sound and no feeds meet its limits.
 
 use crate::diag::Diagnostic;
 use std::path::Path;
@@ -10,6 +11,14 @@ pub enum CliError {
     #[error("{text}")]
     Message {
         /// What is wrong.
+        text: String,
+        /// The remedy.
+        help: String,
+    },
+    /// The input is sound, but no feeds meet the limits: one sentence, and what to do.
+    #[error("{text}")]
+    Unmet {
+        /// What cannot be met, and why.
         text: String,
         /// The remedy.
         help: String,
@@ -33,6 +42,16 @@ impl CliError {
     /// A message with its remedy.
     pub fn new(text: impl Into<String>, help: impl Into<String>) -> Self {
         CliError::Message { text: text.into(), help: help.into() }
+    }
+
+    /// Limits that no feeds meet.
+    pub fn unmet(text: impl Into<String>, help: impl Into<String>) -> Self {
+        CliError::Unmet { text: text.into(), help: help.into() }
+    }
+
+    /// The exit code.
+    pub fn exit_code(&self) -> u8 {
+        if matches!(self, CliError::Unmet { .. }) { 1 } else { 2 }
     }
 
     /// A file that cannot be read or written.

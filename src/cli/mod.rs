@@ -37,7 +37,7 @@ pub fn run() -> ExitCode {
         Err(CliError::ClosedPipe) => ExitCode::SUCCESS,
         Err(error) => {
             screen.fail(&error);
-            ExitCode::from(2)
+            ExitCode::from(error.exit_code())
         }
     }
 }

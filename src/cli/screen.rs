@@ -43,7 +43,7 @@ impl Screen {
     pub fn fail(self, error: &CliError) {
         match error {
             CliError::ClosedPipe => {}
-            CliError::Message { text, help } => {
+            CliError::Message { text, help } | CliError::Unmet { text, help } => {
                 let mut group = Level::ERROR.primary_title(text.as_str()).elements(None::<annotate_snippets::Message>);
                 if !help.is_empty() {
                     group = group.element(Level::HELP.message(help.as_str()));

@@ -114,6 +114,10 @@ fn explain(error: &JobError, file: &str) -> CliError {
                 format!("add to the setup, with the sizes of your tool:\n{}", tables.join("\n")),
             )
         }
+        JobError::WornOut(_) | JobError::Unsettled(_) => CliError::unmet(
+            format!("{file}: {error}"),
+            "nothing was written; change the tool before this line, raise the limit, or correct flank-wear in the process model",
+        ),
         JobError::ToolNames(_) | JobError::NotFinite(_) | JobError::Engage(_) => {
             CliError::new(format!("{file}: {error}"), "")
         }

@@ -353,6 +353,9 @@ impl Effect {
     }
 }
 
+/// Name of the effect by which edges wear.
+pub const FLANK_WEAR: &str = flank_wear::EFFECT.name;
+
 /// Every effect.
 pub const ALL: &[&Effect] = &[
     &flank_wear::EFFECT,

@@ -23,7 +23,7 @@ use crate::engage::EngagedArc;
 use crate::machine::material::{Material, Process};
 use crate::machine::{LimitKind, Segment, Slice, Spindle, Tool};
 use crate::units::rpm_from_rps;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Engagement of one station.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -71,6 +71,10 @@ impl Cutter {
             |slice: &Slice| matches!(tool.profile.segments.get(slice.segment as usize), Some(Segment::Arc { .. }));
         let rings: Vec<Ring> =
             slices.iter().map(|slice| Ring::new(slice, coefficients.of(slice, curved(slice)), tool)).collect();
+        let effects = Effects::of(process)?;
+        if let Some(effect) = effects.wearing().filter(|_| !has_edge_force(&kind, &rings, tool)) {
+            return Err(ForceError::NoEdgeForce { effect, model: model.name().to_owned() });
+        }
         let exact = kind == Kind::Exact && tool.runout.is_none_or(|runout| runout.offset_mm == 0.0);
         Ok(Self {
             kind: if kind == Kind::Exact && !exact { Kind::Sampled { law: Law::Rings, bends: false } } else { kind },
@@ -81,7 +85,7 @@ impl Cutter {
             rps,
             tare_w: tare_w(spindle, process, rps),
             beam: Beam::of(tool),
-            effects: Effects::of(process)?,
+            effects,
         })
     }
 
@@ -306,6 +310,17 @@ impl Cutter {
             }
         };
         pieces.iter().map(layer).collect()
+    }
+}
+
+/// Is there a force of the edge, which may grow with wear?
+fn has_edge_force(kind: &Kind, rings: &[Ring], tool: &Tool) -> bool {
+    match kind {
+        Kind::Exact | Kind::Sampled { law: Law::Rings, .. } => {
+            rings.is_empty() || rings.iter().any(Ring::has_edge_force)
+        }
+        Kind::Sampled { law, .. } => law.has_edge_force(),
+        Kind::Summed { formula, .. } => formula.has_edge(PI * tool.radius_mm()),
     }
 }
 

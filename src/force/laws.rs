@@ -78,6 +78,11 @@ pub(super) enum Ready<'a> {
 }
 
 impl Law {
+    /// Does it have a force of the edge beside those of the chip? Coefficients of rings have their own answer.
+    pub(super) fn has_edge_force(&self) -> bool {
+        matches!(self, Law::Kienzle(law) if law.k_te != 0.0 || law.k_re != 0.0)
+    }
+
     pub(super) fn under(&self, conditions: &Conditions) -> Ready<'_> {
         match self {
             Law::Rings => Ready::Rings,

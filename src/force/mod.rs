@@ -71,6 +71,16 @@ pub enum ForceError {
         /// Its name.
         name: String,
     },
+    /// An effect that multiplies edge forces, under a model that has none.
+    #[error(
+        "{effect} makes edge forces grow, and here the force model {model} has none that could: give its edge terms, or take linear-edge"
+    )]
+    NoEdgeForce {
+        /// Name of the effect.
+        effect: &'static str,
+        /// Name of the model.
+        model: String,
+    },
     /// No such force model.
     #[error("unknown force model {name:?}: `feedwright library models` lists those there are")]
     UnknownModel {

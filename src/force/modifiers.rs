@@ -53,6 +53,11 @@ impl Effects {
         Ok(Self(effects))
     }
 
+    /// The effect by which edges wear, if there is one: it has nothing to act on where there is no edge force.
+    pub(super) fn wearing(&self) -> Option<&'static str> {
+        self.0.iter().map(|(effect, _)| effect.name).find(|name| *name == crate::effects::FLANK_WEAR)
+    }
+
     /// At a station whose state has no feed in it yet; `chip_per_feed` is the mean chip thickness per feed per tooth.
     pub(super) fn at(&self, state: &State, chip_per_feed: f64) -> Modifiers {
         if self.0.is_empty() {

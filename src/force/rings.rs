@@ -129,6 +129,11 @@ pub(super) struct Ring {
 }
 
 impl Ring {
+    /// Does its edge rub with a force of its own?
+    pub(super) fn has_edge_force(&self) -> bool {
+        self.q_e.norm_sqr() > 0.0 || self.axial_e != 0.0
+    }
+
     pub(super) fn new(slice: &Slice, k: &LinearEdge, tool: &Tool) -> Self {
         let (n_r, n_z, du) = (slice.normal_r, slice.normal_z, slice.edge_mm);
         let radius = tool.radius_mm();

@@ -3,6 +3,10 @@
 //! resultant by the model; torque, means and normal force follow from it with the model's `normal_share` s, taking the force
 //! as proportional to chip thickness over the arc: F_t = F/√(1+s²), F_n = s F_t. These models say nothing of axial force.
 //!
+//! What the formula says at no chip thickness (b0 + b_l L + b_ll L²; C0 + C1 L) is its edge force: effects on edge coefficients
+//! multiply it (b0 is the index of wear), effects on cutting coefficients the rest. Where it comes out negative it is no
+//! force of the edge, only a bend of the fit, and goes with the rest.
+//!
 //! On an arc from 0 to α (or π − α to π) t_m is f sin α with Ibaraki (Eq. 4) and r − √(r² + f² − 2 r f sin α) with Nishida,
 //! α at most a right angle.
 
@@ -13,6 +17,9 @@ use super::rings::C;
 
 /// Millimetres in a micrometre: the layer model takes chip thickness in µm.
 const UM_PER_MM: f64 = 1e3;
+/// Lengths of contact at which the edge force of a formula is looked at; a quadratic is nowhere far from its value at one
+/// of them.
+const EDGE_SAMPLES: u32 = 50;
 
 /// The formula of a model.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +36,40 @@ impl Formula {
     }
     pub(super) fn layer(values: &Values) -> Self {
         Self::Layer(["c0", "c1", "c2", "c3"].map(|name| values.get(name)))
+    }
+
+    /// Force on a layer at a feed per tooth, N.
+    fn resultant(&self, layer: &Layer, f: f64) -> f64 {
+        match self {
+            Formula::Response([_, _, b_t, _, b_tt, b_lt]) => {
+                let (l, t) = (layer.contact_mm, f * layer.sin);
+                self.edge(layer) + b_t * t + b_tt * t * t + b_lt * l * t
+            }
+            Formula::Layer([_, _, c2, c3]) => {
+                let (l, t) = (layer.contact_mm, UM_PER_MM * chip_of_paths(layer.radius_mm, f, layer.sin));
+                self.edge(layer) + layer.height_mm * (c2 * t + c3 * l * t)
+            }
+        }
+    }
+
+    /// What is left of it at no chip thickness, N.
+    fn edge(&self, layer: &Layer) -> f64 {
+        let per_height = self.edge_at(layer.contact_mm);
+        if matches!(self, Formula::Layer(_)) { layer.height_mm * per_height } else { per_height }
+    }
+
+    /// The same by length of contact, for one mm of height where the formula is one of layers.
+    fn edge_at(&self, contact_mm: f64) -> f64 {
+        match self {
+            Formula::Response([b0, b_l, _, b_ll, ..]) => b0 + b_l * contact_mm + b_ll * contact_mm * contact_mm,
+            Formula::Layer([c0, c1, ..]) => c0 + c1 * contact_mm,
+        }
+    }
+
+    /// Is there an edge force for every length of contact up to this one?
+    pub(super) fn has_edge(&self, longest_mm: f64) -> bool {
+        let steps = 0..=EDGE_SAMPLES;
+        steps.skip(1).all(|k| self.edge_at(longest_mm * f64::from(k) / f64::from(EDGE_SAMPLES)) > 0.0)
     }
 }
 
@@ -61,8 +102,10 @@ impl Summary {
         let along = (1.0 + self.normal_share * self.normal_share).sqrt().recip();
         let mut forces = Forces::default();
         let mut mean = C::default();
-        for (layer, resultant) in self.cutting_layers().zip(self.resultants(f + factors.peak_feed_mm)) {
-            let peak = (resultant * factors.cutting).max(0.0);
+        for layer in self.cutting_layers() {
+            let edge = self.formula.edge(layer);
+            let rest = self.formula.resultant(layer, f + factors.peak_feed_mm) - edge.max(0.0);
+            let peak = (rest * factors.cutting + edge.max(0.0) * factors.edge).max(0.0);
             let (t, n) = (peak * along, peak * along * self.normal_share);
             forces.xy_peak += peak;
             forces.torque_peak += t * layer.radius_mm;
@@ -86,19 +129,6 @@ impl Summary {
             .fold(0, |best, (k, layer)| if layer.contact_mm > self.layers[best].contact_mm { k } else { best });
         let chosen = if one && !self.layers.is_empty() { longest..longest + 1 } else { 0..self.layers.len() };
         self.layers[chosen].iter().filter(|layer| layer.sin > 0.0)
-    }
-
-    fn resultants(&self, f: f64) -> impl Iterator<Item = f64> {
-        self.cutting_layers().map(move |layer| match &self.formula {
-            Formula::Response([b0, b_l, b_t, b_ll, b_tt, b_lt]) => {
-                let (l, t) = (layer.contact_mm, f * layer.sin);
-                b0 + b_l * l + b_t * t + b_ll * l * l + b_tt * t * t + b_lt * l * t
-            }
-            Formula::Layer([c0, c1, c2, c3]) => {
-                let (l, t) = (layer.contact_mm, UM_PER_MM * chip_of_paths(layer.radius_mm, f, layer.sin));
-                layer.height_mm * (c0 + c1 * l + c2 * t + c3 * l * t)
-            }
-        })
     }
 }
 

@@ -28,9 +28,10 @@ use crate::report::{Check, Run, Switched};
 use crate::rewrite::{Rewritten, verify};
 use crate::schedule::caps::{Cutters, FEED_CHANGE};
 use crate::schedule::history;
-use crate::schedule::realise::pieces_of_moves;
+use crate::schedule::realise::{as_programmed, pieces_of_moves};
 use crate::schedule::rules::{Rules, rules};
 use crate::schedule::stress::cases;
+use crate::schedule::words::Grid;
 use crate::schedule::{FeedPiece, Node, Problem};
 
 /// Stations that are tallied at once.
@@ -251,12 +252,14 @@ impl<'a> Ratios<'a> {
         (feeds, factor): (&'a [FeedPiece], f64),
         kept: Vec<BlockId>,
     ) -> Self {
+        let mut commanded = as_programmed(&known.written);
+        commanded.iter_mut().for_each(|piece| piece.feed_mm_s *= factor);
         Self {
             side,
             written: &known.written,
             map,
             origins: &known.origins,
-            cutters: Cutters::new(&known.written, map, job),
+            cutters: Cutters::new(&known.written, map, job, &commanded),
             feeds,
             of_move: pieces_of_moves(feeds, side.toolpath.moves.len()),
             factor,
@@ -484,12 +487,44 @@ pub fn tighten(problem: &mut Problem, breaches: &[Breach], last: bool) {
     }
 }
 
-fn tighten_node(node: &mut Node, breach: &Breach, last: bool) {
-    // Where nothing was asked for because nothing was met, the lowest change of feed holds: never a feed of zero.
+/// Lowers feeds where they stand: over each breach to the caps that the problem has there by now. Where blocks are split stays.
+pub fn lower_in_place(pieces: &mut [FeedPiece], problem: &Problem, breaches: &[Breach], grid: &Grid) {
+    for breach in breaches {
+        let Origin { move_id, from_mm, to_mm } = breach.origin;
+        let nodes = problem.nodes_of(move_id).iter().filter(|node| overlaps(node, &breach.origin));
+        let cap_mm_s = nodes.map(|node| node.cap.feed_mm_s).fold(f64::INFINITY, f64::min);
+        let first = pieces.partition_point(|piece| piece.move_id < move_id);
+        let of_move = pieces[first..].iter_mut().take_while(|piece| piece.move_id == move_id);
+        let over = of_move.filter(|p| p.from_mm < to_mm + OVERLAP_MM && p.to_mm > from_mm - OVERLAP_MM);
+        for piece in over.filter(|piece| piece.feed_mm_s > cap_mm_s) {
+            piece.feed_mm_s = grid.below(cap_mm_s);
+            piece.limit = breach.kind;
+        }
+    }
+}
+
+/// The first place, on the original's path, where no feed allowed meets the limit.
+pub fn hopeless<'a>(problem: &Problem, breaches: &'a [Breach]) -> Option<&'a Breach> {
+    breaches.iter().find(|breach| {
+        let nodes = problem.nodes_of(breach.origin.move_id).iter();
+        nodes.filter(|node| overlaps(node, &breach.origin)).any(|node| reachable(node, breach).is_none())
+    })
+}
+
+/// Feed that a breach asks for, where it is one that may be commanded.
+fn reachable(node: &Node, breach: &Breach) -> Option<f64> {
+    breach.cap_mm_s.filter(|cap| *cap >= crate::schedule::caps::LEAST * lowest_mm_s(node))
+}
+
+/// Where nothing was asked for because nothing was met, the lowest change of feed holds: never a feed of zero.
+fn lowest_mm_s(node: &Node) -> f64 {
     let asked = if node.floor.feed_mm_s > 0.0 { node.floor.feed_mm_s } else { FEED_CHANGE.0 * node.programmed_mm_s };
-    let lowest = asked.min(node.programmed_mm_s);
-    match breach.cap_mm_s {
-        Some(cap) if cap >= crate::schedule::caps::LEAST * lowest => {
+    asked.min(node.programmed_mm_s)
+}
+
+fn tighten_node(node: &mut Node, breach: &Breach, last: bool) {
+    match reachable(node, breach) {
+        Some(cap) => {
             node.cap.feed_mm_s = node.cap.feed_mm_s.min(cap);
             node.cap.kind = breach.kind;
             node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
@@ -497,8 +532,8 @@ fn tighten_node(node: &mut Node, breach: &Breach, last: bool) {
                 node.infeasible = Some(breach.kind);
             }
         }
-        _ => {
-            node.cap.feed_mm_s = lowest;
+        None => {
+            node.cap.feed_mm_s = lowest_mm_s(node);
             node.cap.kind = breach.kind;
             node.infeasible = Some(breach.kind);
         }

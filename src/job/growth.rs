@@ -4,12 +4,12 @@
 //! The schedule knows lines and words by their usual length only; where the text that came of it is longer than allowed, the
 //! room is made smaller in proportion and the schedule asked again.
 
-use super::{SPACING_MM, used};
+use super::{JobError, SPACING_MM, used, worn};
 use crate::machine::{Annotate, Job};
 use crate::nc::Program;
 use crate::report::Run;
 use crate::rewrite::{self, Rewritten};
-use crate::schedule::{self, Options, Room, Schedule};
+use crate::schedule::{Options, Room, Schedule};
 
 /// Output over input that is allowed unless the setup says otherwise, in blocks and in bytes: controls with little memory
 /// are fed over a line, and the others have megabytes; four times the lines can still be looked through.
@@ -61,27 +61,36 @@ pub fn options(run: &Run) -> Options {
 }
 
 /// Schedule and text of one round, and the seconds that either took.
-pub fn within(run: &Run, options: &mut Options, clock: &dyn Fn() -> f64) -> (Schedule, Rewritten, [f64; 2]) {
+pub type Round = (Schedule, Rewritten, [f64; 2]);
+
+/// A schedule whose text keeps to what it may grow by, or comes as near as [`AGAIN`] tries bring it.
+pub fn within(run: &mut Run, options: &mut Options, clock: &dyn Fn() -> f64) -> Result<Round, JobError> {
     let mut spent_s = [0.0; 2];
     let mut again = 0;
     loop {
         let start = clock();
-        let mut schedule = schedule::feeds(&run.problem, &run.toolpath, &run.job, options);
-        schedule.used = used::used(run, &schedule);
-        let solved = clock();
-        let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
-        schedule.used = Vec::new();
-        spent_s[0] += solved - start;
-        spent_s[1] += clock() - solved;
+        let schedule = worn::feeds(run, options)?;
+        spent_s[0] += clock() - start;
+        let (schedule, rewritten, [_, write_s]) = as_it_is(run, schedule, clock);
+        spent_s[1] += write_s;
         let over = over(run, &rewritten);
         match &mut options.room {
             Some(room) if over > 1.0 && again < AGAIN => {
                 (room.blocks, room.bytes) = (room.blocks / over, room.bytes / over);
+                again += 1;
             }
-            _ => return (schedule, rewritten, spent_s),
+            _ => return Ok((schedule, rewritten, spent_s)),
         }
-        again += 1;
     }
+}
+
+/// The text of a schedule, however long.
+pub fn as_it_is(run: &Run, mut schedule: Schedule, clock: &dyn Fn() -> f64) -> Round {
+    let start = clock();
+    schedule.used = used::used(run, &schedule);
+    let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
+    schedule.used = Vec::new();
+    (schedule, rewritten, [0.0, clock() - start])
 }
 
 /// What the text grew by over what it may grow by.

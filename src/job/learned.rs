@@ -61,7 +61,11 @@ fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumptio
         *job = job.with_mills_wider(by)?;
         return Some(learned(effect, format!("{by:+.3} mm")));
     }
-    None
+    let offset_mm = change.runout_mm;
+    (offset_mm > NOTHING_MM).then(|| {
+        *job = job.with_mills_off_axis(offset_mm, change.runout_phase);
+        learned(effect, format!("{offset_mm:.4} mm, on every end mill"))
+    })
 }
 
 fn learned(effect: &Effect, value: String) -> Assumption {
@@ -90,6 +94,10 @@ mod tests {
         let mut small = job("tool-diameter", &[("difference", -0.2)]);
         apply(&mut small);
         assert!((small.tools[0].diameter_mm - 9.8).abs() < 1e-12);
+        let mut off = job("runout", &[("offset", 0.02), ("phase", 0.5)]);
+        apply(&mut off);
+        let runout = off.tools[0].runout.expect("a runout");
+        assert!(runout.offset_mm == 0.02 && (runout.angle_rad - std::f64::consts::PI / 3.0).abs() < 1e-12);
         let mut slow = job("corner-feed", &[("acceleration", 0.25)]);
         let declared = slow.machine.axes[0].acceleration_mm_s2;
         apply(&mut slow);

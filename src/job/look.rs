@@ -12,7 +12,7 @@ use crate::rewrite;
 use crate::schedule::acting::{Idle, idle};
 use crate::schedule::caps::Cutters;
 use crate::schedule::rules::{load_limits, rules};
-use crate::schedule::{Conflict, Problem, Schedule};
+use crate::schedule::{Conflict, Problem, Schedule, as_programmed};
 use crate::setup::Assumption;
 use crate::units::mm_min_from_mm_s;
 
@@ -129,7 +129,7 @@ pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
 /// Load limits that never act, once for each that comes nearest: they give no leave to raise a feed.
 pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Diagnostic> {
     let rules = rules(toolpath, map, job);
-    let cutters = Cutters::new(toolpath, map, job);
+    let cutters = Cutters::new(toolpath, map, job, &as_programmed(toolpath));
     let said = |idle: Idle| {
         let motion = &toolpath.moves[idle.move_id.ix()];
         let [limit, load] = [idle.limit, idle.load].map(|value| short(in_report_unit(idle.kind, value)));

@@ -5,9 +5,13 @@
 //!                                  ▲                                │ loads above 1.01 of their limit
 //!                                  └──────── caps tightened ────────┘
 //! ```
+//! Where loads follow from wear, and wear from feeds, solving means: until the caps hold behind the very feeds that come out
+//! ([`crate::schedule::wear`]).
 //! The engagement of the written file is simulated once, and once more only where blocks were cut otherwise since: it does not
 //! depend on feeds, and a station with the feed it had keeps the ratio it had. A later round keeps the prices of F words that
-//! the first one settled on; what binds and at what price is worked out for the last. The loop ends when no commanded feed
+//! the first one settled on; what binds and at what price is worked out for the last. Feeds that are solved anew put splits
+//! elsewhere, and with them the stations of the next simulation: so after [`SOLVED`] rounds the blocks stay as they are, and only
+//! F words are lowered, to the caps of the very stations that will be looked at again. The loop ends when no commanded feed
 //! exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does then is listed as infeasible, and runs at the
 //! lowest feed that was tried. A block that the proof objects to goes back to its original bytes and feed.
 
@@ -21,10 +25,13 @@ mod look;
 mod switch;
 mod used;
 mod wanted;
+mod worn;
 
 pub use comments::sections;
 pub use look::{events, tool_assumption, unknown_tools};
 pub use wanted::Wanted;
+use worn::Edges;
+pub use worn::WornOut;
 
 use crate::diag::{Diagnostic, Severity};
 use crate::engage::cache::Key;
@@ -35,13 +42,16 @@ use crate::path::Vec3;
 pub use crate::report::MET;
 use crate::report::{Answers, Check, Run, Written};
 use crate::rewrite;
-use crate::schedule::{self, Bound, Kept, Problem};
+use crate::schedule::history::History;
+use crate::schedule::{self, Bound, Kept, Problem, Schedule};
 use crate::setup::Assumption;
 use crate::stock::Piece;
 
 /// How often caps are tightened at most. Blocks cut otherwise are met by other stations: half a dozen rounds were seen to find
 /// a new place each.
 pub const ROUNDS: usize = 9;
+/// Rounds in which feeds are solved anew under tightened caps; after these they are lowered where they stand.
+pub const SOLVED: usize = 3;
 /// Spacing of the stations that the solver uses, and the finer one of the check, mm.
 pub const SPACING_MM: [f64; 2] = [1.0, 0.6];
 
@@ -60,6 +70,15 @@ pub enum JobError {
     /// A number of the program is written as NaN or as infinity.
     #[error("a number is written as NaN or as infinity")]
     NotFinite(Vec<Diagnostic>),
+    /// From some place on no feeds hold the limits, because of the wear they cause.
+    #[error(
+        "line {}: T{} is worn out: its teeth have slid {:.1} m, and no feed holds {} from here on; slower feeds wear this tool faster than they unload it",
+        .0.line, .0.tool, .0.slid_m, .0.kind.name()
+    )]
+    WornOut(WornOut),
+    /// Feeds and wear did not come to rest within so many rounds.
+    #[error("feeds and the wear that they cause do not settle within {0} rounds")]
+    Unsettled(usize),
     /// The stock cannot be simulated.
     #[error(transparent)]
     Engage(#[from] EngageError),
@@ -111,6 +130,11 @@ pub struct Task {
 
 /// Predicts loads and time as programmed.
 pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
+    posed(task, Edges::AsProgrammed, watch)
+}
+
+/// Reads, simulates, and poses the problem for tools with these edges.
+fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
     let Task { program, mut job, mut assumptions, wanted } = task;
     let start = (watch.clock)();
     assumptions.extend(wanted.confidence.map(|confidence| wanted::confident(&mut job, confidence)));
@@ -147,9 +171,9 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
         answers.reference =
             Some(wanted::limited(&mut job, &sections(&program, &toolpath, &map), &toolpath, &map, percentile));
     }
-    let mut problem = asked(&program, &toolpath, &map, &job);
+    let mut problem = asked(&program, &toolpath, &map, &job, &edges.history(&toolpath, &map, &job));
     answers.wear = wanted::keep_wear(&mut problem, &toolpath, &map, &job);
-    let switched = switch::both_positions(&program, &job, &toolpath, &mut problem, watch)?;
+    let switched = switch::both_positions(&program, &job, &toolpath, &mut problem, edges, watch)?;
     let (switched, told) = switched.map_or((None, None), |(switched, told)| (Some(Box::new(switched)), Some(told)));
     assumptions.extend(told);
     let before = schedule::as_programmed(&toolpath);
@@ -188,14 +212,21 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
 /// Rewrites the feeds, and closes the loop over the written file.
 pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let wanted = task.wanted;
-    let mut run = simulate(task, watch)?;
+    let mut run = posed(task, Edges::Unworn, watch)?;
     let mut options = growth::options(&run);
     let mut known = [None, None];
+    let mut lowered: Option<Schedule> = None;
     for round in 0..=ROUNDS {
         (watch.progress)("schedule", 0.0);
-        let (mut schedule, rewritten, [solve_s, write_s]) = growth::within(&run, &mut options, watch.clock);
+        let (mut schedule, rewritten, [solve_s, write_s]) = match lowered.take() {
+            Some(schedule) => growth::as_it_is(&run, schedule, watch.clock),
+            None => growth::within(&mut run, &mut options, watch.clock)?,
+        };
         let wrote = (watch.clock)();
         let found = check::check(&run, &rewritten, watch, &mut known, round == ROUNDS)?;
+        if let Some(worn_out) = worn::beyond(&run, &schedule.pieces, &found.breaches) {
+            return Err(JobError::WornOut(worn_out));
+        }
         let checked = (watch.clock)();
         run.stage_s[2] += solve_s;
         run.stage_s[3] += write_s;
@@ -204,6 +235,10 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
             check::leave_alone(&mut run, &found.doubtful);
             check::tighten(&mut run.problem, &found.breaches, false);
             options.lambda_s = schedule.lambda_s;
+            if round >= SOLVED && found.doubtful.is_empty() {
+                check::lower_in_place(&mut schedule.pieces, &run.problem, &found.breaches, &options.grid);
+                lowered = Some(schedule);
+            }
             continue;
         }
         let ((), realised_after) = rayon::join(
@@ -292,18 +327,18 @@ fn engagement(
     Ok(cut(map, job, spacing_mm))
 }
 
-/// Caps and floors relative to the feeds that the program was written for: the F words
-/// of an earlier run are not taken for the user's. Where it is not known any more what they were, nothing is raised.
-fn asked(program: &Program, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
+/// Caps and floors relative to the feeds that the program was written for: the F words of an earlier run are not taken for
+/// the user's. Where it is not known any more what they were, nothing is raised. `history`: what lies behind the tools.
+fn asked(program: &Program, toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Problem {
     if !rewrite::is_ours(program) {
-        return schedule::problem(toolpath, map, job);
+        return schedule::problem_after(toolpath, map, job, history);
     }
     let mut original = toolpath.clone();
     let references = rewrite::references(program, toolpath);
     for (motion, reference) in original.moves.iter_mut().zip(&references) {
         motion.feed.mm_s = reference.feed_mm_s;
     }
-    let mut problem = schedule::problem(&original, map, job);
+    let mut problem = schedule::problem_after(&original, map, job, history);
     for node in &mut problem.nodes {
         let now_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;
         node.programmed_mm_s = now_mm_s;

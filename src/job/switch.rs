@@ -4,13 +4,15 @@
 
 use std::collections::BTreeMap;
 
+use super::worn::Edges;
 use super::{JobError, SPACING_MM, Watch, asked, engagement, environment, look};
 use crate::ids::MoveId;
-use crate::machine::Job;
+use crate::machine::{Job, LimitKind};
 use crate::nc::{self, Environment, Move, MoveKind, Program, Toolpath};
 use crate::report::Switched;
 use crate::rewrite;
-use crate::schedule::Problem;
+use crate::schedule::realise::pieces_of_moves;
+use crate::schedule::{FeedPiece, Problem};
 use crate::setup::Assumption;
 
 /// Lowers the caps and tells what happens with the switch on; nothing happens to a program without such blocks.
@@ -19,6 +21,7 @@ pub fn both_positions(
     job: &Job,
     toolpath: &Toolpath,
     problem: &mut Problem,
+    edges: Edges,
     watch: &Watch,
 ) -> Result<Option<(Switched, Assumption)>, JobError> {
     if !program.has_block_delete() {
@@ -28,19 +31,52 @@ pub fn both_positions(
     look::freeze_tools(&mut other, job);
     rewrite::freeze(program, &mut other, job);
     let map = engagement(&other, job, watch, "simulate", SPACING_MM[0])?;
-    let switched = asked(program, &other, &map, job);
-    let ids = moves_off(toolpath, &other);
-    for (id, motion) in other.iter_moves() {
-        let Some(here) = ids[id.ix()] else { continue };
-        let same = toolpath.moves[here.ix()].curve() == motion.curve();
-        lower(problem, here, &switched, id, same);
-    }
+    let posed = asked(program, &other, &map, job, &edges.history(&other, &map, job));
+    let switched = Switched { toolpath: other, map, problem: posed };
+    lower_to(problem, toolpath, &switched);
     let assumption = Assumption {
         key: "block delete".into(),
         value: "feeds are the lower of those with the switch off and on; loads are shown with it off".into(),
         source: "the program has blocks under the switch".into(),
     };
-    Ok(Some((Switched { toolpath: other, map, problem: switched }, assumption)))
+    Ok(Some((switched, assumption)))
+}
+
+/// Takes over what is lower with the switch on.
+pub fn lower_to(problem: &mut Problem, toolpath: &Toolpath, on: &Switched) {
+    let ids = moves_off(toolpath, &on.toolpath);
+    for (id, motion) in on.toolpath.iter_moves() {
+        let Some(here) = ids[id.ix()] else { continue };
+        let same = toolpath.moves[here.ix()].curve() == motion.curve();
+        lower(problem, here, &on.problem, id, same);
+    }
+}
+
+/// Feeds on the moves with the switch on: those of the same moves with it off, by share of the length.
+pub fn feeds_on(feeds: &[FeedPiece], off: &Toolpath, on: &Toolpath) -> Vec<FeedPiece> {
+    let ids = moves_off(off, on);
+    let of_move = pieces_of_moves(feeds, off.moves.len());
+    let mut found = Vec::with_capacity(feeds.len());
+    for (id, motion) in on.iter_moves().filter(|(_, motion)| motion.kind == MoveKind::Feed) {
+        let length_mm = motion.curve().length();
+        let pieces = ids[id.ix()]
+            .map_or(&[][..], |here| &feeds[of_move[here.ix()].start as usize..of_move[here.ix()].end as usize]);
+        let Some(last) = pieces.last() else {
+            let limit = LimitKind::Programmed;
+            let feed_mm_s = motion.feed.mm_s;
+            found.push(FeedPiece { move_id: id, from_mm: 0.0, to_mm: length_mm, feed_mm_s, limit, price_s: 0.0 });
+            continue;
+        };
+        let scale = length_mm / last.to_mm.max(f64::MIN_POSITIVE);
+        let there = |piece: &FeedPiece| FeedPiece {
+            move_id: id,
+            from_mm: scale * piece.from_mm,
+            to_mm: scale * piece.to_mm,
+            ..*piece
+        };
+        found.extend(pieces.iter().map(there));
+    }
+    found
 }
 
 /// For each move with the switch on the same move with it off.

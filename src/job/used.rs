@@ -12,7 +12,7 @@ use crate::schedule::{FeedPiece, Schedule};
 
 /// Ratio of load to limit of each piece of the schedule, by index.
 pub fn used(run: &Run, schedule: &Schedule) -> Vec<Option<f64>> {
-    let cutters = Cutters::new(&run.toolpath, &run.map, &run.job);
+    let cutters = Cutters::new(&run.toolpath, &run.map, &run.job, &schedule.pieces);
     let rules = rules(&run.toolpath, &run.map, &run.job);
     let of_piece = |piece: &FeedPiece| {
         let motion = &run.toolpath.moves[piece.move_id.ix()];

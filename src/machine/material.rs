@@ -51,6 +51,16 @@ pub enum ForceModel {
     },
 }
 
+impl ForceModel {
+    /// Its name, as in `library models`.
+    pub fn name(&self) -> &str {
+        match self {
+            ForceModel::LinearEdge(_) => "linear-edge",
+            ForceModel::Named { name, .. } => name,
+        }
+    }
+}
+
 /// A material as a tool meets it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {

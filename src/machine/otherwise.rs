@@ -3,8 +3,9 @@
 
 use super::profile::{Profile, Segment};
 use super::tool::{Shape, Tool};
-use super::{Axis, Box3, Job, Machine, Stock, StockShape};
+use super::{Axis, Box3, Job, Machine, Runout, Stock, StockShape};
 use crate::path::Vec3;
+use std::f64::consts::TAU;
 
 impl Job {
     /// With every stock higher by `top_mm` and wider by `side_mm` on each side. A mesh or a saved stock is raised, its sides
@@ -22,6 +23,17 @@ impl Job {
     /// Has any stock sides that [`Self::with_stock_grown`] moves?
     pub fn has_stock_with_sides(&self) -> bool {
         self.stocks.iter().any(|stock| !matches!(stock.shape, StockShape::Stl(_) | StockShape::Saved(_)))
+    }
+
+    /// With the axis of every end mill off that of the spindle: by so much, this many pitches of its teeth on from tooth 1.
+    pub fn with_mills_off_axis(&self, offset_mm: f64, pitches: f64) -> Self {
+        let off = |tool: &Tool| {
+            let angle_rad = pitches * TAU / f64::from(tool.flutes.max(1));
+            let mill = matches!(tool.shape, Shape::Flat | Shape::Ball | Shape::Bull);
+            let runout = if mill { Some(Runout { offset_mm, angle_rad }) } else { tool.runout };
+            Tool { runout, ..tool.clone() }
+        };
+        Self { tools: self.tools.iter().map(off).collect(), ..self.clone() }
     }
 
     /// With every end mill wider by `by_mm` of diameter; `None` when there is none of a shape that is known how to change.

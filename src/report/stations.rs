@@ -8,6 +8,7 @@ use crate::engage::Station;
 use crate::force::Loads;
 use crate::schedule::FeedPiece;
 use crate::schedule::caps::Cutters;
+use crate::schedule::history;
 use crate::schedule::realise::pieces_of_moves;
 
 /// Stations worked out at once.
@@ -35,7 +36,8 @@ pub struct StationLoads<'a> {
 
 /// Calls `visit` for every station in order.
 pub fn each_station(run: &Run, visit: &mut dyn FnMut(&StationLoads)) {
-    let cutters = Cutters::new(&run.toolpath, &run.map, &run.job);
+    // What lies behind the tool is another past before than after.
+    let cutters = [&run.before[..], run.after()].map(|feeds| Cutters::new(&run.toolpath, &run.map, &run.job, feeds));
     let before = Feeds::new(&run.before, run.toolpath.moves.len());
     let after = Feeds::new(run.after(), run.toolpath.moves.len());
     let stations = &run.map.stations;
@@ -51,7 +53,7 @@ pub fn each_station(run: &Run, visit: &mut dyn FnMut(&StationLoads)) {
 
 fn loads_at<'a>(
     run: &Run,
-    cutters: &Cutters,
+    cutters: &[Cutters; 2],
     before: &Feeds,
     after: &Feeds,
     index: usize,
@@ -66,11 +68,17 @@ fn loads_at<'a>(
         before: Loads::default(),
         after: Loads::default(),
     };
-    if let Some(cutter) = cutters.of(station.move_id).filter(|_| station.arc_count > 0) {
-        let motion = &run.toolpath.moves[station.move_id.ix()];
-        let line = cutter.line(&cutters.cut(&run.map, motion, station));
-        found.before = line.loads(feed_before_mm_s);
-        found.after = line.loads(feed_after_mm_s);
+    if station.arc_count == 0 {
+        return found;
+    }
+    let motion = &run.toolpath.moves[station.move_id.ix()];
+    let line = |cutters: &Cutters| Some(cutters.of(station.move_id)?.line(&cutters.cut(&run.map, motion, station)));
+    if let Some(as_programmed) = line(&cutters[0]) {
+        found.before = as_programmed.loads(feed_before_mm_s);
+        found.after = as_programmed.loads(feed_after_mm_s);
+    }
+    if let Some(as_written) = line(&cutters[1]).filter(|_| history::follows_feeds(&run.job)) {
+        found.after = as_written.loads(feed_after_mm_s);
     }
     found
 }

@@ -11,7 +11,7 @@ use std::io::{self, Write};
 /// Writes the points, tab-separated; the error is positive where material is left, negative where the tool cut too deep.
 pub fn surface(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "line\tx_mm\ty_mm\tz_mm\terror_mm\tfeed_mm_min")?;
-    let cutters = Cutters::new(&run.toolpath, &run.map, &run.job);
+    let cutters = Cutters::new(&run.toolpath, &run.map, &run.job, &run.before);
     for station in run.map.stations.iter().filter(|station| station.arc_count > 0) {
         let motion = &run.toolpath.moves[station.move_id.ix()];
         let Some(cutter) = cutters.of(station.move_id) else { continue };

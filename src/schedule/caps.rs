@@ -12,7 +12,8 @@ use rayon::prelude::*;
 use super::acting::{self, Idle};
 use super::history::History;
 use super::kept::{self, Keeping};
-use super::problem::{Bound, Conflict, Kept, Node, Problem};
+use super::problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem};
+use super::realise::as_programmed;
 use super::robust::{self, doubt};
 use super::rules::{Rule, Rules, rules};
 use super::{force_rate, ramps};
@@ -31,10 +32,15 @@ const SKIM_MM: f64 = 0.002;
 /// Longest stretch of air that counts as the edge of the cut beside it, mm.
 pub(super) const SLIVER_MM: f64 = 0.05;
 
-/// The path with its bounds.
+/// The path with its bounds, where every tool has the past of the program as it stands.
 pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
+    problem_after(toolpath, map, job, &History::of(toolpath, map, job, &as_programmed(toolpath)))
+}
+
+/// The path with its bounds, where this lies behind the tool.
+pub fn problem_after(toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Problem {
     let rules = rules(toolpath, map, job);
-    let cutters = Cutters::new(toolpath, map, job);
+    let cutters = Cutters::after(toolpath, map, job, history);
     let mut work: Vec<(MoveId, Option<&Station>)> = Vec::with_capacity(map.stations.len());
     let mut of_move = Vec::with_capacity(toolpath.moves.len());
     for index in 0..toolpath.moves.len() {
@@ -47,7 +53,7 @@ pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
         of_move.push(start..work.len() as u32);
     }
     let doubt = doubt(job);
-    let others: Vec<Cutters> = doubt.jobs.iter().map(|job| Cutters::new(toolpath, map, job)).collect();
+    let others: Vec<Cutters> = doubt.jobs.iter().map(|job| Cutters::after(toolpath, map, job, history)).collect();
     let keeping = Keeping::new(toolpath, map, job, &rules, &cutters);
     let idle = acting::idle(toolpath, map, &rules, &cutters);
     let (cutters, deviations) = (&cutters, doubt.deviations);
@@ -103,8 +109,13 @@ pub struct Cutters {
 }
 
 impl Cutters {
-    /// Cutters of every tool and speed that the toolpath uses.
-    pub fn new(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Self {
+    /// Cutters of every tool and speed that the toolpath uses, with what lies behind them at these feeds.
+    pub fn new(toolpath: &Toolpath, map: &EngagementMap, job: &Job, feeds: &[FeedPiece]) -> Self {
+        Self::after(toolpath, map, job, &History::of(toolpath, map, job, feeds))
+    }
+
+    /// The same with this behind them.
+    pub fn after(toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Self {
         let mut keys: Vec<(u32, f64)> = Vec::new();
         let mut of_move = Vec::with_capacity(toolpath.moves.len());
         for motion in &toolpath.moves {
@@ -116,7 +127,7 @@ impl Cutters {
             of_move.push(found as u16);
         }
         let list = keys.into_iter().map(|(tool, rps)| cutter(tool, rps, map, job)).collect();
-        Self { list, of_move, history: History::of(toolpath, map, job) }
+        Self { list, of_move, history: history.clone() }
     }
     /// Cutter of a move; `None` when its tool, material or spindle speed does not allow one.
     pub fn of(&self, id: MoveId) -> Option<&Cutter> {

@@ -1,24 +1,42 @@
 //! What lies behind each station when the tool gets there: time since the start, distance its teeth have slid, volume it
-//! has removed, and where on the part it cuts. In: a toolpath with its feeds, its engagement, the job. Out: the
+//! has removed, and where on the part it cuts. In: a toolpath, the feeds it runs at, its engagement, the job. Out: the
 //! [`State`] that the load effects of a process model look at, filled as diagnosis fills it ([`crate::learn`] reads the
 //! same [`Engaged`]).
 //!
-//! Times are those of the control at the feeds of the toolpath: the schedule sees the past of the program as programmed, the
-//! check of the written file that of the written one.
+//! A tooth slides w mm in a revolution (its way in material), so over ds mm of path at n rev/s and feed v it slides
+//! w·n·ds/v: the slower the feed, the longer the way. Times are those of the control at the feeds asked about: loads as
+//! programmed see the past as programmed, loads as written that of the written feeds. What feeds then hold their limits is
+//! the question of [`super::wear`].
 
-use super::realise::{as_programmed, realise};
-use crate::effects::{Acts, State, named};
+use super::problem::FeedPiece;
+use super::realise::{pieces_of_moves, realise};
+use crate::effects::{Acts, Covariate, State, named};
 use crate::engage::{EngagementMap, Station};
 use crate::force::contact::{Engaged, engaged};
 use crate::machine::Job;
 use crate::nc::{Event, Move, Toolpath};
 use crate::path::Vec3;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Does a load depend on more than the engagement, because the process model has effects on loads?
 pub fn is_asked_for(job: &Job) -> bool {
-    let acts_on_loads = |name: &str| named(name).is_some_and(|effect| effect.acts == Acts::Load);
-    job.process.effects.iter().any(|used| acts_on_loads(&used.name))
+    acting(job, &|_| true)
+}
+
+/// Does a load depend on the feeds of what was cut before, through time or the way the teeth slid?
+pub fn follows_feeds(job: &Job) -> bool {
+    acting(job, &|covariate| matches!(covariate, Covariate::Time | Covariate::Sliding))
+}
+
+/// Do edges wear with the way they slide, so that slower feeds wear them more per mm of path?
+pub fn wears(job: &Job) -> bool {
+    acting(job, &|covariate| covariate == Covariate::Sliding)
+}
+
+fn acting(job: &Job, on: &dyn Fn(Covariate) -> bool) -> bool {
+    let effects = job.process.effects.iter().filter_map(|used| named(&used.name));
+    effects.filter(|effect| effect.acts == Acts::Load).any(|effect| effect.covariates.iter().copied().any(on))
 }
 
 /// What lies behind the middle of a station.
@@ -33,20 +51,32 @@ struct Past {
 /// The past of every station; empty where no effect asks for it.
 #[derive(Debug, Clone, Default)]
 pub struct History {
-    past: Vec<Past>,
-    engaged: Vec<Engaged>,
+    past: Arc<Vec<Past>>,
+    engaged: Arc<Vec<Engaged>>,
     tare_rps: f64,
 }
 
 impl History {
-    /// Of a program at its own feeds.
-    pub fn of(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Self {
+    /// Of a program at these feeds (pieces in order of execution).
+    pub fn of(toolpath: &Toolpath, map: &EngagementMap, job: &Job, feeds: &[FeedPiece]) -> Self {
         if !is_asked_for(job) {
             return Self::default();
         }
         let engaged: Vec<Engaged> = map.stations.par_iter().map(|station| met(toolpath, map, job, station)).collect();
-        let past = pasts(toolpath, map, job, &engaged);
-        Self { past, engaged, tare_rps: job.process.tare_rps.unwrap_or(f64::NAN) }
+        let past = pasts(toolpath, map, job, &engaged, feeds);
+        let tare_rps = job.process.tare_rps.unwrap_or(f64::NAN);
+        Self { past: Arc::new(past), engaged: Arc::new(engaged), tare_rps }
+    }
+
+    /// The same with edges that have not slid: no feeds leave less wear behind.
+    pub fn unworn(mut self) -> Self {
+        Arc::make_mut(&mut self.past).iter_mut().for_each(|past| past.sliding_mm = 0.0);
+        self
+    }
+
+    /// How far each tooth has slid when it is at a station of the map, mm.
+    pub fn slid_mm(&self, station: usize) -> f64 {
+        self.past.get(station).map_or(0.0, |past| past.sliding_mm)
     }
 
     /// State of a cut; speed and chip thickness are filled in from the engagement.
@@ -88,8 +118,9 @@ fn met(toolpath: &Toolpath, map: &EngagementMap, job: &Job, station: &Station) -
     engaged(station, map, map.slices_of(motion.tool), tool.flutes, tangent_z)
 }
 
-fn pasts(toolpath: &Toolpath, map: &EngagementMap, job: &Job, engaged: &[Engaged]) -> Vec<Past> {
-    let seconds = realise(toolpath, &as_programmed(toolpath), &job.machine).move_s;
+fn pasts(toolpath: &Toolpath, map: &EngagementMap, job: &Job, engaged: &[Engaged], feeds: &[FeedPiece]) -> Vec<Past> {
+    let seconds = realise(toolpath, feeds, &job.machine).move_s;
+    let of_move = pieces_of_moves(feeds, toolpath.moves.len());
     let mut past = vec![Past::default(); map.stations.len()];
     let mut tools: Vec<(u32, Past)> = Vec::new();
     let mut now_s = 0.0;
@@ -101,12 +132,13 @@ fn pasts(toolpath: &Toolpath, map: &EngagementMap, job: &Job, engaged: &[Engaged
             Event::Stop { .. } => {}
             Event::Move(id) => {
                 let motion = &toolpath.moves[id.ix()];
-                let s_per_mm = seconds[id.ix()] / motion.curve().length().max(1e-9);
+                let pieces = &feeds[of_move[id.ix()].start as usize..of_move[id.ix()].end as usize];
+                let pace = Pace::new(pieces, motion.curve().length(), seconds[id.ix()]);
                 let tool = so_far(&mut tools, motion.tool);
                 for index in map.of_move[id.ix()].clone().map(|index| index as usize) {
                     let station = &map.stations[index];
-                    let start_s = now_s + s_per_mm * station.from_mm;
-                    past[index] = tool.through(station, &engaged[index], motion.spin.rps, start_s, s_per_mm);
+                    let [start_s, end_s] = [station.from_mm, station.to_mm].map(|at_mm| now_s + pace.at(at_mm));
+                    past[index] = tool.through(station, &engaged[index], motion.spin.rps, start_s, end_s - start_s);
                 }
                 if map.of_move[id.ix()].is_empty() {
                     tool.since_entry_mm = 0.0;
@@ -116,6 +148,34 @@ fn pasts(toolpath: &Toolpath, map: &EngagementMap, job: &Job, engaged: &[Engaged
         }
     }
     past
+}
+
+/// When a move is where: its time is shared by its pieces as their commanded feeds share it.
+struct Pace<'a> {
+    pieces: &'a [FeedPiece],
+    /// Time over length / commanded feed; seconds per mm of a move without pieces.
+    share: f64,
+}
+
+impl<'a> Pace<'a> {
+    fn new(pieces: &'a [FeedPiece], length_mm: f64, seconds: f64) -> Self {
+        let commanded: f64 = pieces.iter().map(|piece| commanded_s(piece, f64::INFINITY)).sum();
+        let pieces = if commanded > 0.0 { pieces } else { &[] };
+        Self { pieces, share: seconds / if commanded > 0.0 { commanded } else { length_mm.max(1e-9) } }
+    }
+    /// Time from the beginning of the move to a place on it, s.
+    fn at(&self, at_mm: f64) -> f64 {
+        if self.pieces.is_empty() {
+            return self.share * at_mm;
+        }
+        self.share * self.pieces.iter().map(|piece| commanded_s(piece, at_mm)).sum::<f64>()
+    }
+}
+
+/// Length over feed of what lies of a piece before a place, s.
+fn commanded_s(piece: &FeedPiece, before_mm: f64) -> f64 {
+    let length_mm = (piece.to_mm.min(before_mm) - piece.from_mm).max(0.0);
+    if piece.feed_mm_s > 0.0 { length_mm / piece.feed_mm_s } else { 0.0 }
 }
 
 fn so_far(tools: &mut Vec<(u32, Past)>, number: u32) -> &mut Past {
@@ -129,9 +189,8 @@ fn so_far(tools: &mut Vec<(u32, Past)>, number: u32) -> &mut Past {
 impl Past {
     /// What lies behind a station (its middle; of the path since entry its beginning, where an entry weighs most); the tool
     /// then stands at its end.
-    fn through(&mut self, station: &Station, met: &Engaged, rps: f64, start_s: f64, s_per_mm: f64) -> Self {
+    fn through(&mut self, station: &Station, met: &Engaged, rps: f64, start_s: f64, took_s: f64) -> Self {
         let length_mm = station.length_mm();
-        let took_s = s_per_mm * length_mm;
         let (slid_mm, removed_mm3) = (met.way_mm * rps * took_s, met.section_mm2 * length_mm);
         if station.arc_count == 0 {
             self.since_entry_mm = 0.0;

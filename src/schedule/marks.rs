@@ -31,7 +31,7 @@ pub fn feed_mark_mm(feed_per_tooth_mm: f64, radius_mm: f64) -> f64 {
 /// Final surfaces under these feeds.
 pub fn final_surface(toolpath: &Toolpath, map: &EngagementMap, job: &Job, feeds: &[FeedPiece]) -> FinalSurface {
     let ranges = pieces_of_moves(feeds, toolpath.moves.len());
-    let cutters = Cutters::new(toolpath, map, job);
+    let cutters = Cutters::new(toolpath, map, job, feeds);
     let mut out = FinalSurface::default();
     for station in map.stations.iter().filter(|station| station.flags.final_surface) {
         let motion = &toolpath.moves[station.move_id.ix()];

@@ -30,9 +30,10 @@ pub mod solve;
 pub mod stress;
 pub mod track;
 pub mod units;
+pub mod wear;
 pub mod words;
 
-pub use caps::problem;
+pub use caps::{problem, problem_after};
 pub use problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem, Realised, Schedule};
 pub use realise::{as_programmed, realise};
 pub use solve::{Options, Room, explain, feeds, solve};

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::caps::Cutters;
 use super::operations::{Segment, finishes};
+use super::realise::as_programmed;
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Limits, Reference};
@@ -64,7 +65,7 @@ impl Distribution {
 
 /// Distributions of the loads as programmed, by segment and load.
 pub fn distributions(segments: &[Segment], toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Distribution> {
-    let cutters = Cutters::new(toolpath, map, job);
+    let cutters = Cutters::new(toolpath, map, job, &as_programmed(toolpath));
     let of_move: Vec<Option<usize>> =
         toolpath.iter_moves().map(|(id, motion)| of_move(segments, id, motion, map)).collect();
     let met: Vec<Option<(usize, f64, [f64; LOADS.len()])>> = map

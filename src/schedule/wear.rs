@@ -1,0 +1,175 @@
+//! Feeds that hold their limits on edges that wear: the wear follows the feeds, the limits follow the wear. In: a problem, and
+//! the same problem posed again behind the feeds that were solved from it. Out: lower caps, and whether they still fall, or
+//! that no feeds hold the limits.
+//!
+//! Variables. Station i is ds mm long; a tooth slides w mm in material in a revolution, at n rev/s and feed v it slides
+//! a/v with a = w n ds. What it has slid at station i is S_i = Σ_{j<i} a_j/v_j + ½ a_i/v_i. Edge forces grow with S, so the cap
+//! c_i(S), the highest feed within the load limits, falls with S. Wanted are the highest feeds with v_i ≤ c_i(S_i(v)).
+//!
+//! **There is a highest solution, and falling caps find it.** T(v) = c(S(v)) is monotone: higher feeds everywhere slide
+//! less, so T(v) ≥ T(u) where v ≥ u. Begin with edges that have not slid, v⁰ = c(0), and take v^{k+1} = T(v^k). Any feeds u
+//! that hold the limits have u ≤ T(u) ≤ c(0) = v⁰, hence u ≤ T(u) ≤ T(v⁰) = v¹ and so on: the iterates fall, and never
+//! below feeds that hold the limits. They converge to the highest of these; and where an iterate leaves a station no feed
+//! within its limits, no feeds do at all: slower ones only slide further. That is a refusal, with its reason
+//! ([`Fall::worn_out`]). F words and accelerations keep feeds below the caps; they only make the iterates lower, and caps are
+//! never raised again, so the argument holds for what is written.
+//!
+//! **How fast.** S_i rests on what lies before station i alone. With λ = (a/ds) |c′(S)| / v² per mm of path an error δS of one
+//! round leaves at most ∫λ δS of it in the next, after k rounds at most M^k / k! of it, M = ∫λ dx (Picard's bound for
+//! Volterra's equation). In an even cut dv/dx = c′ a/(ds v), so λ dx = −dv/v and M is ln(v first / v last): feeds that fall
+//! to a hundredth have M = 4.6, and 18 rounds leave less than 0.2 % ([`ROUNDS`] is twice that).
+//!
+//! **On which side it runs away.** With a load F = E (1 + g S) + K v in an even cut, limit L, reserve u = L − E (1 + g S) and
+//! α = a/ds: v = u/K and du/dx = −E g α K / u, so
+//!
+//! ```text
+//! u² = u₀² − 2 E g α K x        up to x* = u₀² / (2 E g α K).
+//! ```
+//! Before x* the feeds √(u₀² − 2 E g α K x) / K hold the limit; beyond x* none do, however slow: a tool that must go further
+//! has to be changed. (One feed for the whole cut lasts for x*/2 at most, at v = u₀ / 2K.)
+//!
+//! Time since the start also follows the feeds (a spindle that warms up). The same rounds serve: caps only fall, so what is
+//! written holds its limits; where slower feeds would allow more, a little of it is not used.
+
+use super::problem::Problem;
+use crate::machine::LimitKind;
+
+/// Share by which caps may fall in the round after which wear counts as settled; a fifth of what the check of the written
+/// file allows a load.
+pub const SETTLED: f64 = 0.002;
+/// Most rounds.
+pub const ROUNDS: usize = 36;
+
+/// What a round did.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Fall {
+    /// The largest share by which a cap in a cut fell.
+    pub largest: f64,
+    /// First node that held its limits before and cannot any more, and the limit.
+    pub worn_out: Option<(usize, LimitKind)>,
+}
+
+/// Lowers the caps of `problem` to those of `worn`, the same problem behind feeds that were solved from it.
+pub fn lower(problem: &mut Problem, worn: &Problem) -> Fall {
+    let mut fall = Fall::default();
+    for (index, (node, worn)) in problem.nodes.iter_mut().zip(&worn.nodes).enumerate() {
+        if !node.free || node.infeasible.is_some() {
+            continue;
+        }
+        if let Some(kind) = worn.infeasible {
+            fall.worn_out = fall.worn_out.or(Some((index, kind)));
+        }
+        if worn.cap.feed_mm_s < node.cap.feed_mm_s {
+            if node.cutting {
+                fall.largest = fall.largest.max(1.0 - worn.cap.feed_mm_s / node.cap.feed_mm_s);
+            }
+            node.cap = worn.cap;
+            node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
+            node.infeasible = worn.infeasible;
+        }
+    }
+    fall
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::MoveId;
+    use crate::schedule::problem::{Bound, Node};
+
+    /// F = E (1 + g S) + K v in an even cut; what of it does not depend on the feed, the limit, and α.
+    const E: f64 = 40.0;
+    const G: f64 = 3e-5;
+    const K: f64 = 8.0;
+    const LIMIT: f64 = 200.0;
+    const ALPHA: f64 = 1500.0;
+    /// Lowest feed asked for, mm/s.
+    const FLOOR: f64 = 0.05;
+    const DS_MM: f64 = 0.5;
+
+    /// x*.
+    fn furthest_mm() -> f64 {
+        (LIMIT - E).powi(2) / (2.0 * E * G * ALPHA * K)
+    }
+
+    /// An even cut of so many stations behind these feeds.
+    fn posed(count: usize, feeds: Option<&[f64]>) -> Problem {
+        let mut slid = 0.0;
+        let node = |i: usize| {
+            let way = feeds.map_or(0.0, |feeds| ALPHA * DS_MM / feeds[i]);
+            let cap = (LIMIT - E * (1.0 + G * (slid + 0.5 * way))) / K;
+            slid += way;
+            let bound = |feed_mm_s| Bound { feed_mm_s, kind: LimitKind::Power, per_unit: 0.0 };
+            Node {
+                move_id: MoveId(0),
+                from_mm: DS_MM * i as f64,
+                to_mm: DS_MM * (i + 1) as f64,
+                cap: bound(cap.max(FLOOR)),
+                floor: bound(FLOOR),
+                programmed_mm_s: 5.0,
+                cutting: true,
+                free: true,
+                uncertain: false,
+                final_surface: false,
+                kept: None,
+                infeasible: (cap < FLOOR).then_some(LimitKind::Power),
+            }
+        };
+        Problem { nodes: (0..count).map(node).collect(), ..Problem::default() }
+    }
+
+    /// Rounds until caps rest, and the caps; or the place that is worn out.
+    fn settled(length_mm: f64) -> Result<(usize, Vec<f64>), f64> {
+        let count = (length_mm / DS_MM) as usize;
+        let mut problem = posed(count, None);
+        for round in 1..=ROUNDS {
+            let feeds: Vec<f64> = problem.nodes.iter().map(|node| node.cap.feed_mm_s).collect();
+            let fall = lower(&mut problem, &posed(count, Some(&feeds)));
+            if let Some((node, _)) = fall.worn_out {
+                return Err(problem.nodes[node].from_mm);
+            }
+            if fall.largest <= SETTLED {
+                return Ok((round, problem.nodes.iter().map(|node| node.cap.feed_mm_s).collect()));
+            }
+        }
+        panic!("no rest within {ROUNDS} rounds");
+    }
+
+    #[test]
+    fn caps_come_to_rest_at_the_closed_form() {
+        for share in [0.3, 0.6, 0.9, 0.99] {
+            let length_mm = share * furthest_mm();
+            let (rounds, caps) = settled(length_mm).expect("before x*");
+            // M = ln(v first / v last); after k rounds M^k / k! is left.
+            let m = (caps[0] / caps[caps.len() - 1]).ln();
+            let bound = (1..=ROUNDS).find(|&k| (1..=k).fold(1.0, |left, i| left * m / i as f64) < SETTLED);
+            assert!(rounds <= bound.expect("within the rounds") + 2, "{share}: {rounds} for {bound:?}");
+            for (i, cap) in caps.iter().enumerate() {
+                let x = DS_MM * (i as f64 + 0.5);
+                let exact = ((LIMIT - E).powi(2) - 2.0 * E * G * ALPHA * K * x).sqrt() / K;
+                assert!((cap / exact - 1.0).abs() < 0.02, "{share} at {x}: {cap} for {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn beyond_the_furthest_the_tool_is_worn_out_and_before_it_is_not() {
+        assert!(settled(0.995 * furthest_mm()).is_ok());
+        let at_mm = settled(1.005 * furthest_mm()).expect_err("beyond x*");
+        assert!(at_mm > 0.99 * furthest_mm(), "{at_mm} of {}", furthest_mm());
+    }
+
+    #[test]
+    fn slower_feeds_reach_less_far() {
+        // One feed for the whole cut: at best u0 / 2K, which lasts for half of x*.
+        let holds = |feed: f64, length_mm: f64| {
+            let count = (length_mm / DS_MM) as usize;
+            posed(count, Some(&vec![feed; count])).nodes.iter().all(|node| feed <= node.cap.feed_mm_s)
+        };
+        let best = 0.5 * (LIMIT - E) / K;
+        assert!(holds(best, 0.49 * furthest_mm()) && !holds(best, 0.51 * furthest_mm()));
+        for feed in [0.1, 0.3, 0.5, 0.8, 1.2, 1.5, 1.9].map(|share| share * best) {
+            assert!(!holds(feed, 0.5 * furthest_mm()), "{feed}");
+        }
+    }
+}
