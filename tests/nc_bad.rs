@@ -23,7 +23,7 @@ fn assert_fault(text: &str, code: &str, line: u32, bytes: &str) {
 #[test]
 fn each_fault_is_shown_and_the_rest_is_read() {
     let cases = [
-        ("G1 F100 X[1+2\nX5\n", "nc::not-understood", 1, "X[1+2"),
+        ("G1 F100\nX[1+2\nX5\n", "nc::not-understood", 2, "X[1+2"),
         ("G1 F100\nX1]\nX5\n", "nc::not-understood", 2, "]"),
         ("G1 F100\nX--3\nX5\n", "nc::not-understood", 2, "X--3"),
         ("G1 F100\nX.\nX5\n", "nc::not-understood", 2, "X."),

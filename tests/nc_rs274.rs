@@ -94,9 +94,16 @@ fn theirs(text: &str) -> Vec<Motion> {
             "START_SPINDLE_CLOCKWISE" => turning = 1.0,
             "START_SPINDLE_COUNTERCLOCKWISE" => turning = -1.0,
             "STOP_SPINDLE_TURNING" => turning = 0.0,
-            "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" | "STRAIGHT_PROBE" | "SPINDLE_SYNC_FEED" | "RIGID_TAP" => {
+            "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" | "STRAIGHT_PROBE" | "SPINDLE_SYNC_FEED" => {
                 at = Vec3::new(numbers[0], numbers[1], numbers[2]) * unit;
                 push(if name == "STRAIGHT_TRAVERSE" { "rapid" } else { "feed" }, at, None);
+            }
+            // One call for both ways: out again, the spindle turning the other way, to where it began.
+            "RIGID_TAP" => {
+                push("feed", Vec3::new(numbers[0], numbers[1], numbers[2]) * unit, None);
+                turning = -turning;
+                motions.push(Motion { rpm: speed * turning, to: at, ..motions[motions.len() - 1].clone() });
+                turning = -turning;
             }
             "ARC_FEED" => {
                 let (a, b, n) = plane.axes();

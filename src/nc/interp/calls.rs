@@ -172,10 +172,12 @@ impl Run<'_> {
         self.enter(self.source_id, start, repeats, None);
     }
 
-    /// Says that a subprogram is missing.
+    /// Says that a subprogram is missing: where the tool is after it, and which feed is in force, is not known.
     pub(super) fn no_routine(&mut self, span: Span, what: &str) {
         let text = format!("{what} is neither in the text nor in a file beside it");
         self.doubt(Doubt::MissingProgram, span);
+        self.elsewhere = [true; 3];
+        (self.modal.feed.word, self.modal.feed.computed) = (None, true);
         self.not_understood("nc::no-routine", span, text, "put the subprogram beside the program");
     }
 

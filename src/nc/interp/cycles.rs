@@ -136,7 +136,7 @@ impl Run<'_> {
         }
         match code {
             740 | 840 => self.tap_out(level, clear),
-            890 if self.program.dialect() == Dialect::LinuxCnc => self.drill_to(clear),
+            890 if self.as_linuxcnc() => self.drill_to(clear),
             850 | 890 => {
                 self.drill_to(level);
                 if clear != level {
@@ -184,9 +184,15 @@ impl Run<'_> {
         self.drill_to(z);
     }
 
+    /// Are cycles made as LinuxCNC makes them? There G84 and G89 come out at feed as far as the cycle returns; others go on at
+    /// rapid from R.
+    fn as_linuxcnc(&self) -> bool {
+        matches!(self.program.dialect(), Dialect::LinuxCnc | Dialect::Generic | Dialect::Grbl)
+    }
+
     fn tap_out(&mut self, level: f64, clear: f64) {
         let turning = self.modal.turning;
-        let out = if self.program.dialect() == Dialect::LinuxCnc { clear } else { level };
+        let out = if self.as_linuxcnc() { clear } else { level };
         self.turn(-turning);
         self.axial(MoveKind::Feed, out);
         self.turn(turning);
@@ -195,7 +201,7 @@ impl Run<'_> {
         }
     }
 
-    fn turn(&mut self, turning: i8) {
+    pub(super) fn turn(&mut self, turning: i8) {
         let before = self.modal.spin();
         self.modal.turning = turning;
         let spin: Spin = self.modal.spin();
@@ -237,12 +243,20 @@ impl Run<'_> {
             aside[b] += sign * offset[1];
             run.line_to(MoveKind::Rapid, aside);
         };
+        // LinuxCNC steps aside before it stops the spindle.
+        let turning_aside = self.as_linuxcnc();
+        if turning_aside {
+            step(self, 1.0);
+        }
         self.spindle_stopped(|run| {
-            step(run, 1.0);
+            if !turning_aside {
+                step(run, 1.0);
+            }
             run.axial(MoveKind::Rapid, z);
             step(run, -1.0);
         });
-        if let Some(top) = cycle.top {
+        // K is a height, or with G91 counts from the bottom.
+        if let Some(top) = cycle.top.map(|top| if self.modal.incremental { z + top } else { top }) {
             self.drill_to(top);
             self.drill_to(z);
         }

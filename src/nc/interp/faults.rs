@@ -39,17 +39,13 @@ impl Run<'_> {
         let macro_call = line.has_g(650) || line.has_g(660) || line.has_g(40) || line.has_g(1870);
         for letter in b"EUVW".iter().filter(|&&letter| line.has(letter) && !macro_call) {
             let text = format!("{} is not an axis or a word known here", char::from(*letter));
-            self.not_understood(
-                "nc::unknown-word",
-                line.span(*letter).unwrap_or_default(),
-                text,
-                "the word is left out",
-            );
+            let place = line.span(*letter).unwrap_or_default();
+            self.misread("nc::unknown-word", place, text, "the block is left as it is");
         }
         self.complain_about_all(&line.bad);
         if let Some((letter, span)) = line.repeated {
             let text = format!("{} stands twice in the block", char::from(letter));
-            self.not_understood("nc::repeated-word", span, text, "keep one of the words");
+            self.misread("nc::repeated-word", span, text, "keep one of the words");
         }
     }
 
@@ -67,8 +63,14 @@ impl Run<'_> {
                 span.end = next.end;
             }
             let (text, help) = unreadable(span.of(self.source.program().text()));
-            self.not_understood("nc::not-understood", span, text, help);
+            self.misread("nc::not-understood", span, text, help);
         }
+    }
+
+    /// Diagnoses what makes the whole block unreadable: it sets nothing.
+    pub(super) fn misread(&mut self, code: &'static str, span: Span, text: impl Into<String>, help: &str) {
+        self.misread = self.misread.or(Some(span));
+        self.not_understood(code, span, text, help);
     }
 
     /// Diagnoses something that is kept but freezes the moves of its block.

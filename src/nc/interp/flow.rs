@@ -5,11 +5,18 @@ use super::labels::label_of;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::dialect::Dialect;
+use crate::nc::doubt::Doubt;
 use crate::nc::expr::{self, ExprError};
 use crate::nc::lex::{Token, TokenKind};
 
 /// Numbered variables from here on outlast a program on Fanuc and its relatives.
 const LASTING: u32 = 500;
+/// Local variables end here; they are vacant where no argument sets them.
+const LOCALS: u32 = 33;
+/// What a probing move found: G38 of LinuxCNC, G31 of Fanuc and Haas.
+const PROBED: std::ops::RangeInclusive<u32> = 5061..=5070;
+/// Parameters from here on LinuxCNC keeps in a file: offsets, tool, position.
+const KEPT_IN_FILE: u32 = 5161;
 
 /// Is there anything left to execute in the block?
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -255,7 +262,15 @@ impl Run<'_> {
         let bytes = bytes[skip..].trim_ascii_start();
         let bytes = bytes.strip_prefix(b"=").unwrap_or(bytes);
         self.predefine(bytes);
-        self.ask_the_control(token.span, bytes);
+        // A condition may well ask whether a local variable is vacant; an axis word with a vacant one is left out by the control.
+        let decides = match token.kind {
+            TokenKind::Computed(b'F' | b'S' | b'T' | b'N') => u32::MAX,
+            TokenKind::Computed(_) => 0,
+            _ => LOCALS,
+        };
+        if self.ask_the_control(token.span, bytes) > decides {
+            self.doubt(Doubt::UnknownValue, token.span);
+        }
         match expr::evaluate(bytes, &self.parameters) {
             Ok(value) => Some(value),
             Err(error) => {
@@ -266,30 +281,51 @@ impl Run<'_> {
     }
 
     /// Says which variables of an expression only the control knows: they last from program to program, or are its own.
-    pub(super) fn ask_the_control(&mut self, place: Span, text: &[u8]) {
-        if !matches!(self.program.dialect(), Dialect::Generic | Dialect::Fanuc | Dialect::Haas) {
-            return;
-        }
+    ///
+    /// Hands back the highest number that the program did not set, 0 if there is none. What a probing move found (#5061 and on) is a doubt of its own, and lasting
+    /// parameters of LinuxCNC (#5161 and on) are read as it has them in a fresh file: 0.
+    pub(super) fn ask_the_control(&mut self, place: Span, text: &[u8]) -> u32 {
+        let macro_b = matches!(self.program.dialect(), Dialect::Generic | Dialect::Fanuc | Dialect::Haas);
+        let mut asked = 0;
         for at in memchr::memchr_iter(b'#', text) {
             let number = crate::nc::decimal(&text[at + 1..]).map_or(0, |(value, _)| value as u32);
-            if number >= LASTING && !self.parameters.numbered.contains_key(&number) {
+            if PROBED.contains(&number) {
+                self.doubt(Doubt::Probe, place);
+            }
+            if self.parameters.numbered.contains_key(&number) {
+                continue;
+            }
+            // A number of 0 is Macro B's vacant #0, or no plain number.
+            if macro_b || number >= KEPT_IN_FILE {
+                asked = asked.max(number);
+            }
+            if macro_b && number >= LASTING {
                 self.parameters.numbered.insert(number, 0.0);
                 let said = format!("#{number} is kept in the control and not known here: it is read as 0");
                 let help = format!("if that matters, set it in the program: #{number} = …");
                 self.not_understood("nc::control-variable", place, said, &help);
             }
         }
+        asked
     }
 
     /// Executes `#… = …`.
     pub(super) fn assign(&mut self, token: Token, text: &[u8]) {
         self.predefine(token.span.of(text));
-        self.ask_the_control(token.span, right_of(token.span.of(text)));
+        self.ask_for_assignment(token, text);
         match expr::assignment(token.span.of(text), &self.parameters) {
             Ok(setting) => self.assignments.push(setting),
             Err(error) => self.bad_expression(token.span, &error),
         }
         self.apply_assignments();
+    }
+
+    /// A value that is kept may end up in any word: what only the control knows of it is a doubt at once. A variable of Macro B
+    /// that is not set below #500 is vacant, and an assignment hands that on.
+    pub(super) fn ask_for_assignment(&mut self, token: Token, text: &[u8]) {
+        if self.ask_the_control(token.span, right_of(token.span.of(text))) > 0 {
+            self.doubt(Doubt::UnknownValue, token.span);
+        }
     }
 
     /// Puts the assignments of a block in force.
@@ -305,7 +341,7 @@ impl Run<'_> {
     }
 
     pub(super) fn bad_expression(&mut self, span: Span, error: &ExprError) {
-        self.not_understood("nc::expression", span, error.to_string(), "the word is left out");
+        self.misread("nc::expression", span, error.to_string(), "the block is left as it is");
     }
 
     /// Sets the parameters a control keeps itself, where the expression may ask for them.

@@ -18,9 +18,11 @@ mod heidenhain_cycles;
 mod heidenhain_flow;
 mod labels;
 mod line;
+mod known;
 mod meeting;
 mod motion;
 mod offsets;
+mod pitch;
 mod settings;
 mod shared;
 mod siemens;
@@ -49,7 +51,7 @@ use flow::After;
 use labels::Labels;
 use line::Line;
 use siemens_calls::ModalCall;
-use state::{FeedWord, Frame, Modal};
+use state::{FeedWord, Frame, Modal, Motion};
 
 use super::dialect::{Dialect, Syntax};
 use super::doubt::Doubt;
@@ -64,6 +66,8 @@ use crate::path::Vec3;
 
 /// Letters of words that do something by themselves: all but the number of a block and of a routine.
 const WORDS: &[u8] = b"ABCDEFHIJKLPQRSTUVWXYZ";
+/// G codes (times ten) whose axis words bring no axis to a place that is known: G4, G10, G28, G30, G5x.x, G65, G66, G68, G92.
+const NO_PLACE: [u16; 18] = [40, 100, 280, 300, 500, 501, 510, 511, 520, 530, 650, 660, 661, 680, 920, 921, 922, 923];
 /// Moves of a chunk of [`interpret_each`].
 const CHUNK: usize = 4096;
 
@@ -142,14 +146,21 @@ struct Run<'a> {
     tool: Vec3,
     /// Has this axis been commanded, or was its position known from the start?
     known: [bool; 3],
-    /// Is the position of this axis another one with the block-delete switch on?
-    switched: [bool; 3],
+    /// May this axis stand elsewhere than it is taken to: with the block-delete switch on, after a probing move, after what
+    /// was not understood, at a reference point that the setup does not give? Until it is commanded to an absolute place.
+    elsewhere: [bool; 3],
+    /// A probing move was made.
+    probed: bool,
+    /// The rotary zero was set anew while a rotary axis was turned.
+    rotary_lost: bool,
+    /// The work offset of the first motion, and those that the program sets otherwise than the setup has them.
+    first_wcs: Option<u16>,
+    last_wcs: u16,
+    unstated: Vec<u16>,
     /// Rotary axes, deg.
     rotary: [f64; 3],
     /// The last motion turned one of them in a cut.
     rotary_range: bool,
-    /// It was said that one was positioned.
-    rotary_positioned: bool,
     /// Next block.
     at: usize,
     ended: bool,
@@ -159,6 +170,8 @@ struct Run<'a> {
     t_changes_tool: bool,
     /// The block being executed.
     block: BlockId,
+    /// Something in the block cannot be read: it sets nothing.
+    misread: Option<Span>,
     /// Why the moves of this block must stay.
     freeze: Option<Freeze>,
     /// May the moves of this block be cut in pieces?
@@ -258,15 +271,20 @@ impl<'a> Run<'a> {
             programmed: tool,
             tool,
             known: [start.is_some(); 3],
-            switched: [false; 3],
+            elsewhere: [false; 3],
+            probed: false,
+            rotary_lost: false,
+            first_wcs: None,
+            last_wcs: modal.wcs,
+            unstated: Vec::new(),
             rotary: [0.0; 3],
             rotary_range: false,
-            rotary_positioned: false,
             at: 0,
             ended: false,
             began: false,
             t_changes_tool: program.dialect().t_changes_tool(has_m6(program)),
             block: BlockId(0),
+            misread: None,
             freeze: None,
             splittable: true,
             contour_mm: None,
@@ -342,7 +360,7 @@ impl<'a> Run<'a> {
             return;
         }
         self.count();
-        (self.freeze, self.contour_mm) = (None, None);
+        (self.misread, self.freeze, self.contour_mm) = (None, None, None);
         self.gather(block, line);
         if line.delete && self.env.block_delete {
             self.assignments.clear();
@@ -361,6 +379,9 @@ impl<'a> Run<'a> {
             self.note_down(&source, own, block, line, after);
         }
         if after == After::Done {
+            if let Some(place) = self.misread {
+                self.set_aside(place);
+            }
             return;
         }
         if dialect == Dialect::Grbl && self.source.program().line_text(block).starts_with(b"$") {
@@ -371,20 +392,36 @@ impl<'a> Run<'a> {
         self.complain(line);
         if line.any {
             self.began = true;
-            self.execute(line);
-            self.note_switched(line);
+            if self.misread.is_none() {
+                self.execute(line);
+            }
+            match self.misread {
+                Some(place) => {
+                    self.set_aside(place);
+                    self.stops(line);
+                }
+                None => self.note_places(line),
+            }
         }
     }
 
     /// After a block under the switch the axes it names (all, if it does more than move) may be elsewhere, until they are
     /// commanded to an absolute place.
-    fn note_switched(&mut self, line: &Line) {
+    fn note_places(&mut self, line: &Line) {
         let moves = line.g.iter().all(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
+        let places = !line.g.iter().any(|(code, _)| NO_PLACE.contains(code)) && self.modal.motion != Motion::Probe;
         for (axis, letter) in b"XYZ".iter().enumerate() {
-            let placed = line.has(*letter) && !self.modal.incremental;
+            let placed = places && line.has(*letter) && !self.modal.incremental;
             let named = line.delete && (line.has(*letter) || !moves);
-            self.switched[axis] = named || self.switched[axis] && !placed;
+            self.elsewhere[axis] = named || self.elsewhere[axis] && !placed;
         }
+    }
+
+    /// A block of which something cannot be read sets nothing: neither feed nor place nor mode. Where the tool is after it,
+    /// and what else the control did, is not known.
+    fn set_aside(&mut self, place: Span) {
+        self.elsewhere = [true; 3];
+        self.doubt(Doubt::UnknownCode, place);
     }
 
     fn end_of_text(&mut self) {
@@ -410,7 +447,7 @@ impl<'a> Run<'a> {
                 _ if program.dialect().syntax() != Syntax::Rs274 => line.flow = true,
                 TokenKind::Assignment => {
                     self.predefine(token.span.of(program.text()));
-                    self.ask_the_control(token.span, flow::right_of(token.span.of(program.text())));
+                    self.ask_for_assignment(token, program.text());
                     match expr::assignment(token.span.of(program.text()), &self.parameters) {
                         Ok(setting) => self.assignments.push(setting),
                         Err(error) => self.bad_expression(token.span, &error),
@@ -468,7 +505,7 @@ impl<'a> Run<'a> {
             self.freeze = Some(Freeze::OtherFile);
         }
         self.splittable =
-            self.calls.is_empty() && self.switched == [false; 3] && !line.has_any(b"ST") && line.m.is_empty();
+            self.calls.is_empty() && self.elsewhere == [false; 3] && !line.has_any(b"ST") && line.m.is_empty();
         self.splittable &= self.next_corner.is_none();
     }
 
@@ -484,6 +521,7 @@ impl<'a> Run<'a> {
         self.say_how_many();
         self.count_doubts();
         self.out.files = self.files;
+        pitch::keep(self.program, &mut self.out.moves);
         shared::number(&mut self.out.moves, &self.cycle_moves);
         self.out.moves.shrink_to_fit();
         self.out.between.shrink_to_fit();

@@ -7,6 +7,7 @@ use super::line::Line;
 use super::state::{Modal, Motion};
 use crate::diag::Severity;
 use crate::ids::BlockId;
+use crate::nc::doubt::Doubt;
 use crate::nc::toolpath::{Feed, FeedMode, Freeze, Move, MoveKind, State};
 use crate::path::{Curve, Vec3};
 
@@ -28,6 +29,9 @@ impl Run<'_> {
             return;
         }
         let turned = self.rotary_words(line);
+        if !machine {
+            self.offset_in_use();
+        }
         let feeding = matches!(self.modal.motion, Motion::Feed | Motion::Clockwise | Motion::CounterClockwise);
         self.warn_of_rotary(line, turned, feeding);
         if feeding && self.modal.feed_mode == FeedMode::InverseTime && !line.has(b'F') {
@@ -47,28 +51,19 @@ impl Run<'_> {
             Motion::Feed => self.feed_line(line, turned),
             Motion::Clockwise | Motion::CounterClockwise => self.arc(line, turned),
             Motion::Synchronised => self.frozen_line(line, Freeze::Synchronised),
-            Motion::Probe => self.frozen_line(line, Freeze::Probe),
+            Motion::RigidTap => self.rigid_tap(line),
+            Motion::Probe => self.probe(line),
             Motion::Cycle(code) => self.cycle(line, code),
         }
     }
 
-    /// Says once per range that a rotary axis turns in a cut, and once per program that one is positioned.
+    /// Says once per range that a rotary axis turns in a cut.
     fn warn_of_rotary(&mut self, line: &Line, turned: bool, feeding: bool) {
         let range = turned && feeding;
         let span = ROTARY.iter().find_map(|&letter| line.span(letter)).unwrap_or_default();
         if range && !self.rotary_range {
             let text = "a rotary axis turns in this motion: feeds are kept until it rests";
             self.say("nc::rotary", Severity::Warning, span, text, "");
-        } else if turned && !feeding && !self.rotary_positioned {
-            self.rotary_positioned = true;
-            let text = "a rotary axis is positioned; the stock is simulated as if it had not turned";
-            self.say(
-                "nc::rotary-position",
-                Severity::Warning,
-                span,
-                text,
-                "give each position as a program of its own",
-            );
         }
         self.rotary_range = range;
     }
@@ -77,8 +72,29 @@ impl Run<'_> {
         if turned {
             self.freeze = self.freeze.or(Some(Freeze::Rotary));
         }
+        if self.modal.tapping {
+            self.freeze = self.freeze.or(Some(Freeze::Synchronised));
+        }
         let target = self.target(line);
         self.line_to(MoveKind::Feed, target);
+    }
+
+    /// G33.1 taps and comes back to where it began, the spindle turning the other way.
+    fn rigid_tap(&mut self, line: &Line) {
+        let (start, turning) = (self.programmed, self.modal.turning);
+        self.frozen_line(line, Freeze::Synchronised);
+        self.turn(-turning);
+        self.line_to(MoveKind::Feed, start);
+        self.turn(turning);
+    }
+
+    /// A probing move ends where it touches: its axes may be anywhere on the way.
+    fn probe(&mut self, line: &Line) {
+        self.frozen_line(line, Freeze::Probe);
+        self.probed = true;
+        for (axis, letter) in AXES.into_iter().enumerate() {
+            self.elsewhere[axis] |= line.has(letter);
+        }
     }
 
     fn frozen_line(&mut self, line: &Line, why: Freeze) {
@@ -90,12 +106,19 @@ impl Run<'_> {
     /// Takes A, B, C in; true when one of them turns.
     fn rotary_words(&mut self, line: &Line) -> bool {
         let mut turned = false;
+        let Some(place) = ROTARY.iter().find_map(|&letter| line.span(letter)) else { return false };
         for (axis, letter) in ROTARY.into_iter().enumerate() {
             if let Some(value) = line.get(letter) {
                 let to = if self.modal.incremental { self.rotary[axis] + value } else { value };
                 turned |= to != self.rotary[axis];
                 self.rotary[axis] = to;
             }
+        }
+        // The part as the setup has it stands at 0, where every control begins.
+        if self.rotary != [0.0; 3] || self.rotary_lost {
+            self.doubt(Doubt::RotaryAxis, place);
+        } else {
+            self.certain(Doubt::RotaryAxis);
         }
         turned
     }
@@ -148,13 +171,17 @@ impl Run<'_> {
         self.approach_without_contour();
         let unit = self.modal.unit_mm();
         let origin = self.env.origin(self.modal.wcs);
-        let mut to = self.tool;
+        // Where compensation has ended, the tool comes back to the contour with this motion.
+        let mut to = if self.compensation.is_none() { self.frame.apply(self.programmed) } else { self.tool };
         for (axis, letter) in AXES.into_iter().enumerate() {
             let Some(value) = line.get(letter) else { continue };
             if self.env.home_mm.is_some() {
                 to[axis] = value * unit - origin[axis];
             } else if axis == 2 {
                 to.z = to.z.max(self.env.clear_z_mm);
+                self.elsewhere[2] = true;
+            } else {
+                self.elsewhere[axis] = true;
             }
         }
         let kind = if self.modal.motion == Motion::Rapid { MoveKind::Rapid } else { MoveKind::Feed };

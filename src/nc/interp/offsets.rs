@@ -4,10 +4,13 @@ use super::Run;
 use super::line::Line;
 use crate::diag::Severity;
 use crate::nc::dialect::Dialect;
+use crate::nc::doubt::Doubt;
 use crate::nc::toolpath::MoveKind;
 use crate::path::{Curve, Vec3};
 
 const AXES: [u8; 3] = *b"XYZ";
+/// Program and setup state the same origin, mm: apart by no more than the rounding of either (0.001 mm, 0.0001 inch) adds up to.
+const AGREES_MM: f64 = 0.005;
 
 impl Run<'_> {
     /// G54–G59, G59.1–G59.3 (590 + n), G54.1 P (Fanuc), G154 P (Haas): the machine stays, its coordinates change.
@@ -21,7 +24,49 @@ impl Run<'_> {
             self.tool += self.env.origin(self.modal.wcs) - self.env.origin(wcs);
             self.modal.wcs = wcs;
             self.reframe();
+            self.doubt_of_origin();
         }
+    }
+
+    /// The offset in force is one that the program sets otherwise than the setup has it.
+    fn doubt_of_origin(&mut self) {
+        if self.unstated.contains(&self.modal.wcs) {
+            self.doubt(Doubt::ZeroShift, self.source.program().span(self.block));
+        }
+    }
+
+    /// Before a motion: one single offset is the stock's own; a second one is known only where the setup gives both origins.
+    #[inline]
+    pub(super) fn offset_in_use(&mut self) {
+        let wcs = self.modal.wcs;
+        let first = *self.first_wcs.get_or_insert(wcs);
+        if wcs == self.last_wcs {
+            return;
+        }
+        self.last_wcs = wcs;
+        let given = |wcs: u16| self.env.origins.iter().any(|(number, _)| *number == wcs);
+        if wcs == first {
+            self.certain(Doubt::WorkOffset);
+        } else if !given(first) || !given(wcs) {
+            self.doubt(Doubt::WorkOffset, self.source.program().span(self.block));
+        }
+    }
+
+    /// Is the place of this axis not known: never commanded, after a probing move, after something not understood?
+    fn place_open(&self, axis: usize) -> bool {
+        !self.known[axis] || self.elsewhere[axis]
+    }
+
+    /// The program sets the zero where the tool stands, and that is not known: the part is taken to be where the setup has
+    /// it, so that the tool stands at what is programmed.
+    fn stand_at(&mut self, words: [Option<f64>; 3]) {
+        let mut at = self.frame.invert(self.tool);
+        for axis in (0..3).filter(|&axis| self.place_open(axis)) {
+            at[axis] = words[axis].unwrap_or(at[axis]);
+        }
+        self.tool = self.frame.apply(at);
+        let why = if self.probed { Doubt::Probe } else { Doubt::ZeroShift };
+        self.doubt(why, self.source.program().span(self.block));
     }
 
     /// After a change of the frame: the tool stays, its programmed coordinates change.
@@ -41,14 +86,20 @@ impl Run<'_> {
     /// G10, G52, G92 and its variants.
     pub(super) fn offset(&mut self, line: &Line, code: u16) {
         let words = self.words_mm(line);
+        if line.has_any(b"ABC") && self.rotary != [0.0; 3] {
+            self.rotary_lost = true;
+        }
         match code {
             520 => set(&mut self.frame.local, words),
             920 => {
+                if (0..3).any(|axis| words[axis].is_some() && self.place_open(axis)) {
+                    self.stand_at(words);
+                }
                 let rest = self.frame.invert(self.tool);
                 for (axis, word) in words.iter().enumerate() {
                     if let Some(value) = word {
                         self.frame.g92[axis] += rest[axis] - value;
-                        self.known[axis] = true;
+                        (self.known[axis], self.elsewhere[axis]) = (true, false);
                     }
                 }
                 self.frame.g92_aside = self.frame.g92;
@@ -126,7 +177,9 @@ impl Run<'_> {
         let number = line.get(b'P').unwrap_or(0.0) as u16;
         let wcs = if number == 0 { self.modal.wcs } else { 53 + number };
         let known = self.env.origins.iter().any(|(number, _)| *number == wcs);
-        let first = !known && !self.frame.changed.iter().any(|(number, _)| *number == wcs);
+        if level == 20.0 && (0..3).any(|axis| words[axis].is_some() && self.place_open(axis)) {
+            self.stand_at(words);
+        }
         let mut change = self.frame.change_of(wcs);
         let origin = self.env.origin(wcs);
         for (axis, word) in words.iter().enumerate() {
@@ -139,10 +192,12 @@ impl Run<'_> {
                 value - origin[axis]
             };
         }
-        if first && change != Vec3::zeros() {
-            let text = format!("G{wcs} is set by the program; the setup does not say where it was");
-            self.say("nc::offset-unknown", Severity::Warning, place, text, "give its origin under [offsets]");
+        let agrees = |axis: usize| words[axis].is_none_or(|value| (value - origin[axis]).abs() <= AGREES_MM);
+        self.unstated.retain(|number| *number != wcs);
+        if level == 2.0 && !self.modal.incremental && !(known && (0..3).all(agrees)) {
+            self.unstated.push(wcs);
         }
+        self.doubt_of_origin();
         self.frame.changed.retain(|(number, _)| *number != wcs);
         self.frame.changed.push((wcs, change));
     }
@@ -156,6 +211,9 @@ impl Run<'_> {
             self.line_to(MoveKind::Rapid, target);
         }
         let mut to = self.tool;
+        if self.env.home_mm.is_none() {
+            (0..3).filter(|&axis| named[axis]).for_each(|axis| self.elsewhere[axis] = true);
+        }
         match self.env.home_mm {
             Some(home) => {
                 let home = home - self.env.origin(self.modal.wcs);

@@ -1,8 +1,9 @@
 //! G and M codes that put something in force: modes, units, offsets, feed, speed, tool.
 
 use super::Run;
+use super::known::known_m;
 use super::line::Line;
-use super::state::{FeedWord, Motion};
+use super::state::{FeedWord, Modal, Motion};
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::dialect::{Dialect, Syntax};
@@ -35,8 +36,13 @@ impl Run<'_> {
         let mut stated = false;
         let path_mode = self.modal.path_mode;
         let unit_before = self.modal.unit_mm();
+        let before = self.modal;
         for &(code, span) in &line.g {
             self.setting(code, span, line, &mut action, &mut stated);
+        }
+        if self.misread.is_some() {
+            self.modal = Modal { wcs: self.modal.wcs, ..before };
+            return;
         }
         if line.has_g(650) || line.has_g(660) {
             // Every other word is an argument of the macro.
@@ -67,6 +73,9 @@ impl Run<'_> {
         if line.has_g(90) {
             self.modal.path_mode = path_mode;
         }
+        if line.has_g(630) && self.modal.motion == Motion::Synchronised {
+            self.modal.motion = before.motion;
+        }
         if std::mem::take(&mut self.call_after) {
             self.call_cycle(self.source.program().span(self.block));
         }
@@ -86,6 +95,9 @@ impl Run<'_> {
         let modal = &mut self.modal;
         let mut motion = |kind: Motion| {
             modal.motion = kind;
+            if !matches!(kind, Motion::Cycle(_)) {
+                modal.group_one = kind;
+            }
             *stated = true;
         };
         match code {
@@ -93,12 +105,19 @@ impl Run<'_> {
             10 => motion(Motion::Feed),
             20 => motion(Motion::Clockwise),
             30 => motion(Motion::CounterClockwise),
-            330 | 331 | 630 => motion(Motion::Synchronised),
+            320 | 330 => motion(Motion::Synchronised),
+            331 => motion(Motion::RigidTap),
+            630 => self.tapping_mode(line),
             310 | 380..=385 => motion(Motion::Probe),
-            730 | 740 | 760 | 810..=890 => motion(Motion::Cycle(code)),
+            730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => motion(Motion::Cycle(code)),
+            // Rigid tapping, right and left hand, in the format of Fanuc series 10/11.
+            842 => motion(Motion::Cycle(840)),
+            843 => motion(Motion::Cycle(740)),
             800 => {
+                // LinuxCNC has no motion in force after G80; elsewhere group 1 is in force again.
                 if !*stated {
-                    modal.motion = Motion::None;
+                    let linuxcnc = self.program.dialect() == Dialect::LinuxCnc;
+                    modal.motion = if linuxcnc { Motion::None } else { modal.group_one };
                 }
             }
             40 => *action = Action::Dwell,
@@ -112,10 +131,12 @@ impl Run<'_> {
             100 | 520 | 920..=923 | 680 | 690 | 510 | 511 | 500 | 501 => *action = Action::Offset(code),
             281 | 301 => *action = Action::Keep,
             540 | 541 | 550 | 560 | 570 | 580 | 590..=593 | 1540 => self.select_wcs(code, line),
-            610 => modal.path_mode = PathMode::ExactPath,
+            610 => (modal.path_mode, modal.tapping) = (PathMode::ExactPath, false),
+            620 => modal.tapping = false,
             90 | 611 => modal.path_mode = PathMode::ExactStop,
             640 => {
                 let tolerance = line.get(b'P').map(|p| p * modal.unit_mm());
+                modal.tapping = false;
                 modal.path_mode = tolerance.map_or(PathMode::Continuous, PathMode::Tolerance);
             }
             900 | 910 => modal.incremental = code == 910,
@@ -144,14 +165,28 @@ impl Run<'_> {
             }
             121 | 1070 | 1120 => self.lose_frame(span, "cylindrical or polar interpolation", "its own code ends it"),
             131 | 1130 => self.find_frame(),
-            80 | 110 | 430 | 431 | 432 | 434 | 435 | 440 | 490 | 531 | 620 | 650 | 960 | 970 | 1030 | 1870 | 2340
-            | 2540 | 2550 => {}
+            // Tool centre point control, and the offset that turns with the table (Haas G254).
+            434 | 435 | 2340 | 2540 => self.doubt(Doubt::TiltedFrame, span),
+            430 | 440 | 490 | 2550 => {
+                if !self.frame_lost {
+                    self.certain(Doubt::TiltedFrame);
+                }
+            }
+            80 | 110 | 431 | 432 | 531 | 650 | 960 | 970 | 1030 | 1870 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.source.program().text())).into_owned();
-                self.doubt(Doubt::UnknownCode, span);
-                self.not_understood("nc::unknown-g", span, format!("{text} is not known here"), "its feed is kept");
+                self.misread("nc::unknown-g", span, format!("{text} is not known here"), "the block is left as it is");
             }
+        }
+    }
+
+    /// G63 with a motion of its own is one tapping stroke (Siemens); for the others it is a mode until G61, G62 or G64.
+    fn tapping_mode(&mut self, line: &Line) {
+        self.modal.tapping = self.program.dialect() != Dialect::Siemens;
+        let own = line.g.iter().any(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
+        if !own && line.has_any(b"XYZ") {
+            self.modal.motion = Motion::Synchronised;
         }
     }
 
@@ -277,14 +312,20 @@ impl Run<'_> {
         Some(if counts_ms && !text.contains(&b'.') { value * 1e-3 } else { value }.max(0.0))
     }
 
-    fn stops(&mut self, line: &Line) {
+    pub(super) fn stops(&mut self, line: &Line) {
         for &(code, place) in &line.m {
             let end = matches!(code, 20 | 300);
             if end || matches!(code, 0 | 10 | 600) {
                 self.event(Event::Stop { line: self.line_number(), end });
             }
-            if matches!(code, 0 | 600) {
-                self.doubt(Doubt::ProgramStop, place);
+            match code {
+                // M1 is no doubt: with its switch off the control passes it, so that nothing in the program can rely on it.
+                0 | 600 => self.doubt(Doubt::ProgramStop, place),
+                // M128 … M129 of Heidenhain: the control follows the tip of the tool.
+                1280 if self.program.dialect() == Dialect::Heidenhain => self.doubt(Doubt::TiltedFrame, place),
+                1290 if self.program.dialect() == Dialect::Heidenhain => self.certain(Doubt::TiltedFrame),
+                _ if !known_m(self.program.dialect(), code) => self.doubt(Doubt::UnknownCode, place),
+                _ => {}
             }
             self.ended |= end;
         }

@@ -10,6 +10,7 @@ use super::siemens_flow::structure_word;
 use super::state::Motion;
 use crate::diag::Span;
 use crate::ids::BlockId;
+use crate::nc::doubt::Doubt;
 use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::PathMode;
@@ -126,12 +127,11 @@ impl Run<'_> {
                         "RET" => self.siemens_return(),
                         _ if QUIET.contains(&name.as_str()) => {}
                         _ if self.call_siemens(&name, repeats(line), Vec::new()) => line.called.push(token.span),
-                        _ => self.not_understood(
-                            "nc::not-understood",
-                            token.span,
-                            format!("{name} is not known here"),
-                            "",
-                        ),
+                        _ => {
+                            self.doubt(Doubt::MissingProgram, token.span);
+                            let said = format!("{name} is not known here");
+                            self.not_understood("nc::not-understood", token.span, said, "");
+                        }
                     }
                 }
                 _ => {}

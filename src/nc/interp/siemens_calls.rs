@@ -7,6 +7,7 @@ use super::line::Line;
 use super::siemens::ANEW;
 use super::siemens_flow::name;
 use crate::diag::{Severity, Span};
+use crate::nc::doubt::Doubt;
 use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::Freeze;
@@ -20,6 +21,10 @@ pub(super) struct ModalCall {
 
 /// Calls that move nothing here.
 const QUIET: [&str; 9] = ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "SETMS", "STOPRE", "FGROUP", "ORISOF"];
+
+/// Beginnings of the names of the control's own cycles: they cut and come back, and leave frame and feed as they were. Those
+/// that measure (CYCLE97x) set offsets.
+const OWN_CYCLES: [&str; 5] = ["CYCLE", "POCKET", "SLOT", "LONGHOLE", "HOLES"];
 
 impl Run<'_> {
     /// Name and arguments of `NAME(a, b, , c)`.
@@ -64,6 +69,11 @@ impl Run<'_> {
                 if self.call_siemens(name, repeats(line), arguments) {
                     line.called.push(span);
                 } else {
+                    if !OWN_CYCLES.iter().any(|cycle| name.starts_with(cycle)) {
+                        self.doubt(Doubt::MissingProgram, span);
+                    } else if name.starts_with("CYCLE97") {
+                        self.doubt(Doubt::Probe, span);
+                    }
                     let text = format!("{name} is kept, not simulated");
                     self.say("nc::cycle", Severity::Warning, span, text, "what it cuts is not known to the simulation");
                 }

@@ -19,8 +19,10 @@ pub enum Motion {
     Clockwise,
     /// G3
     CounterClockwise,
-    /// G33, G33.1, G63 … : feed bound to the spindle.
+    /// G32, G33, G331 … : feed bound to the spindle.
     Synchronised,
+    /// G33.1: in and out again, feed bound to the spindle.
+    RigidTap,
     /// G31, G38.x
     Probe,
     /// A canned cycle, by its G code times ten.
@@ -39,10 +41,14 @@ pub struct FeedWord {
 }
 
 /// Modal state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct Modal {
     /// Motion.
     pub motion: Motion,
+    /// The motion of group 1 that is in force again once a cycle is cancelled.
+    pub group_one: Motion,
+    /// G63 as a mode: the operator's and the control's feed overrides are off, because the feed belongs to a pitch.
+    pub tapping: bool,
     /// Plane of arcs, cycles and compensation.
     pub plane: Plane,
     /// G20
@@ -75,6 +81,8 @@ impl Default for Modal {
     fn default() -> Self {
         Self {
             motion: Motion::None,
+            group_one: Motion::None,
+            tapping: false,
             plane: Plane::Xy,
             inch: false,
             incremental: false,

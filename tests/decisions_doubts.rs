@@ -1,0 +1,256 @@
+//! What the simulation cannot know is never air: after an event of the text that may have moved part or frame, no feed is
+//! raised, and it is said once. One row for each event; then every event at every place of a program; then what is no event.
+
+#![allow(clippy::unwrap_used)]
+
+#[path = "common/slot.rs"]
+#[allow(dead_code)] // other tests use more of it
+mod slot;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use feedwright::nc::{self, Dialect, Doubt, Environment, Freeze, MoveKind, Toolpath};
+use feedwright::path::Vec3;
+
+/// Cut once, and once more where the simulation believes that nothing is left.
+const BEFORE: [&str; 9] =
+    ["%", "O1234", "G21 G90 G17", "T1 M6", "S8000 M3", "G0 X-8. Y10. Z5.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5."];
+const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
+
+/// Name, what stands between the two cuts, the dialect, and the doubt it is.
+const EVENTS: [(&str, &str, Dialect, Doubt); 29] = [
+    ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
+    ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
+    ("pallet", "M60", Dialect::LinuxCnc, Doubt::ProgramStop),
+    ("table turned", "G0 A90.", Dialect::Fanuc, Doubt::RotaryAxis),
+    ("head turned", "A-75.", Dialect::Generic, Doubt::RotaryAxis),
+    ("turned by an increment", "G91 G0 B45. G90", Dialect::Haas, Doubt::RotaryAxis),
+    ("both, a cut and back", "G0 A-60. C30.\nG1 X0. F600.\nG0 Z5. A0. C0.", Dialect::Fanuc, Doubt::RotaryAxis),
+    ("tool centre point", "G43.4 H1", Dialect::Fanuc, Doubt::TiltedFrame),
+    ("tool centre point 2", "G43.5 H1", Dialect::Fanuc, Doubt::TiltedFrame),
+    ("tool centre point of Haas", "G234 H1", Dialect::Haas, Doubt::TiltedFrame),
+    ("tilted plane", "G68.2 X0 Y0 Z0 I0 J45. K0", Dialect::Fanuc, Doubt::TiltedFrame),
+    (
+        "tilted plane, a cut and back",
+        "G68.2 X0 Y0 Z0 I0 J45. K0\nG1 X0. F600.\nG69",
+        Dialect::Fanuc,
+        Doubt::TiltedFrame,
+    ),
+    ("polar interpolation", "G12.1", Dialect::Fanuc, Doubt::TiltedFrame),
+    ("offset without origin", "G55", Dialect::Fanuc, Doubt::WorkOffset),
+    ("additional offset", "G54.1 P2", Dialect::Fanuc, Doubt::WorkOffset),
+    ("origin set", "G10 L2 P1 X5. Y0 Z0", Dialect::Fanuc, Doubt::ZeroShift),
+    ("zero where nobody knows", "G28\nG92 X0 Y0 Z0", Dialect::Fanuc, Doubt::ZeroShift),
+    ("zero from an unknown height", "G91 G28 Z0\nG90\nG10 L20 P1 Z50.", Dialect::LinuxCnc, Doubt::ZeroShift),
+    ("touch plate", "G38.2 Z-10. F50.\nG92 Z1.6\nG0 Z5.", Dialect::Grbl, Doubt::Probe),
+    ("touch plate, offset", "G38.2 Z-10. F50.\nG10 L20 P1 Z1.6\nG0 Z5.", Dialect::LinuxCnc, Doubt::Probe),
+    ("probed value", "G31 Z-10. F50.\n#101=#5063\nG0 Z5.", Dialect::Fanuc, Doubt::Probe),
+    ("missing program", "M98 P7000", Dialect::Fanuc, Doubt::MissingProgram),
+    ("missing macro", "G65 P9810 Z1.", Dialect::Fanuc, Doubt::MissingProgram),
+    ("missing routine", "o<gone> call [1]", Dialect::LinuxCnc, Doubt::MissingProgram),
+    ("M code that may be a macro", "M77", Dialect::Fanuc, Doubt::UnknownCode),
+    ("user's M code", "M101", Dialect::LinuxCnc, Doubt::UnknownCode),
+    ("unknown G code", "G200 X5.", Dialect::Fanuc, Doubt::UnknownCode),
+    ("text of another dialect", "F10 XY", Dialect::Generic, Doubt::UnknownCode),
+    ("variable of the control", "G0 X#500", Dialect::Fanuc, Doubt::UnknownValue),
+];
+
+fn with(event: &str, at: usize) -> String {
+    let mut lines: Vec<&str> = BEFORE.into_iter().chain(AFTER).collect();
+    lines.insert(at, event);
+    lines.join("\n") + "\n"
+}
+
+fn read(text: &str, dialect: Dialect, environment: &Environment<'_>) -> Toolpath {
+    nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(dialect)), environment)
+}
+
+/// A machine of which the setup gives neither home nor offsets.
+fn bare() -> Environment<'static> {
+    Environment { home_mm: None, start_mm: None, clear_z_mm: 100.0, ..Environment::default() }
+}
+
+/// Feed moves behind a line that may rise.
+fn free_behind(path: &Toolpath, line: u32) -> Vec<u32> {
+    let behind = path.iter_moves().filter(|(_, motion)| motion.kind == MoveKind::Feed && motion.line > line);
+    behind.filter(|(id, motion)| motion.freeze.is_none() && path.doubt_at(*id).is_none()).map(|(_, m)| m.line).collect()
+}
+
+#[test]
+fn every_event_is_a_doubt_and_said_once() {
+    for (name, event, dialect, doubt) in EVENTS {
+        let path = read(&with(event, BEFORE.len()), dialect, &bare());
+        let first = path.doubts.iter().find(|doubted| doubted.doubt == doubt);
+        let first = first.unwrap_or_else(|| panic!("{name}: {:?}", path.doubts));
+        assert!(first.line > BEFORE.len() as u32, "{name}");
+        assert_eq!(first.until, None, "{name}");
+        assert_eq!(free_behind(&path, BEFORE.len() as u32), [0_u32; 0], "{name}");
+        let said = path.diagnostics.iter().filter(|d| d.code == "nc::doubt" && d.text.starts_with(doubt.why()));
+        let said: Vec<_> = said.collect();
+        assert_eq!(said.len(), 1, "{name}: {:?}", path.diagnostics);
+        assert!(said[0].help.contains(doubt.name()), "{name}: {}", said[0].help);
+    }
+    let twice = read(&with("M0\nM0\nM0", BEFORE.len()), Dialect::Fanuc, &bare());
+    let said: Vec<_> = twice.diagnostics.iter().filter(|d| d.code == "nc::doubt").collect();
+    assert!(said.len() == 1 && said[0].text.contains("3 places"), "{said:?}");
+}
+
+#[test]
+fn an_event_anywhere_leaves_nothing_behind_it_free() {
+    for (name, event, dialect, _) in EVENTS {
+        for at in 2..BEFORE.len() + AFTER.len() - 2 {
+            let path = read(&with(event, at), dialect, &bare());
+            let last = at as u32 + event.lines().count() as u32;
+            // A zero set at the head, before any motion, is as unknown as later; a second offset is one only once another was used.
+            let single = matches!(name, "offset without origin" | "additional offset") && at <= 5;
+            if !single {
+                assert_eq!(free_behind(&path, last), [0_u32; 0], "{name} at line {}", at + 1);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_known_is_no_doubt() {
+    let origins = vec![(54, Vec3::new(0.0, 0.0, 0.0)), (55, Vec3::new(80.0, 0.0, 0.0))];
+    let known = Environment { origins, ..bare() };
+    for (name, event) in [
+        ("optional stop", "M1"),
+        ("local shift", "G52 X5."),
+        ("zero of a place that is known", "G92 X-8."),
+        ("end of the zero", "G92.1"),
+        ("offset whose origin is given", "G55"),
+        ("the same origin", "G10 L2 P1 X0.004 Y0 Z0"),
+        ("offset elsewhere", "G10 L2 P6 X9."),
+        ("rotary axis at rest", "G0 A0."),
+        ("rotary axis there and back", "G0 A90.\nG0 A0."),
+        ("tool centre point without a cut", "G43.4 H1\nG0 X0.\nG49"),
+        ("probe that sets nothing", "G31 Z-10. F50.\nG0 Z5."),
+        ("coolant, gears", "M8\nM9\nM41"),
+        ("variable that is set", "#500=5.\nG0 X#500"),
+        ("variable in a feed", "G1 F#500\nG1 F600."),
+        ("vacant argument asked for", "IF [#7 EQ #0] THEN #100=1"),
+    ] {
+        let path = read(&with(event, BEFORE.len()), Dialect::Fanuc, &known);
+        let second: Vec<_> = path.iter_moves().filter(|(_, m)| m.line > BEFORE.len() as u32 + 4).collect();
+        assert!(!second.is_empty(), "{name}");
+        assert!(second.iter().all(|(id, _)| path.doubt_at(*id).is_none()), "{name}: {:?}", path.doubts);
+    }
+    for (name, event, doubt) in [
+        ("another origin", "G10 L2 P1 X0.006 Y0 Z0", Doubt::ZeroShift),
+        ("an origin nobody gave", "G56", Doubt::WorkOffset),
+        ("an origin set by the program, then used", "G10 L2 P6 X9.\nG59", Doubt::ZeroShift),
+    ] {
+        let path = read(&with(event, BEFORE.len()), Dialect::Fanuc, &known);
+        assert!(path.doubts.iter().any(|doubted| doubted.doubt == doubt), "{name}: {:?}", path.doubts);
+    }
+}
+
+#[test]
+fn a_block_that_cannot_be_read_sets_nothing() {
+    for block in
+        ["F10 XY", "F30 Z", "G0 X1. X2. F10", "G91 X5. U3. F10", "G1 F10 X[1+2", "G200 G91 G0 X5. F10", "F10 X[1/0]"]
+    {
+        let path =
+            read(&format!("G90 G1 X1. F100.\n{block}\nX7. Y3.\nM30\n"), Dialect::Generic, &Environment::default());
+        let [_, last] = path.moves.as_slice() else { panic!("{block}: {:?}", path.moves) };
+        assert_eq!(last.kind, MoveKind::Feed, "{block}");
+        assert_eq!(last.curve().to(), Vec3::new(7.0, 3.0, 0.0), "{block}");
+        assert_eq!((last.feed.mm_s * 60.0).round(), 100.0, "{block}");
+        assert!(!last.splittable, "{block}: where it begins is not known");
+        assert_eq!(path.doubts[0].doubt, Doubt::UnknownCode, "{block}");
+    }
+    let path = read("G1 X1. F100.\nM98 P7000\nX2.\nX3. F200.\nM30\n", Dialect::Fanuc, &Environment::default());
+    assert!(path.moves[1].freeze.is_some(), "the feed after a missing program is not known");
+    assert_eq!(path.moves[2].freeze, None);
+}
+
+#[test]
+fn feeds_that_belong_to_a_pitch_are_kept() {
+    let hole = "G0 X5. Y5. Z2.\n";
+    for (name, text, dialect) in [
+        ("G63 as a mode", "S500 M3\nG63\nG1 Z-10. F600.\nM4\nG1 Z2.\nG64\n", Dialect::Fanuc),
+        ("G63 with its motion", "S500 M3\nG63 Z-10. F600\nG63 Z2. M4\n", Dialect::Siemens),
+        ("G32", "S500 M3\nG32 Z-10. F1.25\nG32 Z2.\n", Dialect::Fanuc),
+        ("rigid tapping", "S500 M3\nG84.2 Z-10. R2. F625.\nG80\n", Dialect::Fanuc),
+        ("left-hand rigid tapping", "S500 M4\nG84.3 Z-10. R2. F625.\nG80\n", Dialect::Fanuc),
+        ("spindle reversed at the bottom", "S500 M3\nG1 Z-10. F611.\nM4\nZ2.\n", Dialect::Fanuc),
+        ("F = P S, self-reversing head", "S500 M3\nG1 Z-10. F625.\nZ2.\n", Dialect::Fanuc),
+        ("F = P S in threads per inch", "S500 M3\nG1 Z-10. F635.\nZ2.\n", Dialect::Fanuc),
+        ("tap by its comment", "(T2 M8 TAP)\nT2 M6\nS500 M3\nG1 Z-10. F611.\nG0 Z2.\n", Dialect::Fanuc),
+        (
+            "thread mill",
+            "T3 M6 (THREAD MILL M20X1.5)\nS500 M3\nG1 Z-10. F611.\nG3 X5. Y5. Z-8.5 I2. J0 F200.\nG0 Z2.\n",
+            Dialect::Fanuc,
+        ),
+    ] {
+        let path = read(&format!("G21 G90\n{hole}{text}M30\n"), dialect, &Environment::default());
+        let feeds: Vec<_> = path.moves.iter().filter(|m| m.kind == MoveKind::Feed).collect();
+        assert!(feeds.len() >= 1 + usize::from(!name.contains("comment")), "{name}");
+        assert!(feeds.iter().all(|m| m.freeze == Some(Freeze::Synchronised)), "{name}: {feeds:?}");
+    }
+    for (name, text) in [
+        ("G63 has ended", "S500 M3\nG63\nG64\nG1 Z-10. F611.\n"),
+        ("drilling by hand, feed per turn no pitch", "S500 M3\nG1 Z-10. F611.\nZ2.\n"),
+        ("just off the pitch", "S500 M3\nG1 Z-10. F627.\nZ2.\n"),
+        ("up first", "S500 M3\nG1 Z10. F625.\nZ2.\n"),
+        ("not straight", "S500 M3\nG1 X6. Z-10. F625.\nX5. Z2.\n"),
+        ("a taper is no tap", "(T2 TAPER MILL)\nT2 M6\nS500 M3\nG1 Z-10. F611.\n"),
+    ] {
+        let path = read(&format!("G21 G90\n{hole}{text}M30\n"), Dialect::Fanuc, &Environment::default());
+        assert!(path.moves.iter().all(|m| m.freeze.is_none()), "{name}: {:?}", path.moves);
+    }
+}
+
+#[test]
+fn after_g80_group_one_is_in_force_again() {
+    for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::Generic] {
+        let text = "G90 G0 X0 Y0 Z10.\nG98 G81 X5. Z-5. R2. F100.\nG80\nZ15.\nG81 X8. Z-5. R2.\nG80 X9. Y2.\nG0 X50. Y30.\nM30\n";
+        let path = read(text, dialect, &Environment::default());
+        let ends = |line: u32| path.moves.iter().filter(move |m| m.line == line).map(|m| (m.kind, m.curve().to()));
+        assert_eq!(ends(4).collect::<Vec<_>>(), [(MoveKind::Rapid, Vec3::new(5.0, 0.0, 15.0))]);
+        assert_eq!(ends(6).collect::<Vec<_>>(), [(MoveKind::Rapid, Vec3::new(9.0, 2.0, 15.0))]);
+        assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
+    }
+}
+
+/// Highest feed of the stations of each line as written, mm/min.
+fn highest(dir: &Path) -> BTreeMap<u32, f64> {
+    let mut reader = csv::Reader::from_path(dir.join("r.csv")).unwrap();
+    let headers = reader.headers().unwrap().clone();
+    let at = |name: &str| headers.iter().position(|header| header == name).unwrap();
+    let (line, feed, motion) = (at("line"), at("feed_after_mm_min"), at("motion"));
+    let mut highest = BTreeMap::new();
+    for record in reader.records().map(Result::unwrap).filter(|record| &record[motion] != "rapid") {
+        let known: &mut f64 = highest.entry(record[line].parse().unwrap()).or_default();
+        *known = known.max(record[feed].parse().unwrap());
+    }
+    highest
+}
+
+/// Feeds behind the first cut after `optimize` with limits that allow anything: those above what is programmed.
+fn raised(event: &str, dialect: Dialect) -> (Vec<(u32, f64)>, String) {
+    let setup = slot::SETUP.replace("linuxcnc", dialect.name()) + "air_feed = 4000\nforce_xy = 4500\n";
+    let dir = slot::bench(&with(event, BEFORE.len()), &setup);
+    let out = slot::feedwright(dir.path(), &["optimize", "part.nc", "--csv", "r.csv", "--json", "r.json"]);
+    let behind = BEFORE.len() as u32 + event.lines().count() as u32;
+    if !dir.path().join("r.csv").exists() {
+        return (Vec::new(), String::from_utf8_lossy(&out.stderr).into_owned());
+    }
+    let said = fs::read_to_string(dir.path().join("r.json")).unwrap();
+    let feeds = highest(dir.path()).into_iter().filter(|(line, feed)| *line > behind && *feed > 600.5);
+    (feeds.collect(), said)
+}
+
+#[test]
+fn optimize_raises_nothing_behind_an_event() {
+    let (control, _) = raised("(NOTHING)", Dialect::Fanuc);
+    assert!(!control.is_empty(), "without an event the second cut is air and runs faster");
+    for (name, event, dialect, doubt) in EVENTS {
+        let (feeds, said) = raised(event, dialect);
+        assert!(feeds.is_empty(), "{name}: {feeds:?}");
+        assert!(said.contains(doubt.why()), "{name}: {said}");
+    }
+}
