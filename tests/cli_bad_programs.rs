@@ -261,3 +261,60 @@ fn each_fault_in_every_dialect() {
         .collect();
     assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), faults.len() * DIALECTS.len(), wrong.join("\n-----\n"));
 }
+
+/// A program of a style, run through `optimize` with the setup of a mill.
+fn optimised(name: &str, text: &str, options: &[&str]) -> (Option<i32>, String, bool) {
+    let folder = tempfile::tempdir().unwrap();
+    let [program, setup, out] = ["p.nc", "s.toml", "o.nc"].map(|name| folder.path().join(name));
+    fs::write(&program, text).unwrap();
+    fs::write(&setup, SETUP).unwrap();
+    let mut command = Command::cargo_bin("feedwright").unwrap();
+    command.args(["optimize", "--no-color"]).arg(&program).arg("--setup").arg(&setup).arg("-o").arg(&out).args(options);
+    let result = command.output().unwrap();
+    println!("{name}: {:?}\n{}", result.status.code(), String::from_utf8_lossy(&result.stderr));
+    (result.status.code(), String::from_utf8_lossy(&result.stderr).into_owned(), out.exists())
+}
+
+/// Seven styles of turning (F0.4 became F6000 once): one sentence, exit code 2, nothing written; `--mill` has the last word.
+#[test]
+fn turning_programs_are_refused_unless_a_mill_runs_them() {
+    let styles = [
+        ("Fanuc", "%\nO0101\nG50 S2500\nT0101\nG96 S180 M3\nG0 X30. Z2.\nG1 Z-5. F0.25\nM30\n%\n"),
+        (
+            "Fanuc cycles",
+            "O1\nT0101\nG97 S900 M3\nG71 U2. R0.5\nG71 P1 Q2 U0.4 W0.1 F0.25\nN1 G0 X20.\nN2 G1 Z-5. F0.1\nM30\n",
+        ),
+        ("increments", "O7\nT0404\nG97 S700 M3\nG0 X40. Z1.\nG1 W-21. F0.2\nU2.\nM30\n"),
+        ("Haas", "%\nO00012\nT202\nG97 S900 M03\nG99\nG00 X2.1 Z0.1\nG01 X-0.06 F0.008\nM30\n%\n"),
+        ("Okuma", "G00 X800 Z700\nG97 S300 M03\nG01 Z552 F0.4\nX160\nM02\n"),
+        (
+            "Siemens",
+            "N1 G18 G90 G95\nN2 T=\"SCHRUPPER\" D1\nN3 G96 S200 LIMS=3000 M4\nN4 G0 X62 Z2\nN5 G1 Z-40 F0.3\nM30\n",
+        ),
+        ("thread", "%\nO14\nT0303\nG97 S600 M03\nG0 X1.1 Z0.3\nG76 X0.88 Z-1. K0.061 D0.012 F0.0833\nM30\n%\n"),
+    ];
+    for (name, text) in styles {
+        let (code, said, written) = optimised(name, text, &[]);
+        assert_eq!((code, written), (Some(2), false), "{name}");
+        assert!(said.contains("turning program") && said.contains("--mill"), "{name}: {said}");
+    }
+    let slot = "G21\nT1 M6\nM3 S8000\nG0 X-10 Z2\nG1 Z-1 F200\nX50 F400\nG0 Z50\nM30\n";
+    assert_ne!(optimised("a slot without Y", slot, &[]).0, Some(2));
+    let (code, said, _) = optimised("with --mill", styles[4].1, &["--mill"]);
+    assert!(code != Some(2) || !said.contains("turning"), "{said}");
+}
+
+/// Controls whose words mean other things than in every dialect that is read.
+#[test]
+fn controls_that_are_not_read_are_refused_by_name() {
+    let texts = [
+        ("WinCNC", "G90\nS12000\nM3\nF10 XY\nF30 Z\nG1 X5 Y5\n"),
+        ("Okuma OSP", "O100\nG15 H1\nG56 H1\nG0 X10 Y20\nG1 Z-1 F200\nM02\n"),
+        ("Fadal", "#CLEAR\nL100\nG91 G1 X1. F100.\nM17\nM30\nG0 X0 Y0\nM2\n"),
+    ];
+    for (name, text) in texts {
+        let (code, said, written) = optimised(name, text, &[]);
+        assert_eq!((code, written), (Some(2), false), "{name}");
+        assert!(said.contains(name) && said.contains("--dialect"), "{name}: {said}");
+    }
+}

@@ -492,3 +492,131 @@ fn wear_moves_the_path_by_its_value() {
     let said = nc::interpret(&unknown, &wear(Compensation::Wear, Vec::new())).diagnostics;
     assert!(said.iter().any(|d| d.code == "nc::wear" && d.line == Some(2)), "{said:?}");
 }
+
+/// Settings of a printer's firmware carry axis letters, and move nothing.
+#[test]
+fn settings_of_a_firmware_are_no_motions() {
+    let text = "G21\nM92 X100 Y100\nM203 X5000 Y5000 Z300\nM204 P500\nG0 X1 Y1\nG1 X10 F300\nM205 X8\n";
+    let program = nc::parse(text.as_bytes().to_vec(), None);
+    let found = program.recognised().expect("recognised");
+    assert_eq!((found.control, program.dialect()), (nc::recognise::Control::Marlin, Dialect::Grbl));
+    let path = nc::interpret(&program, &Environment::default());
+    assert_eq!(ends(&path), [[1.0, 1.0, 0.0], [10.0, 1.0, 0.0]]);
+    let codes: Vec<&str> = path.diagnostics.iter().map(|said| said.code).collect();
+    assert_eq!(codes, ["nc::dialect"], "said once as what it is read");
+}
+
+/// A line that begins with `%` and goes on in words is a remark; `%` alone ends the program.
+#[test]
+fn a_percent_with_words_is_a_remark() {
+    let after = |line: &str| read(&format!("%\nG1 X1 F100\n{line}\nX2\n"), Dialect::Generic).moves.len();
+    assert_eq!([after("% vfd enable"), after("%"), after("% ")], [2, 1, 1]);
+}
+
+/// Plain language with its block numbers, in an environment that knows tool 1.
+fn plain(lines: &str) -> Toolpath {
+    let all = std::iter::once("BEGIN PGM T MM").chain(lines.lines()).chain(std::iter::once("END PGM T MM"));
+    let text: String = all.enumerate().map(|(k, line)| format!("{k} {line}\n")).collect();
+    let environment = Environment { diameters_mm: vec![(1, 10.0)], ..Environment::default() };
+    nc::interpret(&nc::parse(text.into_bytes(), Some(Dialect::Heidenhain)), &environment)
+}
+
+fn codes(path: &Toolpath) -> Vec<&'static str> {
+    path.diagnostics.iter().map(|said| said.code).collect()
+}
+
+/// The plane of an arc follows from the axes of CC (TNC 640, Setting the pole); a ramp of Fusion lies in ZX.
+#[test]
+fn arcs_about_a_pole_lie_in_the_plane_of_its_axes() {
+    let path = plain(
+        "L X+10 Y+0 Z+0 R0 F500\nCC X+10 Z+5\nCP IPA+90 DR+\nL X+40\nCC Y+0 Z+0\nC Y+5 Z+0 DR-\nCC X+30 Y+5\nC X+30 Y+15 DR+",
+    );
+    assert_quiet(&path);
+    let arcs: Vec<(&str, f64)> = path
+        .moves
+        .iter()
+        .filter_map(|motion| match motion.curve() {
+            Curve::Arc(arc) => Some((arc.plane.name(), (arc.sweep_rad / std::f64::consts::TAU * 1e6).round() / 1e6)),
+            Curve::Line { .. } => None,
+        })
+        .collect();
+    // In ZX the angle counts from +Z towards +X: from (X10, Z0) below the pole a quarter turn leads to X5, Z5.
+    assert_eq!(arcs[0], ("zx", 0.25));
+    assert_eq!(ends(&path)[1], [5.0, 0.0, 5.0]);
+    assert_eq!(arcs[1].0, "yz");
+    assert_eq!((arcs[1].1, ends(&path)[3]), (-0.25, [40.0, 5.0, 0.0]));
+    assert_eq!(arcs[2].0, "xy", "the next pole is in XY again");
+}
+
+/// What turns the frame keeps feeds until the initial frame is there again, whatever turned it; a preset does not.
+#[test]
+fn frames_of_plain_language_keep_feeds_until_they_end() {
+    let frozen = |on: &str, off: &str| {
+        let path = plain(&format!("TOOL CALL 1 Z S3000\nL X+1 F500\n{on}\nL X+2\n{off}\nL X+3"));
+        path.moves.iter().map(|motion| motion.freeze == Some(Freeze::NotUnderstood)).collect::<Vec<_>>()
+    };
+    for (on, off) in [
+        ("PLANE SPATIAL SPA+30 SPB+0 SPC+0 TURN MBMAX FMAX", "PLANE RESET STAY"),
+        ("PLANE SPATIAL SPA+30 SPB+0 SPC+0 STAY", "PLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY"),
+        ("CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+0 B+45", "CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+0 B+0"),
+        ("M128", "M129"),
+        ("FUNCTION TCPM F TCP AXIS POS", "FUNCTION RESET TCPM"),
+        ("TOOL CALL 1 Y S3000", "TOOL CALL 1 Z S3000"),
+    ] {
+        assert_eq!(frozen(on, off), [false, true, false], "{on}");
+    }
+    let both = frozen("M128\nPLANE SPATIAL SPA+30 SPB+0 SPC+0 STAY", "PLANE RESET STAY");
+    assert_eq!(both, [false, true, true], "M128 is still in force");
+    assert_eq!(frozen("CYCL DEF 247 DATUM SETTING ~\nQ339=+1 ;DATUM NUMBER", ""), [false, false, false]);
+    let other = "CYCL DEF 247 ~\nQ339=+1\nL X+9\nCYCL DEF 247 ~\nQ339=+2";
+    assert_eq!(frozen(other, ""), [false, false, true, true], "another preset lies elsewhere");
+}
+
+/// What only the control knows is not 0: its words are left out and said, its cycle is kept.
+#[test]
+fn parameters_of_the_control_are_never_zero_by_silence() {
+    let hole = |feed: &str, call: &str| {
+        plain(&format!(
+            "TOOL CALL {call}\nL X+5 Y+5 Z+50 R0 FMAX M3\nCYCL DEF 200 DRILLING ~\nQ200=2 ~\nQ201=-10 ~\nQ206={feed} ~\nQ202=5 ~\nQ203=+0 ~\nQ204=50\nCYCL CALL"
+        ))
+    };
+    let feeds = |path: &Toolpath| -> Vec<f64> {
+        path.moves.iter().filter(|m| m.kind == MoveKind::Feed).map(|m| (m.feed.mm_s * 60.0).round()).collect()
+    };
+    assert_eq!(feeds(&hole("AUTO", "1 Z S3000 F250")), [250.0; 3], "the feed of the tool call");
+    let unknown = hole("AUTO", "1 Z S3000");
+    assert_eq!((feeds(&unknown), codes(&unknown)), (vec![], vec!["nc::cycle"]));
+    let radius = plain("TOOL CALL 1 Z S3000\nL X+Q108 R0 F500");
+    assert_eq!(ends(&radius), [[5.0, 0.0, 0.0]]);
+    for text in
+        ["TOOL CALL 7 Z S3000\nL X+Q108 R0 F500", "L X+1 R0 F500\nQ1 = Q108 / 2\nL X+Q1", "L X+1 R0 F500\nL X+Q115"]
+    {
+        let path = plain(text);
+        assert!(codes(&path).contains(&"nc::expression"), "{text}: {:?}", path.diagnostics);
+        assert!(path.moves.iter().all(|motion| motion.curve().to().x != 0.0 || motion.freeze.is_some()), "{text}");
+    }
+}
+
+/// A loop whose end hangs on a value that is not known is not run.
+#[test]
+fn no_loop_runs_on_a_value_that_is_not_known() {
+    let path = plain(
+        "L X+1 R0 F500\nQ5 = +0\nLBL 1\nQ5 = Q5 + Q108\nL IX+1\nFN 12: IF +Q5 LT +100 GOTO LBL 1\nCALL LBL 1 REP Q120",
+    );
+    assert!(path.moves.len() < 20, "{}", path.moves.len());
+    assert!(codes(&path).contains(&"nc::expression"));
+}
+
+/// A name is a name and text is text, whatever they look like.
+#[test]
+fn names_and_continued_comments_are_no_words() {
+    let text = "0 BEGIN PGM X10 MM\n1 ; made by ~\n  L X+99 F9 M3 ~\n  Q1 = 5\n2 L X+1 R0 F500\n3 * - part ~\n4 L X+98\n5 L X+Q1\n6 END PGM E5X7F9 MM\n";
+    let program = nc::parse(text.as_bytes().to_vec(), Some(Dialect::Heidenhain));
+    let path = nc::interpret(&program, &Environment::default());
+    assert_quiet(&path);
+    assert_eq!(ends(&path), [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]);
+    for block in program.blocks() {
+        let tokens: Vec<u8> = program.tokens(block).flat_map(|token| token.span.of(program.text()).to_vec()).collect();
+        assert_eq!(tokens, program.line_text(block), "tokens tile the line");
+    }
+}

@@ -44,6 +44,9 @@ pub struct Global {
     /// Dialect of the program, in place of the setup's or the one recognised.
     #[arg(long, global = true, value_name = "NAME", value_parser = crate::setup::DIALECTS)]
     pub dialect: Option<String>,
+    /// It is a milling program, whatever in it looks like turning.
+    #[arg(long, global = true)]
+    pub mill: bool,
     /// Process model, as `calibrate` and `learn` write it; for `calibrate` the name of the force model.
     #[arg(long, global = true, value_name = "model.toml")]
     pub model: Option<PathBuf>,

@@ -21,7 +21,7 @@ pub fn dump(command: &Dump, global: &Global, screen: Screen) -> Result<Outcome, 
         Stage::Tokens | Stage::Blocks | Stage::Moves => {
             let setup = input::setup_if_any(command.setup.as_deref(), &source, global)?;
             let job = setup.as_ref().map(|setup| &setup.job);
-            let program = input::parse(&source, global, job);
+            let program = input::parse(&source, global, job)?;
             match command.stage {
                 Stage::Tokens => tokens(&program, &mut out)?,
                 Stage::Blocks => blocks(&program, &mut out)?,

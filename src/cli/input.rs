@@ -75,10 +75,25 @@ fn looks_binary(bytes: &[u8]) -> bool {
     nul * 5 > head.len() || control * 100 > head.len()
 }
 
-/// Takes the program apart; the dialect is that of the command line, else of the setup, else recognised.
-pub fn parse(source: &Source, global: &Global, job: Option<&Job>) -> Program {
+/// Takes the program apart; the dialect is that of the command line, else of the setup, else recognised. A program that is
+/// not for a mill, or whose words mean other things than those of every dialect read here, is refused.
+pub fn parse(source: &Source, global: &Global, job: Option<&Job>) -> Result<Program, CliError> {
     let named = global.dialect.as_deref().or_else(|| job.and_then(|job| job.machine.dialect.as_deref()));
-    nc::parse(source.bytes.clone(), named.and_then(Dialect::from_name))
+    let program = nc::parse(source.bytes.clone(), named.and_then(Dialect::from_name));
+    let control = program.recognised().map(|found| found.control);
+    if let Some((control, why)) = control.and_then(|control| Some((control, control.refusal()?))) {
+        return Err(CliError::new(
+            format!("{}: this is a program for {}, which is not read: {why}", source.name, control.name()),
+            "if its words are those of a dialect that is read, name it with --dialect",
+        ));
+    }
+    match nc::turning::refusal(&program).filter(|_| !global.mill) {
+        Some(why) => Err(CliError::new(
+            format!("{}: {why}", source.name),
+            "only milling programs are rewritten; if a mill runs this one, say so with --mill",
+        )),
+        None => Ok(program),
+    }
 }
 
 /// A setup with what it assumes.
@@ -156,7 +171,7 @@ pub fn beside(source: &Source) -> Option<PathBuf> {
 
 /// Tool and stock comments of the program, where they suffice; else the smallest setup to write.
 fn from_comments(source: &Source, global: &Global) -> Result<Setup, CliError> {
-    let program = parse(source, global, None);
+    let program = parse(source, global, None)?;
     let path = nc::interpret(&program, &nc::Environment::default());
     let materials = setup::library::materials();
     let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();

@@ -20,7 +20,7 @@ pub fn plain(
     screen: Screen,
 ) -> Result<Source, CliError> {
     let job = input::setup(setup, &source, global)?.job;
-    let program = input::parse(&source, global, Some(&job));
+    let program = input::parse(&source, global, Some(&job))?;
     let folder = source.path.as_deref().and_then(Path::parent).map(Path::to_owned);
     let load = |name: &str| work::subprogram(folder.as_deref(), name);
     let environment = Environment { load: &load, ..Environment::from_job(&job) };

@@ -46,7 +46,7 @@ pub fn toolpath(command: &Arguments, global: &Global, screen: Screen) -> Result<
     let mut outputs = Outputs::new(inputs, global.force);
     let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let job = setup.as_ref().map(|setup| &setup.job);
-    let program = input::parse(&source, global, job);
+    let program = input::parse(&source, global, job)?;
     let folder = source.path.as_deref().and_then(std::path::Path::parent).map(std::path::Path::to_owned);
     let load = |name: &str| super::work::subprogram(folder.as_deref(), name);
     let environment = Environment { load: &load, ..job.map(Environment::from_job).unwrap_or_default() };

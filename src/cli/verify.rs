@@ -113,7 +113,7 @@ pub fn verify(command: &Verify, global: &Global, screen: Screen) -> Result<Outco
     let mut outputs = Outputs::new(paths.into_iter().flatten().chain(command.setup.clone()), global.force);
     let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let job = setup.as_ref().map(|setup| &setup.job);
-    let before = input::parse(&original, global, job);
+    let before = input::parse(&original, global, job)?;
     let after = nc::parse(rewritten.bytes.clone(), Some(before.dialect()));
     let folder = |source: Option<&Path>| source.and_then(Path::parent).map(Path::to_owned);
     let [own, other] = [original.path.as_deref(), rewritten.path.as_deref()].map(folder);

@@ -63,7 +63,7 @@ pub fn run_keeping(
     keep: Keep,
 ) -> Result<Done, CliError> {
     let found = input::setup(setup, &source, global)?;
-    let program = input::parse(&source, global, Some(&found.job));
+    let program = input::parse(&source, global, Some(&found.job))?;
     let task = Task { program, job: found.job, assumptions: found.assumptions, wanted };
     let bar = screen.progress("");
     let start = Instant::now();

@@ -19,7 +19,7 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Value of a numbered parameter; 0 when it was never set.
+    /// Value of a numbered parameter; 0 when it was never set, NaN when only the control knows it.
     pub fn number(&self, index: u32) -> f64 {
         self.numbered.get(&index).copied().unwrap_or(0.0)
     }
@@ -46,6 +46,9 @@ pub enum ExprError {
     /// A name without a value.
     #[error("{0} has no value")]
     Unknown(String),
+    /// A parameter that only the control knows.
+    #[error("{0} is known to the control alone")]
+    NotKnown(String),
     /// Result that is not a number.
     #[error("{0} has no finite result")]
     Undefined(&'static str),
@@ -267,7 +270,8 @@ impl Reader<'_> {
     fn variable(&mut self, name: &str) -> Result<f64, ExprError> {
         let first = name.starts_with(['R', 'Q']);
         if let Some(index) = name.get(1..).filter(|_| first).and_then(parameter_index) {
-            return Ok(self.parameters.number(index));
+            let value = self.parameters.number(index);
+            return if value.is_nan() { Err(ExprError::NotKnown(name.to_owned())) } else { Ok(value) };
         }
         match name {
             "PI" | "$PI" => Ok(std::f64::consts::PI),

@@ -1,7 +1,8 @@
 //! Lexer of Heidenhain plain language. In: the bytes of a line and a position. Out: the token there; tokens tile the line.
 //!
 //! A leading number is the block number (a word N); `X+10`, `IX-5`, `F500` are words, `X+Q1`, `FQ1` computed ones, `Q1 = expr`
-//! an assignment, everything else made of letters a name. `;` begins a comment, `~` at the end continues the block.
+//! an assignment, everything else made of letters a name. `;` begins a comment, `~` at the end continues the block. What
+//! follows `BEGIN PGM` and `END PGM` is a name, whatever it looks like; a line that continues a comment (`; text ~`) is text.
 
 use super::lex::{self, Token, TokenKind, blanks, length_of, to_line_end};
 use super::number::decimal;
@@ -10,12 +11,37 @@ use crate::diag::Span;
 /// The token of `line` at `at`; `base` is where the line begins in the text.
 pub(super) fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
     let rest = &line[at..];
+    if at >= program_name(line) && !rest[0].is_ascii_whitespace() && rest[0] != b';' {
+        let length = rest.iter().take_while(|byte| !byte.is_ascii_whitespace() && **byte != b';').count();
+        let start = base + at as u32;
+        return Token { kind: TokenKind::Name, span: Span { start, end: start + length as u32 }, number: 0.0 };
+    }
     let (kind, length, number) = scan(rest, first);
     if kind == TokenKind::Bad && matches!(rest[0], b' ' | b'\t' | b'\n' | b'\r' | b';') {
         return lex::token(line, at, base, false);
     }
     let start = base + at as u32;
     Token { kind, span: Span { start, end: start + length.max(1) as u32 }, number }
+}
+
+/// Is this line nothing but a comment?
+pub(super) fn is_comment(line: &[u8]) -> bool {
+    let begin = line.iter().take_while(|byte| byte.is_ascii_digit() || is_blank(**byte)).count();
+    matches!(line.get(begin), Some(b';' | b'*'))
+}
+
+/// Where the name of a program begins: behind `BEGIN PGM` and `END PGM`, whose name may look like words (`END PGM X10 MM`).
+fn program_name(line: &[u8]) -> usize {
+    let begin = line.iter().take_while(|byte| byte.is_ascii_digit() || is_blank(**byte)).count();
+    let is = |at: usize, word: &[u8]| line.get(at..at + word.len()).is_some_and(|own| own.eq_ignore_ascii_case(word));
+    let blanks = |at: usize| line.get(at..).map_or(0, |rest| rest.iter().take_while(|byte| is_blank(**byte)).count());
+    let word = [&b"BEGIN"[..], b"END"].into_iter().find(|word| is(begin, word));
+    let Some(second) = word.map(|word| begin + word.len() + blanks(begin + word.len())) else { return usize::MAX };
+    if is(second, b"PGM") { second + 3 } else { usize::MAX }
+}
+
+fn is_blank(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t')
 }
 
 fn scan(rest: &[u8], first: bool) -> (TokenKind, usize, f64) {

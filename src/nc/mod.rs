@@ -11,9 +11,11 @@ pub mod lex;
 mod number;
 pub mod print;
 pub mod program;
+pub mod recognise;
 mod siemens_lex;
 mod steer;
 pub mod toolpath;
+pub mod turning;
 
 pub use dialect::{Dialect, Syntax};
 pub use doubt::{Doubt, Doubted};

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use super::dialect::{Dialect, Syntax};
 use super::lex::{self, Token, TokenKind};
+use super::recognise::{Recognised, recognise};
 use super::{heidenhain_lex, siemens_lex};
 use crate::diag::Span;
 use crate::ids::BlockId;
@@ -20,6 +21,8 @@ pub struct Program {
     /// Where each line begins; one more entry at the end of the text.
     starts: Vec<u32>,
     dialect: Dialect,
+    /// As what it was recognised; `None`: the dialect was given.
+    recognised: Option<Recognised>,
     /// Blocks of its own text; those of `files` follow.
     own: u32,
     files: Vec<File>,
@@ -52,6 +55,9 @@ impl Part<'_> {
     }
 }
 
+/// Lines of one block of plain language that are looked back over; its longest cycles have some forty.
+const MOST_CONTINUED: usize = 200;
+
 /// Longest text that spans can address, bytes.
 pub const MAX_TEXT: usize = u32::MAX as usize;
 
@@ -66,9 +72,10 @@ pub fn parse(bytes: Vec<u8>, dialect: Option<Dialect>) -> Program {
         starts.push(end as u32);
     }
     starts.shrink_to_fit();
-    let dialect = dialect.unwrap_or_else(|| Dialect::detect(&bytes));
+    let recognised = dialect.is_none().then(|| recognise(&bytes));
+    let dialect = dialect.or(recognised.as_ref().map(|found| found.control.dialect())).unwrap_or(Dialect::Generic);
     let own = starts.len() as u32 - 1;
-    Program { text: bytes, starts, dialect, own, files: Vec::new() }
+    Program { text: bytes, starts, dialect, recognised, own, files: Vec::new() }
 }
 
 impl Program {
@@ -80,6 +87,7 @@ impl Program {
             text: self.own_text().to_vec(),
             starts: self.starts[..=self.own as usize].to_vec(),
             dialect: self.dialect,
+            recognised: self.recognised.clone(),
             own: self.own,
             files: if length <= MAX_TEXT { files } else { Vec::new() },
         };
@@ -131,6 +139,10 @@ impl Program {
     pub fn dialect(&self) -> Dialect {
         self.dialect
     }
+    /// As what it was recognised; `None` where the dialect was given.
+    pub fn recognised(&self) -> Option<&Recognised> {
+        self.recognised.as_ref()
+    }
     /// Bytes of a block, its line end included.
     pub fn span(&self, block: BlockId) -> Span {
         Span { start: self.starts[block.ix()], end: self.starts[block.ix() + 1] }
@@ -171,7 +183,18 @@ impl Program {
             at: 0,
             first: true,
             syntax: self.dialect.syntax(),
+            is_text: self.continues_comment(block),
         }
+    }
+    /// Does the block only go on with a comment of plain language: `; text ~`, and the line behind it?
+    fn continues_comment(&self, block: BlockId) -> bool {
+        if self.dialect.syntax() != Syntax::Heidenhain {
+            return false;
+        }
+        let before = |block: u32| self.line_text(BlockId(block));
+        let goes_on = |block: &u32| before(*block).trim_ascii_end().ends_with(b"~");
+        let first = (0..block.0).rev().take(MOST_CONTINUED).take_while(goes_on).last();
+        first.is_some_and(|first| heidenhain_lex::is_comment(before(first)))
     }
     /// Does any block hang on the block-delete switch?
     pub fn has_block_delete(&self) -> bool {
@@ -191,6 +214,8 @@ struct Tokens<'a> {
     /// Nothing but blanks so far.
     first: bool,
     syntax: Syntax,
+    /// The line continues a comment.
+    is_text: bool,
 }
 
 impl Iterator for Tokens<'_> {
@@ -200,6 +225,14 @@ impl Iterator for Tokens<'_> {
     fn next(&mut self) -> Option<Token> {
         if self.at >= self.line.len() {
             return None;
+        }
+        if std::mem::take(&mut self.is_text) {
+            let text = self.line.trim_ascii_end().len();
+            self.at = text;
+            let span = Span { start: self.base, end: self.base + text as u32 };
+            if text > 0 {
+                return Some(Token { kind: TokenKind::Comment, span, number: 0.0 });
+            }
         }
         let token = match self.syntax {
             Syntax::Rs274 => lex::token(self.line, self.at, self.base, self.first),

@@ -6,6 +6,7 @@ use super::line::Line;
 use crate::diag::{Diagnostic, Severity, Span};
 use crate::nc::dialect::Syntax;
 use crate::nc::lex::TokenKind;
+use crate::nc::recognise::Control;
 use crate::nc::toolpath::Freeze;
 
 /// Diagnostics of one code that are kept; further ones are only counted.
@@ -109,6 +110,25 @@ impl Run<'_> {
             let text = format!("subprogram {file}, line {}: {}", self.block.0 + 1, diagnostic.text);
             Diagnostic { text, ..diagnostic }.on_line(self.line_number())
         });
+    }
+
+    /// Says as what the text is read, where that is not plain.
+    pub(super) fn say_dialect(&mut self) {
+        let Some(found) = self.program.recognised() else { return };
+        let own = found.control.dialect().name();
+        let names: Vec<&str> = found.others.iter().map(|dialect| dialect.name()).collect();
+        let diagnostic = if !names.is_empty() {
+            let text = format!("the program is read as {own}, but it could be {}", names.join(" or "));
+            let help =
+                format!("say which it is with --dialect, or dialect under [machine]: {own} or {}", names.join(", "));
+            Diagnostic::new("nc::dialect", Severity::Warning, text).help(help)
+        } else if matches!(found.control, Control::Family(_)) {
+            return;
+        } else {
+            let text = format!("a program for {} ({}), read as {own}", found.control.name(), found.signs.join(", "));
+            Diagnostic::new("nc::dialect", Severity::Note, text).help("another dialect is chosen with --dialect")
+        };
+        self.out.diagnostics.push(diagnostic);
     }
 
     /// Counts what was not listed.

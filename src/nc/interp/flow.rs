@@ -46,8 +46,13 @@ impl Run<'_> {
         }
     }
 
-    /// The second `%` ends the program.
+    /// The second `%` ends the program (ISO 6983-1: it stands alone, or before a program's name). `% vfd enable`, with a blank
+    /// and words behind it, is a remark (PlanetCNC, G-code reference, Comments).
     fn percent(&mut self, block: BlockId) -> After {
+        let line = self.source.program().line_text(block).trim_ascii();
+        if line.len() > 2 && line[1].is_ascii_whitespace() {
+            return After::Done;
+        }
         if self.began && self.source_id == 0 && block.0 > 0 {
             self.ended = true;
         }
@@ -341,7 +346,12 @@ impl Run<'_> {
     }
 
     pub(super) fn bad_expression(&mut self, span: Span, error: &ExprError) {
-        self.misread("nc::expression", span, error.to_string(), "the block is left as it is");
+        if matches!(error, ExprError::NotKnown(_)) {
+            self.doubt(Doubt::UnknownValue, span);
+            self.not_understood("nc::expression", span, error.to_string(), "the word is left out");
+        } else {
+            self.misread("nc::expression", span, error.to_string(), "the block is left as it is");
+        }
     }
 
     /// Sets the parameters a control keeps itself, where the expression may ask for them.

@@ -1,5 +1,7 @@
 //! Heidenhain plain language: each block is put into the words of ISO and executed as such.
 //!
+//! An arc about a pole lies in the plane of the axes that `CC` names (`CC X… Z…` : ZX), others in that across the tool axis;
+//! the reference axes of its angles are those of ISO (TNC 640, Klartext Programming: Polar coordinates, Setting the pole).
 //! `L` is G0 (FMAX) or G1, `CC` keeps a centre for `C` and a pole for `LP`, `CP`; `CR` is an arc with R, `CT` one that is
 //! tangential; `RND`, `CHF` work the corner between their neighbours; `R0 RL RR` are G40 G41 G42, an `I` before an axis
 //! makes it incremental; M91 and M92 are G53. What has no meaning here is said.
@@ -12,12 +14,28 @@ use super::line::Line;
 use super::state::FeedWord;
 use crate::diag::Span;
 use crate::ids::BlockId;
+use crate::nc::dialect::Dialect;
 use crate::nc::doubt::Doubt;
 use crate::nc::expr::{self, Target};
 use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::{Event, MoveKind};
-use crate::path::Vec3;
+use crate::path::{Plane, Vec3};
 use crate::units::mm_s_from_mm_min;
+
+/// What puts a frame in force that is not followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Tilt {
+    /// PLANE … to PLANE RESET.
+    Plane,
+    /// Cycle 19.
+    Cycle19,
+    /// M128, FUNCTION TCPM.
+    TipFollowed,
+    /// TOOL CALL with X or Y.
+    ToolAxis,
+    /// Cycle 247 with another number.
+    Preset,
+}
 
 impl Run<'_> {
     /// Puts a block into ISO words.
@@ -36,8 +54,10 @@ impl Run<'_> {
             .map(|token| String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase())
             .collect();
         let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
-        if let Some(at) = names.windows(2).position(|pair| pair == ["F", "MAX"]) {
-            names.splice(at..at + 2, ["FMAX"]);
+        for (apart, whole) in [(["F", "MAX"], "FMAX"), (["F", "AUTO"], "FAUTO")] {
+            if let Some(at) = names.windows(2).position(|pair| pair == apart) {
+                names.splice(at..at + 2, [whole]);
+            }
         }
         let place = tokens.first().map_or_else(|| source.program().span(block), |token| token.span);
         if names.first() == Some(&"FN") && self.q_jump(source.program().line_text(block), place) {
@@ -49,6 +69,7 @@ impl Run<'_> {
         for token in tokens.iter_mut().filter(|token| token.kind == TokenKind::Expression) {
             self.insert_parameter(token, text);
         }
+        self.modal.plane = self.tool_plane;
         let first_number = tokens.iter().find(|t| t.kind == TokenKind::Expression).map(|t| t.number);
         line.flow = false;
         self.named_feed(&names, place);
@@ -58,8 +79,14 @@ impl Run<'_> {
                 self.modal.inch = names.last() == Some(&"INCH");
                 line.clear();
             }
-            ["END", "PGM", ..] if self.source_id != 0 => self.return_from_call(),
-            ["END", "PGM", ..] => self.ended = true,
+            ["END", "PGM", ..] => {
+                line.clear();
+                if self.source_id == 0 {
+                    self.ended = true;
+                } else {
+                    self.return_from_call();
+                }
+            }
             ["L", ..] => self.straight(&names, line, place),
             ["LP" | "CP", ..] => self.polar_motion(&names, &tokens, text, line, place),
             ["CC", ..] => self.pole(line),
@@ -76,6 +103,8 @@ impl Run<'_> {
                 let named = named.and_then(|token| self.tool_by_name(token.span, text));
                 tool_call(line, named.or(number_after(&tokens, text, "CALL")), place);
                 self.oversize_mm = number_after(&tokens, text, "DR").unwrap_or(0.0) * self.modal.unit_mm();
+                self.tool_axis(&names, place);
+                self.active_radius(line.get(b'T').map(|number| number as u32));
                 if let Some(value) = line.get(b'F') {
                     let value = value.max(0.0) * self.modal.unit_mm();
                     self.tool_feed = FeedWord { value, word: None, computed: true };
@@ -96,6 +125,20 @@ impl Run<'_> {
                 line.clear();
             }
             ["CYCL", "CALL", ..] => self.call_cycle(place),
+            ["PLANE", ..] => {
+                let angles = ["SPA", "SPB", "SPC"].map(|name| number_after(&tokens, text, name));
+                let level = names.get(1) == Some(&"SPATIAL") && angles == [Some(0.0); 3];
+                self.tilt(Tilt::Plane, !level && names.get(1) != Some(&"RESET"), place);
+                line.clear();
+            }
+            ["FUNCTION", "TCPM", ..] => {
+                self.tilt(Tilt::TipFollowed, true, place);
+                line.clear();
+            }
+            ["FUNCTION", "RESET", "TCPM", ..] => {
+                self.tilt(Tilt::TipFollowed, false, place);
+                line.clear();
+            }
             ["LBL" | "BLK" | "CYCL" | "FN", ..] | ["TOOL", "DEF", ..] => line.clear(),
             [] | ["MB", ..] => {}
             [first, ..] => {
@@ -103,6 +146,9 @@ impl Run<'_> {
                 self.not_understood("nc::not-understood", place, what, "");
                 line.clear();
             }
+        }
+        if line.has_m(1280) || line.has_m(1290) {
+            self.tilt(Tilt::TipFollowed, line.has_m(1280), place);
         }
         if line.has_m(910) || line.has_m(920) {
             line.g.push((530, place));
@@ -121,11 +167,95 @@ impl Run<'_> {
         let bytes = token.span.of(text);
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let index = expr::parameter_index(String::from_utf8_lossy(&bytes[1..equals]).trim()).unwrap_or(0);
+        if let Some(feed) = self.feed_by_name(&bytes[equals + 1..]) {
+            self.assignments.push((Target::Number(index), feed));
+            return self.apply_assignments();
+        }
         match expr::evaluate(&formula(&bytes[equals + 1..]), &self.parameters) {
-            Ok(value) => self.assignments.push((Target::Number(index), value)),
-            Err(error) => self.bad_expression(token.span, &error),
+            Ok(value) => {
+                self.assignments.push((Target::Number(index), value));
+                self.preset(index, value, token.span);
+            }
+            Err(error) => {
+                // What it is now is not known, least of all what it was before.
+                self.assignments.push((Target::Number(index), f64::NAN));
+                self.bad_expression(token.span, &error);
+            }
         }
         self.apply_assignments();
+    }
+
+    /// `Q206=AUTO`: the feed of the tool call, in units of the program; NaN where it is not known, and for FMAX, FU, FZ.
+    fn feed_by_name(&self, value: &[u8]) -> Option<f64> {
+        let name = value.trim_ascii().to_ascii_uppercase();
+        let known = self.tool_feed.value / self.modal.unit_mm();
+        match name.as_slice() {
+            b"AUTO" | b"FAUTO" => Some(if known > 0.0 { known } else { f64::NAN }),
+            b"MAX" | b"FMAX" | b"FU" | b"FZ" => Some(f64::NAN),
+            _ => None,
+        }
+    }
+
+    /// Q100 to Q199 are the control's own (TNC 640, Klartext Programming, Preassigned Q parameters): not known until the program
+    /// sets them.
+    pub(super) fn reserve_parameters(&mut self) {
+        if self.program.dialect() == Dialect::Heidenhain {
+            self.parameters.numbered.extend((100..=199).map(|index| (index, f64::NAN)));
+        }
+    }
+
+    /// Q108 is the radius of the tool in the spindle, its allowances included.
+    fn active_radius(&mut self, tool: Option<u32>) {
+        let Some(tool) = tool else { return };
+        let radius_mm = self.env.diameter_mm(tool).map(|diameter| 0.5 * diameter + self.oversize_mm);
+        let value = radius_mm.map_or(f64::NAN, |radius| radius / self.modal.unit_mm());
+        self.parameters.numbered.insert(108, value);
+    }
+
+    /// `TOOL CALL 1 Z`: the plane across the axis of the tool. A tool that does not stand along Z is not simulated.
+    fn tool_axis(&mut self, names: &[&str], place: Span) {
+        let along = names.iter().skip(2).find_map(|name| match *name {
+            "Z" => Some(Plane::Xy),
+            "Y" => Some(Plane::Zx),
+            "X" => Some(Plane::Yz),
+            _ => None,
+        });
+        if let Some(plane) = along {
+            self.tool_plane = plane;
+            self.tilt(Tilt::ToolAxis, plane != Plane::Xy, place);
+        }
+    }
+
+    /// Cycle 247 takes a preset of the control's table: the first one is where the setup puts the part, another one is elsewhere.
+    fn preset(&mut self, index: u32, value: f64, place: Span) {
+        if index != 339 || self.cycle_number != 247 {
+            return;
+        }
+        let first = *self.first_preset.get_or_insert(value);
+        self.tilt(Tilt::Preset, value != first, place);
+    }
+
+    /// Puts a frame in force that is not followed, or ends it; feeds are kept while any is.
+    pub(super) fn tilt(&mut self, tilt: Tilt, on: bool, place: Span) {
+        let bit = 1 << tilt as u8;
+        let before = self.tilted;
+        self.tilted = if on { before | bit } else { before & !bit };
+        if on && before & bit == 0 {
+            let (what, help) = match tilt {
+                Tilt::Plane => ("a tilted plane (PLANE)", "PLANE RESET ends it"),
+                Tilt::Cycle19 => ("a tilted plane (cycle 19)", "cycle 19 with angles of 0 ends it"),
+                Tilt::TipFollowed => ("the tool tip followed under rotation (M128, TCPM)", "M129 ends it"),
+                Tilt::ToolAxis => ("a tool along another axis than Z", "a TOOL CALL with Z ends it"),
+                Tilt::Preset => ("another preset (cycle 247)", "the first preset ends it"),
+            };
+            if tilt == Tilt::Preset {
+                self.doubt(Doubt::WorkOffset, place);
+            }
+            self.lose_frame(place, what, help);
+        } else if before != 0 && self.tilted == 0 {
+            self.certain(Doubt::WorkOffset);
+            self.find_frame();
+        }
     }
 
     /// FAUTO is the feed of the tool call; FU and FZ (per revolution, per tooth) and FT (time) are kept as they are.
@@ -226,6 +356,13 @@ impl Run<'_> {
         if !line.has_any(b"XYZ") {
             self.pole = self.programmed;
         }
+        self.pole_plane = match [b'X', b'Y', b'Z'].map(|letter| line.has(letter)) {
+            [true, true, _] => Plane::Xy,
+            [true, _, true] => Plane::Zx,
+            [_, true, true] => Plane::Yz,
+            [false, false, false] => self.tool_plane,
+            _ => self.pole_plane,
+        };
         for (axis, letter) in b"XYZ".iter().enumerate() {
             if let Some(value) = line.get(*letter) {
                 let from = if line.is_incremental(*letter) { self.programmed[axis] } else { 0.0 };
@@ -240,6 +377,7 @@ impl Run<'_> {
         let turn = if names.contains(&"DR+") { 30 } else { 20 };
         if names[0] == "C" {
             self.radius_side(names, line, place);
+            self.modal.plane = self.pole_plane;
             return self.put_centre(line, self.pole, turn == 30, place);
         }
         line.g.push((turn, place));
@@ -249,6 +387,7 @@ impl Run<'_> {
     fn polar_motion(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Line, place: Span) {
         let after = |name: &str| number_after(tokens, text, name);
         self.radius_side(names, line, place);
+        self.modal.plane = self.pole_plane;
         let (a, b, _) = self.modal.plane.axes();
         let (u, v) = (self.programmed[a] - self.pole[a], self.programmed[b] - self.pole[b]);
         let unit = self.modal.unit_mm();

@@ -3,6 +3,7 @@
 
 use super::Run;
 use super::cycles::Cycle;
+use super::heidenhain::Tilt;
 use super::line::Line;
 use crate::diag::{Severity, Span};
 use crate::nc::doubt::Doubt;
@@ -10,8 +11,8 @@ use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::{Event, Freeze};
 use crate::path::Vec3;
 
-/// Cycles that put something in force that is not followed: patterns, tilted planes, axis factors, presets.
-const LOST: [u32; 6] = [19, 26, 220, 221, 224, 247];
+/// Cycles that put something in force that is not followed: patterns, axis factors.
+const LOST: [u32; 4] = [26, 220, 221, 224];
 
 impl Run<'_> {
     /// `CYCL DEF n.k`: number and part, and what acts at once.
@@ -25,7 +26,12 @@ impl Run<'_> {
         let value = numbers.next().map(|token| token.number);
         let words = [b'X', b'Y', b'Z'].map(|letter| line.get(letter).map(|value| (letter, value)));
         match (whole, part) {
-            (7 | 8 | 10 | 11, 0) => return,
+            (7 | 8 | 10 | 11 | 19, 0) => return,
+            (19, _) => {
+                let tilted =
+                    line.has_any(b"ABC") && b"ABC".iter().any(|axis| line.get(*axis).is_some_and(|at| at != 0.0));
+                return self.tilt(Tilt::Cycle19, tilted, place);
+            }
             (7, _) => {
                 for (axis, word) in words.into_iter().enumerate() {
                     let Some((letter, value)) = word else { continue };
@@ -53,7 +59,7 @@ impl Run<'_> {
             }
             _ if LOST.contains(&whole) && part == 0 => {
                 self.frame_lost = true;
-                self.doubt(if whole == 247 { Doubt::ZeroShift } else { Doubt::TiltedFrame }, place);
+                self.doubt(Doubt::TiltedFrame, place);
                 let text = format!("cycle {whole} is not followed: feeds are kept from here on");
                 return self.say(
                     "nc::cycle",
@@ -79,6 +85,13 @@ impl Run<'_> {
             let text = format!("cycle {} is kept, not simulated", self.cycle_number);
             let help = "what it cuts is not known to the simulation";
             return self.say("nc::cycle", Severity::Warning, place, text, help);
+        }
+        let unknown =
+            [200, 201, 202, 203, 204, 206, 211].into_iter().find(|index| self.parameters.number(*index).is_nan());
+        if let Some(index) = unknown {
+            let text =
+                format!("cycle {} is kept, not simulated: the program does not tell Q{index}", self.cycle_number);
+            return self.not_understood("nc::cycle", place, text, "write its number, or F in the tool call for AUTO");
         }
         let unit = self.modal.unit_mm();
         let q = |index: u32| self.parameters.number(index) * unit;

@@ -62,7 +62,7 @@ use super::program::{File, Program};
 use super::toolpath::{Event, Freeze, State as MoveState, Toolpath};
 use crate::diag::{Severity, Span};
 use crate::ids::{BlockId, MoveId};
-use crate::path::Vec3;
+use crate::path::{Plane, Vec3};
 
 /// Letters of words that do something by themselves: all but the number of a block and of a routine.
 const WORDS: &[u8] = b"ABCDEFHIJKLPQRSTUVWXYZ";
@@ -109,6 +109,7 @@ pub fn linked(program: &Program, environment: &Environment<'_>) -> (Program, Too
 /// not set.
 pub fn interpret_each(program: &Program, environment: &Environment<'_>, mut chunk: impl FnMut(&Toolpath)) {
     let mut run = Run::new(program, environment);
+    run.reserve_parameters();
     let mut line = Line::default();
     while !run.ended {
         run.step(&mut line);
@@ -235,6 +236,11 @@ struct Run<'a> {
     approach: Option<Approach>,
     /// Heidenhain: centre of circles, cycle defined last, whether it is called at the end of this block, side of R.
     pole: Vec3,
+    /// Heidenhain: planes of arcs about the pole and of everything else, frames that are not followed, the first preset.
+    pole_plane: Plane,
+    tool_plane: Plane,
+    tilted: u8,
+    first_preset: Option<f64>,
     cycle_number: u32,
     call_after: bool,
     compensation_side: u16,
@@ -321,6 +327,10 @@ impl<'a> Run<'a> {
             leg: None,
             approach: None,
             pole: Vec3::zeros(),
+            pole_plane: Plane::Xy,
+            tool_plane: Plane::Xy,
+            tilted: 0,
+            first_preset: None,
             cycle_number: 0,
             call_after: false,
             compensation_side: 400,
@@ -337,6 +347,7 @@ impl<'a> Run<'a> {
 
     fn execute_all(&mut self) {
         self.out.moves.reserve(self.program.own_len());
+        self.reserve_parameters();
         let mut line = Line::default();
         while !self.ended {
             self.step(&mut line);
@@ -520,6 +531,7 @@ impl<'a> Run<'a> {
     fn finish(mut self) -> Toolpath {
         self.say_how_many();
         self.count_doubts();
+        self.say_dialect();
         self.out.files = self.files;
         pitch::keep(self.program, &mut self.out.moves);
         shared::number(&mut self.out.moves, &self.cycle_moves);

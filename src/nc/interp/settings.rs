@@ -44,6 +44,9 @@ impl Run<'_> {
             self.modal = Modal { wcs: self.modal.wcs, ..before };
             return;
         }
+        if line.g.is_empty() && self.sets_the_firmware(line) {
+            action = Action::Keep;
+        }
         if line.has_g(650) || line.has_g(660) {
             // Every other word is an argument of the macro.
             return self.call_macro(line);
@@ -296,6 +299,14 @@ impl Run<'_> {
     fn change_tool(&mut self) {
         self.modal.tool = self.modal.next_tool;
         self.event(Event::Tool { number: self.modal.tool, line: self.line_number() });
+    }
+
+    /// `M92 X100`, `M203 X5000`: steps, speeds, accelerations of a firmware; its words are no positions (marlinfw.org, G-code
+    /// index: M92, M201, M203–M206, M211, M566, M665, M666, M851, M906). No control of the other families has these with axis words.
+    fn sets_the_firmware(&self, line: &Line) -> bool {
+        const SETTINGS: [u16; 12] = [920, 2010, 2030, 2040, 2050, 2060, 2110, 5660, 6650, 6660, 8510, 9060];
+        matches!(self.program.dialect(), Dialect::Grbl | Dialect::Generic)
+            && line.m.iter().any(|m| SETTINGS.contains(&m.0))
     }
 
     fn dwell(&mut self, line: &Line) {
