@@ -51,12 +51,14 @@ fn materials() -> String {
     let entry = |m: library::MaterialEntry| {
         let keys: Vec<String> = m.keys().iter().map(|(key, value)| format!("{key} = {value}")).collect();
         format!(
-            "{}\n    {}\n    {}\n    forces ±{:.0} %; {}\n",
+            "{}\n    {}\n    {}\n    forces ±{:.0} %; {}\n    {}; {}\n",
             m.name,
             m.meaning,
             keys.join(", "),
             100.0 * m.uncertainty,
-            m.source
+            m.source,
+            m.edge,
+            m.spread
         )
     };
     library::materials().into_iter().map(entry).collect()

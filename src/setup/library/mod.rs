@@ -1,7 +1,7 @@
 //! The built-in library: materials, machines, tool materials, each with its source and the uncertainty it states.
 //!
 //! In: the TOML files beside this one, embedded. Out: entries for the `library` commands, and what the setup file asks for by
-//! name. A published specific cutting force k = k_c1.1 h^(−m_c) becomes the tangent of the force k_c1.1 h^(1−m_c) at
+//! name. A published specific cutting force k = k_c1.1 h^(−m_c), brought to milling at a rake of 0°, becomes the tangent of the force k_c1.1 h^(1−m_c) at
 //! [`TANGENT_MM`]: k_tc = (1 − m_c) k_c1.1 h₀^(−m_c), k_te = m_c k_c1.1 h₀^(1−m_c). The force is concave in h, so the line lies above it.
 
 use super::file::MachineTable;
@@ -16,6 +16,9 @@ const NORMAL_SHARE: f64 = 0.7;
 /// Axial over tangential force likewise.
 const AXIAL_SHARE: f64 = 0.3;
 
+/// Chip compression is stronger in milling than in turning (Tabellenbuch Zerspantechnik, 5th edition, p. 215).
+const MILLING: f64 = 1.2;
+
 /// A material.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -26,11 +29,29 @@ pub struct MaterialEntry {
     pub meaning: String,
     /// Where the numbers come from.
     pub source: String,
+    /// What is known of other alloys of its kind and of other sources.
+    pub spread: String,
+    /// State of the edge the numbers hold for.
+    pub edge: String,
     /// Relative standard uncertainty of forces.
     pub uncertainty: f64,
     coefficients: Option<MaterialTable>,
+    /// Specific cutting force at a chip of 1 × 1 mm as the source prints it, N/mm².
     k_c11: Option<f64>,
     m_c: Option<f64>,
+    /// Rake angle the source holds for, deg; absent: not stated.
+    rake_deg: Option<f64>,
+    /// Names of the entries whose upper bound this one is.
+    family: Option<Vec<String>>,
+}
+
+/// Specific cutting force in milling, sharp, at a rake of 0°: k = k_c1.1 h^(−m_c), h in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kienzle {
+    /// At a chip of 1 × 1 mm, N/mm².
+    pub k_c11: f64,
+    /// Exponent.
+    pub m_c: f64,
 }
 
 /// A machine.
@@ -77,11 +98,27 @@ impl MaterialEntry {
         table.map(|(key, quantity)| (key, text(quantity))).collect()
     }
 
+    /// Its specific cutting force; `None` where coefficients were measured.
+    pub fn kienzle(&self) -> Option<Kienzle> {
+        let Some(family) = &self.family else {
+            let (printed, m_c) = self.k_c11.zip(self.m_c)?;
+            return Some(Kienzle { k_c11: printed * MILLING / (1.0 - 0.01 * self.rake_deg.unwrap_or(0.0)), m_c });
+        };
+        let entries = materials();
+        let members = entries.iter().filter(|entry| family.contains(&entry.name)).filter_map(MaterialEntry::kienzle);
+        members.reduce(|a, b| Kienzle { k_c11: a.k_c11.max(b.k_c11), m_c: a.m_c.max(b.m_c) })
+    }
+
+    /// The entries whose upper bound this one is.
+    pub fn family(&self) -> &[String] {
+        self.family.as_deref().unwrap_or(&[])
+    }
+
     /// Its `[material]` table.
     pub(super) fn table(&self) -> MaterialTable {
-        let mut table = match (&self.coefficients, self.k_c11.zip(self.m_c)) {
+        let mut table = match (&self.coefficients, self.kienzle()) {
             (Some(coefficients), _) => coefficients.clone(),
-            (None, Some((k_c11, m_c))) => tangent(k_c11, m_c),
+            (None, Some(Kienzle { k_c11, m_c })) => tangent(k_c11, m_c),
             (None, None) => MaterialTable::default(),
         };
         table.0.insert("name".to_owned(), Quantity::Text(self.name.clone()));
