@@ -4,7 +4,7 @@
 
 mod engage_common;
 use engage_common::*;
-use feedwright::engage::{EngagementMap, EventKind};
+use feedwright::engage::{EngagementMap, EventKind, Station};
 use feedwright::ids::MoveId;
 use feedwright::machine::{Box3, Job, Profile, Segment, Shape};
 use feedwright::path::Vec3;
@@ -168,4 +168,42 @@ fn a_shank_as_wide_as_the_cutter_rubs_along_a_wall_deeper_than_the_flutes() {
         path.line([-20.0, y, z]).line([60.0, y, z]).line([60.0, 30.0, 5.0]).line([-20.0, 30.0, 5.0]);
     }
     assert_eq!(run(&path, &block_job(tool), 0.2, 1.0).events, []);
+}
+
+/// A tool ends a cut, or none does; another comes down at feed from beyond its clearance, 20 mm beside it, and goes on in the
+/// same direction into the block in `steps`, moves 4 and up.
+fn after_another_tool(first: Option<&feedwright::machine::Tool>, steps: usize) -> EngagementMap {
+    let second = feedwright::machine::Tool { number: 2, ..flat(10.0) };
+    let mut path = Path::from([10.0, 0.0, 5.0]);
+    match first {
+        Some(_) => path.line([10.0, 0.0, -6.0]),
+        None => path.rapid([10.0, 0.0, 6.0]),
+    };
+    path.rapid([10.0, 0.0, 30.0]).set_tool(2);
+    path.rapid([30.0, 0.0, 30.0]).line([30.0, 0.0, 10.0]);
+    for k in 1..=steps {
+        path.line([30.0, 0.0, 10.0 - 14.0 * k as f64 / steps as f64]);
+    }
+    let tools = first.cloned().into_iter().chain([second]).collect();
+    run(&path, &job(tools, vec![block([0.0, -20.0, -40.0], [40.0, 20.0, 0.0])]), 0.2, 1.0)
+}
+
+#[test]
+fn a_cut_takes_nothing_over_from_the_tool_before_it() {
+    // A drill has more rings than the mill, a smaller mill fewer; both are engaged otherwise.
+    let drill = tool(1, Shape::Drill, Profile::cone(12.0, 0.0, 2.0, 30.0));
+    for first in [drill, ball(16.0), flat(16.0), flat(3.0)] {
+        // One block, and a chain of short ones whose ends lie between those that are worked out.
+        for steps in [1, 70] {
+            let (after, alone) = (after_another_tool(Some(&first), steps), after_another_tool(None, steps));
+            for k in 4..4 + steps as u32 {
+                let found = |map: &EngagementMap| {
+                    let of = |s: &Station| (s.to_mm, s.removal_area_mm2, s.axial_depth_mm, map.arcs_of(s).to_vec());
+                    stations(map, k).iter().map(of).collect::<Vec<_>>()
+                };
+                assert_eq!(found(&after), found(&alone), "move {k} of {steps} after {:?}", first.shape);
+            }
+            assert!(volume_of(&after, 3 + steps as u32) > 0.0);
+        }
+    }
 }

@@ -6,8 +6,9 @@
 //! between the ends and v within ρ of the line. A ball swept along an inclined line covers, below its axis, the discs of its
 //! ends and between them what satisfies f(q) = (v − v₀)² + w² − R² ≤ 0 (w the distance from the axis in the upright plane
 //! through it, linear in u, so f is a trigonometric polynomial of second degree with a bounded second derivative), and at
-//! any height the columns above the axis. An arc covers a sector of a ring and two discs. Whatever else there is is walked
-//! along by its signed distance. Most of what is asked covers nothing of what is still open: that is found out first,
+//! any height the columns above the axis. An arc covers a sector of a ring and two discs. Any other outline on a slope covers
+//! at least what its narrowest disc at this height would and at most what its widest would; between these it is walked along
+//! by its signed distance. Most of what is asked covers nothing of what is still open: that is found out first,
 //! without roots or divisions.
 
 use super::gaps::{Dir, Gaps, Interval, between, chord, root};
@@ -106,7 +107,7 @@ impl<'a> Cover<'a> {
                 } else if self.form.is_flat() {
                     self.capsule(gaps, r, part_below(from.z, rise, run, z), self.form.radius + TOUCH_MM);
                 } else {
-                    self.walked(gaps, r, z);
+                    self.inclined(gaps, r, z);
                 }
             }
         }
@@ -127,8 +128,27 @@ impl<'a> Cover<'a> {
         let reach = if self.form.is_ball() && zeta < radius { zeta * (2.0 * radius - zeta) } else { radius * radius };
         apart > 0.0 && apart * apart > reach * square
     }
+    /// An outline on a slope: discs of several radii. Beyond the widest of them all along there is nothing covered, what the
+    /// narrowest covers is, and what lies between is walked along.
+    fn inclined(&self, gaps: &mut Gaps, r: f64, z: f64) {
+        let Swept::Line { from, rise, run, .. } = self.swept else { return };
+        let part = part_below(from.z, rise, run, z);
+        let radius = |u: f64| self.form.radius_below((z - from.z - rise * u / run).max(0.0)).unwrap_or(0.0);
+        let [a, b] = part.map(radius);
+        let (narrow, wide) = (a.min(b), a.max(b));
+        if wide - narrow < TOUCH_MM {
+            self.capsule(gaps, r, part, wide + TOUCH_MM);
+            return;
+        }
+        let mut beyond = gaps.clone();
+        self.capsule(&mut beyond, r, part, wide + 2.0 * TOUCH_MM);
+        self.capsule(gaps, r, part, narrow);
+        gaps.take(&beyond);
+        self.walked(gaps, r, z);
+        gaps.join(beyond);
+    }
     fn walked(&self, gaps: &mut Gaps, r: f64, z: f64) {
-        let Some(region) = self.swept.at(z) else { return };
+        let Some(region) = self.swept.at(z).filter(|_| !gaps.is_empty()) else { return };
         let depth = |beta: f64| {
             let (sin, cos) = beta.sin_cos();
             region.distance([r * cos, r * sin]) - TOUCH_MM

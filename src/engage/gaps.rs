@@ -41,6 +41,9 @@ impl Dir {
     }
 }
 
+/// Keys nearer to each other than this are those of one direction: at most 2e-9 rad apart.
+const TOUCH_KEY: f64 = 1e-9;
+
 /// Straight behind, at either end of the turn.
 const BEHIND: Interval = [Dir { at: [-1.0, 0.0], key: -2.0 }, Dir { at: [-1.0, 0.0], key: 2.0 }];
 
@@ -111,6 +114,24 @@ impl Gaps {
             let within = |angle: f64| Dir::at_angle(angle - TAU * (angle / TAU).round());
             self.cover(within(from), within(to));
         }
+    }
+    /// Takes away what others leave.
+    pub fn take(&mut self, others: &Self) {
+        for [from, to] in &others.0 {
+            self.cut(*from, *to);
+        }
+    }
+    /// Takes in what others leave, which shares with it no more than ends.
+    pub fn join(&mut self, others: Self) {
+        self.0.extend(others.0);
+        self.0.sort_unstable_by(|a, b| a[0].key.total_cmp(&b[0].key));
+        self.0.dedup_by(|next, kept| {
+            let touches = next[0].key <= kept[1].key + TOUCH_KEY;
+            if touches && next[1].key > kept[1].key {
+                kept[1] = next[1];
+            }
+            touches
+        });
     }
     fn cut(&mut self, from: Dir, to: Dir) {
         let mut k = 0;

@@ -1,7 +1,8 @@
 //! The simulation from first move to last. In: the toolpath, the job. Out: the [`EngagementMap`].
 //!
 //! Moves are taken in batches. A feed move near the stock is sampled at its beginning, at its end and in equal steps of at
-//! most `spacing` between; its beginning takes the outcome of the end before it where the path runs on smoothly. Between
+//! most `spacing` between; its beginning takes the outcome of the end before it where the path runs on smoothly from a move
+//! that was sampled. Between
 //! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
 
 use super::arcs::Scene;
@@ -248,17 +249,19 @@ struct Batch {
     operations: Vec<Vec<Operation>>,
 }
 
-/// What sampling keeps from batch to batch.
+/// What sampling keeps from move to move.
 struct Sampling {
     /// Last horizontal direction of the path.
     heading: [f64; 2],
+    /// The move before was sampled: its last sample stands where this one begins.
+    goes_on: bool,
     marker: Marker,
 }
 
 /// While a batch is worked, the one before it is finished and entered into the map, and the one after it sampled.
 fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Builder, progress: &(dyn Fn(f64) + Sync)) {
     let mut held = Outcome::default();
-    let mut state = Sampling { heading: [1.0, 0.0], marker: Marker::default() };
+    let mut state = Sampling { heading: [1.0, 0.0], goes_on: false, marker: Marker::default() };
     let mut next = prepare(plan, scene, 0, &mut state);
     let mut done: Option<(Batch, Swept)> = None;
     let rapid = |element: u32| plan.path.moves[scene.elements[element as usize].move_id.ix()].kind == MoveKind::Rapid;
@@ -285,8 +288,7 @@ fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Buil
 fn prepare(plan: &Plan, scene: &Scene, begin: usize, state: &mut Sampling) -> Option<Batch> {
     let moves = begin..plan.batch_end(begin, scene);
     let mut samples = Vec::new();
-    let ways: Vec<Way> =
-        moves.clone().map(|index| sample_move(plan, scene, index, &mut state.heading, &mut samples)).collect();
+    let ways: Vec<Way> = moves.clone().map(|index| sample_move(plan, scene, index, state, &mut samples)).collect();
     mark_joints(plan, scene, begin, &ways, &mut samples, &mut state.marker);
     let elements = plan.laid.first[moves.start]..plan.laid.first[moves.end];
     let operations = assign(scene, &plan.tilings, elements, &samples);
@@ -353,12 +355,13 @@ fn mark_joints(plan: &Plan, scene: &Scene, begin: usize, ways: &[Way], samples: 
     }
 }
 
-fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2], samples: &mut Vec<Sample>) -> Way {
+fn sample_move(plan: &Plan, scene: &Scene, index: usize, state: &mut Sampling, samples: &mut Vec<Sample>) -> Way {
     let motion = &plan.path.moves[index];
     let length = motion.curve().length();
     let at_end = motion.curve().tangent(length);
-    let before = *heading;
-    turn(heading, at_end);
+    let before = state.heading;
+    turn(&mut state.heading, at_end);
+    let goes_on = std::mem::take(&mut state.goes_on);
     if motion.kind == MoveKind::Rapid {
         return Way::None;
     }
@@ -368,7 +371,8 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, heading: &mut [f64; 2],
     if length <= 0.0 || plan.is_far(motion, &scene.cutters[cutter as usize]) {
         return Way::Idle(StationFlags { clear_air: length > 0.0, ..StationFlags::default() });
     }
-    let inherits = runs_on(plan, index);
+    let inherits = goes_on && runs_on(plan, index);
+    state.goes_on = true;
     let first = samples.len();
     let count = (length / plan.spacing_mm - 1e-9).ceil().max(1.0) as usize;
     let parts = (length / count as f64 / plan.optional_mm - 1e-9).ceil().max(1.0) as usize;

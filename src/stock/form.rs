@@ -15,6 +15,24 @@ pub struct Form {
     /// Height at which the outline begins to narrow; cells that stand above it are left as they are.
     pub(super) neck: f32,
     pub(super) kind: Kind,
+    /// How high each segment reaches, and the whole, mm.
+    pub(super) reaches: Vec<Reach>,
+    pub(super) top: f64,
+}
+
+/// Lowest and highest point of a segment above the tip, and the larger radius of its ends, mm.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reach {
+    pub low: f64,
+    pub high: f64,
+    pub widest: f64,
+}
+
+impl Reach {
+    fn of(segment: &Segment) -> Self {
+        let [[r0, z0], [r1, z1]] = [0.0, 1.0].map(|t| segment.at(t).0);
+        Self { low: z0.min(z1), high: z0.max(z1), widest: r0.max(r1) }
+    }
 }
 
 /// Kinds of outline with a sweep of their own.
@@ -44,7 +62,9 @@ impl Form {
         };
         let flat_bottom = matches!(profile.segments.first(), Some(Segment::Line { from, to }) if from[1] == to[1]);
         let neck = profile.neck().map_or(f32::INFINITY, |neck| neck as f32);
-        Self { radius: profile.max_radius(), flat_bottom, neck, profile: profile.clone(), kind }
+        let reaches = profile.segments.iter().map(Reach::of).collect();
+        let (radius, top) = (profile.max_radius(), profile.height());
+        Self { radius, flat_bottom, neck, profile: profile.clone(), kind, reaches, top }
     }
     /// A flat end mill?
     pub fn is_flat(&self) -> bool {

@@ -2,6 +2,16 @@
 //!
 //! With slope tan θ and ball radius R the lower envelope of a swept ball is z_c + u tan θ − √(R² − v²)/cos θ while the
 //! contact lies on the line, and a sphere at its ends.
+//!
+//! A flat of radius f with a corner of radius c leaves at v what it touches in the place w = u − t ahead of its axis where the
+//! normal of the corner is square to the path, wherever along the line that is; beyond the ends of the line, what it leaves
+//! there. With m = |tan θ| and p the sine of the angle between axis and normal (so d = f + c p from the axis):
+//!
+//! ```text
+//! cos ψ = w / d,  p cos ψ = m √(1 − p²)   ⟹   E(p) = (f + c p)² ((1 + m²) p² − m²) − v² p² = 0
+//! ```
+//! E rises through its one root from max(sin θ, (v − f)/c) to 1. The height is least at that place, so an error of w counts by
+//! its square: four steps of Newton's method leave no more than the rounding.
 
 #![allow(clippy::inline_always)] // lanes are registers only where all is inlined
 
@@ -201,5 +211,86 @@ impl Heights for Ball {
         let touches = contact.is(end);
         let inside = zero.at_most(across) & (touches | zero.at_most(left));
         inside.pick(touches.pick(on_line, on_end), u.of(f32::INFINITY))
+    }
+}
+
+/// A flat bottom with a round corner on a ramp.
+pub struct BullRamp {
+    line: [f32; 2],
+    z: f32,
+    flat: f32,
+    corner: f32,
+    r2: f32,
+    /// Rise over length, its size m, 1 + m², and m/√(1 + m²).
+    slope: f32,
+    steep: f32,
+    length2: f32,
+    sin: f32,
+    /// Where p begins about v = f: there 2 c p³ is about m² f.
+    about: f32,
+}
+
+/// Steps of Newton's method for the place where a corner touches.
+const STEPS: usize = 4;
+/// What a height that may be left is taken lower for the sake of rounding, mm.
+const ROUNDING_MM: f32 = 1e-4;
+
+impl BullRamp {
+    /// Along a line of this length in the plane that begins at height `z` and rises by `rise`.
+    pub fn new([run, z, rise]: [f32; 3], [flat, corner, r2]: [f32; 3]) -> Self {
+        let slope = rise / run;
+        let steep = slope.abs();
+        let length2 = 1.0 + steep * steep;
+        let about = (steep * steep * flat / (2.0 * corner)).cbrt();
+        Self { line: [run, rise], z, flat, corner, r2, slope, steep, length2, sin: steep / length2.sqrt(), about }
+    }
+    /// Height above the tip at a distance given by its square.
+    #[inline(always)]
+    fn section<S: Simd>(&self, square: Lanes<S>) -> Lanes<S> {
+        let zero = square.of(0.0);
+        let d = (square.sqrt() - self.flat).max(zero);
+        square.of(self.corner) - (square.of(self.corner * self.corner) - d * d).max(zero).sqrt()
+    }
+    /// How far ahead of its axis (behind, where it falls) it touches what it leaves at v, on a line without ends.
+    #[inline(always)]
+    fn ahead<S: Simd>(&self, v: Lanes<S>) -> Lanes<S> {
+        let (zero, one) = (v.of(0.0), v.of(1.0));
+        let (v2, m2) = (v * v, self.steep * self.steep);
+        let beyond = ((v.abs() - self.flat) / v.of(self.corner)).max(zero);
+        let lowest = beyond.max(v.of(self.sin));
+        // As if the corner had no radius, and as if there were no flat.
+        let no_corner =
+            v.of(self.steep * self.flat) / (v.of(self.flat * self.flat * self.length2) - v2).max(v.of(1e-12)).sqrt();
+        let no_flat = ((beyond * beyond + m2) / v.of(self.length2)).sqrt();
+        let mut p = no_corner.min((beyond + self.about).max(no_flat)).max(lowest).min(one);
+        for _ in 0..STEPS {
+            let (d, p2) = (p * self.corner + self.flat, p * p);
+            let b = p2 * self.length2 - m2;
+            let value = d * d * b - v2 * p2;
+            let per_p = (d * (b * self.corner + d * p * self.length2) - v2 * p) * 2.0;
+            p = (p - value / per_p.max(v.of(1e-12))).max(lowest).min(one);
+        }
+        let d = p * self.corner + self.flat;
+        (d * d - v2).max(zero).sqrt() * self.slope.signum()
+    }
+}
+
+impl Heights for BullRamp {
+    /// Not below the outline at the nearest place of the line, at the lowest height that the tip has within reach.
+    #[inline(always)]
+    fn may<S: Simd>(&self, u: Lanes<S>, v: Lanes<S>, cell: Lanes<S>) -> Which<S> {
+        let du = u - u.max(u.of(0.0)).min(u.of(self.line[0]));
+        let square = du * du + v * v;
+        let lowest =
+            (u * self.slope + (self.z - self.steep * self.r2.sqrt())).max(u.of(self.z + self.line[1].min(0.0)));
+        square.at_most(u.of(self.r2)) & (lowest + self.section(square) - ROUNDING_MM).below(cell)
+    }
+    #[inline(always)]
+    fn height<S: Simd>(&self, u: Lanes<S>, v: Lanes<S>) -> Lanes<S> {
+        let along = (u - self.ahead(v)).max(u.of(0.0)).min(u.of(self.line[0]));
+        let du = u - along;
+        let square = du * du + v * v;
+        let height = along * self.slope + self.z + self.section(square);
+        square.at_most(u.of(self.r2)).pick(height, u.of(f32::INFINITY))
     }
 }

@@ -5,11 +5,11 @@
 //! |p − c_xy(t)| < r(z − c_z(t)). g is the least of |p − c_xy(t)| − r(z − c_z(t)) over t (for balls: the distance in space
 //! to the axis of the sweep, less the radius), so its sign is exact and |∇g| ≤ 1: a walk along a circle may step |g|
 //! without missing a boundary. Level moves, arcs, balls, flat ends and cones have closed forms; a torus on a ramp is a
-//! convex function of t and its minimum is bracketed.
+//! convex function of t whose slope is brought to zero by Newton's steps.
 
 use super::element::Track;
-use super::form::Form;
-use crate::machine::{Profile, Segment};
+use super::form::{Form, Reach};
+use crate::machine::Segment;
 use crate::path::Vec3;
 
 /// Plane region cleared at one height.
@@ -64,7 +64,7 @@ pub struct Ball {
 /// An outline swept along an inclined line, cut at height `z` (relative to the first tip position).
 #[derive(Debug, Clone, Copy)]
 pub struct Outline<'a> {
-    profile: &'a Profile,
+    form: &'a Form,
     from: [f64; 2],
     dir: [f64; 2],
     run: f64,
@@ -162,7 +162,7 @@ fn line_region(form: &Form, from: Vec3, dir: [f64; 2], [run, rise]: [f64; 2], z:
         return Some(Region::Capsule(Capsule { from: start, dir, length: (t1 - t0) * run, radius: form.radius }));
     }
     form.profile.radius_below(zeta)?;
-    Some(Region::Outline(Outline { profile: &form.profile, from: start, dir, run, rise, z: z - from.z }))
+    Some(Region::Outline(Outline { form, from: start, dir, run, rise, z: z - from.z }))
 }
 
 /// Fractions of a line between which its height `z0 + t·rise` is at most `z` (it is somewhere).
@@ -240,9 +240,9 @@ impl Ball {
 impl Outline<'_> {
     fn distance(&self, p: [f64; 2]) -> f64 {
         let (u, v) = local(p, self.from, self.dir);
-        let top = self.profile.height();
-        let column = self.column(u, v, top, self.profile.max_radius());
-        self.profile.segments.iter().map(|segment| self.segment(segment, u, v)).fold(column, f64::min)
+        let column = self.column(u, v, self.form.top, self.form.radius);
+        let segments = self.form.profile.segments.iter().zip(&self.form.reaches);
+        segments.map(|(segment, reach)| self.segment(segment, reach, u, v)).fold(column, f64::min)
     }
     /// Range of the run in which the outline's heights `low..high` are at height `z`.
     fn range(&self, low: f64, high: f64) -> Option<(f64, f64)> {
@@ -255,7 +255,7 @@ impl Outline<'_> {
     fn column(&self, u: f64, v: f64, low: f64, radius: f64) -> f64 {
         self.range(low, f64::INFINITY).map_or(f64::INFINITY, |(a, b)| norm(u - u.clamp(a, b), v) - radius)
     }
-    fn segment(&self, segment: &Segment, u: f64, v: f64) -> f64 {
+    fn segment(&self, segment: &Segment, reach: &Reach, u: f64, v: f64) -> f64 {
         match segment {
             Segment::Line { from, to } => {
                 let ([r0, z0], [r1, z1]) = if from[1] <= to[1] { (*from, *to) } else { (*to, *from) };
@@ -273,19 +273,56 @@ impl Outline<'_> {
                 let t = best.clamp(a, b);
                 (norm(u - t, v) - radius(t)).min(widest)
             }
-            Segment::Arc { centre, radius, from_rad, to_rad } => {
-                let low = centre[1] + radius * from_rad.min(*to_rad).sin();
-                let high = centre[1] + radius * from_rad.max(*to_rad).sin();
-                let widest = self.column(u, v, high, segment.at(1.0).0[0].max(segment.at(0.0).0[0]));
+            Segment::Arc { centre, radius, .. } => {
+                let Reach { low, high, widest } = *reach;
+                let widest = self.column(u, v, high, widest);
                 let Some((a, b)) = self.range(low, high) else { return widest };
+                let per_run = self.rise / self.run;
+                let (r2, above) = (radius * radius, self.z - centre[1]);
                 let gap = |t: f64| {
-                    let h = self.z - self.rise * t / self.run - centre[1];
-                    norm(u - t, v) - centre[0] - (radius * radius - h * h).max(0.0).sqrt()
+                    let h = above - per_run * t;
+                    norm(u - t, v) - centre[0] - (r2 - h * h).max(0.0).sqrt()
                 };
-                least_convex(gap, a, b).1.min(widest)
+                // Its slope rises with t, and that by `bend`.
+                let slope = |t: f64| {
+                    let (off, h) = (u - t, above - per_run * t);
+                    let (far, width) = (norm(off, v).max(1e-12), (r2 - h * h).max(1e-18).sqrt());
+                    let bend = v * v / (far * far * far) + per_run * per_run * r2 / (width * width * width);
+                    (-off / far - per_run * h / width, bend)
+                };
+                gap(rising_root(slope, a, b)).min(widest)
             }
         }
     }
+}
+
+/// Where a function that rises over an interval, given with its derivative, passes zero: Newton's steps, halves where one would
+/// leave what is left of the interval; its end where there is no such place. To about 1e-6 of the interval.
+fn rising_root(f: impl Fn(f64) -> (f64, f64), a: f64, b: f64) -> f64 {
+    if f(a).0 >= 0.0 {
+        return a;
+    }
+    if f(b).0 <= 0.0 {
+        return b;
+    }
+    let (mut low, mut high) = (a, b);
+    let mut t = 0.5 * (a + b);
+    let enough = 1e-6 * (b - a) + 1e-12;
+    for _ in 0..60 {
+        let (value, per_t) = f(t);
+        if value > 0.0 {
+            high = t;
+        } else {
+            low = t;
+        }
+        let step = t - value / per_t;
+        let next = if step > low && step < high { step } else { 0.5 * (low + high) };
+        if (next - t).abs() < enough || high - low < enough {
+            return next;
+        }
+        t = next;
+    }
+    t
 }
 
 /// Least value of a convex function on an interval: golden section to about 1e-9 of the interval. (argument, value)

@@ -11,12 +11,13 @@
 use super::element::Track;
 use super::field::Tile;
 use super::form::{Form, Kind};
-use super::heights::{Ball, BallSection, BullSection, FlatSection, Heights, Level, Ramp, Round, Straight, Way};
+use super::heights::{
+    Ball, BallSection, BullRamp, BullSection, FlatSection, Heights, Level, Ramp, Round, Straight, Way,
+};
 use super::past::Past;
 use super::region::least_convex;
 use super::runs::{Grid, Line, RowRuns, Run, ring_runs};
 use super::wide::{Lanes, MOST_LANES, Task, widest};
-use crate::machine::Profile;
 use crate::path::Vec3;
 use pulp::Simd;
 use std::ops::Range;
@@ -155,10 +156,10 @@ fn sweep_line<S: Simd>(
         Kind::Bull { flat, corner } if level => {
             lower(simd, tile, runs, &put, &Level { way, section: BullSection { flat, corner, r2 }, z });
         }
-        Kind::Bull { .. } | Kind::Other => {
-            let height = |[u, v]: [f64; 2]| swept_height(&form.profile, &line, u, v);
-            lower_each(tile, runs, &put, height);
+        Kind::Bull { flat, corner } => {
+            lower(simd, tile, runs, &put, &BullRamp::new([run, z, rise], [flat, corner, r2]));
         }
+        Kind::Other => lower_each(tile, runs, &put, |at, stands| swept_height(form, &line, at, stands)),
     }
 }
 
@@ -192,7 +193,7 @@ fn sweep_arc<S: Simd>(
         Kind::Bull { flat, corner } => {
             lower(simd, tile, runs, &put, &Level { way, section: BullSection { flat, corner, r2: r * r }, z });
         }
-        Kind::Other => lower_each(tile, runs, &put, |at| {
+        Kind::Other => lower_each(tile, runs, &put, |at, _| {
             let [x, y] = at.map(|x| Lanes::new(pulp::Scalar::new(), x as f32));
             let distance = f64::from(way.square(x, y).value.sqrt());
             form.profile.height_at(distance).map_or(f32::INFINITY, |h| z + h as f32)
@@ -200,9 +201,10 @@ fn sweep_arc<S: Simd>(
     }
 }
 
-/// Least height of an outline along an inclined line at (u, v).
-fn swept_height(profile: &Profile, line: &Line, u: f64, v: f64) -> f32 {
-    let r = profile.max_radius();
+/// Least height of an outline along an inclined line at (u, v), as far as it is looked for: a cell that stands no higher than
+/// the outline at the nearest place would at the lowest tip stays.
+fn swept_height(form: &Form, line: &Line, [u, v]: [f64; 2], stands: f32) -> f32 {
+    let (profile, r) = (&form.profile, form.radius);
     if v.abs() > r {
         return f32::INFINITY;
     }
@@ -212,8 +214,17 @@ fn swept_height(profile: &Profile, line: &Line, u: f64, v: f64) -> f32 {
         return f32::INFINITY;
     }
     let slope = if line.run > 0.0 { line.rise / line.run } else { 0.0 };
-    let height = |t: f64| profile.height_at((u - t).hypot(v).min(r)).map_or(f64::INFINITY, |h| line.z + slope * t + h);
-    if line.rise == 0.0 { height(u.clamp(a, b)) as f32 } else { least_convex(height, a, b).1 as f32 }
+    let outline = |t: f64| {
+        let off = u - t;
+        profile.height_at((off * off + v * v).sqrt().min(r)).unwrap_or(f64::INFINITY)
+    };
+    let height = |t: f64| line.z + slope * t + outline(t);
+    let nearest = u.clamp(a, b);
+    if line.rise == 0.0 {
+        return height(nearest) as f32;
+    }
+    let lowest = line.z + (slope * a).min(slope * b) + outline(nearest);
+    if lowest > f64::from(stands) { f32::INFINITY } else { least_convex(height, a, b).1 as f32 }
 }
 
 /// How (u, v) change from cell to cell, and what lowers them.
@@ -285,11 +296,12 @@ impl Group {
     }
 }
 
-/// As [`lower`] for an outline without a closed form, cell by cell.
-fn lower_each(tile: &mut Tile, runs: impl Iterator<Item = Run>, put: &Put, height: impl Fn([f64; 2]) -> f32) {
+/// As [`lower`] for an outline without a closed form, cell by cell; `height` is told how high the cell stands.
+fn lower_each(tile: &mut Tile, runs: impl Iterator<Item = Run>, put: &Put, height: impl Fn([f64; 2], f32) -> f32) {
     for Run { cells, at } in runs {
         for (k, cell) in cells.enumerate() {
-            let new = height([0, 1].map(|axis| at[axis] + k as f64 * put.step[axis])).max(tile.floor);
+            let place = [0, 1].map(|axis| at[axis] + k as f64 * put.step[axis]);
+            let new = height(place, tile.heights[cell]).max(tile.floor);
             if new < tile.heights[cell] {
                 if tile.past.on {
                     let (mut heights, mut ids) = ([0.0; MOST_LANES], [0; MOST_LANES]);
@@ -308,7 +320,7 @@ const SLACK_MM: f64 = 1e-3;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::Box3;
+    use crate::machine::{Box3, Profile};
     use crate::stock::Field;
     use pulp::Scalar;
 
@@ -342,6 +354,45 @@ mod tests {
         assert!(wide.heights.iter().any(|h| *h < 4.0));
         assert!(wide.heights.iter().zip(&portable.heights).all(|(a, b)| a.to_bits() == b.to_bits()));
         assert_eq!(wide.ids, portable.ids);
+    }
+
+    /// A bull on slopes from gentle to nearly upright, rising and falling, short and long, against the least height of its outline
+    /// along the line.
+    #[test]
+    fn a_corner_on_a_slope_leaves_the_least_height_along_the_line() {
+        let extent = Box3 { min: Vec3::zeros(), max: Vec3::new(20.0, 20.0, 30.0) };
+        let field = Field::new(extent, 0.1, |_, _| 30.0);
+        for (diameter, corner) in [(12.0, 2.0), (12.0, 0.1), (10.0, 4.95)] {
+            let form = Form::new(&Profile::bull(diameter, corner, 40.0));
+            for (k, slope) in [1e-4, -0.003, 0.03, -0.2, 1.0, -5.0].into_iter().enumerate() {
+                for run in [0.05, 1.3, 6.0] {
+                    let (sin, cos) = (0.7 * k as f64).sin_cos();
+                    let from = Vec3::new(10.0 - 0.5 * run * cos, 10.0 - 0.5 * run * sin, 10.0);
+                    let to = from + Vec3::new(run * cos, run * sin, run * slope);
+                    let mut tile = field.tiles[0].clone();
+                    sweep(&mut tile, (&Track::Line { from, to }, false), &form, 1);
+                    let line =
+                        Line { from: [from.x, from.y], dir: [cos, sin], run, z: 10.0, rise: run * slope, behind: 0.0 };
+                    let grid = Grid::of(&tile);
+                    let mut lowered = 0;
+                    for cell in 0..tile.heights.len() {
+                        let [x, y] = [0, 1].map(|axis| grid.place(cell)[axis] - line.from[axis]);
+                        let at = [x * cos + y * sin, y * cos - x * sin];
+                        let height = swept_height(&form, &line, at, f32::INFINITY).min(30.0).max(tile.floor);
+                        // Places are rounded to 1e-6 mm or so, which the outline takes up to 12 times as high 0.02 mm from
+                        // its edge; nearer to that it stands upright.
+                        let edge = at[1].hypot(at[0] - at[0].clamp(0.0, run)) > form.radius - 0.02;
+                        let off = (height - tile.heights[cell]).abs();
+                        assert!(
+                            edge || off < 5e-5 * (1.0 + slope.abs() as f32),
+                            "{corner} {slope} {run} {at:?}: {off}"
+                        );
+                        lowered += usize::from(height < 30.0);
+                    }
+                    assert!(lowered > 5000, "{lowered}");
+                }
+            }
+        }
     }
 
     #[test]
