@@ -87,7 +87,7 @@ fn saved_stock_is_the_next_programs_blank() {
         let report: serde_json::Value = serde_json::from_slice(&fs::read(at.join(file)).unwrap()).unwrap();
         report["stock"][key].as_f64().unwrap()
     };
-    // The same program again on what it left meets nothing.
+    // The same program again on what it left meets nothing: a fault, for the simulation says nothing about such a program.
     fs::write(at.join("next.nc"), PROGRAM).unwrap();
     fs::write(at.join("next.setup.toml"), setup("saved = \"op10.stock\"", 80.0, 30.0)).unwrap();
     let (code, _, said) = run(at, &["simulate", "next.nc", "--json", "next.json"]);

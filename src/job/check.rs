@@ -20,13 +20,14 @@ use super::{JobError, MET, SPACING_MM, Watch, engagement, environment, switch};
 use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, LoadLine};
 use crate::ids::BlockId;
+use crate::machine::limits::FEED_CHANGE_MIN;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{Environment, Freeze, MoveKind, Toolpath};
 use crate::report::answers::Stressed;
 use crate::report::over::{self, Apart, Over, Place, p99};
 use crate::report::{Check, Run, Switched};
 use crate::rewrite::{Rewritten, verify};
-use crate::schedule::caps::{Cutters, FEED_CHANGE};
+use crate::schedule::caps::Cutters;
 use crate::schedule::history;
 use crate::schedule::realise::{as_programmed, pieces_of_moves};
 use crate::schedule::rules::{Rules, rules};
@@ -518,7 +519,7 @@ fn reachable(node: &Node, breach: &Breach) -> Option<f64> {
 
 /// Where nothing was asked for because nothing was met, the lowest change of feed holds: never a feed of zero.
 fn lowest_mm_s(node: &Node) -> f64 {
-    let asked = if node.floor.feed_mm_s > 0.0 { node.floor.feed_mm_s } else { FEED_CHANGE.0 * node.programmed_mm_s };
+    let asked = if node.floor.feed_mm_s > 0.0 { node.floor.feed_mm_s } else { FEED_CHANGE_MIN * node.programmed_mm_s };
     asked.min(node.programmed_mm_s)
 }
 
@@ -570,6 +571,6 @@ mod tests {
         tighten_node(&mut node, &met, false);
         assert!(node.cap.feed_mm_s == 30.0 && node.infeasible.is_none());
         tighten_node(&mut node, &Breach { cap_mm_s: None, ..met }, false);
-        assert!(node.cap.feed_mm_s == FEED_CHANGE.0 * 10.0 && node.infeasible == Some(LimitKind::ForceXy));
+        assert!(node.cap.feed_mm_s == FEED_CHANGE_MIN * 10.0 && node.infeasible == Some(LimitKind::ForceXy));
     }
 }

@@ -67,7 +67,7 @@ impl Kept {
             Kept::Cycle => "a drilling or boring cycle",
             Kept::Forgotten => "it was rewritten before, and what its feed was is not known",
             Kept::NoLoadLimit => "no load limit acts here",
-            Kept::Unsound => "the simulation as a whole cannot be right",
+            Kept::Unsound => "the stock is never touched, the spindle stands still in a cut, or a tool has no loads",
         }
     }
 }
