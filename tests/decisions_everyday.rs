@@ -58,7 +58,7 @@ fn row(program: &Everyday) -> Row {
     let row = Row {
         name: program.name.clone(),
         loss_percent,
-        worst: written.check.worst_ratio,
+        worst: written.check.over.free_ratio,
         identical: written.check.identical,
         words: written.stats.f_words_after,
         again: stats.f_words_changed + stats.f_words_inserted + stats.blocks_added,

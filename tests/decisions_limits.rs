@@ -8,11 +8,11 @@ use feedwright::job::{Keep, Task, Wanted, Watch, optimize, sections, simulate};
 use feedwright::machine::{Job, LimitKind};
 use feedwright::nc::{self, Environment, Program, Toolpath};
 use feedwright::report::Run;
-use feedwright::schedule::Kept;
 use feedwright::schedule::acting::{ACTS_FROM, idle};
 use feedwright::schedule::caps::Cutters;
 use feedwright::schedule::operations::segments;
 use feedwright::schedule::rules::rules;
+use feedwright::schedule::{Kept, as_programmed};
 use feedwright::setup::{self, Assumption};
 use std::path::Path;
 
@@ -93,7 +93,8 @@ fn the_change_of_feed_hangs_on_measured_coefficients() {
 fn a_limit_that_never_acts_raises_nothing_and_is_said_first() {
     let (job, _) = load("[limits]\nforce_xy = 1e6\n");
     let (_, toolpath, map) = simulated(&job);
-    let never = idle(&toolpath, &map, &rules(&toolpath, &map, &job), &Cutters::new(&toolpath, &map, &job));
+    let cutters = Cutters::new(&toolpath, &map, &job, &as_programmed(&toolpath));
+    let never = idle(&toolpath, &map, &rules(&toolpath, &map, &job), &cutters);
     let [largest] = never.into_iter().flatten().collect::<Vec<_>>()[..] else { panic!("one rule") };
     assert_eq!(largest.kind, LimitKind::ForceXy);
     let raise = "[raise]\nentries = true\nfinishing = true\n";

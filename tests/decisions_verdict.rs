@@ -123,7 +123,7 @@ impl Shown {
         if self.json["check"].is_object() {
             assert!((number(&self.json["check"]["resimulated_worst_ratio"]) - largest).abs() < 1e-12);
             assert!(self.screen.contains(&format!("largest load {largest:.3} of its limit")), "{}", self.screen);
-            assert_eq!(largest > 1.01 && self.code == 0, false, "{largest} with exit 0");
+            assert!(largest <= 1.01 || self.code != 0, "{largest} with exit 0");
         }
         let percent = format!("{:.0} %", 100.0 * largest);
         assert!(self.screen.contains(&percent), "{percent}\n{}", self.screen);
@@ -308,4 +308,120 @@ fn verify_knows_the_largest_rise_and_holds_it_against_a_limit() {
     assert_eq!(json["identical"], true);
     let (_, _, json) = verified(pair(original, original).path(), &["--max-rise", "1"]);
     assert!(json["largest_rise"].is_null());
+}
+
+/// Codes of the warnings of a simulation.
+fn codes(program: &str, setup: &str) -> Vec<String> {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("part.nc"), program).unwrap();
+    fs::write(dir.path().join("part.setup.toml"), setup).unwrap();
+    let mut command = Command::cargo_bin("feedwright").unwrap();
+    let done = command.current_dir(dir.path()).args(["simulate", "part.nc", "--json", "r.json"]).output().unwrap();
+    let read = fs::read(dir.path().join("r.json"));
+    let json: Value = serde_json::from_slice(&read.unwrap_or_else(|_| panic!("{done:?}"))).unwrap();
+    json["warnings"].as_array().unwrap().iter().map(|warning| warning["code"].as_str().unwrap().to_owned()).collect()
+}
+
+/// Once around the block.
+const AROUND: &str = "G21 G90 G17
+T1 M6
+S8000 M3
+G0 X-2 Y-2 Z5
+G1 Z-2 F300
+X42 F900
+Y22
+X-2
+Y-2
+G0 Z20
+M30
+";
+
+#[track_caller]
+fn told(code: &str, [program, setup]: [&str; 2], [other_program, other_setup]: [&str; 2]) {
+    let (here, there) = (codes(program, setup), codes(other_program, other_setup));
+    assert!(here.iter().any(|known| known == code), "{code} is not among {here:?}");
+    assert!(there.iter().all(|known| known != code), "{code} is said of what is right");
+}
+
+#[test]
+fn units_that_were_mixed_up_are_said() {
+    let inch = AROUND.replace("G21", "G20").replace("F300", "F10").replace("F900", "F30");
+    told("plausible::units", [&inch, SETUP], [AROUND, SETUP]);
+    // Ten times as far is a long way in the air, not another unit.
+    let far = AROUND.replace("X42", "X420").replace("Y22", "Y220");
+    assert!(!codes(&far, SETUP).contains(&"plausible::units".to_owned()));
+    let plate = |height: &str| {
+        let shape = format!("box = {{ min = [0, 0, -{height}], max = [1016, 508, 0] }}");
+        SETUP
+            .replace("box = { min = [0, 0, -10], max = [40, 20, 0] }", &shape)
+            .replace("resolution = 0.5", "resolution = 2")
+    };
+    told("plausible::units", [AROUND, &plate("254")], [AROUND, &plate("20")]);
+}
+
+#[test]
+fn a_feed_per_tooth_that_no_mill_cuts_with_is_said() {
+    // 6 mm, 3 flutes, 200 rev/min: 1.5 mm a tooth at F900.
+    let slow = |feed: &str| AROUND.replace("S8000", "S200").replace("F900", feed);
+    told("plausible::feed-per-tooth", [&slow("F920"), SETUP], [&slow("F880"), SETUP]);
+}
+
+#[test]
+fn a_stock_of_cubic_metres_is_said() {
+    let of = |height: &str| {
+        let shape = format!("box = {{ min = [0, 0, -{height}], max = [1000, 1000, 0] }}");
+        SETUP
+            .replace("box = { min = [0, 0, -10], max = [40, 20, 0] }", &shape)
+            .replace("resolution = 0.5", "resolution = 2")
+    };
+    told("plausible::stock-size", [AROUND, &of("1010")], [AROUND, &of("990")]);
+}
+
+#[test]
+fn a_coefficient_ten_times_that_of_any_metal_is_said() {
+    let of = |k_tc: &str| SETUP.replace("k_tc = 800", k_tc);
+    told("plausible::coefficient", [AROUND, &of("k_tc = 16100")], [AROUND, &of("k_tc = 15900")]);
+    told("plausible::coefficient", [AROUND, &of("k_tc = 54")], [AROUND, &of("k_tc = 56")]);
+    let own = |k_tc: &str| {
+        SETUP.replace("flutes = 3\n", &format!("flutes = 3\ncoefficients = {{ k_tc = {k_tc}, k_te = 14 }}\n"))
+    };
+    told("plausible::coefficient", [AROUND, &own("8100")], [AROUND, &own("7900")]);
+}
+
+#[test]
+fn a_power_limit_below_what_the_spindle_takes_in_air_is_said() {
+    let spindle = "[machine.spindle]\ntare = [[0, 0], [8000, 500], [12000, 500]]\n[stock]";
+    let of = |limit: &str| SETUP.replace("[stock]", spindle).replace("power = 2000", limit);
+    told("plausible::limit-below-tare", [AROUND, &of("power = 499")], [AROUND, &of("power = 501")]);
+}
+
+#[test]
+fn a_tool_that_never_cuts_is_said() {
+    let setup = SETUP.replace("[limits]", "[[tool]]\nnumber = 2\nshape = \"flat\"\ndiameter = 4\nflutes = 2\n[limits]");
+    let second =
+        |depth: &str| AROUND.replace("M30", &format!("T2 M6\nS8000 M3\nG0 X10 Y10\nG1 Z{depth} F200\nG0 Z20\nM30"));
+    told("plausible::idle-tool", [&second("1"), &setup], [&second("-1"), &setup]);
+}
+
+#[test]
+fn a_program_that_does_not_meet_its_stock_raises_nothing_and_is_not_written() {
+    let setup = SETUP.replace("power = 2000", "power = 2000\nair_feed = 6000");
+    let beside = |cut: &str| {
+        format!("G21 G90 G17\nT1 M6\nS8000 M3\nG0 X45 Y10 Z5\nG1 Z-2 F300\nX{cut} F900\nX45\nX1045\nG0 Z20\nM30\n")
+    };
+    let away = setup
+        .replace("box = { min = [0, 0, -10], max = [40, 20, 0] }", "box = { min = [0, 900, -10], max = [40, 920, 0] }");
+    for (program, setup) in [(beside("31"), &setup), (beside("-3"), &away)] {
+        let found = shown(&program, setup, &["optimize", "--json-blocks"]);
+        assert_eq!((found.code, found.faults(), found.is_written()), (1, vec!["no-meeting"], false), "{}", found.said);
+        assert!(found.screen.starts_with("stock and program do not meet"), "{}", found.screen);
+        for block in found.json["blocks"].as_array().unwrap() {
+            assert!(number(&block["feed_after"]) <= number(&block["feed_before"]) * (1.0 + 1e-9), "{block}");
+        }
+        // No option helps: what was predicted holds nowhere.
+        assert!(!shown(&program, setup, &["optimize", "--accept-infeasible", "--accept-collisions"]).is_written());
+    }
+    // Three in a hundred are met: a long way through the air.
+    let found = shown(&beside("0"), &setup, &["optimize"]);
+    assert_eq!((found.code, found.is_written()), (0, true), "{}", found.said);
 }

@@ -289,7 +289,7 @@ fn modal_macros_are_said_and_freeze_what_they_follow() {
     let path = read("G1 X1. F100.\nG66 P9000\nX2.\nG67\nX3.\nM30\n", Dialect::Fanuc);
     assert_eq!(path.moves.iter().map(|m| m.freeze).collect::<Vec<_>>(), [None, Some(Freeze::Cycle), None]);
     let said: Vec<_> = path.diagnostics.iter().map(|d| (d.code, d.line)).collect();
-    assert_eq!(said, [("nc::doubt", Some(2)), ("nc::no-routine", Some(2))]);
+    assert_eq!(said, [("nc::doubt", Some(2)), ("nc::no-routine", Some(2))], "a missing macro leaves a doubt");
 }
 
 #[test]

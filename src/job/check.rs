@@ -254,7 +254,9 @@ impl<'a> Ratios<'a> {
         kept: Vec<BlockId>,
     ) -> Self {
         let mut commanded = as_programmed(&known.written);
-        commanded.iter_mut().for_each(|piece| piece.feed_mm_s *= factor);
+        for piece in &mut commanded {
+            piece.feed_mm_s *= factor;
+        }
         Self {
             side,
             written: &known.written,
@@ -524,20 +526,16 @@ fn lowest_mm_s(node: &Node) -> f64 {
 }
 
 fn tighten_node(node: &mut Node, breach: &Breach, last: bool) {
-    match reachable(node, breach) {
-        Some(cap) => {
-            node.cap.feed_mm_s = node.cap.feed_mm_s.min(cap);
-            node.cap.kind = breach.kind;
-            node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
-            if last {
-                node.infeasible = Some(breach.kind);
-            }
-        }
-        None => {
-            node.cap.feed_mm_s = lowest_mm_s(node);
-            node.cap.kind = breach.kind;
-            node.infeasible = Some(breach.kind);
-        }
+    node.cap.kind = breach.kind;
+    let Some(cap_mm_s) = reachable(node, breach) else {
+        node.cap.feed_mm_s = lowest_mm_s(node);
+        node.infeasible = Some(breach.kind);
+        return;
+    };
+    node.cap.feed_mm_s = node.cap.feed_mm_s.min(cap_mm_s);
+    node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
+    if last {
+        node.infeasible = Some(breach.kind);
     }
 }
 

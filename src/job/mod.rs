@@ -22,6 +22,7 @@ mod force_rate;
 mod growth;
 mod learned;
 mod look;
+pub mod plausible;
 mod switch;
 mod used;
 mod wanted;
@@ -185,8 +186,12 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
     diagnostics.extend(look::overruled(&problem, &toolpath));
     diagnostics.extend(look::files(&program, &toolpath));
     diagnostics.extend(look::stock(&map, &toolpath));
+    diagnostics.extend(plausible::implausible(&plausible::Seen { toolpath: &toolpath, map: &map, job: &job }));
     diagnostics.extend(events(&map, &toolpath));
     diagnostics.extend(look::cutters(&map, &toolpath, &job));
+    if plausible::do_not_meet(&diagnostics) {
+        plausible::raise_nothing(&mut problem);
+    }
     let scheduled = (watch.clock)();
     let stage_s = [parsed - start, simulated - parsed, scheduled - simulated, 0.0, 0.0];
     let mut run = Run {

@@ -70,7 +70,9 @@ impl History {
 
     /// The same with edges that have not slid: no feeds leave less wear behind.
     pub fn unworn(mut self) -> Self {
-        Arc::make_mut(&mut self.past).iter_mut().for_each(|past| past.sliding_mm = 0.0);
+        for past in Arc::make_mut(&mut self.past) {
+            past.sliding_mm = 0.0;
+        }
         self
     }
 

@@ -65,7 +65,7 @@ impl Kept {
             Kept::Finishing => "the move leaves the final surface",
             Kept::Compensation => "under G41 or G42",
             Kept::Cycle => "a drilling or boring cycle",
-            Kept::Forgotten => "it was rewritten before, and what its feed was is not known",
+            Kept::Forgotten => "it was rewritten before, and what its feed was is not known any more",
             Kept::NoLoadLimit => "no load limit acts here",
             Kept::Unsound => "the stock is never touched, the spindle stands still in a cut, or a tool has no loads",
         }
