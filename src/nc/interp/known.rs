@@ -24,7 +24,7 @@ pub(super) fn known_m(dialect: Dialect, code: u16) -> bool {
             matches!(code / 10, 12 | 29 | 31 | 33..=35 | 40..=45 | 73 | 74 | 80 | 81 | 83 | 84 | 88 | 89 | 135 | 138 | 139 | 158 | 159 | 198)
         }
     };
-    code % 10 == 0 && (everywhere || own)
+    code.is_multiple_of(10) && (everywhere || own)
 }
 
 #[cfg(test)]
