@@ -61,7 +61,8 @@ fn what_we_wrote_ourselves_holds() {
     let good = rewritten();
     let proof = proof(&good);
     assert!(proof.holds(), "{:?}\n{good}", proof.differences);
-    assert_eq!((proof.blocks_split, proof.feeds_changed), (5, 5), "{good}");
+    // The block after the probing move begins where that touched, which is not known: it is never cut.
+    assert_eq!((proof.blocks_split, proof.feeds_changed), (4, 5), "{good}");
 }
 
 #[test]
