@@ -19,6 +19,7 @@ Exit code 1 if any is wrong.
 
 import argparse
 import csv
+import difflib
 import json
 import os
 import re
@@ -200,7 +201,7 @@ def judge(path, feedwright, rs274, seconds, folder):
         return "wrong", f"second run: {sentence(errors)}", took
     if os.path.exists(again):
         one, two = (open(f, encoding="latin-1").read().splitlines() for f in (written, again))
-        same = sum(a == b for a, b in zip(one, two))
+        same = sum(block.size for block in difflib.SequenceMatcher(None, one, two, autojunk=False).get_matching_blocks())
         changed = 1.0 - same / max(len(one), len(two), 1)
         if changed > SECOND_RUN:
             return "wrong", f"a second run changes {100 * changed:.1f} % of {len(one)} lines", took
