@@ -380,7 +380,7 @@ fn a_stock_of_cubic_metres_is_said() {
 #[test]
 fn a_coefficient_ten_times_that_of_any_metal_is_said() {
     let of = |k_tc: &str| SETUP.replace("k_tc = 800", k_tc);
-    told("plausible::coefficient", [AROUND, &of("k_tc = 16100")], [AROUND, &of("k_tc = 15900")]);
+    told("plausible::coefficient", [AROUND, &of("k_tc = 20100")], [AROUND, &of("k_tc = 19900")]);
     told("plausible::coefficient", [AROUND, &of("k_tc = 54")], [AROUND, &of("k_tc = 56")]);
     let own = |k_tc: &str| {
         SETUP.replace("flutes = 3\n", &format!("flutes = 3\ncoefficients = {{ k_tc = {k_tc}, k_te = 14 }}\n"))

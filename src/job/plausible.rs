@@ -91,7 +91,7 @@ pub const FEED_PER_TOOTH: f64 = 0.25;
 pub const STOCK_MM3: f64 = 1e9;
 /// Tangential cutting coefficients that are believed, N/mm²: from a tenth of the library's softest metal (plastics and wood lie
 /// above it) to twice its hardest steel. The setup refuses what is beyond 50,000.
-pub const K_TC_N_MM2: [f64; 2] = [55.0, 16_000.0];
+pub const K_TC_N_MM2: [f64; 2] = [55.0, 20_000.0];
 /// Factor between a tool and its stock that no edge explains.
 pub const TIMES: f64 = 10.0;
 /// Share of the feed motion that meets the stock. Programs in use have 0.78 to 0.97 of it in the cut; 0.02 was seen where the
