@@ -88,30 +88,49 @@ fn with(limits: &str, raise: &str) -> String {
 /// A slot to 1 mm, and over it one to 2 mm, which leaves the final surface: lines 6 and 10.
 const SLOTS: &str = "G0 X-10 Y10 Z2\nG1 Z-1 F900\nX50\nG0 Z2\nX-10\nG1 Z-2 F900\nX50\nG0 Z2\n";
 
+/// A slot to 1.6 mm, and over it the last 0.4 mm, which leave the final surface: lines 6 and 10.
+const FINISHED: &str = "G0 X-10 Y10 Z2\nG1 Z-1.6 F900\nX50\nG0 Z2\nX-10\nG1 Z-2 F900\nX50\nG0 Z2\n";
+
 #[test]
-fn a_move_that_leaves_the_final_surface_rises_only_where_the_setup_says_so() {
+fn a_last_pass_that_takes_more_than_an_allowance_is_roughing() {
+    // The second slot of 1 mm leaves the final surface, but is as thick as the one before it.
+    let inside = |place: &&Place| place.line == 10 && (3.0..37.0).contains(&place.at[0]);
+    let plain = cuts(SLOTS, FORCE);
+    assert!(plain.iter().filter(inside).count() > 0 && plain.iter().filter(inside).all(Place::rises));
+    // On either side of the allowance of a 6 mm mill, 0.5 mm: floors and walls alike.
+    for (last_mm, rises) in [(0.45, false), (0.55, true)] {
+        let floor = FINISHED.replace("Z-1.6", &format!("Z-{}", 2.0 - last_mm));
+        assert!(cuts(&floor, FORCE).iter().filter(inside).all(|place| place.rises() == rises), "floor {last_mm}");
+        let wall = format!("G0 X-10 Y0 Z2\nG1 Z-4 F900\nX50\nG0 Z2\nX-10 Y{last_mm}\nG1 Z-4 F900\nX50\nG0 Z2\n");
+        assert!(cuts(&wall, FORCE).iter().filter(inside).all(|place| place.rises() == rises), "wall {last_mm}");
+    }
+}
+
+#[test]
+fn a_finishing_pass_rises_only_where_the_setup_says_so() {
     let on = |places: &[Place], line: u32| -> Vec<bool> {
         places.iter().filter(|p| p.line == line && (3.0..37.0).contains(&p.at[0])).map(Place::rises).collect()
     };
-    let plain = cuts(SLOTS, FORCE);
+    let plain = cuts(FINISHED, FORCE);
     assert!(on(&plain, 6).len() > 3 || on(&plain, 6) == [true], "the first slot is cut");
     assert!(on(&plain, 6).iter().all(|rises| *rises), "the first slot leaves nothing of the final surface");
     assert!(on(&plain, 10).iter().all(|rises| !*rises), "the second one does");
     let inside = |place: &&Place| place.line == 10 && (0.0..40.0).contains(&place.at[0]);
     let mut kept = plain.iter().filter(inside).map(|place| place.node.kept);
     assert!(kept.all(|kept| kept == Some(Kept::Finishing)));
-    let allowed = cuts(SLOTS, &with("force_xy = 200", "finishing = true"));
+    let allowed = cuts(FINISHED, &with("force_xy = 200", "finishing = true"));
     assert!(on(&allowed, 10).iter().all(|rises| *rises));
     // One operation of it alone.
-    let operation = format!("{FORCE}[[operation]]\nmatch = {{ lines = [10, 10] }}\nraise = {{ finishing = true }}\n");
-    assert!(on(&cuts(SLOTS, &operation), 10).iter().all(|rises| *rises));
+    let near = FORCE.replace("200", "60");
+    let operation = format!("{near}[[operation]]\nmatch = {{ lines = [10, 10] }}\nraise = {{ finishing = true }}\n");
+    assert!(on(&cuts(FINISHED, &operation), 10).iter().all(|rises| *rises));
     let elsewhere = operation.replace("[10, 10]", "[6, 6]");
-    assert!(on(&cuts(SLOTS, &elsewhere), 10).iter().all(|rises| !*rises));
+    assert!(on(&cuts(FINISHED, &elsewhere), 10).iter().all(|rises| !*rises));
 }
 
 #[test]
 fn it_is_still_lowered_where_a_limit_asks() {
-    let plain = cuts(SLOTS, "[limits]\nforce_xy = 25\n");
+    let plain = cuts(FINISHED, "[limits]\nforce_xy = 10\n");
     let slower = plain.iter().filter(|place| place.line == 10 && place.node.kept == Some(Kept::Finishing));
     assert!(slower.filter(|place| place.node.cap.feed_mm_s < 0.9 * place.node.programmed_mm_s).count() > 0);
 }
