@@ -11,6 +11,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
+/// Every kind of cut may rise, far: the loads, not a rule of what never rises, bound the feeds.
 const SETUP: &str = r#"
 [machine]
 rapid = 15000
@@ -34,6 +35,13 @@ flute_length = 22
 [limits]
 LIMITS
 feed_change = { max = 20 }
+[raise]
+plunges = true
+ramps = true
+entries = true
+finishing = true
+compensation = true
+cycles = true
 [output]
 minimum_change = 0
 "#;
