@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use corpus::{LISTED, canon, motions, rs274_is_there, same_motions, shared};
 use feedwright::job::{Keep, MET, Task, Wanted, Watch, optimize};
 use feedwright::machine::Raise;
-use feedwright::nc::{self, Dialect, Environment, Program};
+use feedwright::nc::{self, Dialect, Doubt, Environment, Program};
 use feedwright::report::Run;
 use feedwright::{engage, rewrite, setup};
 
@@ -24,6 +24,8 @@ fn run(program: Program, setup_file: &Path) -> Run {
     let (mut job, assumptions) = setup::load(&text, setup_file.parent().unwrap()).unwrap();
     // As many feeds as possible change: that is what reading back and the second run are tried on.
     job.raise = Raise::ALL;
+    // Botomata sets the origin of G55 at its head and before each part of its work, which its setup does not vouch for.
+    job.confirmed = vec![Doubt::ZeroShift.name()];
     if assumptions.iter().any(|assumed| assumed.key == "limits.feed_change.max") {
         job.limits.feed_change_max = Some(2.0);
     }
