@@ -12,10 +12,10 @@ use crate::machine::{LimitKind, Mode};
 use crate::nc::{Move, Toolpath};
 use rayon::prelude::*;
 
-/// Share of a limit that some load must reach, at the highest feed allowed, for the limit to act. A quarter is our judgement,
-/// not a measurement: a worn edge may double the force of a sharp one, coefficients taken from a table may be half of the true
-/// ones, and a limit that is not reached by both together is not about this cut.
-pub const ACTS_FROM: f64 = 0.25;
+/// Share of a limit that some load must reach, at the highest feed allowed, for the limit to act. A tenth is our judgement,
+/// not a measurement: a limit more than ten times above any load is off by an order of magnitude (4500 N where 300 N occur
+/// is 7 %), while one at a quarter of which a cut runs is a limit that somebody means.
+pub const ACTS_FROM: f64 = 0.1;
 
 /// The limit of a rule that comes nearest to being reached, and how near.
 #[derive(Debug, Clone, Copy, PartialEq)]
