@@ -562,6 +562,7 @@ mod tests {
             uncertain: false,
             final_surface: false,
             kept: None,
+            unkept: None,
             infeasible: None,
         };
         let origin = Origin { move_id: MoveId(0), from_mm: 0.0, to_mm: 1.0 };

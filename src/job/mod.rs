@@ -44,7 +44,7 @@ pub use crate::report::MET;
 use crate::report::{Answers, Check, Run, Written};
 use crate::rewrite;
 use crate::schedule::history::History;
-use crate::schedule::{self, Bound, Kept, Problem, Schedule};
+use crate::schedule::{self, Bound, Kept, Problem, Schedule, Standing};
 use crate::setup::Assumption;
 use crate::stock::Piece;
 
@@ -333,17 +333,19 @@ fn engagement(
 }
 
 /// Caps and floors relative to the feeds that the program was written for: the F words of an earlier run are not taken for
-/// the user's. Where it is not known any more what they were, nothing is raised. `history`: what lies behind the tools.
+/// the user's, but where an entry or a finishing pass ends is known no better than to a station, and stays where the file has
+/// it. Where it is not known any more what the feeds were, nothing is raised. `history`: what lies behind the tools.
 fn asked(program: &Program, toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Problem {
     if !rewrite::is_ours(program) {
-        return schedule::problem_after(toolpath, map, job, history);
+        return schedule::problem_after(toolpath, map, job, history, None);
     }
     let mut original = toolpath.clone();
     let references = rewrite::references(program, toolpath);
     for (motion, reference) in original.moves.iter_mut().zip(&references) {
         motion.feed.mm_s = reference.feed_mm_s;
     }
-    let mut problem = schedule::problem_after(&original, map, job, history);
+    let standing = Standing { toolpath, apart_mm: SPACING_MM[0] };
+    let mut problem = schedule::problem_after(&original, map, job, history, Some(standing));
     for node in &mut problem.nodes {
         let now_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;
         node.programmed_mm_s = now_mm_s;

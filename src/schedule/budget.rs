@@ -118,6 +118,7 @@ mod tests {
             uncertain: false,
             final_surface: false,
             kept: None,
+            unkept: None,
             infeasible: None,
         };
         let fresh = Problem { nodes: vec![node(0, 50.0), node(1, 20.0), node(2, 80.0)], ..Problem::default() };

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::acting::{self, Idle};
 use super::history::History;
-use super::kept::{self, Keeping};
+use super::kept::{self, Keeping, Standing};
 use super::problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem};
 use super::realise::as_programmed;
 use super::robust::{self, doubt};
@@ -34,11 +34,18 @@ pub(super) const SLIVER_MM: f64 = 0.05;
 
 /// The path with its bounds, where every tool has the past of the program as it stands.
 pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
-    problem_after(toolpath, map, job, &History::of(toolpath, map, job, &as_programmed(toolpath)))
+    problem_after(toolpath, map, job, &History::of(toolpath, map, job, &as_programmed(toolpath)), None)
 }
 
-/// The path with its bounds, where this lies behind the tool.
-pub fn problem_after(toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Problem {
+/// The path with its bounds, where this lies behind the tool. `standing`: of a program of ours, what stands in the file; the
+/// toolpath then has the feeds it was written for.
+pub fn problem_after(
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    job: &Job,
+    history: &History,
+    standing: Option<Standing<'_>>,
+) -> Problem {
     let rules = rules(toolpath, map, job);
     let cutters = Cutters::after(toolpath, map, job, history);
     let mut work: Vec<(MoveId, Option<&Station>)> = Vec::with_capacity(map.stations.len());
@@ -69,6 +76,9 @@ pub fn problem_after(toolpath: &Toolpath, map: &EngagementMap, job: &Job, histor
     context.keep_force_rates(&mut problem, &work);
     let touches: Vec<bool> = work.iter().map(|(_, station)| kept::touches(*station)).collect();
     kept::entries(&mut problem, toolpath, job, &rules, &touches);
+    if let Some(standing) = standing {
+        kept::leave_ends(&mut problem, &standing);
+    }
     slivers(&mut problem);
     ramps::apply(&mut problem, toolpath, &rules, job);
     problem
@@ -358,6 +368,7 @@ fn plain(id: MoveId, motion: &Move, station: Option<&Station>, cap: Bound) -> No
         uncertain: station.is_none_or(|station| station.flags.uncertain),
         final_surface: station.is_some_and(|station| station.flags.final_surface),
         kept: None,
+        unkept: None,
         infeasible: None,
     }
 }

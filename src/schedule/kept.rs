@@ -251,8 +251,43 @@ pub fn entries(problem: &mut Problem, toolpath: &Toolpath, job: &Job, rules: &Ru
 pub fn keep(node: &mut Node, why: Kept) {
     node.kept = node.kept.or(Some(why));
     if node.programmed_mm_s < node.cap.feed_mm_s {
+        node.unkept = Some(node.cap);
         node.cap = Bound { feed_mm_s: node.programmed_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
         node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
+    }
+}
+
+/// What an earlier run of ours wrote.
+#[derive(Clone, Copy)]
+pub struct Standing<'a> {
+    /// The moves with the feeds that stand in the file.
+    pub toolpath: &'a Toolpath,
+    /// How far the ends of entries and finishing passes lie apart where the same path is simulated in other blocks, mm.
+    pub apart_mm: f64,
+}
+
+/// Lets an entry or a finishing pass end where the earlier run let it end. That run cut the blocks there; simulated in these
+/// blocks, the first contact is met by another station, and the same end falls a little into the block that was raised. So
+/// where less than that uncertainty of path stands above the feed that is to be kept, what stands there remains, as far as
+/// the limits allow it. A longer stretch is kept at its original feed: the setup, or the file, is not what it was.
+pub fn leave_ends(problem: &mut Problem, standing: &Standing<'_>) {
+    let stands = |node: &Node| standing.toolpath.moves[node.move_id.ix()].feed.mm_s;
+    let raised = |node: &Node| {
+        let of_zone =
+            matches!(node.kept, Some(Kept::Entry | Kept::Finishing)) && node.cap.kind == LimitKind::Programmed;
+        node.free && of_zone && node.unkept.is_some() && stands(node) > node.cap.feed_mm_s * (1.0 + 1e-9)
+    };
+    for run in problem.nodes.chunk_by_mut(|a, b| raised(a) == raised(b)) {
+        let length_mm: f64 = run.iter().map(Node::length_mm).sum();
+        if length_mm >= standing.apart_mm || !run.first().is_some_and(raised) {
+            continue;
+        }
+        for node in run {
+            let there = Bound { feed_mm_s: stands(node), kind: LimitKind::Programmed, per_unit: 0.0 };
+            let allowed = node.unkept.take().unwrap_or(there);
+            node.cap = if allowed.feed_mm_s < there.feed_mm_s { allowed } else { there };
+            node.kept = None;
+        }
     }
 }
 
@@ -283,4 +318,46 @@ fn cuts(nodes: &[Node], toolpath: &Toolpath, touches: &[bool]) -> Vec<std::ops::
 /// Is more than the rounding of coordinates cut at a station?
 pub fn touches(station: Option<&Station>) -> bool {
     station.is_some_and(|station| station.arc_count > 0 && !skims(station))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nc::{Environment, interpret, parse};
+
+    /// A block written at F2400 of which an entry of this length is to run at 600, with 1800 allowed by a force: cap in mm/min
+    /// of the entry and of the rest.
+    fn caps(entry_mm: f64, why: Kept, apart_mm: f64) -> [f64; 2] {
+        let program = parse("G21 G90 G94\nG1 X20 F2400\nM30\n".into(), None);
+        let toolpath = interpret(&program, &Environment::default());
+        let bound = |feed_mm_min: f64, kind| Bound { feed_mm_s: feed_mm_min / 60.0, kind, per_unit: 0.0 };
+        let rest = Node {
+            move_id: MoveId(0),
+            from_mm: entry_mm,
+            to_mm: 20.0,
+            cap: bound(1800.0, LimitKind::ForceXy),
+            floor: bound(0.0, LimitKind::FeedMin),
+            programmed_mm_s: 10.0,
+            cutting: true,
+            free: true,
+            uncertain: false,
+            final_surface: false,
+            kept: None,
+            unkept: None,
+            infeasible: None,
+        };
+        let mut entry = Node { from_mm: 0.0, to_mm: entry_mm, ..rest };
+        keep(&mut entry, why);
+        let mut problem = Problem { nodes: vec![entry, rest], ..Problem::default() };
+        leave_ends(&mut problem, &Standing { toolpath: &toolpath, apart_mm });
+        [0, 1].map(|i| (60.0 * problem.nodes[i].cap.feed_mm_s).round())
+    }
+
+    #[test]
+    fn an_entry_ends_where_the_file_lets_it_end_within_a_station_and_under_the_loads() {
+        assert_eq!(caps(0.99, Kept::Entry, 1.0), [1800.0; 2]);
+        assert_eq!(caps(1.01, Kept::Entry, 1.0), [600.0, 1800.0]);
+        assert_eq!(caps(0.99, Kept::Finishing, 1.0), [1800.0; 2]);
+        assert_eq!(caps(0.99, Kept::Plunge, 1.0), [600.0, 1800.0]);
+    }
 }

@@ -34,6 +34,7 @@ pub mod wear;
 pub mod words;
 
 pub use caps::{problem, problem_after};
+pub use kept::Standing;
 pub use problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem, Realised, Schedule};
 pub use realise::{as_programmed, realise};
 pub use solve::{Options, Room, explain, feeds, solve};

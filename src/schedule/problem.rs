@@ -98,6 +98,8 @@ pub struct Node {
     pub final_surface: bool,
     /// Why the feed is never above the programmed one here; `None`: it may rise.
     pub kept: Option<Kept>,
+    /// Where `kept` is what lowered the cap: the cap before.
+    pub unkept: Option<Bound>,
     /// A load limit that even the lowest feed allowed exceeds.
     pub infeasible: Option<LimitKind>,
 }

@@ -112,6 +112,7 @@ mod tests {
                 uncertain: false,
                 final_surface: false,
                 kept: None,
+                unkept: None,
                 infeasible: (cap < FLOOR).then_some(LimitKind::Power),
             }
         };
