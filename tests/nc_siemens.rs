@@ -24,6 +24,13 @@ fn assert_ends(text: &str, expected: &[[f64; 2]]) {
 }
 
 #[test]
+fn a_sign_before_a_number_is_no_word() {
+    let text = b"G90 T2 $6\nG1 X5 F100\nM30\n".to_vec();
+    let path = nc::interpret(&nc::parse(text, Some(Dialect::Siemens)), &Environment::default());
+    assert!(path.diagnostics.iter().any(|said| said.code == "nc::not-understood" && said.line == Some(1)));
+}
+
+#[test]
 fn structures_are_executed() {
     assert_ends("FOR R1=1 TO 3\nG1 X=R1 F100\nENDFOR\nM30\n", &[[1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]);
     assert_ends("FOR R1=5 TO 3\nG1 X=R1 F100\nENDFOR\nG0 X9\nM30\n", &[[9.0, 0.0]]);

@@ -17,12 +17,17 @@ fn quiet() -> Job {
     job
 }
 
-/// Rewrites with the schedule made by `make`; the text without the header and the list of original feeds behind it.
-fn rewritten(text: &str, dialect: Dialect, job: &Job, make: impl Fn(&Toolpath) -> Schedule) -> String {
+/// Rewrites with the schedule made by `make`.
+fn whole(text: &str, dialect: Dialect, job: &Job, make: impl Fn(&Toolpath) -> Schedule) -> String {
     let program = parse(text.as_bytes(), dialect);
     let toolpath = toolpath(&program, &surroundings(), job);
     let result = check(&program, &surroundings(), &make(&toolpath), job).unwrap_or_else(|why| panic!("{why}"));
-    let text = String::from_utf8(result.bytes).unwrap();
+    String::from_utf8(result.bytes).unwrap()
+}
+
+/// The same without the header and the list of original feeds behind it.
+fn rewritten(text: &str, dialect: Dialect, job: &Job, make: impl Fn(&Toolpath) -> Schedule) -> String {
+    let text = whole(text, dialect, job, make);
     let ours = |line: &&str| line.contains("FEEDWRIGHT") || line.contains("FW WAS");
     text.split_inclusive('\n').filter(|line| !ours(line)).collect()
 }
@@ -75,6 +80,21 @@ fn lines_are_cut_before_the_original_block() {
         out,
         "N10 G21 G90\nN20 G0 X0 Y0\nN25 G1 X5 Y-2.5 F300\nN30 G1 X10 Y-5.0 F1200 (side)\nN35 X20 F300\nN40 X30 F1200\n"
     );
+}
+
+#[test]
+fn a_text_without_points_is_cut_at_whole_numbers_written_as_its_own_are() {
+    // A Fanuc control may read X31 as 0.031 mm: pieces without a point lie on the line either way.
+    let text = "G21 G90\nG0 X0 Y0\nG1 X31 F600\nY10\nX30 Y3\n";
+    let out = rewritten(text, Dialect::Fanuc, &quiet(), halves);
+    let lines: Vec<&str> = out.lines().skip(2).collect();
+    assert_eq!(lines[1..4], ["G1 X31 F1200", "Y5 F300", "Y10 F1200"], "{out}");
+    assert!(lines[0] == "G1 X15 F300" || lines[0] == "G1 X16 F300", "{out}");
+    // The last one has no whole numbers on its way: it stays whole.
+    assert_eq!(lines.len(), 5, "{out}");
+    // One point anywhere, and a word without one may be in another unit: that block stays whole.
+    let mixed = rewritten("G21 G90\nG0 X0 Y0\nG1 X31 F600\nY10.\n", Dialect::Fanuc, &quiet(), halves);
+    assert!(mixed.contains("G1 X31 F") && !mixed.contains("X15") && mixed.contains("Y5.\n"), "{mixed}");
 }
 
 #[test]
@@ -134,6 +154,14 @@ fn untouched_text_keeps_the_feed_it_was_written_for() {
         schedule(toolpath, |_| Vec::new(), |index, _| if [3, 4].contains(&index) { 1.0 } else { 2.0 })
     });
     assert_eq!(out, "G21 G90\nG0 X0\nG1 X10 F1200\nX20\nF600\nX30\nX40\nX50 F1200\n");
+}
+
+#[test]
+fn the_feed_is_restated_before_the_unit_changes() {
+    // F300 under G20 would be 7620 mm/min for what runs at the F of the text behind a program that is not there.
+    let text = "G21 G90\nG0 X0 Y0\nG1 X10 F300\nG20\no1 call [3]\nG33 Z-2 K1\n";
+    let out = rewritten(text, Dialect::LinuxCnc, &quiet(), scaled(2.0));
+    assert!(out.contains("G1 X10 F600\nF300\nG20\n"), "{out}");
 }
 
 #[test]
@@ -242,7 +270,7 @@ fn notes_say_what_bounds_the_feed_and_are_replaced_not_repeated() {
     let mut job = quiet();
     job.output.annotate = Annotate::Changes;
     let text = "G21 G90\nT3 M6\nG0 X0\nG1 X10 F600 (user)\nX20\n";
-    let once = rewritten(text, Dialect::Generic, &job, scaled(2.0));
+    let once = whole(text, Dialect::Generic, &job, scaled(2.0));
     assert!(once.contains("G1 X10 F1200 (FW F1200 was 600 power T3) (user)\nX20\n"), "{once}");
     let twice = rewritten(&once, Dialect::Generic, &job, scaled(0.75));
     assert!(twice.contains("G1 X10 F900 (FW F900 was 600 power T3) (user)\nX20\n"), "{twice}");

@@ -28,8 +28,8 @@ fn part(program: &str) -> Part {
     let path = Path::new(program);
     let setup = path.with_extension("setup.toml");
     let (mut job, _) = feedwright::setup::load(&fs::read_to_string(setup).unwrap(), Path::new("programs")).unwrap();
-    // These tests are about caps and feeds wherever a feed may rise.
-    job.raise = Raise::ALL;
+    // These tests are about caps and feeds wherever a feed may rise; a cycle has one F for its air and its cut.
+    job.raise = Raise { cycles: Some(false), ..Raise::ALL };
     let toolpath = interpret(&parse(fs::read(path).unwrap(), None), &Environment::from_job(&job));
     let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
     Part { job, toolpath, map }

@@ -289,10 +289,11 @@ pub fn recognise(text: &[u8]) -> Recognised {
             *seen = (sign.found)(&code);
         }
     }
-    weigh(SIGNS.iter().zip(seen).filter(|(_, seen)| *seen).map(|(sign, _)| sign).collect())
+    let found: Vec<&Sign> = SIGNS.iter().zip(seen).filter(|(_, seen)| *seen).map(|(sign, _)| sign).collect();
+    weigh(&found)
 }
 
-fn weigh(found: Vec<&'static Sign>) -> Recognised {
+fn weigh(found: &[&'static Sign]) -> Recognised {
     let mut scores: Vec<(Control, u32)> = Vec::new();
     for (whose, weight) in found.iter().flat_map(|sign| sign.speaks_for) {
         match scores.iter_mut().find(|score| score.0 == *whose) {

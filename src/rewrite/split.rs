@@ -6,6 +6,10 @@
 //! one asked for. Under G91 the pieces' increments add up to the original's exactly, in decimal. An arc by its centre gets
 //! its centre computed anew from each rounded point; an arc by its radius keeps the radius and is cut only well below half
 //! a turn.
+//!
+//! Fanuc and Haas controls may read a coordinate without a decimal point in increments (`X50` is 0.050 mm there). A text in
+//! which no coordinate has a point is cut at whole numbers only, written without a point as its own are: whichever way the
+//! control reads it, the pieces lie on the line. A word without a point in a text that has points keeps its block whole.
 
 use crate::ids::{BlockId, MoveId};
 use crate::nc::{Dialect, Move, PathMode, Program, Toolpath};
@@ -135,9 +139,10 @@ impl Form {
         for (axis, letter) in AXES.into_iter().enumerate() {
             let Some(word) = block.view.only(letter) else { continue };
             let number = number_bytes(block.program, word);
-            let points = number.contains(&b'.') || word.number == 0.0 || !counts_increments(dialect);
-            let digits = Decimal::read(number).filter(|_| points)?.digits();
-            axes[axis] = Some((*word, digits.max(least)));
+            let whole = is_whole(block);
+            let pointed = number.contains(&b'.') || word.number == 0.0 || !counts_increments(dialect);
+            let digits = Decimal::read(number).filter(|_| pointed || whole)?.digits();
+            axes[axis] = Some((*word, if whole { 0 } else { digits.max(least) }));
         }
         let form = Self { unit_mm, incremental: block.modes.incremental, axes, centre: Centre::None };
         form.agrees(block).then_some(())?;
@@ -224,12 +229,22 @@ fn split_points(block: &Block<'_>, form: &Form, at_mm: &[f64]) -> Option<Vec<Poi
 /// The point of the grid near this place that lies within half an increment of the path; the nearest place first.
 fn near_point(block: &Block<'_>, form: &Form, s_mm: f64) -> Option<Point> {
     let increment_mm = increment_mm(block);
+    let length_mm = block.motion.curve().length();
+    let grid_mm = if is_whole(block) { form.unit_mm } else { increment_mm };
     let offsets = (0..=2 * TRIES).map(|i| f64::from(if i % 2 == 0 { i / 2 } else { -(i + 1) / 2 }));
-    let candidates = offsets.map(|k| s_mm + k * SPACING * increment_mm);
-    candidates.map(|s| (s, rounded(block, form, s))).find_map(|(s, point)| {
-        let off_mm = distance(&block.motion.curve(), s, point.at, 4.0 * increment_mm);
+    // Along whole numbers a place may lie no further away than the next of them.
+    let candidates =
+        offsets.map(|k| k * SPACING * grid_mm).filter(|off_mm| grid_mm == increment_mm || off_mm.abs() <= grid_mm);
+    let inside = candidates.map(|off_mm| s_mm + off_mm).filter(|s| (0.0..=length_mm).contains(s));
+    inside.map(|s| (s, rounded(block, form, s))).find_map(|(s, point)| {
+        let off_mm = distance(&block.motion.curve(), s, point.at, 4.0 * grid_mm);
         (off_mm <= 0.5 * increment_mm).then_some(point)
     })
+}
+
+/// Is the block cut at whole numbers only?
+fn is_whole(block: &Block<'_>) -> bool {
+    counts_increments(block.program.dialect()) && block.manners.pointless
 }
 
 /// The increment of the control, mm.
@@ -301,7 +316,7 @@ fn centre_numbers(block: &Block<'_>, form: &Form, start: &Start, word: &Word) ->
     if !CENTRE.contains(&word.letter) || (start.at - arc.from).norm() < SAME_MM {
         return Vec::new();
     }
-    let least = block.program.dialect().coordinate_digits(block.modes.inch) as u32;
+    let least = if is_whole(block) { 0 } else { block.program.dialect().coordinate_digits(block.modes.inch) as u32 };
     let number = |axis: usize| {
         let digits = block
             .view
@@ -324,7 +339,7 @@ fn written(block: &Block<'_>, like: &Word, letter: u8, number: Decimal) -> Vec<u
     let bytes = like.span.of(block.program.text());
     let own = number_bytes(block.program, like);
     let mut style = NumberStyle::of(own, block.manners.leading_zero);
-    style.point |= counts_increments(block.program.dialect());
+    style.point |= counts_increments(block.program.dialect()) && !block.manners.pointless;
     let between = &bytes[1..bytes.len() - own.len()];
     let letter = if bytes[0].is_ascii_lowercase() { letter.to_ascii_lowercase() } else { letter };
     [&[letter], between, style.write(number).as_bytes()].concat()

@@ -236,12 +236,15 @@ pub struct Manners {
     pub leading_zero: bool,
     /// Letters in lower case?
     pub lower: bool,
+    /// Does no coordinate but zero have a decimal point? Then the whole text is in one unit, whichever the control takes.
+    pub pointless: bool,
 }
 
 impl Manners {
     /// The manners of most words in the first 4000 lines of a part.
     pub fn of(program: &Program, part: &Part<'_>) -> Self {
         let (mut spaced, mut zero, mut lower) = (0_i64, 0_i64, 0_i64);
+        let pointless = !part.blocks().any(|block| has_point(program, block));
         for block in part.blocks().take(4000) {
             let words = View::of(program, block).words;
             for pair in words.windows(2) {
@@ -255,8 +258,15 @@ impl Manners {
                 zero += i64::from(unsigned.starts_with(b"0.")) - i64::from(unsigned.starts_with(b"."));
             }
         }
-        Self { spaced: spaced > 0, leading_zero: zero >= 0, lower: lower > 0 }
+        Self { spaced: spaced > 0, leading_zero: zero >= 0, lower: lower > 0, pointless }
     }
+}
+
+/// Has a coordinate of this block a decimal point?
+fn has_point(program: &Program, block: BlockId) -> bool {
+    let coordinate = |word: &&Word| b"XYZIJKR".contains(&word.letter);
+    let pointed = |word: &Word| number_bytes(program, word).contains(&b'.');
+    View::of(program, block).words.iter().filter(coordinate).any(pointed)
 }
 
 /// The line end of a text: that of its first line that has one.

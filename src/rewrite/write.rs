@@ -2,7 +2,7 @@
 //! words, put pieces and restated feeds before blocks, and set or replace our comments.
 //!
 //! The writer walks the text in order and knows at each block whether the F in force is still the original's ([`Now`]).
-//! Before a block that is kept, or that steers the flow or hangs on the block-delete switch, a line of its own restates the
+//! Before a block that is kept, or that steers the flow, changes the unit or hangs on the block-delete switch, a line of its own restates the
 //! original F if it is not in force; so every label, call and jump is passed with the original F, and a block that a jump
 //! may reach states its feed itself. In a file of ours, blocks that are left as they are gain no notes.
 
@@ -176,7 +176,10 @@ impl<'a> Writer<'a> {
     /// Writes one block; blocks must come in order.
     pub fn block(&mut self, id: BlockId, plan: &Plan) {
         let view = View::of(self.program, id);
+        let inch_before = self.modes.inch;
         self.modes = self.modes.after(Switched::by_codes(view.g_codes()));
+        // An F stays what it was in mm or inches: behind the change its number would say another feed.
+        let unit_changes = self.modes.inch != inch_before;
         let mode = view.g_codes().filter(|code| matches!(code, 930 | 940 | 950)).last();
         if mode.is_some_and(|mode| std::mem::replace(&mut self.feed_mode, mode) != mode) {
             // Another unit of feed: none is in force.
@@ -198,7 +201,7 @@ impl<'a> Writer<'a> {
                 self.kept.push((id, "it steers the flow of the program".to_owned()));
                 self.keep(id, &view, plan)
             }
-            Want::Nothing if view.flow || view.delete => self.keep(id, &view, plan),
+            Want::Nothing if view.flow || view.delete || unit_changes => self.keep(id, &view, plan),
             Want::Nothing => self.pass(&view),
         };
         self.emit(id, &view, change);

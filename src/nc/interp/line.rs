@@ -116,6 +116,8 @@ impl Line {
                 self.put(letter & 0x5f, token.number, token.span, false);
                 self.force(letter & 0x5f, true);
             }
+            // `$6`, `_6`: a sign before a number is no word.
+            TokenKind::Word(letter) if !letter.is_ascii_alphabetic() => self.bad.push((token.kind, token.span)),
             TokenKind::Word(letter) => self.put(letter, token.number, token.span, false),
             TokenKind::Delete => self.delete = true,
             TokenKind::Bad | TokenKind::OpenComment => self.bad.push((token.kind, token.span)),

@@ -495,6 +495,14 @@ impl<'a> Run<'a> {
         let value_text =
             bytes[1..].trim_ascii_start().trim_ascii_start().strip_prefix(b"=").unwrap_or(&bytes[1..]).trim_ascii();
         let plain = letter & 0x7f;
+        if !plain.is_ascii_alphabetic() {
+            return self.not_understood(
+                "nc::not-understood",
+                token.span,
+                "no letter stands before this value",
+                "the word is left out",
+            );
+        }
         line.put(plain.to_ascii_uppercase(), value, token.span, true);
         let starts = |mark: &[u8]| value_text.len() > 3 && value_text[..3].eq_ignore_ascii_case(mark);
         if letter >= 0x80 || starts(b"IC(") {

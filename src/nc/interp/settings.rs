@@ -335,7 +335,9 @@ impl Run<'_> {
                 // M128 … M129 of Heidenhain: the control follows the tip of the tool.
                 1280 if self.program.dialect() == Dialect::Heidenhain => self.doubt(Doubt::TiltedFrame, place),
                 1290 if self.program.dialect() == Dialect::Heidenhain => self.certain(Doubt::TiltedFrame),
-                _ if !known_m(self.program.dialect(), code) => self.doubt(Doubt::UnknownCode, place),
+                _ if !known_m(self.program.dialect(), code) && !self.sets_the_firmware(line) => {
+                    self.doubt(Doubt::UnknownCode, place)
+                }
                 _ => {}
             }
             self.ended |= end;
