@@ -177,7 +177,7 @@ pub struct Raise {
     pub ramps: Option<bool>,
     /// Lead-in, lead-out, first engagement of a cut.
     pub entries: Option<bool>,
-    /// Moves that leave the final surface.
+    /// Finishing passes: they leave the final surface and take an allowance, no more than 0.5 mm or a tenth of the diameter.
     pub finishing: Option<bool>,
     /// Moves under G41 or G42.
     pub compensation: Option<bool>,

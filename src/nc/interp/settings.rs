@@ -336,7 +336,7 @@ impl Run<'_> {
                 1280 if self.program.dialect() == Dialect::Heidenhain => self.doubt(Doubt::TiltedFrame, place),
                 1290 if self.program.dialect() == Dialect::Heidenhain => self.certain(Doubt::TiltedFrame),
                 _ if !known_m(self.program.dialect(), code) && !self.sets_the_firmware(line) => {
-                    self.doubt(Doubt::UnknownCode, place)
+                    self.doubt(Doubt::UnknownCode, place);
                 }
                 _ => {}
             }
