@@ -9,7 +9,7 @@
 //! | plunge | material is cut and −t_z > cos 45°: the tool goes down faster than it goes aside |
 //! | ramp | material is cut, it is no plunge, and −t_z times the length of the move is more than [`LEVEL_MM`] |
 //! | entry | the path is within one tool radius after first contact, or before the last one, of a cut ([`entries`]) |
-//! | finishing | the station, or one within the diagonal of a cell along the path, leaves the finished surface, and the cut around it is no thicker than an allowance ([`takes_an_allowance`]) |
+//! | finishing | the station, or one within a cell's diagonal, leaves the finished surface by a cut no thicker than [`ALLOWANCE`] |
 //! | compensation | G41 or G42 (RL, RR) is in force |
 //! | cycle | the move belongs to a drilling or boring cycle (which is then neither plunge nor ramp) |
 //!
