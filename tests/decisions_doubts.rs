@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 29] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 33] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
     ("pallet", "M60", Dialect::LinuxCnc, Doubt::ProgramStop),
@@ -55,6 +55,10 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 29] = [
     ("unknown G code", "G200 X5.", Dialect::Fanuc, Doubt::UnknownCode),
     ("text of another dialect", "F10 XY", Dialect::Generic, Doubt::UnknownCode),
     ("variable of the control", "G0 X#500", Dialect::Fanuc, Doubt::UnknownValue),
+    ("branch on a variable nobody set", "IF [#105 EQ 1] GOTO 90\nN90", Dialect::LinuxCnc, Doubt::UnknownValue),
+    ("variable by its computed number", "#1=450\nG0 X#[#1+50]", Dialect::Fanuc, Doubt::UnknownValue),
+    ("speed nobody set", "S#110 M3", Dialect::Fanuc, Doubt::UnknownValue),
+    ("rotary axis at its reference point", "G91 G28 Z0 A0\nG90", Dialect::Fanuc, Doubt::RotaryAxis),
 ];
 
 fn with(event: &str, at: usize) -> String {
@@ -126,6 +130,7 @@ fn what_is_known_is_no_doubt() {
         ("offset elsewhere", "G10 L2 P6 X9."),
         ("rotary axis at rest", "G0 A0."),
         ("rotary axis there and back", "G0 A90.\nG0 A0."),
+        ("rotary axis at its reference point and at 0", "G28 C0\nG90 G0 C0."),
         ("tool centre point without a cut", "G43.4 H1\nG0 X0.\nG49"),
         ("probe that sets nothing", "G31 Z-10. F50.\nG0 Z5."),
         ("coolant, gears", "M8\nM9\nM41"),

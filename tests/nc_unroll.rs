@@ -47,6 +47,17 @@ fn subprograms_of_other_files_come_in() {
 fn what_cannot_be_unrolled_is_said_with_its_place() {
     for (text, line) in [
         ("G31 Z-5. F50.\n#1=#5063\nG1 X#1\nM30\n", 2),
+        // A branch must not be folded on a value that only the control knows, whatever its number.
+        ("IF [#500 EQ 1] GOTO 50\nM0\nN50 G1 X1. F100.\nM30\n", 1),
+        ("G90\nIF [#105 EQ 0] GOTO 50\nM0\nN50 G1 X1. F100.\nM30\n", 2),
+        ("G90\nG1 X1. F100.\nIF [#1 EQ #0] GOTO 50\nM0\nN50 X2.\nM30\n", 3),
+        ("#2=1\n#1=#[#2+99]\nG1 X#1 F100.\nM30\n", 2),
+        ("G1 X1. F#501\nM30\n", 1),
+        // What an assignment does in the control must not vanish: a stop with a message, an alarm, an offset.
+        ("#1=1\nIF [#1 EQ 1] THEN #3006=1\nG1 X1. F100.\nM30\n", 2),
+        ("#3000=7\nM30\n", 1),
+        ("#1=1\nIF [#1 EQ 1] M0\nG1 X1. F100.\nM30\n", 2),
+        ("G1 X1. F100.\n#1=2\nDPRNT[X#1[33]]\nM30\n", 3),
         ("G66 P9000\nG1 X1 F100\nG67\nM30\n", 1),
         ("N10 G91 G1 X1 F100\nGOTO 10\n", 1),
     ] {
@@ -55,6 +66,15 @@ fn what_cannot_be_unrolled_is_said_with_its_place() {
         assert_eq!(expanded.obstacles.first().and_then(|obstacle| obstacle.line), Some(line), "{text}");
     }
     for (dialect, text, line) in [
+        (Dialect::LinuxCnc, "o1 if [#105 EQ 1]\nM0\no1 endif\nG1 X1 F100\nM2\n", 1),
+        (Dialect::LinuxCnc, "M66 P0 L0\no1 if [#5399 EQ 1]\nM0\no1 endif\nM2\n", 2),
+        (Dialect::LinuxCnc, "#5221=3\nG1 X1 F100\nM2\n", 1),
+        (Dialect::Siemens, "G1 X1 F100\nIF R5==1 GOTOF L1\nM0\nL1:\nX2\nM30\n", 2),
+        (
+            Dialect::Heidenhain,
+            "0 BEGIN PGM A MM\n1 FN 9: IF +Q5 EQU +0 GOTO LBL 1\n2 STOP\n3 LBL 1\n4 END PGM A MM\n",
+            2,
+        ),
         (Dialect::Siemens, "R1=$AA_IM[X]\nG1 X=R1 F100\nM30\n", 1),
         (Dialect::Siemens, "MCALL HOLE(1)\nX1\nMCALL\nM30\n%_N_HOLE_SPF\nG1 Z-1 F100\nM17\n", 1),
         (Dialect::Siemens, "ELSEWHERE: G1 X1 F100\nGOTOB ELSEWHERE\n", 1),
@@ -67,6 +87,37 @@ fn what_cannot_be_unrolled_is_said_with_its_place() {
         let expanded = nc::expand(&parse(text.as_bytes(), dialect), &environment);
         assert_eq!(expanded.obstacles.first().and_then(|obstacle| obstacle.line), Some(line), "{text}");
     }
+}
+
+/// Libraries of subroutines as LinuxCNC and Macro B have them: arguments that may be left out, defaults, globals, numbers from
+/// 1000 on, values handed back, and messages with values in them.
+#[test]
+fn libraries_of_subroutines_become_plain_blocks() {
+    let text = "o<row> sub\n#1001=[#1 * 2]\no1 if [#2 EQ 0]\n#2 = 3\no1 endif\n(DEBUG, row #1 of #<_rows>, %d#1001)\n\
+        G1 X[#1001] Y#2 F200\no<row> endsub [#1001 + 1]\no<many> sub\no2 repeat [#1]\no<row> call [#<_value>]\n\
+        o2 endrepeat\no<many> endsub\n#<_rows> = 2 (MSG, now #1)\no<row> call [1]\no<many> call [#<_rows>]\nM2\n";
+    let expected = "(DEBUG, row 1.000000 of 2.000000, %d2)\n";
+    let expected = format!(
+        "(MSG, now #1)\n{expected}G1 X2 Y3 F200\n{}G1 X6 Y3 F200\n{}G1 X14 Y3 F200\nM2\n",
+        expected.replace("row 1", "row 3").replace("%d2", "%d6"),
+        expected.replace("row 1", "row 7").replace("%d2", "%d14")
+    );
+    unrolls(Dialect::LinuxCnc, text, &surroundings(), &expected);
+    if rs274_is_there() {
+        let said = |text: &str| {
+            let canon = canon(text.as_bytes()).unwrap();
+            canon
+                .lines()
+                .filter_map(|line| line.split_once("MESSAGE"))
+                .map(|(_, said)| said.to_owned())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(said(text), said(&expected));
+        assert_eq!(said(text).len(), 4);
+    }
+    let macro_b = "G90 G0 X0. Y0.\nG65 P9010 X5. D2.\nG65 P9010 X5.\nM30\nO9010\nIF [#7 NE #0] GOTO 5\n#7=1.\nN5 G1 X[#24+#7] F80.\nM99\n";
+    let plain = "G90 G0 X0. Y0.\nG1 X7. F80.\nG1 X6. F80.\nM30\n";
+    unrolls(Dialect::Fanuc, macro_b, &surroundings(), plain);
 }
 
 /// Unrolls a program, holds the text against the one expected, and its motions and the proof against the original.

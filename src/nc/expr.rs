@@ -2,6 +2,7 @@
 //! with it. Precedence, tightest first: functions and signs, `**`, `* / MOD`, `+ -`, comparisons, `AND OR XOR`.
 //! Angles are in degrees.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 /// Deepest nesting of brackets that is followed.
@@ -16,12 +17,25 @@ pub struct Parameters {
     pub named: BTreeMap<(usize, String), f64>,
     /// Depth of calls.
     pub depth: usize,
+    /// Numbered parameters that were read without ever having been set, since [`Parameters::take_unset`].
+    unset: RefCell<Vec<u32>>,
 }
 
 impl Parameters {
     /// Value of a numbered parameter; 0 when it was never set, NaN when only the control knows it.
     pub fn number(&self, index: u32) -> f64 {
-        self.numbered.get(&index).copied().unwrap_or(0.0)
+        self.numbered.get(&index).copied().unwrap_or_else(|| {
+            self.unset.borrow_mut().push(index);
+            0.0
+        })
+    }
+    /// Value of a numbered parameter that was set to one that is known.
+    pub fn known(&self, index: u32) -> Option<f64> {
+        self.numbered.get(&index).copied().filter(|value| !value.is_nan())
+    }
+    /// Numbered parameters that were read since this was last asked, though nothing has set them.
+    pub fn take_unset(&self) -> Vec<u32> {
+        self.unset.take()
     }
     /// Value of a named parameter.
     pub fn name(&self, name: &str) -> Option<f64> {

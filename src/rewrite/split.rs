@@ -282,7 +282,8 @@ fn piece_text(block: &Block<'_>, form: &Form, start: &Start, point: &Point) -> V
     let text = block.program.text();
     let mut end = block.program.span(block.id).start;
     for word in &block.view.words {
-        let gap = &text[end as usize..word.span.start as usize];
+        // A comment stays with the last piece: the control may act on it.
+        let gap = text[end as usize..word.span.start as usize].split(|&byte| byte == b'(').next().unwrap_or_default();
         end = word.span.end;
         if b"NF".contains(&word.letter) {
             if out.is_empty() && word.letter == b'N' {

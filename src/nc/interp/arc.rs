@@ -9,7 +9,7 @@ use super::Run;
 use super::line::Line;
 use super::state::Motion;
 use crate::diag::{Severity, Span};
-use crate::nc::toolpath::{Freeze, MoveKind};
+use crate::nc::toolpath::MoveKind;
 use crate::path::{Arc, Curve, Plane, Vec3};
 
 /// Difference of start and end radius that is worth a warning, mm; ten times that cannot be meant.
@@ -20,9 +20,7 @@ const FULL_TURN_RAD: f64 = 1e-6;
 impl Run<'_> {
     /// The arc of a block.
     pub(super) fn arc(&mut self, line: &Line, turned: bool) {
-        if turned {
-            self.freeze = self.freeze.or(Some(Freeze::Rotary));
-        }
+        self.freeze_feed(turned);
         let target = self.target(line);
         let clockwise = self.modal.motion == Motion::Clockwise;
         let place = line.g.last().map(|g| g.1).or(line.span(b'R')).or(line.span(b'I')).or(line.span(b'J'));

@@ -323,6 +323,11 @@ impl Run<'_> {
         }
     }
 
+    /// Is a routine being executed that was called with arguments? Those it was not given are vacant.
+    pub(super) fn has_own_locals(&self) -> bool {
+        self.calls.iter().any(|call| call.saved.is_some())
+    }
+
     /// Is a subprogram being executed?
     pub(super) fn in_subprogram(&self) -> bool {
         self.calls.iter().any(|call| call.section.is_none())

@@ -50,8 +50,10 @@ const LOST: [&str; 6] =
     ["nc::runaway", "nc::no-routine", "nc::unbalanced", "nc::no-target", "nc::expression", "nc::modal-call"];
 /// What only the control knows.
 const CONTROLS: &str = "a variable that the control keeps itself";
-/// Parameters from here on are the control's own, other than its position, tool and offset.
+/// Parameters from here on are the control's own: setting one does something (#3000 is an alarm, #3006 a stop).
 const OWN: u32 = 1000;
+/// LinuxCNC has parameters of its own from here on; the others below it are free.
+const OWN_IN_LINUXCNC: u32 = 5061;
 
 /// Unrolls a program.
 pub fn expand(program: &Program, environment: &Environment<'_>) -> Expanded {
@@ -70,6 +72,8 @@ pub fn expand(program: &Program, environment: &Environment<'_>) -> Expanded {
             obstacles.push(obstacle("what is executed hangs on the block-delete switch"));
         }
     }
+    // In the order of the text; those that belong to no line last.
+    obstacles.sort_by_key(|obstacle| obstacle.line.unwrap_or(u32::MAX));
     if percent {
         text.extend_from_slice(b"%\n");
     }
@@ -103,6 +107,46 @@ fn obstacle(text: impl Into<String>) -> Diagnostic {
 }
 
 impl Run<'_> {
+    /// A variable was read that nothing in the program has set: what it holds is left over in the control.
+    pub(super) fn unknown_when_unrolled(&mut self, place: Span, number: u32) {
+        let name = self.parameter_name(number);
+        self.in_the_way(&format!("{name}, which the program does not set,"), Some(place));
+    }
+
+    /// An assignment to a variable of the control's own does something, and would be left out.
+    pub(super) fn sets_the_control(&mut self, number: u32) {
+        let first = match self.program.dialect() {
+            Dialect::LinuxCnc => OWN_IN_LINUXCNC,
+            dialect if dialect.syntax() == Syntax::Rs274 => OWN,
+            _ => return,
+        };
+        if number >= first && self.record.is_some() {
+            self.in_the_way(&format!("#{number}, which belongs to the control,"), None);
+        }
+    }
+
+    /// Something of the block that is executed has no plain form.
+    pub(super) fn in_the_way(&mut self, what: &str, place: Option<Span>) {
+        let Some(mut record) = self.record.take() else { return };
+        let (source, block) = (self.source.clone(), self.block);
+        record.stand_there(what, source.program(), block, matches!(source, Source::Main(_)), place);
+        self.record = Some(record);
+    }
+
+    /// How a numbered parameter is called on this control.
+    fn parameter_name(&self, number: u32) -> String {
+        let local = |letter: char| match number {
+            20_000_000.. => format!("{letter}R{}", number - 20_000_000),
+            10_000_000.. => format!("{letter}L{}", number - 10_000_000),
+            _ => format!("{letter}{number}"),
+        };
+        match self.program.dialect().syntax() {
+            Syntax::Rs274 => format!("#{number}"),
+            Syntax::Siemens => local('R'),
+            Syntax::Heidenhain => local('Q'),
+        }
+    }
+
     /// Notes down the block that is executed now, as it was read from `source`; `own`: in no subprogram.
     pub(super) fn note_down(&mut self, source: &Source<'_>, own: bool, block: BlockId, line: &Line, after: After) {
         let program = source.program();
@@ -135,21 +179,13 @@ impl Record {
         }
     }
 
-    /// What the control keeps itself (probe results, tool tables, alarms) is not known here.
+    /// G66.1 calls a macro after every block; what a Heidenhain control found out by itself is not known here.
     fn note_machine(&mut self, program: &Program, block: BlockId, main: bool, parameters: &Parameters) {
         if program.dialect().syntax() != Syntax::Rs274 {
             return self.note_results(program, block, main, parameters);
         }
-        let text = program.line_text(block);
-        let modal = program.tokens(block).any(|t| t.kind == TokenKind::Word(b'G') && t.number == 66.1);
-        let own = memchr::memchr_iter(b'#', text).any(|at| {
-            let (number, length) = crate::nc::decimal(&text[at + 1..]).unwrap_or_default();
-            let known = [5041, 5042, 5043, 5220, 5400, 5420, 5421, 5422];
-            length > 0 && number >= f64::from(OWN) && !known.contains(&(number as u32))
-        });
-        if own || modal {
-            let what = if modal { "a modal macro call" } else { CONTROLS };
-            self.stand_in_the_way(what, program, block, main);
+        if program.tokens(block).any(|t| t.kind == TokenKind::Word(b'G') && t.number == 66.1) {
+            self.stand_in_the_way("a modal macro call", program, block, main);
         }
     }
 
@@ -171,9 +207,19 @@ impl Record {
     }
 
     pub(super) fn stand_in_the_way(&mut self, what: &str, program: &Program, block: BlockId, main: bool) {
-        if self.obstacles.len() < 10 {
-            let found = obstacle(format!("{what} cannot be unrolled"));
-            self.obstacles.push(if main { found.at(program.line(block), program.span(block)) } else { found });
+        self.stand_there(what, program, block, main, None);
+    }
+
+    fn stand_there(&mut self, what: &str, program: &Program, block: BlockId, main: bool, place: Option<Span>) {
+        let known = |found: &Diagnostic| self.obstacles.iter().any(|o| o.line == found.line && o.text == found.text);
+        let line = program.line(block);
+        let found = if main {
+            obstacle(format!("{what} cannot be unrolled")).at(line, place.unwrap_or(program.span(block)))
+        } else {
+            obstacle(format!("{what} cannot be unrolled (line {line} of a subprogram)"))
+        };
+        if self.obstacles.len() < 10 && !known(&found) {
+            self.obstacles.push(found);
         }
     }
 }

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use super::expand::Record;
 use super::flow::right_of;
 use super::line::Line;
+use super::said;
 use super::siemens::{is_variable, variable};
 use crate::diag::Span;
 use crate::ids::BlockId;
@@ -64,7 +65,8 @@ impl Record {
                     blank = blank.or(Some(token.span.start));
                     continue;
                 }
-                TokenKind::LineEnd | TokenKind::Comment => {}
+                TokenKind::LineEnd => {}
+                TokenKind::Comment => had_code |= said::speaks(noted.program.dialect(), bytes),
                 _ => had_code = true,
             }
             let plain = match noted.program.dialect().syntax() {
@@ -86,7 +88,9 @@ impl Record {
                     out.extend_from_slice(&text[from as usize..token.span.start as usize]);
                 }
                 out.extend_from_slice(written);
-                code |= !matches!(token.kind, TokenKind::LineEnd | TokenKind::Comment);
+                let comment = token.kind == TokenKind::Comment;
+                code |= !comment && token.kind != TokenKind::LineEnd;
+                code |= comment && said::speaks(noted.program.dialect(), bytes);
             }
             dropped |= written.is_none();
             blank = None;
@@ -153,6 +157,12 @@ impl Noted<'_> {
         };
         match token.kind {
             _ if dropped => Plain::Dropped,
+            TokenKind::Comment => match said::with_values(self.dialect(), self.bytes(token), self.parameters) {
+                Ok(None) => Plain::Same,
+                Ok(Some(text)) => Plain::Text(text),
+                Err(()) => Plain::Unknown("a message with a variable that the program does not set"),
+            },
+            TokenKind::Name => Plain::Unknown("a word that is not understood"),
             TokenKind::Computed(letter) => {
                 let value = self.result(token.span);
                 let written = value.map(|value| number(letter, value, self.dialect()));

@@ -4,7 +4,7 @@ use super::Run;
 use super::labels::label_of;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
-use crate::nc::dialect::Dialect;
+use crate::nc::dialect::{Dialect, Syntax};
 use crate::nc::doubt::Doubt;
 use crate::nc::expr::{self, ExprError};
 use crate::nc::lex::{Token, TokenKind};
@@ -15,8 +15,6 @@ const LASTING: u32 = 500;
 const LOCALS: u32 = 33;
 /// What a probing move found: G38 of LinuxCNC, G31 of Fanuc and Haas.
 const PROBED: std::ops::RangeInclusive<u32> = 5061..=5070;
-/// Parameters from here on LinuxCNC keeps in a file: offsets, tool, position.
-const KEPT_IN_FILE: u32 = 5161;
 
 /// Is there anything left to execute in the block?
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,8 +115,8 @@ impl Run<'_> {
     fn o_label(&mut self, head: Token, text: &[u8]) -> String {
         let label = label_of(head.kind, head.number, head.span.of(text));
         if head.kind == TokenKind::Routine && label.starts_with(['[', '#']) {
-            return expr::evaluate(label.as_bytes(), &self.parameters)
-                .map_or(label, |value| format!("{}", value as u64));
+            let number = self.evaluate(head.span, label.as_bytes(), 0);
+            return number.map_or(label, |value| format!("{}", value as u64));
         }
         label
     }
@@ -269,14 +267,11 @@ impl Run<'_> {
         self.predefine(bytes);
         // A condition may well ask whether a local variable is vacant; an axis word with a vacant one is left out by the control.
         let decides = match token.kind {
-            TokenKind::Computed(b'F' | b'S' | b'T' | b'N') => u32::MAX,
+            TokenKind::Computed(b'F' | b'N') => u32::MAX,
             TokenKind::Computed(_) => 0,
             _ => LOCALS,
         };
-        if self.ask_the_control(token.span, bytes) > decides {
-            self.doubt(Doubt::UnknownValue, token.span);
-        }
-        match expr::evaluate(bytes, &self.parameters) {
+        match self.evaluate(token.span, bytes, decides) {
             Ok(value) => Some(value),
             Err(error) => {
                 self.bad_expression(token.span, &error);
@@ -285,24 +280,37 @@ impl Run<'_> {
         }
     }
 
-    /// Says which variables of an expression only the control knows: they last from program to program, or are its own.
+    /// Value of an expression. Where it hangs on a variable that the program did not set, numbered above `decides`, that is a
+    /// doubt.
+    pub(super) fn evaluate(&mut self, place: Span, text: &[u8], decides: u32) -> Result<f64, ExprError> {
+        self.parameters.take_unset();
+        let value = expr::evaluate(text, &self.parameters);
+        if self.ask_the_control(place) > decides {
+            self.doubt(Doubt::UnknownValue, place);
+        }
+        value
+    }
+
+    /// Says which of the variables that were just read only the control knows: they last from program to program, are its own,
+    /// or are left over from whatever ran before.
     ///
-    /// Hands back the highest number that the program did not set, 0 if there is none. What a probing move found (#5061 and on) is a doubt of its own, and lasting
-    /// parameters of LinuxCNC (#5161 and on) are read as it has them in a fresh file: 0.
-    pub(super) fn ask_the_control(&mut self, place: Span, text: &[u8]) -> u32 {
+    /// Hands back the highest number that the program did not set, 0 if there is none. What a probing move found (#5061 and on)
+    /// is a doubt of its own. In a call with arguments those that were not given are vacant, which is known.
+    pub(super) fn ask_the_control(&mut self, place: Span) -> u32 {
         let macro_b = matches!(self.program.dialect(), Dialect::Generic | Dialect::Fanuc | Dialect::Haas);
+        let rs274 = self.program.dialect().syntax() == Syntax::Rs274;
         let mut asked = 0;
-        for at in memchr::memchr_iter(b'#', text) {
-            let number = crate::nc::decimal(&text[at + 1..]).map_or(0, |(value, _)| value as u32);
-            if PROBED.contains(&number) {
+        for number in self.parameters.take_unset() {
+            if rs274 && PROBED.contains(&number) {
                 self.doubt(Doubt::Probe, place);
             }
-            if self.parameters.numbered.contains_key(&number) {
+            // Macro B's #0 is vacant.
+            if rs274 && (number == 0 || number <= LOCALS && self.has_own_locals()) {
                 continue;
             }
-            // A number of 0 is Macro B's vacant #0, or no plain number.
-            if macro_b || number >= KEPT_IN_FILE {
-                asked = asked.max(number);
+            asked = asked.max(if rs274 { number } else { number.saturating_add(1) });
+            if self.record.is_some() {
+                self.unknown_when_unrolled(place, number);
             }
             if macro_b && number >= LASTING {
                 self.parameters.numbered.insert(number, 0.0);
@@ -316,20 +324,21 @@ impl Run<'_> {
 
     /// Executes `#… = …`.
     pub(super) fn assign(&mut self, token: Token, text: &[u8]) {
-        self.predefine(token.span.of(text));
-        self.ask_for_assignment(token, text);
-        match expr::assignment(token.span.of(text), &self.parameters) {
-            Ok(setting) => self.assignments.push(setting),
-            Err(error) => self.bad_expression(token.span, &error),
-        }
+        self.read_assignment(token, text);
         self.apply_assignments();
     }
 
-    /// A value that is kept may end up in any word: what only the control knows of it is a doubt at once. A variable of Macro B
-    /// that is not set below #500 is vacant, and an assignment hands that on.
-    pub(super) fn ask_for_assignment(&mut self, token: Token, text: &[u8]) {
-        if self.ask_the_control(token.span, right_of(token.span.of(text))) > 0 {
+    /// Reads `#… = …`. A value that is kept may end up in any word: what only the control knows of it is a doubt at once.
+    pub(super) fn read_assignment(&mut self, token: Token, text: &[u8]) {
+        self.predefine(token.span.of(text));
+        self.parameters.take_unset();
+        let read = expr::assignment(token.span.of(text), &self.parameters);
+        if self.ask_the_control(token.span) > 0 {
             self.doubt(Doubt::UnknownValue, token.span);
+        }
+        match read {
+            Ok(setting) => self.assignments.push(setting),
+            Err(error) => self.bad_expression(token.span, &error),
         }
     }
 
@@ -338,6 +347,7 @@ impl Run<'_> {
         for (target, value) in std::mem::take(&mut self.assignments) {
             match target {
                 expr::Target::Number(index) => {
+                    self.sets_the_control(index);
                     self.parameters.numbered.insert(index, value);
                 }
                 expr::Target::Name(name) => self.parameters.set_name(&name, value),

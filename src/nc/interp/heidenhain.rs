@@ -171,7 +171,7 @@ impl Run<'_> {
             self.assignments.push((Target::Number(index), feed));
             return self.apply_assignments();
         }
-        match expr::evaluate(&formula(&bytes[equals + 1..]), &self.parameters) {
+        match self.evaluate(token.span, &formula(&bytes[equals + 1..]), 0) {
             Ok(value) => {
                 self.assignments.push((Target::Number(index), value));
                 self.preset(index, value, token.span);
@@ -319,7 +319,7 @@ impl Run<'_> {
     fn insert_parameter(&mut self, token: &mut Token, text: &[u8]) {
         let bytes = token.span.of(text);
         if memchr::memchr2(b'Q', b'q', bytes).is_some() && !bytes.starts_with(b"\"") {
-            match expr::evaluate(bytes, &self.parameters) {
+            match self.evaluate(token.span, bytes, 0) {
                 Ok(value) => token.number = value,
                 Err(error) => self.bad_expression(token.span, &error),
             }

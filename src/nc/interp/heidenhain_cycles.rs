@@ -86,8 +86,9 @@ impl Run<'_> {
             let help = "what it cuts is not known to the simulation";
             return self.say("nc::cycle", Severity::Warning, place, text, help);
         }
-        let unknown =
-            [200, 201, 202, 203, 204, 206, 211].into_iter().find(|index| self.parameters.number(*index).is_nan());
+        let unknown = [200, 201, 202, 203, 204, 206].into_iter().find(|index| self.parameters.known(*index).is_none());
+        // Reaming (201) has no depth of a peck.
+        let unknown = unknown.filter(|index| *index != 202 || self.cycle_number != 201);
         if let Some(index) = unknown {
             let text =
                 format!("cycle {} is kept, not simulated: the program does not tell Q{index}", self.cycle_number);
@@ -100,7 +101,7 @@ impl Run<'_> {
             initial: surface + q(204).max(clearance),
             depth: Some(surface + q(201)),
             peck: Some(q(202)),
-            dwell_s: self.parameters.number(211),
+            dwell_s: self.parameters.known(211).unwrap_or(0.0),
             ..Cycle::default()
         };
         let feed = self.modal.feed;

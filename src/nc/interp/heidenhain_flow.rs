@@ -3,7 +3,6 @@
 use super::Run;
 use super::labels::plain_label;
 use crate::diag::{Severity, Span};
-use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
 
 impl Run<'_> {
@@ -56,7 +55,7 @@ impl Run<'_> {
             return true;
         };
         let text = [&upper[condition + 3..at], sign.as_bytes(), &upper[at + length..goto]].concat();
-        match expr::evaluate(text.trim_ascii(), &self.parameters) {
+        match self.evaluate(place, text.trim_ascii(), 0) {
             Ok(value) if value != 0.0 => self.go_to_label(&upper[goto..], place),
             Ok(_) => {}
             Err(error) => self.bad_expression(place, &error),

@@ -23,6 +23,7 @@ mod meeting;
 mod motion;
 mod offsets;
 mod pitch;
+mod said;
 mod settings;
 mod shared;
 mod siemens;
@@ -56,7 +57,7 @@ use state::{FeedWord, Frame, Modal, Motion};
 use super::dialect::{Dialect, Syntax};
 use super::doubt::Doubt;
 use super::environment::Environment;
-use super::expr::{self, Parameters, Target};
+use super::expr::{Parameters, Target};
 use super::lex::{Token, TokenKind};
 use super::program::{File, Program};
 use super::toolpath::{Event, Freeze, State as MoveState, Toolpath};
@@ -380,6 +381,7 @@ impl<'a> Run<'a> {
         }
         self.begin(line);
         let source = self.record.as_ref().map(|_| (self.source.clone(), !self.in_subprogram()));
+        let understood = self.freeze;
         let after = match dialect.syntax() {
             Syntax::Rs274 if line.flow => self.flow(block),
             Syntax::Rs274 => After::Words,
@@ -387,6 +389,9 @@ impl<'a> Run<'a> {
             Syntax::Heidenhain => self.heidenhain(block, line),
         };
         if let Some((source, own)) = source {
+            if after == After::Done && self.freeze != understood {
+                self.in_the_way("what is not understood here", None);
+            }
             self.note_down(&source, own, block, line, after);
         }
         if after == After::Done {
@@ -456,14 +461,7 @@ impl<'a> Run<'a> {
                 TokenKind::Computed(letter) => self.computed_word(letter, token, program.text(), line),
                 TokenKind::Corner(letter) => self.corner_word(letter, token, line),
                 _ if program.dialect().syntax() != Syntax::Rs274 => line.flow = true,
-                TokenKind::Assignment => {
-                    self.predefine(token.span.of(program.text()));
-                    self.ask_for_assignment(token, program.text());
-                    match expr::assignment(token.span.of(program.text()), &self.parameters) {
-                        Ok(setting) => self.assignments.push(setting),
-                        Err(error) => self.bad_expression(token.span, &error),
-                    }
-                }
+                TokenKind::Assignment => self.read_assignment(token, program.text()),
                 TokenKind::Expression if !line.flow => line.bad.push((token.kind, token.span)),
                 // A name amid words is none that steers.
                 TokenKind::Name if !line.flow && (!line.g.is_empty() || line.has_any(WORDS)) => {

@@ -69,14 +69,19 @@ impl Run<'_> {
     }
 
     fn feed_line(&mut self, line: &Line, turned: bool) {
+        self.freeze_feed(turned);
+        let target = self.target(line);
+        self.line_to(MoveKind::Feed, target);
+    }
+
+    /// The feed stays where a rotary axis turns, and under G63 as a mode, where it belongs to a pitch.
+    pub(super) fn freeze_feed(&mut self, turned: bool) {
         if turned {
             self.freeze = self.freeze.or(Some(Freeze::Rotary));
         }
         if self.modal.tapping {
             self.freeze = self.freeze.or(Some(Freeze::Synchronised));
         }
-        let target = self.target(line);
-        self.line_to(MoveKind::Feed, target);
     }
 
     /// G33.1 taps and comes back to where it began, the spindle turning the other way.
@@ -121,6 +126,17 @@ impl Run<'_> {
             self.certain(Doubt::RotaryAxis);
         }
         turned
+    }
+
+    /// A rotary axis goes to its reference point: at which angle of the part that is, is not known until it is commanded to an
+    /// absolute one.
+    pub(super) fn rotary_home(&mut self, line: &Line) {
+        for (axis, letter) in ROTARY.into_iter().enumerate() {
+            if let Some(place) = line.span(letter) {
+                self.rotary[axis] = f64::NAN;
+                self.doubt(Doubt::RotaryAxis, place);
+            }
+        }
     }
 
     /// Programmed end point of the block, mm.

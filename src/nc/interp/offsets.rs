@@ -205,7 +205,12 @@ impl Run<'_> {
     /// G28, G30: through a point on the way to the reference point, in the axes that are named (all, if none is).
     pub(super) fn home(&mut self, line: &Line, _code: u16) {
         let words = self.words_mm(line);
-        let named = if words.iter().any(Option::is_some) { words.map(|word| word.is_some()) } else { [true; 3] };
+        let turns = line.has_any(b"ABC");
+        let named =
+            if turns || words.iter().any(Option::is_some) { words.map(|word| word.is_some()) } else { [true; 3] };
+        if turns {
+            self.rotary_home(line);
+        }
         if words.iter().any(Option::is_some) {
             let target = self.target(line);
             self.line_to(MoveKind::Rapid, target);

@@ -11,7 +11,6 @@ use super::state::Motion;
 use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
-use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::PathMode;
 
@@ -75,7 +74,7 @@ impl Run<'_> {
             match token.kind {
                 TokenKind::Assignment => self.siemens_assignment(*token, bytes, line),
                 TokenKind::Call => {
-                    let (name, arguments) = self.call_parts(bytes);
+                    let (name, arguments) = self.call_parts(token.span, bytes);
                     match name.as_str() {
                         "IF" => {
                             self.siemens_jump(&tokens[index..], text);
@@ -198,7 +197,7 @@ impl Run<'_> {
     pub(super) fn siemens_assignment(&mut self, token: Token, bytes: &[u8], line: &mut Line) {
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let name = variable(bytes);
-        let value = match expr::evaluate(&bytes[equals + 1..], &self.parameters) {
+        let value = match self.evaluate(token.span, &bytes[equals + 1..], 0) {
             Ok(value) => value,
             Err(error) => return self.bad_expression(token.span, &error),
         };

@@ -8,7 +8,6 @@ use super::siemens::ANEW;
 use super::siemens_flow::name;
 use crate::diag::{Severity, Span};
 use crate::nc::doubt::Doubt;
-use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::Freeze;
 
@@ -28,7 +27,7 @@ const OWN_CYCLES: [&str; 5] = ["CYCLE", "POCKET", "SLOT", "LONGHOLE", "HOLES"];
 
 impl Run<'_> {
     /// Name and arguments of `NAME(a, b, , c)`.
-    pub(super) fn call_parts(&mut self, bytes: &[u8]) -> (String, Vec<Option<f64>>) {
+    pub(super) fn call_parts(&mut self, place: Span, bytes: &[u8]) -> (String, Vec<Option<f64>>) {
         let open = bytes.iter().position(|&byte| byte == b'(').unwrap_or(bytes.len());
         let name = String::from_utf8_lossy(&bytes[..open]).to_ascii_uppercase();
         let inner = bytes.get(open + 1..bytes.len().saturating_sub(1)).unwrap_or_default();
@@ -37,7 +36,7 @@ impl Run<'_> {
             depth += i32::from(byte == b'(') - i32::from(byte == b')');
             byte == b',' && depth == 0
         });
-        let arguments = parts.map(|part| expr::evaluate(part, &self.parameters).ok()).collect();
+        let arguments = parts.map(|part| self.evaluate(place, part, 0).ok()).collect();
         (name, arguments)
     }
 
@@ -101,7 +100,7 @@ impl Run<'_> {
             let part = String::from_utf8_lossy(part).to_ascii_uppercase();
             let (left, default) = part.split_once('=').map_or((part.as_str(), None), |(l, r)| (l, Some(r)));
             let Some(variable) = left.split_whitespace().last() else { continue };
-            let default = default.and_then(|text| expr::evaluate(text.trim().as_bytes(), &self.parameters).ok());
+            let default = default.and_then(|text| self.evaluate(head.span, text.trim().as_bytes(), 0).ok());
             let value = passed.get(index).copied().flatten().or(default).unwrap_or(0.0);
             self.parameters.set_name(variable, value);
             self.defined.insert(variable.to_owned());

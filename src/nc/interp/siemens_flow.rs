@@ -5,7 +5,6 @@ use super::Run;
 use super::line::Line;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
-use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
 
 /// Words that begin a structure, each with the one that ends it.
@@ -56,7 +55,7 @@ impl Run<'_> {
     fn holds(&mut self, first: Token, text: &[u8]) -> bool {
         let word = name(&first, text).len() as u32;
         let condition = to_comment(Span { start: first.span.start + word, end: text.len() as u32 }, text);
-        match expr::evaluate(condition.of(text), &self.parameters) {
+        match self.evaluate(condition, condition.of(text), 0) {
             Ok(value) => value != 0.0,
             Err(error) => {
                 self.bad_expression(condition, &error);
@@ -77,8 +76,9 @@ impl Run<'_> {
         let equals = bytes.iter().position(|&byte| byte == b'=').unwrap_or(0);
         let variable = bytes[..equals].trim_ascii();
         let limit = to_comment(Span { start: to.span.end, end: text.len() as u32 }, text);
-        let values = expr::evaluate(variable, &self.parameters)
-            .and_then(|value| Ok((value + step, expr::evaluate(limit.of(text), &self.parameters)?)));
+        let values = self
+            .evaluate(setting.span, variable, 0)
+            .and_then(|value| Ok((value + step, self.evaluate(limit, limit.of(text), 0)?)));
         match values {
             Ok((value, limit)) => {
                 self.set_variable(&String::from_utf8_lossy(variable).to_ascii_uppercase(), value);

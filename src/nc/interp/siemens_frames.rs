@@ -8,7 +8,6 @@ use super::Run;
 use super::line::Line;
 use super::siemens::ANEW;
 use crate::diag::Span;
-use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
 use crate::path::{Plane, Vec3};
 
@@ -61,7 +60,7 @@ impl Run<'_> {
             is_it.then(|| &bytes[equals + 1..])
         };
         let value = tokens.iter().find_map(setting)?;
-        expr::evaluate(value, &self.parameters).ok()
+        self.evaluate(tokens[0].span, value, 0).ok()
     }
 
     fn add_rotation(&mut self, words: [Option<f64>; 3], in_plane: Option<f64>) -> bool {

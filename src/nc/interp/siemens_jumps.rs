@@ -8,7 +8,6 @@ use super::Run;
 use super::line::Line;
 use super::siemens_flow::name;
 use crate::diag::{Severity, Span};
-use crate::nc::expr;
 use crate::nc::lex::{Token, TokenKind};
 
 /// Which way a jump looks for its target.
@@ -32,7 +31,7 @@ impl Run<'_> {
         if goto > 0 {
             let start = tokens[0].span.start + name(&tokens[0], text).len() as u32;
             let condition = Span { start, end: tokens[goto].span.start };
-            match expr::evaluate(condition.of(text), &self.parameters) {
+            match self.evaluate(condition, condition.of(text), 0) {
                 Ok(value) if value != 0.0 => {}
                 Ok(_) => return,
                 Err(error) => return self.bad_expression(condition, &error),
@@ -48,7 +47,7 @@ impl Run<'_> {
         };
         let start = tokens[0].span.start + name(&tokens[0], text).len() as u32;
         let what = Span { start, end: tokens[of].span.start };
-        let value = match expr::evaluate(what.of(text), &self.parameters) {
+        let value = match self.evaluate(what, what.of(text), 0) {
             Ok(value) => value,
             Err(error) => return self.bad_expression(what, &error),
         };
@@ -56,7 +55,7 @@ impl Run<'_> {
         while let Some(goto) = next_goto(&tokens[at.min(tokens.len())..], text) {
             let choice = Span { start: tokens[at].span.start, end: tokens[at + goto].span.start };
             let fits = name(&tokens[at], text) == "DEFAULT"
-                || expr::evaluate(choice.of(text), &self.parameters).is_ok_and(|choice| choice == value);
+                || self.evaluate(choice, choice.of(text), 0).is_ok_and(|choice| choice == value);
             if fits {
                 return self.go(&tokens[at + goto..], text);
             }

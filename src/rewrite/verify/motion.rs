@@ -5,7 +5,7 @@
 //! points lie within half an increment of its path, everything between within one increment (an arc's centre is rounded
 //! too), further along at each piece; arcs keep plane, sense, and centre (rounded) or radius, and their turns add up.
 
-use crate::nc::{Event, Freeze, Move, MoveKind, Toolpath};
+use crate::nc::{Event, Freeze, Move, MoveKind, Spin, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
 
 use super::align::{Role, Roles};
@@ -81,16 +81,20 @@ fn same_unrolled(a: &Event, b: &Event, before: &Toolpath, after: &Toolpath) -> b
             let (long, other) = (from.length(), to.length());
             let along = (0..=4).all(|k| near(long * f64::from(k) / 4.0, other * f64::from(k) / 4.0));
             let feed = a.kind == MoveKind::Rapid || (a.feed.mm_s - b.feed.mm_s).abs() <= UNROLLED_FEED * a.feed.mm_s;
-            a.kind == b.kind && along && (long - other).abs() <= UNROLLED_MM && feed && other_state(a, b).is_none()
+            let state = same_spin(a.spin, b.spin) && other_words(a, b).is_none();
+            a.kind == b.kind && along && (long - other).abs() <= UNROLLED_MM && feed && state
         }
         (Event::Dwell { seconds, .. }, Event::Dwell { seconds: other, .. }) => (seconds - other).abs() <= 1e-6,
         (Event::Tool { number, .. }, Event::Tool { number: other, .. }) => number == other,
-        (Event::Spindle { spin, .. }, Event::Spindle { spin: other, .. }) => {
-            spin.reverse == other.reverse && (spin.rps - other.rps).abs() <= UNROLLED_FEED * spin.rps
-        }
+        (Event::Spindle { spin, .. }, Event::Spindle { spin: other, .. }) => same_spin(*spin, *other),
         (Event::Stop { end, .. }, Event::Stop { end: other, .. }) => end == other,
         _ => false,
     }
+}
+
+/// The same speed but for the decimals of an S that was an expression.
+fn same_spin(a: Spin, b: Spin) -> bool {
+    a.reverse == b.reverse && (a.rps - b.rps).abs() <= UNROLLED_FEED * a.rps
 }
 
 fn line_of(event: &Event, toolpath: &Toolpath) -> u32 {
@@ -186,10 +190,13 @@ fn circumstances(motion: &Move) -> Option<Freeze> {
 
 /// What besides path and kind must be as it was.
 fn other_state(a: &Move, b: &Move) -> Option<&'static str> {
+    if a.spin == b.spin { other_words(a, b) } else { Some("the spindle runs otherwise") }
+}
+
+/// What besides the speed of the spindle is another.
+fn other_words(a: &Move, b: &Move) -> Option<&'static str> {
     let frozen = matches!(a.freeze, Some(Freeze::Synchronised | Freeze::Probe));
-    if a.spin != b.spin {
-        Some("the spindle runs otherwise")
-    } else if a.tool != b.tool || a.wcs != b.wcs {
+    if a.tool != b.tool || a.wcs != b.wcs {
         Some("tool or work offset is another")
     } else if a.path_mode != b.path_mode {
         Some("the path mode is another")
