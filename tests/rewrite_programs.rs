@@ -72,6 +72,23 @@ fn a_feed_is_put_in_where_the_modal_one_no_longer_fits() {
     );
 }
 
+/// What a comment says the control may act on: it stays with the last piece, wherever it stands in the block, and our own
+/// reading of the pieces agrees.
+#[test]
+fn a_comment_amid_the_words_stands_in_the_last_piece_alone() {
+    for (block, cut) in [
+        ("G1 (abc) X10 F600", "G1 X5 F300\nG1 (abc) X10 F1200"),
+        ("(abc) G1 X10 (def) F600 (ghi)", "G1 X5 F300\n(abc) G1 X10 (def) F1200 (ghi)"),
+        ("N5 (a) G1(b)X10F600", "N5 (a) G1(b)X10F600"),
+    ] {
+        let out = rewritten(&format!("G21 G90\nG0 X0 Y0\n{block}\n"), Dialect::Generic, &quiet(), halves);
+        if !block.starts_with('N') {
+            assert_eq!(out, format!("G21 G90\nG0 X0 Y0\n{cut}\n"));
+        }
+        assert_eq!(out.matches('(').count(), block.matches('(').count(), "{out}");
+    }
+}
+
 #[test]
 fn lines_are_cut_before_the_original_block() {
     let text = "N10 G21 G90\nN20 G0 X0 Y0\nN30 G1 X10 Y-5.0 F600 (side)\nN40 X30\n";
