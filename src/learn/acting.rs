@@ -5,9 +5,9 @@
 //! Π cutting · feed ratio, edge columns by Π edge; a lag filters along time last. Factors differ from sample to sample;
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
-use super::runouts::RunoutGrid;
-use super::samples::{Class, Data, Variant};
 use crate::effects::{Change, Effect, State};
+use crate::learn::runouts::RunoutGrid;
+use crate::learn::samples::{Class, Data, Variant};
 
 /// Steps in which the load is found whose reading is known.
 const INVERSIONS: usize = 24;
@@ -153,7 +153,7 @@ fn factored(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<
 
 /// Variants that the change asks for, with how much of them.
 fn sizes<'a>(data: &'a Data, change: &Change) -> Vec<(f64, &'a Vec<Vec<f64>>)> {
-    let size = |v: &'a super::samples::VariantColumns| (size_of(v.variant, change, &data.runouts), &v.columns);
+    let size = |v: &'a crate::learn::samples::VariantColumns| (size_of(v.variant, change, &data.runouts), &v.columns);
     data.variants.iter().map(size).filter(|(size, _)| *size != 0.0).collect()
 }
 
@@ -276,12 +276,12 @@ mod tests {
     fn stepped(readings_each: f64) -> Data {
         let n = 40;
         Data {
-            base: vec![super::super::samples::Base {
+            base: vec![crate::learn::samples::Base {
                 name: "k_tc".into(),
                 unit: String::new(),
                 class: Class::Cutting,
                 prior: None,
-                bounds: super::super::samples::UNBOUNDED,
+                bounds: crate::learn::samples::UNBOUNDED,
             }],
             columns: vec![(0..n).map(|i| f64::from(i >= 10)).collect()],
             reading: vec![0.0; n as usize],

@@ -3,11 +3,11 @@
 //!
 //! By position: the tool is followed along the path, never backwards, taking the nearest point within what it can have
 //! moved, the first of several that are as near, after a gap the one that the time which has passed speaks for; standing
-//! still is spread over the dwells and changes that belong there. By line: see [`super::lines`]; by load:
-//! see [`super::loads`].
+//! still is spread over the dwells and changes that belong there. By line: see [`crate::learn::lines`]; by load:
+//! see [`crate::learn::loads`].
 
-use super::log::{Log, longest_step};
-use super::timeline::{Doing, Spot, Timeline};
+use crate::learn::log::{Log, longest_step};
+use crate::learn::timeline::{Doing, Spot, Timeline};
 use crate::path::Vec3;
 
 /// How a log was tied.
@@ -169,7 +169,7 @@ fn leave_ends(program_s: &mut [f64], moved: &[bool], timeline: &Timeline) {
 
 /// Uncertainty of the typical sample of the program: the median, so that a few that lie far from all that was observed, and
 /// weigh little, do not stand for the others.
-pub(super) fn typical(program_s: &[f64], each_s: &[f64]) -> f64 {
+pub(in crate::learn) fn typical(program_s: &[f64], each_s: &[f64]) -> f64 {
     let mut placed: Vec<f64> = program_s.iter().zip(each_s).filter(|(t, _)| t.is_finite()).map(|(_, s)| *s).collect();
     if placed.is_empty() {
         return f64::INFINITY;
@@ -181,5 +181,5 @@ pub(super) fn typical(program_s: &[f64], each_s: &[f64]) -> f64 {
 /// Median time from sample to sample, s.
 pub fn median_step(time: &[f64]) -> f64 {
     let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    super::linear::median(&steps)
+    crate::learn::linear::median(&steps)
 }

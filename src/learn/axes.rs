@@ -4,10 +4,10 @@
 //! A rapid of some tenths of a second begins and ends at rest: a meter that feeds the axes reads there what an error of some
 //! hundredths makes another thing of. Where it feeds none, both factors are nearly 0.
 
-use super::cells::Along;
-use super::linear::{Loss, robust};
-use super::motion::motion;
-use super::timeline::Doing;
+use crate::learn::cells::Along;
+use crate::learn::linear::{Loss, robust};
+use crate::learn::motion::motion;
+use crate::learn::timeline::Doing;
 use nalgebra::DMatrix;
 
 /// Fewest readings in rapids that say what the axes take.
@@ -17,7 +17,7 @@ const TIMES: usize = 9;
 
 impl Along<'_> {
     /// Factors on the speed along the path and on v·max(0, a) that the readings in air show; none is negative.
-    pub(super) fn axes_shown(&self, valid: &[usize], values: &[f64]) -> [f64; 2] {
+    pub(in crate::learn) fn axes_shown(&self, valid: &[usize], values: &[f64]) -> [f64; 2] {
         let spots = &self.known.timeline.spots;
         let in_air = |i: &usize| {
             let spot = self.spot[*i].map(|k| &spots[k]);
@@ -44,7 +44,7 @@ impl Along<'_> {
     }
 
     /// Range of what the axes take over the times at which a sample may have been taken.
-    pub(super) fn axes_spread(&self, i: usize, doubt_s: f64, shown: [f64; 2]) -> f64 {
+    pub(in crate::learn) fn axes_spread(&self, i: usize, doubt_s: f64, shown: [f64; 2]) -> f64 {
         if shown == [0.0; 2] {
             return 0.0;
         }

@@ -12,14 +12,14 @@
 //!
 //! Bounds: cutting and edge coefficients are not negative; where the free answer is, it is solved again within them.
 
-use super::columns::{DataError, Frame};
-use super::judgement::errors;
-use super::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
-use super::plausible::{doubts, readable};
-use super::report::{Errors, Value};
-use super::samples::Data;
-use super::table::{Quantity, Side, SteadyRow, column_factor, measured_quantity, row_rates};
 use crate::force::closed::{SteadyCut, immersion_rad};
+use crate::learn::columns::{DataError, Frame};
+use crate::learn::judgement::errors;
+use crate::learn::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
+use crate::learn::plausible::{doubts, readable};
+use crate::learn::report::{Errors, Value};
+use crate::learn::samples::Data;
+use crate::learn::table::{Quantity, Side, SteadyRow, column_factor, measured_quantity, row_rates};
 use crate::schedule::cone::bounded_least_squares;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -74,7 +74,7 @@ const MEASURED: [&str; 5] =
 /// Share of the variance that a calibration must explain to be worth a model file.
 const LEAST_R2: f64 = 0.3;
 /// Share of a regression's variance: normal coefficients from Xu's ratios are uncertain by this much (flat, ball).
-pub(super) const RATIO_UNCERTAINTY: [f64; 2] = [0.16, 0.30];
+pub(in crate::learn) const RATIO_UNCERTAINTY: [f64; 2] = [0.16, 0.30];
 
 /// A regression: names, units, columns, target, groups.
 struct Problem {
@@ -126,7 +126,7 @@ fn fitted(
         "kienzle" => kienzle(frame, rows, options, &to_shaft),
         "layer" => layer(frame, rows, options),
         "response" => response(frame, rows, options),
-        "polynomial" => super::polynomial::calibrate(frame, rows),
+        "polynomial" => crate::learn::polynomial::calibrate(frame, rows),
         other => Err(DataError::Unfit(format!(
             "the model {other} cannot be calibrated from a table; those that can: power, linear-edge, kienzle, layer, \
              response, polynomial"
@@ -370,7 +370,7 @@ fn response(frame: &Frame, rows: &[SteadyRow], options: CalibrateOptions) -> Res
 }
 
 fn groups(rows: &[SteadyRow], used: &[usize]) -> Vec<usize> {
-    super::table::numbered(used.iter().map(|i| rows[*i].group.as_str())).0
+    crate::learn::table::numbered(used.iter().map(|i| rows[*i].group.as_str())).0
 }
 
 fn solved(model: &str, problem: &Problem, loss: Loss) -> Result<Calibration, DataError> {

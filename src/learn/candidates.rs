@@ -5,11 +5,11 @@
 //! present model, a mask m gains (Σ m w s r)² / (Σ m w s² − vᵀ(JᵀWJ)⁻¹v), v = Σ m w s J, and all these sums add up over
 //! cells, so that thousands of masks cost no more than one pass over the samples.
 
-use super::acting::{Acting, Use, acting, changed_columns};
-use super::fit::{Fitted, jacobian, pseudo_inverse};
-use super::residual::value_of;
-use super::samples::{Class, Data, Variant};
 use crate::effects::{Covariate, Effect};
+use crate::learn::acting::{Acting, Use, acting, changed_columns};
+use crate::learn::fit::{Fitted, jacobian, pseudo_inverse};
+use crate::learn::residual::value_of;
+use crate::learn::samples::{Class, Data, Variant};
 use nalgebra::{DMatrix, DVector};
 
 /// Why an effect cannot be seen in these data; `None`: it can.
@@ -30,7 +30,7 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         (!enough).then(|| format!("{} varies by less than a factor of {by}", covariate.name()))
     };
     let variant = |variant: Variant| {
-        let moves = |v: &super::samples::VariantColumns| v.columns.iter().flatten().any(|x| x.abs() > 1e-12);
+        let moves = |v: &crate::learn::samples::VariantColumns| v.columns.iter().flatten().any(|x| x.abs() > 1e-12);
         (!data.variant(variant).is_some_and(moves)).then(|| "these data do not show the geometry it acts on".to_owned())
     };
     let unknown = |covariate: Covariate| {
@@ -58,7 +58,7 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         "corner-feed" => data.slower.is_empty().then(|| "no motion model belongs to these data".to_owned()),
         "tare-warm-up" => no_tare(data).or_else(|| varies(Covariate::Time, 1.0)).or_else(|| too_short(data)),
         "tare-speed" => no_tare(data).or_else(|| ratio(Covariate::SpindleSpeed, 1.05)),
-        "sensor-lag" => (!super::residual::is_series(data)).then(|| "steady readings have no lag".to_owned()),
+        "sensor-lag" => (!crate::learn::residual::is_series(data)).then(|| "steady readings have no lag".to_owned()),
         _ => None,
     }
 }
@@ -83,7 +83,7 @@ pub fn is_looked_for(effect: &Effect) -> bool {
 }
 
 /// Forms of the effect and values of its parameters to begin with; empty when none are worth trying. A form leaves some
-/// of the parameters that have a neutral value there; of what is looked for those that begin there stay ([`super::shape`]).
+/// of the parameters that have a neutral value there; of what is looked for those that begin there stay ([`crate::learn::shape`]).
 pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Use> {
     let values = match effect.name {
         "edge-chipping" => chipping_starts(data, present),

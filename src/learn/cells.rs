@@ -2,18 +2,18 @@
 //!
 //! The columns of a power sample are tare(n)/tare(n₀), section·speed and contact·n (times 1e-3: N·mm/s is mW); those of a
 //! peak force its derivatives by k_tc, k_rc, k_te, k_re. A cell holds sure samples or doubtful ones, never both, and counts
-//! as the sum of their weights ([`super::doubt`]).
+//! as the sum of their weights ([`crate::learn::doubt`]).
 
-use super::align::{Aligned, median_step};
-use super::doubt::cell_sizes;
-use super::linear::median;
-use super::log::{Log, longest_step};
-use super::runouts::{RUNOUT_GRID, RunoutGrid};
-use super::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
-use super::situation::cumulated;
-use super::table::{Quantity, column_factor, spindle_base};
-use super::timeline::{Doing, Spot, Timeline};
 use crate::force::contact::Engaged;
+use crate::learn::align::{Aligned, median_step};
+use crate::learn::doubt::cell_sizes;
+use crate::learn::linear::median;
+use crate::learn::log::{Log, longest_step};
+use crate::learn::runouts::{RUNOUT_GRID, RunoutGrid};
+use crate::learn::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
+use crate::learn::situation::cumulated;
+use crate::learn::table::{Quantity, column_factor, spindle_base};
+use crate::learn::timeline::{Doing, Spot, Timeline};
 use crate::machine::Job;
 use crate::machine::material::{ForceModel, LinearEdge};
 
@@ -172,16 +172,16 @@ fn base(job: &Job, channels: &Channels) -> Vec<Base> {
 }
 
 /// The samples laid along the program.
-pub(super) struct Along<'a> {
-    pub(super) log: &'a Log,
-    pub(super) known: &'a Known<'a>,
-    pub(super) aligned: &'a Aligned,
+pub(in crate::learn) struct Along<'a> {
+    pub(in crate::learn) log: &'a Log,
+    pub(in crate::learn) known: &'a Known<'a>,
+    pub(in crate::learn) aligned: &'a Aligned,
     /// Spot of each sample.
-    pub(super) spot: Vec<Option<usize>>,
+    pub(in crate::learn) spot: Vec<Option<usize>>,
     /// Cumulated sliding and volume, and the path since material was met, at the start of each spot.
-    pub(super) cumulated: Vec<[f64; 3]>,
-    pub(super) reference_rps: f64,
-    pub(super) tools: Vec<u32>,
+    pub(in crate::learn) cumulated: Vec<[f64; 3]>,
+    pub(in crate::learn) reference_rps: f64,
+    pub(in crate::learn) tools: Vec<u32>,
 }
 
 impl<'a> Along<'a> {
@@ -202,13 +202,13 @@ impl<'a> Along<'a> {
         }
     }
 
-    pub(super) fn rps(&self, i: usize, spot: &Spot) -> f64 {
+    pub(in crate::learn) fn rps(&self, i: usize, spot: &Spot) -> f64 {
         self.log.rps.as_ref().map_or(spot.rps, |n| n[i])
     }
 
     /// Spots that a time lies between, with shares: its own, and in a feed move the one whose middle is nearest on the other
     /// side. What is cut changes steadily along a move, and jumps only where another begins.
-    pub(super) fn about(&self, time_s: f64) -> [(usize, f64); 2] {
+    pub(in crate::learn) fn about(&self, time_s: f64) -> [(usize, f64); 2] {
         let spots = &self.known.timeline.spots;
         let index = self.known.timeline.at(time_s).unwrap_or(0);
         let spot = &spots[index];
@@ -282,7 +282,13 @@ impl<'a> Along<'a> {
     }
 
     /// What a coefficient of the cut multiplies.
-    pub(super) fn column(name: &str, quantity: Option<Quantity>, rps: f64, spot: &Spot, engaged: &Engaged) -> f64 {
+    pub(in crate::learn) fn column(
+        name: &str,
+        quantity: Option<Quantity>,
+        rps: f64,
+        spot: &Spot,
+        engaged: &Engaged,
+    ) -> f64 {
         match (quantity, name) {
             (Some(q), "k_tc") => column_factor(q, rps) * engaged.section_mm2 * spot.speed_mm_s(),
             (Some(q), "k_te") => column_factor(q, rps) * engaged.contact_mm2 * rps,
@@ -304,7 +310,7 @@ impl<'a> Along<'a> {
         self.log.rps.as_ref().map_or(planned, |n| n[i] / spot.rps).clamp(0.0, 1.0)
     }
 
-    pub(super) fn tare_shape(&self, rps: f64) -> f64 {
+    pub(in crate::learn) fn tare_shape(&self, rps: f64) -> f64 {
         let tare = &self.known.job.machine.spindle.tare_w;
         let reference = tare.at(self.reference_rps);
         if rps < 0.02 * self.reference_rps {

@@ -9,20 +9,20 @@
 //! 4. Rivals within the margin of the best that have nothing to add to it are reported as confounded with it.
 //!    When none is found alone, pairs are tried: one may hide the other from the fit.
 //! 5. Again from 2; then each effect must still pay beside the others, and no other must do better in its place. An effect
-//!    that explains less than a pattern without a name ([`super::unnamed`]) is not named.
+//!    that explains less than a pattern without a name ([`crate::learn::unnamed`]) is not named.
 //! 6. What pattern is left in the residual is reported as unexplained.
 
-use super::acting::Use;
-use super::candidates::{part, why_not};
-use super::fit::{Fitted, fit};
-use super::judgement::{errors, unexplained, verdict};
-use super::report::{Confounded, LearnReport, Rejected};
-use super::residual::{is_series, noise_floor, noise_with_memory};
-use super::samples::{Class, Data};
-use super::split::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
-use super::trial::{Trial, best_trial, chance, score_of, unphysical};
-use super::unnamed::{Free, by_no_name, foreign};
 use crate::effects::{Acts, Covariate, Effect};
+use crate::learn::acting::Use;
+use crate::learn::candidates::{part, why_not};
+use crate::learn::fit::{Fitted, fit};
+use crate::learn::judgement::{errors, unexplained, verdict};
+use crate::learn::report::{Confounded, LearnReport, Rejected};
+use crate::learn::residual::{is_series, noise_floor, noise_with_memory};
+use crate::learn::samples::{Class, Data};
+use crate::learn::split::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
+use crate::learn::trial::{Trial, best_trial, chance, score_of, unphysical};
+use crate::learn::unnamed::{Free, by_no_name, foreign};
 use rayon::prelude::*;
 
 /// How a diagnosis is run.
@@ -48,9 +48,9 @@ const THRESHOLD: f64 = 8.0;
 const TABLE_THRESHOLD: f64 = 4.0;
 /// Rivals whose gain (twice the log-likelihood) is this close to that of the best explain the data equally well, whatever
 /// their parameters are charged.
-pub(super) const MARGIN: f64 = 6.0;
+pub(in crate::learn) const MARGIN: f64 = 6.0;
 /// Rounds of a fit that goes to its end.
-pub(super) const FORM_ROUNDS: usize = 25;
+pub(in crate::learn) const FORM_ROUNDS: usize = 25;
 /// Least relative drop of the held-out error worth an effect.
 const LEAST_DROP: f64 = 0.005;
 /// Least share of what the base model leaves beyond the noise that one effect must take away.
@@ -123,14 +123,14 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
 /// Weights in units of one over the variance of each channel, from the residual of the base model.
 pub fn whitened(data: &Data) -> Option<Data> {
     let base = Data {
-        base: data.base.iter().cloned().map(|b| super::samples::Base { prior: None, ..b }).collect(),
+        base: data.base.iter().cloned().map(|b| crate::learn::samples::Base { prior: None, ..b }).collect(),
         ..data.clone()
     };
     Some(weighed_by(data, &fit(&base, &[], 0)?))
 }
 
 /// Weights in units of one over the variance of each channel, from the residual of a model.
-pub(super) fn weighed_by(data: &Data, fitted: &Fitted) -> Data {
+pub(in crate::learn) fn weighed_by(data: &Data, fitted: &Fitted) -> Data {
     let residual = fitted.residuals(data);
     let channels = data.channel.iter().max().map_or(0, |c| c + 1);
     let mut variance = vec![(0.0, 0.0); channels];
@@ -144,20 +144,20 @@ pub(super) fn weighed_by(data: &Data, fitted: &Fitted) -> Data {
 }
 
 /// The search as it stands.
-pub(super) struct Diagnosis<'a> {
-    pub(super) data: &'a Data,
-    pub(super) train: Data,
-    pub(super) split: &'a Split,
-    pub(super) options: &'a Options,
-    pub(super) tried: usize,
-    pub(super) rejected: Vec<Rejected>,
-    pub(super) evidence: Vec<(&'static str, String, f64, [f64; 2])>,
+pub(in crate::learn) struct Diagnosis<'a> {
+    pub(in crate::learn) data: &'a Data,
+    pub(in crate::learn) train: Data,
+    pub(in crate::learn) split: &'a Split,
+    pub(in crate::learn) options: &'a Options,
+    pub(in crate::learn) tried: usize,
+    pub(in crate::learn) rejected: Vec<Rejected>,
+    pub(in crate::learn) evidence: Vec<(&'static str, String, f64, [f64; 2])>,
     /// Held-out residual of the base model on the training blocks.
-    pub(super) base_residual: Vec<f64>,
+    pub(in crate::learn) base_residual: Vec<f64>,
     /// Noise of neighbouring readings; 0 where it is not known.
-    pub(super) floor: f64,
+    pub(in crate::learn) floor: f64,
     /// The same with what they share.
-    pub(super) noise: f64,
+    pub(in crate::learn) noise: f64,
 }
 
 impl Diagnosis<'_> {
@@ -193,7 +193,7 @@ impl Diagnosis<'_> {
     }
 
     /// Every candidate on top of the present model.
-    pub(super) fn trials(&mut self, present: &Fitted, note: bool) -> Vec<Trial> {
+    pub(in crate::learn) fn trials(&mut self, present: &Fitted, note: bool) -> Vec<Trial> {
         let has = |effect: &Effect| present.model.effects.iter().any(|u| u.effect.name == effect.name);
         let mut open = Vec::new();
         for effect in self.options.candidates.iter().copied().filter(|e| !has(e)) {
@@ -237,7 +237,7 @@ impl Diagnosis<'_> {
     }
 
     /// What a trial leaves on data left out where the present model leaves `before`, or why that shows no effect.
-    pub(super) fn shown(&self, present: &Fitted, trial: &Trial, before: &[f64]) -> Result<Vec<f64>, String> {
+    pub(in crate::learn) fn shown(&self, present: &Fitted, trial: &Trial, before: &[f64]) -> Result<Vec<f64>, String> {
         if trial.score < self.threshold() {
             return Err(format!("it explains too little for its parameters (score {:.1})", trial.score));
         }
@@ -458,6 +458,6 @@ impl Diagnosis<'_> {
     }
 }
 
-pub(super) fn remove(effects: &[Use], k: usize) -> Vec<Use> {
+pub(in crate::learn) fn remove(effects: &[Use], k: usize) -> Vec<Use> {
     effects.iter().enumerate().filter(|(e, _)| *e != k).map(|(_, each)| each.clone()).collect()
 }

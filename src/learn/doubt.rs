@@ -5,12 +5,12 @@
 //! 1/(1 + (e/σ)²), σ the noise of neighbouring samples. While the spindle changes its speed nobody knows what its mass and its drive take: there e is all
 //! that the readings range over.
 
-use super::cells::{Along, OtherGeometry};
-use super::linear::median;
-use super::samples::{Base, Class};
-use super::table::Quantity;
-use super::timeline::{Doing, Spot};
 use crate::force::contact::Engaged;
+use crate::learn::cells::{Along, OtherGeometry};
+use crate::learn::linear::median;
+use crate::learn::samples::{Base, Class};
+use crate::learn::table::Quantity;
+use crate::learn::timeline::{Doing, Spot};
 
 /// Most weight of samples while the spindle runs up, or changes tools.
 const RUN_UP_WEIGHT: f64 = 1e-3;
@@ -23,7 +23,7 @@ const DOUBT: f64 = 2.5;
 
 impl Along<'_> {
     /// Load of each spot by the declared coefficients in each geometry, for weights only.
-    pub(super) fn rough_loads(&self, quantity: Option<Quantity>, base: &[Base]) -> Vec<Vec<f64>> {
+    pub(in crate::learn) fn rough_loads(&self, quantity: Option<Quantity>, base: &[Base]) -> Vec<Vec<f64>> {
         let value = |b: &Base| b.prior.map_or(if b.class == Class::Tare { 0.0 } else { 1.0 }, |(mean, _)| mean);
         let load = |spot: &Spot, engaged: &Engaged| -> f64 {
             base.iter().map(|b| Self::column(&b.name, quantity, spot.rps, spot, engaged) * value(b)).sum()
@@ -51,7 +51,7 @@ impl Along<'_> {
 
     /// Variance with which the load of a cell is known, over that of the mean of its readings, which have these weights: nobody
     /// knows the load while the spindle changes its speed; just after that its own weight says nothing of it.
-    pub(super) fn load_doubt(&self, last: usize, weights: &[f64]) -> f64 {
+    pub(in crate::learn) fn load_doubt(&self, last: usize, weights: &[f64]) -> f64 {
         let spot = |k: usize| self.spot[k].map(|s| &self.known.timeline.spots[s]);
         let rps = |k: usize| spot(k).map_or(0.0, |spot| self.rps(k, spot));
         let before = last.saturating_sub(1);
@@ -67,7 +67,7 @@ impl Along<'_> {
     }
 
     /// Weights of the `valid` samples of `values`.
-    pub(super) fn weights(&self, valid: &[usize], values: &[f64], loads: &[Vec<f64>]) -> Vec<f64> {
+    pub(in crate::learn) fn weights(&self, valid: &[usize], values: &[f64], loads: &[Vec<f64>]) -> Vec<f64> {
         let sigma = noise(valid, values);
         let axes = self.axes_shown(valid, values);
         let settles: Vec<(usize, bool)> = valid.iter().map(|&i| (i, self.speed_settles(i))).collect();
@@ -139,7 +139,7 @@ fn weight_of(error: f64, sigma: f64) -> f64 {
 }
 
 /// Samples of each cell: neighbours that are all sure or all doubtful, and no more than the number of cells asks for.
-pub(super) fn cell_sizes(weights: &[f64], count: usize) -> Vec<usize> {
+pub(in crate::learn) fn cell_sizes(weights: &[f64], count: usize) -> Vec<usize> {
     let most = weights.len().div_ceil(count).max(1);
     let sure = |weight: &f64| *weight > 0.5;
     let stretches = weights.chunk_by(|a, b| sure(a) == sure(b)).map(<[f64]>::len);

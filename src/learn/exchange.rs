@@ -2,16 +2,16 @@
 //! model with the rival, which has to show all that an added effect has to, and to leave less than the effect on data left
 //! out.
 
-use super::diagnose::{Diagnosis, MARGIN};
-use super::fit::Fitted;
-use super::report::Rejected;
-use super::split::held_out_residuals;
-use super::trial::chance;
 use crate::effects::Effect;
+use crate::learn::diagnose::{Diagnosis, MARGIN};
+use crate::learn::fit::Fitted;
+use crate::learn::report::Rejected;
+use crate::learn::split::held_out_residuals;
+use crate::learn::trial::chance;
 
 impl Diagnosis<'_> {
     /// The best rival of the effect `own` beside the others, where `found` has `own` with the score `same`.
-    pub(super) fn replacement(
+    pub(in crate::learn) fn replacement(
         &mut self,
         without_it: &Fitted,
         found: &Fitted,
@@ -38,12 +38,12 @@ impl Diagnosis<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::diagnose::Options;
-    use super::super::fit::fit;
-    use super::super::samples::{Base, Class, Data, UNBOUNDED};
-    use super::super::split::Split;
     use super::*;
     use crate::effects::{State, named};
+    use crate::learn::diagnose::Options;
+    use crate::learn::fit::fit;
+    use crate::learn::samples::{Base, Class, Data, UNBOUNDED};
+    use crate::learn::split::Split;
     use crate::path::Vec3;
 
     const BLOCKS: usize = 24;

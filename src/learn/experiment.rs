@@ -6,21 +6,21 @@
 //! the whole run, is written. The run is taken to follow the log, with the same edge and a warm machine, on a fresh block.
 //! Out: [`Experiment`].
 
-use super::acting::Use;
-use super::align::Aligned;
-use super::candidates::starts;
-use super::cells::{Known, cells, channels};
-use super::columns::DataError;
-use super::diagnose::whitened;
-use super::fit::{Fitted, fit, predict};
-use super::forces::Sample;
-use super::log::Log;
-use super::passes::{Action, Pass, program};
-use super::plan::block;
-use super::report::{Added, Confounded, LearnReport};
-use super::samples::Data;
-use super::session::{MEAN_FORCE, Prepared, prepare_for};
 use crate::effects::{self, State};
+use crate::learn::acting::Use;
+use crate::learn::align::Aligned;
+use crate::learn::candidates::starts;
+use crate::learn::cells::{Known, cells, channels};
+use crate::learn::columns::DataError;
+use crate::learn::diagnose::whitened;
+use crate::learn::fit::{Fitted, fit, predict};
+use crate::learn::forces::Sample;
+use crate::learn::log::Log;
+use crate::learn::passes::{Action, Pass, program};
+use crate::learn::plan::block;
+use crate::learn::report::{Added, Confounded, LearnReport};
+use crate::learn::samples::Data;
+use crate::learn::session::{MEAN_FORCE, Prepared, prepare_for};
 use crate::machine::{Box3, Job, Tool};
 
 /// A programme of cuts on which rivals differ.
@@ -112,7 +112,7 @@ pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -
 fn imagined(prepared: &Prepared, job: &Job, channel_names: &[String]) -> Data {
     let count = (prepared.timeline().total_s() * RATE_HZ) as usize;
     let time_s: Vec<f64> = (0..count).map(|k| (k as f64 + 0.5) / RATE_HZ).collect();
-    let known_name = |name: &String| super::log::MEASURED.iter().copied().find(|m| name.starts_with(m));
+    let known_name = |name: &String| crate::learn::log::MEASURED.iter().copied().find(|m| name.starts_with(m));
     let measured = channel_names.iter().filter_map(known_name).map(|name| (name, vec![0.0; count])).collect();
     let each_s = vec![0.0; time_s.len()];
     let aligned = Aligned { program_s: time_s.clone(), method: "position", each_s, ..Aligned::default() };

@@ -1,14 +1,14 @@
 //! Fits base coefficients and the parameters of effects together.
 //!
 //! Model of a reading: y = measure(Σ_b β_b·X_b(θ)), where X(θ) are the columns of [`Data`] as the effects change them:
-//! see [`super::acting`]; the drive adds the excess c·(P/P_max)^p. β and θ minimise
+//! see [`crate::learn::acting`]; the drive adds the excess c·(P/P_max)^p. β and θ minimise
 //! Σ w (y − ŷ)² + Σ ((β − prior)/sd)²·σ² by damped Gauss–Newton (Levenberg–Marquardt), analytic in β, by differences in
 //! θ, with β and θ kept inside their bounds; after every step of θ β is solved for anew.
 
-use super::acting::{
+use crate::learn::acting::{
     Acting, Use, acting, before_drive, changed_columns, kept, load, measured, slope_of_reading, together, top_reading,
 };
-use super::samples::Data;
+use crate::learn::samples::Data;
 use nalgebra::{DMatrix, DVector};
 
 /// Base coefficients and effects.
@@ -240,7 +240,7 @@ impl<'a> Search<'a> {
     }
 
     fn prior(&self, base: &[f64]) -> f64 {
-        let pull = |(spec, value): (&super::samples::Base, &f64)| {
+        let pull = |(spec, value): (&crate::learn::samples::Base, &f64)| {
             spec.prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).powi(2))
         };
         self.data.base.iter().zip(base).map(pull).sum()
@@ -354,10 +354,10 @@ fn condition_of(normal: &DMatrix<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::candidates::starts;
-    use super::super::samples::{Base, Class, UNBOUNDED};
     use super::*;
     use crate::effects::{State, named};
+    use crate::learn::candidates::starts;
+    use crate::learn::samples::{Base, Class, UNBOUNDED};
 
     /// Cuts of an edge that has grown by two thirds at the end.
     fn worn() -> Data {

@@ -5,7 +5,7 @@
 //! instantaneous; the magnitude of the mean vector where samples are means (over whole turns), which is compared with the
 //! predicted magnitude of the mean force. A magnitude is the same on the tool and on the workpiece.
 
-use super::log::Log;
+use crate::learn::log::Log;
 use std::collections::VecDeque;
 
 /// What a sample of a force is.
@@ -43,7 +43,7 @@ pub fn resultant(log: &mut Log, sample: Sample, window_s: Option<f64>) {
 /// One turn of the spindle as logged.
 fn turn_s(log: &Log) -> f64 {
     let running: Vec<f64> = log.rps.iter().flatten().copied().filter(|n| *n > 0.1).collect();
-    if running.is_empty() { WINDOW_S } else { 1.0 / super::linear::median(&running) }
+    if running.is_empty() { WINDOW_S } else { 1.0 / crate::learn::linear::median(&running) }
 }
 
 /// Largest value within half a window on either side.

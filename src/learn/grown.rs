@@ -2,13 +2,13 @@
 //! first for a usual size of each change, then for the sizes that were found: the cut is linear in them only about where it
 //! was simulated.
 
-use super::cells::OtherGeometry;
-use super::forces::Sample;
-use super::report::LearnReport;
-use super::samples::Variant;
-use super::session::Prepared;
-use super::timeline::{Timeline, engaged_otherwise};
 use crate::engage::{Loader, Options, engage};
+use crate::learn::cells::OtherGeometry;
+use crate::learn::forces::Sample;
+use crate::learn::report::LearnReport;
+use crate::learn::samples::Variant;
+use crate::learn::session::Prepared;
+use crate::learn::timeline::{Timeline, engaged_otherwise};
 use crate::machine::Job;
 use crate::nc::Toolpath;
 use rayon::prelude::*;
@@ -24,7 +24,7 @@ const ANOTHER: f64 = 0.02;
 
 /// How the stock and the tool differ from the declared ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sizes {
+pub(in crate::learn) struct Sizes {
     /// Stock higher by, mm.
     top_mm: f64,
     /// Stock wider on each side by, mm.
@@ -37,14 +37,14 @@ pub(super) struct Sizes {
 
 impl Sizes {
     /// Usual ones.
-    pub(super) fn usual(job: &Job) -> Self {
+    pub(in crate::learn) fn usual(job: &Job) -> Self {
         let diameters: Vec<f64> = job.tools.iter().map(|t| t.diameter_mm).collect();
-        let diameter_mm = -SHRUNK * super::linear::median(&diameters);
+        let diameter_mm = -SHRUNK * crate::learn::linear::median(&diameters);
         Self { top_mm: GROWN_MM, side_mm: GROWN_MM, diameter_mm, top_over_side: false }
     }
 
     /// Those of the effects found, usual ones for the rest; `None` where none is found.
-    pub(super) fn found(job: &Job, report: &LearnReport) -> Option<Self> {
+    pub(in crate::learn) fn found(job: &Job, report: &LearnReport) -> Option<Self> {
         let value = |effect: &str, parameter: &str| {
             let effect = report.effects.iter().find(|e| e.name == effect)?;
             let value = effect.parameters.iter().find(|p| p.name == parameter)?.value;
@@ -63,7 +63,7 @@ impl Sizes {
     }
 
     /// Are these so near to the others that nothing new would be seen?
-    pub(super) fn is_near(&self, other: &Self) -> bool {
+    pub(in crate::learn) fn is_near(&self, other: &Self) -> bool {
         let near = |a: f64, b: f64| (a - b).abs() <= ANOTHER * b.abs();
         near(self.top_mm, other.top_mm)
             && near(self.side_mm, other.side_mm)
@@ -73,7 +73,7 @@ impl Sizes {
 }
 
 /// Engagement of the spots with each of these changes.
-pub(super) fn grown(
+pub(in crate::learn) fn grown(
     path: &Toolpath,
     timeline: &Timeline,
     job: &Job,
@@ -109,13 +109,13 @@ pub(super) fn grown(
 }
 
 /// How engagement is worked out for a log.
-pub(super) fn options(loader: Option<Loader<'_>>) -> Options<'_> {
+pub(in crate::learn) fn options(loader: Option<Loader<'_>>) -> Options<'_> {
     Options { spacing_mm: SPACING_MM, loader, ..Options::default() }
 }
 
 impl Prepared {
     /// Engagement with the stock and the tool that were found.
-    pub(super) fn grown_as(&self, job: &Job, sizes: Sizes, loader: Option<Loader>) -> Vec<OtherGeometry> {
+    pub(in crate::learn) fn grown_as(&self, job: &Job, sizes: Sizes, loader: Option<Loader>) -> Vec<OtherGeometry> {
         grown(self.toolpath(), self.timeline(), job, sizes, self.forces, loader)
     }
 }

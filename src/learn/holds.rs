@@ -1,8 +1,8 @@
 //! Where a program was held: in a log found in it by the load, times over which the program stands. In: the match. Out: a clock
 //! of the log that stands with the program, on which the drift is smooth; pauses for the report.
 
-use super::drift::{Drift, interpolated};
-use super::matching::Match;
+use crate::learn::drift::{Drift, interpolated};
+use crate::learn::matching::Match;
 
 /// Shortest stand of the program that is taken for a hold, s.
 const HOLD_S: f64 = 1.5;
@@ -10,10 +10,10 @@ const HOLD_S: f64 = 1.5;
 const ABOUT_HOLD_S: f64 = 8.0;
 
 /// Stretches of the log in which the program stood: (from, to), s.
-pub(super) struct Holds(pub(super) Vec<(f64, f64)>);
+pub(in crate::learn) struct Holds(pub(in crate::learn) Vec<(f64, f64)>);
 
 impl Holds {
-    pub(super) fn new(found: &Match) -> Self {
+    pub(in crate::learn) fn new(found: &Match) -> Self {
         let at = |i: usize| i as f64 * found.step_s;
         let mut all = Vec::new();
         let mut from = 0;
@@ -32,12 +32,12 @@ impl Holds {
     }
 
     /// Time of the log less what it was held before.
-    pub(super) fn running_s(&self, log_s: f64) -> f64 {
+    pub(in crate::learn) fn running_s(&self, log_s: f64) -> f64 {
         log_s - self.0.iter().map(|(from, to)| (log_s.min(*to) - from).max(0.0)).sum::<f64>()
     }
 
     /// Pauses: the holds, as long as the drift about them says, and what the drift shows beside them. (time in the log, length)
-    pub(super) fn pauses(&self, walk: &Drift) -> Vec<(f64, f64)> {
+    pub(in crate::learn) fn pauses(&self, walk: &Drift) -> Vec<(f64, f64)> {
         let begins: Vec<f64> = self.0.iter().map(|(from, _)| self.running_s(*from)).collect();
         let near = |running_s: f64| begins.iter().any(|b| (b - running_s).abs() < ABOUT_HOLD_S);
         let beside = walk.pauses.iter().filter(|p| p.1 > 0.0).map(|(t, s)| (walk.log_s(*t), *s));

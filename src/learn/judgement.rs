@@ -1,20 +1,20 @@
 //! The answer of a diagnosis. In: base model and final model. Out: [`LearnReport`] with errors on data that neither was
 //! fitted on, what is left, and the verdict.
 
-use super::acting::Use;
-use super::diagnose::Diagnosis;
-use super::fit::{Fitted, fit};
-use super::report::{Added, ChannelError, Errors, LearnReport, Transfer, Unexplained, Value};
-use super::residual::{is_series, noise_floor, patterns};
-use super::samples::Data;
-use super::split::{held_out_residuals, without};
+use crate::learn::acting::Use;
+use crate::learn::diagnose::Diagnosis;
+use crate::learn::fit::{Fitted, fit};
+use crate::learn::report::{Added, ChannelError, Errors, LearnReport, Transfer, Unexplained, Value};
+use crate::learn::residual::{is_series, noise_floor, patterns};
+use crate::learn::samples::Data;
+use crate::learn::split::{held_out_residuals, without};
 
 /// Share of the residual's variance above which what is left is called structure.
 const STRUCTURE: f64 = 0.15;
 
 impl Diagnosis<'_> {
     /// Errors on data that a model with these effects was not fitted on.
-    pub(super) fn judged(&self, effects: &[Use]) -> Errors {
+    pub(in crate::learn) fn judged(&self, effects: &[Use]) -> Errors {
         let residual = self.unseen(effects);
         errors(self.data, |i| residual[i])
     }
@@ -46,7 +46,7 @@ impl Diagnosis<'_> {
         (0..self.data.len()).filter(|i| self.split.test[*i]).all(|i| trained.contains(&self.data.kind[i]))
     }
 
-    pub(super) fn report(&mut self, base: &Fitted, fitted: &Fitted) -> LearnReport {
+    pub(in crate::learn) fn report(&mut self, base: &Fitted, fitted: &Fitted) -> LearnReport {
         let data = self.data;
         let errors_of = |f: &Fitted, d: &Data| errors(d, |i| d.reading[i] - f.predicted[i]);
         let effects = fitted.model.effects.iter().enumerate().map(|(e, each)| self.added(e, each, fitted)).collect();
@@ -138,7 +138,7 @@ pub fn errors(data: &Data, residual: impl Fn(usize) -> f64) -> Errors {
 }
 
 fn values(data: &Data, fitted: &Fitted) -> Vec<Value> {
-    let value = |(b, base): (usize, &super::samples::Base)| Value {
+    let value = |(b, base): (usize, &crate::learn::samples::Base)| Value {
         name: base.name.clone(),
         value: fitted.model.base[b],
         std_error: fitted.std_error(b),
@@ -152,7 +152,7 @@ fn covariance(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
     (0..p).map(|a| (0..p).map(|b| fitted.covariance[(a, b)]).collect()).collect()
 }
 
-pub(super) fn unexplained(data: &Data, fitted: &Fitted, seed: u64) -> Option<Unexplained> {
+pub(in crate::learn) fn unexplained(data: &Data, fitted: &Fitted, seed: u64) -> Option<Unexplained> {
     let residual = fitted.residuals(data);
     let least = if is_series(data) { STRUCTURE } else { 2.0 * STRUCTURE };
     let strongest = patterns(data, &residual, &fitted.predicted, seed).into_iter().next()?;
@@ -160,7 +160,7 @@ pub(super) fn unexplained(data: &Data, fitted: &Fitted, seed: u64) -> Option<Une
         .then_some(Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along })
 }
 
-pub(super) fn verdict(report: &LearnReport) -> String {
+pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
     let names: Vec<&str> = report.effects.iter().map(|e| e.name.as_str()).collect();
     let (before, after) = (report.base_test.rmse, report.final_test.rmse);
     let found = match names.as_slice() {

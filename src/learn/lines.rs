@@ -3,14 +3,14 @@
 //! Runs of equal lines are matched in order to the legs of the program (spots of one line that follow each other). Where
 //! one run ends and the next begins, the boundary of their legs was passed between two samples: an observation of the drift
 //! of the log's clock against the program's, with the variance of a uniform distribution. The drift is smoothed
-//! ([`super::drift`]), so that many boundaries place every sample much better than its own two. The machine's acceleration
+//! ([`crate::learn::drift`]), so that many boundaries place every sample much better than its own two. The machine's acceleration
 //! is the one under which the drift is the least surprising.
 
-use super::align::{Aligned, median_step, typical};
-use super::clock::{Clock, Slower};
-use super::drift::{Drift, Seen, drift};
-use super::log::Log;
-use super::timeline::Timeline;
+use crate::learn::align::{Aligned, median_step, typical};
+use crate::learn::clock::{Clock, Slower};
+use crate::learn::drift::{Drift, Seen, drift};
+use crate::learn::log::Log;
+use crate::learn::timeline::Timeline;
 
 /// By how much a slower machine must be likelier than the declared one, nats.
 const SLOWER_PAYS: f64 = 10.0;

@@ -1,27 +1,27 @@
 //! The load of a log as it is searched for in a program. In: log, measured quantity. Out: at most some thousand points, or means
 //! over a grid; both keep away from gaps, of which nothing is known.
 
-use super::holds::Holds;
-use super::log::{Log, gaps};
+use crate::learn::holds::Holds;
+use crate::learn::log::{Log, gaps};
 
 /// Most measured points that are looked at.
 const MOST_POINTS: f64 = 8000.0;
 
 /// The measured load, thinned.
-pub(super) struct Measured {
+pub(in crate::learn) struct Measured {
     /// Middle of each point, s.
-    pub(super) time_s: Vec<f64>,
+    pub(in crate::learn) time_s: Vec<f64>,
     /// Load there.
-    pub(super) load: Vec<f64>,
+    pub(in crate::learn) load: Vec<f64>,
     /// Time over which a point is a mean, s.
-    pub(super) span_s: f64,
+    pub(in crate::learn) span_s: f64,
     /// Stretches in which nothing was measured: from, to, s.
-    pub(super) gaps: Vec<[f64; 2]>,
+    pub(in crate::learn) gaps: Vec<[f64; 2]>,
 }
 
 impl Measured {
     /// What was measured while the program went on, at the times less the holds.
-    pub(super) fn without(&self, holds: &Holds) -> Self {
+    pub(in crate::learn) fn without(&self, holds: &Holds) -> Self {
         let inside = |t: f64| holds.0.iter().any(|(from, to)| t > *from && t < *to);
         let kept: Vec<usize> = (0..self.time_s.len()).filter(|i| !inside(self.time_s[*i])).collect();
         Self {
@@ -34,7 +34,7 @@ impl Measured {
 }
 
 /// Means of a few readings each, never over a gap.
-pub(super) fn thinned(log: &Log, index: usize) -> Option<Measured> {
+pub(in crate::learn) fn thinned(log: &Log, index: usize) -> Option<Measured> {
     let values = &log.measured[index].1;
     let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
     let times: Vec<f64> = known.iter().map(|i| log.time_s[*i]).collect();
@@ -55,7 +55,7 @@ pub(super) fn thinned(log: &Log, index: usize) -> Option<Measured> {
 }
 
 /// Means of the load over a grid, NaN in gaps; other steps without a reading take the value before.
-pub(super) fn gridded(measured: &Measured, step: f64) -> Vec<f64> {
+pub(in crate::learn) fn gridded(measured: &Measured, step: f64) -> Vec<f64> {
     let count = (measured.time_s.last().copied().unwrap_or(0.0) / step) as usize + 1;
     let (mut sums, mut counts) = (vec![0.0; count], vec![0.0; count]);
     for (t, v) in measured.time_s.iter().zip(&measured.load) {

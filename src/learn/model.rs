@@ -3,8 +3,8 @@
 //! Normal and axial coefficients that were not measured keep their ratio to the tangential ones of the setup (or Xu's
 //! ratios where the setup has none).
 
-use super::calibrate::Calibration;
-use super::report::{LearnReport, Value};
+use crate::learn::calibrate::Calibration;
+use crate::learn::report::{LearnReport, Value};
 use crate::machine::Job;
 use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process, SHARES};
 

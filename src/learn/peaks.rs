@@ -4,13 +4,13 @@
 //! A force is homogeneous of the first degree in its coefficients: its derivatives by them, times these, add up to it. A peak
 //! jumps from one angle of the turn to another as coefficients and runout change: [`About`] says where the changes are taken.
 
-use super::fine::FineRings;
-use super::forces::Sample;
-use super::runouts::{RunoutGrid, Runouts};
-use super::turn::Turn;
 use crate::engage::{EngagedArc, EngagementMap, Station};
 use crate::force::contact::{Engaged, engaged as geometry};
 use crate::force::{Cut, Cutter, Loads};
+use crate::learn::fine::FineRings;
+use crate::learn::forces::Sample;
+use crate::learn::runouts::{RunoutGrid, Runouts};
+use crate::learn::turn::Turn;
 use crate::machine::material::{ForceModel, LinearEdge, Material, Process};
 use crate::machine::{Job, Runout};
 use crate::nc::Move;
@@ -22,16 +22,16 @@ const SAME_RAD: f32 = 5e-4;
 
 /// Runouts at which forces are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct About {
+pub(in crate::learn) struct About {
     /// The runouts.
-    pub(super) grid: RunoutGrid,
+    pub(in crate::learn) grid: RunoutGrid,
     /// Coefficients in the plane, in place of the declared ones.
-    pub(super) coefficients: Option<LinearEdge>,
+    pub(in crate::learn) coefficients: Option<LinearEdge>,
 }
 
 /// Cutters with one coefficient at a time a little larger, round and with runout.
-pub(super) struct Forces<'a> {
-    pub(super) map: &'a EngagementMap,
+pub(in crate::learn) struct Forces<'a> {
+    pub(in crate::learn) map: &'a EngagementMap,
     job: &'a Job,
     /// The force that is asked for: a peak, or the magnitude of the mean vector.
     wanted: Option<Sample>,
@@ -54,11 +54,16 @@ struct Probe {
 }
 
 impl<'a> Forces<'a> {
-    pub(super) fn new(map: &'a EngagementMap, job: &'a Job, wanted: Option<Sample>, about: Option<About>) -> Self {
+    pub(in crate::learn) fn new(
+        map: &'a EngagementMap,
+        job: &'a Job,
+        wanted: Option<Sample>,
+        about: Option<About>,
+    ) -> Self {
         Self { map, job, wanted, about, known: Vec::new(), met: HashMap::new() }
     }
 
-    pub(super) fn engaged(
+    pub(in crate::learn) fn engaged(
         &mut self,
         motion: &Move,
         station: &Station,

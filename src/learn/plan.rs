@@ -5,14 +5,14 @@
 //! four feeds at half a diameter of depth, so that removal and contact rate vary apart; *mean-force*: an L9 of depth, width
 //! and feed, deepest first; *layer*: a ball end in steps of R/10 of depth, two widths by two feeds at each, so that the
 //! difference of two steps is the force of one layer. The conditioning is that of the fit itself: the cuts with readings by
-//! the declared coefficients and 3 % noise go through [`super::calibrate`].
+//! the declared coefficients and 3 % noise go through [`crate::learn::calibrate`].
 
-use super::calibrate::{CalibrateOptions, ball_layer, calibrate, mean_force_columns};
-use super::chance::Chance;
-use super::columns::{DataError, read};
-use super::passes::{Action, Pass, program};
-use super::report::Value;
-use super::table::{SteadyRow, TableTool, row_rates, rows};
+use crate::learn::calibrate::{CalibrateOptions, ball_layer, calibrate, mean_force_columns};
+use crate::learn::chance::Chance;
+use crate::learn::columns::{DataError, read};
+use crate::learn::passes::{Action, Pass, program};
+use crate::learn::report::Value;
+use crate::learn::table::{SteadyRow, TableTool, row_rates, rows};
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Box3, Job, Shape, StockShape, Tool};
 use crate::units::{rpm_from_rps, rps_from_rpm};
@@ -130,7 +130,7 @@ fn speed(job: &Job, tool: &Tool, k: &LinearEdge) -> f64 {
 }
 
 /// The box of the setup's first stock.
-pub(super) fn block(job: &Job) -> Result<Box3, DataError> {
+pub(in crate::learn) fn block(job: &Job) -> Result<Box3, DataError> {
     match job.stocks.first().map(|stock| &stock.shape) {
         Some(StockShape::Box(block)) => Ok(*block),
         _ => Err(DataError::Unfit("test cuts need a stock that is a box: [stock] box = { min = …, max = … }".into())),

@@ -1,8 +1,8 @@
 //! Why no model file should rest on coefficients. In: parameters of a fit, what the setup declares. Out: one clause for each
 //! doubt, with the likely cause.
 
-use super::columns::DataError;
-use super::report::Value;
+use crate::learn::columns::DataError;
+use crate::learn::report::Value;
 
 /// Tangential cutting coefficients of materials that are milled, wood to superalloys, N/mm².
 const METALS: [f64; 2] = [20.0, 20_000.0];

@@ -3,13 +3,13 @@
 //! Each test gives its own (K_t, K_r) by inverting the 2 × 2 system of its mean forces; the polynomials are regressed on
 //! those. Of the eleven terms only the subset is kept that predicts left-out tests best, grown one term at a time.
 
-use super::calibrate::{Calibration, mean_force_columns, rms};
-use super::columns::{DataError, Frame};
-use super::judgement::errors;
-use super::linear::{Fit, least_squares, leave_one_out};
-use super::report::Value;
-use super::samples::Data;
-use super::table::SteadyRow;
+use crate::learn::calibrate::{Calibration, mean_force_columns, rms};
+use crate::learn::columns::{DataError, Frame};
+use crate::learn::judgement::errors;
+use crate::learn::linear::{Fit, least_squares, leave_one_out};
+use crate::learn::report::Value;
+use crate::learn::samples::Data;
+use crate::learn::table::SteadyRow;
 use crate::units::rpm_from_rps;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 

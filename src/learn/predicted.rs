@@ -1,15 +1,15 @@
 //! The load that a program should take over time, in parts whose factors a log says. In: timeline, job, other geometries, the
 //! clock of a machine, a lag. Out: [`Predicted`], means over the span of a reading, on a grid of time.
 
-use super::cells::Known;
-use super::clock::Clock;
-use super::timeline::{Doing, Timeline};
 use crate::force::contact::Engaged;
+use crate::learn::cells::Known;
+use crate::learn::clock::Clock;
+use crate::learn::timeline::{Doing, Timeline};
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Job, Tool};
 
 /// Parts of a load: tare, cutting, edge, run-up; what other geometries add, and what an entry may.
-pub(super) const PARTS: usize = 8;
+pub(in crate::learn) const PARTS: usize = 8;
 /// Those that a load always has.
 const SURE: usize = 4;
 /// Factors on the parts before they are fitted.
@@ -18,10 +18,10 @@ const BEFORE_FIT: [f64; PARTS] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 const ENTRY_MM: f64 = 10.0;
 
 /// One spot's parts: the sure ones as they are, of the others what cutting adds per mm/s and what edges add.
-pub(super) type Part = ([f64; SURE], [[f64; 2]; PARTS - SURE]);
+pub(in crate::learn) type Part = ([f64; SURE], [[f64; 2]; PARTS - SURE]);
 
 /// Adds what the other geometries change, and what an entry may add: the load, falling to nothing over [`ENTRY_MM`].
-pub(super) fn with_doubtful(parts: &mut [Part], known: &Known) {
+pub(in crate::learn) fn with_doubtful(parts: &mut [Part], known: &Known) {
     let mut since_mm = 0.0;
     for (k, (spot, (sure, more))) in known.timeline.spots.iter().zip(parts.iter_mut()).enumerate() {
         let Some(coefficients) = known.job.tool(spot.tool).map(|tool| coefficients(known.job, tool)) else { continue };
@@ -50,7 +50,7 @@ fn of_cut(k: &LinearEdge, e: &Engaged, rps: f64) -> [f64; 2] {
 
 /// Parts of the load of every spot by the declared coefficients: tare, cutting per mm/s, edge, and what the mass of the
 /// spindle takes at the end of its run-up (in units of the tare).
-pub(super) fn parts(timeline: &Timeline, job: &Job, force: bool) -> Vec<Part> {
+pub(in crate::learn) fn parts(timeline: &Timeline, job: &Job, force: bool) -> Vec<Part> {
     let none = [[0.0; 2]; PARTS - SURE];
     timeline
         .spots
@@ -73,15 +73,15 @@ pub(super) fn parts(timeline: &Timeline, job: &Job, force: bool) -> Vec<Part> {
 }
 
 /// Predicted parts of the load over program time.
-pub(super) struct Predicted {
+pub(in crate::learn) struct Predicted {
     step_s: f64,
-    pub(super) parts: [Vec<f64>; PARTS],
+    pub(in crate::learn) parts: [Vec<f64>; PARTS],
     /// Factors on the parts.
-    pub(super) factors: [f64; PARTS],
+    pub(in crate::learn) factors: [f64; PARTS],
 }
 
 impl Predicted {
-    pub(super) fn new(timeline: &Timeline, clock: &Clock, parts: &[Part], lag_s: f64, span_s: f64) -> Self {
+    pub(in crate::learn) fn new(timeline: &Timeline, clock: &Clock, parts: &[Part], lag_s: f64, span_s: f64) -> Self {
         let step_s = f64::max(0.02, clock.total_s() / 200_000.0);
         let count = (clock.total_s() / step_s) as usize + 1;
         let mut out: [Vec<f64>; PARTS] = std::array::from_fn(|_| Vec::with_capacity(count));
@@ -111,12 +111,12 @@ impl Predicted {
     }
 
     /// The same with other factors.
-    pub(super) fn with(&self, factors: [f64; PARTS]) -> Self {
+    pub(in crate::learn) fn with(&self, factors: [f64; PARTS]) -> Self {
         Self { factors, parts: self.parts.clone(), ..*self }
     }
 
     /// Linear between the middles of the steps, nothing outside the program.
-    pub(super) fn part(&self, b: usize, t: f64) -> f64 {
+    pub(in crate::learn) fn part(&self, b: usize, t: f64) -> f64 {
         let (part, at) = (&self.parts[b], t / self.step_s);
         if at < 0.0 || at >= part.len() as f64 {
             return 0.0;
@@ -127,22 +127,22 @@ impl Predicted {
         part[k] + (past - k as f64) * (next - part[k])
     }
 
-    pub(super) fn at(&self, t: f64) -> f64 {
+    pub(in crate::learn) fn at(&self, t: f64) -> f64 {
         (0..PARTS).map(|b| self.factors[b] * self.part(b, t)).sum()
     }
 
     /// Change per second over `width` seconds.
-    pub(super) fn slope(&self, t: f64, width: f64) -> f64 {
+    pub(in crate::learn) fn slope(&self, t: f64, width: f64) -> f64 {
         (self.at(t + 0.5 * width) - self.at(t - 0.5 * width)) / width
     }
 
     /// Means over the steps of a grid.
-    pub(super) fn on_grid(&self, total_s: f64, step_s: f64) -> Vec<f64> {
+    pub(in crate::learn) fn on_grid(&self, total_s: f64, step_s: f64) -> Vec<f64> {
         (0..(total_s / step_s) as usize).map(|i| self.mean((i as f64 + 0.5) * step_s, step_s)).collect()
     }
 
     /// Mean over `width` seconds.
-    pub(super) fn mean(&self, t: f64, width: f64) -> f64 {
+    pub(in crate::learn) fn mean(&self, t: f64, width: f64) -> f64 {
         (-2..=2).map(|k| self.at(t + width * f64::from(k) / 5.0)).sum::<f64>() / 5.0
     }
 }

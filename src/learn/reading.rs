@@ -13,11 +13,11 @@
 //! Several tools in one material are averaged by their variances; where they scatter more than those say, the errors grow
 //! by that factor.
 
-use super::calibrate::{Calibration, RATIO_UNCERTAINTY};
-use super::columns::DataError;
-use super::report::Value;
-use super::session::Prepared;
-use super::timeline::Spot;
+use crate::learn::calibrate::{Calibration, RATIO_UNCERTAINTY};
+use crate::learn::columns::DataError;
+use crate::learn::report::Value;
+use crate::learn::session::Prepared;
+use crate::learn::timeline::Spot;
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Job, Shape};
 

@@ -7,9 +7,9 @@
 //! a covariate, learned on the even blocks and scored on the odd ones and the other way round (R²), against the same
 //! score when whole blocks are given the covariate of another block.
 
-use super::chance::Chance;
-use super::samples::Data;
 use crate::effects::{Covariate, State};
+use crate::learn::chance::Chance;
+use crate::learn::samples::Data;
 
 /// A pattern found in a residual.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,8 +6,8 @@
 //! columns ([`Data::variants`]), so that an effect is only ever a cheap change of columns. A table of steady cuts and a log
 //! that was aligned with its program both end as [`Data`].
 
-use super::runouts::RunoutGrid;
 use crate::effects::State;
+use crate::learn::runouts::RunoutGrid;
 
 /// What a base coefficient stands for, and so which effects act on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,24 +1,24 @@
 //! The whole of `learn`: a program, a job and a measured log in; a [`LearnReport`] and the process model out.
 
-use super::acting::Use;
-use super::align::{Aligned, by_position};
-use super::cells::{Channels, Known, OtherGeometry, cells, channels};
-use super::columns::DataError;
-use super::diagnose::{Options, diagnose};
-use super::experiment::used;
-use super::forces::{Sample, resultant};
-use super::grown::{Sizes, grown};
-use super::lines::{by_line, paced};
-use super::loads::by_load;
-use super::log::{Log, read_log};
-use super::peaks::About;
-use super::report::{Alignment, LearnReport, Value};
-use super::runouts::RunoutGrid;
-use super::samples::{Base, Class, Data};
-use super::settled::settled;
-use super::split::by_blocks;
-use super::timeline::{Timeline, speed_ratios, timeline};
 use crate::engage::{EngageError, EngagementMap, Loader, engage};
+use crate::learn::acting::Use;
+use crate::learn::align::{Aligned, by_position};
+use crate::learn::cells::{Channels, Known, OtherGeometry, cells, channels};
+use crate::learn::columns::DataError;
+use crate::learn::diagnose::{Options, diagnose};
+use crate::learn::experiment::used;
+use crate::learn::forces::{Sample, resultant};
+use crate::learn::grown::{Sizes, grown};
+use crate::learn::lines::{by_line, paced};
+use crate::learn::loads::by_load;
+use crate::learn::log::{Log, read_log};
+use crate::learn::peaks::About;
+use crate::learn::report::{Alignment, LearnReport, Value};
+use crate::learn::runouts::RunoutGrid;
+use crate::learn::samples::{Base, Class, Data};
+use crate::learn::settled::settled;
+use crate::learn::split::by_blocks;
+use crate::learn::timeline::{Timeline, speed_ratios, timeline};
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
 use crate::nc::{Environment, Toolpath, interpret, parse};
@@ -54,7 +54,7 @@ pub struct Prepared {
     timeline: Timeline,
     others: Vec<OtherGeometry>,
     slower: Vec<(f64, Vec<f64>)>,
-    pub(super) forces: Option<Sample>,
+    pub(in crate::learn) forces: Option<Sample>,
 }
 
 /// Name of a measured force that is a mean over time.
@@ -87,7 +87,7 @@ pub fn prepare_for(
 ) -> Result<Prepared, LearnError> {
     let program = parse(program.to_vec(), None);
     let path = interpret(&program, &Environment::from_job(job));
-    let map = engage(&path, job, &super::grown::options(loader), &|_| ())?;
+    let map = engage(&path, job, &crate::learn::grown::options(loader), &|_| ())?;
     let timeline = timeline(&path, &map, job, forces);
     let others = grown(&path, &timeline, job, Sizes::usual(job), forces, loader);
     let slower = SLOWER.iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
@@ -184,9 +184,9 @@ pub fn learn_with_data(
         report.verdict = format!("The data do not support a model: {}. {}", doubts.join("; "), report.verdict);
         report.warnings.extend(doubts);
     }
-    if let Some(base) = super::fit::fit(&data, &[], 0) {
-        report.windows = super::windows::windows(&data, &base);
-        report.wear = super::windows::said(&report.windows);
+    if let Some(base) = crate::learn::fit::fit(&data, &[], 0) {
+        report.windows = crate::learn::windows::windows(&data, &base);
+        report.wear = crate::learn::windows::said(&report.windows);
     }
     Ok(Learned { report, data })
 }
@@ -199,7 +199,7 @@ fn refuse_dead(log: &Log) -> Result<(), LearnError> {
         if known.len() < 20 {
             return Err(DataError::Unfit(format!("{name} has only {} values; 20 are the least", known.len())).into());
         }
-        super::plausible::changes(name, lo, hi)?;
+        crate::learn::plausible::changes(name, lo, hi)?;
     }
     Ok(())
 }
@@ -231,7 +231,7 @@ fn doubts(report: &LearnReport, aligned: &Aligned, prepared: &Prepared, log: &Lo
         ));
     }
     let declared = data.base.iter().find(|b| b.name == "k_tc").and_then(|b| b.prior).map(|(value, _)| value);
-    doubts.extend(super::plausible::doubts(&unaided(data), declared));
+    doubts.extend(crate::learn::plausible::doubts(&unaided(data), declared));
     if let Some(ratio) = over_declared(data).filter(|ratio| !(0.05..=20.0).contains(ratio)) {
         doubts.push(format!(
             "the forces would be {ratio:.4} times the declared ones: are the units right, or columns swapped?"
@@ -250,8 +250,8 @@ fn unaided(data: &Data) -> Vec<Value> {
         return Vec::new();
     }
     let base = data.base.iter().cloned().map(|b| Base { prior: None, ..b }).collect();
-    let fitted = super::fit::fit(&Data { base, ..data.clone() }, &[], 0);
-    let value = |(b, f): (usize, &super::fit::Fitted)| Value {
+    let fitted = crate::learn::fit::fit(&Data { base, ..data.clone() }, &[], 0);
+    let value = |(b, f): (usize, &crate::learn::fit::Fitted)| Value {
         name: data.base[b].name.clone(),
         value: f.model.base[b],
         std_error: f.std_error(b),

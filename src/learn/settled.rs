@@ -6,11 +6,11 @@
 //! offset that was found, all ways round; each of the deepest is then followed by damped Gauss–Newton steps, with the forces taken
 //! anew at every place, in a grid that narrows. The measured quantities weigh by what the best fit so far leaves of them.
 
-use super::acting::Use;
-use super::diagnose::weighed_by;
-use super::fit::{Fitted, fit};
-use super::runouts::RunoutGrid;
-use super::samples::Data;
+use crate::learn::acting::Use;
+use crate::learn::diagnose::weighed_by;
+use crate::learn::fit::{Fitted, fit};
+use crate::learn::runouts::RunoutGrid;
+use crate::learn::samples::Data;
 use crate::machine::material::LinearEdge;
 use rayon::prelude::*;
 
@@ -46,7 +46,7 @@ struct Search<'a, F> {
 }
 
 /// Data about the runout that leaves the least; `effects` holds the one found so far.
-pub(super) fn settled<F>(effects: &[Use], coefficients: LinearEdge, about: &F) -> Option<Data>
+pub(in crate::learn) fn settled<F>(effects: &[Use], coefficients: LinearEdge, about: &F) -> Option<Data>
 where
     F: Fn(RunoutGrid, LinearEdge) -> Data + Sync,
 {

@@ -1,11 +1,11 @@
 //! The form of an effect that is in the model already. In: the diagnosis, the model it stands in. Out: the model with the form
 //! that explains clearly more, if there is one.
 
-use super::acting::Use;
-use super::candidates::{is_looked_for, starts};
-use super::diagnose::{Diagnosis, FORM_ROUNDS, remove};
-use super::fit::{Fitted, fit};
-use super::trial::{score_of, unphysical};
+use crate::learn::acting::Use;
+use crate::learn::candidates::{is_looked_for, starts};
+use crate::learn::diagnose::{Diagnosis, FORM_ROUNDS, remove};
+use crate::learn::fit::{Fitted, fit};
+use crate::learn::trial::{score_of, unphysical};
 use rayon::prelude::*;
 
 /// How much more another form of an effect must score: "positive" on the scale of the Bayesian information criterion.
@@ -13,7 +13,7 @@ const FORM_MARGIN: f64 = 2.0;
 
 impl Diagnosis<'_> {
     /// The last effect, if it was looked for, in the shape that suits it.
-    pub(super) fn shaped(&self, found: Fitted) -> Fitted {
+    pub(in crate::learn) fn shaped(&self, found: Fitted) -> Fitted {
         let Some((last, others)) = found.model.effects.split_last().filter(|(u, _)| is_looked_for(u.effect)) else {
             return found;
         };
@@ -35,7 +35,13 @@ impl Diagnosis<'_> {
 
     /// The same effect in the form that suits it beside those that were added after it, every form fitted to its end.
     /// It begins beside the others as they are: without it they stand in for it.
-    pub(super) fn other_form(&self, present: &Fitted, k: usize, without_it: &Fitted, same: f64) -> Option<Fitted> {
+    pub(in crate::learn) fn other_form(
+        &self,
+        present: &Fitted,
+        k: usize,
+        without_it: &Fitted,
+        same: f64,
+    ) -> Option<Fitted> {
         let own = present.model.effects[k].effect;
         if !own.parameters.iter().any(|p| p.neutral.is_some()) || own.parameters.iter().any(|p| p.scanned) {
             return None;

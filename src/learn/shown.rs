@@ -1,13 +1,13 @@
 //! What a report on learning shows: measured and predicted readings in order, before and after, and the mean residual along
 //! every covariate. In: data, report. Out: plain numbers for [`crate::report`].
 
-use super::acting::Use;
-use super::diagnose::whitened;
-use super::experiment::used;
-use super::fit::fit;
-use super::report::LearnReport;
-use super::residual::{COVARIATES, value_of};
-use super::samples::Data;
+use crate::learn::acting::Use;
+use crate::learn::diagnose::whitened;
+use crate::learn::experiment::used;
+use crate::learn::fit::fit;
+use crate::learn::report::LearnReport;
+use crate::learn::residual::{COVARIATES, value_of};
+use crate::learn::samples::Data;
 
 /// One measured quantity over the run.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,16 +9,16 @@
 //! the runout. Chips between zero and the range show only the flank of the sigmoid, so that A1 and x0 hang together: the
 //! curve K_n(t) itself, with its standard error, is what the record gives.
 
-use super::calibrate::Calibration;
-use super::columns::{DataError, Frame};
-use super::judgement::errors;
-use super::nonlinear::{Solution, Variable, levenberg_marquardt};
-use super::report::Value;
-use super::samples::Data;
-use super::table::{Side, SteadyRow};
 use crate::engage::EngagedArc;
 use crate::force::closed::{entry_exit_rad, immersion_rad};
 use crate::force::{Cut, Cutter};
+use crate::learn::calibrate::Calibration;
+use crate::learn::columns::{DataError, Frame};
+use crate::learn::judgement::errors;
+use crate::learn::nonlinear::{Solution, Variable, levenberg_marquardt};
+use crate::learn::report::Value;
+use crate::learn::samples::Data;
+use crate::learn::table::{Side, SteadyRow};
 use crate::machine::material::{ForceModel, Material, Process};
 use crate::machine::{Runout, Shape, Slice, Spindle, Table, Tool};
 use std::f64::consts::{PI, TAU};

@@ -1,15 +1,15 @@
 //! The state in which a sample was taken. In: samples laid along the program. Out: [`State`], what effects depend on.
 
-use super::cells::Along;
-use super::motion::motion;
-use super::timeline::Spot;
 use crate::effects::{Sector, State};
+use crate::learn::cells::Along;
+use crate::learn::motion::motion;
+use crate::learn::timeline::Spot;
 use std::f64::consts::PI;
 
 impl Along<'_> {
     /// Speed along the path, and the acceleration that times this speed is the mean of v·max(0, a): both over the times at
     /// which the sample may have been taken.
-    pub(super) fn motion(&self, i: usize) -> [f64; 2] {
+    pub(in crate::learn) fn motion(&self, i: usize) -> [f64; 2] {
         let by_way = self.aligned.method == "position";
         let program_s = self.aligned.program_s[i];
         let about_s = if by_way { 0.0 } else { self.aligned.each_s[i] };
@@ -34,7 +34,7 @@ impl Along<'_> {
     }
 
     /// State of a cell: where the mean of the times of its samples lies.
-    pub(super) fn state(&self, members: &[usize]) -> State {
+    pub(in crate::learn) fn state(&self, members: &[usize]) -> State {
         let mean = |of: &[f64]| members.iter().map(|i| of[*i]).sum::<f64>() / members.len() as f64;
         let program_s = mean(&self.aligned.program_s);
         let index = self.known.timeline.at(program_s).unwrap_or(0);
@@ -84,7 +84,7 @@ impl Along<'_> {
 }
 
 /// Sliding and volume so far of each spot's tool, and the path since material was met, at the start of each spot.
-pub(super) fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 3]> {
+pub(in crate::learn) fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 3]> {
     let mut sums = vec![[0.0; 3]; tools.len()];
     spots
         .iter()

@@ -1,10 +1,10 @@
 //! Which samples a model is fitted on, chosen on, and finally judged on. Always whole blocks (set-ups, parts, passes or
 //! stretches of time), never neighbouring samples.
 
-use super::acting::Use;
-use super::fit::fit;
-use super::residual::block_names;
-use super::samples::Data;
+use crate::learn::acting::Use;
+use crate::learn::fit::fit;
+use crate::learn::residual::block_names;
+use crate::learn::samples::Data;
 
 /// A split of the samples.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,12 +6,12 @@
 //! their middle; samples closer to its ends than the alignment is certain are left out. Forces in machine axes become x
 //! along the feed and y into the wall. Moves in air give the tare.
 
-use super::align::Aligned;
-use super::columns::{DataError, Frame};
-use super::log::Log;
-use super::table::{Side, SteadyRow};
-use super::timeline::{Doing, Spot, Timeline};
 use crate::force::closed::{Rates, SteadyCut};
+use crate::learn::align::Aligned;
+use crate::learn::columns::{DataError, Frame};
+use crate::learn::log::Log;
+use crate::learn::table::{Side, SteadyRow};
+use crate::learn::timeline::{Doing, Spot, Timeline};
 use crate::machine::Job;
 
 /// Fewest samples of a cut.

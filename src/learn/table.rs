@@ -5,11 +5,11 @@
 //! The model of a row: power = tare + (k_tc Q + k_te A)·1e-3 W; torque = the same over 2πn; load in percent = the same in
 //! percent of an unknown rating. Straight geometry is the base, the path's curvature an effect.
 
-use super::columns::{DataError, Frame};
-use super::runouts::RunoutGrid;
-use super::samples::{Base, Class, Data, UNBOUNDED, Variant, VariantColumns};
 use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
+use crate::learn::columns::{DataError, Frame};
+use crate::learn::runouts::RunoutGrid;
+use crate::learn::samples::{Base, Class, Data, UNBOUNDED, Variant, VariantColumns};
 use crate::machine::Shape;
 use crate::units::{mm_s_from_mm_min, rps_from_rpm};
 use std::f64::consts::{PI, TAU};
@@ -120,7 +120,7 @@ fn or(value: f64, other: f64) -> f64 {
 }
 
 /// What the closed forms need of row `i` (from 0).
-pub(super) fn needs_geometry(row: &SteadyRow, i: usize, frame: &Frame) -> Result<(), DataError> {
+pub(in crate::learn) fn needs_geometry(row: &SteadyRow, i: usize, frame: &Frame) -> Result<(), DataError> {
     let c = &row.cut;
     let geometry = [
         ("diameter_mm (or a setup with the tool)", c.diameter_mm),
@@ -221,11 +221,11 @@ pub fn column_factor(quantity: Quantity, rps: f64) -> f64 {
 pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -> Result<Data, DataError> {
     let spindle = measured_quantity(frame);
     if spindle.is_err() && frame.numbers("force_x_n").is_some() && frame.numbers("force_y_n").is_some() {
-        return super::table_forces::data(frame, table);
+        return crate::learn::table_forces::data(frame, table);
     }
     let (name, quantity, unit) = spindle?;
     let reading: Vec<f64> = frame.needed(name)?.into_iter().map(to_shaft).collect();
-    super::plausible::readable(name, &reading)?;
+    crate::learn::plausible::readable(name, &reading)?;
     if let Some(i) = table.iter().position(|row| quantity == Quantity::Torque && !row.cut.rps.is_finite()) {
         return Err(DataError::Unfit(format!(
             "row {}: spindle_rpm is missing, and a torque is a power over it",
@@ -331,7 +331,7 @@ pub fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> (Vec<usize>, Vec<St
 }
 
 /// States in the order of the rows; what accumulates runs in the order of the tests.
-pub(super) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
+pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
     let mut states = vec![State::default(); table.len()];
     let reference = table.first().map_or(1.0, |row| row.cut.rps);
     let (mut volume, mut sliding, mut clock) = (0.0, 0.0, 0.0);

@@ -1,13 +1,13 @@
 //! Tables of mean forces for the diagnosis: every cut gives two samples, F_x along the feed and F_y into the wall, on the
-//! columns of K_tc, K_rc, K_te, K_re ([`super::calibrate::mean_force_columns`]). Readings and columns are divided by the
+//! columns of K_tc, K_rc, K_te, K_re ([`crate::learn::calibrate::mean_force_columns`]). Readings and columns are divided by the
 //! magnitude of the reading (a tenth of the resultant where it is less), so that errors are relative to each force, as in the calibration.
 
-use super::calibrate::{mean_force_columns, relative_to};
-use super::columns::{DataError, Frame};
-use super::plausible::readable;
-use super::runouts::RunoutGrid;
-use super::samples::{Base, Class, Data, UNBOUNDED};
-use super::table::{SteadyRow, needs_geometry, numbered, states};
+use crate::learn::calibrate::{mean_force_columns, relative_to};
+use crate::learn::columns::{DataError, Frame};
+use crate::learn::plausible::readable;
+use crate::learn::runouts::RunoutGrid;
+use crate::learn::samples::{Base, Class, Data, UNBOUNDED};
+use crate::learn::table::{SteadyRow, needs_geometry, numbered, states};
 
 /// Data of a table of mean forces.
 pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {

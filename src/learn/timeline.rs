@@ -6,12 +6,12 @@
 //! of a spot: removed section a_p·a_e (mm²), area swept by all edges in a revolution (mm²), share of it in the up half
 //! minus the climb half. The arcs of a station belong to its most engaged point; they are scaled to its mean section.
 
-use super::forces::Sample;
-use super::peaks::{About, Forces};
-use super::runouts::Runouts;
 use crate::engage::{EngagementMap, Station};
 use crate::force::contact::Engaged;
 use crate::ids::MoveId;
+use crate::learn::forces::Sample;
+use crate::learn::peaks::{About, Forces};
+use crate::learn::runouts::Runouts;
 use crate::machine::{Job, Machine};
 use crate::nc::{Event, MoveKind, Spin, Toolpath};
 use crate::path::Vec3;
@@ -317,7 +317,7 @@ fn engaged<'a>(
 
 impl Timeline {
     /// The same with the changes by runout taken about a known one and with known coefficients.
-    pub(super) fn with_runouts(
+    pub(in crate::learn) fn with_runouts(
         &self,
         path: &Toolpath,
         map: &EngagementMap,

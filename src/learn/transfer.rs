@@ -1,17 +1,17 @@
 //! What a trial does to data that it was not fitted on. In: the diagnosis with its split, a trial. Out: residuals of blocks
 //! left out, and whether kinds of cuts left out get worse.
 
-use super::candidates::is_looked_for;
-use super::diagnose::Diagnosis;
-use super::fit::{Fitted, fit};
-use super::samples::Data;
-use super::split::{held_out_residuals, improvement_by_block, t_statistic, without};
-use super::trial::{Trial, best_trial};
+use crate::learn::candidates::is_looked_for;
+use crate::learn::diagnose::Diagnosis;
+use crate::learn::fit::{Fitted, fit};
+use crate::learn::samples::Data;
+use crate::learn::split::{held_out_residuals, improvement_by_block, t_statistic, without};
+use crate::learn::trial::{Trial, best_trial};
 use rayon::prelude::*;
 
 impl Diagnosis<'_> {
     /// Held-out residuals with a trial; what was found by scanning is found again without each fold.
-    pub(super) fn unseen_residuals(&self, present: &Fitted, trial: &Trial) -> Vec<f64> {
+    pub(in crate::learn) fn unseen_residuals(&self, present: &Fitted, trial: &Trial) -> Vec<f64> {
         if !is_looked_for(trial.effect) {
             return held_out_residuals(&self.train, &trial.fitted.model.effects, self.split);
         }
@@ -32,7 +32,7 @@ impl Diagnosis<'_> {
         residuals
     }
 
-    pub(super) fn drop_of(&self, before: &[f64], after: &[f64]) -> f64 {
+    pub(in crate::learn) fn drop_of(&self, before: &[f64], after: &[f64]) -> f64 {
         let (mut b, mut a) = (0.0, 0.0);
         for i in self.train.used().filter(|i| before[*i].is_finite() && after[*i].is_finite()) {
             b += self.train.weight[i] * before[i].powi(2);
@@ -42,7 +42,7 @@ impl Diagnosis<'_> {
     }
 
     /// An effect must not make cuts worse that it was not fitted on.
-    pub(super) fn harms_another_kind(&self, present: &Fitted, trial: &Trial) -> Option<String> {
+    pub(in crate::learn) fn harms_another_kind(&self, present: &Fitted, trial: &Trial) -> Option<String> {
         for kind in self.kinds() {
             let members: Vec<usize> = self.data.used().filter(|i| self.data.kind[*i] == kind).collect();
             let others = self.train.with_weights(without(&self.train, |i| self.data.kind[i] == kind));
@@ -76,7 +76,7 @@ impl Diagnosis<'_> {
         None
     }
 
-    pub(super) fn kinds(&self) -> Vec<usize> {
+    pub(in crate::learn) fn kinds(&self) -> Vec<usize> {
         let mut kinds: Vec<usize> = self.data.used().map(|i| self.data.kind[i]).collect();
         kinds.sort_unstable();
         kinds.dedup();

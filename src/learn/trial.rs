@@ -1,11 +1,11 @@
 //! One candidate on top of a model. In: data, the model so far, an effect. Out: its best fit, and what that is worth.
 
-use super::acting::Use;
-use super::candidates::starts;
-use super::fit::{Fitted, fit};
-use super::residual::inflation;
-use super::samples::Data;
 use crate::effects::Effect;
+use crate::learn::acting::Use;
+use crate::learn::candidates::starts;
+use crate::learn::fit::{Fitted, fit};
+use crate::learn::residual::inflation;
+use crate::learn::samples::Data;
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

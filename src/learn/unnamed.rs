@@ -6,10 +6,10 @@
 //! of explains more than the effect does, then the effect only stands in for what is not in the list. And what a pattern
 //! along an effect's own covariate takes away is a misfit of that effect's form before it is another effect.
 
-use super::residual::{COVARIATES, bins_of, value_of};
-use super::samples::Data;
-use super::split::{Split, improvement_by_block, t_statistic};
 use crate::effects::Covariate;
+use crate::learn::residual::{COVARIATES, bins_of, value_of};
+use crate::learn::samples::Data;
+use crate::learn::split::{Split, improvement_by_block, t_statistic};
 
 /// Bins along a covariate.
 const BINS: usize = 10;
@@ -84,7 +84,7 @@ impl Free<'_> {
 }
 
 /// Covariates that none of these effects depends on.
-pub fn foreign(effects: &[super::acting::Use]) -> Vec<Covariate> {
+pub fn foreign(effects: &[crate::learn::acting::Use]) -> Vec<Covariate> {
     let known = |c: &Covariate| effects.iter().any(|u| u.effect.covariates.contains(c));
     COVARIATES.into_iter().filter(|c| !known(c)).collect()
 }

@@ -5,9 +5,9 @@
 //! the share τ of the way, q such that the mean is m: a round tool that meets a wall, or breaks through one, does so with its
 //! foremost point, and the section changes fastest at first.
 
-use super::cells::Along;
-use super::timeline::Doing;
 use crate::force::contact::Engaged;
+use crate::learn::cells::Along;
+use crate::learn::timeline::Doing;
 
 /// Steepest change, as q or 1/q.
 const STEEPEST: f64 = 5.0;
@@ -22,7 +22,7 @@ type End = (usize, f64);
 impl Along<'_> {
     /// Spots whose cuts add up to that at a time, with how much of each, in the engagement `of` the spots. The shares of a cut
     /// that grows or shrinks do not add up to 1.
-    pub(super) fn within<'e>(&self, time_s: f64, of: &impl Fn(usize) -> &'e Engaged) -> [(usize, f64); 3] {
+    pub(in crate::learn) fn within<'e>(&self, time_s: f64, of: &impl Fn(usize) -> &'e Engaged) -> [(usize, f64); 3] {
         let spots = &self.known.timeline.spots;
         let [own, beside] = self.about(time_s);
         let spot = &spots[own.0];
