@@ -12,8 +12,8 @@ use crate::learn::calibrate::{CalibrateOptions, Calibration, calibrate as fit_ta
 use crate::learn::cells::channels;
 use crate::learn::columns::{DataError, Frame};
 use crate::learn::forces::Sample;
-use crate::learn::linear::Loss;
 use crate::learn::log::read_log;
+use crate::learn::regress::linear::Loss;
 use crate::learn::session::{LearnError, Prepared, aligned, prepare_for};
 use crate::learn::steady::steady_cuts;
 use crate::learn::table::SteadyRow;

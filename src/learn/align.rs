@@ -181,5 +181,5 @@ pub(in crate::learn) fn typical(program_s: &[f64], each_s: &[f64]) -> f64 {
 /// Median time from sample to sample, s.
 pub fn median_step(time: &[f64]) -> f64 {
     let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    crate::learn::linear::median(&steps)
+    crate::learn::regress::linear::median(&steps)
 }

@@ -5,8 +5,8 @@
 //! hundredths makes another thing of. Where it feeds none, both factors are nearly 0.
 
 use crate::learn::cells::Along;
-use crate::learn::linear::{Loss, robust};
 use crate::learn::motion::motion;
+use crate::learn::regress::linear::{Loss, robust};
 use crate::learn::timeline::Doing;
 use nalgebra::DMatrix;
 

@@ -15,8 +15,8 @@
 use crate::force::closed::{SteadyCut, immersion_rad};
 use crate::learn::columns::{DataError, Frame};
 use crate::learn::judgement::errors;
-use crate::learn::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
 use crate::learn::plausible::{doubts, readable};
+use crate::learn::regress::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
 use crate::learn::report::{Errors, Value};
 use crate::learn::samples::Data;
 use crate::learn::table::{Quantity, Side, SteadyRow, column_factor, measured_quantity, row_rates};

@@ -7,8 +7,8 @@
 use crate::force::contact::Engaged;
 use crate::learn::align::{Aligned, median_step};
 use crate::learn::doubt::cell_sizes;
-use crate::learn::linear::median;
 use crate::learn::log::{Log, longest_step};
+use crate::learn::regress::linear::median;
 use crate::learn::runouts::{RUNOUT_GRID, RunoutGrid};
 use crate::learn::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
 use crate::learn::situation::cumulated;

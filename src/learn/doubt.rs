@@ -7,7 +7,7 @@
 
 use crate::force::contact::Engaged;
 use crate::learn::cells::{Along, OtherGeometry};
-use crate::learn::linear::median;
+use crate::learn::regress::linear::median;
 use crate::learn::samples::{Base, Class};
 use crate::learn::table::Quantity;
 use crate::learn::timeline::{Doing, Spot};

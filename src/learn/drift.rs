@@ -230,7 +230,7 @@ mod tests {
     /// A clock that walks by 0.02 s in a second, seen every 6 s.
     #[test]
     fn between_observations_it_is_as_uncertain_as_the_clock_walks() {
-        let mut chance = crate::learn::chance::Chance::new(3);
+        let mut chance = crate::learn::regress::random::Chance::new(3);
         let mut normal = || (0..12).map(|_| chance.unit()).sum::<f64>() - 6.0;
         let (mut truth, mut now) = (Vec::new(), 1.0);
         for _ in 0..6000 {

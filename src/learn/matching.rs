@@ -7,7 +7,7 @@
 //! measured (NaN) every lag is as good as any other, and a change of it is all that costs. Offset and stretch are read off
 //! the path; a change of feed override is a run of steps.
 
-use crate::learn::linear::{Loss, robust, scale_of};
+use crate::learn::regress::linear::{Loss, robust, scale_of};
 use nalgebra::DMatrix;
 
 /// Measured load tied to the predicted one.

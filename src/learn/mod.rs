@@ -14,13 +14,13 @@
 //!
 //! [`report`] holds the answer, [`model`] makes a process model of it, [`windows`] follows the coefficients over time.
 
+pub mod regress;
 pub mod acting;
 pub mod align;
 mod axes;
 pub mod calibrate;
 pub mod candidates;
 pub mod cells;
-pub mod chance;
 pub mod clock;
 pub mod columns;
 pub mod diagnose;
@@ -34,7 +34,6 @@ pub mod forces;
 mod grown;
 pub mod judgement;
 pub mod holds;
-pub mod linear;
 pub mod lines;
 pub mod loads;
 pub mod log;
@@ -42,7 +41,6 @@ pub mod matching;
 mod measured;
 pub mod model;
 pub mod motion;
-pub mod nonlinear;
 pub mod passes;
 pub mod peaks;
 pub mod plan;

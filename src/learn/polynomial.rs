@@ -6,7 +6,7 @@
 use crate::learn::calibrate::{Calibration, mean_force_columns, rms};
 use crate::learn::columns::{DataError, Frame};
 use crate::learn::judgement::errors;
-use crate::learn::linear::{Fit, least_squares, leave_one_out};
+use crate::learn::regress::linear::{Fit, least_squares, leave_one_out};
 use crate::learn::report::Value;
 use crate::learn::samples::Data;
 use crate::learn::table::SteadyRow;

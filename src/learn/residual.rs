@@ -8,7 +8,7 @@
 //! score when whole blocks are given the covariate of another block.
 
 use crate::effects::{Covariate, State};
-use crate::learn::chance::Chance;
+use crate::learn::regress::random::Chance;
 use crate::learn::samples::Data;
 
 /// A pattern found in a residual.

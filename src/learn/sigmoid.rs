@@ -15,7 +15,7 @@ use crate::force::{Cut, Cutter};
 use crate::learn::calibrate::Calibration;
 use crate::learn::columns::{DataError, Frame};
 use crate::learn::judgement::errors;
-use crate::learn::nonlinear::{Solution, Variable, levenberg_marquardt};
+use crate::learn::regress::levenberg_marquardt::{Solution, Variable, levenberg_marquardt};
 use crate::learn::report::Value;
 use crate::learn::samples::Data;
 use crate::learn::table::{Side, SteadyRow};

@@ -2,7 +2,7 @@
 //! well the data tell the variables apart. Levenberg–Marquardt with the Jacobian by differences of stated step:
 //! (JᵀJ + λ diag JᵀJ) Δ = −Jᵀr, λ falling on success and rising on failure; steps are clipped to the bounds.
 
-use crate::learn::linear::least_squares;
+use crate::learn::regress::linear::least_squares;
 use nalgebra::{DMatrix, DVector};
 
 /// A variable of the search.
