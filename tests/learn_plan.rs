@@ -10,8 +10,8 @@ mod common {
 use common::follow::{At, Noise, clear_of_ends, follow, job, log};
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, calibrate};
 use feedwright::learn::cells::channels;
-use feedwright::learn::forces::Sample;
 use feedwright::learn::log::read_log;
+use feedwright::learn::log::resultant::Sample;
 use feedwright::learn::plan::{Kind, Plan, plan};
 use feedwright::learn::reading::{coefficients, parse};
 use feedwright::learn::session::{LogOptions, aligned, prepare, run};

@@ -12,7 +12,7 @@ use common::mills::{cutter, mill, named, side_arcs};
 use feedwright::force::Cut;
 use feedwright::force::closed::{entry_exit_rad, immersion_rad};
 use feedwright::learn::calibrate::Calibration;
-use feedwright::learn::columns::{DataError, read};
+use feedwright::learn::log::columns::{DataError, read};
 use feedwright::learn::model::of_calibration;
 use feedwright::learn::sigmoid::calibrate;
 use feedwright::learn::table::{TableTool, rows};

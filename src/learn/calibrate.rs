@@ -13,9 +13,9 @@
 //! Bounds: cutting and edge coefficients are not negative; where the free answer is, it is solved again within them.
 
 use crate::force::closed::{SteadyCut, immersion_rad};
-use crate::learn::columns::{DataError, Frame};
 use crate::learn::judgement::errors;
-use crate::learn::plausible::{doubts, readable};
+use crate::learn::log::columns::{DataError, Frame};
+use crate::learn::log::plausible::{doubts, readable};
 use crate::learn::regress::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
 use crate::learn::report::{Errors, Value};
 use crate::learn::samples::Data;

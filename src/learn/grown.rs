@@ -4,7 +4,7 @@
 
 use crate::engage::{Loader, Options, engage};
 use crate::learn::cells::OtherGeometry;
-use crate::learn::forces::Sample;
+use crate::learn::log::resultant::Sample;
 use crate::learn::report::LearnReport;
 use crate::learn::samples::Variant;
 use crate::learn::session::Prepared;

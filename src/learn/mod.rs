@@ -1,6 +1,6 @@
 //! Measured data → residual → named effect → process model.
 //!
-//! *Tables of steady cuts*: [`columns`] → [`table`] → [`calibrate`] (coefficients), or → [`samples::Data`] → [`diagnose`].
+//! *Tables of steady cuts*: [`log::columns`] → [`table`] → [`calibrate`] (coefficients), or → [`samples::Data`] → [`diagnose`].
 //! *Logs*: [`log`] → [`align`], [`lines`] or [`loads`] (where in the program each sample belongs, by position, by line
 //! number or by load) against [`timeline`] (what should happen when, and what is cut) → [`cells`] (weighted by [`doubt`], in
 //! their [`situation`], as cut within a piece: `within`) → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
@@ -9,7 +9,7 @@
 //! it with the base coefficients, [`split`] keeps whole blocks out of the fit, [`residual`] says what structure is left.
 //! *Around it*: [`plan`] writes the test cuts of a calibration with [`passes`], [`steady`] makes a table of a program's log,
 //! [`reading`] makes do with a load meter, [`sigmoid`] takes one record of instantaneous forces; [`experiment`] writes the
-//! cut that parts rivals, `grown` simulates stock and tool as they were found, [`plausible`] says what no model should
+//! cut that parts rivals, `grown` simulates stock and tool as they were found, [`log::plausible`] says what no model should
 //! rest on, [`shown`] what a report draws.
 //!
 //! [`report`] holds the answer, [`model`] makes a process model of it, [`windows`] follows the coefficients over time.
@@ -22,7 +22,6 @@ pub mod calibrate;
 pub mod candidates;
 pub mod cells;
 pub mod clock;
-pub mod columns;
 pub mod diagnose;
 pub mod doubt;
 pub mod drift;
@@ -30,7 +29,6 @@ mod exchange;
 pub mod experiment;
 pub mod fine;
 pub mod fit;
-pub mod forces;
 mod grown;
 pub mod judgement;
 pub mod holds;
@@ -44,7 +42,6 @@ pub mod motion;
 pub mod passes;
 pub mod peaks;
 pub mod plan;
-pub mod plausible;
 pub mod polynomial;
 mod predicted;
 pub mod reading;

@@ -5,7 +5,7 @@
 //! milling along −X, both with the wall on the side of −Y. When the width is used up a new layer begins below, inside what
 //! the one before has cleared. A pass with several feeds has them on equal parts of the block's length.
 
-use crate::learn::columns::DataError;
+use crate::learn::log::columns::DataError;
 use crate::machine::{Box3, Tool};
 use crate::units::{mm_min_from_mm_s, rpm_from_rps};
 

@@ -8,7 +8,7 @@ use crate::engage::{EngagedArc, EngagementMap, Station};
 use crate::force::contact::{Engaged, engaged as geometry};
 use crate::force::{Cut, Cutter, Loads};
 use crate::learn::fine::FineRings;
-use crate::learn::forces::Sample;
+use crate::learn::log::resultant::Sample;
 use crate::learn::runouts::{RunoutGrid, Runouts};
 use crate::learn::turn::Turn;
 use crate::machine::material::{ForceModel, LinearEdge, Material, Process};

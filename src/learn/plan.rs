@@ -8,7 +8,7 @@
 //! the declared coefficients and 3 % noise go through [`crate::learn::calibrate`].
 
 use crate::learn::calibrate::{CalibrateOptions, ball_layer, calibrate, mean_force_columns};
-use crate::learn::columns::{DataError, read};
+use crate::learn::log::columns::{DataError, read};
 use crate::learn::passes::{Action, Pass, program};
 use crate::learn::regress::random::Chance;
 use crate::learn::report::Value;

@@ -4,8 +4,8 @@
 //! those. Of the eleven terms only the subset is kept that predicts left-out tests best, grown one term at a time.
 
 use crate::learn::calibrate::{Calibration, mean_force_columns, rms};
-use crate::learn::columns::{DataError, Frame};
 use crate::learn::judgement::errors;
+use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::regress::linear::{Fit, least_squares, leave_one_out};
 use crate::learn::report::Value;
 use crate::learn::samples::Data;

@@ -14,7 +14,7 @@
 //! by that factor.
 
 use crate::learn::calibrate::{Calibration, RATIO_UNCERTAINTY};
-use crate::learn::columns::DataError;
+use crate::learn::log::columns::DataError;
 use crate::learn::report::Value;
 use crate::learn::session::Prepared;
 use crate::learn::timeline::Spot;

@@ -4,13 +4,13 @@ use crate::engage::{EngageError, EngagementMap, Loader, engage};
 use crate::learn::acting::Use;
 use crate::learn::align::{Aligned, by_position};
 use crate::learn::cells::{Channels, Known, OtherGeometry, cells, channels};
-use crate::learn::columns::DataError;
 use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::experiment::used;
-use crate::learn::forces::{Sample, resultant};
 use crate::learn::grown::{Sizes, grown};
 use crate::learn::lines::{by_line, paced};
 use crate::learn::loads::by_load;
+use crate::learn::log::columns::DataError;
+use crate::learn::log::resultant::{Sample, resultant};
 use crate::learn::log::{Log, read_log};
 use crate::learn::peaks::About;
 use crate::learn::report::{Alignment, LearnReport, Value};
@@ -199,7 +199,7 @@ fn refuse_dead(log: &Log) -> Result<(), LearnError> {
         if known.len() < 20 {
             return Err(DataError::Unfit(format!("{name} has only {} values; 20 are the least", known.len())).into());
         }
-        crate::learn::plausible::changes(name, lo, hi)?;
+        crate::learn::log::plausible::changes(name, lo, hi)?;
     }
     Ok(())
 }
@@ -231,7 +231,7 @@ fn doubts(report: &LearnReport, aligned: &Aligned, prepared: &Prepared, log: &Lo
         ));
     }
     let declared = data.base.iter().find(|b| b.name == "k_tc").and_then(|b| b.prior).map(|(value, _)| value);
-    doubts.extend(crate::learn::plausible::doubts(&unaided(data), declared));
+    doubts.extend(crate::learn::log::plausible::doubts(&unaided(data), declared));
     if let Some(ratio) = over_declared(data).filter(|ratio| !(0.05..=20.0).contains(ratio)) {
         doubts.push(format!(
             "the forces would be {ratio:.4} times the declared ones: are the units right, or columns swapped?"

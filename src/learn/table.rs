@@ -7,7 +7,7 @@
 
 use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
-use crate::learn::columns::{DataError, Frame};
+use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::runouts::RunoutGrid;
 use crate::learn::samples::{Base, Class, Data, UNBOUNDED, Variant, VariantColumns};
 use crate::machine::Shape;
@@ -225,7 +225,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
     }
     let (name, quantity, unit) = spindle?;
     let reading: Vec<f64> = frame.needed(name)?.into_iter().map(to_shaft).collect();
-    crate::learn::plausible::readable(name, &reading)?;
+    crate::learn::log::plausible::readable(name, &reading)?;
     if let Some(i) = table.iter().position(|row| quantity == Quantity::Torque && !row.cut.rps.is_finite()) {
         return Err(DataError::Unfit(format!(
             "row {}: spindle_rpm is missing, and a torque is a power over it",

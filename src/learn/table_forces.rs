@@ -3,8 +3,8 @@
 //! magnitude of the reading (a tenth of the resultant where it is less), so that errors are relative to each force, as in the calibration.
 
 use crate::learn::calibrate::{mean_force_columns, relative_to};
-use crate::learn::columns::{DataError, Frame};
-use crate::learn::plausible::readable;
+use crate::learn::log::columns::{DataError, Frame};
+use crate::learn::log::plausible::readable;
 use crate::learn::runouts::RunoutGrid;
 use crate::learn::samples::{Base, Class, Data, UNBOUNDED};
 use crate::learn::table::{SteadyRow, needs_geometry, numbered, states};

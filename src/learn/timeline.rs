@@ -9,7 +9,7 @@
 use crate::engage::{EngagementMap, Station};
 use crate::force::contact::Engaged;
 use crate::ids::MoveId;
-use crate::learn::forces::Sample;
+use crate::learn::log::resultant::Sample;
 use crate::learn::peaks::{About, Forces};
 use crate::learn::runouts::Runouts;
 use crate::machine::{Job, Machine};

@@ -5,8 +5,12 @@
 //! and so are gaps, of which nothing is known. SHDR lines `timestamp|item|value|item|value…` are sampled at every stamp with the last value of each item: what does not
 //! change is known there without a stamp.
 
+pub mod columns;
+pub mod plausible;
+pub mod resultant;
+
 use crate::learn::align::median_step;
-use crate::learn::columns::{DataError, Frame, read};
+use crate::learn::log::columns::{DataError, Frame, read};
 
 /// What a log says, sample by sample.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,7 +1,7 @@
 //! Why no model file should rest on coefficients. In: parameters of a fit, what the setup declares. Out: one clause for each
 //! doubt, with the likely cause.
 
-use crate::learn::columns::DataError;
+use crate::learn::log::columns::DataError;
 use crate::learn::report::Value;
 
 /// Tangential cutting coefficients of materials that are milled, wood to superalloys, N/mm².
