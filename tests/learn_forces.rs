@@ -46,7 +46,7 @@ fn the_peak_of_a_light_cut_is_that_of_an_edge_in_thin_pieces() {
     // A pass of 0.6 mm by 4.2 mm, down-milling, with a helix whose lag over a ring is a fifth of the arc.
     let program = "G21 G90 G17\nT1 M6\nS3650 M3\nG0 X-9 Y44.4 Z5\nG0 Z-4.2\nG1 X80 F2920\nG0 Z5\nM30\n";
     let prepared = prepared(program, "dialect = \"generic\"", true);
-    let middle = |s: &&feedwright::learn::timeline::Spot| s.line == 6 && (30.0..40.0).contains(&s.from.x);
+    let middle = |s: &&feedwright::learn::program::timeline::Spot| s.line == 6 && (30.0..40.0).contains(&s.from.x);
     let spot = prepared.timeline().spots.iter().find(middle).unwrap();
     let peak: f64 = spot.engaged.peak.iter().zip([818.0, 327.0, 17.5, 9.8]).map(|(slope, k)| slope * k).sum();
     let width = (1.0 - 0.6 / 5.0f64).acos();
@@ -69,7 +69,7 @@ fn no_piece_of_a_rounded_corner_is_faster_than_its_feed_and_the_time_is_shared()
     }
     // The two pieces at a corner are slowed alike.
     for pair in spots.windows(2).filter(|pair| pair[0].line != pair[1].line) {
-        let [a, b] = [pair[0], pair[1]].map(feedwright::learn::timeline::Spot::speed_mm_s);
+        let [a, b] = [pair[0], pair[1]].map(feedwright::learn::program::timeline::Spot::speed_mm_s);
         assert!((a / b - 1.0).abs() < 0.1, "{a} {b}");
     }
 }

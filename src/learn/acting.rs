@@ -6,7 +6,7 @@
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
 use crate::effects::{Change, Effect, State};
-use crate::learn::runouts::RunoutGrid;
+use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::samples::{Class, Data, Variant};
 
 /// Steps in which the load is found whose reading is known.

@@ -7,7 +7,7 @@
 //! see [`crate::learn::loads`].
 
 use crate::learn::log::{Log, longest_step};
-use crate::learn::timeline::{Doing, Spot, Timeline};
+use crate::learn::program::timeline::{Doing, Spot, Timeline};
 use crate::path::Vec3;
 
 /// How a log was tied.

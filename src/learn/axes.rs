@@ -5,9 +5,9 @@
 //! hundredths makes another thing of. Where it feeds none, both factors are nearly 0.
 
 use crate::learn::cells::Along;
-use crate::learn::motion::motion;
+use crate::learn::program::motion::motion;
+use crate::learn::program::timeline::Doing;
 use crate::learn::regress::linear::{Loss, robust};
-use crate::learn::timeline::Doing;
 use nalgebra::DMatrix;
 
 /// Fewest readings in rapids that say what the axes take.

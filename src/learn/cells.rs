@@ -8,12 +8,12 @@ use crate::force::contact::Engaged;
 use crate::learn::align::{Aligned, median_step};
 use crate::learn::doubt::cell_sizes;
 use crate::learn::log::{Log, longest_step};
+use crate::learn::program::runout_grid::{RUNOUT_GRID, RunoutGrid};
+use crate::learn::program::timeline::{Doing, Spot, Timeline};
 use crate::learn::regress::linear::median;
-use crate::learn::runouts::{RUNOUT_GRID, RunoutGrid};
 use crate::learn::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
 use crate::learn::situation::cumulated;
 use crate::learn::table::{Quantity, column_factor, spindle_base};
-use crate::learn::timeline::{Doing, Spot, Timeline};
 use crate::machine::Job;
 use crate::machine::material::{ForceModel, LinearEdge};
 

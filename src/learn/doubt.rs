@@ -7,10 +7,10 @@
 
 use crate::force::contact::Engaged;
 use crate::learn::cells::{Along, OtherGeometry};
+use crate::learn::program::timeline::{Doing, Spot};
 use crate::learn::regress::linear::median;
 use crate::learn::samples::{Base, Class};
 use crate::learn::table::Quantity;
-use crate::learn::timeline::{Doing, Spot};
 
 /// Most weight of samples while the spindle runs up, or changes tools.
 const RUN_UP_WEIGHT: f64 = 1e-3;

@@ -7,10 +7,10 @@
 //! is the one under which the drift is the least surprising.
 
 use crate::learn::align::{Aligned, median_step, typical};
-use crate::learn::clock::{Clock, Slower};
 use crate::learn::drift::{Drift, Seen, drift};
 use crate::learn::log::Log;
-use crate::learn::timeline::Timeline;
+use crate::learn::program::clock::{Clock, Slower};
+use crate::learn::program::timeline::Timeline;
 
 /// By how much a slower machine must be likelier than the declared one, nats.
 const SLOWER_PAYS: f64 = 10.0;

@@ -14,7 +14,6 @@
 
 use crate::learn::align::{Aligned, typical};
 use crate::learn::cells::Known;
-use crate::learn::clock::{Clock, Slower};
 use crate::learn::drift::{Drift, Seen, drift, interpolated};
 use crate::learn::holds::Holds;
 use crate::learn::lines::likeliest;
@@ -22,8 +21,9 @@ use crate::learn::log::Log;
 use crate::learn::matching::{Match, match_load};
 use crate::learn::measured::{Measured, gridded, thinned};
 use crate::learn::predicted::{PARTS, Part, Predicted, parts, with_doubtful};
+use crate::learn::program::clock::{Clock, Slower};
+use crate::learn::program::timeline::Timeline;
 use crate::learn::regress::linear::{Loss, robust, scale_of};
-use crate::learn::timeline::Timeline;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 

@@ -2,7 +2,7 @@
 //!
 //! *Tables of steady cuts*: [`log::columns`] → [`table`] → [`calibrate`] (coefficients), or → [`samples::Data`] → [`diagnose`].
 //! *Logs*: [`log`] → [`align`], [`lines`] or [`loads`] (where in the program each sample belongs, by position, by line
-//! number or by load) against [`timeline`] (what should happen when, and what is cut) → [`cells`] (weighted by [`doubt`], in
+//! number or by load) against [`program::timeline`] (what should happen when, and what is cut) → [`cells`] (weighted by [`doubt`], in
 //! their [`situation`], as cut within a piece: `within`) → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
 //!
 //! [`diagnose`] lets the effects of [`crate::effects`] compete: [`candidates`] says where each search begins, [`fit`] fits
@@ -14,6 +14,7 @@
 //!
 //! [`report`] holds the answer, [`model`] makes a process model of it, [`windows`] follows the coefficients over time.
 
+pub mod program;
 pub mod regress;
 pub mod acting;
 pub mod align;
@@ -21,7 +22,6 @@ mod axes;
 pub mod calibrate;
 pub mod candidates;
 pub mod cells;
-pub mod clock;
 pub mod diagnose;
 pub mod doubt;
 pub mod drift;
@@ -29,7 +29,6 @@ mod exchange;
 pub mod experiment;
 pub mod fine;
 pub mod fit;
-mod grown;
 pub mod judgement;
 pub mod holds;
 pub mod lines;
@@ -38,16 +37,13 @@ pub mod log;
 pub mod matching;
 mod measured;
 pub mod model;
-pub mod motion;
 pub mod passes;
-pub mod peaks;
 pub mod plan;
 pub mod polynomial;
 mod predicted;
 pub mod reading;
 pub mod report;
 pub mod residual;
-pub mod runouts;
 pub mod samples;
 pub mod session;
 mod settled;
@@ -59,7 +55,6 @@ pub mod split;
 pub mod steady;
 pub mod table;
 pub mod table_forces;
-pub mod timeline;
 pub mod transfer;
 pub mod trial;
 mod turn;

@@ -3,8 +3,8 @@
 
 use crate::force::contact::Engaged;
 use crate::learn::cells::Known;
-use crate::learn::clock::Clock;
-use crate::learn::timeline::{Doing, Timeline};
+use crate::learn::program::clock::Clock;
+use crate::learn::program::timeline::{Doing, Timeline};
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Job, Tool};
 

@@ -15,9 +15,9 @@
 
 use crate::learn::calibrate::{Calibration, RATIO_UNCERTAINTY};
 use crate::learn::log::columns::DataError;
+use crate::learn::program::timeline::Spot;
 use crate::learn::report::Value;
 use crate::learn::session::Prepared;
-use crate::learn::timeline::Spot;
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Job, Shape};
 

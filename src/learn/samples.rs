@@ -7,7 +7,7 @@
 //! that was aligned with its program both end as [`Data`].
 
 use crate::effects::State;
-use crate::learn::runouts::RunoutGrid;
+use crate::learn::program::runout_grid::RunoutGrid;
 
 /// What a base coefficient stands for, and so which effects act on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

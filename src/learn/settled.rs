@@ -9,7 +9,7 @@
 use crate::learn::acting::Use;
 use crate::learn::diagnose::weighed_by;
 use crate::learn::fit::{Fitted, fit};
-use crate::learn::runouts::RunoutGrid;
+use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::samples::Data;
 use crate::machine::material::LinearEdge;
 use rayon::prelude::*;

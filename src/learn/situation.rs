@@ -2,8 +2,8 @@
 
 use crate::effects::{Sector, State};
 use crate::learn::cells::Along;
-use crate::learn::motion::motion;
-use crate::learn::timeline::Spot;
+use crate::learn::program::motion::motion;
+use crate::learn::program::timeline::Spot;
 use std::f64::consts::PI;
 
 impl Along<'_> {

@@ -8,7 +8,7 @@
 use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
 use crate::learn::log::columns::{DataError, Frame};
-use crate::learn::runouts::RunoutGrid;
+use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::samples::{Base, Class, Data, UNBOUNDED, Variant, VariantColumns};
 use crate::machine::Shape;
 use crate::units::{mm_s_from_mm_min, rps_from_rpm};

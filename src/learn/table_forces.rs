@@ -5,7 +5,7 @@
 use crate::learn::calibrate::{mean_force_columns, relative_to};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::plausible::readable;
-use crate::learn::runouts::RunoutGrid;
+use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::samples::{Base, Class, Data, UNBOUNDED};
 use crate::learn::table::{SteadyRow, needs_geometry, numbered, states};
 

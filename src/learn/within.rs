@@ -7,7 +7,7 @@
 
 use crate::force::contact::Engaged;
 use crate::learn::cells::Along;
-use crate::learn::timeline::Doing;
+use crate::learn::program::timeline::Doing;
 
 /// Steepest change, as q or 1/q.
 const STEEPEST: f64 = 5.0;

@@ -4,7 +4,7 @@
 //! the way, with what the axes allow in its direction and no faster than a rapid goes. Along feed moves the speed is that of the spot, and the acceleration
 //! the change to its neighbours over the time between their middles.
 
-use crate::learn::timeline::{Doing, Spot, Timeline};
+use crate::learn::program::timeline::{Doing, Spot, Timeline};
 use crate::machine::{Axis, Machine};
 
 /// Speed and acceleration at `time_s` of the spot `index`. `by_way`: the share of the spot's time that is over is the share of

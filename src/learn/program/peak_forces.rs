@@ -9,7 +9,7 @@ use crate::force::contact::{Engaged, engaged as geometry};
 use crate::force::{Cut, Cutter, Loads};
 use crate::learn::fine::FineRings;
 use crate::learn::log::resultant::Sample;
-use crate::learn::runouts::{RunoutGrid, Runouts};
+use crate::learn::program::runout_grid::{RunoutGrid, Runouts};
 use crate::learn::turn::Turn;
 use crate::machine::material::{ForceModel, LinearEdge, Material, Process};
 use crate::machine::{Job, Runout};

@@ -3,7 +3,7 @@
 //! In: timeline, speeds of its spots over declared ones at some factors of the acceleration. Out: when every spot begins.
 //! Between two factors the duration of a spot is taken as linear in 1/factor (a move of length L at v takes L/v + v/a).
 
-use crate::learn::timeline::Timeline;
+use crate::learn::program::timeline::Timeline;
 
 /// Speed over declared speed of every spot, at a factor of the declared acceleration.
 pub type Slower = (f64, Vec<f64>);

@@ -5,10 +5,10 @@
 use crate::engage::{Loader, Options, engage};
 use crate::learn::cells::OtherGeometry;
 use crate::learn::log::resultant::Sample;
+use crate::learn::program::timeline::{Timeline, engaged_otherwise};
 use crate::learn::report::LearnReport;
 use crate::learn::samples::Variant;
 use crate::learn::session::Prepared;
-use crate::learn::timeline::{Timeline, engaged_otherwise};
 use crate::machine::Job;
 use crate::nc::Toolpath;
 use rayon::prelude::*;

@@ -1,0 +1,9 @@
+//! The program over time: what the machine should be doing when, what is cut there, and what would be under another geometry,
+//! runout or acceleration. In: toolpath, engagement, job. Out: [`timeline::Timeline`] and what goes with its spots.
+
+pub mod clock;
+pub mod motion;
+pub(in crate::learn) mod other_geometry;
+pub mod peak_forces;
+pub mod runout_grid;
+pub mod timeline;
