@@ -3,7 +3,7 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
-use feedwright::learn::lines::by_line;
+use feedwright::learn::align::line::by_line;
 use feedwright::learn::log::{Log, shdr};
 use feedwright::learn::session::prepare;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Measured data → residual → named effect → process model.
 //!
 //! *Tables of steady cuts*: [`log::columns`] → [`table`] → [`calibrate`] (coefficients), or → [`samples::Data`] → [`diagnose`].
-//! *Logs*: [`log`] → [`align`], [`lines`] or [`loads`] (where in the program each sample belongs, by position, by line
+//! *Logs*: [`log`] → [`align::mod::mod`], [`align::mod::line`] or [`align::mod::load`] (where in the program each sample belongs, by position, by line
 //! number or by load) against [`program::timeline`] (what should happen when, and what is cut) → [`cells`] (weighted by [`doubt`], in
 //! their [`situation`], as cut within a piece: `within`) → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
 //!
@@ -14,33 +14,26 @@
 //!
 //! [`report`] holds the answer, [`model`] makes a process model of it, [`windows`] follows the coefficients over time.
 
+pub mod align;
 pub mod program;
 pub mod regress;
 pub mod acting;
-pub mod align;
 mod axes;
 pub mod calibrate;
 pub mod candidates;
 pub mod cells;
 pub mod diagnose;
 pub mod doubt;
-pub mod drift;
 mod exchange;
 pub mod experiment;
 pub mod fine;
 pub mod fit;
 pub mod judgement;
-pub mod holds;
-pub mod lines;
-pub mod loads;
 pub mod log;
-pub mod matching;
-mod measured;
 pub mod model;
 pub mod passes;
 pub mod plan;
 pub mod polynomial;
-mod predicted;
 pub mod reading;
 pub mod report;
 pub mod residual;

@@ -2,12 +2,12 @@
 
 use crate::engage::{EngageError, EngagementMap, Loader, engage};
 use crate::learn::acting::Use;
+use crate::learn::align::line::{by_line, paced};
+use crate::learn::align::load::by_load;
 use crate::learn::align::{Aligned, by_position};
 use crate::learn::cells::{Channels, Known, OtherGeometry, cells, channels};
 use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::experiment::used;
-use crate::learn::lines::{by_line, paced};
-use crate::learn::loads::by_load;
 use crate::learn::log::columns::DataError;
 use crate::learn::log::resultant::{Sample, resultant};
 use crate::learn::log::{Log, read_log};

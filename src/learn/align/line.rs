@@ -3,11 +3,11 @@
 //! Runs of equal lines are matched in order to the legs of the program (spots of one line that follow each other). Where
 //! one run ends and the next begins, the boundary of their legs was passed between two samples: an observation of the drift
 //! of the log's clock against the program's, with the variance of a uniform distribution. The drift is smoothed
-//! ([`crate::learn::drift`]), so that many boundaries place every sample much better than its own two. The machine's acceleration
+//! ([`crate::learn::align::drift`]), so that many boundaries place every sample much better than its own two. The machine's acceleration
 //! is the one under which the drift is the least surprising.
 
+use crate::learn::align::drift::{Drift, Seen, drift};
 use crate::learn::align::{Aligned, median_step, typical};
-use crate::learn::drift::{Drift, Seen, drift};
 use crate::learn::log::Log;
 use crate::learn::program::clock::{Clock, Slower};
 use crate::learn::program::timeline::Timeline;

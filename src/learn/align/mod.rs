@@ -3,8 +3,16 @@
 //!
 //! By position: the tool is followed along the path, never backwards, taking the nearest point within what it can have
 //! moved, the first of several that are as near, after a gap the one that the time which has passed speaks for; standing
-//! still is spread over the dwells and changes that belong there. By line: see [`crate::learn::lines`]; by load:
-//! see [`crate::learn::loads`].
+//! still is spread over the dwells and changes that belong there. By line: see [`crate::learn::align::line`]; by load:
+//! see [`crate::learn::align::load`].
+
+pub mod drift;
+pub mod holds;
+pub mod line;
+pub mod load;
+pub mod matching;
+pub(in crate::learn) mod measured_load;
+pub(in crate::learn) mod predicted_load;
 
 use crate::learn::log::{Log, longest_step};
 use crate::learn::program::timeline::{Doing, Spot, Timeline};

@@ -1,10 +1,10 @@
 //! Ties a log to the program by its load alone. In: log, timeline, slower machines, job. Out: [`Aligned`].
 //!
 //! 1. Coarse: the load that each machine would have (the declared acceleration and lower ones) is found in the measured one
-//!    by dynamic programming over the lag ([`crate::learn::matching`]); the machine with the best correlation is taken.
+//!    by dynamic programming over the lag ([`crate::learn::align::matching`]); the machine with the best correlation is taken.
 //! 2. Fine: in windows of the program the reading is y ≈ c₀ + (1 + c)·ŷ(T) − δ·ŷ′(T), by which every window observes its
 //!    own shift δ beside its own level, with the variance σ²/Σŷ′². The drift is smoothed over the windows
-//!    ([`crate::learn::drift`]); the acceleration is chosen under which it is the least surprising. ŷ is refitted (tare, cutting
+//!    ([`crate::learn::align::drift`]); the acceleration is chosen under which it is the least surprising. ŷ is refitted (tare, cutting
 //!    and edge part by robust least squares), and both are repeated.
 //!    Where the stock may stand proud, the mill be smaller or an entry take more, cuts would seem to begin earlier or later
 //!    than they do: what each of these adds to the load is fitted beside the other parts.
@@ -12,15 +12,15 @@
 //! 4. A lag of the sensor looks like a late alignment: first-order lags are tried on ŷ, and kept where they lower the
 //!    squares clearly, so that the alignment is that of the load and not of its echo.
 
+use crate::learn::align::drift::{Drift, Seen, drift, interpolated};
+use crate::learn::align::holds::Holds;
+use crate::learn::align::line::likeliest;
+use crate::learn::align::matching::{Match, match_load};
+use crate::learn::align::measured_load::{Measured, gridded, thinned};
+use crate::learn::align::predicted_load::{PARTS, Part, Predicted, parts, with_doubtful};
 use crate::learn::align::{Aligned, typical};
 use crate::learn::cells::Known;
-use crate::learn::drift::{Drift, Seen, drift, interpolated};
-use crate::learn::holds::Holds;
-use crate::learn::lines::likeliest;
 use crate::learn::log::Log;
-use crate::learn::matching::{Match, match_load};
-use crate::learn::measured::{Measured, gridded, thinned};
-use crate::learn::predicted::{PARTS, Part, Predicted, parts, with_doubtful};
 use crate::learn::program::clock::{Clock, Slower};
 use crate::learn::program::timeline::Timeline;
 use crate::learn::regress::linear::{Loss, robust, scale_of};

@@ -1,7 +1,7 @@
 //! The load of a log as it is searched for in a program. In: log, measured quantity. Out: at most some thousand points, or means
 //! over a grid; both keep away from gaps, of which nothing is known.
 
-use crate::learn::holds::Holds;
+use crate::learn::align::holds::Holds;
 use crate::learn::log::{Log, gaps};
 
 /// Most measured points that are looked at.

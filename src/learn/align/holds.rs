@@ -1,8 +1,8 @@
 //! Where a program was held: in a log found in it by the load, times over which the program stands. In: the match. Out: a clock
 //! of the log that stands with the program, on which the drift is smooth; pauses for the report.
 
-use crate::learn::drift::{Drift, interpolated};
-use crate::learn::matching::Match;
+use crate::learn::align::drift::{Drift, interpolated};
+use crate::learn::align::matching::Match;
 
 /// Shortest stand of the program that is taken for a hold, s.
 const HOLD_S: f64 = 1.5;
