@@ -6,7 +6,7 @@
 
 use feedwright::engage::{EngagementMap, Options, engage};
 use feedwright::force::contact::engaged;
-use feedwright::learn::cells::channels;
+use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::program::timeline::Spot;
 use feedwright::learn::session::{LogOptions, Prepared, learn, prepare};

@@ -13,7 +13,7 @@ mod common {
 mod generator;
 
 use feedwright::learn::align::Aligned;
-use feedwright::learn::cells::channels;
+use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::plan::{Kind, plan};
 use feedwright::learn::session::{LogOptions, Prepared, aligned, learn, prepare};

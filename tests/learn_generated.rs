@@ -9,7 +9,7 @@ mod generator;
 #[path = "common/mesh.rs"]
 mod mesh;
 
-use feedwright::learn::cells::channels;
+use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::report::LearnReport;
 use feedwright::learn::session::{LogOptions, learn, prepare_for};

@@ -22,7 +22,7 @@ mod score;
 mod writer;
 
 use cases::{Case, is_twin, rows};
-use feedwright::learn::cells::channels;
+use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::report::LearnReport;
 use feedwright::learn::session::{LogOptions, Prepared, learn, prepare};

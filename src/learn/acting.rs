@@ -6,8 +6,8 @@
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
 use crate::effects::{Change, Effect, State};
+use crate::learn::dataset::samples::{Class, Data, Variant};
 use crate::learn::program::runout_grid::RunoutGrid;
-use crate::learn::samples::{Class, Data, Variant};
 
 /// Steps in which the load is found whose reading is known.
 const INVERSIONS: usize = 24;
@@ -153,7 +153,8 @@ fn factored(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<
 
 /// Variants that the change asks for, with how much of them.
 fn sizes<'a>(data: &'a Data, change: &Change) -> Vec<(f64, &'a Vec<Vec<f64>>)> {
-    let size = |v: &'a crate::learn::samples::VariantColumns| (size_of(v.variant, change, &data.runouts), &v.columns);
+    let size =
+        |v: &'a crate::learn::dataset::samples::VariantColumns| (size_of(v.variant, change, &data.runouts), &v.columns);
     data.variants.iter().map(size).filter(|(size, _)| *size != 0.0).collect()
 }
 
@@ -276,12 +277,12 @@ mod tests {
     fn stepped(readings_each: f64) -> Data {
         let n = 40;
         Data {
-            base: vec![crate::learn::samples::Base {
+            base: vec![crate::learn::dataset::samples::Base {
                 name: "k_tc".into(),
                 unit: String::new(),
                 class: Class::Cutting,
                 prior: None,
-                bounds: crate::learn::samples::UNBOUNDED,
+                bounds: crate::learn::dataset::samples::UNBOUNDED,
             }],
             columns: vec![(0..n).map(|i| f64::from(i >= 10)).collect()],
             reading: vec![0.0; n as usize],

@@ -13,13 +13,13 @@
 //! Bounds: cutting and edge coefficients are not negative; where the free answer is, it is solved again within them.
 
 use crate::force::closed::{SteadyCut, immersion_rad};
+use crate::learn::dataset::samples::Data;
+use crate::learn::dataset::steady_table::{Quantity, Side, SteadyRow, column_factor, measured_quantity, row_rates};
 use crate::learn::judgement::errors;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::plausible::{doubts, readable};
 use crate::learn::regress::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
 use crate::learn::report::{Errors, Value};
-use crate::learn::samples::Data;
-use crate::learn::table::{Quantity, Side, SteadyRow, column_factor, measured_quantity, row_rates};
 use crate::schedule::cone::bounded_least_squares;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -370,7 +370,7 @@ fn response(frame: &Frame, rows: &[SteadyRow], options: CalibrateOptions) -> Res
 }
 
 fn groups(rows: &[SteadyRow], used: &[usize]) -> Vec<usize> {
-    crate::learn::table::numbered(used.iter().map(|i| rows[*i].group.as_str())).0
+    crate::learn::dataset::steady_table::numbered(used.iter().map(|i| rows[*i].group.as_str())).0
 }
 
 fn solved(model: &str, problem: &Problem, loss: Loss) -> Result<Calibration, DataError> {

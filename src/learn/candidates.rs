@@ -7,9 +7,9 @@
 
 use crate::effects::{Covariate, Effect};
 use crate::learn::acting::{Acting, Use, acting, changed_columns};
+use crate::learn::dataset::samples::{Class, Data, Variant};
 use crate::learn::fit::{Fitted, jacobian, pseudo_inverse};
 use crate::learn::residual::value_of;
-use crate::learn::samples::{Class, Data, Variant};
 use nalgebra::{DMatrix, DVector};
 
 /// Why an effect cannot be seen in these data; `None`: it can.
@@ -30,7 +30,8 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         (!enough).then(|| format!("{} varies by less than a factor of {by}", covariate.name()))
     };
     let variant = |variant: Variant| {
-        let moves = |v: &crate::learn::samples::VariantColumns| v.columns.iter().flatten().any(|x| x.abs() > 1e-12);
+        let moves =
+            |v: &crate::learn::dataset::samples::VariantColumns| v.columns.iter().flatten().any(|x| x.abs() > 1e-12);
         (!data.variant(variant).is_some_and(moves)).then(|| "these data do not show the geometry it acts on".to_owned())
     };
     let unknown = |covariate: Covariate| {

@@ -15,11 +15,11 @@
 use crate::effects::{Acts, Covariate, Effect};
 use crate::learn::acting::Use;
 use crate::learn::candidates::{part, why_not};
+use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::fit::{Fitted, fit};
 use crate::learn::judgement::{errors, unexplained, verdict};
 use crate::learn::report::{Confounded, LearnReport, Rejected};
 use crate::learn::residual::{is_series, noise_floor, noise_with_memory};
-use crate::learn::samples::{Class, Data};
 use crate::learn::split::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
 use crate::learn::trial::{Trial, best_trial, chance, score_of, unphysical};
 use crate::learn::unnamed::{Free, by_no_name, foreign};
@@ -123,7 +123,7 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
 /// Weights in units of one over the variance of each channel, from the residual of the base model.
 pub fn whitened(data: &Data) -> Option<Data> {
     let base = Data {
-        base: data.base.iter().cloned().map(|b| crate::learn::samples::Base { prior: None, ..b }).collect(),
+        base: data.base.iter().cloned().map(|b| crate::learn::dataset::samples::Base { prior: None, ..b }).collect(),
         ..data.clone()
     };
     Some(weighed_by(data, &fit(&base, &[], 0)?))

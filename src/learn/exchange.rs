@@ -40,9 +40,9 @@ impl Diagnosis<'_> {
 mod tests {
     use super::*;
     use crate::effects::{State, named};
+    use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
     use crate::learn::diagnose::Options;
     use crate::learn::fit::fit;
-    use crate::learn::samples::{Base, Class, Data, UNBOUNDED};
     use crate::learn::split::Split;
     use crate::path::Vec3;
 

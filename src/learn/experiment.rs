@@ -10,7 +10,8 @@ use crate::effects::{self, State};
 use crate::learn::acting::Use;
 use crate::learn::align::Aligned;
 use crate::learn::candidates::starts;
-use crate::learn::cells::{Known, cells, channels};
+use crate::learn::dataset::binning::{Known, cells, channels};
+use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::whitened;
 use crate::learn::fit::{Fitted, fit, predict};
 use crate::learn::log::Log;
@@ -19,7 +20,6 @@ use crate::learn::log::resultant::Sample;
 use crate::learn::passes::{Action, Pass, program};
 use crate::learn::plan::block;
 use crate::learn::report::{Added, Confounded, LearnReport};
-use crate::learn::samples::Data;
 use crate::learn::session::{MEAN_FORCE, Prepared, prepare_for};
 use crate::machine::{Box3, Job, Tool};
 

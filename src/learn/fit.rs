@@ -8,7 +8,7 @@
 use crate::learn::acting::{
     Acting, Use, acting, before_drive, changed_columns, kept, load, measured, slope_of_reading, together, top_reading,
 };
-use crate::learn::samples::Data;
+use crate::learn::dataset::samples::Data;
 use nalgebra::{DMatrix, DVector};
 
 /// Base coefficients and effects.
@@ -240,7 +240,7 @@ impl<'a> Search<'a> {
     }
 
     fn prior(&self, base: &[f64]) -> f64 {
-        let pull = |(spec, value): (&crate::learn::samples::Base, &f64)| {
+        let pull = |(spec, value): (&crate::learn::dataset::samples::Base, &f64)| {
             spec.prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).powi(2))
         };
         self.data.base.iter().zip(base).map(pull).sum()
@@ -357,7 +357,7 @@ mod tests {
     use super::*;
     use crate::effects::{State, named};
     use crate::learn::candidates::starts;
-    use crate::learn::samples::{Base, Class, UNBOUNDED};
+    use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
 
     /// Cuts of an edge that has grown by two thirds at the end.
     fn worn() -> Data {

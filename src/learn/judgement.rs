@@ -2,11 +2,11 @@
 //! fitted on, what is left, and the verdict.
 
 use crate::learn::acting::Use;
+use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::Diagnosis;
 use crate::learn::fit::{Fitted, fit};
 use crate::learn::report::{Added, ChannelError, Errors, LearnReport, Transfer, Unexplained, Value};
 use crate::learn::residual::{is_series, noise_floor, patterns};
-use crate::learn::samples::Data;
 use crate::learn::split::{held_out_residuals, without};
 
 /// Share of the residual's variance above which what is left is called structure.
@@ -138,7 +138,7 @@ pub fn errors(data: &Data, residual: impl Fn(usize) -> f64) -> Errors {
 }
 
 fn values(data: &Data, fitted: &Fitted) -> Vec<Value> {
-    let value = |(b, base): (usize, &crate::learn::samples::Base)| Value {
+    let value = |(b, base): (usize, &crate::learn::dataset::samples::Base)| Value {
         name: base.name.clone(),
         value: fitted.model.base[b],
         std_error: fitted.std_error(b),

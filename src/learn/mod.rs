@@ -1,29 +1,27 @@
 //! Measured data → residual → named effect → process model.
 //!
-//! *Tables of steady cuts*: [`log::columns`] → [`table`] → [`calibrate`] (coefficients), or → [`samples::Data`] → [`diagnose`].
+//! *Tables of steady cuts*: [`log::columns`] → [`dataset::steady_table`] → [`calibrate`] (coefficients), or → [`dataset::samples::Data`] → [`diagnose`].
 //! *Logs*: [`log`] → [`align::mod::mod`], [`align::mod::line`] or [`align::mod::load`] (where in the program each sample belongs, by position, by line
-//! number or by load) against [`program::timeline`] (what should happen when, and what is cut) → [`cells`] (weighted by [`doubt`], in
-//! their [`situation`], as cut within a piece: `within`) → [`samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
+//! number or by load) against [`program::timeline`] (what should happen when, and what is cut) → [`dataset::binning`] (weighted by [`dataset::weights`], in
+//! their [`dataset::covariates`], as cut within a piece: `within`) → [`dataset::samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
 //!
 //! [`diagnose`] lets the effects of [`crate::effects`] compete: [`candidates`] says where each search begins, [`fit`] fits
 //! it with the base coefficients, [`split`] keeps whole blocks out of the fit, [`residual`] says what structure is left.
-//! *Around it*: [`plan`] writes the test cuts of a calibration with [`passes`], [`steady`] makes a table of a program's log,
+//! *Around it*: [`plan`] writes the test cuts of a calibration with [`passes`], [`dataset::steady_cuts`] makes a table of a program's log,
 //! [`reading`] makes do with a load meter, [`sigmoid`] takes one record of instantaneous forces; [`experiment`] writes the
 //! cut that parts rivals, `grown` simulates stock and tool as they were found, [`log::plausible`] says what no model should
 //! rest on, [`shown`] what a report draws.
 //!
 //! [`report`] holds the answer, [`model`] makes a process model of it, [`windows`] follows the coefficients over time.
 
+pub mod dataset;
 pub mod align;
 pub mod program;
 pub mod regress;
 pub mod acting;
-mod axes;
 pub mod calibrate;
 pub mod candidates;
-pub mod cells;
 pub mod diagnose;
-pub mod doubt;
 mod exchange;
 pub mod experiment;
 pub mod fine;
@@ -37,20 +35,14 @@ pub mod polynomial;
 pub mod reading;
 pub mod report;
 pub mod residual;
-pub mod samples;
 pub mod session;
 mod settled;
 mod shape;
 pub mod shown;
 pub mod sigmoid;
-pub mod situation;
 pub mod split;
-pub mod steady;
-pub mod table;
-pub mod table_forces;
 pub mod transfer;
 pub mod trial;
 mod turn;
 pub mod unnamed;
 pub mod windows;
-mod within;

@@ -8,11 +8,11 @@
 //! the declared coefficients and 3 % noise go through [`crate::learn::calibrate`].
 
 use crate::learn::calibrate::{CalibrateOptions, ball_layer, calibrate, mean_force_columns};
+use crate::learn::dataset::steady_table::{SteadyRow, TableTool, row_rates, rows};
 use crate::learn::log::columns::{DataError, read};
 use crate::learn::passes::{Action, Pass, program};
 use crate::learn::regress::random::Chance;
 use crate::learn::report::Value;
-use crate::learn::table::{SteadyRow, TableTool, row_rates, rows};
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Box3, Job, Shape, StockShape, Tool};
 use crate::units::{rpm_from_rps, rps_from_rpm};

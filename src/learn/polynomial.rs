@@ -4,12 +4,12 @@
 //! those. Of the eleven terms only the subset is kept that predicts left-out tests best, grown one term at a time.
 
 use crate::learn::calibrate::{Calibration, mean_force_columns, rms};
+use crate::learn::dataset::samples::Data;
+use crate::learn::dataset::steady_table::SteadyRow;
 use crate::learn::judgement::errors;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::regress::linear::{Fit, least_squares, leave_one_out};
 use crate::learn::report::Value;
-use crate::learn::samples::Data;
-use crate::learn::table::SteadyRow;
 use crate::units::rpm_from_rps;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 

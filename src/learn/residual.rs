@@ -8,8 +8,8 @@
 //! score when whole blocks are given the covariate of another block.
 
 use crate::effects::{Covariate, State};
+use crate::learn::dataset::samples::Data;
 use crate::learn::regress::random::Chance;
-use crate::learn::samples::Data;
 
 /// A pattern found in a residual.
 #[derive(Debug, Clone, PartialEq)]

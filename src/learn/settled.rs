@@ -7,10 +7,10 @@
 //! anew at every place, in a grid that narrows. The measured quantities weigh by what the best fit so far leaves of them.
 
 use crate::learn::acting::Use;
+use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::weighed_by;
 use crate::learn::fit::{Fitted, fit};
 use crate::learn::program::runout_grid::RunoutGrid;
-use crate::learn::samples::Data;
 use crate::machine::material::LinearEdge;
 use rayon::prelude::*;
 

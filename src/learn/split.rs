@@ -2,9 +2,9 @@
 //! stretches of time), never neighbouring samples.
 
 use crate::learn::acting::Use;
+use crate::learn::dataset::samples::Data;
 use crate::learn::fit::fit;
 use crate::learn::residual::block_names;
-use crate::learn::samples::Data;
 
 /// A split of the samples.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,9 +2,9 @@
 //! left out, and whether kinds of cuts left out get worse.
 
 use crate::learn::candidates::is_looked_for;
+use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::Diagnosis;
 use crate::learn::fit::{Fitted, fit};
-use crate::learn::samples::Data;
 use crate::learn::split::{held_out_residuals, improvement_by_block, t_statistic, without};
 use crate::learn::trial::{Trial, best_trial};
 use rayon::prelude::*;

@@ -3,9 +3,9 @@
 use crate::effects::Effect;
 use crate::learn::acting::Use;
 use crate::learn::candidates::starts;
+use crate::learn::dataset::samples::Data;
 use crate::learn::fit::{Fitted, fit};
 use crate::learn::residual::inflation;
-use crate::learn::samples::Data;
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

@@ -7,8 +7,8 @@
 //! along an effect's own covariate takes away is a misfit of that effect's form before it is another effect.
 
 use crate::effects::Covariate;
+use crate::learn::dataset::samples::Data;
 use crate::learn::residual::{COVARIATES, bins_of, value_of};
-use crate::learn::samples::Data;
 use crate::learn::split::{Split, improvement_by_block, t_statistic};
 
 /// Bins along a covariate.

@@ -1,10 +1,10 @@
 //! Coefficients followed over time (Xu, Jerard, Fussell): in windows of the log, factors on the cutting and the edge terms
 //! of the base model with their intervals. A slow rise of the edge factor is wear, a jump of the cutting factor chipping.
 
+use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::fit::Fitted;
 use crate::learn::regress::linear::least_squares;
 use crate::learn::report::Window;
-use crate::learn::samples::{Class, Data};
 use nalgebra::DMatrix;
 
 /// Windows over the log.

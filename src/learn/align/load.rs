@@ -19,7 +19,7 @@ use crate::learn::align::matching::{Match, match_load};
 use crate::learn::align::measured_load::{Measured, gridded, thinned};
 use crate::learn::align::predicted_load::{PARTS, Part, Predicted, parts, with_doubtful};
 use crate::learn::align::{Aligned, typical};
-use crate::learn::cells::Known;
+use crate::learn::dataset::binning::Known;
 use crate::learn::log::Log;
 use crate::learn::program::clock::{Clock, Slower};
 use crate::learn::program::timeline::Timeline;

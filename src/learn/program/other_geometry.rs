@@ -3,11 +3,11 @@
 //! was simulated.
 
 use crate::engage::{Loader, Options, engage};
-use crate::learn::cells::OtherGeometry;
+use crate::learn::dataset::binning::OtherGeometry;
+use crate::learn::dataset::samples::Variant;
 use crate::learn::log::resultant::Sample;
 use crate::learn::program::timeline::{Timeline, engaged_otherwise};
 use crate::learn::report::LearnReport;
-use crate::learn::samples::Variant;
 use crate::learn::session::Prepared;
 use crate::machine::Job;
 use crate::nc::Toolpath;

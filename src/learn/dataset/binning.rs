@@ -2,18 +2,18 @@
 //!
 //! The columns of a power sample are tare(n)/tare(n₀), section·speed and contact·n (times 1e-3: N·mm/s is mW); those of a
 //! peak force its derivatives by k_tc, k_rc, k_te, k_re. A cell holds sure samples or doubtful ones, never both, and counts
-//! as the sum of their weights ([`crate::learn::doubt`]).
+//! as the sum of their weights ([`crate::learn::dataset::weights`]).
 
 use crate::force::contact::Engaged;
 use crate::learn::align::{Aligned, median_step};
-use crate::learn::doubt::cell_sizes;
+use crate::learn::dataset::covariates::cumulated;
+use crate::learn::dataset::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
+use crate::learn::dataset::steady_table::{Quantity, column_factor, spindle_base};
+use crate::learn::dataset::weights::cell_sizes;
 use crate::learn::log::{Log, longest_step};
 use crate::learn::program::runout_grid::{RUNOUT_GRID, RunoutGrid};
 use crate::learn::program::timeline::{Doing, Spot, Timeline};
 use crate::learn::regress::linear::median;
-use crate::learn::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
-use crate::learn::situation::cumulated;
-use crate::learn::table::{Quantity, column_factor, spindle_base};
 use crate::machine::Job;
 use crate::machine::material::{ForceModel, LinearEdge};
 

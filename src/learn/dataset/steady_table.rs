@@ -7,9 +7,9 @@
 
 use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
+use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED, Variant, VariantColumns};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::program::runout_grid::RunoutGrid;
-use crate::learn::samples::{Base, Class, Data, UNBOUNDED, Variant, VariantColumns};
 use crate::machine::Shape;
 use crate::units::{mm_s_from_mm_min, rps_from_rpm};
 use std::f64::consts::{PI, TAU};
@@ -221,7 +221,7 @@ pub fn column_factor(quantity: Quantity, rps: f64) -> f64 {
 pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -> Result<Data, DataError> {
     let spindle = measured_quantity(frame);
     if spindle.is_err() && frame.numbers("force_x_n").is_some() && frame.numbers("force_y_n").is_some() {
-        return crate::learn::table_forces::data(frame, table);
+        return crate::learn::dataset::mean_forces::data(frame, table);
     }
     let (name, quantity, unit) = spindle?;
     let reading: Vec<f64> = frame.needed(name)?.into_iter().map(to_shaft).collect();

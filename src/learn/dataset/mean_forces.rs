@@ -3,11 +3,11 @@
 //! magnitude of the reading (a tenth of the resultant where it is less), so that errors are relative to each force, as in the calibration.
 
 use crate::learn::calibrate::{mean_force_columns, relative_to};
+use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
+use crate::learn::dataset::steady_table::{SteadyRow, needs_geometry, numbered, states};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::plausible::readable;
 use crate::learn::program::runout_grid::RunoutGrid;
-use crate::learn::samples::{Base, Class, Data, UNBOUNDED};
-use crate::learn::table::{SteadyRow, needs_geometry, numbered, states};
 
 /// Data of a table of mean forces.
 pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {

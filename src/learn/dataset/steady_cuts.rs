@@ -8,10 +8,10 @@
 
 use crate::force::closed::{Rates, SteadyCut};
 use crate::learn::align::Aligned;
+use crate::learn::dataset::steady_table::{Side, SteadyRow};
 use crate::learn::log::Log;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::program::timeline::{Doing, Spot, Timeline};
-use crate::learn::table::{Side, SteadyRow};
 use crate::machine::Job;
 
 /// Fewest samples of a cut.

@@ -4,7 +4,7 @@
 //! A rapid of some tenths of a second begins and ends at rest: a meter that feeds the axes reads there what an error of some
 //! hundredths makes another thing of. Where it feeds none, both factors are nearly 0.
 
-use crate::learn::cells::Along;
+use crate::learn::dataset::binning::Along;
 use crate::learn::program::motion::motion;
 use crate::learn::program::timeline::Doing;
 use crate::learn::regress::linear::{Loss, robust};

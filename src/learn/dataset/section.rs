@@ -6,7 +6,7 @@
 //! foremost point, and the section changes fastest at first.
 
 use crate::force::contact::Engaged;
-use crate::learn::cells::Along;
+use crate::learn::dataset::binning::Along;
 use crate::learn::program::timeline::Doing;
 
 /// Steepest change, as q or 1/q.

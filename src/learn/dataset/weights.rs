@@ -6,11 +6,11 @@
 //! that the readings range over.
 
 use crate::force::contact::Engaged;
-use crate::learn::cells::{Along, OtherGeometry};
+use crate::learn::dataset::binning::{Along, OtherGeometry};
+use crate::learn::dataset::samples::{Base, Class};
+use crate::learn::dataset::steady_table::Quantity;
 use crate::learn::program::timeline::{Doing, Spot};
 use crate::learn::regress::linear::median;
-use crate::learn::samples::{Base, Class};
-use crate::learn::table::Quantity;
 
 /// Most weight of samples while the spindle runs up, or changes tools.
 const RUN_UP_WEIGHT: f64 = 1e-3;

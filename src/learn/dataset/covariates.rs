@@ -1,7 +1,7 @@
 //! The state in which a sample was taken. In: samples laid along the program. Out: [`State`], what effects depend on.
 
 use crate::effects::{Sector, State};
-use crate::learn::cells::Along;
+use crate::learn::dataset::binning::Along;
 use crate::learn::program::motion::motion;
 use crate::learn::program::timeline::Spot;
 use std::f64::consts::PI;
