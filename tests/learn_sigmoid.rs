@@ -14,7 +14,7 @@ use feedwright::force::closed::{entry_exit_rad, immersion_rad};
 use feedwright::learn::calibrate::Calibration;
 use feedwright::learn::dataset::steady_table::{TableTool, rows};
 use feedwright::learn::log::columns::{DataError, read};
-use feedwright::learn::model::of_calibration;
+use feedwright::learn::process_model::of_calibration;
 use feedwright::learn::sigmoid::calibrate;
 use feedwright::machine::material::ForceModel;
 use feedwright::machine::{Profile, Runout, Shape, Slice, Tool};

@@ -5,8 +5,8 @@
 
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, ball_layer, calibrate};
 use feedwright::learn::diagnose::{Options, diagnose};
+use feedwright::learn::model::cross_validation::{by_blocks, by_kind};
 use feedwright::learn::report::LearnReport;
-use feedwright::learn::split::{by_blocks, by_kind};
 use feedwright::learn::{columns, table};
 use std::path::Path;
 

@@ -17,7 +17,7 @@ use crate::learn::log::read_log;
 use crate::learn::log::resultant::Sample;
 use crate::learn::regress::linear::Loss;
 use crate::learn::session::{LearnError, Prepared, aligned, prepare_for};
-use crate::learn::{model, plan, reading, sigmoid};
+use crate::learn::{plan, process_model, reading, sigmoid};
 use crate::machine::Job;
 use crate::report::learn::{calibrate_json, calibrate_words, plan_json, plan_words};
 use std::path::Path;
@@ -39,7 +39,7 @@ pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result
     } else {
         from_table(command, &input, global)?
     };
-    let process = model::of_calibration(&result);
+    let process = process_model::of_calibration(&result);
     let words = calibrate_words(&result);
     let comments = format!("# {}\n", words.lines().collect::<Vec<_>>().join("\n# "));
     finish(screen, json, &calibrate_json(&result), model, model_text(process.as_ref(), &comments), &words)

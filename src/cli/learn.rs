@@ -15,11 +15,11 @@ use crate::learn::experiment::experiment;
 use crate::learn::log::columns::{DataError, Frame, read};
 use crate::learn::log::plausible::{doubts, negative};
 use crate::learn::log::resultant::Sample;
-use crate::learn::model;
+use crate::learn::model::cross_validation::{by_blocks, by_kind};
+use crate::learn::process_model;
 use crate::learn::report::LearnReport;
 use crate::learn::session::{LearnError, Learned, LogOptions, run};
 use crate::learn::shown::shown;
-use crate::learn::split::{by_blocks, by_kind};
 use crate::machine::material::{ForceModel, Process};
 use crate::machine::{Job, Table};
 use crate::report::learn::{learn_json, learn_words};
@@ -57,8 +57,8 @@ pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome
     if let Some(page) = page {
         page.write(learn_html(&report, &shown(&data, &report), &source.name).as_bytes())?;
     }
-    let process = model::of_report(&report, &found.job);
-    let text = model_text(process.as_ref(), &model::provenance(&report));
+    let process = process_model::of_report(&report, &found.job);
+    let text = model_text(process.as_ref(), &process_model::provenance(&report));
     finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
 }
 
@@ -109,8 +109,8 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
     if let Some(page) = page {
         page.write(learn_html(&report, &shown(&found, &report), &command.table.display().to_string()).as_bytes())?;
     }
-    let process = setup.as_ref().and_then(|job| model::of_report(&report, job));
-    let text = model_text(process.as_ref(), &model::provenance(&report));
+    let process = setup.as_ref().and_then(|job| process_model::of_report(&report, job));
+    let text = model_text(process.as_ref(), &process_model::provenance(&report));
     finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
 }
 

@@ -6,9 +6,9 @@
 //! cells, so that thousands of masks cost no more than one pass over the samples.
 
 use crate::effects::{Covariate, Effect};
-use crate::learn::acting::{Acting, Use, acting, changed_columns};
 use crate::learn::dataset::samples::{Class, Data, Variant};
-use crate::learn::fit::{Fitted, jacobian, pseudo_inverse};
+use crate::learn::model::design::{Acting, Use, acting, changed_columns};
+use crate::learn::model::fit::{Fitted, jacobian, pseudo_inverse};
 use crate::learn::residual::value_of;
 use nalgebra::{DMatrix, DVector};
 

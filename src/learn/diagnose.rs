@@ -13,14 +13,14 @@
 //! 6. What pattern is left in the residual is reported as unexplained.
 
 use crate::effects::{Acts, Covariate, Effect};
-use crate::learn::acting::Use;
 use crate::learn::candidates::{part, why_not};
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::fit::{Fitted, fit};
 use crate::learn::judgement::{errors, unexplained, verdict};
+use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
+use crate::learn::model::design::Use;
+use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::{Confounded, LearnReport, Rejected};
 use crate::learn::residual::{is_series, noise_floor, noise_with_memory};
-use crate::learn::split::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
 use crate::learn::trial::{Trial, best_trial, chance, score_of, unphysical};
 use crate::learn::unnamed::{Free, by_no_name, foreign};
 use rayon::prelude::*;

@@ -4,9 +4,9 @@
 
 use crate::effects::Effect;
 use crate::learn::diagnose::{Diagnosis, MARGIN};
-use crate::learn::fit::Fitted;
+use crate::learn::model::cross_validation::held_out_residuals;
+use crate::learn::model::fit::Fitted;
 use crate::learn::report::Rejected;
-use crate::learn::split::held_out_residuals;
 use crate::learn::trial::chance;
 
 impl Diagnosis<'_> {
@@ -42,8 +42,8 @@ mod tests {
     use crate::effects::{State, named};
     use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
     use crate::learn::diagnose::Options;
-    use crate::learn::fit::fit;
-    use crate::learn::split::Split;
+    use crate::learn::model::cross_validation::Split;
+    use crate::learn::model::fit::fit;
     use crate::path::Vec3;
 
     const BLOCKS: usize = 24;

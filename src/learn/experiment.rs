@@ -7,16 +7,16 @@
 //! Out: [`Experiment`].
 
 use crate::effects::{self, State};
-use crate::learn::acting::Use;
 use crate::learn::align::Aligned;
 use crate::learn::candidates::starts;
 use crate::learn::dataset::binning::{Known, cells, channels};
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::whitened;
-use crate::learn::fit::{Fitted, fit, predict};
 use crate::learn::log::Log;
 use crate::learn::log::columns::DataError;
 use crate::learn::log::resultant::Sample;
+use crate::learn::model::design::Use;
+use crate::learn::model::fit::{Fitted, fit, predict};
 use crate::learn::passes::{Action, Pass, program};
 use crate::learn::plan::block;
 use crate::learn::report::{Added, Confounded, LearnReport};

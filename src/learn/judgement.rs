@@ -1,13 +1,13 @@
 //! The answer of a diagnosis. In: base model and final model. Out: [`LearnReport`] with errors on data that neither was
 //! fitted on, what is left, and the verdict.
 
-use crate::learn::acting::Use;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::Diagnosis;
-use crate::learn::fit::{Fitted, fit};
+use crate::learn::model::cross_validation::{held_out_residuals, without};
+use crate::learn::model::design::Use;
+use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::{Added, ChannelError, Errors, LearnReport, Transfer, Unexplained, Value};
 use crate::learn::residual::{is_series, noise_floor, patterns};
-use crate::learn::split::{held_out_residuals, without};
 
 /// Share of the residual's variance above which what is left is called structure.
 const STRUCTURE: f64 = 0.15;

@@ -1,7 +1,6 @@
 //! The whole of `learn`: a program, a job and a measured log in; a [`LearnReport`] and the process model out.
 
 use crate::engage::{EngageError, EngagementMap, Loader, engage};
-use crate::learn::acting::Use;
 use crate::learn::align::line::{by_line, paced};
 use crate::learn::align::load::by_load;
 use crate::learn::align::{Aligned, by_position};
@@ -12,13 +11,14 @@ use crate::learn::experiment::used;
 use crate::learn::log::columns::DataError;
 use crate::learn::log::resultant::{Sample, resultant};
 use crate::learn::log::{Log, read_log};
+use crate::learn::model::cross_validation::by_blocks;
+use crate::learn::model::design::Use;
 use crate::learn::program::other_geometry::{Sizes, grown};
 use crate::learn::program::peak_forces::About;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::timeline::{Timeline, speed_ratios, timeline};
 use crate::learn::report::{Alignment, LearnReport, Value};
 use crate::learn::settled::settled;
-use crate::learn::split::by_blocks;
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
 use crate::nc::{Environment, Toolpath, interpret, parse};
@@ -184,7 +184,7 @@ pub fn learn_with_data(
         report.verdict = format!("The data do not support a model: {}. {}", doubts.join("; "), report.verdict);
         report.warnings.extend(doubts);
     }
-    if let Some(base) = crate::learn::fit::fit(&data, &[], 0) {
+    if let Some(base) = crate::learn::model::fit::fit(&data, &[], 0) {
         report.windows = crate::learn::windows::windows(&data, &base);
         report.wear = crate::learn::windows::said(&report.windows);
     }
@@ -250,8 +250,8 @@ fn unaided(data: &Data) -> Vec<Value> {
         return Vec::new();
     }
     let base = data.base.iter().cloned().map(|b| Base { prior: None, ..b }).collect();
-    let fitted = crate::learn::fit::fit(&Data { base, ..data.clone() }, &[], 0);
-    let value = |(b, f): (usize, &crate::learn::fit::Fitted)| Value {
+    let fitted = crate::learn::model::fit::fit(&Data { base, ..data.clone() }, &[], 0);
+    let value = |(b, f): (usize, &crate::learn::model::fit::Fitted)| Value {
         name: data.base[b].name.clone(),
         value: f.model.base[b],
         std_error: f.std_error(b),

@@ -6,10 +6,10 @@
 //! offset that was found, all ways round; each of the deepest is then followed by damped Gauss–Newton steps, with the forces taken
 //! anew at every place, in a grid that narrows. The measured quantities weigh by what the best fit so far leaves of them.
 
-use crate::learn::acting::Use;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::weighed_by;
-use crate::learn::fit::{Fitted, fit};
+use crate::learn::model::design::Use;
+use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::machine::material::LinearEdge;
 use rayon::prelude::*;

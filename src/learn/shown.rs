@@ -1,11 +1,11 @@
 //! What a report on learning shows: measured and predicted readings in order, before and after, and the mean residual along
 //! every covariate. In: data, report. Out: plain numbers for [`crate::report`].
 
-use crate::learn::acting::Use;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::whitened;
 use crate::learn::experiment::used;
-use crate::learn::fit::fit;
+use crate::learn::model::design::Use;
+use crate::learn::model::fit::fit;
 use crate::learn::report::LearnReport;
 use crate::learn::residual::{COVARIATES, value_of};
 

@@ -4,8 +4,8 @@
 use crate::learn::candidates::is_looked_for;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::Diagnosis;
-use crate::learn::fit::{Fitted, fit};
-use crate::learn::split::{held_out_residuals, improvement_by_block, t_statistic, without};
+use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_block, t_statistic, without};
+use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::trial::{Trial, best_trial};
 use rayon::prelude::*;
 

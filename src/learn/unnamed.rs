@@ -8,8 +8,8 @@
 
 use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
+use crate::learn::model::cross_validation::{Split, improvement_by_block, t_statistic};
 use crate::learn::residual::{COVARIATES, bins_of, value_of};
-use crate::learn::split::{Split, improvement_by_block, t_statistic};
 
 /// Bins along a covariate.
 const BINS: usize = 10;
@@ -84,7 +84,7 @@ impl Free<'_> {
 }
 
 /// Covariates that none of these effects depends on.
-pub fn foreign(effects: &[crate::learn::acting::Use]) -> Vec<Covariate> {
+pub fn foreign(effects: &[crate::learn::model::design::Use]) -> Vec<Covariate> {
     let known = |c: &Covariate| effects.iter().any(|u| u.effect.covariates.contains(c));
     COVARIATES.into_iter().filter(|c| !known(c)).collect()
 }

@@ -2,7 +2,7 @@
 //! of the base model with their intervals. A slow rise of the edge factor is wear, a jump of the cutting factor chipping.
 
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::fit::Fitted;
+use crate::learn::model::fit::Fitted;
 use crate::learn::regress::linear::least_squares;
 use crate::learn::report::Window;
 use nalgebra::DMatrix;

@@ -1,14 +1,14 @@
 //! Fits base coefficients and the parameters of effects together.
 //!
 //! Model of a reading: y = measure(Σ_b β_b·X_b(θ)), where X(θ) are the columns of [`Data`] as the effects change them:
-//! see [`crate::learn::acting`]; the drive adds the excess c·(P/P_max)^p. β and θ minimise
+//! see [`crate::learn::model::design`]; the drive adds the excess c·(P/P_max)^p. β and θ minimise
 //! Σ w (y − ŷ)² + Σ ((β − prior)/sd)²·σ² by damped Gauss–Newton (Levenberg–Marquardt), analytic in β, by differences in
 //! θ, with β and θ kept inside their bounds; after every step of θ β is solved for anew.
 
-use crate::learn::acting::{
+use crate::learn::dataset::samples::Data;
+use crate::learn::model::design::{
     Acting, Use, acting, before_drive, changed_columns, kept, load, measured, slope_of_reading, together, top_reading,
 };
-use crate::learn::dataset::samples::Data;
 use nalgebra::{DMatrix, DVector};
 
 /// Base coefficients and effects.

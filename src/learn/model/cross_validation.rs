@@ -1,9 +1,9 @@
 //! Which samples a model is fitted on, chosen on, and finally judged on. Always whole blocks (set-ups, parts, passes or
 //! stretches of time), never neighbouring samples.
 
-use crate::learn::acting::Use;
 use crate::learn::dataset::samples::Data;
-use crate::learn::fit::fit;
+use crate::learn::model::design::Use;
+use crate::learn::model::fit::fit;
 use crate::learn::residual::block_names;
 
 /// A split of the samples.
