@@ -15,7 +15,7 @@
 use crate::force::closed::{SteadyCut, immersion_rad};
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{Quantity, Side, SteadyRow, column_factor, measured_quantity, row_rates};
-use crate::learn::judgement::errors;
+use crate::learn::diagnose::answer::errors;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::plausible::{doubts, readable};
 use crate::learn::regress::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};

@@ -8,15 +8,15 @@
 
 use crate::effects::{self, State};
 use crate::learn::align::Aligned;
-use crate::learn::candidates::starts;
 use crate::learn::dataset::binning::{Known, cells, channels};
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::whitened;
+use crate::learn::diagnose::candidates::starts;
 use crate::learn::log::Log;
 use crate::learn::log::columns::DataError;
 use crate::learn::log::resultant::Sample;
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit, predict};
+use crate::learn::model::whitening::whitened;
 use crate::learn::passes::{Action, Pass, program};
 use crate::learn::plan::block;
 use crate::learn::report::{Added, Confounded, LearnReport};

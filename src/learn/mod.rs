@@ -5,27 +5,24 @@
 //! number or by load) against [`program::timeline`] (what should happen when, and what is cut) → [`dataset::binning`] (weighted by [`dataset::weights`], in
 //! their [`dataset::covariates`], as cut within a piece: `within`) → [`dataset::samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
 //!
-//! [`diagnose`] lets the effects of [`crate::effects`] compete: [`candidates`] says where each search begins, [`model::fit`] fits
-//! it with the base coefficients, [`model::cross_validation`] keeps whole blocks out of the fit, [`residual`] says what structure is left.
+//! [`diagnose`] lets the effects of [`crate::effects`] compete: [`diagnose::candidates`] says where each search begins, [`model::fit`] fits
+//! it with the base coefficients, [`model::cross_validation`] keeps whole blocks out of the fit, [`diagnose::residual`] says what structure is left.
 //! *Around it*: [`plan`] writes the test cuts of a calibration with [`passes`], [`dataset::steady_cuts`] makes a table of a program's log,
 //! [`reading`] makes do with a load meter, [`sigmoid`] takes one record of instantaneous forces; [`experiment`] writes the
 //! cut that parts rivals, `grown` simulates stock and tool as they were found, [`log::plausible`] says what no model should
-//! rest on, [`shown`] what a report draws.
+//! rest on, [`diagnose::curves`] what a report draws.
 //!
-//! [`report`] holds the answer, [`process_model`] makes a process model of it, [`windows`] follows the coefficients over time.
+//! [`report`] holds the answer, [`process_model`] makes a process model of it, [`diagnose::over_time`] follows the coefficients over time.
 
+pub mod diagnose;
 pub mod model;
 pub mod dataset;
 pub mod align;
 pub mod program;
 pub mod regress;
 pub mod calibrate;
-pub mod candidates;
-pub mod diagnose;
-mod exchange;
 pub mod experiment;
 pub mod fine;
-pub mod judgement;
 pub mod log;
 pub mod process_model;
 pub mod passes;
@@ -33,14 +30,7 @@ pub mod plan;
 pub mod polynomial;
 pub mod reading;
 pub mod report;
-pub mod residual;
 pub mod session;
 mod settled;
-mod shape;
-pub mod shown;
 pub mod sigmoid;
-pub mod transfer;
-pub mod trial;
 mod turn;
-pub mod unnamed;
-pub mod windows;

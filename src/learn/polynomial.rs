@@ -6,7 +6,7 @@
 use crate::learn::calibrate::{Calibration, mean_force_columns, rms};
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::SteadyRow;
-use crate::learn::judgement::errors;
+use crate::learn::diagnose::answer::errors;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::regress::linear::{Fit, least_squares, leave_one_out};
 use crate::learn::report::Value;

@@ -185,8 +185,8 @@ pub fn learn_with_data(
         report.warnings.extend(doubts);
     }
     if let Some(base) = crate::learn::model::fit::fit(&data, &[], 0) {
-        report.windows = crate::learn::windows::windows(&data, &base);
-        report.wear = crate::learn::windows::said(&report.windows);
+        report.windows = crate::learn::diagnose::over_time::windows(&data, &base);
+        report.wear = crate::learn::diagnose::over_time::said(&report.windows);
     }
     Ok(Learned { report, data })
 }

@@ -7,9 +7,9 @@
 //! anew at every place, in a grid that narrows. The measured quantities weigh by what the best fit so far leaves of them.
 
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::weighed_by;
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit};
+use crate::learn::model::whitening::weighed_by;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::machine::material::LinearEdge;
 use rayon::prelude::*;

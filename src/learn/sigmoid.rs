@@ -15,7 +15,7 @@ use crate::force::{Cut, Cutter};
 use crate::learn::calibrate::Calibration;
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{Side, SteadyRow};
-use crate::learn::judgement::errors;
+use crate::learn::diagnose::answer::errors;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::regress::levenberg_marquardt::{Solution, Variable, levenberg_marquardt};
 use crate::learn::report::Value;

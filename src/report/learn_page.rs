@@ -6,8 +6,8 @@ use std::fmt::Write;
 use super::html::{escaped, folded, page, table};
 use super::learn::learn_words;
 use super::summary::short;
+use crate::learn::diagnose::curves::{Along, Shown, Trace};
 use crate::learn::report::{LearnReport, Value};
-use crate::learn::shown::{Along, Shown, Trace};
 
 const MEASURED: &str = "#9a9a9a";
 const BEFORE: &str = "#d07020";

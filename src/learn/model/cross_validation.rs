@@ -2,9 +2,9 @@
 //! stretches of time), never neighbouring samples.
 
 use crate::learn::dataset::samples::Data;
+use crate::learn::diagnose::residual::block_names;
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::fit;
-use crate::learn::residual::block_names;
 
 /// A split of the samples.
 #[derive(Debug, Clone, PartialEq)]

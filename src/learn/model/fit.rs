@@ -356,8 +356,8 @@ fn condition_of(normal: &DMatrix<f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::effects::{State, named};
-    use crate::learn::candidates::starts;
     use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
+    use crate::learn::diagnose::candidates::starts;
 
     /// Cuts of an edge that has grown by two thirds at the end.
     fn worn() -> Data {

@@ -4,3 +4,4 @@
 pub mod cross_validation;
 pub mod design;
 pub mod fit;
+pub mod whitening;

@@ -1,11 +1,11 @@
 //! One candidate on top of a model. In: data, the model so far, an effect. Out: its best fit, and what that is worth.
 
 use crate::effects::Effect;
-use crate::learn::candidates::starts;
 use crate::learn::dataset::samples::Data;
+use crate::learn::diagnose::candidates::starts;
+use crate::learn::diagnose::residual::inflation;
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit};
-use crate::learn::residual::inflation;
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

@@ -8,8 +8,8 @@
 
 use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
+use crate::learn::diagnose::residual::{COVARIATES, bins_of, value_of};
 use crate::learn::model::cross_validation::{Split, improvement_by_block, t_statistic};
-use crate::learn::residual::{COVARIATES, bins_of, value_of};
 
 /// Bins along a covariate.
 const BINS: usize = 10;

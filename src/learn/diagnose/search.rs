@@ -9,20 +9,21 @@
 //! 4. Rivals within the margin of the best that have nothing to add to it are reported as confounded with it.
 //!    When none is found alone, pairs are tried: one may hide the other from the fit.
 //! 5. Again from 2; then each effect must still pay beside the others, and no other must do better in its place. An effect
-//!    that explains less than a pattern without a name ([`crate::learn::unnamed`]) is not named.
+//!    that explains less than a pattern without a name ([`crate::learn::diagnose::unnamed`]) is not named.
 //! 6. What pattern is left in the residual is reported as unexplained.
 
 use crate::effects::{Acts, Covariate, Effect};
-use crate::learn::candidates::{part, why_not};
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::judgement::{errors, unexplained, verdict};
+use crate::learn::diagnose::answer::{errors, unexplained, verdict};
+use crate::learn::diagnose::candidates::{part, why_not};
+use crate::learn::diagnose::residual::{is_series, noise_floor, noise_with_memory};
+use crate::learn::diagnose::trial::{Trial, best_trial, chance, score_of, unphysical};
+use crate::learn::diagnose::unnamed::{Free, by_no_name, foreign};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit};
+use crate::learn::model::whitening::{weighed_by, whitened};
 use crate::learn::report::{Confounded, LearnReport, Rejected};
-use crate::learn::residual::{is_series, noise_floor, noise_with_memory};
-use crate::learn::trial::{Trial, best_trial, chance, score_of, unphysical};
-use crate::learn::unnamed::{Free, by_no_name, foreign};
 use rayon::prelude::*;
 
 /// How a diagnosis is run.
@@ -118,29 +119,6 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     report.unexplained = unexplained(&weighed, &fitted, options.seed);
     report.verdict = verdict(&report);
     Some(report)
-}
-
-/// Weights in units of one over the variance of each channel, from the residual of the base model.
-pub fn whitened(data: &Data) -> Option<Data> {
-    let base = Data {
-        base: data.base.iter().cloned().map(|b| crate::learn::dataset::samples::Base { prior: None, ..b }).collect(),
-        ..data.clone()
-    };
-    Some(weighed_by(data, &fit(&base, &[], 0)?))
-}
-
-/// Weights in units of one over the variance of each channel, from the residual of a model.
-pub(in crate::learn) fn weighed_by(data: &Data, fitted: &Fitted) -> Data {
-    let residual = fitted.residuals(data);
-    let channels = data.channel.iter().max().map_or(0, |c| c + 1);
-    let mut variance = vec![(0.0, 0.0); channels];
-    for i in data.used() {
-        variance[data.channel[i]].0 += data.weight[i] * residual[i].powi(2);
-        variance[data.channel[i]].1 += data.weight[i];
-    }
-    let of = |c: usize| (variance[c].0 / f64::max(variance[c].1, 1e-300)).max(1e-18);
-    let weight = (0..data.len()).map(|i| data.weight[i] / of(data.channel[i])).collect();
-    data.with_weights(weight)
 }
 
 /// The search as it stands.

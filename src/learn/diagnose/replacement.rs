@@ -3,11 +3,11 @@
 //! out.
 
 use crate::effects::Effect;
-use crate::learn::diagnose::{Diagnosis, MARGIN};
+use crate::learn::diagnose::search::{Diagnosis, MARGIN};
+use crate::learn::diagnose::trial::chance;
 use crate::learn::model::cross_validation::held_out_residuals;
 use crate::learn::model::fit::Fitted;
 use crate::learn::report::Rejected;
-use crate::learn::trial::chance;
 
 impl Diagnosis<'_> {
     /// The best rival of the effect `own` beside the others, where `found` has `own` with the score `same`.
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
     use crate::effects::{State, named};
     use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
-    use crate::learn::diagnose::Options;
+    use crate::learn::diagnose::search::Options;
     use crate::learn::model::cross_validation::Split;
     use crate::learn::model::fit::fit;
     use crate::path::Vec3;

@@ -2,12 +2,12 @@
 //! fitted on, what is left, and the verdict.
 
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::Diagnosis;
+use crate::learn::diagnose::residual::{is_series, noise_floor, patterns};
+use crate::learn::diagnose::search::Diagnosis;
 use crate::learn::model::cross_validation::{held_out_residuals, without};
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::{Added, ChannelError, Errors, LearnReport, Transfer, Unexplained, Value};
-use crate::learn::residual::{is_series, noise_floor, patterns};
 
 /// Share of the residual's variance above which what is left is called structure.
 const STRUCTURE: f64 = 0.15;

@@ -7,9 +7,9 @@
 
 use crate::effects::{Covariate, Effect};
 use crate::learn::dataset::samples::{Class, Data, Variant};
+use crate::learn::diagnose::residual::value_of;
 use crate::learn::model::design::{Acting, Use, acting, changed_columns};
 use crate::learn::model::fit::{Fitted, jacobian, pseudo_inverse};
-use crate::learn::residual::value_of;
 use nalgebra::{DMatrix, DVector};
 
 /// Why an effect cannot be seen in these data; `None`: it can.
@@ -59,7 +59,9 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         "corner-feed" => data.slower.is_empty().then(|| "no motion model belongs to these data".to_owned()),
         "tare-warm-up" => no_tare(data).or_else(|| varies(Covariate::Time, 1.0)).or_else(|| too_short(data)),
         "tare-speed" => no_tare(data).or_else(|| ratio(Covariate::SpindleSpeed, 1.05)),
-        "sensor-lag" => (!crate::learn::residual::is_series(data)).then(|| "steady readings have no lag".to_owned()),
+        "sensor-lag" => {
+            (!crate::learn::diagnose::residual::is_series(data)).then(|| "steady readings have no lag".to_owned())
+        }
         _ => None,
     }
 }
@@ -84,7 +86,7 @@ pub fn is_looked_for(effect: &Effect) -> bool {
 }
 
 /// Forms of the effect and values of its parameters to begin with; empty when none are worth trying. A form leaves some
-/// of the parameters that have a neutral value there; of what is looked for those that begin there stay ([`crate::learn::shape`]).
+/// of the parameters that have a neutral value there; of what is looked for those that begin there stay ([`crate::learn::diagnose::forms`]).
 pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Use> {
     let values = match effect.name {
         "edge-chipping" => chipping_starts(data, present),

@@ -2,12 +2,12 @@
 //! every covariate. In: data, report. Out: plain numbers for [`crate::report`].
 
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::whitened;
+use crate::learn::diagnose::residual::{COVARIATES, value_of};
 use crate::learn::experiment::used;
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::fit;
+use crate::learn::model::whitening::whitened;
 use crate::learn::report::LearnReport;
-use crate::learn::residual::{COVARIATES, value_of};
 
 /// One measured quantity over the run.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,11 +1,11 @@
 //! The form of an effect that is in the model already. In: the diagnosis, the model it stands in. Out: the model with the form
 //! that explains clearly more, if there is one.
 
-use crate::learn::candidates::{is_looked_for, starts};
-use crate::learn::diagnose::{Diagnosis, FORM_ROUNDS, remove};
+use crate::learn::diagnose::candidates::{is_looked_for, starts};
+use crate::learn::diagnose::search::{Diagnosis, FORM_ROUNDS, remove};
+use crate::learn::diagnose::trial::{score_of, unphysical};
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit};
-use crate::learn::trial::{score_of, unphysical};
 use rayon::prelude::*;
 
 /// How much more another form of an effect must score: "positive" on the scale of the Bayesian information criterion.

@@ -1,12 +1,12 @@
 //! What a trial does to data that it was not fitted on. In: the diagnosis with its split, a trial. Out: residuals of blocks
 //! left out, and whether kinds of cuts left out get worse.
 
-use crate::learn::candidates::is_looked_for;
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::Diagnosis;
+use crate::learn::diagnose::candidates::is_looked_for;
+use crate::learn::diagnose::search::Diagnosis;
+use crate::learn::diagnose::trial::{Trial, best_trial};
 use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_block, t_statistic, without};
 use crate::learn::model::fit::{Fitted, fit};
-use crate::learn::trial::{Trial, best_trial};
 use rayon::prelude::*;
 
 impl Diagnosis<'_> {
