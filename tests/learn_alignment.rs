@@ -13,9 +13,9 @@ mod common {
 mod generator;
 
 use feedwright::learn::align::Aligned;
+use feedwright::learn::calibrate::plan::{Kind, plan};
 use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
-use feedwright::learn::plan::{Kind, plan};
 use feedwright::learn::session::{LogOptions, Prepared, aligned, learn, prepare};
 use feedwright::machine::Job;
 use generator::cases::Case;

@@ -9,7 +9,7 @@ mod common {
 
 use assert_cmd::Command;
 use common::follow::{At, Noise, SETUP, follow, job, log};
-use feedwright::learn::plan::{Kind, plan};
+use feedwright::learn::calibrate::plan::{Kind, plan};
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::OnceLock;

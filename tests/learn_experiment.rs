@@ -11,8 +11,8 @@ mod common {
 
 use assert_cmd::Command;
 use common::follow::{At, Noise, SETUP, clear_of_ends, follow, job, log};
-use feedwright::learn::experiment::{difference, experiment, rivals};
-use feedwright::learn::plan::{Kind, plan};
+use feedwright::learn::calibrate::experiment::{difference, experiment, rivals};
+use feedwright::learn::calibrate::plan::{Kind, plan};
 use feedwright::learn::report::Confounded;
 use feedwright::learn::session::{Learned, LogOptions, run};
 

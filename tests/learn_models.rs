@@ -9,8 +9,8 @@ mod common {
 
 use assert_cmd::Command;
 use common::follow::{At, Noise, SETUP, follow, job, log};
+use feedwright::learn::calibrate::plan::{Kind, plan};
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, calibrate};
-use feedwright::learn::plan::{Kind, plan};
 use feedwright::learn::regress::linear::Loss;
 use feedwright::learn::session::{LogOptions, run};
 use feedwright::learn::{columns, table};

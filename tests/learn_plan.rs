@@ -8,13 +8,13 @@ mod common {
 }
 
 use common::follow::{At, Noise, clear_of_ends, follow, job, log};
+use feedwright::learn::calibrate::load_meter::{coefficients, parse};
+use feedwright::learn::calibrate::plan::{Kind, Plan, plan};
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, calibrate};
 use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::dataset::steady_cuts::steady_cuts;
 use feedwright::learn::log::read_log;
 use feedwright::learn::log::resultant::Sample;
-use feedwright::learn::plan::{Kind, Plan, plan};
-use feedwright::learn::reading::{coefficients, parse};
 use feedwright::learn::session::{LogOptions, aligned, prepare, run};
 use std::f64::consts::{PI, TAU};
 

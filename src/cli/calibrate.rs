@@ -100,9 +100,9 @@ fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<
         prepare_for(&source.bytes, &job, sample, Some(&|path| std::fs::read(path))).map_err(wrong)
     };
     let Some(path) = &command.log else {
-        let readings = command.reading.iter().map(|text| reading::parse(text)).collect::<Result<Vec<_>, _>>();
+        let readings = command.reading.iter().map(|text| load_meter::parse(text)).collect::<Result<Vec<_>, _>>();
         let readings = readings.map_err(|e| wrong(e.into()))?;
-        return reading::coefficients(&readings, &ready(false)?, &job).map_err(|e| wrong(e.into()));
+        return load_meter::coefficients(&readings, &ready(false)?, &job).map_err(|e| wrong(e.into()));
     };
     let wrong = |error: LearnError| refused(&error, path);
     let log = read_log(&input::file(path)?, &mapping(command.columns.as_deref())?).map_err(|e| wrong(e.into()))?;

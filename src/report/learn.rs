@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 
 use super::WRITTEN_BY;
 use crate::learn::calibrate::Calibration;
-use crate::learn::plan::{Plan, TestCut};
+use crate::learn::calibrate::plan::{Plan, TestCut};
 use crate::learn::report::{Errors, LearnReport, Value};
 
 /// JSON report of a diagnosis.

@@ -12,6 +12,13 @@
 //!
 //! Bounds: cutting and edge coefficients are not negative; where the free answer is, it is solved again within them.
 
+pub mod experiment;
+pub mod load_meter;
+pub mod plan;
+pub mod polynomial;
+pub mod sigmoid;
+pub mod test_program;
+
 use crate::force::closed::{SteadyCut, immersion_rad};
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{Quantity, Side, SteadyRow, column_factor, measured_quantity, row_rates};
@@ -126,7 +133,7 @@ fn fitted(
         "kienzle" => kienzle(frame, rows, options, &to_shaft),
         "layer" => layer(frame, rows, options),
         "response" => response(frame, rows, options),
-        "polynomial" => crate::learn::polynomial::calibrate(frame, rows),
+        "polynomial" => crate::learn::calibrate::polynomial::calibrate(frame, rows),
         other => Err(DataError::Unfit(format!(
             "the model {other} cannot be calibrated from a table; those that can: power, linear-edge, kienzle, layer, \
              response, polynomial"

@@ -7,10 +7,10 @@
 //! difference of two steps is the force of one layer. The conditioning is that of the fit itself: the cuts with readings by
 //! the declared coefficients and 3 % noise go through [`crate::learn::calibrate`].
 
+use crate::learn::calibrate::test_program::{Action, Pass, program};
 use crate::learn::calibrate::{CalibrateOptions, ball_layer, calibrate, mean_force_columns};
 use crate::learn::dataset::steady_table::{SteadyRow, TableTool, row_rates, rows};
 use crate::learn::log::columns::{DataError, read};
-use crate::learn::passes::{Action, Pass, program};
 use crate::learn::regress::random::Chance;
 use crate::learn::report::Value;
 use crate::machine::material::{ForceModel, LinearEdge};

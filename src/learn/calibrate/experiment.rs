@@ -8,6 +8,8 @@
 
 use crate::effects::{self, State};
 use crate::learn::align::Aligned;
+use crate::learn::calibrate::plan::block;
+use crate::learn::calibrate::test_program::{Action, Pass, program};
 use crate::learn::dataset::binning::{Known, cells, channels};
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::candidates::starts;
@@ -17,8 +19,6 @@ use crate::learn::log::resultant::Sample;
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit, predict};
 use crate::learn::model::whitening::whitened;
-use crate::learn::passes::{Action, Pass, program};
-use crate::learn::plan::block;
 use crate::learn::report::{Added, Confounded, LearnReport};
 use crate::learn::session::{MEAN_FORCE, Prepared, prepare_for};
 use crate::machine::{Box3, Job, Tool};
