@@ -11,9 +11,10 @@ use assert_cmd::Command;
 use common::follow::{At, Noise, SETUP, follow, job, log};
 use feedwright::learn::calibrate::plan::{Kind, plan};
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, calibrate};
+use feedwright::learn::dataset::steady_table as table;
+use feedwright::learn::log::columns;
 use feedwright::learn::regress::linear::Loss;
 use feedwright::learn::session::{LogOptions, run};
-use feedwright::learn::{columns, table};
 use std::f64::consts::PI;
 use std::fmt::Write;
 

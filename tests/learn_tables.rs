@@ -4,10 +4,11 @@
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, ball_layer, calibrate};
+use feedwright::learn::dataset::steady_table as table;
 use feedwright::learn::diagnose::{Options, diagnose};
+use feedwright::learn::log::columns;
 use feedwright::learn::model::cross_validation::{by_blocks, by_kind};
 use feedwright::learn::report::LearnReport;
-use feedwright::learn::{columns, table};
 use std::path::Path;
 
 const PAPERS: &str = "../shared/reference/papers";

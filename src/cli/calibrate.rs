@@ -9,15 +9,16 @@ use super::learn::{declared_k_tc, efficiency, finish, load, mapping, model_text,
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::learn::calibrate::{CalibrateOptions, Calibration, calibrate as fit_table};
+use crate::learn::calibrate::{load_meter, plan, sigmoid};
 use crate::learn::dataset::binning::channels;
 use crate::learn::dataset::steady_cuts::steady_cuts;
 use crate::learn::dataset::steady_table::SteadyRow;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::read_log;
 use crate::learn::log::resultant::Sample;
+use crate::learn::process_model;
 use crate::learn::regress::linear::Loss;
 use crate::learn::session::{LearnError, Prepared, aligned, prepare_for};
-use crate::learn::{plan, process_model, reading, sigmoid};
 use crate::machine::Job;
 use crate::report::learn::{calibrate_json, calibrate_words, plan_json, plan_words};
 use std::path::Path;

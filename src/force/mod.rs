@@ -12,6 +12,7 @@ pub mod closed;
 mod coefficients;
 pub mod contact;
 pub mod cutter;
+pub mod fine_rings;
 mod kinds;
 mod laws;
 pub mod line;
@@ -24,6 +25,7 @@ mod scan;
 mod summary;
 pub mod surface;
 mod sweep;
+pub mod turn;
 mod zone;
 
 pub use cutter::{Cut, Cutter};

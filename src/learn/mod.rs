@@ -1,30 +1,31 @@
 //! Measured data → residual → named effect → process model.
 //!
-//! *Tables of steady cuts*: [`log::columns`] → [`dataset::steady_table`] → [`calibrate::mod::mod`] (coefficients), or → [`dataset::samples::Data`] → [`diagnose`].
-//! *Logs*: [`log`] → [`align::mod::mod`], [`align::mod::line`] or [`align::mod::load`] (where in the program each sample belongs, by position, by line
-//! number or by load) against [`program::timeline`] (what should happen when, and what is cut) → [`dataset::binning`] (weighted by [`dataset::weights`], in
-//! their [`dataset::covariates`], as cut within a piece: `within`) → [`dataset::samples::Data`] → [`diagnose`]. [`session::run`] is the whole way.
+//! Rooms in the order of their dependence; each uses only those above it, and `tests/tidy.rs` watches that:
 //!
-//! [`diagnose`] lets the effects of [`crate::effects`] compete: [`diagnose::candidates`] says where each search begins, [`model::fit`] fits
-//! it with the base coefficients, [`model::cross_validation`] keeps whole blocks out of the fit, [`diagnose::residual`] says what structure is left.
-//! *Around it*: [`calibrate::plan`] writes the test cuts of a calibration with [`calibrate::test_program`], [`dataset::steady_cuts`] makes a table of a program's log,
-//! [`calibrate::load_meter`] makes do with a load meter, [`calibrate::sigmoid`] takes one record of instantaneous forces; [`calibrate::experiment`] writes the
-//! cut that parts rivals, `grown` simulates stock and tool as they were found, [`log::plausible`] says what no model should
-//! rest on, [`diagnose::curves`] what a report draws.
-//!
-//! [`report`] holds the answer, [`process_model`] makes a process model of it, [`diagnose::over_time`] follows the coefficients over time.
+//! | room | holds |
+//! |---|---|
+//! | [`report`] | the answer of a diagnosis as plain data |
+//! | [`regress`] | least squares, medians, random numbers: numbers without a meaning of their own |
+//! | [`log`] | files of measured data: columns, a log over time, gaps, resultants of force components |
+//! | [`program`] | what the machine should be doing when, what is cut there, and what would be under another geometry |
+//! | [`align`] | where in the program each sample of a log belongs: by position, by line number, by load |
+//! | [`dataset`] | one row a sample: reading, weight, covariates, the columns that coefficients multiply; from logs and tables |
+//! | [`model`] | base coefficients and effects fitted together, and judged on blocks left out of the fit |
+//! | [`diagnose`] | which effects the residual speaks for; what no effect explains |
+//! | [`runout`] | the runout that a log of peak forces shows, followed to its valley |
+//! | [`calibrate`] | coefficients from steady cuts, a record of forces or a load meter; the test cuts that would give them |
+//! | [`process_model`] | the process model that a diagnosis or a calibration supports |
+//! | [`session`] | the whole way from a log to its report |
 
-pub mod calibrate;
-pub mod diagnose;
-pub mod model;
-pub mod dataset;
-pub mod align;
-pub mod program;
-pub mod regress;
-pub mod fine;
-pub mod log;
-pub mod process_model;
 pub mod report;
+pub mod regress;
+pub mod log;
+pub mod program;
+pub mod align;
+pub mod dataset;
+pub mod model;
+pub mod diagnose;
+pub mod runout;
+pub mod calibrate;
+pub mod process_model;
 pub mod session;
-mod settled;
-mod turn;

@@ -18,7 +18,7 @@ use crate::learn::program::peak_forces::About;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::timeline::{Timeline, speed_ratios, timeline};
 use crate::learn::report::{Alignment, LearnReport, Value};
-use crate::learn::settled::settled;
+use crate::learn::runout::settled;
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
 use crate::nc::{Environment, Toolpath, interpret, parse};

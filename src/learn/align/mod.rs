@@ -11,8 +11,8 @@ pub mod holds;
 pub mod line;
 pub mod load;
 pub mod matching;
-pub(in crate::learn) mod measured_load;
-pub(in crate::learn) mod predicted_load;
+pub mod measured_load;
+pub mod predicted_load;
 
 use crate::learn::log::{Log, longest_step};
 use crate::learn::program::timeline::{Doing, Spot, Timeline};

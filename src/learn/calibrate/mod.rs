@@ -133,7 +133,7 @@ fn fitted(
         "kienzle" => kienzle(frame, rows, options, &to_shaft),
         "layer" => layer(frame, rows, options),
         "response" => response(frame, rows, options),
-        "polynomial" => crate::learn::calibrate::polynomial::calibrate(frame, rows),
+        "polynomial" => polynomial::calibrate(frame, rows),
         other => Err(DataError::Unfit(format!(
             "the model {other} cannot be calibrated from a table; those that can: power, linear-edge, kienzle, layer, \
              response, polynomial"

@@ -1,12 +1,12 @@
 //! The data of a diagnosis: one row a sample, with its reading, its weight, its covariates and the columns that base coefficients
 //! multiply. In: an aligned log, or a table of steady cuts. Out: [`samples::Data`].
 
-pub(in crate::learn) mod axes_on_meter;
+pub mod axes_on_meter;
 pub mod binning;
 pub mod covariates;
 pub mod mean_forces;
 pub mod samples;
-pub(in crate::learn) mod section;
+pub mod section;
 pub mod steady_cuts;
 pub mod steady_table;
 pub mod weights;

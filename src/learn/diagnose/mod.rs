@@ -4,10 +4,10 @@
 pub mod answer;
 pub mod candidates;
 pub mod curves;
-pub(in crate::learn) mod forms;
+pub mod forms;
 pub mod held_out;
 pub mod over_time;
-pub(in crate::learn) mod replacement;
+pub mod replacement;
 pub mod residual;
 mod search;
 pub mod trial;

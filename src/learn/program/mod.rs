@@ -3,7 +3,7 @@
 
 pub mod clock;
 pub mod motion;
-pub(in crate::learn) mod other_geometry;
+pub mod other_geometry;
 pub mod peak_forces;
 pub mod runout_grid;
 pub mod timeline;

@@ -6,11 +6,12 @@
 
 use crate::engage::{EngagedArc, EngagementMap, Station};
 use crate::force::contact::{Engaged, engaged as geometry};
+use crate::force::fine_rings::FineRings;
 use crate::force::{Cut, Cutter, Loads};
-use crate::learn::fine::FineRings;
+
+use crate::force::turn::Turn;
 use crate::learn::log::resultant::Sample;
 use crate::learn::program::runout_grid::{RunoutGrid, Runouts};
-use crate::learn::turn::Turn;
 use crate::machine::material::{ForceModel, LinearEdge, Material, Process};
 use crate::machine::{Job, Runout};
 use crate::nc::Move;

@@ -24,10 +24,10 @@ const SAME_RAD: f32 = 2e-4;
 const LEAST_LAG: f64 = 1e-4;
 
 /// Forces in the plane per unit of k_tc, k_rc, k_te, k_re, k_ac, k_ae at every angle of a turn.
-pub(in crate::learn) struct Turn {
+pub struct Turn {
     by_angle: Vec<[C; 6]>,
     /// Share of the contact in which a tooth finds nothing left to cut.
-    pub(in crate::learn) idle: f64,
+    pub idle: f64,
 }
 
 /// A tooth: its angle behind the first, and (feed, in mean feeds per tooth; R_i − R_{i−m}) for each m.
@@ -106,7 +106,8 @@ fn sums(layer: &Layer, tooth: &Tooth, tangent_z: f64, feed_per_tooth_mm: f64) ->
 }
 
 impl Turn {
-    pub(in crate::learn) fn new(
+    /// Forces of the `arcs` on the rings `slices` while the tool moves with `tangent_z` of its direction along Z, mm/mm.
+    pub fn new(
         tool: &Tool,
         slices: &[Slice],
         arcs: &[EngagedArc],
@@ -165,7 +166,7 @@ impl Turn {
 
     /// Largest force in the plane with these coefficients, its derivatives by k_tc, k_rc, k_te, k_re; of the magnitude of the
     /// mean where `mean`.
-    pub(in crate::learn) fn slopes(&self, k: &LinearEdge, mean: bool) -> [f64; 4] {
+    pub fn slopes(&self, k: &LinearEdge, mean: bool) -> [f64; 4] {
         let values = [k.k_tc, k.k_rc, k.k_te, k.k_re, k.k_ac, k.k_ae];
         let force = |at: &[C; 6]| at.iter().zip(values).map(|(w, k)| w * k).sum::<C>();
         let whole: [C; 6] = std::array::from_fn(|b| self.by_angle.iter().map(|at| at[b]).sum::<C>() / ANGLES as f64);
