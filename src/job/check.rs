@@ -3,8 +3,9 @@
 //! it is above [`MET`] with the cap they should have had.
 //!
 //! The engagement of the written file does not depend on its feeds. Where the last round left blocks cut otherwise than this
-//! one, loads are looked at on the stations of that simulation first, each at the highest feed over it; only a file that passes
-//! this is simulated anew. Stations that have the feed they had in the last round keep the ratio they had, and the proof is
+//! one, loads are looked at on the stations of that simulation first, each at the highest feed over it. Blocks may end a few
+//! increments beside those of the last round, and a station of then reach into the next block now: a file is simulated anew as
+//! soon as these stations ask for no cap that the schedule has not kept already. Stations that have the feed they had in the last round keep the ratio they had, and the proof is
 //! made for the file that meets the limits.
 //!
 //! Where blocks hang on the block-delete switch, all this is done for both of its positions.
@@ -176,7 +177,7 @@ fn rated(
         _ => {
             let after = known.is_some().then(|| feeds(&written, &origins));
             let found = known.as_mut().zip(after).map(|(known, after)| known.rate(side, kept, after));
-            if let Some(found) = found.filter(|found| !found.breaches.is_empty()) {
+            if let Some(found) = found.filter(|found| found.breaches.iter().any(|breach| asks(side.problem, breach))) {
                 return Ok(Some(found));
             }
             // The old map goes before the new one comes.
@@ -444,6 +445,15 @@ pub fn load_limits<'a>(
     rps: f64,
 ) -> impl Iterator<Item = (LimitKind, f64)> + 'a {
     over::load_limits(rule, job, rps).map(|limit| (limit.kind, limit.limit))
+}
+
+/// Does a breach ask for a cap that the schedule did not have?
+fn asks(problem: &Problem, breach: &Breach) -> bool {
+    let mut over = problem.nodes_of(breach.origin.move_id).iter().filter(|node| overlaps(node, &breach.origin));
+    over.any(|node| match reachable(node, breach) {
+        Some(cap_mm_s) => node.cap.feed_mm_s > cap_mm_s,
+        None => node.infeasible.is_none(),
+    })
 }
 
 fn overlaps(node: &Node, origin: &Origin) -> bool {
