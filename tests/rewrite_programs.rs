@@ -148,6 +148,24 @@ fn arcs_are_cut_on_the_arc() {
 }
 
 #[test]
+fn a_circle_without_its_end_gets_it_where_it_is_cut() {
+    let text = "G21 G90 G17\nG0 X8.25 Y-2 Z0\nG3 I-5 F600\nG3 Z-1 I-5\nG2 Y0. R2.\nX3 I-2.625 J0\n";
+    let out = rewritten(text, Dialect::Generic, &quiet(), halves);
+    let lines: Vec<&str> = out.lines().skip(2).collect();
+    assert_eq!(lines[..2], ["G3 X-1.75 Y-2 I-5 F300", "G3 X8.25 Y-2 I5 J0 F1200"], "{out}");
+    assert_eq!(lines[2..4], ["G3 Z-0.5 X-1.75 Y-2 I-5 F300", "G3 Z-1 X8.25 Y-2 I5 J0 F1200"], "{out}");
+    assert!(lines[5].starts_with("G2 Y0. X8.25 R2."), "{out}");
+    assert_eq!(lines[6..8], ["X5.625 Y-2.625 I-2.625 J0 F300", "X3 Y0.000 I0.000 J2.625 F1200"], "{out}");
+    // By increments the pieces come back to where they began.
+    let out = rewritten("G21 G91\nG1 X1.5 F600\nG3 I-5.\n", Dialect::Generic, &quiet(), halves);
+    assert!(out.contains("G3 X-10. Y0. I-5. F300\nG3 X10. Y0. I5. J0. F1200\n"), "{out}");
+    // After an expression the text does not say where it stands: the proof objects, and a run leaves such a circle whole.
+    let program = parse(b"G21 G90\nG0 X[4+4] Y0\nG3 I-5 F600\n", Dialect::LinuxCnc);
+    let toolpath = toolpath(&program, &surroundings(), &quiet());
+    assert!(check(&program, &surroundings(), &halves(&toolpath), &quiet()).is_err());
+}
+
+#[test]
 fn arcs_near_half_a_turn_by_radius_and_blocks_that_do_more_stay_whole() {
     for text in [
         "G21 G90\nG0 X5 Y0\nG3 X-4.99 Y0 R5 F600\n",

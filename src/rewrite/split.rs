@@ -5,7 +5,8 @@
 //! A split point is a point of the control's grid within half an increment of the path, found by trying places near the
 //! one asked for. Under G91 the pieces' increments add up to the original's exactly, in decimal. An arc by its centre gets
 //! its centre computed anew from each rounded point; an arc by its radius keeps the radius and is cut only well below half
-//! a turn.
+//! a turn. An arc in XY that leaves out X or Y (a full circle: `G3 I-6.`) has them written in, the last piece where it ends:
+//! begun elsewhere it would be another arc.
 //!
 //! Fanuc and Haas controls may read a coordinate without a decimal point in increments (`X50` is 0.050 mm there). A text in
 //! which no coordinate has a point is cut at whole numbers only, written without a point as its own are: whichever way the
@@ -115,9 +116,17 @@ fn is_simple(view: &View) -> bool {
 struct Form {
     unit_mm: f64,
     incremental: bool,
-    /// Axis words with the digits their numbers may have.
-    axes: [Option<(Word, u32)>; 3],
+    axes: [Option<Axis>; 3],
     centre: Centre,
+}
+
+/// A coordinate of the pieces.
+#[derive(Clone, Copy)]
+struct Axis {
+    /// Its word; an arc may leave it out.
+    word: Option<Word>,
+    /// Digits after the point that its numbers may have.
+    digits: u32,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -134,15 +143,18 @@ impl Form {
     fn of(block: &Block<'_>) -> Option<Self> {
         let unit_mm = block.modes.unit_mm();
         let dialect = block.program.dialect();
-        let least = dialect.coordinate_digits(block.modes.inch) as u32;
+        let whole = is_whole(block);
+        let least = if whole { 0 } else { dialect.coordinate_digits(block.modes.inch) as u32 };
         let mut axes = [None; 3];
         for (axis, letter) in AXES.into_iter().enumerate() {
-            let Some(word) = block.view.only(letter) else { continue };
+            let Some(word) = block.view.only(letter) else {
+                axes[axis] = left_out(block, axis).then_some(Axis { word: None, digits: least });
+                continue;
+            };
             let number = number_bytes(block.program, word);
-            let whole = is_whole(block);
             let pointed = number.contains(&b'.') || word.number == 0.0 || !counts_increments(dialect);
             let digits = Decimal::read(number).filter(|_| pointed || whole)?.digits();
-            axes[axis] = Some((*word, if whole { 0 } else { digits.max(least) }));
+            axes[axis] = Some(Axis { word: Some(*word), digits: if whole { 0 } else { digits.max(least) } });
         }
         let form = Self { unit_mm, incremental: block.modes.incremental, axes, centre: Centre::None };
         form.agrees(block).then_some(())?;
@@ -154,13 +166,20 @@ impl Form {
     /// Do the words say where the move goes, up to a shift?
     fn agrees(&self, block: &Block<'_>) -> bool {
         let (from, to) = (block.motion.curve().from(), block.motion.curve().to());
-        (0..3).all(|axis| match &self.axes[axis] {
+        (0..3).all(|axis| match self.axes[axis] {
             None => (to[axis] - from[axis]).abs() <= SAME_MM,
-            Some((word, _)) => {
+            Some(Axis { word, digits }) => {
                 let start = if self.incremental { from[axis] } else { block.shift[axis] };
-                (word.number * self.unit_mm + start - to[axis]).abs() <= SAME_MM
+                let number = word.map_or_else(|| self.end(block, axis, digits).value(), |word| word.number);
+                let stays = word.is_some() || (to[axis] - from[axis]).abs() <= SAME_MM;
+                stays && (number * self.unit_mm + start - to[axis]).abs() <= SAME_MM
             }
         })
+    }
+    /// The number of a coordinate that the block leaves out, where it ends.
+    fn end(&self, block: &Block<'_>, axis: usize, digits: u32) -> Decimal {
+        let start = if self.incremental { block.motion.curve().from() } else { block.shift };
+        Decimal::nearest((block.motion.curve().to()[axis] - start[axis]) / self.unit_mm, digits)
     }
     fn centre_of(&self, block: &Block<'_>, arc: &Arc) -> Option<Centre> {
         let (a, b, normal) = arc.plane.axes();
@@ -187,6 +206,11 @@ impl Form {
             _ => None,
         }
     }
+}
+
+/// Is it a coordinate of an arc in XY that the block does not name?
+fn left_out(block: &Block<'_>, axis: usize) -> bool {
+    matches!(block.motion.curve(), Curve::Arc(arc) if arc.plane.axes().2 == 2) && axis < 2
 }
 
 fn no_centre_words(view: &View) -> bool {
@@ -266,7 +290,7 @@ fn rounded(block: &Block<'_>, form: &Form, s_mm: f64) -> Point {
     let from = block.motion.curve().from();
     let mut point = Point { at: exact, coordinate: [Decimal::nearest(0.0, 0); 3], gone: [Decimal::nearest(0.0, 0); 3] };
     for axis in 0..3 {
-        let Some((_, digits)) = form.axes[axis] else { continue };
+        let Some(Axis { digits, .. }) = form.axes[axis] else { continue };
         let zero = if form.incremental { from[axis] } else { block.shift[axis] };
         let number = Decimal::nearest((exact[axis] - zero) / form.unit_mm, digits);
         point.at[axis] = zero + number.value() * form.unit_mm;
@@ -281,10 +305,19 @@ fn piece_text(block: &Block<'_>, form: &Form, start: &Start, point: &Point) -> V
     let mut out = Vec::new();
     let text = block.program.text();
     let mut end = block.program.span(block.id).start;
-    for word in &block.view.words {
+    let coordinate = |axis: usize| {
+        if form.incremental { point.coordinate[axis].minus(start.gone[axis]) } else { point.coordinate[axis] }
+    };
+    for (index, word) in block.view.words.iter().enumerate() {
         // A comment stays with the last piece: the control may act on it.
         let gap = text[end as usize..word.span.start as usize].split(|&byte| byte == b'(').next().unwrap_or_default();
         end = word.span.end;
+        if first_of_centre(block) == Some(index) {
+            for axis in written_in(form) {
+                out.extend_from_slice(gap);
+                out.extend_from_slice(&written(block, word, AXES[axis], coordinate(axis)));
+            }
+        }
         if b"NF".contains(&word.letter) {
             if out.is_empty() && word.letter == b'N' {
                 out.extend_from_slice(gap);
@@ -292,10 +325,7 @@ fn piece_text(block: &Block<'_>, form: &Form, start: &Start, point: &Point) -> V
             continue;
         }
         let replaced = match axis_of(word.letter) {
-            Some(axis) => vec![(
-                AXES[axis],
-                if form.incremental { point.coordinate[axis].minus(start.gone[axis]) } else { point.coordinate[axis] },
-            )],
+            Some(axis) => vec![(AXES[axis], coordinate(axis))],
             None => centre_numbers(block, form, start, word),
         };
         if replaced.is_empty() {
@@ -308,6 +338,16 @@ fn piece_text(block: &Block<'_>, form: &Form, start: &Start, point: &Point) -> V
         }
     }
     out
+}
+
+/// The coordinates that the block leaves out and its pieces must have.
+fn written_in(form: &Form) -> impl Iterator<Item = usize> {
+    (0..3).filter(|&axis| form.axes[axis].is_some_and(|axis| axis.word.is_none()))
+}
+
+/// The first word of the block that says centre or radius: coordinates stand before it.
+fn first_of_centre(block: &Block<'_>) -> Option<usize> {
+    block.view.words.iter().position(|word| b"IJKR".contains(&word.letter))
 }
 
 /// What stands in place of a word of the centre: nothing new (empty), or the word and, where it was left out, its partner.
@@ -349,19 +389,31 @@ fn written(block: &Block<'_>, like: &Word, letter: u8, number: Decimal) -> Vec<u
 /// Edits that let the block begin at the last split point.
 fn last_edits(block: &Block<'_>, form: &Form, start: &Start) -> Option<Vec<Edit>> {
     let mut edits = Vec::new();
-    for word in &block.view.words {
+    for (index, word) in block.view.words.iter().enumerate() {
         let span = number_span(block.program, word);
         if let (Some(axis), true) = (axis_of(word.letter), form.incremental) {
             let whole = Decimal::read(span.of(block.program.text()))?;
             let text = written(block, word, word.letter, whole.minus(start.gone[axis]));
             edits.push(Edit::replace(word.span, text));
         }
+        let mut texts = Vec::new();
+        if first_of_centre(block) == Some(index) {
+            for axis in written_in(form) {
+                let digits = form.axes[axis].map_or(0, |axis| axis.digits);
+                let end = form.end(block, axis, digits);
+                let rest = if form.incremental { end.minus(start.gone[axis]) } else { end };
+                texts.push(written(block, word, AXES[axis], rest));
+            }
+        }
         let words = centre_numbers(block, form, start, word);
-        if words.is_empty() {
+        if words.is_empty() && texts.is_empty() {
             continue;
         }
+        texts.extend(words.iter().map(|&(letter, number)| written(block, word, letter, number)));
+        if words.is_empty() {
+            texts.push(word.span.of(block.program.text()).to_vec());
+        }
         let gap: &[u8] = if block.manners.spaced { b" " } else { b"" };
-        let texts: Vec<_> = words.iter().map(|&(letter, number)| written(block, word, letter, number)).collect();
         edits.push(Edit::replace(word.span, texts.join(gap)));
     }
     Some(edits)

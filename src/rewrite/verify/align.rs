@@ -37,7 +37,8 @@ const AXES: [u8; 3] = *b"XYZ";
 
 /// Aligns the two texts.
 pub fn align(original: &Program, rewritten: &Program, proof: &mut Proof) -> Roles {
-    let mut walk = Walk { original, rewritten, i: 0, j: 0, ends: [0; 2], modes: MODES, roles: Roles::default() };
+    let mut walk =
+        Walk { original, rewritten, i: 0, j: 0, begin: 0, ends: [0; 2], modes: MODES, roles: Roles::default() };
     let mut others = rewritten.parts();
     for part in original.parts() {
         let Some(other) = others.next().filter(|other| other.name == part.name) else {
@@ -46,6 +47,7 @@ pub fn align(original: &Program, rewritten: &Program, proof: &mut Proof) -> Role
             break;
         };
         walk.modes = MODES;
+        walk.begin = part.blocks.start as usize;
         walk.ends = [part.blocks.end as usize, other.blocks.end as usize];
         while walk.i < walk.ends[0] || walk.j < walk.ends[1] {
             walk.step(proof);
@@ -68,6 +70,8 @@ struct Walk<'a> {
     rewritten: &'a Program,
     i: usize,
     j: usize,
+    /// Where the part of the original that is being aligned begins.
+    begin: usize,
     /// Where the parts that are being aligned end.
     ends: [usize; 2],
     modes: Modes,
@@ -138,6 +142,15 @@ impl<'a> Walk<'a> {
         self.modes.after(Switched::by(self.original, BlockId(self.i as u32)))
     }
 
+    /// Number of the last word of an axis before line `i`, where it is plain and in the modes of that line.
+    fn named_before(&self, i: usize, axis: usize) -> Option<Decimal> {
+        let views = (self.begin..i).rev().map(|line| (line, View::of(self.original, BlockId(line as u32))));
+        let (line, view) = { views }.find(|(_, view)| view.has(AXES[axis]) || !view.plain)?;
+        let switches = |line: usize| Switched::by(self.original, BlockId(line as u32)) != Switched::default();
+        let word = view.only(AXES[axis]).filter(|_| view.plain && !(line + 1..=i).any(switches))?;
+        Decimal::read(number_bytes(self.original, word))
+    }
+
     fn push_pieces(&mut self, count: usize) {
         let block = BlockId(self.i as u32);
         for _ in 1..count {
@@ -148,13 +161,22 @@ impl<'a> Walk<'a> {
 
     /// Number of lines of the rewritten program, from `j` on, that are the pieces of block `i`; `None`: they are not.
     fn pieces(&self, i: usize, j: usize) -> Option<usize> {
-        let whole = Frame::of(self.original, i)?;
+        let mut whole = Frame::of(self.original, i)?;
         let incremental = self.modes_here().incremental;
+        let first = Frame::of(self.rewritten, j)?;
+        for axis in 0..2 {
+            // A coordinate that an arc leaves out stays what it was: the last piece has to say so.
+            if whole.arc && whole.axes[axis].is_none() && first.axes[axis].is_some() {
+                whole.axes[axis] =
+                    if incremental { Some(Decimal::nearest(0.0, 0)) } else { self.named_before(i, axis) };
+            }
+        }
         let mut sum = [Some(Decimal::nearest(0.0, 0)); 3];
         let end = self.ends[1].min(j + MOST_PIECES);
         for (count, at) in (j..end).enumerate() {
             let piece = Frame::of(self.rewritten, at)?;
-            if piece.code != whole.code {
+            let names = |frame: &Frame| frame.axes.map(|number| number.is_some());
+            if piece.code != whole.code || names(&piece) != names(&whole) {
                 return None;
             }
             for (axis, number) in sum.iter_mut().enumerate() {
@@ -250,8 +272,10 @@ impl Bare {
 
 /// What pieces of one block have in common, and what tells them apart.
 struct Frame {
-    /// Every word but N, F, axes and centre: letter and number; axes by letter alone.
+    /// Every word but N, F, axes and centre: letter and number.
     code: Vec<u8>,
+    /// Has it words of a centre or a radius?
+    arc: bool,
     /// Numbers of X, Y, Z.
     axes: [Option<Decimal>; 3],
     /// Comments of the user: only the last piece has them.
@@ -270,11 +294,11 @@ impl Frame {
             return None;
         }
         let number = view.only(b'N').map(|word| word.number);
-        let mut frame = Self { code: Vec::new(), axes: [None; 3], rest: Vec::new(), number };
+        let arc = b"IJKR".iter().any(|&letter| view.has(letter));
+        let mut frame = Self { code: Vec::new(), arc, axes: [None; 3], rest: Vec::new(), number };
         for word in &view.words {
             if let Some(axis) = AXES.iter().position(|&letter| letter == word.letter) {
                 frame.axes[axis] = Some(Decimal::read(number_bytes(program, word))?);
-                frame.code.push(word.letter);
             } else if b"GR".contains(&word.letter) {
                 frame.code.extend_from_slice(word.span.of(program.text()));
             }
