@@ -5,7 +5,7 @@
 
 use feedwright::engage::{self, EngagementMap, engage};
 use feedwright::job::{Keep, Task, Wanted, Watch, optimize, sections, simulate};
-use feedwright::machine::{Job, LimitKind};
+use feedwright::machine::{CutKind, Job, LimitKind};
 use feedwright::nc::{self, Environment, Program, Toolpath};
 use feedwright::report::Run;
 use feedwright::schedule::acting::{ACTS_FROM, idle};
@@ -129,10 +129,32 @@ fn the_summary_says_when_the_change_of_feed_is_what_binds() {
 fn sections_begin_with_the_comments_between_cuts() {
     let (job, _) = load("");
     let (program, toolpath, map) = simulated(&job);
-    let found = segments(&sections(&program, &toolpath, &map), &toolpath, &map);
-    let told: Vec<(&str, (u32, u32), Option<bool>)> =
-        found.iter().map(|segment| (segment.name.as_str(), segment.lines, segment.finishing)).collect();
-    assert_eq!(told, [("ROUGH SLOT", (1, 9), Some(false)), ("FINISH SLOT", (10, u32::MAX), Some(true))]);
+    let found = segments(&sections(&program, &toolpath, &map), &toolpath, &map, &job);
+    let told: Vec<(&str, (u32, u32), Option<CutKind>)> =
+        found.iter().map(|segment| (segment.name.as_str(), segment.scope.lines, segment.scope.kind)).collect();
+    let [roughing, finishing] = [CutKind::Roughing, CutKind::Finishing].map(Some);
+    assert_eq!(told, [("ROUGH SLOT", (1, 9), roughing), ("FINISH SLOT", (10, u32::MAX), finishing)]);
+}
+
+/// One tool, no comment: depth and the way of the end face part what a comment does not.
+#[test]
+fn depth_and_plunges_part_operations() {
+    let (job, _) = load("");
+    let told = |text: &str| -> Vec<(CutKind, f64)> {
+        let program = nc::parse(text.into(), None);
+        let toolpath = nc::interpret(&program, &Environment::from_job(&job));
+        let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
+        let found = segments(&sections(&program, &toolpath, &map), &toolpath, &map, &job);
+        found.iter().map(|s| (s.scope.kind.unwrap(), (10.0 * s.scope.depths_mm[1]).round() / 10.0)).collect()
+    };
+    let head = "G21 G90 G17\nT1 M6\nS8000 M3\n";
+    let slot = |y: f64, z: f64| format!("G0 X-10 Y{y} Z2\nG1 Z{z} F600\nX50\nG0 Z2\n");
+    let (shallow, deep) = ((CutKind::Roughing, 1.5), (CutKind::Roughing, 4.0));
+    assert_eq!(told(&format!("{head}{}{}M30\n", slot(4.0, -4.0), slot(14.0, -1.5))), [deep, shallow]);
+    // Within twice the depth it is one operation.
+    assert_eq!(told(&format!("{head}{}{}M30\n", slot(4.0, -4.0), slot(14.0, -2.1))), [deep]);
+    let plunge = "G0 X20 Y10 Z2\nG1 Z-4 F200\nX30 F600\nG0 Z2\nM30\n";
+    assert_eq!(told(&format!("{head}{plunge}")), [(CutKind::Down, 4.0), deep]);
 }
 
 #[test]

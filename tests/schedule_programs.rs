@@ -261,7 +261,7 @@ fn an_entry_ramp_covers_its_distance_after_every_entry() {
 fn a_program_held_to_its_own_loads_is_never_slowed_and_a_common_error_cancels() {
     let part = pocket();
     let held = |job: &Job| {
-        let operations = segments(&[], &part.toolpath, &part.map);
+        let operations = segments(&[], &part.toolpath, &part.map, &part.job);
         let found = distributions(&operations, &part.toolpath, &part.map, job);
         let own = limited_to_itself(job, &operations, &found, 100.0);
         problem(&part.toolpath, &part.map, &own)

@@ -13,7 +13,7 @@ use super::output::{Kind, Outputs};
 use super::screen::{self, Screen};
 use super::work::{inputs, run};
 use crate::job;
-use crate::machine::{Job, LimitKind, Tool};
+use crate::machine::{CutKind, Job, LimitKind, Scope, Tool};
 use crate::report::{in_report_unit, short};
 use crate::schedule::operations::{Segment, segments, whole_tools};
 use crate::schedule::reference::{Distribution, distributions};
@@ -37,6 +37,8 @@ struct OperationPart {
     kind: &'static str,
     first_line: u32,
     last_line: Option<u32>,
+    /// Least and largest axial depth, mm.
+    depths_mm: [f64; 2],
     #[serde(flatten)]
     cuts: ToolPart,
 }
@@ -70,7 +72,7 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
     let done = run(source, command.setup.as_deref(), job::simulate, global, job::Wanted::default(), screen)?;
     let (toolpath, map) = (&done.run.toolpath, &done.run.map);
     let found = distributions(&whole_tools(toolpath, map), toolpath, map, &done.run.job);
-    let parts = segments(&job::sections(&done.run.program, toolpath, map), toolpath, map);
+    let parts = segments(&job::sections(&done.run.program, toolpath, map), toolpath, map, &done.run.job);
     let of_parts = distributions(&parts, toolpath, map, &done.run.job);
     let operations: Vec<OperationPart> = of_parts
         .chunk_by(|a, b| a.segment == b.segment)
@@ -89,13 +91,15 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
 }
 
 fn operation(of: &Segment, cuts: ToolPart) -> OperationPart {
-    let kind = match of.finishing {
-        Some(true) => "finishing",
-        Some(false) => "roughing",
-        None => "all",
-    };
-    let last_line = (of.lines.1 < u32::MAX).then_some(of.lines.1);
-    OperationPart { name: of.name.clone(), kind, first_line: of.lines.0.max(1), last_line, cuts }
+    let Scope { lines, kind, depths_mm, .. } = of.scope;
+    OperationPart {
+        name: of.name.clone(),
+        kind: kind.map_or("all", CutKind::name),
+        first_line: lines.0.max(1),
+        last_line: (lines.1 < u32::MAX).then_some(lines.1),
+        depths_mm,
+        cuts,
+    }
 }
 
 fn tool(loads: &[Distribution], job: &Job) -> ToolPart {
@@ -143,10 +147,11 @@ fn words(tools: &[ToolPart], operations: &[OperationPart]) -> String {
 fn heading(operation: &OperationPart) -> String {
     let last = operation.last_line.map_or_else(|| "the end".to_owned(), |line| line.to_string());
     format!(
-        "T{} {}, {}, lines {} to {last}: {} mm of cuts\n",
+        "T{} {}, {}, up to {} mm deep, lines {} to {last}: {} mm of cuts\n",
         operation.cuts.number,
         if operation.name.is_empty() { "(no comment)" } else { &operation.name },
         operation.kind,
+        short(operation.depths_mm[1]),
         operation.first_line,
         short(operation.cuts.cut_length_mm)
     )

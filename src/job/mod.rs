@@ -344,7 +344,7 @@ fn asked(program: &Program, toolpath: &Toolpath, map: &EngagementMap, job: &Job,
     for (motion, reference) in original.moves.iter_mut().zip(&references) {
         motion.feed.mm_s = reference.feed_mm_s;
     }
-    let standing = Standing { toolpath, apart_mm: SPACING_MM[0] };
+    let standing = Standing { toolpath, apart_mm: 2.0 * SPACING_MM[0] };
     let mut problem = schedule::problem_after(&original, map, job, history, Some(standing));
     for node in &mut problem.nodes {
         let now_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;

@@ -54,7 +54,7 @@ pub fn limited(
     map: &EngagementMap,
     percentile: f64,
 ) -> Reference {
-    let own = segments(sections, toolpath, map);
+    let own = segments(sections, toolpath, map, job);
     let held = |job: &Job| limited_to_itself(job, &own, &distributions(&own, toolpath, map, job), percentile);
     let own = held(job);
     let plain = schedule::problem(toolpath, map, &own);

@@ -283,15 +283,69 @@ pub struct WearBudget {
     pub most: f64,
 }
 
-/// Limits that the program itself gives to one of its operations: what is met there as it stands.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Reference {
+/// Kind of a cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CutKind {
+    /// The end face cuts downwards: a plunge, a ramp, a helix.
+    Down,
+    /// Takes an allowance and leaves the finished surface.
+    Finishing,
+    /// Any other.
+    Roughing,
+}
+
+impl CutKind {
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            CutKind::Down => "downwards",
+            CutKind::Finishing => "finishing",
+            CutKind::Roughing => "roughing",
+        }
+    }
+}
+
+/// What a move cuts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cut {
+    /// Kind.
+    pub kind: CutKind,
+    /// Largest axial depth from the rapid before it to the next one, mm; 0 in air.
+    pub depth_mm: f64,
+}
+
+/// The cuts of one operation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scope {
     /// Tool number.
     pub tool: u32,
     /// First and last physical line.
     pub lines: (u32, u32),
-    /// Only moves that leave the final surface, or only those that do not; `None`: both.
-    pub finishing: Option<bool>,
+    /// Kind of the cuts; `None`: any.
+    pub kind: Option<CutKind>,
+    /// Least and largest axial depth of the cuts, mm.
+    pub depths_mm: [f64; 2],
+}
+
+/// Depths below this are compared as this, mm: the tool skims.
+const SKIM_MM: f64 = 0.01;
+
+impl Scope {
+    /// How far a cut lies from this operation: another kind, and the logarithm of its depth over the nearest one here.
+    /// `None` for another tool and other lines.
+    pub fn distance(&self, tool: u32, line: u32, cut: Cut) -> Option<(bool, f64)> {
+        let within = self.tool == tool && (self.lines.0..=self.lines.1).contains(&line);
+        let [depth, least, largest] = [cut.depth_mm, self.depths_mm[0], self.depths_mm[1]].map(|d| d.max(SKIM_MM));
+        let apart = (depth / depth.clamp(least, largest)).ln().abs();
+        within.then_some((self.kind.is_some_and(|kind| kind != cut.kind), apart))
+    }
+}
+
+/// Limits that the program itself gives to one of its operations: what is met there as it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Its cuts.
+    pub scope: Scope,
     /// The limits; those of the setup stay where they are lower.
     pub limits: Limits,
 }

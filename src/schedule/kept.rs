@@ -7,9 +7,9 @@
 //! | reason | holds where |
 //! |---|---|
 //! | plunge | material is cut and −t_z > cos 45°: the tool goes down faster than it goes aside |
-//! | ramp | material is cut, it is no plunge, and −t_z times the length of the move is more than [`LEVEL_MM`] |
+//! | ramp | material is cut, it is no plunge, and −t_z times the length of the move is more than [`LEVEL_MM`](super::kinds::LEVEL_MM) |
 //! | entry | the path is within one tool radius after first contact, or before the last one, of a cut ([`entries`]) |
-//! | finishing | the station, or one within a cell's diagonal, leaves the finished surface by a cut no thicker than [`ALLOWANCE`] |
+//! | finishing | the station, or one within a cell's diagonal, leaves the finished surface by a cut no thicker than an [allowance](super::kinds::ALLOWANCE) |
 //! | compensation | G41 or G42 (RL, RR) is in force |
 //! | cycle | the move belongs to a drilling or boring cycle (which is then neither plunge nor ramp) |
 //!
@@ -20,6 +20,7 @@
 //! no loads) nothing is raised anywhere, in air or in cuts.
 
 use super::caps::{Cutters, SLIVER_MM, skims};
+use super::kinds::{downwards, finishing};
 use super::problem::{Bound, Kept, Node, Problem};
 use super::ramps::spread;
 use super::rules::{Rule, Rules};
@@ -28,15 +29,8 @@ use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Mode};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Curve;
-use std::f64::consts::{FRAC_1_SQRT_2, PI};
+use std::f64::consts::PI;
 
-/// Fall of a whole move up to which it counts as level, mm: two increments of the usual third decimal, so that rounding
-/// makes no ramps.
-pub const LEVEL_MM: f64 = 0.002;
-/// Thickest layer that counts as the allowance of a finishing pass, mm, and as a share of the tool's diameter for small tools;
-/// the thinner of the two holds. CAM systems leave 0.2 to 0.5 mm (0.010 to 0.020 in) for finishing by default; the share is
-/// our judgement. Above it a pass that happens to be the last (a slot, facing, a pocket in one layer) is roughing.
-pub const ALLOWANCE: (f64, f64) = (0.5, 0.1);
 /// Loads that grow with what the end face cuts: only a limit on one of them answers for a plunge.
 const OF_THE_END_FACE: [LimitKind; 3] = [LimitKind::ForceAxial, LimitKind::Power, LimitKind::Torque];
 
@@ -53,9 +47,7 @@ pub struct Keeping<'a> {
 impl<'a> Keeping<'a> {
     /// For a program.
     pub fn new(toolpath: &'a Toolpath, map: &'a EngagementMap, job: &Job, rules: &'a Rules, cutters: &Cutters) -> Self {
-        let thin = takes_an_allowance(toolpath, map, job);
-        let finishing =
-            leaves_surface(toolpath, map).into_iter().zip(thin).map(|(leaves, thin)| leaves && thin).collect();
+        let finishing = finishing(toolpath, map, job);
         Self { toolpath, map, rules, finishing, unsound: unsound(toolpath, map, job, cutters) }
     }
 
@@ -97,106 +89,6 @@ impl<'a> Keeping<'a> {
     fn place(&self, station: &Station) -> usize {
         self.map.stations_of(station.move_id).partition_point(|other| other.from_mm < station.from_mm)
     }
-}
-
-/// Does the end face cut downwards here, and how steeply?
-pub fn downwards(motion: &Move, station: &Station) -> Option<Kept> {
-    let curve = motion.curve();
-    let fall = -curve.tangent(0.5 * (station.from_mm + station.to_mm)).z;
-    match station.arc_count {
-        0 => None,
-        _ if fall > FRAC_1_SQRT_2 => Some(Kept::Plunge),
-        _ if fall * curve.length() > LEVEL_MM => Some(Kept::Ramp),
-        _ => None,
-    }
-}
-
-/// Stations that leave the finished surface, and those within the diagonal of a cell of one along the path: a station shorter
-/// than the spacing of the cells may have none of its own.
-fn leaves_surface(toolpath: &Toolpath, map: &EngagementMap) -> Vec<bool> {
-    let reach_mm = map.cell_mm * std::f64::consts::SQRT_2;
-    let mut found = vec![false; map.stations.len()];
-    let mut look = |indices: &mut dyn Iterator<Item = usize>| {
-        let mut since_mm = f64::INFINITY;
-        let mut last: Option<MoveId> = None;
-        for index in indices {
-            let station = &map.stations[index];
-            if last.is_some_and(|last| !follow_on(toolpath, last, station.move_id)) {
-                since_mm = f64::INFINITY;
-            }
-            last = Some(station.move_id);
-            if station.flags.final_surface {
-                since_mm = 0.0;
-            }
-            found[index] |= since_mm <= reach_mm && station.arc_count > 0 || station.flags.final_surface;
-            if !station.flags.final_surface {
-                since_mm += station.length_mm();
-            }
-        }
-    };
-    look(&mut (0..map.stations.len()));
-    look(&mut (0..map.stations.len()).rev());
-    found
-}
-
-/// Stations in whose surroundings the cut is no thicker than an allowance. Its thickness is the smaller of axial depth and
-/// mean radial depth (removal per mm of path over axial depth). The surroundings reach one diameter of the tool along the feed
-/// moves to either side, and most of what is cut there has to be thin: a corner that a pass cuts free, or a thin place of a
-/// roughing pass, decides nothing.
-fn takes_an_allowance(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<bool> {
-    let mut found = vec![false; map.stations.len()];
-    let mut start = 0;
-    while start < map.stations.len() {
-        let end = chain_end(toolpath, map, start);
-        let tool = toolpath.moves[map.stations[start].move_id.ix()].tool;
-        let diameter_mm = job.tool(tool).map_or(0.0, |tool| tool.diameter_mm);
-        mostly_thin(&map.stations[start..end], diameter_mm, &mut found[start..end]);
-        start = end;
-    }
-    found
-}
-
-/// Where the chain of feed moves of one tool ends that begins with this station.
-fn chain_end(toolpath: &Toolpath, map: &EngagementMap, start: usize) -> usize {
-    let joined = |pair: &[Station]| {
-        let [a, b] = [pair[0].move_id, pair[1].move_id];
-        follow_on(toolpath, a, b) && toolpath.moves[a.ix()].tool == toolpath.moves[b.ix()].tool
-    };
-    start + 1 + map.stations[start..].windows(2).take_while(|pair| joined(pair)).count()
-}
-
-/// Of a chain of stations: is more than half of what is cut within a diameter of each thin?
-fn mostly_thin(stations: &[Station], diameter_mm: f64, found: &mut [bool]) {
-    let thick_mm = ALLOWANCE.0.min(ALLOWANCE.1 * diameter_mm);
-    // Way, cut way and thinly cut way up to the end of each station, mm.
-    let mut sums = Vec::with_capacity(stations.len() + 1);
-    sums.push([0.0; 3]);
-    for (i, station) in stations.iter().enumerate() {
-        let length_mm = station.length_mm();
-        let cut_mm = if station.arc_count > 0 { length_mm } else { 0.0 };
-        let thin_mm = if thickness_mm(station) <= thick_mm { cut_mm } else { 0.0 };
-        sums.push([sums[i][0] + length_mm, sums[i][1] + cut_mm, sums[i][2] + thin_mm]);
-    }
-    for (i, found) in found.iter_mut().enumerate() {
-        let middle_mm = 0.5 * (sums[i][0] + sums[i + 1][0]);
-        let first = sums.partition_point(|sum| sum[0] < middle_mm - diameter_mm).min(i);
-        let last = sums.partition_point(|sum| sum[0] <= middle_mm + diameter_mm).clamp(i + 1, stations.len());
-        let [cut_mm, thin_mm] = [1, 2].map(|k| sums[last][k] - sums[first][k]);
-        *found = thin_mm > 0.5 * cut_mm;
-    }
-}
-
-/// Thickness of the layer that is cut at a station, mm: the smaller of axial depth and mean radial depth.
-fn thickness_mm(station: &Station) -> f64 {
-    let axial_mm = f64::from(station.axial_depth_mm);
-    let radial_mm = f64::from(station.removal_area_mm2) / axial_mm.max(f64::MIN_POSITIVE);
-    axial_mm.min(radial_mm)
-}
-
-/// Are these two the same feed move, or two that follow each other without a rapid between them?
-fn follow_on(toolpath: &Toolpath, a: MoveId, b: MoveId) -> bool {
-    let (first, last) = (a.ix().min(b.ix()), a.ix().max(b.ix()));
-    toolpath.moves[first..last].iter().all(|motion| motion.kind == MoveKind::Feed)
 }
 
 /// Can this simulation as a whole not be right? The stock is never touched, the spindle stands still in a cut, or a tool that
@@ -262,7 +154,8 @@ pub fn keep(node: &mut Node, why: Kept) {
 pub struct Standing<'a> {
     /// The moves with the feeds that stand in the file.
     pub toolpath: &'a Toolpath,
-    /// How far the ends of entries and finishing passes lie apart where the same path is simulated in other blocks, mm.
+    /// How far the ends of entries and finishing passes lie apart where the same path is simulated in other blocks, mm: either
+    /// simulation knows them to a station.
     pub apart_mm: f64,
 }
 

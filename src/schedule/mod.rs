@@ -15,6 +15,7 @@ pub mod force_rate;
 pub mod history;
 pub mod interior;
 pub mod kept;
+pub mod kinds;
 pub mod marks;
 pub mod operations;
 pub mod optimum;

@@ -7,12 +7,12 @@
 use rayon::prelude::*;
 
 use super::caps::Cutters;
-use super::operations::{Segment, finishes};
+use super::kinds::cuts;
+use super::operations::{Segment, nearest};
 use super::realise::as_programmed;
 use crate::engage::EngagementMap;
-use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Limits, Reference};
-use crate::nc::{Move, MoveKind, Toolpath};
+use crate::nc::Toolpath;
 
 /// A load below this is none, in the unit of [`Limits`]: a drill has no force in the plane but for rounding.
 const NOTHING: f64 = 1e-6;
@@ -66,8 +66,10 @@ impl Distribution {
 /// Distributions of the loads as programmed, by segment and load.
 pub fn distributions(segments: &[Segment], toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Distribution> {
     let cutters = Cutters::new(toolpath, map, job, &as_programmed(toolpath));
+    let scopes = || segments.iter().map(|segment| &segment.scope);
+    let cuts = cuts(toolpath, map, job);
     let of_move: Vec<Option<usize>> =
-        toolpath.iter_moves().map(|(id, motion)| of_move(segments, id, motion, map)).collect();
+        toolpath.moves.iter().zip(&cuts).map(|(motion, cut)| nearest(scopes(), motion, (*cut)?)).collect();
     let met: Vec<Option<(usize, f64, [f64; LOADS.len()])>> = map
         .stations
         .par_iter()
@@ -83,18 +85,10 @@ pub fn distributions(segments: &[Segment], toolpath: &Toolpath, map: &Engagement
         let mine = met.iter().flatten().filter(|(number, ..)| *number == segment);
         let mut values: Vec<(f64, f64)> = mine.map(|(_, length, loads)| (loads[column], *length)).collect();
         values.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Distribution { tool: segments[segment].tool, segment, kind: LOADS[column], values }
+        Distribution { tool: segments[segment].scope.tool, segment, kind: LOADS[column], values }
     };
     let all = (0..segments.len()).flat_map(|segment| (0..LOADS.len()).map(move |column| (segment, column)));
     all.map(|(segment, column)| of(segment, column)).filter(|found| !found.values.is_empty()).collect()
-}
-
-fn of_move(segments: &[Segment], id: MoveId, motion: &Move, map: &EngagementMap) -> Option<usize> {
-    if motion.kind == MoveKind::Rapid {
-        return None;
-    }
-    let finishes = finishes(id, map);
-    segments.iter().position(|segment| segment.holds(motion, finishes))
 }
 
 /// The job with the force, power, torque and deflection of every segment limited to a percentile (0 … 100) of what is met in it
@@ -110,7 +104,7 @@ pub fn limited_to_itself(job: &Job, segments: &[Segment], found: &[Distribution]
                 put(&mut limits, distribution.kind, value);
             }
         }
-        Reference { tool: segment.tool, lines: segment.lines, finishing: segment.finishing, limits }
+        Reference { scope: segment.scope, limits }
     };
     Job { references: segments.iter().enumerate().map(reference).collect(), ..job.clone() }
 }

@@ -2,11 +2,12 @@
 //! tool, operation and reference, and the rule of each move. Limits merge job → tool → operation; the last operation that
 //! matches wins. What the program itself gives as a reference lowers them further.
 
-use super::operations::finishes;
+use super::kinds;
+use super::operations::{finishes, nearest};
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
 use crate::machine::limits::FEED_CHANGE_MAX;
-use crate::machine::{Job, LimitKind, Limits, Match, Mode, Operation, Raise, Reference};
+use crate::machine::{Job, LimitKind, Limits, Match, Mode, Operation, Raise};
 use crate::nc::{Move, MoveKind, Toolpath};
 
 /// How the moves of one tool under one operation are treated.
@@ -58,9 +59,14 @@ impl Rules {
 pub fn rules(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Rules {
     let mut keys: Vec<(u32, Option<usize>, Option<usize>)> = Vec::new();
     let mut of_move = Vec::with_capacity(toolpath.moves.len());
+    let cuts = if job.references.is_empty() { Vec::new() } else { kinds::cuts(toolpath, map, job) };
+    let reference_of = |index: usize, motion: &Move| {
+        let scopes = job.references.iter().map(|reference| &reference.scope);
+        nearest(scopes, motion, (*cuts.get(index)?)?)
+    };
     for (index, motion) in toolpath.moves.iter().enumerate() {
         let id = MoveId(index as u32);
-        let key = (motion.tool, operation_of(id, motion, map, job), reference_of(id, motion, map, job));
+        let key = (motion.tool, operation_of(id, motion, map, job), reference_of(index, motion));
         let found = keys.iter().rposition(|known| *known == key).unwrap_or_else(|| {
             keys.push(key);
             keys.len() - 1
@@ -117,18 +123,6 @@ fn operation_of(id: MoveId, motion: &Move, map: &EngagementMap, job: &Job) -> Op
         return None;
     }
     job.operations.iter().rposition(|operation| matches(&operation.matches, id, motion, map))
-}
-
-fn reference_of(id: MoveId, motion: &Move, map: &EngagementMap, job: &Job) -> Option<usize> {
-    if motion.kind == MoveKind::Rapid || job.references.is_empty() {
-        return None;
-    }
-    let finishes = finishes(id, map);
-    let holds = |reference: &Reference| {
-        let within = (reference.lines.0..=reference.lines.1).contains(&motion.line);
-        reference.tool == motion.tool && within && reference.finishing.is_none_or(|only| only == finishes)
-    };
-    job.references.iter().position(holds)
 }
 
 fn matches(wanted: &Match, id: MoveId, motion: &Move, map: &EngagementMap) -> bool {

@@ -1,0 +1,165 @@
+//! What kind of cut a move makes, and how deep. In: toolpath, engagement, job. Out: by station, is the end face cutting downwards
+//! and is it a finishing pass; by move, a [`Cut`] that tells operations apart.
+
+use super::problem::Kept;
+use crate::engage::{EngagementMap, Station};
+use crate::ids::MoveId;
+use crate::machine::{Cut, CutKind, Job};
+use crate::nc::{Move, MoveKind, Toolpath};
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// Fall of a whole move up to which it counts as level, mm: two increments of the usual third decimal, so that rounding
+/// makes no ramps.
+pub const LEVEL_MM: f64 = 0.002;
+/// Thickest layer that counts as the allowance of a finishing pass, mm, and as a share of the tool's diameter for small tools;
+/// the thinner of the two holds. CAM systems leave 0.2 to 0.5 mm (0.010 to 0.020 in) for finishing by default; the share is
+/// our judgement. Above it a pass that happens to be the last (a slot, facing, a pocket in one layer) is roughing.
+pub const ALLOWANCE: (f64, f64) = (0.5, 0.1);
+/// By station: does it belong to a finishing pass, that is one which leaves the finished surface and takes no more than an
+/// allowance?
+pub fn finishing(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<bool> {
+    let thin = takes_an_allowance(toolpath, map, job);
+    leaves_surface(toolpath, map).into_iter().zip(thin).map(|(leaves, thin)| leaves && thin).collect()
+}
+
+/// By move: what kind of cut it makes; `None` for rapids. Down wherever its end face cuts downwards; else finishing where
+/// more than half of what it cuts is. Its depth is the largest axial depth from the rapid before it to the next one: a pass
+/// that enters and leaves the material, or climbs a step, is one operation.
+pub fn cuts(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Option<Cut>> {
+    let finishing = finishing(toolpath, map, job);
+    let level = Cut { kind: CutKind::Roughing, depth_mm: 0.0 };
+    let mut found: Vec<Option<Cut>> =
+        toolpath.moves.iter().map(|motion| (motion.kind == MoveKind::Feed).then_some(level)).collect();
+    for (id, motion) in toolpath.iter_moves() {
+        let range = map.of_move[id.ix()].clone();
+        let (stations, thin) = (map.stations_of(id), &finishing[range.start as usize..range.end as usize]);
+        if let Some(cut) = &mut found[id.ix()] {
+            cut.kind = kind(motion, stations, thin);
+        }
+    }
+    let mut start = 0;
+    while start < map.stations.len() {
+        let end = chain_end(toolpath, map, start);
+        let chain = &map.stations[start..end];
+        let depths = chain.iter().filter(|station| station.arc_count > 0);
+        let deepest_mm = depths.map(|station| f64::from(station.axial_depth_mm)).fold(0.0, f64::max);
+        for station in chain {
+            if let Some(cut) = &mut found[station.move_id.ix()] {
+                cut.depth_mm = cut.depth_mm.max(deepest_mm);
+            }
+        }
+        start = end;
+    }
+    found
+}
+
+fn kind(motion: &Move, stations: &[Station], finishing: &[bool]) -> CutKind {
+    if stations.iter().any(|station| downwards(motion, station).is_some()) {
+        return CutKind::Down;
+    }
+    let cut_mm = |only: bool| -> f64 {
+        let here = stations.iter().zip(finishing).filter(|(station, thin)| station.arc_count > 0 && (**thin || !only));
+        here.map(|(station, _)| station.length_mm()).sum()
+    };
+    if cut_mm(true) > 0.5 * cut_mm(false) { CutKind::Finishing } else { CutKind::Roughing }
+}
+
+/// Does the end face cut downwards here, and how steeply?
+pub fn downwards(motion: &Move, station: &Station) -> Option<Kept> {
+    let curve = motion.curve();
+    let fall = -curve.tangent(0.5 * (station.from_mm + station.to_mm)).z;
+    match station.arc_count {
+        0 => None,
+        _ if fall > FRAC_1_SQRT_2 => Some(Kept::Plunge),
+        _ if fall * curve.length() > LEVEL_MM => Some(Kept::Ramp),
+        _ => None,
+    }
+}
+
+/// Stations that leave the finished surface, and those within the diagonal of a cell of one along the path: a station shorter
+/// than the spacing of the cells may have none of its own.
+fn leaves_surface(toolpath: &Toolpath, map: &EngagementMap) -> Vec<bool> {
+    let reach_mm = map.cell_mm * std::f64::consts::SQRT_2;
+    let mut found = vec![false; map.stations.len()];
+    let mut look = |indices: &mut dyn Iterator<Item = usize>| {
+        let mut since_mm = f64::INFINITY;
+        let mut last: Option<MoveId> = None;
+        for index in indices {
+            let station = &map.stations[index];
+            if last.is_some_and(|last| !follow_on(toolpath, last, station.move_id)) {
+                since_mm = f64::INFINITY;
+            }
+            last = Some(station.move_id);
+            if station.flags.final_surface {
+                since_mm = 0.0;
+            }
+            found[index] |= since_mm <= reach_mm && station.arc_count > 0 || station.flags.final_surface;
+            if !station.flags.final_surface {
+                since_mm += station.length_mm();
+            }
+        }
+    };
+    look(&mut (0..map.stations.len()));
+    look(&mut (0..map.stations.len()).rev());
+    found
+}
+
+/// Stations in whose surroundings the cut is no thicker than an allowance. Its thickness is the smaller of axial depth and
+/// mean radial depth (removal per mm of path over axial depth). The surroundings reach one diameter of the tool along the feed
+/// moves to either side, and most of what is cut there has to be thin: a corner that a pass cuts free, or a thin place of a
+/// roughing pass, decides nothing.
+fn takes_an_allowance(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<bool> {
+    let mut found = vec![false; map.stations.len()];
+    let mut start = 0;
+    while start < map.stations.len() {
+        let end = chain_end(toolpath, map, start);
+        let tool = toolpath.moves[map.stations[start].move_id.ix()].tool;
+        let diameter_mm = job.tool(tool).map_or(0.0, |tool| tool.diameter_mm);
+        mostly_thin(&map.stations[start..end], diameter_mm, &mut found[start..end]);
+        start = end;
+    }
+    found
+}
+
+/// Where the chain of feed moves of one tool ends that begins with this station.
+fn chain_end(toolpath: &Toolpath, map: &EngagementMap, start: usize) -> usize {
+    let joined = |pair: &[Station]| {
+        let [a, b] = [pair[0].move_id, pair[1].move_id];
+        follow_on(toolpath, a, b) && toolpath.moves[a.ix()].tool == toolpath.moves[b.ix()].tool
+    };
+    start + 1 + map.stations[start..].windows(2).take_while(|pair| joined(pair)).count()
+}
+
+/// Of a chain of stations: is more than half of what is cut within a diameter of each thin?
+fn mostly_thin(stations: &[Station], diameter_mm: f64, found: &mut [bool]) {
+    let thick_mm = ALLOWANCE.0.min(ALLOWANCE.1 * diameter_mm);
+    // Way, cut way and thinly cut way up to the end of each station, mm.
+    let mut sums = Vec::with_capacity(stations.len() + 1);
+    sums.push([0.0; 3]);
+    for (i, station) in stations.iter().enumerate() {
+        let length_mm = station.length_mm();
+        let cut_mm = if station.arc_count > 0 { length_mm } else { 0.0 };
+        let thin_mm = if thickness_mm(station) <= thick_mm { cut_mm } else { 0.0 };
+        sums.push([sums[i][0] + length_mm, sums[i][1] + cut_mm, sums[i][2] + thin_mm]);
+    }
+    for (i, found) in found.iter_mut().enumerate() {
+        let middle_mm = 0.5 * (sums[i][0] + sums[i + 1][0]);
+        let first = sums.partition_point(|sum| sum[0] < middle_mm - diameter_mm).min(i);
+        let last = sums.partition_point(|sum| sum[0] <= middle_mm + diameter_mm).clamp(i + 1, stations.len());
+        let [cut_mm, thin_mm] = [1, 2].map(|k| sums[last][k] - sums[first][k]);
+        *found = thin_mm > 0.5 * cut_mm;
+    }
+}
+
+/// Thickness of the layer that is cut at a station, mm: the smaller of axial depth and mean radial depth.
+fn thickness_mm(station: &Station) -> f64 {
+    let axial_mm = f64::from(station.axial_depth_mm);
+    let radial_mm = f64::from(station.removal_area_mm2) / axial_mm.max(f64::MIN_POSITIVE);
+    axial_mm.min(radial_mm)
+}
+
+/// Are these two the same feed move, or two that follow each other without a rapid between them?
+fn follow_on(toolpath: &Toolpath, a: MoveId, b: MoveId) -> bool {
+    let (first, last) = (a.ix().min(b.ix()), a.ix().max(b.ix()));
+    toolpath.moves[first..last].iter().all(|motion| motion.kind == MoveKind::Feed)
+}
