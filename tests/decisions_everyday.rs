@@ -29,9 +29,9 @@ fn run(text: &[u8], setup_text: &str) -> Run {
     optimize(Task { program, job, assumptions, wanted: Wanted::default() }, &watch).unwrap()
 }
 
-/// Programs with a place that is still above its limit after all rounds, and its load over that limit. The report of the run
-/// says so.
-const OVER: [(&str, f64); 1] = [("waterline finishing, inch", 1.0745)];
+/// Words that a second run still changes: the floor of the helix is cleaned by a circle whose wedge thins slowly through the
+/// thickness of an allowance, and either run ends the finishing pass at a station of its own.
+const AGAIN: [(&str, usize); 1] = [("pocket in circles, mm", 1)];
 
 /// What came of one program.
 struct Row {
@@ -96,11 +96,12 @@ fn everyday_programs_get_what_their_limits_allow() {
     println!("{} programs, median loss {:.2} %", rows.len(), losses[losses.len() / 2]);
     for row in &rows {
         assert!(row.identical, "{}", row.name);
-        let over = OVER.iter().find(|(name, _)| *name == row.name).map(|(_, worst)| *worst);
-        let met = over.map_or(row.worst <= MET, |worst| (row.worst - worst).abs() < 1e-3);
-        assert!(met, "{}: {}", row.name, row.worst);
+        assert!(row.worst <= MET, "{}: {}", row.name, row.worst);
         assert!(row.loss_percent <= 2.0, "{}: {:.2} %", row.name, row.loss_percent);
-        assert!(100 * row.again < row.words.max(1), "{}: {} of {}", row.name, row.again, row.words);
+        match AGAIN.iter().find(|(name, _)| *name == row.name) {
+            Some((_, again)) => assert_eq!(row.again, *again, "{}", row.name),
+            None => assert!(100 * row.again < row.words.max(1), "{}: {} of {}", row.name, row.again, row.words),
+        }
     }
     assert!(rows.len() >= 30 && losses[losses.len() / 2] <= 1.0);
 }

@@ -115,6 +115,7 @@ pub fn all() -> Vec<Everyday> {
         put(&format!("facing in zigzag, {unit}"), facing(inch, true));
         put(&format!("facing one way, {unit}"), facing(inch, false));
         put(&format!("pocket in a spiral, {unit}"), spiral(inch));
+        put(&format!("pocket in circles, {unit}"), circles(inch));
         put(&format!("pocket in zigzag, {unit}"), zigzag(inch));
         put(&format!("trochoidal slot, {unit}"), trochoids(inch));
         put(&format!("ramps to depth, {unit}"), ramps(inch));
@@ -206,6 +207,24 @@ pub fn spiral(inch: bool) -> (String, String) {
     }
     let stock = [[-40.0, -40.0, -20.0], [40.0, 40.0, 0.0]];
     (t.end(), setup(inch, stock, &[(1, "flat", 10.0, 3, "")], "force_xy = 450\npower = 2600"))
+}
+
+/// A round pocket: down a helix, then circles, each further out; circles say their centre only, as many posts write them.
+pub fn circles(inch: bool) -> (String, String) {
+    let mut t = Text::new(inch);
+    t.tool(1, 9000.0);
+    t.over(53.0, 40.0, 0.5);
+    for k in 1..=5 {
+        let f = if k == 1 { " ".to_owned() + &t.f(500.0) } else { String::new() };
+        let _ = writeln!(t.out, "G3 Z{} I{}{f}", t.l(0.5 - 0.9 * f64::from(k)), t.l(-3.0));
+    }
+    for k in 1..=9 {
+        let r = 3.0 * f64::from(k);
+        t.line_f(50.0 + r, 40.0, 600.0);
+        let _ = writeln!(t.out, "G3 I{}", t.l(-r));
+    }
+    let stock = [[0.0, 0.0, -20.0], [100.0, 80.0, 0.0]];
+    (t.end(), setup(inch, stock, &[(1, "flat", 10.0, 3, "")], "force_xy = 450"))
 }
 
 /// A pocket in zigzag rows, then once along its wall.
