@@ -13,7 +13,7 @@
 
 use super::gaps::{Dir, Gaps, Interval, between, chord, root};
 use crate::path::Vec3;
-use crate::stock::{Form, Region, Swept, Track};
+use crate::stock::{Disc, Form, Region, Swept, Track};
 use std::f64::consts::{PI, TAU};
 
 /// Distance below which a point counts as covered, mm: rounding of coordinates and f64.
@@ -22,6 +22,10 @@ pub const TOUCH_MM: f64 = 1e-7;
 const LEAST_MM: f64 = 1e-9;
 /// Shortest stretch of a circle that a walk cannot overlook, mm.
 const STEP_MM: f64 = 0.05;
+/// How near to each other, rad, two places lie that are one: a border is known to this.
+const LEAST_RAD: f64 = 1e-7;
+/// What the end of a stretch may fall short of the point it begins at, by rounding, rad.
+const ASIDE_RAD: f64 = 1e-5;
 /// Width below which f is taken to have one sign where it has at both ends, rad.
 const NARROW_RAD: f64 = 5e-4;
 
@@ -140,12 +144,48 @@ impl<'a> Cover<'a> {
             self.capsule(gaps, r, part, wide + TOUCH_MM);
             return;
         }
+        if self.form.convex {
+            self.rolled(gaps, r, z);
+            return;
+        }
         let mut beyond = gaps.clone();
         self.capsule(&mut beyond, r, part, wide + 2.0 * TOUCH_MM);
         self.capsule(gaps, r, part, narrow);
         gaps.take(&beyond);
         self.walked(gaps, r, z);
         gaps.join(beyond);
+    }
+    /// What a bulging outline sweeps bulges too, and each point of the circle tells of a whole stretch: the disc that it lies in
+    /// covers all that this disc does, and where it lies in none, nothing beyond the tangent of the nearest disc is covered. At a
+    /// border both shrink to nothing as fast as Newton's steps, and a step of [`LEAST_RAD`] leads across.
+    fn rolled(&self, gaps: &mut Gaps, r: f64, z: f64) {
+        let Some(Region::Outline(outline)) = self.swept.at(z) else { return };
+        for k in (0..gaps.0.len()).rev() {
+            let [mut at, to] = gaps.0[k];
+            let mut covered: Option<Dir> = None;
+            loop {
+                let Disc { centre, radius, distance } = outline.disc_about(at.at.map(|x| r * x));
+                let reach = radius + TOUCH_MM;
+                let within = distance <= TOUCH_MM;
+                match (covered, within) {
+                    (Some(from), false) => {
+                        gaps.cover(from, at);
+                        covered = None;
+                    }
+                    (None, true) => covered = Some(at),
+                    _ => {}
+                }
+                let next =
+                    if within { end_of_disc(&at, r, centre, reach) } else { end_of_clear(&at, r, centre, reach) };
+                match next.filter(|next| next.key < to.key) {
+                    Some(next) => at = next,
+                    None => break,
+                }
+            }
+            if let Some(from) = covered {
+                gaps.cover(from, to);
+            }
+        }
     }
     fn walked(&self, gaps: &mut Gaps, r: f64, z: f64) {
         let Some(region) = self.swept.at(z).filter(|_| !gaps.is_empty()) else { return };
@@ -317,6 +357,44 @@ fn disc(gaps: &mut Gaps, r: f64, [x, y]: [f64; 2], square: f64) {
     gaps.cover_cap([x / d, y / d], above / (2.0 * r * d));
 }
 
+/// Where a circle of radius `r` about the origin leaves a disc in which it is `at` one place; `None`: nowhere.
+fn end_of_disc(at: &Dir, r: f64, [x, y]: [f64; 2], radius: f64) -> Option<Dir> {
+    let d = (x * x + y * y).sqrt();
+    let above = r * r + d * d - radius * radius;
+    if d < 1e-12 || above <= -2.0 * r * d {
+        return None;
+    }
+    end_of_cap(at, [x / d, y / d], above / (2.0 * r * d))
+}
+
+/// Where it comes back to the tangent of a disc that is nearest to a point `at` beyond it; `None`: nowhere.
+fn end_of_clear(at: &Dir, r: f64, [x, y]: [f64; 2], radius: f64) -> Option<Dir> {
+    let off = [r * at.at[0] - x, r * at.at[1] - y];
+    let by = 1.0 / (off[0] * off[0] + off[1] * off[1]).sqrt();
+    let normal = off.map(|x| x * by);
+    let least = (normal[0] * x + normal[1] * y + radius) / r;
+    if least <= -1.0 { None } else { end_of_cap(at, normal, least) }
+}
+
+/// The end, counter-clockwise, of the cap about a unit vector with a component of at least `least`, no nearer to `at`, which
+/// lies in it, than [`LEAST_RAD`]; `None` where it lies beyond the turn that `at` is in.
+fn end_of_cap(at: &Dir, [x, y]: [f64; 2], least: f64) -> Option<Dir> {
+    let least = least.min(1.0);
+    let side = ((1.0 - least) * (1.0 + least)).sqrt();
+    let end = Dir::of([x * least - y * side, y * least + x * side]);
+    let turn = at.at[0] * end.at[1] - at.at[1] * end.at[0];
+    if at.along(end.at) > 0.0 && turn.abs() < LEAST_RAD || (turn < 0.0 && turn > -ASIDE_RAD && at.along(end.at) > 0.0) {
+        let [cos, sin] = at.at;
+        return ahead_of(at, Dir::of([cos - LEAST_RAD * sin, sin + LEAST_RAD * cos]));
+    }
+    ahead_of(at, end)
+}
+
+/// A direction, where it comes after another in the turn.
+fn ahead_of(at: &Dir, next: Dir) -> Option<Dir> {
+    (next.key > at.key).then_some(next)
+}
+
 /// Half the angle that a disc at distance `d` covers of a circle of radius `r`, the square of its radius given.
 fn half_width(r: f64, d: f64, square: f64) -> f64 {
     let above = r * r + d * d - square;
@@ -441,18 +519,33 @@ fn halfway(a: &Dir, b: &Dir) -> Dir {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::Profile;
+    use crate::machine::{Profile, Segment};
     use crate::path::Vec3;
 
     /// Covered angles against the signed distance of the region, at many points of many circles.
     #[test]
     fn covers_agree_with_the_signed_distance() {
-        let forms =
-            [Profile::flat(6.0, 20.0), Profile::ball(6.0, 20.0), Profile::bull(10.0, 2.0, 20.0)].map(|p| Form::new(&p));
+        let corner = Segment::Arc { centre: [2.0, 1.0], radius: 1.0, from_rad: -1.5, to_rad: -0.6 };
+        let (from, to) = (corner.at(0.0).0, corner.at(1.0).0);
+        let profile = Profile {
+            segments: vec![
+                Segment::Line { from: [0.0; 2], to: from },
+                corner,
+                Segment::Line { from: to, to: [4.0, 8.0] },
+            ],
+        };
+        let forms = [
+            Profile::flat(6.0, 20.0),
+            Profile::ball(6.0, 20.0),
+            Profile::bull(10.0, 2.0, 20.0),
+            Profile::cone(8.0, 1.0, 1.5, 20.0),
+            profile,
+        ]
+        .map(|p| Form::new(&p));
         let wave = |k: usize, a: f64| (k as f64 * a).sin();
         let mut looked_at = 0;
-        for k in 0..3000 {
-            let form = &forms[k % 3];
+        for k in 0..6000 {
+            let form = &forms[k % 7 % 5];
             let at = |b: f64| Vec3::new(4.0 * wave(k, 1.3 + b), 4.0 * wave(k, 2.1 + b), 1.5 * wave(k, 0.7 + b));
             let level = Vec3::new(1.0, 1.0, if k % 2 == 0 { 1.0 } else { 0.0 });
             let line = Track::Line {

@@ -3,18 +3,22 @@
 //! With slope tan θ and ball radius R the lower envelope of a swept ball is z_c + u tan θ − √(R² − v²)/cos θ while the
 //! contact lies on the line, and a sphere at its ends.
 //!
-//! A flat of radius f with a corner of radius c leaves at v what it touches in the place w = u − t ahead of its axis where the
-//! normal of the corner is square to the path, wherever along the line that is; beyond the ends of the line, what it leaves
-//! there. With m = |tan θ| and p the sine of the angle between axis and normal (so d = f + c p from the axis):
+//! A bulging outline h(d), rising with the distance d from its axis, leaves at v the least over w = u − t of t tan θ + h(√(w² + v²)).
+//! Along the line that is convex, and least where the slope of the outline towards the path is that of the path, h′(d) w/d = tan θ,
+//! wherever along the line that is; beyond the ends of the line, what it leaves there. h′(d) w/d rises with w, so the parts of the
+//! outline are gone through from the axis outward as long as the place lies beyond their ends. With m = |tan θ|:
 //!
 //! ```text
-//! cos ψ = w / d,  p cos ψ = m √(1 − p²)   ⟹   E(p) = (f + c p)² ((1 + m²) p² − m²) − v² p² = 0
+//! cone of slope k        w = |v| m/√(k² − m²), beyond its end where k ≤ m
+//! corner of radius c about f from the axis, p the sine of the angle between axis and normal (so d = f + c p, cos ψ = w/d)
+//!       p cos ψ = m √(1 − p²)   ⟹   E(p) = (f + c p)² ((1 + m²) p² − m²) − v² p² = 0
 //! ```
 //! E rises through its one root from max(sin θ, (v − f)/c) to 1. The height is least at that place, so an error of w counts by
 //! its square: four steps of Newton's method leave no more than the rounding.
 
 #![allow(clippy::inline_always)] // lanes are registers only where all is inlined
 
+use super::form::{Bow, Part};
 use super::wide::{Lanes, Which};
 use pulp::Simd;
 
@@ -129,23 +133,39 @@ impl Section for BallSection {
     }
 }
 
-/// A flat bottom with a round corner.
-pub struct BullSection {
-    /// Radius of the flat bottom.
-    pub flat: f32,
-    /// Radius of the corner.
-    pub corner: f32,
-    /// Square of the radius of the whole.
+/// A bulging outline: its parts from the axis outward, and the square of its radius.
+#[derive(Clone, Copy)]
+pub struct Bulging<'a> {
+    /// Its parts.
+    pub parts: &'a [Part],
+    /// Square of its radius.
     pub r2: f32,
 }
 
-impl Section for BullSection {
+impl Bulging<'_> {
+    /// Height above the tip at a distance no larger than its radius.
+    #[inline(always)]
+    fn height_at<S: Simd>(self, d: Lanes<S>) -> Lanes<S> {
+        let mut height = d.of(0.0);
+        for Part { from, to, bow } in self.parts {
+            let at = d.max(d.of(*from)).min(d.of(*to));
+            let of_part = match bow {
+                Bow::Cone { low, slope } => (at - *from) * *slope + *low,
+                Bow::Corner { centre: [middle, up], radius, .. } => {
+                    let off = at - *middle;
+                    d.of(*up) - (d.of(radius * radius) - off * off).max(d.of(0.0)).sqrt()
+                }
+            };
+            height = d.of(*from).at_most(d).pick(of_part, height);
+        }
+        height
+    }
+}
+
+impl Section for Bulging<'_> {
     #[inline(always)]
     fn at<S: Simd>(&self, square: Lanes<S>) -> Lanes<S> {
-        let d = (square.sqrt() - self.flat).max(square.of(0.0));
-        let left = square.of(self.corner * self.corner) - d * d;
-        let height = square.of(self.corner) - left.max(square.of(0.0)).sqrt();
-        square.at_most(square.of(self.r2)).pick(height, square.of(f32::INFINITY))
+        square.at_most(square.of(self.r2)).pick(self.height_at(square.sqrt()), square.of(f32::INFINITY))
     }
 }
 
@@ -214,20 +234,17 @@ impl Heights for Ball {
     }
 }
 
-/// A flat bottom with a round corner on a ramp.
-pub struct BullRamp {
+/// A bulging outline on a ramp.
+pub struct BulgingRamp<'a> {
+    outline: Bulging<'a>,
     line: [f32; 2],
     z: f32,
-    flat: f32,
-    corner: f32,
-    r2: f32,
-    /// Rise over length, its size m, 1 + m², and m/√(1 + m²).
+    /// Rise over length, its size m, 1 + m², m/√(1 + m²), and the third root of m².
     slope: f32,
     steep: f32,
     length2: f32,
     sin: f32,
-    /// Where p begins about v = f: there 2 c p³ is about m² f.
-    about: f32,
+    third: f32,
 }
 
 /// Steps of Newton's method for the place where a corner touches.
@@ -235,62 +252,78 @@ const STEPS: usize = 4;
 /// What a height that may be left is taken lower for the sake of rounding, mm.
 const ROUNDING_MM: f32 = 1e-4;
 
-impl BullRamp {
+impl<'a> BulgingRamp<'a> {
     /// Along a line of this length in the plane that begins at height `z` and rises by `rise`.
-    pub fn new([run, z, rise]: [f32; 3], [flat, corner, r2]: [f32; 3]) -> Self {
+    pub fn new([run, z, rise]: [f32; 3], outline: Bulging<'a>) -> Self {
         let slope = rise / run;
         let steep = slope.abs();
         let length2 = 1.0 + steep * steep;
-        let about = (steep * steep * flat / (2.0 * corner)).cbrt();
-        Self { line: [run, rise], z, flat, corner, r2, slope, steep, length2, sin: steep / length2.sqrt(), about }
-    }
-    /// Height above the tip at a distance given by its square.
-    #[inline(always)]
-    fn section<S: Simd>(&self, square: Lanes<S>) -> Lanes<S> {
-        let zero = square.of(0.0);
-        let d = (square.sqrt() - self.flat).max(zero);
-        square.of(self.corner) - (square.of(self.corner * self.corner) - d * d).max(zero).sqrt()
+        let (sin, third) = (steep / length2.sqrt(), (steep * steep).cbrt());
+        Self { outline, line: [run, rise], z, slope, steep, length2, sin, third }
     }
     /// How far ahead of its axis (behind, where it falls) it touches what it leaves at v, on a line without ends.
     #[inline(always)]
     fn ahead<S: Simd>(&self, v: Lanes<S>) -> Lanes<S> {
-        let (zero, one) = (v.of(0.0), v.of(1.0));
+        let (zero, v2) = (v.of(0.0), v * v);
+        let (mut ahead, mut end) = (zero, zero);
+        for Part { from, to, bow } in self.outline.parts {
+            // The place goes on into this part where it lies at the end of the one before.
+            let goes_on = end.at_most(ahead);
+            let begin = end;
+            end = (v.of(to * to) - v2).max(zero).sqrt();
+            let place = match bow {
+                Bow::Cone { slope, .. } if *slope <= self.steep => end,
+                Bow::Cone { slope, .. } => {
+                    v.abs() * (self.steep / ((slope - self.steep) * (slope + self.steep)).sqrt())
+                }
+                Bow::Corner { centre: [middle, _], radius, about } => {
+                    self.at_corner(v, [*middle, *radius, about * self.third], [*from, *to])
+                }
+            };
+            ahead = goes_on.pick(place.max(begin).min(end), ahead);
+        }
+        ahead * self.slope.signum()
+    }
+    /// The same for a corner between two distances from the axis; `about` is where p begins about v = f.
+    #[inline(always)]
+    fn at_corner<S: Simd>(&self, v: Lanes<S>, [flat, corner, about]: [f32; 3], [from, to]: [f32; 2]) -> Lanes<S> {
+        let zero = v.of(0.0);
         let (v2, m2) = (v * v, self.steep * self.steep);
-        let beyond = ((v.abs() - self.flat) / v.of(self.corner)).max(zero);
-        let lowest = beyond.max(v.of(self.sin));
-        // As if the corner had no radius, and as if there were no flat.
+        let beyond = ((v.abs() - flat) / v.of(corner)).max(v.of((from - flat) / corner)).max(zero);
+        let (lowest, highest) = (beyond.max(v.of(self.sin)), v.of((to - flat) / corner));
+        // As if the corner had no radius (far beyond where it begins beside the flat), and as if there were no flat.
         let no_corner =
-            v.of(self.steep * self.flat) / (v.of(self.flat * self.flat * self.length2) - v2).max(v.of(1e-12)).sqrt();
+            v.of((self.steep * flat).max(1e-6)) / (v.of(flat * flat * self.length2) - v2).max(v.of(1e-12)).sqrt();
         let no_flat = ((beyond * beyond + m2) / v.of(self.length2)).sqrt();
-        let mut p = no_corner.min((beyond + self.about).max(no_flat)).max(lowest).min(one);
+        let mut p = no_corner.min((beyond + about).max(no_flat)).max(lowest).min(highest);
         for _ in 0..STEPS {
-            let (d, p2) = (p * self.corner + self.flat, p * p);
+            let (d, p2) = (p * corner + flat, p * p);
             let b = p2 * self.length2 - m2;
             let value = d * d * b - v2 * p2;
-            let per_p = (d * (b * self.corner + d * p * self.length2) - v2 * p) * 2.0;
-            p = (p - value / per_p.max(v.of(1e-12))).max(lowest).min(one);
+            let per_p = (d * (b * corner + d * p * self.length2) - v2 * p) * 2.0;
+            p = (p - value / per_p.max(v.of(1e-12))).max(lowest).min(highest);
         }
-        let d = p * self.corner + self.flat;
-        (d * d - v2).max(zero).sqrt() * self.slope.signum()
+        let d = p * corner + flat;
+        (d * d - v2).max(zero).sqrt()
     }
 }
 
-impl Heights for BullRamp {
+impl Heights for BulgingRamp<'_> {
     /// Not below the outline at the nearest place of the line, at the lowest height that the tip has within reach.
     #[inline(always)]
     fn may<S: Simd>(&self, u: Lanes<S>, v: Lanes<S>, cell: Lanes<S>) -> Which<S> {
-        let du = u - u.max(u.of(0.0)).min(u.of(self.line[0]));
-        let square = du * du + v * v;
+        let square = Straight(self.line[0]).square(u, v);
         let lowest =
-            (u * self.slope + (self.z - self.steep * self.r2.sqrt())).max(u.of(self.z + self.line[1].min(0.0)));
-        square.at_most(u.of(self.r2)) & (lowest + self.section(square) - ROUNDING_MM).below(cell)
+            (u * self.slope + (self.z - self.steep * self.outline.r2.sqrt())).max(u.of(self.z + self.line[1].min(0.0)));
+        square.at_most(u.of(self.outline.r2))
+            & (lowest + self.outline.height_at(square.sqrt()) - ROUNDING_MM).below(cell)
     }
     #[inline(always)]
     fn height<S: Simd>(&self, u: Lanes<S>, v: Lanes<S>) -> Lanes<S> {
         let along = (u - self.ahead(v)).max(u.of(0.0)).min(u.of(self.line[0]));
         let du = u - along;
-        let square = du * du + v * v;
-        let height = along * self.slope + self.z + self.section(square);
-        square.at_most(u.of(self.r2)).pick(height, u.of(f32::INFINITY))
+        let height = along * self.slope + self.z + self.outline.height_at((du * du + v * v).sqrt());
+        let within = Straight(self.line[0]).square(u, v).at_most(u.of(self.outline.r2));
+        within.pick(height, u.of(f32::INFINITY))
     }
 }

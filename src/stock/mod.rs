@@ -28,5 +28,5 @@ pub use form::Form;
 pub use mesh::{Mesh, MeshError, read_stl};
 pub use past::{Past, make_again, take_back};
 pub use piece::{Cut, Piece};
-pub use region::{Region, Ring, Swept};
+pub use region::{Disc, Region, Ring, Swept};
 pub use sweep::sweep;

@@ -134,7 +134,7 @@ impl<'a> Swept<'a> {
     pub fn at(&self, z: f64) -> Option<Region<'a>> {
         match *self {
             Swept::Arc { form, z: tip, mut ring } => {
-                ring.reach = form.profile.radius_below(z - tip)?;
+                ring.reach = form.radius_below(z - tip)?;
                 Some(Region::Ring(ring))
             }
             Swept::Line { form, from, dir, run, rise } => line_region(form, from, dir, [run, rise], z),
@@ -161,7 +161,7 @@ fn line_region(form: &Form, from: Vec3, dir: [f64; 2], [run, rise]: [f64; 2], z:
         let start = [start[0] + t0 * run * dir[0], start[1] + t0 * run * dir[1]];
         return Some(Region::Capsule(Capsule { from: start, dir, length: (t1 - t0) * run, radius: form.radius }));
     }
-    form.profile.radius_below(zeta)?;
+    form.radius_below(zeta)?;
     Some(Region::Outline(Outline { form, from: start, dir, run, rise, z: z - from.z }))
 }
 
@@ -237,12 +237,51 @@ impl Ball {
     }
 }
 
+/// A disc that an outline on a slope sweeps at a height.
+#[derive(Debug, Clone, Copy)]
+pub struct Disc {
+    /// Where its middle lies.
+    pub centre: [f64; 2],
+    /// Its radius, mm.
+    pub radius: f64,
+    /// Distance of a point from it, negative within.
+    pub distance: f64,
+}
+
+/// A place along the run, the radius there, and how far from that a point lies.
+#[derive(Clone, Copy)]
+struct Touch {
+    along: f64,
+    radius: f64,
+    distance: f64,
+}
+
+impl Touch {
+    const NONE: Self = Self { along: 0.0, radius: 0.0, distance: f64::INFINITY };
+
+    fn of(u: f64, v: f64, along: f64, radius: f64) -> Self {
+        Self { along, radius, distance: norm(u - along, v) - radius }
+    }
+    fn nearer(self, other: Self) -> Self {
+        if other.distance < self.distance { other } else { self }
+    }
+}
+
 impl Outline<'_> {
     fn distance(&self, p: [f64; 2]) -> f64 {
         let (u, v) = local(p, self.from, self.dir);
+        self.touch(u, v).distance
+    }
+    /// Of all the discs it sweeps the one that `p` lies deepest in, or nearest to.
+    pub fn disc_about(&self, p: [f64; 2]) -> Disc {
+        let (u, v) = local(p, self.from, self.dir);
+        let Touch { along, radius, distance } = self.touch(u, v);
+        Disc { centre: [0, 1].map(|axis| self.from[axis] + along * self.dir[axis]), radius, distance }
+    }
+    fn touch(&self, u: f64, v: f64) -> Touch {
         let column = self.column(u, v, self.form.top, self.form.radius);
         let segments = self.form.profile.segments.iter().zip(&self.form.reaches);
-        segments.map(|(segment, reach)| self.segment(segment, reach, u, v)).fold(column, f64::min)
+        segments.map(|(segment, reach)| self.segment(segment, reach, u, v)).fold(column, Touch::nearer)
     }
     /// Range of the run in which the outline's heights `low..high` are at height `z`.
     fn range(&self, low: f64, high: f64) -> Option<(f64, f64)> {
@@ -252,10 +291,10 @@ impl Outline<'_> {
         (a <= b).then_some((a, b))
     }
     /// A disc of `radius` from height `low` up for ever.
-    fn column(&self, u: f64, v: f64, low: f64, radius: f64) -> f64 {
-        self.range(low, f64::INFINITY).map_or(f64::INFINITY, |(a, b)| norm(u - u.clamp(a, b), v) - radius)
+    fn column(&self, u: f64, v: f64, low: f64, radius: f64) -> Touch {
+        self.range(low, f64::INFINITY).map_or(Touch::NONE, |(a, b)| Touch::of(u, v, u.clamp(a, b), radius))
     }
-    fn segment(&self, segment: &Segment, reach: &Reach, u: f64, v: f64) -> f64 {
+    fn segment(&self, segment: &Segment, reach: &Reach, u: f64, v: f64) -> Touch {
         match segment {
             Segment::Line { from, to } => {
                 let ([r0, z0], [r1, z1]) = if from[1] <= to[1] { (*from, *to) } else { (*to, *from) };
@@ -271,7 +310,7 @@ impl Outline<'_> {
                     slope * f64::INFINITY
                 };
                 let t = best.clamp(a, b);
-                (norm(u - t, v) - radius(t)).min(widest)
+                Touch::of(u, v, t, radius(t)).nearer(widest)
             }
             Segment::Arc { centre, radius, .. } => {
                 let Reach { low, high, widest } = *reach;
@@ -279,18 +318,19 @@ impl Outline<'_> {
                 let Some((a, b)) = self.range(low, high) else { return widest };
                 let per_run = self.rise / self.run;
                 let (r2, above) = (radius * radius, self.z - centre[1]);
-                let gap = |t: f64| {
+                let radius = |t: f64| {
                     let h = above - per_run * t;
-                    norm(u - t, v) - centre[0] - (r2 - h * h).max(0.0).sqrt()
+                    centre[0] + (r2 - h * h).max(0.0).sqrt()
                 };
-                // Its slope rises with t, and that by `bend`.
+                // Slope of hypot(u − t, v) − r(t): it rises with t, and that by `bend`.
                 let slope = |t: f64| {
                     let (off, h) = (u - t, above - per_run * t);
                     let (far, width) = (norm(off, v).max(1e-12), (r2 - h * h).max(1e-18).sqrt());
                     let bend = v * v / (far * far * far) + per_run * per_run * r2 / (width * width * width);
                     (-off / far - per_run * h / width, bend)
                 };
-                gap(rising_root(slope, a, b)).min(widest)
+                let t = rising_root(slope, a, b);
+                Touch::of(u, v, t, radius(t)).nearer(widest)
             }
         }
     }

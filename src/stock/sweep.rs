@@ -12,7 +12,7 @@ use super::element::Track;
 use super::field::Tile;
 use super::form::{Form, Kind};
 use super::heights::{
-    Ball, BallSection, BullRamp, BullSection, FlatSection, Heights, Level, Ramp, Round, Straight, Way,
+    Ball, BallSection, Bulging, BulgingRamp, FlatSection, Heights, Level, Ramp, Round, Straight, Way,
 };
 use super::past::Past;
 use super::region::least_convex;
@@ -105,7 +105,7 @@ fn sweep_under(tile: &mut Tile, track: &Track, form: &Form, id: u32, [columns, r
 /// standing that are met now.
 fn behind(line: &Line, form: &Form) -> f64 {
     let slope = line.rise / line.run;
-    match form.kind {
+    match &form.kind {
         _ if form.neck.is_finite() => f64::NEG_INFINITY,
         _ if slope >= 0.0 => 0.0,
         Kind::Ball => slope * form.radius,
@@ -144,7 +144,7 @@ fn sweep_line<S: Simd>(
     let put = Put { step: [line.dir[0], -line.dir[1]].map(|dir| tile.cell[0] * dir), id };
     let grid = Grid::of(tile);
     let runs = RowRuns { grid, rows, line, reach };
-    match form.kind {
+    match &form.kind {
         Kind::Flat if level => lower(simd, tile, runs, &put, &Level { way, section: FlatSection(r2), z }),
         Kind::Flat => lower(simd, tile, runs, &put, &Ramp { run, z, r2, slope: rise / run }),
         Kind::Ball => {
@@ -153,11 +153,11 @@ fn sweep_line<S: Simd>(
             let ball = Ball { run, centre: z + r, r2, slope, sin, cos, inv_cos: 1.0 / cos };
             lower(simd, tile, runs, &put, &ball);
         }
-        Kind::Bull { flat, corner } if level => {
-            lower(simd, tile, runs, &put, &Level { way, section: BullSection { flat, corner, r2 }, z });
+        Kind::Convex(parts) if level => {
+            lower(simd, tile, runs, &put, &Level { way, section: Bulging { parts, r2 }, z });
         }
-        Kind::Bull { flat, corner } => {
-            lower(simd, tile, runs, &put, &BullRamp::new([run, z, rise], [flat, corner, r2]));
+        Kind::Convex(parts) => {
+            lower(simd, tile, runs, &put, &BulgingRamp::new([run, z, rise], Bulging { parts, r2 }));
         }
         Kind::Other => lower_each(tile, runs, &put, |at, stands| swept_height(form, &line, at, stands)),
     }
@@ -187,11 +187,11 @@ fn sweep_arc<S: Simd>(
     let (centre, radius) = (arc.centre, arc.radius);
     let runs = rows.flat_map(|j| ring_runs(&grid, j, &columns, centre, [radius, reach])).flatten();
     let way = arc.round;
-    match form.kind {
+    match &form.kind {
         Kind::Flat => lower(simd, tile, runs, &put, &Level { way, section: FlatSection(r * r), z }),
         Kind::Ball => lower(simd, tile, runs, &put, &Level { way, section: BallSection(r), z }),
-        Kind::Bull { flat, corner } => {
-            lower(simd, tile, runs, &put, &Level { way, section: BullSection { flat, corner, r2: r * r }, z });
+        Kind::Convex(parts) => {
+            lower(simd, tile, runs, &put, &Level { way, section: Bulging { parts, r2: r * r }, z });
         }
         Kind::Other => lower_each(tile, runs, &put, |at, _| {
             let [x, y] = at.map(|x| Lanes::new(pulp::Scalar::new(), x as f32));
@@ -320,17 +320,24 @@ const SLACK_MM: f64 = 1e-3;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::{Box3, Profile};
+    use crate::machine::{Box3, Profile, Segment};
     use crate::stock::Field;
     use pulp::Scalar;
+    use std::f64::consts::{FRAC_PI_2, PI};
 
     #[test]
     fn the_wide_and_the_portable_sweep_agree_bit_for_bit() {
         let extent = Box3 { min: Vec3::zeros(), max: Vec3::new(15.0, 15.0, 5.0) };
         let field = Field::new(extent, 0.1, |_, _| 5.0);
         let (mut wide, mut portable) = (field.tiles[0].clone(), field.tiles[0].clone());
-        for (index, profile) in
-            [Profile::flat(3.0, 9.0), Profile::ball(4.0, 9.0), Profile::bull(5.0, 1.0, 9.0)].iter().enumerate()
+        for (index, profile) in [
+            Profile::flat(3.0, 9.0),
+            Profile::ball(4.0, 9.0),
+            Profile::bull(5.0, 1.0, 9.0),
+            Profile::cone(6.0, 0.5, 1.2, 9.0),
+        ]
+        .iter()
+        .enumerate()
         {
             let form = Form::new(profile);
             for k in 0..40 {
@@ -356,14 +363,21 @@ mod tests {
         assert_eq!(wide.ids, portable.ids);
     }
 
-    /// A bull on slopes from gentle to nearly upright, rising and falling, short and long, against the least height of its outline
-    /// along the line.
+    /// Every bulging outline on slopes from gentle to nearly upright, rising and falling, short and long, against the least height
+    /// of its outline along the line: corners small and large, cones blunt and pointed, a face mill with its corner between flat
+    /// and cone, a taper with its corner below the cone, a corner between two cones.
     #[test]
-    fn a_corner_on_a_slope_leaves_the_least_height_along_the_line() {
+    fn a_bulging_outline_on_a_slope_leaves_the_least_height_along_the_line() {
         let extent = Box3 { min: Vec3::zeros(), max: Vec3::new(20.0, 20.0, 30.0) };
         let field = Field::new(extent, 0.1, |_, _| 30.0);
-        for (diameter, corner) in [(12.0, 2.0), (12.0, 0.1), (10.0, 4.95)] {
-            let form = Form::new(&Profile::bull(diameter, corner, 40.0));
+        let bulls =
+            [(12.0, 2.0), (12.0, 0.1), (10.0, 4.95)].map(|(diameter, corner)| Profile::bull(diameter, corner, 40.0));
+        let cones = [(12.0, 0.0, 2.06), (10.0, 0.4, 1.57), (11.0, 6.0, 1.57), (9.0, 1.0, 0.3)]
+            .map(|(diameter, tip, point)| Profile::cone(diameter, tip, point, 40.0));
+        let cornered = [(3.0, 0.8, 0.78, 5.5), (0.0, 1.5, 0.1, 4.0), (0.0, 2.0, 1.2, 6.0)].map(cornered);
+        for (shape, profile) in bulls.iter().chain(&cones).chain(&cornered).enumerate() {
+            let form = Form::new(profile);
+            assert!(matches!(form.kind, Kind::Convex(_)));
             for (k, slope) in [1e-4, -0.003, 0.03, -0.2, 1.0, -5.0].into_iter().enumerate() {
                 for run in [0.05, 1.3, 6.0] {
                     let (sin, cos) = (0.7 * k as f64).sin_cos();
@@ -383,16 +397,24 @@ mod tests {
                         // its edge; nearer to that it stands upright.
                         let edge = at[1].hypot(at[0] - at[0].clamp(0.0, run)) > form.radius - 0.02;
                         let off = (height - tile.heights[cell]).abs();
-                        assert!(
-                            edge || off < 5e-5 * (1.0 + slope.abs() as f32),
-                            "{corner} {slope} {run} {at:?}: {off}"
-                        );
+                        assert!(edge || off < 5e-5 * (1.0 + slope.abs() as f32), "{shape} {slope} {run} {at:?}: {off}");
                         lowered += usize::from(height < 30.0);
                     }
-                    assert!(lowered > 5000, "{lowered}");
+                    // The disc of the cutter at least, but for cells below the floor or above the stock.
+                    let disc_cells = PI * form.radius * form.radius / (0.1 * 0.1);
+                    assert!(lowered as f64 > 0.4 * disc_cells, "{shape} {slope} {run}: {lowered}");
                 }
             }
         }
+    }
+
+    /// A flat, a corner, a cone at an angle to the axis, up to a radius; 40 mm high.
+    fn cornered((flat, corner, side_rad, radius): (f64, f64, f64, f64)) -> Profile {
+        let arc = Segment::Arc { centre: [flat, corner], radius: corner, from_rad: -FRAC_PI_2, to_rad: -side_rad };
+        let [from, to] = [arc.at(1.0).0, [radius, arc.at(1.0).0[1] + (radius - arc.at(1.0).0[0]) / side_rad.tan()]];
+        let bottom = Segment::Line { from: [0.0; 2], to: [flat, 0.0] };
+        let side = Segment::Line { from: to, to: [radius, 40.0] };
+        Profile { segments: vec![bottom, arc, Segment::Line { from, to }, side] }
     }
 
     #[test]
