@@ -7,7 +7,7 @@
 mod rewriting;
 
 use feedwright::machine::Annotate;
-use feedwright::nc::Dialect;
+use feedwright::nc::{CommentForm, Dialect, Syntax, TokenKind};
 use proptest::prelude::*;
 use rewriting::{check, job, parse, schedule, surroundings, toolpath};
 
@@ -195,6 +195,92 @@ proptest! {
         let asked = schedule(&toolpath, cuts, factor);
         if let Err(why) = check(&program, &surroundings(), &asked, &job) {
             return Err(TestCaseError::fail(format!("{why}\nfrom\n{text}")));
+        }
+    }
+}
+
+/// Comments of a user in every style: none, both forms, amid the words, nested, never closed, doubled.
+const STYLES: [&str; 9] =
+    ["", "(rough)", "; rough", "(a (b) c)", "(a) (b)", "(left open", "(a) ; b", "; (a", "(MSG, tool (6 mm) in)"];
+
+fn commented() -> impl Strategy<Value = (Dialect, Vec<(usize, bool, u16)>, u8)> {
+    let dialect = (0..Dialect::ALL.len()).prop_map(|index| Dialect::ALL[index]);
+    let line = (0..STYLES.len(), any::<bool>(), 20_u16..5000);
+    // Mostly files of one or two styles, as people write them.
+    let lines = (proptest::collection::vec(0..STYLES.len(), 1..3), proptest::collection::vec(line, 2..9)).prop_map(
+        |(styles, lines)| {
+            lines.into_iter().map(|(style, amid, feed)| (styles[style % styles.len()], amid, feed)).collect()
+        },
+    );
+    (dialect, lines, 0_u8..3)
+}
+
+/// A program in the manner of its dialect, each line with its comment.
+fn with_comments(dialect: Dialect, lines: &[(usize, bool, u16)]) -> String {
+    let plain = dialect.syntax() == Syntax::Heidenhain;
+    let mut text = if plain {
+        "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S3000\n".into()
+    } else {
+        "G21 G90 G17\nG0 X0. Y0. Z5. S3000 M3\n".to_owned()
+    };
+    for (index, (style, amid, feed)) in lines.iter().enumerate() {
+        let (style, x) = (STYLES[*style], 7 * (index + 1));
+        let style = if plain { style.replace(['(', ')'], "") } else { style.to_owned() };
+        let inside = *amid && style.ends_with(')') && !style.contains("( ") && dialect.syntax() == Syntax::Rs274;
+        text += &match (plain, inside) {
+            (true, _) if style.is_empty() => format!("{} L X+{x} Y+0 F{feed}\n", index + 2),
+            (true, _) => format!("{} L X+{x} Y+0 F{feed} ; {}\n", index + 2, style.trim_start_matches("; ")),
+            (false, true) => format!("G1 {style} X{x}. Y1. F{feed}\n"),
+            (false, false) => format!("G1 X{x}. Y1. F{feed} {style}\n"),
+        };
+    }
+    text + &if plain { format!("{} END PGM T MM\n", lines.len() + 2) } else { "M30\n".to_owned() }
+}
+
+/// Forms of the user's comments.
+fn forms(text: &str, dialect: Dialect) -> Vec<CommentForm> {
+    let program = parse(text.as_bytes(), dialect);
+    let tokens = program.blocks().flat_map(|block| program.tokens(block).collect::<Vec<_>>());
+    let comments = tokens.filter(|token| token.kind == TokenKind::Comment);
+    comments.filter_map(|token| CommentForm::of(token.span.of(program.text()))).collect()
+}
+
+/// Every comment of ours: what stands before it in its line, and its form.
+fn ours(text: &str) -> Vec<(&str, CommentForm)> {
+    let marks = ["(FEEDWRIGHT ", "; FEEDWRIGHT ", "(FW F", "; FW F", "(FW WAS ", "; FW WAS "];
+    text.lines()
+        .flat_map(|line| {
+            marks.iter().flat_map(move |mark| {
+                line.match_indices(mark).map(move |(at, _)| (&line[..at], CommentForm::of(mark.as_bytes()).unwrap()))
+            })
+        })
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn our_comments_are_written_as_this_file_writes_its_own((dialect, lines, annotate) in commented()) {
+        let text = with_comments(dialect, &lines);
+        let mut job = job();
+        job.output.annotate = [Annotate::None, Annotate::Changes, Annotate::Full][usize::from(annotate)];
+        let program = parse(text.as_bytes(), dialect);
+        let path = toolpath(&program, &surroundings(), &job);
+        let asked = schedule(&path, |_| vec![0.5], |index, piece| [0.5, 1.5, 1.2][(index + piece) % 3]);
+        let written = check(&program, &surroundings(), &asked, &job).unwrap_or_else(|why| panic!("{why}\n{text}"));
+        let written = String::from_utf8(written.bytes).unwrap();
+        let own = forms(&text, dialect);
+        for (before, form) in ours(&written) {
+            prop_assert!(form == dialect.safest_comment() || own.contains(&form), "{}\n{}", dialect.name(), written);
+            let only_other = !own.is_empty() && !own.contains(&form) && own.iter().all(|own| dialect.has_comment(*own));
+            prop_assert!(!only_other, "{}: the file has another form\n{}", dialect.name(), written);
+            let semicolon = form == CommentForm::Semicolon;
+            prop_assert!(!(semicolon && matches!(dialect, Dialect::Haas | Dialect::Fanuc)), "{}", written);
+            let open = before.matches('(').count() > before.matches(')').count();
+            prop_assert!(!open && (semicolon || !before.contains(';')), "inside another comment: {}", written);
+        }
+        if annotate > 0 && lines.iter().all(|(style, ..)| STYLES[*style].is_empty()) {
+            prop_assert!(!ours(&written).is_empty(), "{}", written);
         }
     }
 }

@@ -30,6 +30,34 @@ pub enum Syntax {
     Heidenhain,
 }
 
+/// How a comment is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CommentForm {
+    /// `( … )`
+    Parentheses,
+    /// `; …` to the end of the line.
+    Semicolon,
+}
+
+impl CommentForm {
+    /// `text` in this form. Parentheses in it are replaced, so that it neither ends early nor holds another comment.
+    pub fn write(self, text: &str) -> String {
+        let text = text.replace('(', "[").replace(')', "]");
+        match self {
+            CommentForm::Parentheses => format!("({text})"),
+            CommentForm::Semicolon => format!("; {text}"),
+        }
+    }
+    /// The form of a comment as it stands, its delimiters included.
+    pub fn of(comment: &[u8]) -> Option<CommentForm> {
+        match comment.first() {
+            Some(b'(') => Some(CommentForm::Parentheses),
+            Some(b';') => Some(CommentForm::Semicolon),
+            _ => None,
+        }
+    }
+}
+
 impl Dialect {
     /// Every dialect.
     pub const ALL: [Dialect; 7] = [
@@ -68,11 +96,20 @@ impl Dialect {
             _ => Syntax::Rs274,
         }
     }
-    /// `text` as a comment that can end a line. Parentheses in it are replaced, so that it cannot end early.
-    pub fn comment(self, text: &str) -> String {
+    /// The form of a comment that every control of the family reads.
+    pub fn safest_comment(self) -> CommentForm {
         match self.syntax() {
-            Syntax::Rs274 => format!("({})", text.replace('(', "[").replace(')', "]")),
-            Syntax::Siemens | Syntax::Heidenhain => format!("; {text}"),
+            Syntax::Rs274 => CommentForm::Parentheses,
+            Syntax::Siemens | Syntax::Heidenhain => CommentForm::Semicolon,
+        }
+    }
+    /// May a comment of this form be written for the family? `;` ends the block on Fanuc and Haas controls (it is their sign
+    /// for EOB), and plain language has no other form than it.
+    pub fn has_comment(self, form: CommentForm) -> bool {
+        match self {
+            Dialect::Fanuc | Dialect::Haas => form == CommentForm::Parentheses,
+            Dialect::Heidenhain => form == CommentForm::Semicolon,
+            Dialect::Generic | Dialect::LinuxCnc | Dialect::Grbl | Dialect::Siemens => true,
         }
     }
     /// Longest line the control reads, bytes without a line end of one byte, when nothing else is said. LinuxCNC 2.9 refuses

@@ -17,7 +17,7 @@ mod steer;
 pub mod toolpath;
 pub mod turning;
 
-pub use dialect::{Dialect, Syntax};
+pub use dialect::{CommentForm, Dialect, Syntax};
 pub use doubt::{Doubt, Doubted};
 pub use environment::Environment;
 pub use interp::{Expanded, expand, interpret, interpret_each, is_setting, linked, plain_feeds};

@@ -3,7 +3,7 @@
 
 use crate::ids::BlockId;
 use crate::machine::Annotate;
-use crate::nc::{Dialect, Syntax};
+use crate::nc::{CommentForm, Dialect};
 
 use super::decimal::{Decimal, NumberStyle};
 use super::edit::Edit;
@@ -106,21 +106,26 @@ impl Writer<'_> {
     fn fitting(&self, note: &Note, room: usize) -> Option<Vec<u8>> {
         let short = Note { tool: None, ..note.clone() };
         let shorter = Note { limit: None, percent: None, ..short.clone() };
-        let text = |note: &Note| [b" ".as_slice(), &mark::comment(self.dialect, &note.text())].concat();
+        let text = |note: &Note| [b" ".as_slice(), &self.comment(&note.text())].concat();
         [note, &short, &shorter].into_iter().map(text).find(|text| text.len() <= room)
     }
 
+    /// A comment in the form of this file.
+    fn comment(&self, text: &str) -> Vec<u8> {
+        self.manners.comment.write(text).into_bytes()
+    }
+
     fn note_at(&self, view: &View) -> u32 {
-        if self.dialect.syntax() == Syntax::Rs274 { view.code_end } else { view.line_end }
+        if self.manners.comment == CommentForm::Parentheses { view.code_end } else { view.line_end }
     }
 
     /// A comment that runs to the end of the line can have none after it, and one of ours may not be the last that stands
     /// after a comment the control acts on.
     fn may_note(&self, view: &View) -> bool {
         let inside = view.user_comment_at.is_some_and(|at| at < view.code_end);
-        match self.dialect.syntax() {
-            Syntax::Rs274 => !inside,
-            _ => view.user_comment_at.is_none(),
+        match self.manners.comment {
+            CommentForm::Parentheses => !inside,
+            CommentForm::Semicolon => view.user_comment_at.is_none(),
         }
     }
 
@@ -182,7 +187,7 @@ impl Writer<'_> {
             let end = last.map_or(self.part.span.end, |block| self.program.span(block).end);
             let whole = self.program.text()[..end as usize].ends_with(b"\n");
             let before: &[u8] = if whole { b"" } else { self.line_end };
-            let text = [&self.f_word(&feed), b" ".as_slice(), &mark::comment(self.dialect, &note.text())].concat();
+            let text = [&self.f_word(&feed), b" ".as_slice(), &self.comment(&note.text())].concat();
             let text = if self.job.output.annotate == Annotate::None { self.f_word(&feed) } else { text };
             let noted = self.job.output.annotate != Annotate::None && note.was.is_some();
             self.enter((feed, was), noted);
@@ -199,7 +204,7 @@ impl Writer<'_> {
     /// lines are counted) at the end of the first motion. Behind it the original feeds, where notes do not tell them.
     fn header(&mut self) {
         let words = self.words.iter().map(|(number, was)| (number.as_str(), was.as_str()));
-        let text = mark::comment(self.dialect, &mark::header_text(memory::sum(words)));
+        let text = self.comment(&mark::header_text(memory::sum(words)));
         let memory = self.memory.take();
         if memory.as_ref().is_some_and(|memory| !memory.fits) {
             return;
@@ -253,7 +258,7 @@ impl Writer<'_> {
         let most = self.most_bytes.saturating_sub(4).min(LIST_BYTES);
         let was = self.words.iter().map(|(_, was)| was.as_str());
         let lists = memory::lists(was, most, self.part.span.len()).unwrap_or_default();
-        lists.iter().flat_map(|list| [mark::comment(self.dialect, list), self.line_end.to_vec()].concat()).collect()
+        lists.iter().flat_map(|list| [self.comment(list), self.line_end.to_vec()].concat()).collect()
     }
 
     /// May lines be put in? Heidenhain counts its lines.

@@ -11,7 +11,7 @@
 
 use crate::diag::Span;
 use crate::machine::LimitKind;
-use crate::nc::{Dialect, Part, Program, TokenKind};
+use crate::nc::{Part, Program, TokenKind};
 
 use super::edit::{self, Edit};
 
@@ -183,17 +183,13 @@ pub fn with_blank_before(text: &[u8], span: Span) -> Span {
     Span { start: span.start - u32::from(blank), end: span.end }
 }
 
-/// The comment as bytes in the form of the dialect.
-pub fn comment(dialect: Dialect, text: &str) -> Vec<u8> {
-    dialect.comment(text).into_bytes()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nc::{CommentForm, Dialect};
 
     #[test]
-    fn our_comments_are_read_back_in_every_dialect() {
+    fn our_comments_are_read_back_in_every_form() {
         let note = Note {
             feed: "1240.5".to_owned(),
             was: Some("600".to_owned()),
@@ -203,12 +199,13 @@ mod tests {
             kept: false,
         };
         assert_eq!(note.text(), "FW F1240.5 was 600 power 98% T3");
-        for dialect in Dialect::ALL {
-            assert_eq!(read(&comment(dialect, &note.text())), Some(Ours::Note(note.clone())), "{}", dialect.name());
-            assert_eq!(read(&comment(dialect, &header_text(0x3F2))), Some(Ours::Header(Some(0x3F2))));
+        let comment = |form: CommentForm, text: &str| form.write(text).into_bytes();
+        for form in [CommentForm::Parentheses, CommentForm::Semicolon] {
+            assert_eq!(read(&comment(form, &note.text())), Some(Ours::Note(note.clone())), "{form:?}");
+            assert_eq!(read(&comment(form, &header_text(0x3F2))), Some(Ours::Header(Some(0x3F2))));
             let runs = [run_text("600.", 12), run_text(".5", 1)];
             let was = Ours::Was(vec![("600.".to_owned(), 12), (".5".to_owned(), 1)]);
-            assert_eq!(read(&comment(dialect, &was_text(&runs))), Some(was));
+            assert_eq!(read(&comment(form, &was_text(&runs))), Some(was));
         }
     }
 

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use crate::diag::Span;
 use crate::ids::BlockId;
-use crate::nc::{Dialect, Part, Program, TokenKind};
+use crate::nc::recognise::Control;
+use crate::nc::{CommentForm, Dialect, Part, Program, TokenKind};
 
 use super::mark::{self, Ours};
 
@@ -238,6 +239,8 @@ pub struct Manners {
     pub lower: bool,
     /// Does no coordinate but zero have a decimal point? Then the whole text is in one unit, whichever the control takes.
     pub pointless: bool,
+    /// How our comments are written.
+    pub comment: CommentForm,
 }
 
 impl Manners {
@@ -245,6 +248,7 @@ impl Manners {
     pub fn of(program: &Program, part: &Part<'_>) -> Self {
         let (mut spaced, mut zero, mut lower) = (0_i64, 0_i64, 0_i64);
         let pointless = !part.blocks().any(|block| has_point(program, block));
+        let comment = comment_form(program, part);
         for block in part.blocks().take(4000) {
             let words = View::of(program, block).words;
             for pair in words.windows(2) {
@@ -258,8 +262,27 @@ impl Manners {
                 zero += i64::from(unsigned.starts_with(b"0.")) - i64::from(unsigned.starts_with(b"."));
             }
         }
-        Self { spaced: spaced > 0, leading_zero: zero >= 0, lower: lower > 0, pointless }
+        Self { spaced: spaced > 0, leading_zero: zero >= 0, lower: lower > 0, pointless, comment }
     }
+}
+
+/// The form of our comments: one that this very text uses for its own and its family has; else the family's safest, which for
+/// Marlin is `;` (parentheses are an option of its build: marlinfw.org, PAREN_COMMENTS).
+fn comment_form(program: &Program, part: &Part<'_>) -> CommentForm {
+    let text = program.text();
+    let comments = part.blocks().flat_map(|block| program.tokens(block)).filter(|t| t.kind == TokenKind::Comment);
+    let own = comments.map(|token| token.span.of(text)).filter(|comment| mark::read(comment).is_none());
+    let dialect = program.dialect();
+    let (mut used, safest) = ([false; 2], dialect.safest_comment());
+    for form in own.filter_map(CommentForm::of) {
+        used[form as usize] = true;
+        if used[safest as usize] {
+            return safest;
+        }
+    }
+    let other = if safest == CommentForm::Parentheses { CommentForm::Semicolon } else { CommentForm::Parentheses };
+    let marlin = program.recognised().is_some_and(|found| found.control == Control::Marlin);
+    if dialect.has_comment(other) && (used[other as usize] || marlin) { other } else { safest }
 }
 
 /// Has a coordinate of this block a decimal point?
