@@ -8,10 +8,7 @@ use std::io::{IsTerminal, Write};
 
 use super::args::Global;
 use super::error::CliError;
-use crate::diag::{Diagnostic, Severity};
-
-/// How often one kind of warning is drawn before the rest is only counted.
-const DRAWN_PER_CODE: usize = 3;
+use crate::diag::{self, Diagnostic, Severity};
 
 /// Settings of the output.
 #[derive(Debug, Clone, Copy)]
@@ -58,24 +55,13 @@ impl Screen {
         }
     }
 
-    /// Diagnostics about a text: each kind a few times, the rest counted.
+    /// Diagnostics about a text: one of each kind, with how many places there are.
     pub fn diagnostics(self, file: &str, text: &[u8], diagnostics: &[Diagnostic]) {
         if self.quiet {
             return;
         }
-        let mut counts: Vec<(&str, usize)> = Vec::new();
-        for diagnostic in diagnostics {
-            let at = counts.iter().position(|(code, _)| *code == diagnostic.code).unwrap_or_else(|| {
-                counts.push((diagnostic.code, 0));
-                counts.len() - 1
-            });
-            counts[at].1 += 1;
-            if counts[at].1 <= DRAWN_PER_CODE {
-                to_stderr(&self.drawn(file, text, diagnostic));
-            }
-        }
-        for (code, count) in counts.into_iter().filter(|(_, count)| *count > DRAWN_PER_CODE) {
-            to_stderr(&format!("… and {} more of {code}; --json lists them all", count - DRAWN_PER_CODE));
+        for kind in diag::kinds(diagnostics) {
+            to_stderr(&self.drawn(file, text, &Diagnostic { text: kind.text(), ..kind.first.clone() }));
         }
     }
 

@@ -8,6 +8,7 @@ use super::picture::picture;
 use super::run::Run;
 use super::summary::{clock, short};
 use super::verdict::Outcome;
+use crate::diag;
 
 const STYLE: &str = "body{font:15px/1.45 Helvetica,Arial,sans-serif;color:#202020;max-width:1000px;margin:24px auto;padding:0 16px}\
 h1{font-size:22px}h2{font-size:17px;margin-top:28px}table{border-collapse:collapse}\
@@ -178,10 +179,12 @@ fn places(run: &Run) -> String {
         .map(|place| vec![place.line.to_string(), place.limit.name().into(), format!("{} mm", short(place.length_mm))])
         .collect();
     let frozen: Vec<Vec<String>> = run.frozen().into_iter().map(|(line, why)| vec![line.to_string(), why]).collect();
-    let warnings: Vec<Vec<String>> = run
-        .diagnostics
+    let warnings: Vec<Vec<String>> = diag::kinds(&run.diagnostics)
         .iter()
-        .map(|d| vec![d.line.map_or_else(String::new, |line| line.to_string()), d.code.into(), d.text.clone()])
+        .map(|kind| {
+            let line = kind.first.line.map_or_else(String::new, |line| line.to_string());
+            vec![line, kind.first.code.into(), kind.text()]
+        })
         .collect();
     let assumptions: Vec<Vec<String>> =
         run.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.source.clone()]).collect();

@@ -14,7 +14,7 @@ use super::figures::{Figures, LimitFigure};
 use super::over::Worst;
 use super::run::{Run, Written};
 use super::verdict::{Fault, Verdict};
-use crate::diag::Severity;
+use crate::diag::{self, Severity};
 
 /// What the caller asks for besides the figures.
 #[derive(Debug, Clone, Copy, Default)]
@@ -218,6 +218,8 @@ struct WarningPart<'a> {
     code: &'static str,
     severity: &'static str,
     text: Cow<'a, str>,
+    /// In how many places; `line` is that of the first.
+    count: u32,
 }
 
 #[derive(Serialize)]
@@ -406,21 +408,23 @@ fn assumptions(run: &Run) -> Vec<AssumptionPart<'_>> {
 }
 
 fn warnings<'a>(run: &'a Run, figures: &Figures) -> Vec<WarningPart<'a>> {
-    let said = run.diagnostics.iter().map(|d| WarningPart {
-        line: d.line,
-        code: d.code,
-        severity: match d.severity {
+    let said = diag::kinds(&run.diagnostics).into_iter().map(|kind| WarningPart {
+        line: kind.first.line,
+        code: kind.first.code,
+        severity: match kind.first.severity {
             Severity::Note => "note",
             Severity::Warning => "warning",
             Severity::Error => "error",
         },
-        text: Cow::Borrowed(&d.text),
+        text: Cow::Owned(kind.text()),
+        count: kind.places,
     });
     let bent = figures.overbent(run).into_iter().map(|(line, text)| WarningPart {
         line: Some(line),
         code: "bending-stress",
         severity: "warning",
         text: Cow::Owned(text),
+        count: 1,
     });
     said.chain(bent).collect()
 }

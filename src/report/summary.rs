@@ -4,7 +4,7 @@
 use super::bounds;
 use super::figures::{Figures, LimitFigure};
 use super::run::{Run, Written};
-use crate::diag::Severity;
+use crate::diag::{self, Severity};
 
 /// Widest line of the summary.
 const COLUMNS: usize = 100;
@@ -283,9 +283,13 @@ fn apart(run: &Run, figures: &Figures) -> String {
     for (line, what) in figures.overbent(run) {
         text += &format!("line {line}: {what}\n");
     }
-    let warnings = run.diagnostics.iter().filter(|d| d.severity >= Severity::Warning).count();
-    if warnings > 0 {
-        text += &format!("warnings  {warnings}\n");
+    let kinds = diag::kinds(&run.diagnostics);
+    let warnings: Vec<_> = kinds.iter().filter(|kind| kind.first.severity >= Severity::Warning).collect();
+    let places: u32 = warnings.iter().map(|kind| kind.places).sum();
+    if places as usize > warnings.len() {
+        text += &format!("warnings  {} kinds, {places} places\n", warnings.len());
+    } else if places > 0 {
+        text += &format!("warnings  {places}\n");
     }
     if !run.assumptions.is_empty() {
         text += &format!(

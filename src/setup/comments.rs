@@ -487,6 +487,9 @@ fn stock(program: &Program, comments: &[Comment], path: &Toolpath, missing: &mut
     if let Some((min, max)) = told.or_else(|| blank_form(program)) {
         return box_line(min, max) + "\n";
     }
+    if let Some(line) = blank_cylinder(program) {
+        return line;
+    }
     missing.push("box of the stock".into());
     let scale = if path.inch { 1.0 / MM_PER_INCH } else { 1.0 };
     let (min, max) = extent(path);
@@ -525,6 +528,25 @@ fn blank_form(program: &Program) -> Option<(Vec3, Vec3)> {
     let (min, max) = (corner(0)?, corner(1)?);
     let sound = (max - min).iter().all(|side| *side > 0.0);
     sound.then_some((min, max))
+}
+
+/// `BLK FORM CYLINDER Z R50 L105 DIST+5` of plain language: about the tool axis through the datum, D or R its size, L its length,
+/// DIST how far its upper face lies above the datum (TNC 640, Klartext Programming, Cylindrical blank). A bore (RI, DI) is
+/// taken as full, which is said.
+fn blank_cylinder(program: &Program) -> Option<String> {
+    let blocks = program.blocks().take(200).filter(|_| program.dialect() == Dialect::Heidenhain);
+    let lines = blocks.map(|block| String::from_utf8_lossy(program.line_text(block)).to_ascii_uppercase());
+    let form =
+        lines.into_iter().find_map(|line| line.split_once("BLK FORM CYLINDER").map(|(_, form)| form.to_owned()))?;
+    let words: Vec<&str> = form.split(';').next()?.split_whitespace().collect();
+    let number = |name: &str| words.iter().find_map(|word| word.strip_prefix(name)?.parse::<f64>().ok());
+    let diameter = number("D").or(number("R").map(|radius| 2.0 * radius)).filter(|size| *size > 0.0)?;
+    let length = number("L").filter(|length| *length > 0.0)?;
+    let top = number("DIST").unwrap_or(0.0);
+    words.contains(&"Z").then_some(())?;
+    let bored = if number("RI").or(number("DI")).is_some() { "  # <- guess: its bore is taken as full" } else { "" };
+    let (diameter, low, top) = (rounded(diameter), rounded(top - length), rounded(top));
+    Some(format!("cylinder = {{ center = [0, 0], diameter = {diameter}, z = [{low}, {top}] }}{bored}\n"))
 }
 
 /// Smallest box around the feed moves, from its lowest point to the higher of zero and where most of it ends, mm.
@@ -703,6 +725,23 @@ mod tests {
         let path = crate::nc::interpret(&program, &crate::nc::Environment::default());
         let text = sketch(&program, &path, &["aluminium-6061-t6"]).text;
         assert!(text.contains("box = { min = [-10, 0, -20], max = [90, 60, 0] }\n"), "{text}");
+    }
+
+    #[test]
+    fn the_round_blank_of_plain_language_is_the_stock() {
+        for (form, expected) in [
+            ("BLK FORM CYLINDER Z R50 L105 DIST+5", "diameter = 100, z = [-100, 5] }\n"),
+            ("BLK FORM CYLINDER Z D80 L30", "diameter = 80, z = [-30, 0] }\n"),
+            ("BLK FORM CYLINDER Z D80 L30 DI20 ; RING", "z = [-30, 0] }  # <- guess: its bore is taken as full\n"),
+            ("BLK FORM CYLINDER X D80 L30", "# <- guessed from the feed moves"),
+            ("BLK FORM CYLINDER Z D80", "# <- guessed from the feed moves"),
+        ] {
+            let text = format!("0 BEGIN PGM T MM\n1 {form}\n2 TOOL CALL 1 Z S3000\n3 L X+5 R0 F500\n4 END PGM T MM\n");
+            let program = crate::nc::parse(text.into(), None);
+            let path = crate::nc::interpret(&program, &crate::nc::Environment::default());
+            let text = sketch(&program, &path, &["aluminium-6061-t6"]).text;
+            assert!(text.contains(expected), "{form}: {text}");
+        }
     }
 
     #[test]

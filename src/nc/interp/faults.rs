@@ -99,8 +99,13 @@ impl Run<'_> {
             self.said.len() - 1
         });
         self.said[index].1 += 1;
+        let text = text.into();
         if self.said[index].1 > SAME_CODE {
-            return;
+            // Counted with one of its kind that is listed.
+            if let Some(listed) = self.out.diagnostics.iter_mut().find(|listed| listed.is_like(code, severity, &text)) {
+                listed.places += 1;
+                return;
+            }
         }
         let diagnostic = Diagnostic::new(code, severity, text).help(help);
         self.out.diagnostics.push(if self.source_id == 0 {
@@ -129,14 +134,6 @@ impl Run<'_> {
             Diagnostic::new("nc::dialect", Severity::Note, text).help("another dialect is chosen with --dialect")
         };
         self.out.diagnostics.push(diagnostic);
-    }
-
-    /// Counts what was not listed.
-    pub(super) fn say_how_many(&mut self) {
-        for &(code, count) in self.said.iter().filter(|(_, count)| *count > SAME_CODE) {
-            let text = format!("{} more of {code} are not listed", count - SAME_CODE);
-            self.out.diagnostics.push(Diagnostic::new(code, Severity::Note, text));
-        }
     }
 }
 
