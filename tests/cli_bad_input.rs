@@ -76,6 +76,31 @@ fn feedwright(dir: &Path) -> Command {
     command
 }
 
+/// What no dialect that is read can mean stays refused, whatever the setup or the command line calls the text.
+#[test]
+fn a_dialect_in_the_setup_makes_no_other_control_of_a_text() {
+    let bench = Bench::new();
+    for (name, text, control) in [
+        ("wincnc.tap", "G20\nG90\nF10 XY\nF30 Z\nG0 X0 Y0\nG1 Z-0.1\nG1 X2 Y1\nL91\n", "WinCNC"),
+        ("okuma.min", "$PART.MIN%\nO1\nG15 H1\nG56 H1 Z5.\nG0 X0 Y0\nG1 X10. F500\nM02\n", "Okuma"),
+        ("fadal.nc", "#CLEAR\nL100\nG91 X1.\nM17\nM30\nG90 G0 X0 Y0\nG1 X10. F500\nM2\n", "Fadal"),
+    ] {
+        bench.put(name, text.as_bytes());
+        for dialect in ["linuxcnc", "fanuc", "haas", "grbl", "generic"] {
+            bench.put(
+                "named.toml",
+                format!("[machine]\ndialect = \"{dialect}\"\n{}", SETUP.trim_start().replace("resolution = 0.5\n", ""))
+                    .as_bytes(),
+            );
+            bench.refused(
+                &["optimize", name, "--setup", "named.toml"],
+                &[control, "post it for a control that is read"],
+            );
+            bench.refused(&["optimize", name, "--dialect", dialect, "--setup", "part.setup.toml"], &[control]);
+        }
+    }
+}
+
 #[test]
 fn the_bench_itself_is_right() {
     let bench = Bench::new();
@@ -201,4 +226,96 @@ fn nonsense_on_the_command_line() {
     bench.refused(&["optimize"], &["PROGRAM"]);
     bench.refused(&["optimise-all"], &["optimise-all"]);
     bench.refused(&["toolpath", "part.nc", "--dialect", "fanuk"], &["fanuc"]);
+}
+
+/// Neither G20 nor G21: the numbers and the setup tell the unit, it is said and asked for, and where they disagree nothing is
+/// raised. What is written is read in the same unit by `verify`, with the setup and without it.
+#[test]
+fn a_program_without_its_unit_is_read_in_the_one_its_numbers_have() {
+    let bench = Bench::new();
+    let setup = SETUP.replace("[40, 20, 0]", "[80, 20, 0]")
+        + "feed_change = { max = 2.0 }\n[raise]\nentries = true\nfinishing = true\n";
+    bench.put("setup.toml", setup.as_bytes());
+    let run = |program: &str, more: &str| {
+        bench.put("unit.nc", program.as_bytes());
+        bench.put("setup.toml", format!("{more}{setup}").as_bytes());
+        let arguments =
+            ["optimize", "unit.nc", "--setup", "setup.toml", "-o", "out.nc", "--force", "--json", "out.json"];
+        let output = feedwright(bench.dir.path()).args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        for setup in [&["--setup", "setup.toml"][..], &[]] {
+            let proof =
+                feedwright(bench.dir.path()).args(["verify", "unit.nc", "out.nc"]).args(setup).output().unwrap();
+            assert_eq!(proof.status.code(), Some(0), "{}", String::from_utf8_lossy(&proof.stdout));
+        }
+        let report: serde_json::Value = serde_json::from_slice(&fs::read(bench.path("out.json")).unwrap()).unwrap();
+        (
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+            report,
+            fs::read_to_string(bench.path("out.nc")).unwrap(),
+        )
+    };
+    let removed = |report: &serde_json::Value| report["stock"]["removed_mm3"].as_f64().unwrap();
+    let inch = "T1 M6\nS5000 M3\nG0 X-.5 Y.4 Z.1\nG1 Z-.0394 F10.\nX3.3125 F15.\nG0 Z1.\nM30\n";
+    let (said, report, written) = run(inch, "");
+    assert!(said.contains("read in inch, because") && said.contains("program_unit = \"inch\""), "{said}");
+    assert!((removed(&report) - 80.0 * 6.0 * 1.0).abs() < 2.0, "{}", removed(&report));
+    assert!(report["assumptions"].as_array().unwrap().iter().any(|told| told["key"] == "machine.program_unit"));
+    assert_ne!(written, inch);
+    let (said, same, _) = run(&format!("G20\n{inch}"), "");
+    assert!(!said.contains("nc::unit") && removed(&same) == removed(&report), "{said}");
+    let (said, same, _) = run(inch, "machine = { program_unit = \"inch\" }\n");
+    assert!(!said.contains("nc::unit") && removed(&same) == removed(&report), "{said}");
+    // Four decimals and a retract of half a unit, a feed as metric as the setup.
+    let open = "T1 M6\nS8000 M3\nG0 X-8. Y5. Z.5\nG1 Z-1. F300\nX88.1255 F550.\nG0 Z.5\nM30\n";
+    let (said, _, written) = run(open, "");
+    assert!(said.contains("warning[nc::unit]") && said.contains("no feed is raised"), "{said}");
+    assert_eq!(written, open);
+}
+
+/// M3 without S: the speed stands in the setup, where the control has it; a router switched by hand has no M3 either.
+#[test]
+fn a_speed_that_the_program_leaves_out_is_taken_from_the_setup() {
+    let bench = Bench::new();
+    let moves = "G0 X-8 Y5 Z5\nG1 Z-1 F300\nX48 F600\nG0 Z5\nM30\n";
+    for (head, rpm, code) in [
+        ("G21\nT1 M6\nM3\n", "", 1),
+        ("G21\nT1 M6\nM3\n", "rpm = 8000\n", 0),
+        ("G21\nT1 M6\n", "rpm = 8000\n", 0),
+        ("G21\nT1 M6\nM5\n", "rpm = 8000\n", 0),
+        ("G21\nT1 M6\nS0 M3\n", "rpm = 8000\n", 1),
+    ] {
+        bench.put("speed.nc", format!("{head}{moves}").as_bytes());
+        bench.put("setup.toml", SETUP.replace("number = 1\n", &format!("number = 1\n{rpm}")).as_bytes());
+        let arguments = ["simulate", "speed.nc", "--setup", "setup.toml", "--json", "out.json", "--force"];
+        let output = feedwright(bench.dir.path()).args(arguments).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{head}{rpm}: {said}");
+        assert_eq!(said.contains("give rpm in its [[tool]]"), code == 1, "{head}{rpm}: {said}");
+        let report: serde_json::Value = serde_json::from_slice(&fs::read(bench.path("out.json")).unwrap()).unwrap();
+        assert_eq!(report["tool"][0]["force_peak_n"].as_f64().unwrap() > 10.0, code == 0, "{head}{rpm}");
+    }
+}
+
+/// The same thing in many places is said once, with their number and the first line, on every surface.
+#[test]
+fn what_happens_often_is_one_warning_with_a_count() {
+    let bench = Bench::new();
+    let mut text = String::from("G21 G90\nT1 M6\nS8000 M3\nG0 X-8 Y5 Z5\nG1 Z-1 F300\n");
+    for pass in 0..250 {
+        text += &format!("G1 X{} Y5 F600 W{pass}\n", if pass % 2 == 0 { 48 } else { -8 });
+    }
+    bench.put("often.nc", format!("{text}G0 Z5\nM30\n").as_bytes());
+    let arguments =
+        ["simulate", "often.nc", "--setup", "part.setup.toml", "--json", "out.json", "--report", "out.html", "--force"];
+    let output = feedwright(bench.dir.path()).args(arguments).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let times = "W is not an axis or a word known here (×250, first at line 6)";
+    assert_eq!(said.matches("W is not an axis").count(), 1, "{said}");
+    assert!(said.contains(times), "{said}");
+    assert_eq!(fs::read_to_string(bench.path("out.html")).unwrap().matches(times).count(), 1);
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(bench.path("out.json")).unwrap()).unwrap();
+    let warnings = report["warnings"].as_array().unwrap();
+    let found: Vec<_> = warnings.iter().filter(|warning| warning["code"] == "nc::unknown-word").collect();
+    assert_eq!((found.len(), &found[0]["count"], &found[0]["line"]), (1, &250.into(), &6.into()), "{warnings:?}");
 }

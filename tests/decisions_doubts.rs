@@ -53,7 +53,7 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 33] = [
     ("M code that may be a macro", "M77", Dialect::Fanuc, Doubt::UnknownCode),
     ("user's M code", "M101", Dialect::LinuxCnc, Doubt::UnknownCode),
     ("unknown G code", "G200 X5.", Dialect::Fanuc, Doubt::UnknownCode),
-    ("text of another dialect", "F10 XY", Dialect::Generic, Doubt::UnknownCode),
+    ("text of another dialect", "F10 AC", Dialect::Generic, Doubt::UnknownCode),
     ("variable of the control", "G0 X#500", Dialect::Fanuc, Doubt::UnknownValue),
     ("branch on a variable nobody set", "IF [#105 EQ 1] GOTO 90\nN90", Dialect::LinuxCnc, Doubt::UnknownValue),
     ("variable by its computed number", "#1=450\nG0 X#[#1+50]", Dialect::Fanuc, Doubt::UnknownValue),

@@ -9,7 +9,7 @@ use super::input;
 use super::screen::Screen;
 use super::work::run;
 use crate::job;
-use crate::nc::{Environment, FeedMode, MoveKind, Program, Toolpath, interpret};
+use crate::nc::{self, Environment, FeedMode, MoveKind, Program, Toolpath, interpret};
 use crate::report::{self, Run};
 use crate::units::{deg_from_rad, mm_min_from_mm_s, rpm_from_rps};
 
@@ -25,7 +25,10 @@ pub fn dump(command: &Dump, global: &Global, screen: Screen) -> Result<Outcome, 
             match command.stage {
                 Stage::Tokens => tokens(&program, &mut out)?,
                 Stage::Blocks => blocks(&program, &mut out)?,
-                _ => moves(&interpret(&program, &job.map(Environment::from_job).unwrap_or_default()), &mut out)?,
+                _ => {
+                    let environment = job.map(Environment::from_job).unwrap_or_default();
+                    moves(&interpret(&program, &nc::unit::settled(&program, environment, job)), &mut out)?;
+                }
             }
         }
         stage => {
@@ -95,7 +98,7 @@ fn moves(path: &Toolpath, out: &mut dyn Write) -> io::Result<()> {
             rpm_from_rps(motion.spin.rps),
             motion.wcs,
             motion.splittable,
-            motion.freeze.map_or("", crate::nc::Freeze::why)
+            motion.freeze.map_or("", nc::Freeze::why)
         )?;
     }
     Ok(())

@@ -80,11 +80,12 @@ fn looks_binary(bytes: &[u8]) -> bool {
 pub fn parse(source: &Source, global: &Global, job: Option<&Job>) -> Result<Program, CliError> {
     let named = global.dialect.as_deref().or_else(|| job.and_then(|job| job.machine.dialect.as_deref()));
     let program = nc::parse(source.bytes.clone(), named.and_then(Dialect::from_name));
-    let control = program.recognised().map(|found| found.control);
-    if let Some((control, why)) = control.and_then(|control| Some((control, control.refusal()?))) {
+    let foreign = program.recognised().cloned().or_else(|| nc::recognise::foreign(&source.bytes, program.dialect()));
+    if let Some((found, why)) = foreign.and_then(|found| found.control.refusal().map(|why| (found, why))) {
+        let (control, signs) = (found.control.name(), found.signs.join(", "));
         return Err(CliError::new(
-            format!("{}: this is a program for {}, which is not read: {why}", source.name, control.name()),
-            "if its words are those of a dialect that is read, name it with --dialect",
+            format!("{}: this is a program for {control} ({signs}), which is not read: {why}", source.name),
+            "post it for a control that is read: fanuc, haas, linuxcnc, grbl, siemens or heidenhain",
         ));
     }
     match nc::turning::refusal(&program).filter(|_| !global.mill) {
@@ -172,7 +173,7 @@ pub fn beside(source: &Source) -> Option<PathBuf> {
 /// Tool and stock comments of the program, where they suffice; else the smallest setup to write.
 fn from_comments(source: &Source, global: &Global) -> Result<Setup, CliError> {
     let program = parse(source, global, None)?;
-    let path = nc::interpret(&program, &nc::Environment::default());
+    let path = nc::interpret(&program, &nc::unit::settled(&program, nc::Environment::default(), None));
     let materials = setup::library::materials();
     let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
     let sketch = setup::sketch(&program, &path, &names);

@@ -24,6 +24,7 @@ pub fn plain(
     let folder = source.path.as_deref().and_then(Path::parent).map(Path::to_owned);
     let load = |name: &str| work::subprogram(folder.as_deref(), name);
     let environment = Environment { load: &load, ..Environment::from_job(&job) };
+    let environment = nc::unit::settled(&program, environment, Some(&job));
     if !nc::steers(&program, &environment) {
         return Ok(source);
     }

@@ -97,8 +97,7 @@ fn without_numbers(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
-            '0'..='9' if out.ends_with('#') => {}
-            '.' | ',' if out.ends_with('#') => {}
+            '0'..='9' | '.' | ',' if out.ends_with('#') => {}
             '0'..='9' => out.push('#'),
             c => out.push(c),
         }

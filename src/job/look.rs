@@ -6,7 +6,8 @@ use crate::engage::{EngagementMap, EventKind};
 use crate::force::Cutter;
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Tool};
-use crate::nc::{Event, Freeze, Move, MoveKind, Program, Toolpath};
+use crate::nc::unit::{self, Witness};
+use crate::nc::{Environment, Event, Freeze, Move, MoveKind, Program, Toolpath};
 use crate::report::{in_report_unit, short};
 use crate::rewrite;
 use crate::schedule::acting::{Idle, idle};
@@ -331,7 +332,25 @@ fn words(kind: EventKind) -> (&'static str, Severity, &'static str, &'static str
             "engage::spindle-stopped",
             Severity::Error,
             "the tool cuts while the spindle stands still: no feed is raised",
-            "check the S word and M3/M4 before this line",
+            "check the S word and M3/M4 before this line; where the control has the speed, give rpm in its [[tool]]",
         ),
     }
+}
+
+/// The unit of a program that does not say it: put into the job, and handed back as an assumption, what is said of it, and
+/// whether it is sure. Nothing where the program or the setup tells it.
+pub fn unit(program: &Program, environment: &Environment<'_>, job: &mut Job) -> Option<(Assumption, Diagnostic, bool)> {
+    if job.machine.unsaid.inch.is_some() {
+        return None;
+    }
+    let found = unit::infer(program, environment, Witness::of(job))?;
+    job.machine.unsaid.inch = Some(found.inch);
+    let name = if found.inch { "inch" } else { "mm" };
+    let why = if found.why.is_empty() { "nothing in it speaks for inches".to_owned() } else { found.why.join(", ") };
+    let told =
+        Assumption { key: "machine.program_unit".into(), value: name.into(), source: format!("inferred: {why}") };
+    let (severity, end) = if found.sure { (Severity::Note, "") } else { (Severity::Warning, ": no feed is raised") };
+    let text = format!("there is neither G20 nor G21: the program is read in {name}, because {why}{end}");
+    let help = format!("write G20 or G21 into the program, or program_unit = \"{name}\" under [machine]");
+    Some((told, Diagnostic::new("nc::unit", severity, text).help(help), found.sure))
 }

@@ -143,7 +143,17 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
     let asked_for = job.operations.len();
     let origins: Vec<usize>;
     (origins, job.operations) = comments::by_lines(&job.operations, &program).into_iter().unzip();
+    let unit = look::unit(&program, &environment(&job, watch), &mut job);
     let (program, mut toolpath) = read(program, &job, wanted, watch);
+    let (unit, unit_doubted) = unit.map_or((None, false), |(told, said, sure)| {
+        assumptions.push(told);
+        (Some(said), !sure)
+    });
+    if unit_doubted {
+        toolpath
+            .doubts
+            .insert(0, nc::Doubted { from: crate::ids::MoveId(0), until: None, doubt: nc::Doubt::Unit, line: 1 });
+    }
     let not_finite = look::not_finite(&toolpath);
     if !not_finite.is_empty() {
         return Err(JobError::NotFinite(not_finite));
@@ -180,6 +190,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
     let before = schedule::as_programmed(&toolpath);
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
     let mut diagnostics: Vec<Diagnostic> = look::idle_limits(&toolpath, &map, &job);
+    diagnostics.extend(unit);
     diagnostics.append(&mut toolpath.diagnostics);
     diagnostics.extend(look::forgotten(&program));
     diagnostics.extend(look::idle_operations(&toolpath, &map, &job, &origins, asked_for));

@@ -21,7 +21,7 @@ use crate::learn::report::{Alignment, LearnReport, Value};
 use crate::learn::runout::settled;
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
-use crate::nc::{Environment, Toolpath, interpret, parse};
+use crate::nc::{Environment, Toolpath, interpret, parse, unit};
 
 /// How a log is learned from.
 #[derive(Debug, Clone, Default)]
@@ -86,7 +86,7 @@ pub fn prepare_for(
     loader: Option<Loader>,
 ) -> Result<Prepared, LearnError> {
     let program = parse(program.to_vec(), None);
-    let path = interpret(&program, &Environment::from_job(job));
+    let path = interpret(&program, &unit::settled(&program, Environment::from_job(job), Some(job)));
     let map = engage(&path, job, &crate::learn::program::other_geometry::options(loader), &|_| ())?;
     let timeline = timeline(&path, &map, job, forces);
     let others = grown(&path, &timeline, job, Sizes::usual(job), forces, loader);

@@ -84,6 +84,17 @@ pub struct Machine {
     pub spindle: Spindle,
     /// Origins of work offsets (54 for G54 …), mm, in one common frame.
     pub offsets: Vec<(u16, Vec3)>,
+    /// What programs may leave to the control.
+    pub unsaid: Unsaid,
+}
+
+/// What a program may leave to the control, as the setup tells it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Unsaid {
+    /// Is a program without G20 and G21 in inches? `None`: not told.
+    pub inch: Option<bool>,
+    /// Speed of the spindle with a tool for which the program sets no S, rev/s.
+    pub speeds_rps: Vec<(u32, f64)>,
 }
 
 /// Axis-parallel box, mm.

@@ -28,11 +28,13 @@ pub enum Doubt {
     UnknownCode,
     /// A position hangs on a variable that the program did not set.
     UnknownValue,
+    /// The program does not say whether it is in inches, and its numbers do not either.
+    Unit,
 }
 
 impl Doubt {
     /// Every doubt.
-    pub const ALL: [Doubt; 9] = [
+    pub const ALL: [Doubt; 10] = [
         Doubt::ProgramStop,
         Doubt::RotaryAxis,
         Doubt::TiltedFrame,
@@ -42,6 +44,7 @@ impl Doubt {
         Doubt::MissingProgram,
         Doubt::UnknownCode,
         Doubt::UnknownValue,
+        Doubt::Unit,
     ];
 
     /// Name in the setup file and in reports.
@@ -56,6 +59,7 @@ impl Doubt {
             Doubt::MissingProgram => "missing-program",
             Doubt::UnknownCode => "unknown-code",
             Doubt::UnknownValue => "unknown-value",
+            Doubt::Unit => "unit",
         }
     }
 
@@ -76,6 +80,7 @@ impl Doubt {
             Doubt::Probe => "if the probed zero is that of the setup: confirm = [\"probe\"]",
             Doubt::MissingProgram => "put it beside the program, or confirm = [\"missing-program\"] in the setup",
             Doubt::UnknownCode => "if it moves neither part nor frame: confirm = [\"unknown-code\"] in the setup",
+            Doubt::Unit => "write G20 or G21 into the program, or program_unit under [machine]",
             Doubt::UnknownValue => "set the variable in the program, or confirm = [\"unknown-value\"] in the setup",
         }
     }
@@ -91,6 +96,7 @@ impl Doubt {
             Doubt::Probe => "a probed position sets the zero",
             Doubt::MissingProgram => "a subprogram or macro is missing",
             Doubt::UnknownCode => "a code whose meaning is not known stands before it",
+            Doubt::Unit => "the program has neither G20 nor G21, and its numbers fit inches and mm",
             Doubt::UnknownValue => "its position hangs on a variable that the program does not set",
         }
     }

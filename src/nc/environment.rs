@@ -25,6 +25,8 @@ pub struct Environment<'a> {
     pub tool_names: Vec<(String, u32)>,
     /// The tool in the spindle before any is called: the only one of the setup.
     pub only_tool: Option<u32>,
+    /// Speed of the spindle, rev/s, with each tool for which the program sets no S.
+    pub speeds_rps: Vec<(u32, f64)>,
     /// What G41/G42 means; `None`: not said.
     pub compensation: Option<Compensation>,
     /// Is the block-delete switch on?
@@ -56,6 +58,7 @@ impl Default for Environment<'_> {
             wear_mm: Vec::new(),
             tool_names: Vec::new(),
             only_tool: None,
+            speeds_rps: Vec::new(),
             compensation: None,
             block_delete: false,
             inch: false,
@@ -80,6 +83,8 @@ impl Environment<'_> {
             wear_mm: job.machine.wear_mm.clone(),
             tool_names: job.machine.tool_names.clone(),
             only_tool: if let [only] = job.tools.as_slice() { Some(only.number) } else { None },
+            speeds_rps: job.machine.unsaid.speeds_rps.clone(),
+            inch: job.machine.unsaid.inch.unwrap_or(false),
             compensation: job.machine.compensation,
             ..Environment::default()
         }

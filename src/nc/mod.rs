@@ -16,6 +16,7 @@ mod siemens_lex;
 mod steer;
 pub mod toolpath;
 pub mod turning;
+pub mod unit;
 
 pub use dialect::{CommentForm, Dialect, Syntax};
 pub use doubt::{Doubt, Doubted};

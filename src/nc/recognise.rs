@@ -6,7 +6,7 @@
 //! is recognised from [`RECOGNISED_AT`] on, so one odd word decides nothing; a lead below [`LEAD`] over another reading is a
 //! doubt, and said.
 
-use super::dialect::Dialect;
+use super::dialect::{Dialect, Syntax};
 
 /// Whose words a text is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -276,6 +276,13 @@ const SIGNS: &[Sign] = &[
     }),
     sign!("G29", [(Control::Marlin, 1)], MARLIN_BOOK, |c| c.g(&["29"])),
 ];
+
+/// A control that is not read, whose words this text has and this dialect has not: naming the dialect does not make it one.
+/// Siemens and plain language share some of those words; there the name decides.
+pub fn foreign(text: &[u8], named: Dialect) -> Option<Recognised> {
+    let found = recognise(text);
+    (named.syntax() == Syntax::Rs274 && found.control.refusal().is_some()).then_some(found)
+}
 
 /// Recognises the control from the head of a program.
 pub fn recognise(text: &[u8]) -> Recognised {

@@ -49,6 +49,8 @@ pub struct SetupFile {
 pub struct MachineTable {
     /// Dialect of the control: fanuc, haas, linuxcnc, grbl, mach3, siemens, heidenhain or generic; found from the text when absent.
     pub dialect: Option<String>,
+    /// Unit of a program that has neither G20 nor G21: "mm" or "inch"; inferred from its numbers when absent, and said.
+    pub program_unit: Option<String>,
     /// Rapid along the path, mm/min.
     pub rapid: Option<Quantity>,
     /// Path tolerance of the control at block junctions, mm.
@@ -181,6 +183,8 @@ pub struct ToolTable {
     pub diameter: Option<Quantity>,
     /// Number of teeth.
     pub flutes: Option<u32>,
+    /// Speed of the spindle where the program sets no S for this tool (M3 alone, or a router switched by hand), rev/min.
+    pub rpm: Option<Quantity>,
     /// Helix angle, deg.
     pub helix: Option<Quantity>,
     /// Angles from each tooth to the next, deg; absent: equal.

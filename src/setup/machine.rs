@@ -5,7 +5,7 @@ use super::file::{AxesTable, AxisTable, MachineTable, SpindleTable};
 use super::forms::Curve;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
-use crate::machine::{Axis, Compensation, Machine, Spindle, Table};
+use crate::machine::{Axis, Compensation, Machine, Spindle, Table, Unsaid};
 use crate::path::Vec3;
 use crate::units::{Dimension, mm_min_from_mm_s};
 use std::collections::BTreeMap;
@@ -57,12 +57,21 @@ pub fn machine(
         axes: all_axes(reader, &axes, mm_min_from_mm_s(rapid_mm_s)),
         spindle: spindle(reader, &table.spindle.clone().unwrap_or_default()),
         offsets: offsets.map_or_else(Vec::new, |written| origins(reader, written)),
+        unsaid: Unsaid {
+            inch: table.program_unit.as_deref().and_then(|word| program_unit(reader, word)),
+            speeds_rps: Vec::new(),
+        },
     }
 }
 
 fn known_dialect(reader: &mut Reader, name: &str) -> bool {
     let known: Vec<(&'static str, ())> = DIALECTS.iter().map(|name| (*name, ())).collect();
     reader.choice("machine.dialect", name, &known).is_some()
+}
+
+/// Is it inches?
+fn program_unit(reader: &mut Reader, word: &str) -> Option<bool> {
+    reader.choice("machine.program_unit", word, &[("mm", false), ("inch", true)])
 }
 
 fn compensation(reader: &mut Reader, word: &str) -> Option<Compensation> {

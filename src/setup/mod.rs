@@ -80,8 +80,10 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupEr
         Some(table) => process::process(reader, table, dir)?,
         None => Process::default(),
     };
+    let mut machine = machine::machine(reader, &machine_table, file.offsets.as_ref());
+    machine.unsaid.speeds_rps = speeds(reader, file.tool.as_deref().unwrap_or(&[]));
     Ok(Job {
-        machine: machine::machine(reader, &machine_table, file.offsets.as_ref()),
+        machine,
         stocks: stock::stocks(reader, file, &tools, dir),
         fixtures: fixtures(reader, file),
         tools,
@@ -103,6 +105,16 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupEr
         ),
         process,
     })
+}
+
+/// Speeds of tools for which the program sets none.
+fn speeds(reader: &mut Reader, tables: &[file::ToolTable]) -> Vec<(u32, f64)> {
+    let told = tables.iter().filter_map(|table| Some((table.number?, table.rpm.as_ref()?)));
+    told.map(|(number, rpm)| {
+        let key = format!("tool[T{number}].rpm");
+        (number, reader.value(&key, rpm, crate::units::Dimension::Speed, read::Sense::Positive))
+    })
+    .collect()
 }
 
 fn tools(reader: &mut Reader, file: &SetupFile) -> Vec<crate::machine::Tool> {

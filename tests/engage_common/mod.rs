@@ -11,7 +11,7 @@ use feedwright::ids::{BlockId, MoveId};
 use feedwright::machine::limits::Limits;
 use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};
 use feedwright::machine::{
-    Annotate, Axis, Box3, Job, Machine, Output, Profile, Raise, Shape, Spindle, Stock, StockShape, Table, Tool,
+    Annotate, Axis, Box3, Job, Machine, Output, Profile, Raise, Shape, Spindle, Stock, StockShape, Table, Tool, Unsaid,
 };
 use feedwright::nc::{Feed, FeedMode, Move, MoveKind, PathMode, Spin, State, Toolpath};
 use feedwright::path::{Arc, Curve, Plane, Vec3};
@@ -94,6 +94,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
                 runup_time_s: 1.0,
             },
             offsets: Vec::new(),
+            unsaid: Unsaid::default(),
         },
         tools,
         stocks,

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use feedwright::machine::{Axis, Machine, Spindle, Table};
+use feedwright::machine::{Axis, Machine, Spindle, Table, Unsaid};
 use feedwright::nc::{Dialect, Environment, Program, Toolpath, interpret, parse};
 use feedwright::schedule::{as_programmed, realise};
 
@@ -50,6 +50,7 @@ pub fn machine(acceleration_mm_s2: f64) -> Machine {
             runup_time_s: 0.0,
         },
         offsets: Vec::new(),
+        unsaid: Unsaid::default(),
     }
 }
 

@@ -159,6 +159,9 @@ struct Run<'a> {
     first_wcs: Option<u16>,
     last_wcs: u16,
     unstated: Vec<u16>,
+    /// An S word was executed; nothing in the program switches the spindle.
+    speed_said: bool,
+    by_hand: bool,
     /// Rotary axes, deg.
     rotary: [f64; 3],
     /// The last motion turned one of them in a cut.
@@ -284,12 +287,14 @@ impl<'a> Run<'a> {
             first_wcs: None,
             last_wcs: modal.wcs,
             unstated: Vec::new(),
+            speed_said: false,
+            by_hand: !env.speeds_rps.is_empty() && !has_m(program, &[3, 4]),
             rotary: [0.0; 3],
             rotary_range: false,
             at: 0,
             ended: false,
             began: false,
-            t_changes_tool: program.dialect().t_changes_tool(has_m6(program)),
+            t_changes_tool: program.dialect().t_changes_tool(has_m(program, &[6])),
             block: BlockId(0),
             misread: None,
             freeze: None,
@@ -535,7 +540,6 @@ impl<'a> Run<'a> {
     }
 
     fn finish(mut self) -> Toolpath {
-        self.say_how_many();
         self.count_doubts();
         self.say_dialect();
         self.out.files = self.files;
@@ -551,13 +555,14 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Is there an M6 anywhere in the program?
-fn has_m6(program: &Program) -> bool {
+/// Is there an M of one of these numbers (below 10) anywhere in the program?
+fn has_m(program: &Program, numbers: &[u8]) -> bool {
     let text = program.text();
     let candidate = |&at: &usize| {
         let rest = &text[at + 1..];
-        let six = rest.iter().position(|byte| !matches!(byte, b' ' | b'0')).unwrap_or(rest.len());
-        rest.get(six) == Some(&b'6') && !rest.get(six + 1).is_some_and(u8::is_ascii_digit)
+        let digit = rest.iter().position(|byte| !matches!(byte, b' ' | b'0')).unwrap_or(rest.len());
+        let asked = rest.get(digit).is_some_and(|byte| numbers.iter().any(|number| b'0' + number == *byte));
+        asked && !rest.get(digit + 1).is_some_and(u8::is_ascii_digit)
     };
     let is_word = |at: usize| {
         let block = program.block_at(at as u32);

@@ -51,7 +51,7 @@ fn begins(dialect: Dialect, comment: &[u8], words: &[&str]) -> bool {
     let knows = matches!(dialect, Dialect::LinuxCnc | Dialect::Grbl | Dialect::Generic);
     let inner = comment.strip_prefix(b"(").unwrap_or_default().trim_ascii_start();
     let is = |word: &&str| inner.get(..word.len()).is_some_and(|own| own.eq_ignore_ascii_case(word.as_bytes()));
-    knows && words.iter().any(|word| is(word))
+    knows && words.iter().any(is)
 }
 
 /// Length of `#5` or `#<name>` at the start; 0: there is none.

@@ -274,9 +274,24 @@ impl Run<'_> {
                 _ => {}
             }
         }
+        self.take_speed_of_setup(line);
         let spin = self.modal.spin();
         if spin != before {
             self.event(Event::Spindle { spin, line: self.line_number() });
+        }
+    }
+
+    /// Where the program has set no S so far, the speed is what the setup gives for the tool; and where nothing in the program
+    /// switches the spindle, somebody did by hand.
+    fn take_speed_of_setup(&mut self, line: &Line) {
+        self.speed_said |= line.has(b'S');
+        if self.speed_said || self.env.speeds_rps.is_empty() {
+            return;
+        }
+        let known = self.env.speeds_rps.iter().find(|(tool, _)| *tool == self.modal.tool);
+        self.modal.speed_rps = known.map_or(0.0, |(_, speed)| *speed);
+        if known.is_some() && self.by_hand {
+            self.modal.turning = 1;
         }
     }
 
@@ -305,8 +320,12 @@ impl Run<'_> {
     /// index: M92, M201, M203–M206, M211, M566, M665, M666, M851, M906). No control of the other families has these with axis words.
     fn sets_the_firmware(&self, line: &Line) -> bool {
         const SETTINGS: [u16; 12] = [920, 2010, 2030, 2040, 2050, 2060, 2110, 5660, 6650, 6660, 8510, 9060];
-        matches!(self.program.dialect(), Dialect::Grbl | Dialect::Generic)
-            && line.m.iter().any(|m| SETTINGS.contains(&m.0))
+        self.program.dialect().syntax() == Syntax::Rs274 && line.m.iter().any(|m| SETTINGS.contains(&m.0))
+    }
+
+    /// The same, where the control may well be such a firmware.
+    fn firmware_speaks(&self, line: &Line) -> bool {
+        matches!(self.program.dialect(), Dialect::Grbl | Dialect::Generic) && self.sets_the_firmware(line)
     }
 
     fn dwell(&mut self, line: &Line) {
@@ -335,7 +354,7 @@ impl Run<'_> {
                 // M128 … M129 of Heidenhain: the control follows the tip of the tool.
                 1280 if self.program.dialect() == Dialect::Heidenhain => self.doubt(Doubt::TiltedFrame, place),
                 1290 if self.program.dialect() == Dialect::Heidenhain => self.certain(Doubt::TiltedFrame),
-                _ if !known_m(self.program.dialect(), code) && !self.sets_the_firmware(line) => {
+                _ if !known_m(self.program.dialect(), code) && !self.firmware_speaks(line) => {
                     self.doubt(Doubt::UnknownCode, place);
                 }
                 _ => {}

@@ -35,10 +35,10 @@ pub struct Roles {
 const MOST_PIECES: usize = 10_000;
 const AXES: [u8; 3] = *b"XYZ";
 
-/// Aligns the two texts.
-pub fn align(original: &Program, rewritten: &Program, proof: &mut Proof) -> Roles {
-    let mut walk =
-        Walk { original, rewritten, i: 0, j: 0, begin: 0, ends: [0; 2], modes: MODES, roles: Roles::default() };
+/// Aligns the two texts; `inch`: lengths are in inches until they say otherwise.
+pub fn align(original: &Program, rewritten: &Program, inch: bool, proof: &mut Proof) -> Roles {
+    let modes = Modes { inch, incremental: false };
+    let mut walk = Walk { original, rewritten, i: 0, j: 0, begin: 0, ends: [0; 2], modes, roles: Roles::default() };
     let mut others = rewritten.parts();
     for part in original.parts() {
         let Some(other) = others.next().filter(|other| other.name == part.name) else {
@@ -46,8 +46,7 @@ pub fn align(original: &Program, rewritten: &Program, proof: &mut Proof) -> Role
             proof.differ(None, None, format!("the subprogram {name} is missing beside the rewritten program"));
             break;
         };
-        walk.modes = MODES;
-        walk.begin = part.blocks.start as usize;
+        walk.modes = modes;
         walk.ends = [part.blocks.end as usize, other.blocks.end as usize];
         while walk.i < walk.ends[0] || walk.j < walk.ends[1] {
             walk.step(proof);
@@ -61,9 +60,6 @@ pub fn align(original: &Program, rewritten: &Program, proof: &mut Proof) -> Role
     proof.blocks_split = walk.roles.of.iter().filter(|role| matches!(role, Role::Last(_))).count();
     walk.roles
 }
-
-/// What is in force before the first block of a text.
-const MODES: Modes = Modes { inch: false, incremental: false };
 
 struct Walk<'a> {
     original: &'a Program,

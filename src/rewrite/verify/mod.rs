@@ -193,7 +193,7 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
         let environment = Environment { block_delete, ..environment.clone() };
         [original, rewritten].map(|program| interpret(program, &environment))
     };
-    let (roles, off) = rayon::join(|| align::align(original, rewritten, &mut proof), || read(false));
+    let (roles, off) = rayon::join(|| align::align(original, rewritten, environment.inch, &mut proof), || read(false));
     if proof.holds() {
         motion::compare(&off, &roles, &mut proof);
         if original.has_block_delete() {
