@@ -16,7 +16,8 @@ use feedwright::learn::align::Aligned;
 use feedwright::learn::calibrate::plan::{Kind, plan};
 use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
-use feedwright::learn::session::{LogOptions, Prepared, aligned, learn, prepare};
+use feedwright::learn::program::simulated::{Prepared, prepare};
+use feedwright::learn::session::{LogOptions, aligned, learn};
 use feedwright::machine::Job;
 use generator::cases::Case;
 use generator::motion::Moment;
@@ -123,7 +124,7 @@ fn tied(seed: u64, lines: bool) -> (Vec<f64>, Aligned) {
     let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
     eprintln!(
         "{seed} {}: u {:.3} s, errors {:.3} {:.3} {:.3}",
-        found.method,
+        found.method.name(),
         found.uncertainty_s,
         at(0.5),
         at(0.68),
@@ -135,7 +136,7 @@ fn tied(seed: u64, lines: bool) -> (Vec<f64>, Aligned) {
 #[test]
 fn by_load_alone_a_log_with_offset_stretch_pause_and_override_is_tied_to_its_program() {
     let (errors, found) = tied(1003, false);
-    assert_eq!(found.method, "load");
+    assert_eq!(found.method.name(), "load");
     // Half of the errors within the standard uncertainty that is stated. The feed override sets in and ends within a window
     // of 6 s, which the drift follows only slowly: that is not in it.
     let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
@@ -182,7 +183,7 @@ fn by_load_the_uncertainty_that_is_stated_holds_whatever_is_hidden_in_the_log() 
     let share = |of: &[f64], by: f64| of.iter().filter(|e| **e <= by).count() as f64 / of.len() as f64;
     for (row, seed) in cases {
         let Hidden { case, told, prepared, found } = hidden(row, seed);
-        assert_eq!(found.method, "load");
+        assert_eq!(found.method.name(), "load");
         // In units of what is stated for each sample.
         let feeds = |m: &Moment| matches!(case.part.steps[m.step].action, Action::Move { feed_mm_s: Some(_), .. });
         let of_stated = |(moment, k): (&Option<Moment>, usize)| {
@@ -218,7 +219,7 @@ fn by_load_what_is_hidden_in_a_log_is_no_pause() {
 #[test]
 fn by_line_numbers_the_same_log_is_tied_within_what_is_stated() {
     let (errors, found) = tied(1003, true);
-    assert_eq!(found.method, "line");
+    assert_eq!(found.method.name(), "line");
     let u = found.uncertainty_s;
     let within = |by: f64| errors.iter().filter(|e| **e <= by).count() as f64 / errors.len() as f64;
     assert!(u < 0.2 && within(u) > 0.6 && within(3.0 * u) > 0.95, "{u} {} {}", within(u), within(3.0 * u));
@@ -293,7 +294,7 @@ fn gaps_are_counted_and_do_not_shift_what_is_left() {
         let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
         eprintln!(
             "{}: {:.3} {:.3} {:.3} s, u {:.3} s",
-            found.method,
+            found.method.name(),
             at(0.5),
             at(0.95),
             at(0.999),
@@ -325,7 +326,7 @@ fn by_position_gaps_do_not_shift_what_is_left() {
     let place = |text: &str| {
         let log = read_log(text.as_bytes(), &[]).unwrap();
         let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
-        assert_eq!(found.method, "position");
+        assert_eq!(found.method.name(), "position");
         (found.program_s, log.warnings)
     };
     let (gappy, kept) = with_gaps(&text);

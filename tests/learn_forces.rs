@@ -2,7 +2,7 @@
 
 #![allow(clippy::format_collect, clippy::unwrap_used)]
 
-use feedwright::learn::session::prepare;
+use feedwright::learn::program::simulated::prepare;
 use std::f64::consts::{PI, TAU};
 
 const SETUP: &str = "units = \"mm\"\n[machine]\nDIALECT\nrapid = 12000\ncorner_tolerance = 0.02\n\
@@ -13,7 +13,7 @@ const SETUP: &str = "units = \"mm\"\n[machine]\nDIALECT\nrapid = 12000\ncorner_t
     [[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 10\nflutes = 4\nhelix = 40\nflute_length = 30\noverhang = 45\n\
     material = \"carbide\"\n";
 
-fn prepared(program: &str, dialect: &str, forces: bool) -> feedwright::learn::session::Prepared {
+fn prepared(program: &str, dialect: &str, forces: bool) -> feedwright::learn::program::simulated::Prepared {
     let setup = SETUP.replace("DIALECT", dialect);
     let (job, _) = feedwright::setup::load(&setup, std::path::Path::new(".")).unwrap();
     prepare(program.as_bytes(), &job, forces).unwrap()

@@ -11,8 +11,9 @@ mod mesh;
 
 use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
+use feedwright::learn::program::simulated::prepare_for;
 use feedwright::learn::report::LearnReport;
-use feedwright::learn::session::{LogOptions, learn, prepare_for};
+use feedwright::learn::session::{LogOptions, learn};
 use feedwright::machine::{Job, StockShape};
 use generator::cases::Case;
 use generator::cut;

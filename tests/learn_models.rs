@@ -11,7 +11,7 @@ use assert_cmd::Command;
 use common::follow::{At, Noise, SETUP, follow, job, log};
 use feedwright::learn::calibrate::plan::{Kind, plan};
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, calibrate};
-use feedwright::learn::dataset::steady_table as table;
+use feedwright::learn::dataset::steady_table;
 use feedwright::learn::log::columns;
 use feedwright::learn::regress::linear::Loss;
 use feedwright::learn::session::{LogOptions, run};
@@ -20,7 +20,7 @@ use std::fmt::Write;
 
 fn calibrated(csv: &str, model: &str, options: CalibrateOptions) -> Calibration {
     let frame = columns::read(csv.as_bytes(), &[]).unwrap();
-    let rows = table::rows(&frame, &[]).unwrap();
+    let rows = steady_table::rows(&frame, &[]).unwrap();
     calibrate(&frame, &rows, model, options, |y| y).unwrap()
 }
 

@@ -15,7 +15,8 @@ use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::dataset::steady_cuts::steady_cuts;
 use feedwright::learn::log::read_log;
 use feedwright::learn::log::resultant::Sample;
-use feedwright::learn::session::{LogOptions, aligned, prepare, run};
+use feedwright::learn::program::simulated::prepare;
+use feedwright::learn::session::{LogOptions, aligned, run};
 use std::f64::consts::{PI, TAU};
 
 /// True coefficients; the setup declares others.
@@ -166,7 +167,7 @@ fn layers_of_a_ball_give_their_coefficients_back() {
     for cut in plan.cuts.iter().filter(|cut| cut.axial_mm > 0.5) {
         let (height, fz) = (cut.axial_mm - 0.2, cut.feed_per_tooth_mm);
         let r = (16.0 - (4.0 - height).powi(2)).sqrt();
-        let (length, chip) = feedwright::learn::calibrate::ball_layer(4.0, height, cut.radial_mm, fz);
+        let (length, chip) = feedwright::force::closed::ball_layer(4.0, height, cut.radial_mm, fz);
         assert!(length < r * PI);
         let layer = found[0] + found[1] * length + found[2] * 1e3 * chip + found[3] * length * 1e3 * chip;
         assert!((layer / per_mm(height, cut.radial_mm, fz) - 1.0).abs() < 0.05, "{cut:?}: {layer} {found:?}");

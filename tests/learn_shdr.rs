@@ -5,7 +5,7 @@
 
 use feedwright::learn::align::line::by_line;
 use feedwright::learn::log::{Log, shdr};
-use feedwright::learn::session::prepare;
+use feedwright::learn::program::simulated::prepare;
 use std::path::Path;
 
 const FOLDER: &str = "../shared/measured/nist_mtc";

@@ -3,8 +3,9 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
-use feedwright::learn::calibrate::{CalibrateOptions, Calibration, ball_layer, calibrate};
-use feedwright::learn::dataset::steady_table as table;
+use feedwright::force::closed::ball_layer;
+use feedwright::learn::calibrate::{CalibrateOptions, Calibration, calibrate};
+use feedwright::learn::dataset::{steady_table, table_data};
 use feedwright::learn::diagnose::{Options, diagnose};
 use feedwright::learn::log::columns;
 use feedwright::learn::model::cross_validation::{by_blocks, by_kind};
@@ -64,8 +65,8 @@ fn table5() -> Option<String> {
 
 fn diagnosed(csv: &str) -> LearnReport {
     let frame = columns::read(csv.as_bytes(), &[]).unwrap();
-    let rows = table::rows(&frame, &[]).unwrap();
-    let data = table::data(&frame, &rows, |y| y).unwrap();
+    let rows = steady_table::rows(&frame, &[]).unwrap();
+    let data = table_data::data(&frame, &rows, |y| y).unwrap();
     diagnose(&data, &by_blocks(&data, "set-up"), &Options::default()).unwrap()
 }
 
@@ -87,7 +88,7 @@ fn table_4_on_straight_geometry_lacks_the_curvature_of_the_path() {
 
 fn calibrated(csv: &str, model: &str) -> Calibration {
     let frame = columns::read(csv.as_bytes(), &[]).unwrap();
-    let rows = table::rows(&frame, &[]).unwrap();
+    let rows = steady_table::rows(&frame, &[]).unwrap();
     calibrate(&frame, &rows, model, CalibrateOptions::default(), |y| y).unwrap()
 }
 
@@ -181,8 +182,8 @@ fn niu_table_1_diagnosed_and_carried_over_to_table_3() {
         }
     }
     let frame = columns::read(csv.as_bytes(), &[]).unwrap();
-    let rows = table::rows(&frame, &[]).unwrap();
-    let data = table::data(&frame, &rows, |y| y).unwrap();
+    let rows = steady_table::rows(&frame, &[]).unwrap();
+    let data = table_data::data(&frame, &rows, |y| y).unwrap();
     let kind = data.kind_names.iter().position(|k| k == "table 1").unwrap();
     let report = diagnose(&data, &by_kind(&data, kind, "test"), &Options::default()).unwrap();
     let names: Vec<&str> = report.effects.iter().map(|e| e.name.as_str()).collect();
@@ -208,9 +209,10 @@ fn face_milling_by_part_and_what_it_says_of_other_operations() {
         return;
     }
     let frame = columns::read(&std::fs::read(path).unwrap(), &[]).unwrap();
-    let tool = table::TableTool { number: 1, diameter_mm: 9.525, flutes: 4, shape: feedwright::machine::Shape::Flat };
-    let rows = table::rows(&frame, &[tool]).unwrap();
-    let data = table::data(&frame, &rows, |y| y).unwrap();
+    let tool =
+        steady_table::TableTool { number: 1, diameter_mm: 9.525, flutes: 4, shape: feedwright::machine::Shape::Flat };
+    let rows = steady_table::rows(&frame, &[tool]).unwrap();
+    let data = table_data::data(&frame, &rows, |y| y).unwrap();
     assert_eq!((data.len(), data.kind_names.len()), (896, 4));
     let face = data.kind_names.iter().position(|k| k == "Face Milling").unwrap();
     let report = diagnose(&data, &by_kind(&data, face, "part"), &Options::default()).unwrap();
@@ -235,12 +237,12 @@ fn a_table_of_rates_without_geometry_is_learned_from_or_refused_in_a_sentence() 
         pairs.iter().map(|(theirs, ours)| ((*theirs).to_owned(), (*ours).to_owned())).collect()
     };
     let raw = columns::read(text.as_bytes(), &[]).unwrap();
-    let said = table::rows(&raw, &[]).unwrap_err().to_string();
+    let said = steady_table::rows(&raw, &[]).unwrap_err().to_string();
     assert!(said.contains("removal_rate_mm3_s") && said.contains("no, q, a, est"), "{said}");
     let pairs = [("q", "removal_rate_mm3_s"), ("a", "contact_rate_mm2_s"), ("pm", "spindle_power_w")];
     let frame = columns::read(text.as_bytes(), &map(&pairs)).unwrap();
-    let cuts = table::rows(&frame, &[]).unwrap();
-    let data = table::data(&frame, &cuts, |y| y).unwrap();
+    let cuts = steady_table::rows(&frame, &[]).unwrap();
+    let data = table_data::data(&frame, &cuts, |y| y).unwrap();
     let report = diagnose(&data, &by_blocks(&data, "set-up"), &Options::default()).unwrap();
     // The caption of the table: k_tc 693.8 N/mm², k_te 18.98 N/mm, from other cuts; here within twice the standard error.
     for (name, caption) in [("k_tc", 693.8), ("k_te", 18.98)] {
@@ -249,6 +251,6 @@ fn a_table_of_rates_without_geometry_is_learned_from_or_refused_in_a_sentence() 
     }
     // Without rates or depths nothing can be told, whatever the reading.
     let torque = columns::read(text.as_bytes(), &map(&[pairs[0], pairs[1], ("pm", "spindle_torque_nm")])).unwrap();
-    let cuts = table::rows(&torque, &[]).unwrap();
-    assert!(table::data(&torque, &cuts, |y| y).unwrap_err().to_string().contains("spindle_rpm"));
+    let cuts = steady_table::rows(&torque, &[]).unwrap();
+    assert!(table_data::data(&torque, &cuts, |y| y).unwrap_err().to_string().contains("spindle_rpm"));
 }

@@ -13,7 +13,7 @@
 //! section is ∫ (w − y₀) dz. Above the equator the shank continues the ball as a cylinder.
 
 use crate::machine::Shape;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// A steady cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,6 +72,39 @@ pub fn immersion_rad(r: f64, b: f64, path: Option<f64>) -> f64 {
 /// Entry and exit angle of a cut of immersion `immersion_rad`: up-milling begins at 0, climb ends at π.
 pub fn entry_exit_rad(immersion_rad: f64, climb: bool) -> (f64, f64) {
     if climb { (PI - immersion_rad, PI) } else { (0.0, immersion_rad) }
+}
+
+/// Factors of K_t, K_r, K_te, K_re in the mean force on the workpiece, x along the feed or `y` into the wall (Niu, Wang, Zhao, Huang,
+/// Eqs 2–3): with k = N a_p/2π and ψ = acos(1 − a_e/R),
+/// F_x = k[f(−K_t sin²ψ/2 + K_r(ψ − sin ψ cos ψ)/2) − K_te sin ψ + K_re(1 − cos ψ)],
+/// F_y = k[f(K_t(ψ − sin ψ cos ψ)/2 + K_r sin²ψ/2) + K_te(1 − cos ψ) + K_re sin ψ].
+/// In conventional milling the teeth run the other way along the same wall: the tangential factors change their sign.
+pub fn mean_force_factors(cut: &SteadyCut, conventional: bool, y: bool) -> [f64; 4] {
+    let columns = climb_factors(cut, y);
+    let turn = if conventional { -1.0 } else { 1.0 };
+    [turn * columns[0], columns[1], turn * columns[2], columns[3]]
+}
+
+fn climb_factors(c: &SteadyCut, y: bool) -> [f64; 4] {
+    let psi = immersion_rad(0.5 * c.diameter_mm, c.radial_depth_mm, None);
+    let k = f64::from(c.flutes) * c.axial_depth_mm / TAU;
+    let f = c.feed_mm_s / (f64::from(c.flutes) * c.rps);
+    let (s, co) = psi.sin_cos();
+    let (half, turn) = (0.5 * s * s, 0.5 * (psi - s * co));
+    if y {
+        [k * f * turn, k * f * half, k * (1.0 - co), k * s]
+    } else {
+        [-k * f * half, k * f * turn, -k * s, k * (1.0 - co)]
+    }
+}
+
+/// Length of contact (mm) and largest chip thickness (mm) in a plane at `height_mm` above the tip of a ball.
+pub fn ball_layer(ball_mm: f64, height_mm: f64, radial_mm: f64, feed_per_tooth_mm: f64) -> (f64, f64) {
+    let below = (ball_mm - height_mm).max(0.0);
+    let r = (ball_mm * ball_mm - below * below).max(0.0).sqrt();
+    let alpha = immersion_rad(r, radial_mm, None);
+    let fz = feed_per_tooth_mm;
+    (r * alpha, r - (r * r + fz * fz - 2.0 * r * fz * alpha.sin()).max(0.0).sqrt())
 }
 
 /// Volume removed per mm of tool-centre path, and area swept by one edge in one pass.

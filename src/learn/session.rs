@@ -1,27 +1,31 @@
 //! The whole of `learn`: a program, a job and a measured log in; a [`LearnReport`] and the process model out.
 
-use crate::engage::{EngageError, EngagementMap, Loader, engage};
+use crate::engage::{EngageError, Loader};
+use crate::learn::align::Method;
 use crate::learn::align::line::{by_line, paced};
 use crate::learn::align::load::by_load;
 use crate::learn::align::{Aligned, by_position};
-use crate::learn::calibrate::experiment::used;
-use crate::learn::dataset::binning::{Channels, Known, OtherGeometry, cells, channels};
+use crate::learn::dataset::binning::{Channels, cells, channels};
 use crate::learn::dataset::samples::{Base, Class, Data};
 use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::log::columns::DataError;
+use crate::learn::log::resultant::MEAN_FORCE;
 use crate::learn::log::resultant::{Sample, resultant};
 use crate::learn::log::{Log, read_log};
 use crate::learn::model::cross_validation::by_blocks;
 use crate::learn::model::design::Use;
-use crate::learn::program::other_geometry::{Sizes, grown};
+use crate::learn::model::design::used;
+use crate::learn::program::other_geometry::Sizes;
 use crate::learn::program::peak_forces::About;
 use crate::learn::program::runout_grid::RunoutGrid;
-use crate::learn::program::timeline::{Timeline, speed_ratios, timeline};
+use crate::learn::program::simulated::Known;
+use crate::learn::program::simulated::Prepared;
+use crate::learn::program::simulated::prepare_for;
+use crate::learn::program::variant::OtherGeometry;
 use crate::learn::report::{Alignment, LearnReport, Value};
 use crate::learn::runout::settled;
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
-use crate::nc::{Environment, Toolpath, interpret, parse, unit};
 
 /// How a log is learned from.
 #[derive(Debug, Clone, Default)]
@@ -47,22 +51,8 @@ pub enum LearnError {
     Engage(#[from] EngageError),
 }
 
-/// What belongs to a program and a job, whatever the log says.
-pub struct Prepared {
-    path: Toolpath,
-    map: EngagementMap,
-    timeline: Timeline,
-    others: Vec<OtherGeometry>,
-    slower: Vec<(f64, Vec<f64>)>,
-    pub(in crate::learn) forces: Option<Sample>,
-}
-
-/// Name of a measured force that is a mean over time.
-pub const MEAN_FORCE: &str = "force_xy_n (mean)";
 /// Time of the log over that of the program, beyond which the clock is wrong rather than the machine slow.
 const STRETCH: [f64; 2] = [0.1, 10.0];
-/// Accelerations tried, over the declared one.
-const SLOWER: [f64; 14] = [0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 0.03, 0.02, 0.015, 0.01, 0.007];
 /// The times of the blocks show another acceleration when it is below this share of the declared one, with so many nats.
 const LEAST_SLOWER: f64 = 0.6;
 const SHOWN_NATS: f64 = 30.0;
@@ -72,27 +62,6 @@ const UNSEEN_S: f64 = 1.0;
 const STRETCHES: usize = 20;
 /// Rounds in which the cut is simulated anew with the stock and the tool that were found.
 const GROWN_ROUNDS: usize = 2;
-
-/// Simulates the program as declared and with each geometry that an effect may ask for, in stock without files.
-pub fn prepare(program: &[u8], job: &Job, with_forces: bool) -> Result<Prepared, LearnError> {
-    prepare_for(program, job, with_forces.then(Sample::default), None)
-}
-
-/// The same, for forces that are sampled so (`None`: no forces are measured), and with what reads the files of stock.
-pub fn prepare_for(
-    program: &[u8],
-    job: &Job,
-    forces: Option<Sample>,
-    loader: Option<Loader>,
-) -> Result<Prepared, LearnError> {
-    let program = parse(program.to_vec(), None);
-    let path = interpret(&program, &unit::settled(&program, Environment::from_job(job), Some(job)));
-    let map = engage(&path, job, &crate::learn::program::other_geometry::options(loader), &|_| ())?;
-    let timeline = timeline(&path, &map, job, forces);
-    let others = grown(&path, &timeline, job, Sizes::usual(job), forces, loader);
-    let slower = SLOWER.iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
-    Ok(Prepared { path, map, timeline, others, slower, forces })
-}
 
 /// What was learned, and from what.
 #[derive(Debug, Clone)]
@@ -213,7 +182,7 @@ fn doubts(report: &LearnReport, aligned: &Aligned, prepared: &Prepared, log: &Lo
             doubts.push(format!("{} % of {name} are missing", 100 * missing / values.len()));
         }
     }
-    let most = if aligned.method == "load" { 0.6 } else { 0.3 };
+    let most = if aligned.method == Method::Load { 0.6 } else { 0.3 };
     if aligned.misfit > most {
         doubts.push(format!(
             "{:.0} % of the log do not fit this program: is it the log of another one?",
@@ -376,7 +345,7 @@ fn described(aligned: &Aligned, log: &Log) -> Alignment {
     Alignment {
         offset_s: first.0 - first.1,
         stretch: (last.0 - first.0) / (last.1 - first.1).max(1e-9),
-        method: aligned.method.to_owned(),
+        method: aligned.method.name().to_owned(),
         uncertainty_s: aligned.uncertainty_s,
         stretches: stretches(aligned, log),
         outside: outside(aligned),
@@ -402,26 +371,4 @@ fn outside(aligned: &Aligned) -> [usize; 3] {
     let first = placed.iter().position(|p| *p).unwrap_or(all);
     let last = placed.iter().rposition(|p| *p).map_or(all, |k| k + 1);
     [first, placed[first..last].iter().filter(|p| !**p).count(), all - last]
-}
-
-impl Prepared {
-    /// Moves of the program.
-    pub fn toolpath(&self) -> &Toolpath {
-        &self.path
-    }
-    /// Its engagement as declared.
-    pub fn engagement(&self) -> &EngagementMap {
-        &self.map
-    }
-    /// Everything that is known of its spots.
-    pub fn known<'a>(&'a self, job: &'a Job) -> Known<'a> {
-        self.known_at(job, &self.timeline, RunoutGrid::default())
-    }
-    fn known_at<'a>(&'a self, job: &'a Job, timeline: &'a Timeline, runouts: RunoutGrid) -> Known<'a> {
-        Known { job, timeline, others: self.others.clone(), slower: self.slower.clone(), runouts }
-    }
-    /// Its spots in time.
-    pub fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
 }

@@ -7,8 +7,9 @@
 //! is the one under which the drift is the least surprising.
 
 use crate::learn::align::drift::{Drift, Seen, drift};
-use crate::learn::align::{Aligned, median_step, typical};
+use crate::learn::align::{Aligned, Method, typical};
 use crate::learn::log::Log;
+use crate::learn::log::gaps::median_step;
 use crate::learn::program::clock::{Clock, Slower};
 use crate::learn::program::timeline::Timeline;
 
@@ -47,7 +48,7 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
     Some(Aligned {
         uncertainty_s: typical(&program_s, &each_s),
         program_s,
-        method: "line",
+        method: Method::Line,
         each_s,
         misfit: lost as f64 / lines.len().max(1) as f64,
         acceleration: (clock.factor < 1.0).then_some((clock.factor, nats)),

@@ -18,10 +18,10 @@ use crate::learn::align::line::likeliest;
 use crate::learn::align::matching::{Match, match_load};
 use crate::learn::align::measured_load::{Measured, gridded, thinned};
 use crate::learn::align::predicted_load::{PARTS, Part, Predicted, parts, with_doubtful};
-use crate::learn::align::{Aligned, typical};
-use crate::learn::dataset::binning::Known;
+use crate::learn::align::{Aligned, Method, typical};
 use crate::learn::log::Log;
 use crate::learn::program::clock::{Clock, Slower};
+use crate::learn::program::simulated::Known;
 use crate::learn::program::timeline::Timeline;
 use crate::learn::regress::linear::{Loss, robust, scale_of};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -75,7 +75,7 @@ pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
     Some(Aligned {
         uncertainty_s: typical(&program_s, &each_s),
         program_s,
-        method: "load",
+        method: Method::Load,
         each_s,
         misfit: (1.0 - correlation).clamp(0.0, 1.0),
         acceleration: (state.clock.factor < 1.0).then_some((state.clock.factor, nats)),

@@ -2,7 +2,8 @@
 //! over a grid; both keep away from gaps, of which nothing is known.
 
 use crate::learn::align::holds::Holds;
-use crate::learn::log::{Log, gaps};
+use crate::learn::log::Log;
+use crate::learn::log::gaps::gaps;
 
 /// Most measured points that are looked at.
 const MOST_POINTS: f64 = 8000.0;

@@ -14,17 +14,41 @@ pub mod matching;
 pub mod measured_load;
 pub mod predicted_load;
 
-use crate::learn::log::{Log, longest_step};
+use crate::learn::log::Log;
+use crate::learn::log::gaps::{longest_step, median_step};
 use crate::learn::program::timeline::{Doing, Spot, Timeline};
 use crate::path::Vec3;
+
+/// By what a log is tied to its program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// By the positions of the axes.
+    #[default]
+    Position,
+    /// By the lines that the control was in.
+    Line,
+    /// By the measured load alone.
+    Load,
+}
+
+impl Method {
+    /// Name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Position => "position",
+            Method::Line => "line",
+            Method::Load => "load",
+        }
+    }
+}
 
 /// How a log was tied.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Aligned {
     /// Predicted program time of each sample, s; NaN outside.
     pub program_s: Vec<f64>,
-    /// position, line or load.
-    pub method: &'static str,
+    /// By what.
+    pub method: Method,
     /// Standard uncertainty of that time, s: of each sample, and their root mean square.
     pub each_s: Vec<f64>,
     /// See `each_s`.
@@ -73,7 +97,7 @@ pub fn by_position(log: &Log, timeline: &Timeline) -> Option<Aligned> {
     let rate_s = median_step(&log.time_s);
     Some(Aligned {
         program_s,
-        method: "position",
+        method: Method::Position,
         each_s: vec![0.1 * rate_s; points.len()],
         uncertainty_s: 0.1 * rate_s,
         misfit: off as f64 / points.len().max(1) as f64,
@@ -184,10 +208,4 @@ pub(in crate::learn) fn typical(program_s: &[f64], each_s: &[f64]) -> f64 {
     }
     let middle = placed.len() / 2;
     *placed.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-/// Median time from sample to sample, s.
-pub fn median_step(time: &[f64]) -> f64 {
-    let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    crate::learn::regress::linear::median(&steps)
 }

@@ -2,8 +2,8 @@
 //! clock of a machine, a lag. Out: [`Predicted`], means over the span of a reading, on a grid of time.
 
 use crate::force::contact::Engaged;
-use crate::learn::dataset::binning::Known;
 use crate::learn::program::clock::Clock;
+use crate::learn::program::simulated::Known;
 use crate::learn::program::timeline::{Doing, Timeline};
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Job, Tool};

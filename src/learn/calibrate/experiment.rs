@@ -7,20 +7,23 @@
 //! Out: [`Experiment`].
 
 use crate::effects::{self, State};
-use crate::learn::align::Aligned;
+use crate::learn::align::{Aligned, Method};
 use crate::learn::calibrate::plan::block;
 use crate::learn::calibrate::test_program::{Action, Pass, program};
-use crate::learn::dataset::binning::{Known, cells, channels};
+use crate::learn::dataset::binning::{cells, channels};
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::candidates::starts;
 use crate::learn::log::Log;
 use crate::learn::log::columns::DataError;
+use crate::learn::log::resultant::MEAN_FORCE;
 use crate::learn::log::resultant::Sample;
 use crate::learn::model::design::Use;
+use crate::learn::model::design::used;
 use crate::learn::model::fit::{Fitted, fit, predict};
 use crate::learn::model::whitening::whitened;
-use crate::learn::report::{Added, Confounded, LearnReport};
-use crate::learn::session::{MEAN_FORCE, Prepared, prepare_for};
+use crate::learn::program::simulated::Known;
+use crate::learn::program::simulated::{Prepared, prepare_for};
+use crate::learn::report::{Confounded, LearnReport};
 use crate::machine::{Box3, Job, Tool};
 
 /// A programme of cuts on which rivals differ.
@@ -83,16 +86,6 @@ pub fn rivals(data: &Data, report: &LearnReport, confounded: &Confounded) -> Vec
     confounded.names.iter().filter_map(best).collect()
 }
 
-/// An effect of a report as the fit uses it.
-pub fn used(added: &Added) -> Option<Use> {
-    let effect = effects::named(&added.name)?;
-    let given = |name: &str| added.parameters.iter().find(|v| v.name == name).map(|v| v.value);
-    let value = |p: &effects::Parameter| given(p.name).or(p.neutral);
-    let values: Vec<f64> = effect.parameters.iter().map(value).collect::<Option<_>>()?;
-    let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v)).collect();
-    Some(Use { effect, values, free })
-}
-
 /// Least root mean square difference between the predictions of any two rivals.
 pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -> Option<f64> {
     let force = learned.channel_names.iter().find(|name| name.starts_with("force"));
@@ -115,7 +108,7 @@ fn imagined(prepared: &Prepared, job: &Job, channel_names: &[String]) -> Data {
     let known_name = |name: &String| crate::learn::log::MEASURED.iter().copied().find(|m| name.starts_with(m));
     let measured = channel_names.iter().filter_map(known_name).map(|name| (name, vec![0.0; count])).collect();
     let each_s = vec![0.0; time_s.len()];
-    let aligned = Aligned { program_s: time_s.clone(), method: "position", each_s, ..Aligned::default() };
+    let aligned = Aligned { program_s: time_s.clone(), method: Method::Position, each_s, ..Aligned::default() };
     let log = Log { time_s, measured, ..Log::default() };
     let known: Known = prepared.known(job);
     cells(&log, &aligned, &known, &channels(&log)).0

@@ -13,11 +13,12 @@
 //! Several tools in one material are averaged by their variances; where they scatter more than those say, the errors grow
 //! by that factor.
 
-use crate::learn::calibrate::{Calibration, RATIO_UNCERTAINTY};
+use crate::learn::calibrate::calibration::Calibration;
+use crate::learn::calibrate::power::RATIO_UNCERTAINTY;
 use crate::learn::log::columns::DataError;
+use crate::learn::program::simulated::Prepared;
 use crate::learn::program::timeline::Spot;
 use crate::learn::report::Value;
-use crate::learn::session::Prepared;
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Job, Shape};
 

@@ -7,8 +7,11 @@
 //! difference of two steps is the force of one layer. The conditioning is that of the fit itself: the cuts with readings by
 //! the declared coefficients and 3 % noise go through [`crate::learn::calibrate`].
 
+use crate::force::closed::ball_layer;
+use crate::force::closed::mean_force_factors;
+use crate::learn::calibrate::calibrate;
+use crate::learn::calibrate::calibration::CalibrateOptions;
 use crate::learn::calibrate::test_program::{Action, Pass, program};
-use crate::learn::calibrate::{CalibrateOptions, ball_layer, calibrate, mean_force_columns};
 use crate::learn::dataset::steady_table::{SteadyRow, TableTool, row_rates, rows};
 use crate::learn::log::columns::{DataError, read};
 use crate::learn::regress::random::Chance;
@@ -318,7 +321,11 @@ fn readings(bench: &Bench, kind: Kind, row: &SteadyRow) -> Vec<f64> {
         }
         Kind::MeanForce => {
             let of = |y: bool| {
-                mean_force_columns(row, y).iter().zip([k.k_tc, k.k_rc, k.k_te, k.k_re]).map(|(x, k)| x * k).sum()
+                mean_force_factors(&row.cut, row.is_conventional(), y)
+                    .iter()
+                    .zip([k.k_tc, k.k_rc, k.k_te, k.k_re])
+                    .map(|(x, k)| x * k)
+                    .sum()
             };
             vec![of(false), of(true)]
         }

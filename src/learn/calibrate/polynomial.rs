@@ -3,11 +3,13 @@
 //! Each test gives its own (K_t, K_r) by inverting the 2 × 2 system of its mean forces; the polynomials are regressed on
 //! those. Of the eleven terms only the subset is kept that predicts left-out tests best, grown one term at a time.
 
-use crate::learn::calibrate::{Calibration, mean_force_columns, rms};
+use crate::force::closed::mean_force_factors;
+use crate::learn::calibrate::calibration::Calibration;
+use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::SteadyRow;
-use crate::learn::diagnose::answer::errors;
 use crate::learn::log::columns::{DataError, Frame};
+use crate::learn::regress::linear::rms;
 use crate::learn::regress::linear::{Fit, least_squares, leave_one_out};
 use crate::learn::report::Value;
 use crate::units::rpm_from_rps;
@@ -17,7 +19,10 @@ const TERMS: [&str; 11] = ["1", "a_p", "f_t", "a_e", "a_p²", "f_t²", "a_e²", 
 
 /// (K_t, K_r) of one test from its mean forces, without edge forces.
 pub fn inverted(row: &SteadyRow, force_x_n: f64, force_y_n: f64) -> Option<[f64; 2]> {
-    let (x, y) = (mean_force_columns(row, false), mean_force_columns(row, true));
+    let (x, y) = (
+        mean_force_factors(&row.cut, row.is_conventional(), false),
+        mean_force_factors(&row.cut, row.is_conventional(), true),
+    );
     let k = Matrix2::new(x[0], x[1], y[0], y[1]).lu().solve(&Vector2::new(force_x_n, force_y_n))?;
     Some([k[0], k[1]])
 }

@@ -12,10 +12,10 @@
 use crate::engage::EngagedArc;
 use crate::force::closed::{entry_exit_rad, immersion_rad};
 use crate::force::{Cut, Cutter};
-use crate::learn::calibrate::Calibration;
+use crate::learn::calibrate::calibration::Calibration;
+use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{Side, SteadyRow};
-use crate::learn::diagnose::answer::errors;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::regress::levenberg_marquardt::{Solution, Variable, levenberg_marquardt};
 use crate::learn::report::Value;

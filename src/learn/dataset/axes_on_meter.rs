@@ -4,7 +4,8 @@
 //! A rapid of some tenths of a second begins and ends at rest: a meter that feeds the axes reads there what an error of some
 //! hundredths makes another thing of. Where it feeds none, both factors are nearly 0.
 
-use crate::learn::dataset::binning::Along;
+use crate::learn::align::Method;
+use crate::learn::dataset::placed_log::PlacedLog;
 use crate::learn::program::motion::motion;
 use crate::learn::program::timeline::Doing;
 use crate::learn::regress::linear::{Loss, robust};
@@ -15,7 +16,7 @@ const FEWEST: usize = 10;
 /// Times that are looked at within the doubt of a sample.
 const TIMES: usize = 9;
 
-impl Along<'_> {
+impl PlacedLog<'_> {
     /// Factors on the speed along the path and on v·max(0, a) that the readings in air show; none is negative.
     pub(in crate::learn) fn axes_shown(&self, valid: &[usize], values: &[f64]) -> [f64; 2] {
         let spots = &self.known.timeline.spots;
@@ -49,7 +50,7 @@ impl Along<'_> {
             return 0.0;
         }
         let (timeline, machine) = (self.known.timeline, &self.known.job.machine);
-        let by_way = self.aligned.method == "position";
+        let by_way = self.aligned.method == Method::Position;
         let at = |k: usize| {
             let at_s = self.aligned.program_s[i] + doubt_s * (2.0 * k as f64 / (TIMES - 1) as f64 - 1.0);
             let (v, a) = motion(timeline, timeline.at(at_s)?, at_s, by_way, machine);

@@ -5,15 +5,19 @@
 //! as the sum of their weights ([`crate::learn::dataset::weights`]).
 
 use crate::force::contact::Engaged;
-use crate::learn::align::{Aligned, median_step};
-use crate::learn::dataset::covariates::cumulated;
-use crate::learn::dataset::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, Variant, VariantColumns};
-use crate::learn::dataset::steady_table::{Quantity, column_factor, spindle_base};
+use crate::learn::align::Aligned;
+use crate::learn::dataset::placed_log::PlacedLog;
+use crate::learn::dataset::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, VariantColumns};
+use crate::learn::dataset::steady_table::{Quantity, spindle_base};
 use crate::learn::dataset::weights::cell_sizes;
-use crate::learn::log::{Log, longest_step};
-use crate::learn::program::runout_grid::{RUNOUT_GRID, RunoutGrid};
-use crate::learn::program::timeline::{Doing, Spot, Timeline};
-use crate::learn::regress::linear::median;
+use crate::learn::log::Log;
+use crate::learn::log::gaps::longest_step;
+use crate::learn::log::gaps::median_step;
+use crate::learn::program::runout_grid::RUNOUT_GRID;
+use crate::learn::program::simulated::Known;
+use crate::learn::program::timeline::{Doing, Spot};
+use crate::learn::program::variant::OtherGeometry;
+use crate::learn::program::variant::Variant;
 use crate::machine::Job;
 use crate::machine::material::{ForceModel, LinearEdge};
 
@@ -29,33 +33,6 @@ const PRIOR: [f64; 2] = [0.5, 0.25];
 /// Force coefficients stay within these factors of the declared ones: a peak force alone cannot tell a larger edge
 /// coefficient from a tooth that stands out, so that the declared material has to.
 const FORCE_BOUNDS: [f64; 2] = [0.6, 1.5];
-
-/// The engagement of the spots under another geometry.
-#[derive(Debug, Clone)]
-pub struct OtherGeometry {
-    /// Which.
-    pub variant: Variant,
-    /// Size of the change, mm.
-    pub size_mm: f64,
-    /// Engagement, spot by spot.
-    pub engaged: Vec<Engaged>,
-    /// The other one that it is changed from; `None`: the declared one.
-    pub over: Option<usize>,
-}
-
-/// Everything that is known of the spots.
-pub struct Known<'a> {
-    /// The job.
-    pub job: &'a Job,
-    /// The program in time.
-    pub timeline: &'a Timeline,
-    /// Other geometries.
-    pub others: Vec<OtherGeometry>,
-    /// Speed over declared speed on slower machines, spot by spot: (factor, ratios).
-    pub slower: Vec<(f64, Vec<f64>)>,
-    /// Runouts under which the forces of the spots were worked out.
-    pub runouts: RunoutGrid,
-}
 
 /// What the log measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +75,7 @@ pub fn cells(log: &Log, aligned: &Aligned, known: &Known, channels: &Channels) -
         .collect();
     data.runouts = known.runouts;
     data.slower = known.slower.iter().map(|(factor, _)| SlowerMachine { factor: *factor, ratio: Vec::new() }).collect();
-    let path = Along::new(log, aligned, known);
+    let path = PlacedLog::new(log, aligned, known);
     let mut lowered = 0;
     if let Some((k, quantity, unit)) = channels.spindle {
         data.channel_names.push(format!("{} ({unit})", log.measured[k].0));
@@ -171,54 +148,7 @@ fn base(job: &Job, channels: &Channels) -> Vec<Base> {
     all
 }
 
-/// The samples laid along the program.
-pub(in crate::learn) struct Along<'a> {
-    pub(in crate::learn) log: &'a Log,
-    pub(in crate::learn) known: &'a Known<'a>,
-    pub(in crate::learn) aligned: &'a Aligned,
-    /// Spot of each sample.
-    pub(in crate::learn) spot: Vec<Option<usize>>,
-    /// Cumulated sliding and volume, and the path since material was met, at the start of each spot.
-    pub(in crate::learn) cumulated: Vec<[f64; 3]>,
-    pub(in crate::learn) reference_rps: f64,
-    pub(in crate::learn) tools: Vec<u32>,
-}
-
-impl<'a> Along<'a> {
-    fn new(log: &'a Log, aligned: &'a Aligned, known: &'a Known<'a>) -> Self {
-        let spots = &known.timeline.spots;
-        let mut tools: Vec<u32> = spots.iter().map(|s| s.tool).collect();
-        tools.sort_unstable();
-        tools.dedup();
-        let cutting: Vec<f64> = spots.iter().filter(|s| s.engaged.section_mm2 > 0.0).map(|s| s.rps).collect();
-        Self {
-            log,
-            known,
-            aligned,
-            spot: aligned.program_s.iter().map(|t| known.timeline.at(*t)).collect(),
-            cumulated: cumulated(spots, &tools),
-            reference_rps: median(&cutting).max(1e-3),
-            tools,
-        }
-    }
-
-    pub(in crate::learn) fn rps(&self, i: usize, spot: &Spot) -> f64 {
-        self.log.rps.as_ref().map_or(spot.rps, |n| n[i])
-    }
-
-    /// Spots that a time lies between, with shares: its own, and in a feed move the one whose middle is nearest on the other
-    /// side. What is cut changes steadily along a move, and jumps only where another begins.
-    pub(in crate::learn) fn about(&self, time_s: f64) -> [(usize, f64); 2] {
-        let spots = &self.known.timeline.spots;
-        let index = self.known.timeline.at(time_s).unwrap_or(0);
-        let spot = &spots[index];
-        let middle = |s: &Spot| f64::midpoint(s.start_s, s.end_s);
-        let next = if time_s < middle(spot) { index.wrapping_sub(1) } else { index + 1 };
-        let other = spots.get(next).filter(|s| spot.doing == Doing::Feed && s.move_id == spot.move_id);
-        let share = other.map_or(0.0, |o| (time_s - middle(spot)) / (middle(o) - middle(spot)));
-        [(index, 1.0 - share), (if other.is_some() { next } else { index }, share)]
-    }
-
+impl PlacedLog<'_> {
     /// The same for a peak force. The arcs of a station are those of its most engaged end, so that of two that meet the lesser
     /// one stands where they do. Where a move begins or ends the mean section says how much of it is there.
     fn about_peak(&self, time_s: f64) -> [(usize, f64); 2] {
@@ -281,25 +211,6 @@ impl<'a> Along<'a> {
         }
     }
 
-    /// What a coefficient of the cut multiplies.
-    pub(in crate::learn) fn column(
-        name: &str,
-        quantity: Option<Quantity>,
-        rps: f64,
-        spot: &Spot,
-        engaged: &Engaged,
-    ) -> f64 {
-        match (quantity, name) {
-            (Some(q), "k_tc") => column_factor(q, rps) * engaged.section_mm2 * spot.speed_mm_s(),
-            (Some(q), "k_te") => column_factor(q, rps) * engaged.contact_mm2 * rps,
-            (None, "k_tc") => engaged.peak[0],
-            (None, "k_rc") => engaged.peak[1],
-            (None, "k_te") => engaged.peak[2],
-            (None, "k_re") => engaged.peak[3],
-            _ => 0.0,
-        }
-    }
-
     /// Share of the speed reached while the spindle runs up, 0 otherwise: what its mass takes then is no tare.
     fn running_up(&self, i: usize, spot: &Spot) -> f64 {
         let running = spot.doing == Doing::RunUp && spot.rps > 0.0;
@@ -308,18 +219,6 @@ impl<'a> Along<'a> {
         }
         let planned = (self.aligned.program_s[i] - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9);
         self.log.rps.as_ref().map_or(planned, |n| n[i] / spot.rps).clamp(0.0, 1.0)
-    }
-
-    pub(in crate::learn) fn tare_shape(&self, rps: f64) -> f64 {
-        let tare = &self.known.job.machine.spindle.tare_w;
-        let reference = tare.at(self.reference_rps);
-        if rps < 0.02 * self.reference_rps {
-            0.0
-        } else if reference > 0.0 {
-            tare.at(rps) / reference
-        } else {
-            1.0
-        }
     }
 
     /// Adds the cells of one measured quantity.
@@ -447,15 +346,6 @@ impl<'a> Along<'a> {
             }
         }
         mean
-    }
-
-    /// A meter reading as the power at the motor shaft that the setup makes of it.
-    fn at_shaft(&self, reading: f64, quantity: Option<Quantity>) -> f64 {
-        if quantity == Some(Quantity::Power) {
-            reading * self.known.job.machine.spindle.efficiency.at(reading)
-        } else {
-            reading
-        }
     }
 }
 

@@ -1,16 +1,16 @@
 //! The state in which a sample was taken. In: samples laid along the program. Out: [`State`], what effects depend on.
 
 use crate::effects::{Sector, State};
-use crate::learn::dataset::binning::Along;
+use crate::learn::align::Method;
+use crate::learn::dataset::placed_log::PlacedLog;
 use crate::learn::program::motion::motion;
-use crate::learn::program::timeline::Spot;
 use std::f64::consts::PI;
 
-impl Along<'_> {
+impl PlacedLog<'_> {
     /// Speed along the path, and the acceleration that times this speed is the mean of v·max(0, a): both over the times at
     /// which the sample may have been taken.
     pub(in crate::learn) fn motion(&self, i: usize) -> [f64; 2] {
-        let by_way = self.aligned.method == "position";
+        let by_way = self.aligned.method == Method::Position;
         let program_s = self.aligned.program_s[i];
         let about_s = if by_way { 0.0 } else { self.aligned.each_s[i] };
         let (mut v, mut v_a, mut least) = (0.0, 0.0, 0.0);
@@ -81,20 +81,4 @@ impl Along<'_> {
         state.since_entry_mm = self.cumulated[index][2] + share * spot.length_mm;
         state
     }
-}
-
-/// Sliding and volume so far of each spot's tool, and the path since material was met, at the start of each spot.
-pub(in crate::learn) fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; tools.len()];
-    spots
-        .iter()
-        .map(|spot| {
-            let sum = &mut sums[tools.binary_search(&spot.tool).unwrap_or(0)];
-            let before = *sum;
-            sum[0] += spot.engaged.way_mm * spot.rps * (spot.end_s - spot.start_s);
-            sum[1] += spot.engaged.section_mm2 * spot.length_mm;
-            sum[2] = if spot.engaged.section_mm2 > 1e-6 { sum[2] + spot.length_mm } else { 0.0 };
-            before
-        })
-        .collect()
 }

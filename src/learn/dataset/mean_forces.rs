@@ -1,8 +1,8 @@
 //! Tables of mean forces for the diagnosis: every cut gives two samples, F_x along the feed and F_y into the wall, on the
-//! columns of K_tc, K_rc, K_te, K_re ([`crate::learn::calibrate::mean_force_columns`]). Readings and columns are divided by the
+//! columns of K_tc, K_rc, K_te, K_re ([`crate::force::closed::mean_force_factors`]). Readings and columns are divided by the
 //! magnitude of the reading (a tenth of the resultant where it is less), so that errors are relative to each force, as in the calibration.
 
-use crate::learn::calibrate::{mean_force_columns, relative_to};
+use crate::force::closed::mean_force_factors;
 use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
 use crate::learn::dataset::steady_table::{SteadyRow, needs_geometry, numbered, states};
 use crate::learn::log::columns::{DataError, Frame};
@@ -27,7 +27,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
     let known = |y: &f64| y.is_finite() && *y != 0.0;
     let relative = |((i, axis), y): (&(usize, usize), &f64)| {
         let size = if known(y) { relative_to(*y, [forces[0][*i], forces[1][*i]]) } else { 1.0 };
-        mean_force_columns(&table[*i], *axis == 1).map(|column| column / size)
+        mean_force_factors(&table[*i].cut, table[*i].is_conventional(), *axis == 1).map(|column| column / size)
     };
     let reading = samples
         .iter()
@@ -67,4 +67,9 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
         timed_acceleration: None,
         clock_s: 0.0,
     })
+}
+
+/// What an error of a force component is measured by: its magnitude, and not less than a tenth of the resultant.
+pub fn relative_to(component_n: f64, forces_n: [f64; 2]) -> f64 {
+    component_n.abs().max(0.1 * forces_n[0].hypot(forces_n[1])).max(1e-6)
 }

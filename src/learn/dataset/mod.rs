@@ -4,9 +4,12 @@
 pub mod axes_on_meter;
 pub mod binning;
 pub mod covariates;
+pub mod errors;
 pub mod mean_forces;
+pub mod placed_log;
 pub mod samples;
 pub mod section;
 pub mod steady_cuts;
 pub mod steady_table;
+pub mod table_data;
 pub mod weights;

@@ -8,6 +8,7 @@
 
 use crate::effects::State;
 use crate::learn::program::runout_grid::RunoutGrid;
+use crate::learn::program::variant::Variant;
 
 /// What a base coefficient stands for, and so which effects act on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,28 +38,6 @@ pub struct Base {
 
 /// No bounds.
 pub const UNBOUNDED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
-
-/// How the columns change when something other than a coefficient changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Variant {
-    /// Per mm that the top of the stock stands higher.
-    StockTop,
-    /// Per mm that the sides of the stock stand out.
-    StockSide,
-    /// Per mm of tool diameter.
-    Diameter,
-    /// With the curvature of the path, minus without.
-    Curved,
-    /// Under one of [`Data::runouts`]: which offset, and which way it points.
-    Runout {
-        /// Index into the offsets.
-        offset: usize,
-        /// Index into the phases.
-        phase: usize,
-    },
-    /// Mean since the reading before, minus at the reading: what a chain with a lag is fed with.
-    OverSpan,
-}
 
 /// Change of every column, [`Base`] by [`Base`].
 #[derive(Debug, Clone, PartialEq)]
@@ -142,5 +121,16 @@ impl Data {
     /// Indices of the samples that count.
     pub fn used(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|i| self.weight[*i] > 0.0)
+    }
+    /// Blocks that have samples with weight, in order.
+    pub fn blocks(&self) -> Vec<usize> {
+        let mut blocks: Vec<usize> = self.used().map(|i| self.block[i]).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        blocks
+    }
+    /// Do samples follow each other in time, as in a log?
+    pub fn is_series(&self) -> bool {
+        self.run.windows(2).filter(|pair| pair[0] == pair[1]).count() * 2 > self.len()
     }
 }

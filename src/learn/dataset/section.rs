@@ -6,7 +6,7 @@
 //! foremost point, and the section changes fastest at first.
 
 use crate::force::contact::Engaged;
-use crate::learn::dataset::binning::Along;
+use crate::learn::dataset::placed_log::PlacedLog;
 use crate::learn::program::timeline::Doing;
 
 /// Steepest change, as q or 1/q.
@@ -19,7 +19,7 @@ const LEVEL: f64 = 0.02;
 /// Section at an end of a spot, mm², and the spot whose arcs these are.
 type End = (usize, f64);
 
-impl Along<'_> {
+impl PlacedLog<'_> {
     /// Spots whose cuts add up to that at a time, with how much of each, in the engagement `of` the spots. The shares of a cut
     /// that grows or shrinks do not add up to 1.
     pub(in crate::learn) fn within<'e>(&self, time_s: f64, of: &impl Fn(usize) -> &'e Engaged) -> [(usize, f64); 3] {

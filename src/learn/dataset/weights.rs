@@ -6,10 +6,11 @@
 //! that the readings range over.
 
 use crate::force::contact::Engaged;
-use crate::learn::dataset::binning::{Along, OtherGeometry};
+use crate::learn::dataset::placed_log::PlacedLog;
 use crate::learn::dataset::samples::{Base, Class};
 use crate::learn::dataset::steady_table::Quantity;
 use crate::learn::program::timeline::{Doing, Spot};
+use crate::learn::program::variant::OtherGeometry;
 use crate::learn::regress::linear::median;
 
 /// Most weight of samples while the spindle runs up, or changes tools.
@@ -21,7 +22,7 @@ const SAME_SPEED: f64 = 0.02;
 /// Uncertainties of the alignment before and after a sample within which its load should not vary.
 const DOUBT: f64 = 2.5;
 
-impl Along<'_> {
+impl PlacedLog<'_> {
     /// Load of each spot by the declared coefficients in each geometry, for weights only.
     pub(in crate::learn) fn rough_loads(&self, quantity: Option<Quantity>, base: &[Base]) -> Vec<Vec<f64>> {
         let value = |b: &Base| b.prior.map_or(if b.class == Class::Tare { 0.0 } else { 1.0 }, |(mean, _)| mean);

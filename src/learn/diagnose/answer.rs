@@ -1,8 +1,9 @@
 //! The answer of a diagnosis. In: base model and final model. Out: [`LearnReport`] with errors on data that neither was
 //! fitted on, what is left, and the verdict.
 
+use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::residual::{is_series, noise_floor, patterns};
+use crate::learn::diagnose::residual::{noise_floor, patterns};
 use crate::learn::diagnose::search::Diagnosis;
 use crate::learn::model::cross_validation::{held_out_residuals, without};
 use crate::learn::model::design::Use;
@@ -119,24 +120,6 @@ impl Diagnosis<'_> {
     }
 }
 
-/// Errors over the samples that count, by their weights.
-pub fn errors(data: &Data, residual: impl Fn(usize) -> f64) -> Errors {
-    let used: Vec<usize> = data.used().filter(|i| residual(*i).is_finite()).collect();
-    let sum = |of: &dyn Fn(usize) -> f64| used.iter().map(|&i| data.weight[i] * of(i)).sum::<f64>();
-    let whole = sum(&|_| 1.0).max(1e-300);
-    let mean = sum(&|i| data.reading[i]) / whole;
-    let squares = sum(&|i| residual(i).powi(2));
-    let total = sum(&|i| (data.reading[i] - mean).powi(2));
-    let top = used.iter().map(|i| data.reading[*i].abs()).fold(0.0, f64::max);
-    let large = |i: usize| if data.reading[i].abs() > 0.05 * top { 1.0 } else { 0.0 };
-    let relative = sum(&|i| large(i) * (residual(i) / data.reading[i].abs().max(1e-300)).abs());
-    Errors {
-        rmse: (squares / whole).sqrt(),
-        mape: 100.0 * relative / sum(&large).max(1e-300),
-        r2: 1.0 - squares / total.max(1e-300),
-    }
-}
-
 fn values(data: &Data, fitted: &Fitted) -> Vec<Value> {
     let value = |(b, base): (usize, &crate::learn::dataset::samples::Base)| Value {
         name: base.name.clone(),
@@ -154,7 +137,7 @@ fn covariance(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
 
 pub(in crate::learn) fn unexplained(data: &Data, fitted: &Fitted, seed: u64) -> Option<Unexplained> {
     let residual = fitted.residuals(data);
-    let least = if is_series(data) { STRUCTURE } else { 2.0 * STRUCTURE };
+    let least = if data.is_series() { STRUCTURE } else { 2.0 * STRUCTURE };
     let strongest = patterns(data, &residual, &fitted.predicted, seed).into_iter().next()?;
     (strongest.test_r2 > least)
         .then_some(Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along })

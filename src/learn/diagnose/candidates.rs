@@ -6,10 +6,11 @@
 //! cells, so that thousands of masks cost no more than one pass over the samples.
 
 use crate::effects::{Covariate, Effect};
-use crate::learn::dataset::samples::{Class, Data, Variant};
+use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::residual::value_of;
 use crate::learn::model::design::{Acting, Use, acting, changed_columns};
 use crate::learn::model::fit::{Fitted, jacobian, pseudo_inverse};
+use crate::learn::program::variant::Variant;
 use nalgebra::{DMatrix, DVector};
 
 /// Why an effect cannot be seen in these data; `None`: it can.
@@ -59,9 +60,7 @@ pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
         "corner-feed" => data.slower.is_empty().then(|| "no motion model belongs to these data".to_owned()),
         "tare-warm-up" => no_tare(data).or_else(|| varies(Covariate::Time, 1.0)).or_else(|| too_short(data)),
         "tare-speed" => no_tare(data).or_else(|| ratio(Covariate::SpindleSpeed, 1.05)),
-        "sensor-lag" => {
-            (!crate::learn::diagnose::residual::is_series(data)).then(|| "steady readings have no lag".to_owned())
-        }
+        "sensor-lag" => (!data.is_series()).then(|| "steady readings have no lag".to_owned()),
         _ => None,
     }
 }

@@ -1,10 +1,10 @@
 //! What a report on learning shows: measured and predicted readings in order, before and after, and the mean residual along
 //! every covariate. In: data, report. Out: plain numbers for [`crate::report`].
 
-use crate::learn::calibrate::experiment::used;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::residual::{COVARIATES, value_of};
 use crate::learn::model::design::Use;
+use crate::learn::model::design::used;
 use crate::learn::model::fit::fit;
 use crate::learn::model::whitening::whitened;
 use crate::learn::report::LearnReport;

@@ -34,12 +34,7 @@ pub fn rmse(data: &Data, residual: &[f64]) -> f64 {
 
 /// φ; see the head of the file. At least 1.
 pub fn inflation(data: &Data, residual: &[f64]) -> f64 {
-    if is_series(data) { series_inflation(data, residual) } else { group_inflation(data, residual) }
-}
-
-/// Are there runs of samples that follow each other?
-pub fn is_series(data: &Data) -> bool {
-    data.run.windows(2).filter(|pair| pair[0] == pair[1]).count() * 2 > data.len()
+    if data.is_series() { series_inflation(data, residual) } else { group_inflation(data, residual) }
 }
 
 /// A residual in units of its expected deviation, about its mean.
@@ -94,7 +89,7 @@ fn series_inflation(data: &Data, residual: &[f64]) -> f64 {
 }
 
 fn group_inflation(data: &Data, residual: &[f64]) -> f64 {
-    let blocks = block_names(data);
+    let blocks = data.blocks();
     let n = data.used().count() as f64;
     let k = blocks.len() as f64;
     if k < 3.0 || n - k < 2.0 {
@@ -146,14 +141,6 @@ fn half_squares(data: &Data, residual: &[f64], apart: usize) -> Option<f64> {
     squares.sort_by(f64::total_cmp);
     squares.truncate(squares.len() * 19 / 20);
     Some(squares.iter().sum::<f64>() / squares.len() as f64 / 0.7587)
-}
-
-/// Blocks that have samples with weight, in order.
-pub fn block_names(data: &Data) -> Vec<usize> {
-    let mut names: Vec<usize> = data.used().map(|i| data.block[i]).collect();
-    names.sort_unstable();
-    names.dedup();
-    names
 }
 
 /// Value of a covariate in a state.
@@ -220,7 +207,7 @@ pub fn patterns(data: &Data, residual: &[f64], load: &[f64], seed: u64) -> Vec<P
         found.extend(along(data, residual, &values, covariate.name(), seed));
     }
     found.extend(along(data, residual, load, Covariate::Load.name(), seed));
-    if is_series(data) {
+    if data.is_series() {
         found.extend(in_time(data, residual));
     }
     found.retain(|p| p.p_value < 0.05 && p.test_r2 > 0.0);
@@ -234,7 +221,7 @@ const ROUNDS: usize = 99;
 /// Pattern along one covariate; `None` when it does not vary or blocks are too few.
 fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -> Option<Pattern> {
     let used: Vec<usize> = data.used().filter(|i| values[*i].is_finite()).collect();
-    let blocks = block_names(data);
+    let blocks = data.blocks();
     if used.len() < 8 || blocks.len() < 4 {
         return None;
     }
@@ -347,7 +334,7 @@ fn period(data: &Data, residual: &[f64], span: f64) -> Option<(f64, f64)> {
     let best = (0..count).map(|k| (power(frequency(k)), frequency(k))).max_by(|a, b| a.0.total_cmp(&b.0))?.1;
     let bins: Vec<usize> =
         used.iter().map(|i| ((data.state[*i].time_s * best).rem_euclid(1.0) * 10.0) as usize % 10).collect();
-    let blocks = block_names(data);
+    let blocks = data.blocks();
     let half: Vec<bool> =
         used.iter().map(|i| blocks.binary_search(&data.block[*i]).unwrap_or(0).is_multiple_of(2)).collect();
     Some((1.0 / best, cross_r2(&used, &bins, &half, residual, data)))

@@ -13,10 +13,11 @@
 //! 6. What pattern is left in the residual is reported as unexplained.
 
 use crate::effects::{Acts, Covariate, Effect};
+use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::diagnose::answer::{errors, unexplained, verdict};
+use crate::learn::diagnose::answer::{unexplained, verdict};
 use crate::learn::diagnose::candidates::{part, why_not};
-use crate::learn::diagnose::residual::{is_series, noise_floor, noise_with_memory};
+use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
 use crate::learn::diagnose::trial::{Trial, best_trial, chance, score_of, unphysical};
 use crate::learn::diagnose::unnamed::{Free, by_no_name, foreign};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
@@ -373,7 +374,7 @@ impl Diagnosis<'_> {
     }
 
     fn threshold(&self) -> f64 {
-        if is_series(self.data) { THRESHOLD } else { TABLE_THRESHOLD }
+        if self.data.is_series() { THRESHOLD } else { TABLE_THRESHOLD }
     }
 
     fn reject(&mut self, trial: &Trial, why: String) {

@@ -6,10 +6,10 @@
 //! change is known there without a stamp.
 
 pub mod columns;
+pub mod gaps;
 pub mod plausible;
 pub mod resultant;
 
-use crate::learn::align::median_step;
 use crate::learn::log::columns::{DataError, Frame, read};
 
 /// What a log says, sample by sample.
@@ -35,9 +35,6 @@ pub struct Log {
     pub warnings: Vec<String>,
 }
 
-/// Median steps of the clock beyond which readings are missing.
-const GAP_STEPS: f64 = 5.0;
-
 /// Measured quantities that are understood.
 pub const MEASURED: [&str; 8] = [
     "spindle_power_w",
@@ -59,32 +56,8 @@ pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataE
         return Ok(Log { on_change: true, ..from_frame(&shdr(bytes, mapping)?)? });
     }
     let mut log = from_frame(&read(bytes, mapping)?)?;
-    log.warnings.extend(said(&gaps(&log.time_s)));
+    log.warnings.extend(gaps::said(&gaps::gaps(&log.time_s)));
     Ok(log)
-}
-
-/// Longest step between rising times of readings that is no gap, s.
-pub fn longest_step(time_s: &[f64]) -> f64 {
-    GAP_STEPS * median_step(time_s)
-}
-
-/// Stretches without readings between rising times: from, to, s.
-pub fn gaps(time_s: &[f64]) -> Vec<[f64; 2]> {
-    let most = longest_step(time_s);
-    time_s.windows(2).filter(|pair| pair[1] - pair[0] > most).map(|pair| [pair[0], pair[1]]).collect()
-}
-
-/// The gaps in words.
-fn said(gaps: &[[f64; 2]]) -> Option<String> {
-    let length = |gap: &[f64; 2]| gap[1] - gap[0];
-    let longest = gaps.iter().max_by(|a, b| length(a).total_cmp(&length(b)))?;
-    Some(format!(
-        "gaps in the time stamps: {}, together {:.1} s, the longest {:.1} s from {:.1} s on; nothing is read into them",
-        gaps.len(),
-        gaps.iter().map(length).sum::<f64>(),
-        length(longest),
-        longest[0]
-    ))
 }
 
 /// A log from columns.

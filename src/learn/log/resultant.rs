@@ -20,6 +20,9 @@ pub enum Sample {
     Peak,
 }
 
+/// Name of a measured force that is a mean over time.
+pub const MEAN_FORCE: &str = "force_xy_n (mean)";
+
 /// Window when none is given and the log has no speed, s.
 const WINDOW_S: f64 = 0.1;
 

@@ -2,7 +2,6 @@
 //! stretches of time), never neighbouring samples.
 
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::residual::block_names;
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::fit;
 
@@ -26,7 +25,7 @@ const ENOUGH_BLOCKS: usize = 15;
 /// Every fifth block is kept for the judgement where there are enough of them; the rest go to five folds in turn.
 /// With fewer blocks every block is a fold. `what` names the blocks ("set-up", "stretch of time").
 pub fn by_blocks(data: &Data, what: &str) -> Split {
-    let blocks = block_names(data);
+    let blocks = data.blocks();
     let rank = |i: usize| blocks.binary_search(&data.block[i]).unwrap_or(0);
     if blocks.len() < ENOUGH_BLOCKS {
         return Split {
@@ -46,7 +45,7 @@ pub fn by_blocks(data: &Data, what: &str) -> Split {
 
 /// Trains on the samples of one kind only and keeps the named blocks of it for the judgement.
 pub fn by_kind(data: &Data, kind: usize, what: &str) -> Split {
-    let blocks = block_names(data);
+    let blocks = data.blocks();
     let rank = |i: usize| blocks.binary_search(&data.block[i]).unwrap_or(0);
     Split {
         test: (0..data.len()).map(|i| data.kind[i] != kind).collect(),
@@ -80,7 +79,7 @@ pub fn held_out_residuals(data: &Data, effects: &[Use], split: &Split) -> Vec<f6
 
 /// Per block: Σ w r² before minus after, over samples that both have.
 pub fn improvement_by_block(data: &Data, before: &[f64], after: &[f64]) -> Vec<f64> {
-    let blocks = block_names(data);
+    let blocks = data.blocks();
     let mut sums = vec![0.0; blocks.len()];
     for i in data.used().filter(|i| before[*i].is_finite() && after[*i].is_finite()) {
         if let Ok(b) = blocks.binary_search(&data.block[i]) {

@@ -5,9 +5,11 @@
 //! Π cutting · feed ratio, edge columns by Π edge; a lag filters along time last. Factors differ from sample to sample;
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
-use crate::effects::{Change, Effect, State};
-use crate::learn::dataset::samples::{Class, Data, Variant};
+use crate::effects::{Change, Effect, Parameter, State, named};
+use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::program::runout_grid::RunoutGrid;
+use crate::learn::program::variant::Variant;
+use crate::learn::report::Added;
 
 /// Steps in which the load is found whose reading is known.
 const INVERSIONS: usize = 24;
@@ -28,6 +30,16 @@ impl Use {
     pub fn asked(&self) -> usize {
         self.free.iter().filter(|f| **f).count()
     }
+}
+
+/// An effect of a report as the fit uses it.
+pub fn used(added: &Added) -> Option<Use> {
+    let effect = named(&added.name)?;
+    let given = |name: &str| added.parameters.iter().find(|v| v.name == name).map(|v| v.value);
+    let value = |p: &Parameter| given(p.name).or(p.neutral);
+    let values: Vec<f64> = effect.parameters.iter().map(value).collect::<Option<_>>()?;
+    let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v)).collect();
+    Some(Use { effect, values, free })
 }
 
 /// What one effect does to every sample.

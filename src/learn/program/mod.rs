@@ -6,4 +6,6 @@ pub mod motion;
 pub mod other_geometry;
 pub mod peak_forces;
 pub mod runout_grid;
+pub mod simulated;
 pub mod timeline;
+pub mod variant;

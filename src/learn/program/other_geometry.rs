@@ -3,12 +3,11 @@
 //! was simulated.
 
 use crate::engage::{Loader, Options, engage};
-use crate::learn::dataset::binning::OtherGeometry;
-use crate::learn::dataset::samples::Variant;
 use crate::learn::log::resultant::Sample;
 use crate::learn::program::timeline::{Timeline, engaged_otherwise};
+use crate::learn::program::variant::OtherGeometry;
+use crate::learn::program::variant::Variant;
 use crate::learn::report::LearnReport;
-use crate::learn::session::Prepared;
 use crate::machine::Job;
 use crate::nc::Toolpath;
 use rayon::prelude::*;
@@ -111,11 +110,4 @@ pub(in crate::learn) fn grown(
 /// How engagement is worked out for a log.
 pub(in crate::learn) fn options(loader: Option<Loader<'_>>) -> Options<'_> {
     Options { spacing_mm: SPACING_MM, loader, ..Options::default() }
-}
-
-impl Prepared {
-    /// Engagement with the stock and the tool that were found.
-    pub(in crate::learn) fn grown_as(&self, job: &Job, sizes: Sizes, loader: Option<Loader>) -> Vec<OtherGeometry> {
-        grown(self.toolpath(), self.timeline(), job, sizes, self.forces, loader)
-    }
 }

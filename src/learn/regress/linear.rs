@@ -168,6 +168,11 @@ pub fn median(values: &[f64]) -> f64 {
     }
 }
 
+/// Root mean square.
+pub fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
 /// Prediction errors of each row by a fit that has not seen it.
 pub fn leave_one_out(fit: &Fit) -> Vec<f64> {
     fit.residuals.iter().zip(&fit.leverage).map(|(r, h)| if *h < 1.0 - 1e-9 { r / (1.0 - h) } else { *r }).collect()

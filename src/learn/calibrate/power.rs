@@ -1,0 +1,91 @@
+//! Calibration from the spindle: `power` (Xu, Jerard, Fussell, Eq. 3.7), P = tare + (k_tc Q + k_te A)·1e-3 W with Q the removal rate and A
+//! the contact rate, and `kienzle`, P = tare + k_c11·Q·h^(−m)·1e-3 W with h = Q/A and m by golden section.
+
+use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};
+use crate::learn::calibrate::regression::{Problem, groups, solved};
+use crate::learn::dataset::steady_table::{Quantity, SteadyRow, column_factor, measured_quantity, row_rates};
+use crate::learn::log::columns::{DataError, Frame};
+use crate::learn::report::Value;
+use nalgebra::DMatrix;
+
+/// Share of a regression's variance: normal coefficients from Xu's ratios are uncertain by this much (flat, ball).
+pub(in crate::learn) const RATIO_UNCERTAINTY: [f64; 2] = [0.16, 0.30];
+
+pub(in crate::learn) fn power(
+    frame: &Frame,
+    rows: &[SteadyRow],
+    options: CalibrateOptions,
+    to_shaft: &impl Fn(f64) -> f64,
+    exponent: Option<f64>,
+) -> Result<Calibration, DataError> {
+    let (name, quantity, unit) = measured_quantity(frame)?;
+    let reading = frame.needed(name)?;
+    let used: Vec<usize> = (0..rows.len()).filter(|i| reading[*i].is_finite()).collect();
+    let tare = options.known_tare_w;
+    let cut = |i: usize, edge: bool| {
+        let r = row_rates(&rows[i], false);
+        let h = r.removal_rate_mm3_s / r.contact_rate_mm2_s.max(1e-12);
+        let chip = exponent.map_or(1.0, |m| h.max(1e-6).powf(-m));
+        column_factor(quantity, rows[i].cut.rps) * if edge { r.contact_rate_mm2_s } else { r.removal_rate_mm3_s * chip }
+    };
+    let mut names = vec![if exponent.is_some() { ("k_c11", "N/mm²") } else { ("k_tc", "N/mm²") }];
+    if exponent.is_none() {
+        names.push(("k_te", "N/mm"));
+    }
+    let edge_columns = names.len();
+    if tare.is_none() {
+        names.push(("tare", unit));
+    }
+    let relative = quantity == Quantity::Relative;
+    let column = |i: usize, j: usize| if j < edge_columns { cut(i, j == 1) } else { 1.0 };
+    let problem = Problem {
+        names: names
+            .iter()
+            .map(|(n, u)| {
+                (
+                    (*n).to_owned(),
+                    if relative && *n != "tare" { format!("{unit} per 1000 of the rate") } else { (*u).to_owned() },
+                )
+            })
+            .collect(),
+        positive: vec![true; names.len()],
+        x: DMatrix::from_fn(used.len(), names.len(), |k, j| column(used[k], j)),
+        y: used.iter().map(|i| to_shaft(reading[*i]) - tare.unwrap_or(0.0)).collect(),
+        groups: groups(rows, &used),
+    };
+    let mut result = solved("power", &problem, options.loss)?;
+    result.tare = tare.or_else(|| result.parameters.iter().find(|p| p.name == "tare").map(|p| p.value));
+    let ball = rows.first().is_some_and(|row| row.cut.shape == crate::machine::Shape::Ball);
+    result.force_uncertainty = Some(RATIO_UNCERTAINTY[usize::from(ball)]);
+    result.notes.push(
+        "normal coefficients by the ratios K_nc/K_tc = 0.395 and K_ne/K_te = 0.566 (Xu and others; 0.7 is conservative) until forces are measured"
+            .into(),
+    );
+    Ok(result)
+}
+
+pub(in crate::learn) fn kienzle(
+    frame: &Frame,
+    rows: &[SteadyRow],
+    options: CalibrateOptions,
+    to_shaft: &impl Fn(f64) -> f64,
+) -> Result<Calibration, DataError> {
+    let at = |m: f64| power(frame, rows, options, to_shaft, Some(m));
+    let cost = |m: f64| at(m).map_or(f64::INFINITY, |c| c.train.rmse);
+    let (mut lo, mut hi) = (0.0, 0.9);
+    for _ in 0..60 {
+        let (a, b) = (hi - 0.618_034 * (hi - lo), lo + 0.618_034 * (hi - lo));
+        if cost(a) < cost(b) { hi = b } else { lo = a }
+    }
+    let m = 0.5 * (lo + hi);
+    let mut result = at(m)?;
+    // Curvature of the squares along m, the other parameters refitted.
+    let (step, squares) = (0.01, |m: f64| cost(m).powi(2) * result.tests as f64);
+    let bend = (squares(m + step) - 2.0 * squares(m) + squares(m - step)) / (step * step);
+    let freedom = result.tests.saturating_sub(result.parameters.len() + 1).max(1) as f64;
+    let std_error = (2.0 * squares(m) / freedom / bend.max(1e-300)).sqrt();
+    result.model = "kienzle".into();
+    result.parameters.insert(1, Value { name: "m_c".into(), value: m, std_error, unit: "-".into() });
+    result.covariance.clear();
+    Ok(result)
+}

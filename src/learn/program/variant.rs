@@ -1,0 +1,38 @@
+//! What may be otherwise than declared, and so changes what is cut or what a reading sees of it.
+
+use crate::force::contact::Engaged;
+
+/// How the columns change when something other than a coefficient changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variant {
+    /// Per mm that the top of the stock stands higher.
+    StockTop,
+    /// Per mm that the sides of the stock stand out.
+    StockSide,
+    /// Per mm of tool diameter.
+    Diameter,
+    /// With the curvature of the path, minus without.
+    Curved,
+    /// Under one of [`crate::learn::program::runout_grid::RunoutGrid`]: which offset, and which way it points.
+    Runout {
+        /// Index into the offsets.
+        offset: usize,
+        /// Index into the phases.
+        phase: usize,
+    },
+    /// Mean since the reading before, minus at the reading: what a chain with a lag is fed with.
+    OverSpan,
+}
+
+/// The engagement of the spots under another geometry.
+#[derive(Debug, Clone)]
+pub struct OtherGeometry {
+    /// Which.
+    pub variant: Variant,
+    /// Size of the change, mm.
+    pub size_mm: f64,
+    /// Engagement, spot by spot.
+    pub engaged: Vec<Engaged>,
+    /// The other one that it is changed from; `None`: the declared one.
+    pub over: Option<usize>,
+}
