@@ -16,20 +16,19 @@ fn rust_files(dir: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-fn rooms() -> Vec<String> {
-    let lib = fs::read_to_string("src/lib.rs").unwrap();
-    lib.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';').map(str::to_owned)).collect()
+/// Modules that a file declares, in its order.
+fn declared(file: &str) -> Vec<String> {
+    let text = fs::read_to_string(file).unwrap();
+    text.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';').map(str::to_owned)).collect()
 }
 
-#[test]
-fn a_room_uses_only_rooms_above_it() {
-    let rooms = rooms();
-    assert!(rooms.len() > 10, "no rooms found in src/lib.rs");
+/// Uses of a later room in the files below `dir`, whose rooms are `rooms` and whose paths begin with `path`.
+fn uses_of_later_rooms(dir: &str, path: &str, rooms: &[String]) -> Vec<String> {
     let mut files = Vec::new();
-    rust_files(Path::new("src"), &mut files);
+    rust_files(Path::new(dir), &mut files);
     let mut wrong = Vec::new();
     for file in files {
-        let inside = file.strip_prefix("src").unwrap();
+        let inside = file.strip_prefix(dir).unwrap();
         let first = inside.components().next().unwrap().as_os_str().to_string_lossy().into_owned();
         let room = first.strip_suffix(".rs").unwrap_or(&first).to_owned();
         let Some(own) = rooms.iter().position(|name| *name == room) else { continue };
@@ -39,13 +38,63 @@ fn a_room_uses_only_rooms_above_it() {
                 continue;
             }
             for (rank, other) in rooms.iter().enumerate() {
-                if rank > own && line.contains(&format!("crate::{other}::")) {
+                if rank > own && line.contains(&format!("{path}{other}::")) {
                     wrong.push(format!("{}:{} uses {other}", file.display(), number + 1));
                 }
             }
         }
     }
+    wrong
+}
+
+#[test]
+fn a_room_uses_only_rooms_above_it() {
+    let rooms = declared("src/lib.rs");
+    assert!(rooms.len() > 10, "no rooms found in src/lib.rs");
+    let wrong = uses_of_later_rooms("src", "crate::", &rooms);
     assert!(wrong.is_empty(), "rooms out of order:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_room_of_learn_uses_only_rooms_above_it() {
+    let rooms = declared("src/learn/mod.rs");
+    assert!(rooms.len() > 8, "no rooms found in src/learn/mod.rs");
+    let wrong = uses_of_later_rooms("src/learn", "crate::learn::", &rooms);
+    assert!(wrong.is_empty(), "rooms of learn out of order:\n{}", wrong.join("\n"));
+}
+
+/// Files of learn that a file uses outside its tests.
+fn used_by(file: &Path) -> Vec<PathBuf> {
+    let text = fs::read_to_string(file).unwrap();
+    let code = text.split("#[cfg(test)]").next().unwrap();
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let paths = lines.flat_map(|line| line.split("crate::learn::").skip(1).map(str::to_owned).collect::<Vec<_>>());
+    let named = |path: String| -> Option<PathBuf> {
+        let end = path.find(|c: char| !c.is_alphanumeric() && c != '_' && c != ':').unwrap_or(path.len());
+        let parts: Vec<&str> = path[..end].split("::").filter(|part| !part.is_empty()).collect();
+        (1..=parts.len()).rev().find_map(|n| {
+            let base = format!("src/learn/{}", parts[..n].join("/"));
+            [format!("{base}.rs"), format!("{base}/mod.rs")].into_iter().map(PathBuf::from).find(|path| path.exists())
+        })
+    };
+    paths.filter_map(named).filter(|other| other != file).collect()
+}
+
+#[test]
+fn no_file_of_learn_uses_itself_by_way_of_others() {
+    let mut files = Vec::new();
+    rust_files(Path::new("src/learn"), &mut files);
+    let mut left: Vec<(PathBuf, Vec<PathBuf>)> = files.iter().map(|file| (file.clone(), used_by(file))).collect();
+    // Files that use none of those left are in no circle: take them out until nothing changes.
+    loop {
+        let before = left.len();
+        let names: Vec<PathBuf> = left.iter().map(|(file, _)| file.clone()).collect();
+        left.retain(|(_, used)| used.iter().any(|other| names.contains(other)));
+        if left.len() == before {
+            break;
+        }
+    }
+    assert!(left.is_empty(), "circles among or below: {:?}", left.iter().map(|(file, _)| file).collect::<Vec<_>>());
 }
 
 #[test]

@@ -13,9 +13,9 @@ use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{SteadyRow, TableTool, rows};
 use crate::learn::dataset::table_data::data;
 use crate::learn::diagnose::curves::shown;
+use crate::learn::diagnose::doubts;
 use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::log::columns::{DataError, Frame, read};
-use crate::learn::log::plausible::{doubts, negative};
 use crate::learn::log::resultant::Sample;
 use crate::learn::model::cross_validation::{by_blocks, by_kind};
 use crate::learn::process_model;
@@ -104,7 +104,7 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
     let split = main.map_or_else(|| by_blocks(&found, "set-up"), |kind| by_kind(&found, kind, "set-up"));
     let mut report = diagnose(&found, &split, &Options::default())
         .ok_or_else(|| CliError::new("the table has too few cuts for its model", "give more cuts, in more set-ups"))?;
-    let doubts = table_doubts(&report, &found, setup.as_ref());
+    let doubts = doubts::of_table(&report, &found, setup.as_ref().and_then(declared_k_tc));
     report.supports_model &= doubts.is_empty();
     report.warnings.extend(doubts);
     if let Some(page) = page {
@@ -113,21 +113,6 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
     let process = setup.as_ref().and_then(|job| process_model::of_report(&report, job));
     let text = model_text(process.as_ref(), &process_model::provenance(&report));
     finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
-}
-
-/// Why no model should rest on a table.
-fn table_doubts(report: &LearnReport, data: &Data, setup: Option<&Job>) -> Vec<String> {
-    let mut doubts = doubts(&report.base, setup.and_then(declared_k_tc));
-    doubts.extend(negative(&report.base));
-    // Relative forces are all ±1: their own variance says nothing.
-    let spread = data.variants.is_empty() && data.base.iter().any(|b| b.name == "k_rc");
-    if report.base_train.r2 < 0.2 && report.effects.is_empty() && !spread {
-        doubts.push("the cuts explain next to nothing of what was measured: are columns swapped?".into());
-    }
-    if report.train <= report.base.len() + 1 {
-        doubts.push(format!("{} cuts are too few for {} coefficients", report.train, report.base.len()));
-    }
-    doubts
 }
 
 /// Tangential cutting coefficient of the first tool's material.

@@ -209,3 +209,10 @@ pub(in crate::learn) fn typical(program_s: &[f64], each_s: &[f64]) -> f64 {
     let middle = placed.len() / 2;
     *placed.select_nth_unstable_by(middle, f64::total_cmp).1
 }
+
+/// Seconds of the log over those of the program, from the first placed sample to the last.
+pub fn stretch(aligned: &Aligned, log: &Log) -> f64 {
+    let pairs = log.time_s.iter().zip(&aligned.program_s).filter(|(_, p)| p.is_finite()).map(|(t, p)| (*t, *p));
+    let (first, last) = (pairs.clone().next().unwrap_or_default(), pairs.last().unwrap_or_default());
+    (last.0 - first.0) / (last.1 - first.1).max(1e-9)
+}

@@ -19,15 +19,15 @@ pub mod plan;
 pub mod experiment;
 
 use crate::learn::dataset::steady_table::SteadyRow;
+use crate::learn::diagnose::criteria::is_no_calibration;
+use crate::learn::diagnose::doubts::of_coefficients;
 use crate::learn::log::columns::{DataError, Frame};
-use crate::learn::log::plausible::{doubts, readable};
+use crate::learn::log::signal::readable;
 pub use calibration::{CalibrateOptions, Calibration};
 
 /// Quantities that must change from cut to cut.
 const MEASURED: [&str; 5] =
     ["spindle_power_w", "spindle_torque_nm", "spindle_load_percent", "spindle_current_a", "force_xy_n"];
-/// Share of the variance that a calibration must explain to be worth a model file.
-const LEAST_R2: f64 = 0.3;
 /// Fits `model` to a table. `to_shaft` turns a meter reading into power at the motor shaft.
 pub fn calibrate(
     frame: &Frame,
@@ -40,9 +40,9 @@ pub fn calibrate(
         frame.numbers(name).map_or(Ok(()), |values| readable(name, &values))?;
     }
     let mut result = fitted(frame, rows, model, options, to_shaft)?;
-    result.doubts = doubts(&result.parameters, options.declared_k_tc);
+    result.doubts = of_coefficients(&result.parameters, options.declared_k_tc);
     let judged = matches!(model, "power" | "kienzle" | "layer" | "response") && frame.numbers("force_x_n").is_none();
-    if judged && (result.train.r2.is_nan() || result.train.r2 < LEAST_R2) {
+    if judged && is_no_calibration(result.train.r2) {
         result.doubts.push("the cuts explain next to nothing of what was measured: are columns swapped?".into());
     }
     if result.tests <= result.parameters.len() && model != "polynomial" && frame.numbers("force_x_n").is_none() {

@@ -6,7 +6,7 @@ use crate::force::closed::mean_force_factors;
 use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
 use crate::learn::dataset::steady_table::{SteadyRow, needs_geometry, numbered, states};
 use crate::learn::log::columns::{DataError, Frame};
-use crate::learn::log::plausible::readable;
+use crate::learn::log::signal::readable;
 use crate::learn::program::runout_grid::RunoutGrid;
 
 /// Data of a table of mean forces.

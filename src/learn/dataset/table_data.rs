@@ -10,7 +10,7 @@ use crate::learn::dataset::steady_table::{
     Quantity, SteadyRow, column_factor, measured_quantity, numbered, row_rates, spindle_base, states,
 };
 use crate::learn::log::columns::{DataError, Frame};
-use crate::learn::log::plausible::readable;
+use crate::learn::log::signal::readable;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 

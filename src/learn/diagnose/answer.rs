@@ -3,33 +3,15 @@
 
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
+use crate::learn::diagnose::criteria::{is_structure, tells_apart};
+use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
-use crate::learn::diagnose::search::Diagnosis;
-use crate::learn::model::cross_validation::{held_out_residuals, without};
+use crate::learn::model::cross_validation::without;
 use crate::learn::model::design::Use;
-use crate::learn::model::fit::{Fitted, fit};
-use crate::learn::report::{Added, ChannelError, Errors, LearnReport, Transfer, Unexplained, Value};
-
-/// Share of the residual's variance above which what is left is called structure.
-const STRUCTURE: f64 = 0.15;
+use crate::learn::model::fit::Fitted;
+use crate::learn::report::{Added, ChannelError, LearnReport, Transfer, Unexplained, Value};
 
 impl Diagnosis<'_> {
-    /// Errors on data that a model with these effects was not fitted on.
-    pub(in crate::learn) fn judged(&self, effects: &[Use]) -> Errors {
-        let residual = self.unseen(effects);
-        errors(self.data, |i| residual[i])
-    }
-
-    /// Residuals of such data, NaN for the others.
-    fn unseen(&self, effects: &[Use]) -> Vec<f64> {
-        if !self.split.test.iter().any(|t| *t) || !self.same_kinds() {
-            return held_out_residuals(&self.train, effects, self.split);
-        }
-        let predicted = fit(&self.train, effects, 12).map(|f| f.predicted).unwrap_or_default();
-        let of = |i: usize| if self.split.test[i] { self.data.reading[i] - predicted[i] } else { f64::NAN };
-        (0..predicted.len()).map(of).collect()
-    }
-
     /// Held-out errors of each measured quantity.
     fn channels(&self, fitted: &Fitted) -> Vec<ChannelError> {
         let (base, last) = (self.unseen(&[]), self.unseen(&fitted.model.effects));
@@ -39,12 +21,6 @@ impl Diagnosis<'_> {
         names
             .map(|(c, name)| ChannelError { name: name.clone(), base_rmse: on(&base, c), final_rmse: on(&last, c) })
             .collect()
-    }
-
-    /// Do the samples kept for the judgement belong to the kinds that were fitted?
-    fn same_kinds(&self) -> bool {
-        let trained: Vec<usize> = self.train.used().map(|i| self.data.kind[i]).collect();
-        (0..self.data.len()).filter(|i| self.split.test[*i]).all(|i| trained.contains(&self.data.kind[i]))
     }
 
     pub(in crate::learn) fn report(&mut self, base: &Fitted, fitted: &Fitted) -> LearnReport {
@@ -73,7 +49,7 @@ impl Diagnosis<'_> {
             noise_floor: noise_floor(data, &fitted.residuals(data)),
             transfer: self.transfer(base, fitted),
             variants_tried: self.tried,
-            supports_model: base.condition < 1e6,
+            supports_model: tells_apart(base.condition),
             ..LearnReport::default()
         }
     }
@@ -137,9 +113,8 @@ fn covariance(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
 
 pub(in crate::learn) fn unexplained(data: &Data, fitted: &Fitted, seed: u64) -> Option<Unexplained> {
     let residual = fitted.residuals(data);
-    let least = if data.is_series() { STRUCTURE } else { 2.0 * STRUCTURE };
     let strongest = patterns(data, &residual, &fitted.predicted, seed).into_iter().next()?;
-    (strongest.test_r2 > least)
+    is_structure(strongest.test_r2, data.is_series())
         .then_some(Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along })
 }
 

@@ -2,14 +2,15 @@
 //! that explains clearly more, if there is one.
 
 use crate::learn::diagnose::candidates::{is_looked_for, starts};
-use crate::learn::diagnose::search::{Diagnosis, FORM_ROUNDS, remove};
+use crate::learn::diagnose::criteria::FORM_MARGIN;
+use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{score_of, unphysical};
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit};
 use rayon::prelude::*;
 
-/// How much more another form of an effect must score: "positive" on the scale of the Bayesian information criterion.
-const FORM_MARGIN: f64 = 2.0;
+/// Rounds of a fit that goes to its end.
+pub(in crate::learn) const FORM_ROUNDS: usize = 25;
 
 impl Diagnosis<'_> {
     /// The last effect, if it was looked for, in the shape that suits it.
@@ -58,4 +59,9 @@ impl Diagnosis<'_> {
         let best = forms.par_iter().filter_map(fitted).filter(|(_, f)| sound(f)).max_by(|a, b| a.0.total_cmp(&b.0));
         best.filter(|(score, _)| *score > same + FORM_MARGIN).map(|(_, fitted)| fitted)
     }
+}
+
+/// The effects without the `k`-th.
+pub(in crate::learn) fn remove(effects: &[Use], k: usize) -> Vec<Use> {
+    effects.iter().enumerate().filter(|(e, _)| *e != k).map(|(_, each)| each.clone()).collect()
 }

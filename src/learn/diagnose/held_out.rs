@@ -1,15 +1,41 @@
 //! What a trial does to data that it was not fitted on. In: the diagnosis with its split, a trial. Out: residuals of blocks
 //! left out, and whether kinds of cuts left out get worse.
 
+use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::candidates::is_looked_for;
-use crate::learn::diagnose::search::Diagnosis;
+use crate::learn::diagnose::criteria::harms;
+use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial};
 use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_block, t_statistic, without};
+use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit};
+use crate::learn::report::Errors;
 use rayon::prelude::*;
 
 impl Diagnosis<'_> {
+    /// Errors on data that a model with these effects was not fitted on.
+    pub(in crate::learn) fn judged(&self, effects: &[Use]) -> Errors {
+        let residual = self.unseen(effects);
+        errors(self.data, |i| residual[i])
+    }
+
+    /// Residuals of such data, NaN for the others.
+    pub(in crate::learn) fn unseen(&self, effects: &[Use]) -> Vec<f64> {
+        if !self.split.test.iter().any(|t| *t) || !self.same_kinds() {
+            return held_out_residuals(&self.train, effects, self.split);
+        }
+        let predicted = fit(&self.train, effects, 12).map(|f| f.predicted).unwrap_or_default();
+        let of = |i: usize| if self.split.test[i] { self.data.reading[i] - predicted[i] } else { f64::NAN };
+        (0..predicted.len()).map(of).collect()
+    }
+
+    /// Do the samples kept for the judgement belong to the kinds that were fitted?
+    pub(in crate::learn) fn same_kinds(&self) -> bool {
+        let trained: Vec<usize> = self.train.used().map(|i| self.data.kind[i]).collect();
+        (0..self.data.len()).filter(|i| self.split.test[*i]).all(|i| trained.contains(&self.data.kind[i]))
+    }
+
     /// Held-out residuals with a trial; what was found by scanning is found again without each fold.
     pub(in crate::learn) fn unseen_residuals(&self, present: &Fitted, trial: &Trial) -> Vec<f64> {
         if !is_looked_for(trial.effect) {
@@ -65,7 +91,7 @@ impl Diagnosis<'_> {
                 &residual_on(&members, &plain, self.data),
                 &residual_on(&members, &with, self.data),
             );
-            if ratio > 1.02 && t_statistic(&worse) < -1.0 {
+            if harms(ratio, t_statistic(&worse)) {
                 return Some(format!(
                     "fitted without {}, it makes that worse ({:+.1} % error)",
                     self.data.kind_names[kind],
@@ -74,13 +100,6 @@ impl Diagnosis<'_> {
             }
         }
         None
-    }
-
-    pub(in crate::learn) fn kinds(&self) -> Vec<usize> {
-        let mut kinds: Vec<usize> = self.data.used().map(|i| self.data.kind[i]).collect();
-        kinds.sort_unstable();
-        kinds.dedup();
-        if kinds.len() < 2 { Vec::new() } else { kinds }
     }
 }
 

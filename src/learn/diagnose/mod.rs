@@ -3,7 +3,11 @@
 
 pub mod answer;
 pub mod candidates;
+pub mod criteria;
 pub mod curves;
+pub mod diagnosis;
+pub mod doubts;
+pub mod evidence;
 pub mod forms;
 pub mod held_out;
 pub mod over_time;
@@ -13,4 +17,5 @@ mod search;
 pub mod trial;
 pub mod unnamed;
 
-pub use search::{Options, diagnose};
+pub use diagnosis::Options;
+pub use search::diagnose;

@@ -2,6 +2,7 @@
 //! of the base model with their intervals. A slow rise of the edge factor is wear, a jump of the cutting factor chipping.
 
 use crate::learn::dataset::samples::{Class, Data};
+use crate::learn::diagnose::criteria::{is_jump, is_rise};
 use crate::learn::model::fit::Fitted;
 use crate::learn::regress::linear::least_squares;
 use crate::learn::report::Window;
@@ -43,8 +44,8 @@ fn window(data: &Data, base: &Fitted, members: &[usize]) -> Option<Window> {
 pub fn said(windows: &[Window]) -> Option<String> {
     let (first, last) = (windows.first()?, windows.last()?);
     let length_s = last.time_s[1] - first.time_s[0];
-    let jump = jump(windows).filter(|j| j.by > LEAST && j.by > JUMP_STANDS_OUT * j.error);
-    let rise = rise(windows).filter(|r| r.by * length_s > LEAST && r.by > RISE_STANDS_OUT * r.error);
+    let jump = jump(windows).filter(|j| is_jump(j.by, j.error));
+    let rise = rise(windows).filter(|r| is_rise(r.by * length_s, r.error * length_s));
     // The one that stands out more; an edge that wears makes the cutting factor creep, and the other way round.
     match (jump, rise) {
         (Some(j), Some(r)) if r.by / r.error > j.by / j.error => Some(worn(&r, length_s)),
@@ -57,12 +58,6 @@ pub fn said(windows: &[Window]) -> Option<String> {
         (None, None) => None,
     }
 }
-
-/// Least rise of a factor that is worth a word.
-const LEAST: f64 = 0.05;
-/// A change over its standard error from which it stands out: a jump, whose instant is searched for, and a steady rise.
-const JUMP_STANDS_OUT: f64 = 6.0;
-const RISE_STANDS_OUT: f64 = 4.0;
 
 /// A change of a factor with its standard error.
 struct Changed {

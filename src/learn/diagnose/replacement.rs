@@ -3,7 +3,8 @@
 //! out.
 
 use crate::effects::Effect;
-use crate::learn::diagnose::search::{Diagnosis, MARGIN};
+use crate::learn::diagnose::criteria::CONFOUNDED_WITHIN;
+use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::chance;
 use crate::learn::model::cross_validation::held_out_residuals;
 use crate::learn::model::fit::Fitted;
@@ -19,7 +20,8 @@ impl Diagnosis<'_> {
         same: f64,
     ) -> Option<Fitted> {
         let trials = self.trials(without_it, false).into_iter().filter(|t| t.effect.name != own.name);
-        let best = trials.max_by(|a, b| a.score.total_cmp(&b.score)).filter(|best| best.score >= same + MARGIN)?;
+        let best =
+            trials.max_by(|a, b| a.score.total_cmp(&b.score)).filter(|best| best.score >= same + CONFOUNDED_WITHIN)?;
         let [before, with_own] =
             [without_it, found].map(|model| held_out_residuals(&self.train, &model.model.effects, self.split));
         let after = self.shown(without_it, &best, &before).ok()?;
@@ -41,7 +43,7 @@ mod tests {
     use super::*;
     use crate::effects::{State, named};
     use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
-    use crate::learn::diagnose::search::Options;
+    use crate::learn::diagnose::diagnosis::Options;
     use crate::learn::model::cross_validation::Split;
     use crate::learn::model::fit::fit;
     use crate::path::Vec3;

@@ -8,15 +8,12 @@
 
 use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
+use crate::learn::diagnose::criteria::is_clearly_better;
 use crate::learn::diagnose::residual::{COVARIATES, bins_of, value_of};
 use crate::learn::model::cross_validation::{Split, improvement_by_block, t_statistic};
 
 /// Bins along a covariate.
 const BINS: usize = 10;
-/// Mean improvement over its standard error, block by block, from which a pattern clearly explains more: what a named effect
-/// has to show as well.
-const CLEARLY: f64 = 1.0;
-
 /// What free patterns are learned from.
 pub struct Free<'a> {
     /// Samples.
@@ -43,7 +40,7 @@ pub fn by_no_name(
     let left = |covariate: &Covariate| {
         let pattern = free.corrected(before, *covariate)?;
         let better = t_statistic(&improvement_by_block(free.data, after, &pattern));
-        (better > CLEARLY).then(|| (*covariate, [squares(&pattern) / whole, squares(after) / whole]))
+        is_clearly_better(better).then(|| (*covariate, [squares(&pattern) / whole, squares(after) / whole]))
     };
     covariates.iter().filter_map(left).min_by(|a, b| a.1[0].total_cmp(&b.1[0]))
 }

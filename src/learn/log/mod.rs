@@ -7,8 +7,9 @@
 
 pub mod columns;
 pub mod gaps;
-pub mod plausible;
+
 pub mod resultant;
+pub mod signal;
 
 use crate::learn::log::columns::{DataError, Frame, read};
 

@@ -1,0 +1,157 @@
+//! Why no model should rest on data. In: an aligned log with its report, or the parameters of a fit and what the setup declares. Out: one
+//! clause for each doubt, with the likely cause.
+
+use crate::learn::align::{Aligned, Method, stretch};
+use crate::learn::dataset::samples::{Base, Class, Data};
+use crate::learn::diagnose::criteria::{
+    covers_too_little, explains_next_to_nothing, is_negative, is_of_a_material, is_of_another_program,
+    is_ratio_of_materials, is_stretch_of_a_machine,
+};
+use crate::learn::log::Log;
+use crate::learn::model::fit::{Fitted, fit};
+use crate::learn::program::timeline::Timeline;
+use crate::learn::report::{LearnReport, Value};
+
+/// Time in motion at an end of the program that no sample belongs to, beyond which it is said, s.
+const UNSEEN_S: f64 = 1.0;
+
+/// Doubts about a log that was aligned with its program.
+pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log: &Log, data: &Data) -> Vec<String> {
+    let mut doubts = Vec::new();
+    for (name, values) in &log.measured {
+        let missing = values.iter().filter(|v| !v.is_finite()).count();
+        if missing * 2 > values.len() {
+            doubts.push(format!("{} % of {name} are missing", 100 * missing / values.len()));
+        }
+    }
+    if is_of_another_program(aligned.misfit, aligned.method == Method::Load) {
+        doubts.push(format!(
+            "{:.0} % of the log do not fit this program: is it the log of another one?",
+            100.0 * aligned.misfit
+        ));
+    }
+    let covered = covered(aligned, timeline);
+    if covers_too_little(covered) {
+        doubts.push(format!("the log covers only {:.0} % of the program", 100.0 * covered));
+    }
+    let stretch = stretch(aligned, log);
+    if !is_stretch_of_a_machine(stretch) {
+        doubts.push(format!(
+            "the clock of the log takes {stretch:.3} times as long as the program: is the unit of its time right?"
+        ));
+    }
+    let declared = data.base.iter().find(|b| b.name == "k_tc").and_then(|b| b.prior).map(|(value, _)| value);
+    doubts.extend(of_coefficients(&unaided(data), declared));
+    if let Some(ratio) = over_declared(data).filter(|ratio| !is_ratio_of_materials(*ratio)) {
+        doubts.push(format!(
+            "the forces would be {ratio:.4} times the declared ones: are the units right, or columns swapped?"
+        ));
+    }
+    if explains_next_to_nothing(report.base_train.r2) && report.effects.is_empty() {
+        doubts.push("the predicted load explains next to nothing of the measured one".into());
+    }
+    doubts
+}
+
+/// Doubts about a table of steady cuts.
+pub fn of_table(report: &LearnReport, data: &Data, declared_k_tc: Option<f64>) -> Vec<String> {
+    let mut doubts = of_coefficients(&report.base, declared_k_tc);
+    doubts.extend(negative(&report.base));
+    // Relative forces are all ±1: their own variance says nothing.
+    let spread = data.variants.is_empty() && data.base.iter().any(|b| b.name == "k_rc");
+    if explains_next_to_nothing(report.base_train.r2) && report.effects.is_empty() && !spread {
+        doubts.push("the cuts explain next to nothing of what was measured: are columns swapped?".into());
+    }
+    if report.train <= report.base.len() + 1 {
+        doubts.push(format!("{} cuts are too few for {} coefficients", report.train, report.base.len()));
+    }
+    doubts
+}
+
+/// Doubts about a tangential cutting coefficient.
+pub fn of_coefficients(parameters: &[Value], declared: Option<f64>) -> Vec<String> {
+    let Some(k_tc) = parameters.iter().find(|p| (p.name == "k_tc" || p.name == "k_c11") && p.unit == "N/mm²") else {
+        return Vec::new();
+    };
+    let ask = "are the units right, or columns swapped?";
+    match declared.filter(|k| *k > 0.0).map(|k| k_tc.value / k) {
+        Some(ratio) if !is_ratio_of_materials(ratio) => {
+            vec![format!("{} would be {ratio:.3} times the declared one: {ask}", k_tc.name)]
+        }
+        None if !is_of_a_material(k_tc.value) => {
+            vec![format!("{} = {:.3} N/mm² is that of no material: {ask}", k_tc.name, k_tc.value)]
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Doubts about tangential coefficients that are negative beyond their errors.
+fn negative(parameters: &[Value]) -> Vec<String> {
+    let below = |p: &&Value| {
+        matches!(p.name.as_str(), "k_tc" | "k_te") && p.unit.starts_with("N/") && is_negative(p.value, p.std_error)
+    };
+    let said = |p: &Value| {
+        format!(
+            "{} = {:.2} ± {:.2} {} is negative, which no cut is: are columns swapped?",
+            p.name, p.value, p.std_error, p.unit
+        )
+    };
+    parameters.iter().filter(below).map(said).collect()
+}
+
+/// Base coefficients of a spindle reading as the data alone have them: what the setup declares must not hide a wrong unit.
+/// Forces cannot do without it.
+fn unaided(data: &Data) -> Vec<Value> {
+    if !data.base.iter().any(|b| b.class == Class::Tare) {
+        return Vec::new();
+    }
+    let base = data.base.iter().cloned().map(|b| Base { prior: None, ..b }).collect();
+    let fitted = fit(&Data { base, ..data.clone() }, &[], 0);
+    let value = |(b, f): (usize, &Fitted)| Value {
+        name: data.base[b].name.clone(),
+        value: f.model.base[b],
+        std_error: f.std_error(b),
+        unit: data.base[b].unit.clone(),
+    };
+    fitted.iter().flat_map(|f| (0..data.base.len()).map(move |b| value((b, f)))).collect()
+}
+
+/// Measured forces over those by the declared coefficients; `None` where something else is measured, or none are declared.
+fn over_declared(data: &Data) -> Option<f64> {
+    if data.base.iter().any(|b| b.class == Class::Tare) {
+        return None;
+    }
+    let declared: Vec<f64> = data.base.iter().map(|b| b.prior.map_or(0.0, |(value, _)| value)).collect();
+    let predicted = |i: usize| declared.iter().zip(&data.columns).map(|(k, column)| k * column[i]).sum::<f64>();
+    let (mut both, mut square) = (0.0, 0.0);
+    for i in data.used() {
+        both += data.weight[i] * data.reading[i] * predicted(i);
+        square += data.weight[i] * predicted(i).powi(2);
+    }
+    (square > 0.0).then(|| both / square)
+}
+
+/// Share of the program's time between the first and the last sample that belong to it.
+pub fn covered(aligned: &Aligned, timeline: &Timeline) -> f64 {
+    let placed = aligned.program_s.iter().copied().filter(|t| t.is_finite());
+    let (first, last) = placed.fold((f64::INFINITY, 0.0), |(lo, hi), t| (f64::min(lo, t), f64::max(hi, t)));
+    ((last - first) / timeline.total_s().max(1e-9)).max(0.0)
+}
+
+/// What no sample belongs to at the beginning of the program and at its end, where the machine moves for longer than
+/// [`UNSEEN_S`].
+pub fn unseen_ends(aligned: &Aligned, timeline: &Timeline) -> Vec<String> {
+    let placed = aligned.program_s.iter().copied().filter(|t| t.is_finite());
+    let (first, last) = placed.fold((f64::INFINITY, 0.0), |(lo, hi), t| (f64::min(lo, t), f64::max(hi, t)));
+    let moving = |from: f64, to: f64| -> f64 {
+        let moves = timeline.spots.iter().filter(|s| s.move_id.is_some());
+        moves.map(|s| (s.end_s.min(to) - s.start_s.max(from)).max(0.0)).sum()
+    };
+    let ends = [("first", moving(0.0, first)), ("last", moving(last, f64::INFINITY))];
+    let said = |(end, moving_s): (&str, f64)| {
+        format!(
+            "no sample belongs to the {end} {moving_s:.1} s in which the program moves: does the log hold all of it?"
+        )
+    };
+    ends.into_iter().filter(|(_, moving_s)| *moving_s > UNSEEN_S).map(said).collect()
+}
