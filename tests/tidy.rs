@@ -118,3 +118,27 @@ fn solver_parser_and_serialiser_live_in_one_place_each() {
         }
     }
 }
+
+/// Everything of an effect stands in its file: no other file asks for one by its name. `setup/` has keys of the same words.
+#[test]
+fn no_effect_is_called_by_its_name_outside_its_file() {
+    let mut files = Vec::new();
+    rust_files(Path::new("src/effects"), &mut files);
+    let name = |file: &PathBuf| {
+        let text = fs::read_to_string(file).unwrap();
+        let effect = text.split("EFFECT: Effect = Effect {").nth(1)?;
+        Some(effect.split("name: \"").nth(1)?.split('"').next()?.to_owned())
+    };
+    let names: Vec<String> = files.iter().filter_map(name).collect();
+    assert!(names.len() >= 19, "only these effects were found: {names:?}");
+    let mut others = Vec::new();
+    rust_files(Path::new("src"), &mut others);
+    let mut wrong = Vec::new();
+    for file in others.iter().filter(|file| !file.starts_with("src/effects") && !file.starts_with("src/setup")) {
+        let text = fs::read_to_string(file).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        let called = names.iter().filter(|name| code.contains(&format!("\"{name}\"")));
+        wrong.extend(called.map(|name| format!("{} calls {name}", file.display())));
+    }
+    assert!(wrong.is_empty(), "effects called by name:\n{}", wrong.join("\n"));
+}

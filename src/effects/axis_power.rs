@@ -2,7 +2,7 @@
 //! idle reading + idle reading at the reference speed of the spindle · (f·v + a·v·max(0, a)), v the speed along the path in
 //! m/min and a the acceleration in m/s²: the axes know nothing of the spindle, and a drive that brakes gives nothing back.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `axis-power`.
 pub const EFFECT: Effect = Effect {
@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
             max: 2.0,
             starts: &[0.02],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "rise of the idle power per m/min, over the idle power",
         },
         Parameter {
@@ -28,12 +28,14 @@ pub const EFFECT: Effect = Effect {
             max: 2.0,
             starts: &[0.02],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "rise per m/min and m/s² while the axes accelerate",
         },
     ],
     change,
     separated_by: "the same air move at several feeds, and one zigzag of short moves in air",
+    needs: &[Need::Tare, Need::Known(Covariate::PathSpeed)],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

@@ -1,6 +1,6 @@
 //! Corner feed: the machine accelerates less than declared, so that the feed falls around corners.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Parameter, State};
 
 /// `corner-feed`.
 pub const EFFECT: Effect = Effect {
@@ -15,11 +15,12 @@ pub const EFFECT: Effect = Effect {
         max: 1.0,
         starts: &[0.05],
         neutral: None,
-        scanned: false,
+        place: None,
         meaning: "true over declared acceleration",
     }],
     change,
     separated_by: "one long straight cut beside a zigzag of short ones",
+    ..BARE
 };
 
 fn change(p: &[f64], _: &State) -> Change {

@@ -1,6 +1,6 @@
 //! Cutting speed: k · (v/(1 m/s))^p; heat softens (p < 0), rate hardens (p > 0).
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `cutting-speed`.
 pub const EFFECT: Effect = Effect {
@@ -15,11 +15,13 @@ pub const EFFECT: Effect = Effect {
         max: 0.8,
         starts: &[0.0],
         neutral: None,
-        scanned: false,
+        place: None,
         meaning: "exponent of the cutting speed over 1 m/s",
     }],
     change,
     separated_by: "one cut at four spindle speeds and the same feed per tooth",
+    needs: &[Need::Ratio(Covariate::CuttingSpeed, 1.05)],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

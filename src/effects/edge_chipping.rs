@@ -1,6 +1,6 @@
 //! Chipping: from the time t₀ on, k_?c · (1 + c) and k_?e · (1 + e). A broken edge takes more force, never less.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, Place, State};
 
 /// `edge-chipping`.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
             max: 5.0,
             starts: &[0.1],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "relative jump of the cutting coefficients",
         },
         Parameter {
@@ -26,7 +26,7 @@ pub const EFFECT: Effect = Effect {
             max: 5.0,
             starts: &[0.1],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "relative jump of the edge coefficients",
         },
         Parameter {
@@ -36,12 +36,15 @@ pub const EFFECT: Effect = Effect {
             max: 1e9,
             starts: &[0.0],
             neutral: None,
-            scanned: true,
+            place: Some(Place::Instant),
             meaning: "when",
         },
     ],
     change,
     separated_by: "the same cut before and after, at another place of the stock",
+    needs: &[Need::Range(Covariate::Time, 1.0), Need::Samples],
+    is_accident: true,
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

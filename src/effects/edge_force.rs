@@ -1,7 +1,7 @@
 //! Edge force on top of a model that has none: k_?c · (1 + l/h), h the mean chip thickness and l = k_?e / k_?c, as if every
 //! chip were thicker by l (the edge ploughs even where it hardly cuts).
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `edge-force`.
 pub const EFFECT: Effect = Effect {
@@ -16,11 +16,13 @@ pub const EFFECT: Effect = Effect {
         max: 0.2,
         starts: &[0.02],
         neutral: None,
-        scanned: false,
+        place: None,
         meaning: "edge over cutting coefficient: the chip thickness that would take the same force",
     }],
     change,
     separated_by: "one immersion at five feeds over a factor of eight",
+    needs: &[Need::NoEdgeCoefficients, Need::Ratio(Covariate::ChipThickness, 1.2)],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

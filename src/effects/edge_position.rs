@@ -1,6 +1,6 @@
 //! Distance along the cutting edge: k_?c · (1 + s·z), z the height of the cut above the tip.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `edge-position`.
 pub const EFFECT: Effect = Effect {
@@ -15,11 +15,13 @@ pub const EFFECT: Effect = Effect {
         max: 2.0,
         starts: &[0.0],
         neutral: None,
-        scanned: false,
+        place: None,
         meaning: "relative change of the cutting coefficients per mm along the edge",
     }],
     change,
     separated_by: "layers at several heights with the same chip thickness",
+    needs: &[Need::Range(Covariate::EdgePosition, 0.05)],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

@@ -2,7 +2,7 @@
 //! met material as λ·dy/ds = −e·(y/e)^m from y = e: y = e·e^(−s/λ) at the order m = 1, e·(1 − (1 − m)s/λ)^(1/(1 − m)) below it,
 //! which comes to its end at s = λ/(1 − m).
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `entry`.
 pub const EFFECT: Effect = Effect {
@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
             max: 3.0,
             starts: &[0.2],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "relative excess at the moment of entry",
         },
         Parameter {
@@ -28,7 +28,7 @@ pub const EFFECT: Effect = Effect {
             max: 50.0,
             starts: &[2.0],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "path over which it would die away at the rate of the entry",
         },
         Parameter {
@@ -38,12 +38,14 @@ pub const EFFECT: Effect = Effect {
             max: 1.0,
             starts: &[0.6],
             neutral: Some(1.0),
-            scanned: false,
+            place: None,
             meaning: "how its decay slows down: 1 as an exponential does, 0 not at all before its end",
         },
     ],
     change,
     separated_by: "many short cuts beside one long cut, at the same engagement and feed",
+    needs: &[Need::Known(Covariate::SinceEntry), Need::Range(Covariate::SinceEntry, 1.0)],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

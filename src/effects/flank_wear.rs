@@ -1,7 +1,7 @@
 //! Flank wear in its three stages: k_?e · (1 + r(1 − e^(−l/λ)) + g·l + a·l³), l the distance each tooth has slid through
 //! material in units of 100 m: running in, steady growth, the end of the edge.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `flank-wear`.
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
             max: 50.0,
             starts: &[0.5],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "relative growth of the edge coefficients every 100 m",
         },
         Parameter {
@@ -27,7 +27,7 @@ pub const EFFECT: Effect = Effect {
             max: 3.0,
             starts: &[0.3],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "relative growth while the edge runs in",
         },
         Parameter {
@@ -37,7 +37,7 @@ pub const EFFECT: Effect = Effect {
             max: 5.0,
             starts: &[0.1],
             neutral: Some(0.1),
-            scanned: false,
+            place: None,
             meaning: "distance over which it runs in",
         },
         Parameter {
@@ -47,12 +47,14 @@ pub const EFFECT: Effect = Effect {
             max: 50.0,
             starts: &[0.05],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "cubic growth towards the end of the edge",
         },
     ],
     change,
     separated_by: "the first cut repeated after the last, at the same feed",
+    needs: &[Need::Range(Covariate::Sliding, 1e3)],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

@@ -2,7 +2,7 @@
 //! the work coordinates, an ellipse at n = 2 and nearly a box at 16, with a soft border, w its half width over that of the
 //! region; mean over the arc.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, Place, State};
 
 /// `hard-zone`.
 pub const EFFECT: Effect = Effect {
@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
             max: 5.0,
             starts: &[0.2],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "relative excess of all coefficients inside",
         },
         Parameter {
@@ -28,7 +28,7 @@ pub const EFFECT: Effect = Effect {
             max: 1e9,
             starts: &[0.0],
             neutral: None,
-            scanned: false,
+            place: Some(Place::XMin),
             meaning: "region",
         },
         Parameter {
@@ -38,7 +38,7 @@ pub const EFFECT: Effect = Effect {
             max: 1e9,
             starts: &[0.0],
             neutral: None,
-            scanned: false,
+            place: Some(Place::XMax),
             meaning: "region",
         },
         Parameter {
@@ -48,7 +48,7 @@ pub const EFFECT: Effect = Effect {
             max: 1e9,
             starts: &[0.0],
             neutral: None,
-            scanned: false,
+            place: Some(Place::YMin),
             meaning: "region",
         },
         Parameter {
@@ -58,7 +58,7 @@ pub const EFFECT: Effect = Effect {
             max: 1e9,
             starts: &[0.0],
             neutral: None,
-            scanned: false,
+            place: Some(Place::YMax),
             meaning: "region",
         },
         Parameter {
@@ -66,9 +66,9 @@ pub const EFFECT: Effect = Effect {
             unit: "-",
             min: 0.02,
             max: 2.0,
-            starts: &[0.2],
+            starts: &[0.1, 0.4],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "half the width of its border over half the width of the region",
         },
         Parameter {
@@ -77,14 +77,27 @@ pub const EFFECT: Effect = Effect {
             min: 2.0,
             max: 16.0,
             starts: &[6.0, 2.5],
+            // It is looked for as a box with round corners; its shape is asked for when it is found.
             neutral: Some(4.0),
-            scanned: false,
+            place: None,
             meaning: "how square the region is: 2 an ellipse, 4 a box with round corners, 16 nearly a box",
         },
     ],
     change,
     separated_by: "crossing the region again, later and in another direction",
+    needs: &[Need::Range(Covariate::X, 1.0), Need::Range(Covariate::Y, 1.0), Need::Samples],
+    refused,
+    ..BARE
 };
+
+/// Least side of the region, mm: twice the least half side that its law resolves. Since a zone is found again without each fold of
+/// blocks, the answers to fifteen development logs at 6 % of noise (five with a zone) are the same with 0, 2 and 8 mm.
+const LEAST_SIDE_MM: f64 = 2.0;
+
+fn refused(p: &[f64], _clock_s: f64) -> Option<String> {
+    let side_mm = (p[2] - p[1]).abs().min((p[4] - p[3]).abs());
+    (side_mm < LEAST_SIDE_MM).then(|| format!("a region {side_mm:.2} mm wide is no zone of a material"))
+}
 
 fn change(p: &[f64], state: &State) -> Change {
     let centre = [f64::midpoint(p[1], p[2]), f64::midpoint(p[3], p[4])];

@@ -138,6 +138,34 @@ impl Covariate {
             Covariate::SetUp => "set-up",
         }
     }
+
+    /// Its value in a state; NaN where it is not known, or no matter of the state.
+    pub fn of(self, state: &State) -> f64 {
+        match self {
+            Covariate::Time => state.time_s,
+            Covariate::Sliding => state.sliding_mm,
+            Covariate::Volume => state.volume_mm3,
+            Covariate::FeedPerTooth => state.feed_per_tooth_mm,
+            Covariate::ChipThickness => state.chip_thickness_mm,
+            Covariate::CuttingSpeed => state.cutting_speed_mm_s,
+            Covariate::SpindleSpeed => state.rps,
+            Covariate::AxialDepth => state.axial_depth_mm,
+            Covariate::RadialDepth => state.radial_depth_mm,
+            Covariate::UpShare => state.up_share,
+            Covariate::X => state.position.x,
+            Covariate::Y => state.position.y,
+            Covariate::Z => state.position.z,
+            Covariate::DirectionX => state.direction.x,
+            Covariate::DirectionY => state.direction.y,
+            Covariate::Heading => heading(state),
+            Covariate::Curvature => state.curvature_per_mm,
+            Covariate::EdgePosition => state.edge_position_mm,
+            Covariate::SinceEntry => state.since_entry_mm,
+            Covariate::PathSpeed => state.path_speed_mm_s,
+            Covariate::PathAcceleration => state.path_acceleration_mm_s2,
+            _ => f64::NAN,
+        }
+    }
 }
 
 /// Sectors of 30° that the engaged arc is looked at in.
@@ -250,6 +278,12 @@ impl Default for State {
     }
 }
 
+/// Angle of the feed in the plane: it is not known of a plunge.
+fn heading(state: &State) -> f64 {
+    let d = state.direction;
+    if d.x.hypot(d.y) > 0.1 { d.y.atan2(d.x) } else { f64::NAN }
+}
+
 /// What an effect does to one cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
@@ -304,6 +338,55 @@ impl Default for Change {
     }
 }
 
+/// What data must show before an effect is looked for in them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Need {
+    /// A covariate that ranges over more than this, in its own unit.
+    Range(Covariate, f64),
+    /// A covariate whose largest value is at least so many times the smallest.
+    Ratio(Covariate, f64),
+    /// A covariate that is known at all.
+    Known(Covariate),
+    /// Readings with nothing cut.
+    Tare,
+    /// Base coefficients without an edge force.
+    NoEdgeCoefficients,
+    /// Enough samples to place an instant or a region.
+    Samples,
+    /// Samples that follow each other in time.
+    Series,
+}
+
+/// What of the geometry an effect changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Geometry {
+    /// The top face of the stock.
+    StockTop,
+    /// The side faces of the stock.
+    StockSide,
+    /// The diameter of the tool.
+    Diameter,
+    /// A curved path in place of a straight one.
+    Curved,
+    /// The axis of the tool, off that of the spindle.
+    Runout,
+}
+
+/// An instant, or a side of a region, that is looked for in the data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// An instant, s. The load jumps there and does not vary smoothly with it: it is scanned, not fitted.
+    Instant,
+    /// Least X of a region, mm.
+    XMin,
+    /// Greatest X.
+    XMax,
+    /// Least Y.
+    YMin,
+    /// Greatest Y.
+    YMax,
+}
+
 /// A parameter of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
@@ -320,13 +403,20 @@ pub struct Parameter {
     /// Value at which it adds nothing; a simpler form of the effect leaves it there, and so does a model that does not give it.
     /// `None`: always fitted.
     pub neutral: Option<f64>,
-    /// True when it is found by scanning (a place, an instant) because the load does not vary smoothly with it.
-    pub scanned: bool,
+    /// What of an instant or a place it is, which is looked for in the data and does not begin at a given value.
+    pub place: Option<Place>,
     /// What it is.
     pub meaning: &'static str,
 }
 
-/// One named effect.
+impl Parameter {
+    /// Is it found by scanning, and not fitted?
+    pub fn is_scanned(&self) -> bool {
+        self.place == Some(Place::Instant)
+    }
+}
+
+/// One named effect: everything that any room needs to know of it stands in its file.
 #[derive(Debug)]
 pub struct Effect {
     /// Name in reports and model files.
@@ -343,7 +433,30 @@ pub struct Effect {
     pub change: fn(&[f64], &State) -> Change,
     /// The cut that shows it apart from the others, one clause.
     pub separated_by: &'static str,
+    /// What data must show before it is looked for; all of it.
+    pub needs: &'static [Need],
+    /// What of the geometry it changes; data that show none of it cannot show the effect.
+    pub geometry: &'static [Geometry],
+    /// Why these values are those of no such effect, in a log whose times are known to so many s; beside the bounds.
+    pub refused: fn(&[f64], f64) -> Option<String>,
+    /// True for what happened once and does not happen again when the program runs anew.
+    pub is_accident: bool,
 }
+
+/// What an effect is where its file says nothing else.
+const BARE: Effect = Effect {
+    name: "",
+    meaning: "",
+    acts: Acts::Load,
+    covariates: &[],
+    parameters: &[],
+    change: |_, _| Change::default(),
+    separated_by: "",
+    needs: &[],
+    geometry: &[],
+    refused: |_, _| None,
+    is_accident: false,
+};
 
 impl Effect {
     /// Are these values inside their bounds?
@@ -351,10 +464,22 @@ impl Effect {
         let inside = |(p, v): (&Parameter, &f64)| v.is_finite() && *v >= p.min && *v <= p.max;
         values.len() == self.parameters.len() && self.parameters.iter().zip(values).all(inside)
     }
-}
 
-/// Name of the effect by which edges wear.
-pub const FLANK_WEAR: &str = flank_wear::EFFECT.name;
+    /// Is an instant or a place of it looked for in the data?
+    pub fn is_looked_for(&self) -> bool {
+        self.parameters.iter().any(|p| p.place.is_some())
+    }
+
+    /// Does it change this of the geometry?
+    pub fn changes(&self, geometry: Geometry) -> bool {
+        self.geometry.contains(&geometry)
+    }
+
+    /// Do edges wear by it: does it change loads with the way that they slide?
+    pub fn wears_edges(&self) -> bool {
+        self.acts == Acts::Load && self.covariates.contains(&Covariate::Sliding)
+    }
+}
 
 /// Every effect.
 pub const ALL: &[&Effect] = &[

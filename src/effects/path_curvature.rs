@@ -1,6 +1,6 @@
 //! Path curvature: removal and contact rate of the arc in place of those of a straight move of the same depths; no parameter.
 
-use super::{Acts, Change, Covariate, Effect, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Geometry, State};
 
 /// `path-curvature`.
 pub const EFFECT: Effect = Effect {
@@ -11,6 +11,8 @@ pub const EFFECT: Effect = Effect {
     parameters: &[],
     change,
     separated_by: "concave and convex arcs of two radii, both up and climb",
+    geometry: &[Geometry::Curved],
+    ..BARE
 };
 
 fn change(_: &[f64], _: &State) -> Change {

@@ -2,7 +2,7 @@
 //! before it by up to δ = 2ρ sin(π/N) ≤ √3 ρ (N ≥ 3). The most loaded tooth cuts h + δ; the chips of all teeth together stay
 //! as they are; at small feeds teeth miss the cut.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Geometry, Parameter, State};
 
 /// `runout`.
 pub const EFFECT: Effect = Effect {
@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
             max: 0.1,
             starts: &[0.01],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "of the tool's axis from that of the spindle",
         },
         Parameter {
@@ -28,12 +28,14 @@ pub const EFFECT: Effect = Effect {
             max: 1.5,
             starts: &[0.06, 0.19, 0.31, 0.44, 0.56, 0.69, 0.81, 0.94],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "where it points: 0 towards one tooth … 1 towards the next",
         },
     ],
     change,
     separated_by: "peak forces at four feeds: the excess does not grow with feed",
+    geometry: &[Geometry::Runout],
+    ..BARE
 };
 
 fn change(p: &[f64], _: &State) -> Change {

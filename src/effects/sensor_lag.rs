@@ -1,6 +1,6 @@
 //! Lag of the measuring chain: first order, T·ẏ + y = P.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `sensor-lag`.
 pub const EFFECT: Effect = Effect {
@@ -15,12 +15,20 @@ pub const EFFECT: Effect = Effect {
         max: 20.0,
         starts: &[0.05, 0.2, 0.8, 3.0],
         neutral: None,
-        scanned: false,
+        place: None,
         meaning: "of a first-order lag",
     }],
     change,
     separated_by: "short cuts between air moves",
+    needs: &[Need::Series],
+    refused,
+    ..BARE
 };
+
+fn refused(p: &[f64], clock_s: f64) -> Option<String> {
+    let late = format!("a lag of {:.3} s is less than what the times are known to ({clock_s:.3} s)", p[0]);
+    (p[0] < clock_s).then_some(late)
+}
 
 fn change(p: &[f64], _: &State) -> Change {
     Change { lag_s: p[0], ..Change::default() }

@@ -1,6 +1,6 @@
 //! Size effect: k_?c · (h/0.05 mm)^−m (Kienzle's exponent), h the chip thickness in every sector of the engaged arc.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `size-effect`.
 pub const EFFECT: Effect = Effect {
@@ -15,11 +15,13 @@ pub const EFFECT: Effect = Effect {
         max: 0.9,
         starts: &[0.2],
         neutral: None,
-        scanned: false,
+        place: None,
         meaning: "exponent of the chip thickness over 0.05 mm",
     }],
     change,
     separated_by: "one immersion at five feeds over a factor of eight",
+    needs: &[Need::Ratio(Covariate::ChipThickness, 1.2)],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

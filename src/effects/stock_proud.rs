@@ -1,6 +1,6 @@
 //! Stock proud of its model: top face and side faces shifted outward.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Geometry, Parameter, State};
 
 /// `stock-proud`.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
             max: 5.0,
             starts: &[0.0],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "how much higher",
         },
         Parameter {
@@ -26,12 +26,14 @@ pub const EFFECT: Effect = Effect {
             max: 5.0,
             starts: &[0.0],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "how much wider on each side",
         },
     ],
     change,
     separated_by: "one pass over the raw face and one below it",
+    geometry: &[Geometry::StockTop, Geometry::StockSide],
+    ..BARE
 };
 
 fn change(p: &[f64], _: &State) -> Change {

@@ -1,6 +1,6 @@
 //! Tare against speed: P₀ · (1 + a·x + b·x²), x = n/n₀ − 1.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `tare-speed`.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
             max: 10.0,
             starts: &[0.3],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "relative change per relative change of speed",
         },
         Parameter {
@@ -26,12 +26,14 @@ pub const EFFECT: Effect = Effect {
             max: 10.0,
             starts: &[0.0],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "second-order term",
         },
     ],
     change,
     separated_by: "air cuts at four spindle speeds",
+    needs: &[Need::Tare, Need::Ratio(Covariate::SpindleSpeed, 1.05)],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

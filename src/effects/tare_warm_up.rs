@@ -1,6 +1,6 @@
 //! Warm-up of the tare: P₀ · (1 + c·exp(−t/τ)).
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `tare-warm-up`.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
             max: 5.0,
             starts: &[0.3],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "relative excess of the tare when cold",
         },
         Parameter {
@@ -26,12 +26,14 @@ pub const EFFECT: Effect = Effect {
             max: 20000.0,
             starts: &[60.0, 200.0, 800.0],
             neutral: None,
-            scanned: false,
+            place: None,
             meaning: "of the warming",
         },
     ],
     change,
     separated_by: "air cuts at the start and every few minutes",
+    needs: &[Need::Tare, Need::Range(Covariate::Time, 1.0), Need::Samples],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

@@ -1,6 +1,6 @@
 //! Tool diameter: the geometry of the cut with another diameter.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Geometry, Parameter, State};
 
 /// `tool-diameter`.
 pub const EFFECT: Effect = Effect {
@@ -15,11 +15,13 @@ pub const EFFECT: Effect = Effect {
         max: 2.0,
         starts: &[0.0],
         neutral: None,
-        scanned: false,
+        place: None,
         meaning: "true minus declared diameter",
     }],
     change,
     separated_by: "a full slot beside a light side cut",
+    geometry: &[Geometry::Diameter],
+    ..BARE
 };
 
 fn change(p: &[f64], _: &State) -> Change {

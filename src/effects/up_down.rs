@@ -1,6 +1,6 @@
 //! Up against climb: k_?c · (1 + c·u), k_?e · (1 + e·u), u = +1 up … −1 climb.
 
-use super::{Acts, Change, Covariate, Effect, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
 /// `up-down-asymmetry`.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
             max: 0.6,
             starts: &[0.0],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "relative difference of the cutting coefficients, half of up minus climb",
         },
         Parameter {
@@ -26,12 +26,14 @@ pub const EFFECT: Effect = Effect {
             max: 1.0,
             starts: &[0.0],
             neutral: Some(0.0),
-            scanned: false,
+            place: None,
             meaning: "the same of the edge coefficients",
         },
     ],
     change,
     separated_by: "the same wall cut up and climb",
+    needs: &[Need::Range(Covariate::UpShare, 0.3)],
+    ..BARE
 };
 
 fn change(p: &[f64], state: &State) -> Change {

@@ -55,7 +55,7 @@ impl Effects {
 
     /// The effect by which edges wear, if there is one: it has nothing to act on where there is no edge force.
     pub(super) fn wearing(&self) -> Option<&'static str> {
-        self.0.iter().map(|(effect, _)| effect.name).find(|name| *name == crate::effects::FLANK_WEAR)
+        self.0.iter().find(|(effect, _)| effect.wears_edges()).map(|(effect, _)| effect.name)
     }
 
     /// At a station whose state has no feed in it yet; `chip_per_feed` is the mean chip thickness per feed per tooth.

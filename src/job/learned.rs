@@ -25,7 +25,7 @@ pub fn apply(job: &mut Job) -> Vec<Assumption> {
                 said.push(learned(effect, format!("{:.0} % of the declared", 100.0 * change.acceleration)));
             }
             Acts::Measuring => said.push(learned(effect, "changes readings, not the cut".into())),
-            Acts::Load if effect.name == "edge-chipping" => {
+            Acts::Load if effect.is_accident => {
                 job.process.effects.retain(|other| other.name != used.name);
                 said.push(learned(effect, "left out: it happened once; these are the loads of a sound tool".into()));
             }

@@ -6,6 +6,7 @@
 //! offset that was found, all ways round; each of the deepest is then followed by damped Gauss–Newton steps, with the forces taken
 //! anew at every place, in a grid that narrows. The measured quantities weigh by what the best fit so far leaves of them.
 
+use crate::effects::Geometry;
 use crate::learn::dataset::samples::Data;
 use crate::learn::model::design::Use;
 use crate::learn::model::fit::{Fitted, fit};
@@ -50,7 +51,7 @@ pub(in crate::learn) fn settled<F>(effects: &[Use], coefficients: LinearEdge, ab
 where
     F: Fn(RunoutGrid, LinearEdge) -> Data + Sync,
 {
-    let own = effects.iter().position(|each| each.effect.name == "runout")?;
+    let own = effects.iter().position(|each| each.effect.changes(Geometry::Runout))?;
     let wide = about(RunoutGrid::about_offset(effects[own].values[0]), coefficients);
     let begun = fit(&wide, effects, ROUNDS)?;
     let round = |wide: &Data| -> Vec<Fitted> {

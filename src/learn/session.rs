@@ -17,6 +17,7 @@ use crate::learn::log::signal::refuse_dead;
 use crate::learn::log::{Log, read_log};
 use crate::learn::model::cross_validation::by_blocks;
 use crate::learn::model::design::Use;
+use crate::learn::model::design::changes;
 use crate::learn::model::design::used;
 use crate::learn::program::other_geometry::Sizes;
 use crate::learn::program::peak_forces::About;
@@ -116,7 +117,9 @@ pub fn learn_with_data(
     let mut report = answer(&data)?;
     let (mut sizes, mut others) = (Sizes::usual(job), prepared.others.clone());
     for _ in 0..GROWN_ROUNDS {
-        let Some(found) = Sizes::found(job, &report).filter(|found| !found.is_near(&sizes)) else { break };
+        let Some(found) = Sizes::found(job, &changes(&report.effects)).filter(|found| !found.is_near(&sizes)) else {
+            break;
+        };
         let again = prepared.grown_as(job, found, loader);
         // Without what reads the files of stock there is nothing to grow.
         if again.len() < others.len() {

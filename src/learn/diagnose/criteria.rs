@@ -49,6 +49,9 @@ const HARM_T: f64 = 1.0;
 const SLOWER_THAN: f64 = 0.6;
 const SLOWER_NATS: f64 = 30.0;
 
+/// Fewest samples that place an instant or a region. Judgement.
+pub(in crate::learn) const PLACED_BY: usize = 40;
+
 /// Does an effect pay for its parameters?
 pub(in crate::learn) fn least_score(is_log: bool) -> f64 {
     if is_log { LEAST_SCORE_OF_LOG } else { LEAST_SCORE_OF_TABLE }

@@ -2,7 +2,7 @@
 //! every covariate. In: data, report. Out: plain numbers for [`crate::report`].
 
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::residual::{COVARIATES, value_of};
+use crate::learn::diagnose::residual::COVARIATES;
 use crate::learn::model::design::Use;
 use crate::learn::model::design::used;
 use crate::learn::model::fit::fit;
@@ -58,7 +58,7 @@ pub fn shown(data: &Data, report: &LearnReport) -> Shown {
     let mut along: Vec<Along> = COVARIATES
         .iter()
         .filter_map(|c| {
-            let values: Vec<f64> = data.state.iter().map(|state| value_of(*c, state)).collect();
+            let values: Vec<f64> = data.state.iter().map(|state| c.of(state)).collect();
             binned(data, c.name(), &values, &before, &after)
         })
         .collect();

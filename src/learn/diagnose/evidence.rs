@@ -8,7 +8,7 @@
 use crate::effects::{Covariate, Effect};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Class;
-use crate::learn::diagnose::candidates::{part, why_not};
+use crate::learn::diagnose::candidates::why_not;
 use crate::learn::diagnose::criteria::{
     ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, NOISE_WITH_MEMORY, leaves_much, lowers_held_out, takes_enough,
 };
@@ -16,7 +16,7 @@ use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial, unphysical};
 use crate::learn::diagnose::unnamed::{Free, by_no_name, foreign};
 use crate::learn::model::cross_validation::{improvement_by_block, t_statistic};
-use crate::learn::model::fit::Fitted;
+use crate::learn::model::fit::{Fitted, part};
 use crate::learn::report::Rejected;
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! The form of an effect that is in the model already. In: the diagnosis, the model it stands in. Out: the model with the form
 //! that explains clearly more, if there is one.
 
-use crate::learn::diagnose::candidates::{is_looked_for, starts};
+use crate::learn::diagnose::candidates::starts;
 use crate::learn::diagnose::criteria::FORM_MARGIN;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{score_of, unphysical};
@@ -15,7 +15,7 @@ pub(in crate::learn) const FORM_ROUNDS: usize = 25;
 impl Diagnosis<'_> {
     /// The last effect, if it was looked for, in the shape that suits it.
     pub(in crate::learn) fn shaped(&self, found: Fitted) -> Fitted {
-        let Some((last, others)) = found.model.effects.split_last().filter(|(u, _)| is_looked_for(u.effect)) else {
+        let Some((last, others)) = found.model.effects.split_last().filter(|(u, _)| u.effect.is_looked_for()) else {
             return found;
         };
         let free = |k: usize, start: f64| {
@@ -44,7 +44,7 @@ impl Diagnosis<'_> {
         same: f64,
     ) -> Option<Fitted> {
         let own = present.model.effects[k].effect;
-        if !own.parameters.iter().any(|p| p.neutral.is_some()) || own.parameters.iter().any(|p| p.scanned) {
+        if !own.parameters.iter().any(|p| p.neutral.is_some()) || own.parameters.iter().any(|p| p.is_scanned()) {
             return None;
         }
         let others = remove(&present.model.effects, k);

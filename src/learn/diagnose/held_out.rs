@@ -3,7 +3,6 @@
 
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::candidates::is_looked_for;
 use crate::learn::diagnose::criteria::harms;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial};
@@ -38,7 +37,7 @@ impl Diagnosis<'_> {
 
     /// Held-out residuals with a trial; what was found by scanning is found again without each fold.
     pub(in crate::learn) fn unseen_residuals(&self, present: &Fitted, trial: &Trial) -> Vec<f64> {
-        if !is_looked_for(trial.effect) {
+        if !trial.effect.is_looked_for() {
             return held_out_residuals(&self.train, &trial.fitted.model.effects, self.split);
         }
         let folds: Vec<Vec<(usize, f64)>> = (0..self.split.folds)

@@ -13,6 +13,7 @@ pub mod held_out;
 pub mod over_time;
 pub mod replacement;
 pub mod residual;
+pub mod score_test;
 mod search;
 pub mod trial;
 pub mod unnamed;

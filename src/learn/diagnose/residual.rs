@@ -7,7 +7,7 @@
 //! a covariate, learned on the even blocks and scored on the odd ones and the other way round (R²), against the same
 //! score when whole blocks are given the covariate of another block.
 
-use crate::effects::{Covariate, State};
+use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
 use crate::learn::regress::random::Chance;
 
@@ -143,40 +143,6 @@ fn half_squares(data: &Data, residual: &[f64], apart: usize) -> Option<f64> {
     Some(squares.iter().sum::<f64>() / squares.len() as f64 / 0.7587)
 }
 
-/// Value of a covariate in a state.
-pub fn value_of(covariate: Covariate, state: &State) -> f64 {
-    match covariate {
-        Covariate::Time => state.time_s,
-        Covariate::Sliding => state.sliding_mm,
-        Covariate::Volume => state.volume_mm3,
-        Covariate::FeedPerTooth => state.feed_per_tooth_mm,
-        Covariate::ChipThickness => state.chip_thickness_mm,
-        Covariate::CuttingSpeed => state.cutting_speed_mm_s,
-        Covariate::SpindleSpeed => state.rps,
-        Covariate::AxialDepth => state.axial_depth_mm,
-        Covariate::RadialDepth => state.radial_depth_mm,
-        Covariate::UpShare => state.up_share,
-        Covariate::X => state.position.x,
-        Covariate::Y => state.position.y,
-        Covariate::Z => state.position.z,
-        Covariate::DirectionX => state.direction.x,
-        Covariate::DirectionY => state.direction.y,
-        Covariate::Heading => heading(state),
-        Covariate::Curvature => state.curvature_per_mm,
-        Covariate::EdgePosition => state.edge_position_mm,
-        Covariate::SinceEntry => state.since_entry_mm,
-        Covariate::PathSpeed => state.path_speed_mm_s,
-        Covariate::PathAcceleration => state.path_acceleration_mm_s2,
-        _ => f64::NAN,
-    }
-}
-
-/// Angle of the feed in the plane: it is not known of a plunge.
-fn heading(state: &State) -> f64 {
-    let d = state.direction;
-    if d.x.hypot(d.y) > 0.1 { d.y.atan2(d.x) } else { f64::NAN }
-}
-
 /// Covariates along which a residual is looked at.
 pub const COVARIATES: [Covariate; 18] = [
     Covariate::Time,
@@ -203,7 +169,7 @@ pub const COVARIATES: [Covariate; 18] = [
 pub fn patterns(data: &Data, residual: &[f64], load: &[f64], seed: u64) -> Vec<Pattern> {
     let mut found = Vec::new();
     for covariate in COVARIATES {
-        let values: Vec<f64> = data.state.iter().map(|state| value_of(covariate, state)).collect();
+        let values: Vec<f64> = data.state.iter().map(|state| covariate.of(state)).collect();
         found.extend(along(data, residual, &values, covariate.name(), seed));
     }
     found.extend(along(data, residual, load, Covariate::Load.name(), seed));

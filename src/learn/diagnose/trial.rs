@@ -9,11 +9,6 @@ use crate::learn::model::fit::{Fitted, fit};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Least side of the region of a hard zone, mm: twice the least that its law resolves. Since a zone is found again without
-/// each fold of blocks, the answers to fifteen development logs at 6 % of noise (five with a zone) are the same with 0, 2
-/// and 8 mm.
-const LEAST_ZONE_MM: f64 = 2.0;
-
 /// A candidate on top of a model.
 pub struct Trial {
     /// Effect.
@@ -52,7 +47,7 @@ pub fn best_trial(data: &Data, present: &Fitted, effects: &[Use], effect: &'stat
 /// An instant that was found by scanning, moved along the samples while the `squares` fall: the scan judged it by the model
 /// before the effect, which bends towards what it lacks. It lies in the middle between two samples. `None` for effects without one.
 fn settled(data: &Data, found: &Use, squares: impl Fn(&Use) -> Option<f64>) -> Option<Use> {
-    let scanned = found.effect.parameters.iter().position(|p| p.scanned)?;
+    let scanned = found.effect.parameters.iter().position(|p| p.is_scanned())?;
     let mut instants: Vec<f64> = data.used().map(|i| data.state[i].time_s).filter(|t| t.is_finite()).collect();
     instants.sort_by(f64::total_cmp);
     instants.dedup();
@@ -88,30 +83,16 @@ pub fn chance(trial: &Trial) -> f64 {
     ChiSquared::new(freedom).map_or(1.0, |chi| chi.sf(trial.gain.max(0.0)))
 }
 
-/// Smaller side of the region of a hard zone, mm.
-fn zone_width_mm(each: &Use) -> Option<f64> {
-    let place = |name: &str| each.effect.parameters.iter().position(|p| p.name == name).map(|k| each.values[k]);
-    Some((place("x_max")? - place("x_min")?).abs().min((place("y_max")? - place("y_min")?).abs()))
-}
-
-/// Lag of a sensor, s.
-fn lag_s(each: &Use) -> Option<f64> {
-    (each.effect.name == "sensor-lag").then(|| each.values.first().copied())?
-}
-
 /// Why the strength of an effect is not physical, in a log whose times are known to `clock_s`.
 pub fn unphysical(each: Option<&Use>, clock_s: f64) -> Option<String> {
     let each = each?;
-    if let Some(lag_s) = lag_s(each).filter(|lag_s| *lag_s < clock_s) {
-        return Some(format!("a lag of {lag_s:.3} s is less than what the times are known to ({clock_s:.3} s)"));
-    }
     if !each.effect.is_physical(&each.values) {
         return Some("its parameters leave their physical bounds".into());
     }
-    if let Some(width_mm) = zone_width_mm(each).filter(|width| *width < LEAST_ZONE_MM) {
-        return Some(format!("a region {width_mm:.2} mm wide is no zone of a material"));
+    if let Some(why) = (each.effect.refused)(&each.values, clock_s) {
+        return Some(why);
     }
-    let strength = (0..each.values.len()).find(|k| each.free[*k] && !each.effect.parameters[*k].scanned)?;
+    let strength = (0..each.values.len()).find(|k| each.free[*k] && !each.effect.parameters[*k].is_scanned())?;
     let (value, parameter) = (each.values[strength], &each.effect.parameters[strength]);
     let at = |bound: f64| (value - bound).abs() < 1e-6 * (parameter.max - parameter.min);
     (at(parameter.max) || (at(parameter.min) && parameter.min != 0.0))

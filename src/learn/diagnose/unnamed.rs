@@ -9,7 +9,7 @@
 use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::criteria::is_clearly_better;
-use crate::learn::diagnose::residual::{COVARIATES, bins_of, value_of};
+use crate::learn::diagnose::residual::{COVARIATES, bins_of};
 use crate::learn::model::cross_validation::{Split, improvement_by_block, t_statistic};
 
 /// Bins along a covariate.
@@ -50,7 +50,7 @@ impl Free<'_> {
     fn corrected(&self, residual: &[f64], covariate: Covariate) -> Option<Vec<f64>> {
         let values: Vec<f64> = match covariate {
             Covariate::Load => self.load.to_vec(),
-            other => self.data.state.iter().map(|state| value_of(other, state)).collect(),
+            other => self.data.state.iter().map(|state| other.of(state)).collect(),
         };
         let known = |i: &usize| values[*i].is_finite() && residual[*i].is_finite() && self.load[*i] > 0.0;
         let used: Vec<usize> = self.data.used().filter(known).collect();

@@ -42,6 +42,11 @@ pub fn used(added: &Added) -> Option<Use> {
     Some(Use { effect, values, free })
 }
 
+/// What the effects of a report change of every cut alike.
+pub fn changes(found: &[Added]) -> Vec<Change> {
+    found.iter().filter_map(used).map(|each| (each.effect.change)(&each.values, &State::default())).collect()
+}
+
 /// What one effect does to every sample.
 pub struct Acting {
     /// Factors on tare, cutting and edge columns; `None` where all are 1.

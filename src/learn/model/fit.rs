@@ -5,7 +5,7 @@
 //! Σ w (y − ŷ)² + Σ ((β − prior)/sd)²·σ² by damped Gauss–Newton (Levenberg–Marquardt), analytic in β, by differences in
 //! θ, with β and θ kept inside their bounds; after every step of θ β is solved for anew.
 
-use crate::learn::dataset::samples::Data;
+use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::design::{
     Acting, Use, acting, before_drive, changed_columns, kept, load, measured, slope_of_reading, together, top_reading,
 };
@@ -52,6 +52,19 @@ pub fn predict(data: &Data, model: &Model) -> Vec<f64> {
     let acting: Vec<&Acting> = acting.iter().collect();
     let top = top_reading(data);
     measured(load(data, &acting, &model.base, top), &acting, top)
+}
+
+/// Part of the present prediction that belongs to the given classes.
+pub fn part(data: &Data, present: &Fitted, classes: &[Class]) -> Vec<f64> {
+    let acting: Vec<Acting> = present.model.effects.iter().map(|each| acting(each, data)).collect();
+    let columns = changed_columns(data, &acting.iter().collect::<Vec<_>>());
+    let mut sum = vec![0.0; data.len()];
+    for (b, column) in columns.iter().enumerate() {
+        if classes.contains(&data.base[b].class) {
+            sum.iter_mut().zip(column).for_each(|(s, x)| *s += present.model.base[b] * x);
+        }
+    }
+    sum
 }
 
 /// Fits β and the parameters of all effects, from the values in `effects`; `None` when no sample counts.
@@ -274,7 +287,7 @@ impl<'a> Search<'a> {
     fn slope(&self, e: usize, k: usize, at: &Point) -> Vec<f64> {
         let mut each = at.theta[e].clone();
         let parameter = &each.effect.parameters[k];
-        if parameter.scanned || !each.free[k] {
+        if parameter.is_scanned() || !each.free[k] {
             return vec![0.0; self.data.len()];
         }
         let value = each.values[k];
@@ -357,7 +370,7 @@ mod tests {
     use super::*;
     use crate::effects::{State, named};
     use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
-    use crate::learn::diagnose::candidates::starts;
+    use crate::learn::model::starts::{forms, product};
 
     /// Cuts of an edge that has grown by two thirds at the end.
     fn worn() -> Data {
@@ -384,8 +397,8 @@ mod tests {
     #[test]
     fn every_form_of_wear_ends_at_the_growth_that_is_there() {
         let data = worn();
-        let plain = fit(&data, &[], 0).unwrap();
-        for each in starts(named("flank-wear").unwrap(), &data, &plain) {
+        let wear = named("flank-wear").unwrap();
+        for each in product(wear).iter().flat_map(|values| forms(wear, values)) {
             let found = fit(&data, std::slice::from_ref(&each), 25).unwrap();
             let [growth, run_in, _, end] = found.model.effects[0].values[..] else { panic!("four parameters") };
             assert!((growth - 2.0 / 30.0).abs() < 1e-4, "{:?}: {growth}", each.free);

@@ -4,4 +4,5 @@
 pub mod cross_validation;
 pub mod design;
 pub mod fit;
+pub mod starts;
 pub mod whitening;

@@ -2,12 +2,12 @@
 //! first for a usual size of each change, then for the sizes that were found: the cut is linear in them only about where it
 //! was simulated.
 
+use crate::effects::Change;
 use crate::engage::{Loader, Options, engage};
 use crate::learn::log::resultant::Sample;
 use crate::learn::program::timeline::{Timeline, engaged_otherwise};
 use crate::learn::program::variant::OtherGeometry;
 use crate::learn::program::variant::Variant;
-use crate::learn::report::LearnReport;
 use crate::machine::Job;
 use crate::nc::Toolpath;
 use rayon::prelude::*;
@@ -42,15 +42,11 @@ impl Sizes {
         Self { top_mm: GROWN_MM, side_mm: GROWN_MM, diameter_mm, top_over_side: false }
     }
 
-    /// Those of the effects found, usual ones for the rest; `None` where none is found.
-    pub(in crate::learn) fn found(job: &Job, report: &LearnReport) -> Option<Self> {
-        let value = |effect: &str, parameter: &str| {
-            let effect = report.effects.iter().find(|e| e.name == effect)?;
-            let value = effect.parameters.iter().find(|p| p.name == parameter)?.value;
-            (value.abs() >= LEAST_MM).then_some(value)
-        };
-        let (top, side) = (value("stock-proud", "top"), value("stock-proud", "side"));
-        let diameter = value("tool-diameter", "difference");
+    /// Those that `changes` say together, usual ones for the rest; `None` where they say none.
+    pub(in crate::learn) fn found(job: &Job, changes: &[Change]) -> Option<Self> {
+        let sum = |of: fn(&Change) -> f64| Some(changes.iter().map(of).sum::<f64>()).filter(|v| v.abs() >= LEAST_MM);
+        let (top, side) = (sum(|c| c.stock_top_mm), sum(|c| c.stock_side_mm));
+        let diameter = sum(|c| c.diameter_mm);
         top.or(side).or(diameter)?;
         let usual = Self::usual(job);
         Some(Self {

@@ -1,5 +1,6 @@
 //! What may be otherwise than declared, and so changes what is cut or what a reading sees of it.
 
+use crate::effects::Geometry;
 use crate::force::contact::Engaged;
 
 /// How the columns change when something other than a coefficient changes.
@@ -22,6 +23,19 @@ pub enum Variant {
     },
     /// Mean since the reading before, minus at the reading: what a chain with a lag is fed with.
     OverSpan,
+}
+
+impl Variant {
+    /// The variant that shows a change of the geometry.
+    pub fn of(geometry: Geometry) -> Self {
+        match geometry {
+            Geometry::StockTop => Variant::StockTop,
+            Geometry::StockSide => Variant::StockSide,
+            Geometry::Diameter => Variant::Diameter,
+            Geometry::Curved => Variant::Curved,
+            Geometry::Runout => Variant::Runout { offset: 1, phase: 0 },
+        }
+    }
 }
 
 /// The engagement of the spots under another geometry.
