@@ -19,9 +19,10 @@ use crate::learn::log::columns::{DataError, Frame, read};
 use crate::learn::log::resultant::Sample;
 use crate::learn::model::cross_validation::{by_blocks, by_kind};
 use crate::learn::process_model;
+use crate::learn::program::declared::declared;
 use crate::learn::report::LearnReport;
 use crate::learn::session::{LearnError, Learned, LogOptions, run};
-use crate::machine::material::{ForceModel, Process};
+use crate::machine::material::Process;
 use crate::machine::{Job, Table};
 use crate::report::learn::{learn_json, learn_words};
 use crate::report::learn_html;
@@ -115,12 +116,9 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
     finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
 }
 
-/// Tangential cutting coefficient of the first tool's material.
+/// Tangential cutting coefficient of the first tool's material, N/mm².
 pub(super) fn declared_k_tc(job: &Job) -> Option<f64> {
-    match job.tools.first().and_then(|tool| job.material(tool)).map(|m| &m.model) {
-        Some(ForceModel::LinearEdge(k)) => Some(k.k_tc),
-        _ => None,
-    }
+    declared(job, job.tools.first()?).map(|k| k.k_tc)
 }
 
 /// With several operations the most frequent one is fitted, the others are for the transfer.

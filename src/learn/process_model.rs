@@ -4,6 +4,7 @@
 //! ratios where the setup has none).
 
 use crate::learn::calibrate::Calibration;
+use crate::learn::program::declared::of_job;
 use crate::learn::report::{LearnReport, Value};
 use crate::machine::Job;
 use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process, SHARES};
@@ -15,7 +16,7 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
     }
     let value = |name: &str| report.final_base.iter().find(|v| v.name == name).map(|v| v.value);
     let relative = report.final_base.iter().any(|v| v.name == "k_tc" && !v.unit.starts_with("N/"));
-    let declared = declared(job);
+    let declared = of_job(job);
     let base = match (value("k_tc"), value("k_te")) {
         (Some(k_tc), Some(k_te)) if !relative => {
             Some(ForceModel::LinearEdge(scaled(k_tc, k_te, declared, value("k_rc"), value("k_re"))))
@@ -37,11 +38,6 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
         covariance: report.covariance.clone(),
         covariance_of: report.final_base.iter().map(|v| v.name.clone()).collect(),
     })
-}
-
-fn declared(job: &Job) -> Option<LinearEdge> {
-    let material = job.tools.iter().find_map(|tool| job.material(tool))?;
-    if let ForceModel::LinearEdge(k) = material.model { Some(k) } else { None }
 }
 
 fn scaled(k_tc: f64, k_te: f64, declared: Option<LinearEdge>, k_rc: Option<f64>, k_re: Option<f64>) -> LinearEdge {

@@ -23,7 +23,8 @@ use crate::learn::log::Log;
 use crate::learn::program::clock::{Clock, Slower};
 use crate::learn::program::simulated::Known;
 use crate::learn::program::timeline::Timeline;
-use crate::learn::regress::linear::{Loss, robust, scale_of};
+use crate::learn::regress::linear::{Loss, robust};
+use crate::learn::regress::statistics::{correlation, scale_of};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -182,7 +183,7 @@ fn tie(
     }
     let predicted = Predicted::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
     let square = squares(&measured, &predicted, &state.walk.program_s(&measured.time_s)) / measured.load.len() as f64;
-    let correlation = correlation(&measured, &predicted, &state.walk);
+    let correlation = agreement(&measured, &predicted, &state.walk);
     Some(Tied { state, nats, holds, correlation, square })
 }
 
@@ -370,14 +371,11 @@ fn squares(measured: &Measured, predicted: &Predicted, placed: &[f64]) -> f64 {
     full.cholesky().map_or(f64::INFINITY, |c| whole - rhs.dot(&c.solve(&rhs)))
 }
 
-fn correlation(measured: &Measured, predicted: &Predicted, walk: &Drift) -> f64 {
+/// Correlation of the measured load and the fitted one.
+fn agreement(measured: &Measured, predicted: &Predicted, walk: &Drift) -> f64 {
     let placed = walk.program_s(&measured.time_s);
     let Some((factors, _)) = refitted(measured, predicted, &placed) else { return 0.0 };
     let predicted = predicted.with(factors);
     let pairs: Vec<(f64, f64)> = placed.iter().zip(&measured.load).map(|(t, y)| (predicted.at(*t), *y)).collect();
-    let n = pairs.len().max(1) as f64;
-    let (mp, my) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
-    let sum = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
-    let spread = sum(&|p| (p.0 - mp).powi(2)) * sum(&|p| (p.1 - my).powi(2));
-    if spread > 0.0 { sum(&|p| (p.0 - mp) * (p.1 - my)) / spread.sqrt() } else { 0.0 }
+    correlation(&pairs)
 }

@@ -7,7 +7,8 @@
 //! measured (NaN) every lag is as good as any other, and a change of it is all that costs. Offset and stretch are read off
 //! the path; a change of feed override is a run of steps.
 
-use crate::learn::regress::linear::{Loss, robust, scale_of};
+use crate::learn::regress::linear::{Loss, robust};
+use crate::learn::regress::statistics::{correlation, scale_of};
 use nalgebra::DMatrix;
 
 /// Measured load tied to the predicted one.
@@ -66,7 +67,7 @@ pub fn match_load(
             if k >= 0 && (k as usize) < predicted.len() { k as f64 * step_s } else { f64::NAN }
         })
         .collect();
-    let correlation = correlation(measured, predicted, &program_s, step_s);
+    let correlation = overlap(measured, predicted, &program_s, step_s);
     Some(Match { program_s, known: measured.iter().map(|y| y.is_finite()).collect(), cost, correlation, step_s })
 }
 
@@ -176,22 +177,15 @@ fn viterbi(
     (lags, total)
 }
 
-fn correlation(measured: &[f64], predicted: &[f64], program_s: &[f64], step_s: f64) -> f64 {
+/// Correlation of both where they overlap.
+fn overlap(measured: &[f64], predicted: &[f64], program_s: &[f64], step_s: f64) -> f64 {
     let pairs: Vec<(f64, f64)> = measured
         .iter()
         .zip(program_s)
         .filter(|(y, t)| y.is_finite() && t.is_finite())
         .map(|(y, t)| (*y, predicted[((t / step_s).round() as usize).min(predicted.len() - 1)]))
         .collect();
-    let n = pairs.len().max(1) as f64;
-    let (my, mp) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
-    let (mut yy, mut pp, mut yp) = (0.0, 0.0, 0.0);
-    for (y, p) in pairs {
-        yy += (y - my).powi(2);
-        pp += (p - mp).powi(2);
-        yp += (y - my) * (p - mp);
-    }
-    if yy > 0.0 && pp > 0.0 { yp / (yy * pp).sqrt() } else { 0.0 }
+    correlation(&pairs)
 }
 
 #[cfg(test)]

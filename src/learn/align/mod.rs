@@ -212,7 +212,8 @@ pub(in crate::learn) fn typical(program_s: &[f64], each_s: &[f64]) -> f64 {
 
 /// Seconds of the log over those of the program, from the first placed sample to the last.
 pub fn stretch(aligned: &Aligned, log: &Log) -> f64 {
-    let pairs = log.time_s.iter().zip(&aligned.program_s).filter(|(_, p)| p.is_finite()).map(|(t, p)| (*t, *p));
-    let (first, last) = (pairs.clone().next().unwrap_or_default(), pairs.last().unwrap_or_default());
+    let mut pairs = log.time_s.iter().zip(&aligned.program_s).filter(|(_, p)| p.is_finite()).map(|(t, p)| (*t, *p));
+    let first = pairs.next().unwrap_or_default();
+    let last = pairs.next_back().unwrap_or(first);
     (last.0 - first.0) / (last.1 - first.1).max(1e-9)
 }

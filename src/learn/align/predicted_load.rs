@@ -3,10 +3,12 @@
 
 use crate::force::contact::Engaged;
 use crate::learn::program::clock::Clock;
+use crate::learn::program::declared::declared_or_aluminium;
 use crate::learn::program::simulated::Known;
 use crate::learn::program::timeline::{Doing, Timeline};
-use crate::machine::material::{ForceModel, LinearEdge};
-use crate::machine::{Job, Tool};
+use crate::machine::Job;
+use crate::machine::material::LinearEdge;
+use crate::units::watts_from_n_mm_s;
 
 /// Parts of a load: tare, cutting, edge, run-up; what other geometries add, and what an entry may.
 pub(in crate::learn) const PARTS: usize = 8;
@@ -24,7 +26,9 @@ pub(in crate::learn) type Part = ([f64; SURE], [[f64; 2]; PARTS - SURE]);
 pub(in crate::learn) fn with_doubtful(parts: &mut [Part], known: &Known) {
     let mut since_mm = 0.0;
     for (k, (spot, (sure, more))) in known.timeline.spots.iter().zip(parts.iter_mut()).enumerate() {
-        let Some(coefficients) = known.job.tool(spot.tool).map(|tool| coefficients(known.job, tool)) else { continue };
+        let Some(coefficients) = known.job.tool(spot.tool).map(|tool| declared_or_aluminium(known.job, tool)) else {
+            continue;
+        };
         let declared = of_cut(&coefficients, &spot.engaged, spot.rps);
         for (slot, other) in more.iter_mut().zip(known.others.iter().take(PARTS - SURE - 1)) {
             let changed = of_cut(&coefficients, &other.engaged[k], spot.rps);
@@ -36,16 +40,9 @@ pub(in crate::learn) fn with_doubtful(parts: &mut [Part], known: &Known) {
     }
 }
 
-fn coefficients(job: &Job, tool: &Tool) -> LinearEdge {
-    match job.material(tool).map(|m| &m.model) {
-        Some(ForceModel::LinearEdge(k)) => *k,
-        _ => LinearEdge { k_tc: 1000.0, k_te: 15.0, ..LinearEdge::default() },
-    }
-}
-
 /// Power of a cut: what cutting takes per mm/s, and edges.
 fn of_cut(k: &LinearEdge, e: &Engaged, rps: f64) -> [f64; 2] {
-    [1e-3 * k.k_tc * e.section_mm2, 1e-3 * k.k_te * e.contact_mm2 * rps]
+    [watts_from_n_mm_s(k.k_tc) * e.section_mm2, watts_from_n_mm_s(k.k_te) * e.contact_mm2 * rps]
 }
 
 /// Parts of the load of every spot by the declared coefficients: tare, cutting per mm/s, edge, and what the mass of the
@@ -57,7 +54,7 @@ pub(in crate::learn) fn parts(timeline: &Timeline, job: &Job, force: bool) -> Ve
         .iter()
         .map(|spot| {
             let Some(tool) = job.tool(spot.tool) else { return ([0.0; SURE], none) };
-            let k = coefficients(job, tool);
+            let k = declared_or_aluminium(job, tool);
             let e = &spot.engaged;
             if force {
                 let [tc, rc, te, re] = e.peak;

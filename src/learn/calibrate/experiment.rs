@@ -105,7 +105,8 @@ pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -
 fn imagined(prepared: &Prepared, job: &Job, channel_names: &[String]) -> Data {
     let count = (prepared.timeline().total_s() * RATE_HZ) as usize;
     let time_s: Vec<f64> = (0..count).map(|k| (k as f64 + 0.5) / RATE_HZ).collect();
-    let known_name = |name: &String| crate::learn::log::MEASURED.iter().copied().find(|m| name.starts_with(m));
+    let known_name =
+        |name: &String| crate::learn::log::quantity::MEASURED.iter().copied().find(|m| name.starts_with(m));
     let measured = channel_names.iter().filter_map(known_name).map(|name| (name, vec![0.0; count])).collect();
     let each_s = vec![0.0; time_s.len()];
     let aligned = Aligned { program_s: time_s.clone(), method: Method::Position, each_s, ..Aligned::default() };

@@ -16,11 +16,13 @@
 use crate::learn::calibrate::calibration::Calibration;
 use crate::learn::calibrate::power::RATIO_UNCERTAINTY;
 use crate::learn::log::columns::DataError;
+use crate::learn::program::declared::declared;
 use crate::learn::program::simulated::Prepared;
 use crate::learn::program::timeline::Spot;
 use crate::learn::report::Value;
-use crate::machine::material::{ForceModel, LinearEdge};
+use crate::machine::material::LinearEdge;
 use crate::machine::{Job, Shape};
+use crate::units::watts_from_n_mm_s;
 
 /// One line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,10 +151,8 @@ fn of_tool(reading: Reading, prepared: &Prepared, job: &Job) -> Result<Found, Da
     let number = reading.tool;
     let missing = |what: String| DataError::Unfit(format!("T{number}: {what}"));
     let tool = job.tool(number).ok_or_else(|| missing("the setup has no such tool".into()))?;
-    let k = match job.material(tool).map(|m| &m.model) {
-        Some(ForceModel::LinearEdge(k)) if k.k_tc > 0.0 => *k,
-        _ => return Err(missing("the setup's material needs linear coefficients to begin with".into())),
-    };
+    let k = declared(job, tool).filter(|k| k.k_tc > 0.0);
+    let k = k.ok_or_else(|| missing("the setup's material needs linear coefficients to begin with".into()))?;
     let peak = peak(&prepared.timeline().spots, number, &k)
         .ok_or_else(|| missing("it cuts nothing in this program".into()))?;
     let spindle = &job.machine.spindle;
@@ -200,8 +200,8 @@ struct Peak {
 
 fn peak(spots: &[Spot], tool: u32, k: &LinearEdge) -> Option<Peak> {
     let parts = |s: &Spot| {
-        let own = if s.tool == tool { 1e-3 } else { 0.0 };
-        [own * k.k_tc * s.engaged.section_mm2 * s.speed_mm_s(), own * k.k_te * s.engaged.contact_mm2 * s.rps]
+        let [k_tc, k_te] = [k.k_tc, k.k_te].map(|k| if s.tool == tool { watts_from_n_mm_s(k) } else { 0.0 });
+        [k_tc * s.engaged.section_mm2 * s.speed_mm_s(), k_te * s.engaged.contact_mm2 * s.rps]
     };
     let (mut first, mut sums, mut best, mut moment) = (0, [0.0; 2], None::<Peak>, 0.0f64);
     for spot in spots {

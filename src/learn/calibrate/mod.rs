@@ -22,12 +22,10 @@ use crate::learn::dataset::steady_table::SteadyRow;
 use crate::learn::diagnose::criteria::is_no_calibration;
 use crate::learn::diagnose::doubts::of_coefficients;
 use crate::learn::log::columns::{DataError, Frame};
+use crate::learn::log::quantity::OF_SPINDLE;
 use crate::learn::log::signal::readable;
 pub use calibration::{CalibrateOptions, Calibration};
 
-/// Quantities that must change from cut to cut.
-const MEASURED: [&str; 5] =
-    ["spindle_power_w", "spindle_torque_nm", "spindle_load_percent", "spindle_current_a", "force_xy_n"];
 /// Fits `model` to a table. `to_shaft` turns a meter reading into power at the motor shaft.
 pub fn calibrate(
     frame: &Frame,
@@ -36,7 +34,8 @@ pub fn calibrate(
     options: CalibrateOptions,
     to_shaft: impl Fn(f64) -> f64,
 ) -> Result<Calibration, DataError> {
-    for name in MEASURED {
+    // Quantities that must change from cut to cut.
+    for name in OF_SPINDLE.map(|(name, ..)| name).into_iter().chain(["force_xy_n"]) {
         frame.numbers(name).map_or(Ok(()), |values| readable(name, &values))?;
     }
     let mut result = fitted(frame, rows, model, options, to_shaft)?;

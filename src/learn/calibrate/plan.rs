@@ -14,11 +14,12 @@ use crate::learn::calibrate::calibration::CalibrateOptions;
 use crate::learn::calibrate::test_program::{Action, Pass, program};
 use crate::learn::dataset::steady_table::{SteadyRow, TableTool, row_rates, rows};
 use crate::learn::log::columns::{DataError, read};
+use crate::learn::program::declared::declared_or_aluminium;
 use crate::learn::regress::random::Chance;
 use crate::learn::report::Value;
-use crate::machine::material::{ForceModel, LinearEdge};
+use crate::machine::material::LinearEdge;
 use crate::machine::{Box3, Job, Shape, StockShape, Tool};
-use crate::units::{rpm_from_rps, rps_from_rpm};
+use crate::units::{rpm_from_rps, rps_from_rpm, watts_from_n_mm_s};
 use std::f64::consts::PI;
 
 /// What is to be calibrated.
@@ -88,7 +89,7 @@ pub fn plan(kind: Kind, job: &Job) -> Result<Plan, DataError> {
             if shape == Shape::Ball { "ball" } else { "flat" }
         ))
     })?;
-    let k = coefficients(job, tool);
+    let k = declared_or_aluminium(job, tool);
     let rps = speed(job, tool, &k);
     let bench = Bench { job, tool, block: block(job)?, k, rps };
     let (model, cuts, actions) = match kind {
@@ -115,14 +116,6 @@ pub fn plan(kind: Kind, job: &Job) -> Result<Plan, DataError> {
     let program = program(&title, &actions, tool, &bench.block)?;
     let table = table_text(&bench, kind, &measured_cuts, |_| vec![String::new(); measured(kind).len()]);
     Ok(Plan { model, cuts, program, table, condition, expected, notes })
-}
-
-/// Declared linear edge coefficients, or those of aluminium.
-fn coefficients(job: &Job, tool: &Tool) -> LinearEdge {
-    match job.material(tool).map(|m| &m.model) {
-        Some(ForceModel::LinearEdge(k)) => *k,
-        _ => LinearEdge { k_tc: 842.0, k_rc: 332.0, k_ac: 150.0, k_te: 15.2, k_re: 8.6, k_ae: 2.0 },
-    }
 }
 
 /// 200 m/min in soft materials, 100 m/min in others, within the spindle.
@@ -207,7 +200,7 @@ impl Bench<'_> {
         let deep = (0.5 * d).min(0.9 * self.tool.flute_length_mm).min(0.4 * height);
         let teeth = f64::from(self.tool.flutes) * self.rps;
         let per_mm_w =
-            1e-3 * (self.k.k_tc * d * self.feed_mm_s(feed_per_tooth_mm) + self.k.k_te * 0.5 * d * PI * teeth);
+            watts_from_n_mm_s(self.k.k_tc * d * self.feed_mm_s(feed_per_tooth_mm) + self.k.k_te * 0.5 * d * PI * teeth);
         let spindle = &self.job.machine.spindle;
         let available = spindle.power_w.as_ref().map_or(f64::INFINITY, |p| p.at(self.rps));
         let free = 0.8 * available - spindle.tare_w.at(self.rps);
@@ -316,7 +309,7 @@ fn readings(bench: &Bench, kind: Kind, row: &SteadyRow) -> Vec<f64> {
     match kind {
         Kind::Power => {
             let r = row_rates(row, true);
-            let cutting_w = 1e-3 * (k.k_tc * r.removal_rate_mm3_s + k.k_te * r.contact_rate_mm2_s);
+            let cutting_w = watts_from_n_mm_s(k.k_tc * r.removal_rate_mm3_s + k.k_te * r.contact_rate_mm2_s);
             vec![bench.job.machine.spindle.tare_w.at(bench.rps) + cutting_w]
         }
         Kind::MeanForce => {

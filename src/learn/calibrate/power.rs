@@ -3,8 +3,10 @@
 
 use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};
 use crate::learn::calibrate::regression::{Problem, groups, solved};
-use crate::learn::dataset::steady_table::{Quantity, SteadyRow, column_factor, measured_quantity, row_rates};
+use crate::learn::dataset::steady_table::{SteadyRow, measured_quantity, row_rates};
 use crate::learn::log::columns::{DataError, Frame};
+use crate::learn::log::quantity::Quantity;
+use crate::learn::log::quantity::column_factor;
 use crate::learn::report::Value;
 use nalgebra::DMatrix;
 

@@ -8,18 +8,20 @@ use crate::force::contact::Engaged;
 use crate::learn::align::Aligned;
 use crate::learn::dataset::placed_log::PlacedLog;
 use crate::learn::dataset::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, VariantColumns};
-use crate::learn::dataset::steady_table::{Quantity, spindle_base};
+use crate::learn::dataset::steady_table::spindle_base;
 use crate::learn::dataset::weights::cell_sizes;
 use crate::learn::log::Log;
 use crate::learn::log::gaps::longest_step;
 use crate::learn::log::gaps::median_step;
+use crate::learn::log::quantity::OF_SPINDLE;
+use crate::learn::log::quantity::Quantity;
+use crate::learn::program::declared::in_force;
 use crate::learn::program::runout_grid::RUNOUT_GRID;
 use crate::learn::program::simulated::Known;
 use crate::learn::program::timeline::{Doing, Spot};
 use crate::learn::program::variant::OtherGeometry;
 use crate::learn::program::variant::Variant;
 use crate::machine::Job;
-use crate::machine::material::{ForceModel, LinearEdge};
 
 /// Most cells that a log is averaged into.
 const MOST_CELLS: usize = 8000;
@@ -46,14 +48,7 @@ pub struct Channels {
 /// Which of the measured quantities are used.
 pub fn channels(log: &Log) -> Channels {
     let find = |name: &str| log.measured.iter().position(|(n, _)| *n == name);
-    let spindle = [
-        ("spindle_power_w", Quantity::Power, "W"),
-        ("spindle_torque_nm", Quantity::Torque, "N·m"),
-        ("spindle_load_percent", Quantity::Relative, "%"),
-        ("spindle_current_a", Quantity::Relative, "A"),
-    ]
-    .into_iter()
-    .find_map(|(name, kind, unit)| find(name).map(|k| (k, kind, unit)));
+    let spindle = OF_SPINDLE.into_iter().find_map(|(name, kind, unit)| find(name).map(|k| (k, kind, unit)));
     Channels { spindle, force_xy: find("force_xy_n") }
 }
 
@@ -95,14 +90,6 @@ fn tool_names(spots: &[Spot]) -> Vec<String> {
     tools.iter().map(|t| format!("tool {t}")).collect()
 }
 
-fn declared(job: &Job) -> Option<LinearEdge> {
-    let material = job.tools.iter().find_map(|tool| job.material(tool))?;
-    match (&job.process.base, &material.model) {
-        (Some(ForceModel::LinearEdge(k)), _) | (None, ForceModel::LinearEdge(k)) => Some(*k),
-        _ => None,
-    }
-}
-
 /// Base coefficients: tare, k_tc, k_te for the spindle, and k_rc, k_re beside them for forces.
 fn base(job: &Job, channels: &Channels) -> Vec<Base> {
     let mut all = channels.spindle.map_or_else(Vec::new, |(_, quantity, unit)| spindle_base(quantity, unit));
@@ -115,7 +102,7 @@ fn base(job: &Job, channels: &Channels) -> Vec<Base> {
             bounds: UNBOUNDED,
         });
     }
-    let k = declared(job);
+    let k = in_force(job);
     let relative = channels.spindle.is_some_and(|(_, quantity, _)| quantity == Quantity::Relative);
     let prior = |value: f64, force: bool| {
         (value.abs() > 0.0 && !relative).then(|| (value, PRIOR[usize::from(force)] * value.abs()))

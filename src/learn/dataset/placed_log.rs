@@ -3,11 +3,12 @@
 
 use crate::force::contact::Engaged;
 use crate::learn::align::Aligned;
-use crate::learn::dataset::steady_table::{Quantity, column_factor};
 use crate::learn::log::Log;
+use crate::learn::log::quantity::Quantity;
+use crate::learn::log::quantity::column_factor;
 use crate::learn::program::simulated::Known;
 use crate::learn::program::timeline::{Doing, Spot};
-use crate::learn::regress::linear::median;
+use crate::learn::regress::statistics::median;
 
 /// The samples laid along the program.
 pub(in crate::learn) struct PlacedLog<'a> {

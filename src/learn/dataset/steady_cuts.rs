@@ -11,6 +11,7 @@ use crate::learn::align::Aligned;
 use crate::learn::dataset::steady_table::{Side, SteadyRow};
 use crate::learn::log::Log;
 use crate::learn::log::columns::{DataError, Frame};
+use crate::learn::log::quantity::MEASURED;
 use crate::learn::program::timeline::{Doing, Spot, Timeline};
 use crate::machine::Job;
 
@@ -21,16 +22,10 @@ const SECTION: f64 = 0.03;
 const SPEED: f64 = 0.05;
 /// Least distance from the ends of a steady stretch, s.
 const GUARD_S: f64 = 0.1;
-/// Quantities that become columns.
-const MEASURED: [&str; 7] = [
-    "spindle_power_w",
-    "spindle_torque_nm",
-    "spindle_current_a",
-    "spindle_load_percent",
-    "force_x_n",
-    "force_y_n",
-    "force_xy_n",
-];
+/// Quantities that become columns: all but the force along the axis.
+fn measured() -> impl Iterator<Item = &'static str> {
+    MEASURED.into_iter().filter(|name| *name != "force_z_n")
+}
 
 /// The steady cuts of a log, and their measured means as columns. `on_tool`: forces are on the tool, not the workpiece.
 pub fn steady_cuts(
@@ -49,7 +44,7 @@ pub fn steady_cuts(
     placed.sort_unstable();
     let guard_s = f64::max(GUARD_S, 3.0 * aligned.uncertainty_s);
     let mut rows = Vec::new();
-    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); MEASURED.len()];
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); measured().count()];
     let mut first = 0;
     while first < timeline.spots.len() {
         let last = end_of_move(timeline, first);
@@ -78,8 +73,8 @@ pub fn steady_cuts(
             rows.len()
         )));
     }
-    let known = MEASURED.iter().zip(columns).filter(|(_, values)| values.iter().any(|v| v.is_finite()));
-    let frame = Frame::from_numbers(known.map(|(name, values)| ((*name).to_owned(), values)).collect());
+    let known = measured().zip(columns).filter(|(_, values)| values.iter().any(|v| v.is_finite()));
+    let frame = Frame::from_numbers(known.map(|(name, values)| (name.to_owned(), values)).collect());
     Ok((frame, rows))
 }
 
@@ -167,7 +162,7 @@ fn row_of(log: &Log, members: &[usize], spot: &Spot, job: &Job, order: usize) ->
     })
 }
 
-/// Means in the order of [`MEASURED`]; forces turned into x along the feed and y into the wall, on the workpiece.
+/// Means in the order of [`measured`]; forces turned into x along the feed and y into the wall, on the workpiece.
 fn means(log: &Log, members: &[usize], spot: &Spot, on_tool: bool) -> Vec<f64> {
     let of = |name: &str| log.measured.iter().find(|(n, _)| *n == name).map_or(f64::NAN, |(_, v)| mean(v, members));
     let sign = if on_tool { -1.0 } else { 1.0 };
@@ -176,9 +171,8 @@ fn means(log: &Log, members: &[usize], spot: &Spot, on_tool: bool) -> Vec<f64> {
     let left = -x * d.y + y * d.x;
     let into_wall = if spot.engaged.up_share > 0.3 { left } else { -left };
     let resultant = of("force_xy_n");
-    MEASURED
-        .iter()
-        .map(|name| match *name {
+    measured()
+        .map(|name| match name {
             "force_x_n" if spot.engaged.section_mm2 > 0.0 => along,
             "force_y_n" if spot.engaged.section_mm2 > 0.0 => into_wall,
             "force_x_n" | "force_y_n" => f64::NAN,

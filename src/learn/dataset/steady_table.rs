@@ -5,9 +5,10 @@ use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
 use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
 use crate::learn::log::columns::{DataError, Frame};
+use crate::learn::log::quantity::{OF_SPINDLE, Quantity};
 use crate::machine::Shape;
 use crate::units::{mm_s_from_mm_min, rps_from_rpm};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Side of the cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -161,31 +162,15 @@ pub fn row_rates(row: &SteadyRow, straight: bool) -> Rates {
     rates(&if straight { SteadyCut { path_radius_mm: None, ..row.cut } } else { row.cut })
 }
 
-/// What is measured, and how base columns are scaled for it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// W.
-    Power,
-    /// N·m.
-    Torque,
-    /// Percent of an unknown rating, or amperes.
-    Relative,
-}
-
 /// The measured quantity of a frame: its column name, kind and unit.
 pub fn measured_quantity(frame: &Frame) -> Result<(&'static str, Quantity, &'static str), DataError> {
-    [
-        ("spindle_power_w", Quantity::Power, "W"),
-        ("spindle_torque_nm", Quantity::Torque, "N·m"),
-        ("spindle_load_percent", Quantity::Relative, "%"),
-        ("spindle_current_a", Quantity::Relative, "A"),
-    ]
-    .into_iter()
-    .find(|(name, ..)| frame.numbers(name).is_some_and(|v| v.iter().any(|x| x.is_finite())))
-    .ok_or_else(|| DataError::NoColumn {
-        missing: "spindle_power_w (or torque, load, current)".into(),
-        present: frame.names().join(", "),
-    })
+    OF_SPINDLE
+        .into_iter()
+        .find(|(name, ..)| frame.numbers(name).is_some_and(|v| v.iter().any(|x| x.is_finite())))
+        .ok_or_else(|| DataError::NoColumn {
+            missing: "spindle_power_w (or torque, load, current)".into(),
+            present: frame.names().join(", "),
+        })
 }
 
 /// The three base coefficients of a spindle reading.
@@ -208,14 +193,6 @@ pub fn spindle_base(quantity: Quantity, unit: &str) -> Vec<Base> {
             base("k_tc", "N/mm²".into(), Class::Cutting),
             base("k_te", "N/mm".into(), Class::Edge),
         ],
-    }
-}
-
-/// Factor from mm³/s (mm²/s) to the column of `quantity` at this spindle speed: N/mm² · mm³/s is mW.
-pub fn column_factor(quantity: Quantity, rps: f64) -> f64 {
-    match quantity {
-        Quantity::Power | Quantity::Relative => 1e-3,
-        Quantity::Torque => 1e-3 / (TAU * rps.max(1e-9)),
     }
 }
 

@@ -6,10 +6,10 @@
 use crate::force::closed::{Rates, SteadyCut, rates};
 use crate::learn::dataset::mean_forces;
 use crate::learn::dataset::samples::{Data, VariantColumns};
-use crate::learn::dataset::steady_table::{
-    Quantity, SteadyRow, column_factor, measured_quantity, numbered, row_rates, spindle_base, states,
-};
+use crate::learn::dataset::steady_table::{SteadyRow, measured_quantity, numbered, row_rates, spindle_base, states};
 use crate::learn::log::columns::{DataError, Frame};
+use crate::learn::log::quantity::Quantity;
+use crate::learn::log::quantity::column_factor;
 use crate::learn::log::signal::readable;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;

@@ -8,10 +8,10 @@
 use crate::force::contact::Engaged;
 use crate::learn::dataset::placed_log::PlacedLog;
 use crate::learn::dataset::samples::{Base, Class};
-use crate::learn::dataset::steady_table::Quantity;
+use crate::learn::log::quantity::Quantity;
 use crate::learn::program::timeline::{Doing, Spot};
 use crate::learn::program::variant::OtherGeometry;
-use crate::learn::regress::linear::median;
+use crate::learn::regress::statistics::median;
 
 /// Most weight of samples while the spindle runs up, or changes tools.
 const RUN_UP_WEIGHT: f64 = 1e-3;

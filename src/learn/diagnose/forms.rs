@@ -1,6 +1,7 @@
 //! The form of an effect that is in the model already. In: the diagnosis, the model it stands in. Out: the model with the form
 //! that explains clearly more, if there is one.
 
+use crate::effects::Parameter;
 use crate::learn::diagnose::candidates::starts;
 use crate::learn::diagnose::criteria::FORM_MARGIN;
 use crate::learn::diagnose::diagnosis::Diagnosis;
@@ -44,7 +45,7 @@ impl Diagnosis<'_> {
         same: f64,
     ) -> Option<Fitted> {
         let own = present.model.effects[k].effect;
-        if !own.parameters.iter().any(|p| p.neutral.is_some()) || own.parameters.iter().any(|p| p.is_scanned()) {
+        if !own.parameters.iter().any(|p| p.neutral.is_some()) || own.parameters.iter().any(Parameter::is_scanned) {
             return None;
         }
         let others = remove(&present.model.effects, k);

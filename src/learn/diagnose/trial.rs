@@ -1,6 +1,6 @@
 //! One candidate on top of a model. In: data, the model so far, an effect. Out: its best fit, and what that is worth.
 
-use crate::effects::Effect;
+use crate::effects::{Effect, Parameter};
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::candidates::starts;
 use crate::learn::diagnose::residual::inflation;
@@ -47,7 +47,7 @@ pub fn best_trial(data: &Data, present: &Fitted, effects: &[Use], effect: &'stat
 /// An instant that was found by scanning, moved along the samples while the `squares` fall: the scan judged it by the model
 /// before the effect, which bends towards what it lacks. It lies in the middle between two samples. `None` for effects without one.
 fn settled(data: &Data, found: &Use, squares: impl Fn(&Use) -> Option<f64>) -> Option<Use> {
-    let scanned = found.effect.parameters.iter().position(|p| p.is_scanned())?;
+    let scanned = found.effect.parameters.iter().position(Parameter::is_scanned)?;
     let mut instants: Vec<f64> = data.used().map(|i| data.state[i].time_s).filter(|t| t.is_finite()).collect();
     instants.sort_by(f64::total_cmp);
     instants.dedup();

@@ -1,7 +1,7 @@
 //! Where the clock of a log leaves something out. In: rising times, s. Out: their step, and the stretches without readings, of
 //! which nothing is known.
 
-use crate::learn::regress::linear::median;
+use crate::learn::regress::statistics::median;
 
 /// Median steps of the clock beyond which readings are missing.
 const GAP_STEPS: f64 = 5.0;

@@ -8,10 +8,12 @@
 pub mod columns;
 pub mod gaps;
 
+pub mod quantity;
 pub mod resultant;
 pub mod signal;
 
 use crate::learn::log::columns::{DataError, Frame, read};
+use crate::learn::log::quantity::MEASURED;
 
 /// What a log says, sample by sample.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -35,18 +37,6 @@ pub struct Log {
     /// What was noticed.
     pub warnings: Vec<String>,
 }
-
-/// Measured quantities that are understood.
-pub const MEASURED: [&str; 8] = [
-    "spindle_power_w",
-    "spindle_torque_nm",
-    "spindle_current_a",
-    "spindle_load_percent",
-    "force_xy_n",
-    "force_x_n",
-    "force_y_n",
-    "force_z_n",
-];
 
 /// Reads a log; `mapping` renames columns (theirs, ours).
 pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataError> {

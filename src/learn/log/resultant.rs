@@ -46,7 +46,7 @@ pub fn resultant(log: &mut Log, sample: Sample, window_s: Option<f64>) {
 /// One turn of the spindle as logged.
 fn turn_s(log: &Log) -> f64 {
     let running: Vec<f64> = log.rps.iter().flatten().copied().filter(|n| *n > 0.1).collect();
-    if running.is_empty() { WINDOW_S } else { 1.0 / crate::learn::regress::linear::median(&running) }
+    if running.is_empty() { WINDOW_S } else { 1.0 / crate::learn::regress::statistics::median(&running) }
 }
 
 /// Largest value within half a window on either side.

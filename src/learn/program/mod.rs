@@ -2,6 +2,7 @@
 //! runout or acceleration. In: toolpath, engagement, job. Out: [`timeline::Timeline`] and what goes with its spots.
 
 pub mod clock;
+pub mod declared;
 pub mod motion;
 pub mod other_geometry;
 pub mod peak_forces;

@@ -38,7 +38,7 @@ impl Sizes {
     /// Usual ones.
     pub(in crate::learn) fn usual(job: &Job) -> Self {
         let diameters: Vec<f64> = job.tools.iter().map(|t| t.diameter_mm).collect();
-        let diameter_mm = -SHRUNK * crate::learn::regress::linear::median(&diameters);
+        let diameter_mm = -SHRUNK * crate::learn::regress::statistics::median(&diameters);
         Self { top_mm: GROWN_MM, side_mm: GROWN_MM, diameter_mm, top_over_side: false }
     }
 

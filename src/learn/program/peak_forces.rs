@@ -8,6 +8,7 @@ use crate::engage::{EngagedArc, EngagementMap, Station};
 use crate::force::contact::{Engaged, engaged as geometry};
 use crate::force::fine_rings::FineRings;
 use crate::force::{Cut, Cutter, Loads};
+use crate::learn::program::declared::declared;
 
 use crate::force::turn::Turn;
 use crate::learn::log::resultant::Sample;
@@ -136,7 +137,7 @@ impl<'a> Forces<'a> {
 
     fn probe(&self, motion: &Move) -> Option<Probe> {
         let tool = self.job.tool(motion.tool)?;
-        let ForceModel::LinearEdge(k) = self.job.material(tool)?.model else { return None };
+        let k = declared(self.job, tool)?;
         let fine = FineRings::new(self.map.slices_of(motion.tool), tool);
         let cutter = |k: LinearEdge| {
             let material = Material { name: String::new(), model: ForceModel::LinearEdge(k), uncertainty: None };

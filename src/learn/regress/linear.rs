@@ -6,6 +6,7 @@
 //! apart. Leverage hᵢ = Σ u²ᵢ gives leave-one-out residuals rᵢ/(1 − hᵢ) without refitting. Robust fits reweight
 //! iteratively (Huber 1.345 σ, Tukey 4.685 σ, σ from the median absolute residual).
 
+use crate::learn::regress::statistics::scale_of;
 use nalgebra::{DMatrix, DVector};
 
 /// How outliers are treated.
@@ -149,28 +150,6 @@ fn influence(z: f64, loss: Loss) -> f64 {
         Loss::Huber => (1.345 / z.abs().max(1e-12)).min(1.0),
         Loss::Tukey => (1.0 - (z / 4.685).powi(2)).max(0.0).powi(2),
     }
-}
-
-/// Standard deviation from the median absolute value (normal consistent).
-pub fn scale_of(residuals: &[f64]) -> f64 {
-    let magnitudes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-    1.4826 * median(&magnitudes)
-}
-
-/// Median; 0 for no values.
-pub fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    match sorted.len() {
-        0 => 0.0,
-        n if n % 2 == 1 => sorted[n / 2],
-        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
-    }
-}
-
-/// Root mean square.
-pub fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Prediction errors of each row by a fit that has not seen it.

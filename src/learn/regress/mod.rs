@@ -3,3 +3,4 @@
 pub mod levenberg_marquardt;
 pub mod linear;
 pub mod random;
+pub mod statistics;
