@@ -8,8 +8,8 @@ use feedwright::engage::{EngagementMap, Options, engage};
 use feedwright::force::contact::engaged;
 use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
-use feedwright::learn::program::simulated::Prepared;
-use feedwright::learn::program::simulated::prepare;
+use feedwright::learn::program::simulated::SimulatedProgram;
+use feedwright::learn::program::simulated::simulate;
 use feedwright::learn::program::timeline::Spot;
 use feedwright::learn::session::{LogOptions, learn};
 use feedwright::nc::{Environment, interpret, parse};
@@ -31,7 +31,7 @@ fn main() {
     let program = program();
     println!("{} blocks", program.lines().count());
     let watch = Watch::start();
-    let prepared = prepare(program.as_bytes(), &job, false).unwrap();
+    let prepared = simulate(program.as_bytes(), &job, false).unwrap();
     let simulated = watch.say("program simulated, with the geometries that effects ask for");
     let path = interpret(&parse(program.into_bytes(), None), &Environment::from_job(&job));
     let closely = Options { spacing_mm: 0.05, ..Options::default() };
@@ -121,7 +121,7 @@ fn program() -> String {
 
 /// The log of a machine that moves as was predicted, its edge wearing, with 3 % noise; what it cuts is simulated in steps of
 /// 0.05 mm.
-fn log(prepared: &Prepared, truth: &EngagementMap, positions: bool) -> String {
+fn log(prepared: &SimulatedProgram, truth: &EngagementMap, positions: bool) -> String {
     let timeline = prepared.timeline();
     let (total, mut state, mut slid) = (timeline.total_s(), 1u64, 0.0);
     let mut uniform = || {

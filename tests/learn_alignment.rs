@@ -16,7 +16,7 @@ use feedwright::learn::align::Aligned;
 use feedwright::learn::calibrate::plan::{Kind, plan};
 use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
-use feedwright::learn::program::simulated::{Prepared, prepare};
+use feedwright::learn::program::simulated::{SimulatedProgram, simulate};
 use feedwright::learn::session::{LogOptions, aligned, learn};
 use feedwright::machine::Job;
 use generator::cases::Case;
@@ -88,7 +88,7 @@ fn job_of(part: &Part) -> Job {
 }
 
 /// Predicted time of the program at a place of a step that moves.
-fn expected_s(prepared: &Prepared, part: &Part, moment: &Moment) -> Option<f64> {
+fn expected_s(prepared: &SimulatedProgram, part: &Part, moment: &Moment) -> Option<f64> {
     let line = part.steps[moment.step].line;
     let mut way = 0.0;
     for spot in prepared.timeline().spots.iter().filter(|s| s.line as usize == line && s.length_mm > 0.0) {
@@ -101,7 +101,7 @@ fn expected_s(prepared: &Prepared, part: &Part, moment: &Moment) -> Option<f64> 
 }
 
 /// Errors of the samples in cuts, s, sorted by size.
-fn errors(prepared: &Prepared, part: &Part, told: &Told, found: &Aligned) -> Vec<f64> {
+fn errors(prepared: &SimulatedProgram, part: &Part, told: &Told, found: &Aligned) -> Vec<f64> {
     let feeds = |m: &Moment| matches!(part.steps[m.step].action, Action::Move { feed_mm_s: Some(_), .. });
     let error = |(moment, at): (&Option<Moment>, &f64)| {
         let moment = moment.as_ref().filter(|m| feeds(m))?;
@@ -117,7 +117,7 @@ fn errors(prepared: &Prepared, part: &Part, told: &Told, found: &Aligned) -> Vec
 fn tied(seed: u64, lines: bool) -> (Vec<f64>, Aligned) {
     let (part, told) = told(seed, lines);
     let job = job_of(&part);
-    let prepared = prepare(part.program.as_bytes(), &job, false).unwrap();
+    let prepared = simulate(part.program.as_bytes(), &job, false).unwrap();
     let log = read_log(told.text.as_bytes(), &[]).unwrap();
     let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
     let errors = errors(&prepared, &part, &told, &found);
@@ -152,7 +152,7 @@ fn by_load_alone_a_log_with_offset_stretch_pause_and_override_is_tied_to_its_pro
 struct Hidden {
     case: Case,
     told: Told,
-    prepared: Prepared,
+    prepared: SimulatedProgram,
     found: Aligned,
 }
 
@@ -162,7 +162,7 @@ fn hidden(row: &'static str, seed: u64) -> Hidden {
     let (_, _, readings) = case.readings(&mut Rng::new(seed, 3));
     let moments = readings.iter().map(|r| (r.moment.rps > 0.0).then_some(r.moment)).collect();
     let job = job_of(&case.part);
-    let prepared = prepare(case.part.program.as_bytes(), &job, false).unwrap();
+    let prepared = simulate(case.part.program.as_bytes(), &job, false).unwrap();
     let log = read_log(text.as_bytes(), &[]).unwrap();
     let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
     Hidden { case, told: Told { text, moments }, prepared, found }
@@ -188,7 +188,7 @@ fn by_load_the_uncertainty_that_is_stated_holds_whatever_is_hidden_in_the_log() 
         let feeds = |m: &Moment| matches!(case.part.steps[m.step].action, Action::Move { feed_mm_s: Some(_), .. });
         let of_stated = |(moment, k): (&Option<Moment>, usize)| {
             let at = expected_s(&prepared, &case.part, moment.as_ref().filter(|m| feeds(m))?)?;
-            Some((found.program_s[k] - at).abs() / found.each_s[k])
+            Some((found.program_s[k] - at).abs() / found.sample_uncertainty_s[k])
         };
         let stated: Vec<f64> = told.moments.iter().zip(0..).filter_map(of_stated).collect();
         let within = [1.25, 3.0].map(|by| share(&stated, by));
@@ -229,7 +229,7 @@ fn by_line_numbers_the_same_log_is_tied_within_what_is_stated() {
 fn the_report_says_the_offset_and_the_stretch() {
     let (part, told) = told(1003, false);
     let job = job_of(&part);
-    let prepared = prepare(part.program.as_bytes(), &job, false).unwrap();
+    let prepared = simulate(part.program.as_bytes(), &job, false).unwrap();
     let log = read_log(told.text.as_bytes(), &[]).unwrap();
     let report = learn(&prepared, &job, &log, &channels(&log), &LogOptions::default()).unwrap();
     let alignment = report.alignment.unwrap();
@@ -244,7 +244,7 @@ fn the_report_says_the_offset_and_the_stretch() {
 fn a_log_that_begins_in_the_middle_of_the_program_is_said_to() {
     let (part, told) = told(1003, false);
     let job = job_of(&part);
-    let prepared = prepare(part.program.as_bytes(), &job, false).unwrap();
+    let prepared = simulate(part.program.as_bytes(), &job, false).unwrap();
     let said = |text: &str| -> Vec<String> {
         let log = read_log(text.as_bytes(), &[]).unwrap();
         let report = learn(&prepared, &job, &log, &channels(&log), &LogOptions::default()).unwrap();
@@ -286,7 +286,7 @@ fn gaps_are_counted_and_do_not_shift_what_is_left() {
         let (text, kept) = with_gaps(&whole.text);
         let told = Told { text, moments: kept.iter().map(|k| whole.moments[*k]).collect() };
         let job = job_of(&part);
-        let prepared = prepare(part.program.as_bytes(), &job, false).unwrap();
+        let prepared = simulate(part.program.as_bytes(), &job, false).unwrap();
         let log = read_log(told.text.as_bytes(), &[]).unwrap();
         assert!(log.warnings.iter().any(|w| w.starts_with("gaps in the time stamps: 4, ")), "{:?}", log.warnings);
         let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
@@ -322,7 +322,7 @@ fn by_position_gaps_do_not_shift_what_is_left() {
     let text = common::follow::log(&common::follow::follow(&plan.program, 5.0), "spindle_power_w", |s| {
         format!("{:.1}", 300.0 + s.cut.map_or(0.0, |(axial, radial)| 30.0 * axial * radial))
     });
-    let prepared = prepare(plan.program.as_bytes(), &job, false).unwrap();
+    let prepared = simulate(plan.program.as_bytes(), &job, false).unwrap();
     let place = |text: &str| {
         let log = read_log(text.as_bytes(), &[]).unwrap();
         let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();

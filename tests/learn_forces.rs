@@ -2,7 +2,7 @@
 
 #![allow(clippy::format_collect, clippy::unwrap_used)]
 
-use feedwright::learn::program::simulated::prepare;
+use feedwright::learn::program::simulated::simulate;
 use std::f64::consts::{PI, TAU};
 
 const SETUP: &str = "units = \"mm\"\n[machine]\nDIALECT\nrapid = 12000\ncorner_tolerance = 0.02\n\
@@ -13,10 +13,10 @@ const SETUP: &str = "units = \"mm\"\n[machine]\nDIALECT\nrapid = 12000\ncorner_t
     [[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 10\nflutes = 4\nhelix = 40\nflute_length = 30\noverhang = 45\n\
     material = \"carbide\"\n";
 
-fn prepared(program: &str, dialect: &str, forces: bool) -> feedwright::learn::program::simulated::Prepared {
+fn prepared(program: &str, dialect: &str, forces: bool) -> feedwright::learn::program::simulated::SimulatedProgram {
     let setup = SETUP.replace("DIALECT", dialect);
     let (job, _) = feedwright::setup::load(&setup, std::path::Path::new(".")).unwrap();
-    prepare(program.as_bytes(), &job, forces).unwrap()
+    simulate(program.as_bytes(), &job, forces).unwrap()
 }
 
 /// Largest resultant over a turn, the edge of every tooth cut into pieces of a hundredth of a millimetre.

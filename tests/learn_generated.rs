@@ -11,7 +11,7 @@ mod mesh;
 
 use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
-use feedwright::learn::program::simulated::prepare_for;
+use feedwright::learn::program::simulated::simulate_for;
 use feedwright::learn::report::LearnReport;
 use feedwright::learn::session::{LogOptions, learn};
 use feedwright::machine::{Job, StockShape};
@@ -131,7 +131,7 @@ fn diagnosed_in(row: &'static str, seed: u64, stock: &dyn Fn(Job) -> (Job, Vec<u
     let (text, _) = case.log(0.03);
     let log = read_log(text.as_bytes(), &[]).unwrap();
     let load = |_: &std::path::Path| Ok(file.clone());
-    let prepared = prepare_for(case.part.program.as_bytes(), &job, None, Some(&load)).unwrap();
+    let prepared = simulate_for(case.part.program.as_bytes(), &job, None, Some(&load)).unwrap();
     learn(&prepared, &job, &log, &channels(&log), &LogOptions::default()).unwrap()
 }
 

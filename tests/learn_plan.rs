@@ -15,7 +15,7 @@ use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::dataset::steady_cuts::steady_cuts;
 use feedwright::learn::log::read_log;
 use feedwright::learn::log::resultant::Sample;
-use feedwright::learn::program::simulated::prepare;
+use feedwright::learn::program::simulated::simulate;
 use feedwright::learn::session::{LogOptions, aligned, run};
 use std::f64::consts::{PI, TAU};
 
@@ -28,7 +28,7 @@ const TARE: f64 = 310.0;
 fn calibrated(plan: &Plan, log: &str) -> Calibration {
     let job = job();
     let log = read_log(log.as_bytes(), &[]).unwrap();
-    let prepared = prepare(plan.program.as_bytes(), &job, false).unwrap();
+    let prepared = simulate(plan.program.as_bytes(), &job, false).unwrap();
     let tied = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
     let (frame, rows) = steady_cuts(&log, &tied, prepared.timeline(), &job, false).unwrap();
     calibrate(&frame, &rows, plan.model, CalibrateOptions::default(), |y| y).unwrap()
@@ -191,7 +191,7 @@ fn a_block_or_a_tool_that_does_not_suit_is_said() {
 fn a_load_meter_read_by_eye_gives_coefficients_within_their_errors() {
     let job = job();
     let plan = plan(Kind::Power, &job).unwrap();
-    let prepared = prepare(plan.program.as_bytes(), &job, false).unwrap();
+    let prepared = simulate(plan.program.as_bytes(), &job, false).unwrap();
     let heaviest = plan
         .cuts
         .iter()

@@ -5,7 +5,7 @@
 
 use feedwright::learn::align::line::by_line;
 use feedwright::learn::log::{Log, shdr};
-use feedwright::learn::program::simulated::prepare;
+use feedwright::learn::program::simulated::simulate;
 use std::path::Path;
 
 const FOLDER: &str = "../shared/measured/nist_mtc";
@@ -29,7 +29,7 @@ fn a_real_log_is_read_and_follows_its_program_line_by_line() {
     let setup = std::fs::read_to_string("../shared/programs/setups/box_op1.toml").unwrap();
     let (job, _) = feedwright::setup::load(&setup, Path::new("../shared/programs/setups")).unwrap();
     let program = std::fs::read(format!("{FOLDER}/nc/box_op2.nc")).unwrap();
-    let prepared = prepare(&program, &job, false).unwrap();
+    let prepared = simulate(&program, &job, false).unwrap();
     let line = block.iter().map(|b| b + 1.0).collect();
     let log = Log { time_s: time.iter().map(|t| t - time[0]).collect(), line: Some(line), ..Log::default() };
     let tied = by_line(&log, prepared.timeline(), &prepared.known(&job).slower).unwrap();

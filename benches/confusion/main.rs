@@ -24,8 +24,8 @@ mod writer;
 use cases::{Case, is_twin, rows};
 use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
-use feedwright::learn::program::simulated::Prepared;
-use feedwright::learn::program::simulated::prepare;
+use feedwright::learn::program::simulated::SimulatedProgram;
+use feedwright::learn::program::simulated::simulate;
 use feedwright::learn::report::LearnReport;
 use feedwright::learn::session::{LogOptions, learn};
 use kept::Kept;
@@ -56,7 +56,7 @@ fn main() {
 }
 
 /// What is simulated once for all logs of a part: by seed, whether forces are measured, and whether it is a lean part.
-type Shared = BTreeMap<(u64, bool, bool), OnceLock<Prepared>>;
+type Shared = BTreeMap<(u64, bool, bool), OnceLock<SimulatedProgram>>;
 
 fn shared_key(row: &str, seed: u64) -> (u64, bool, bool) {
     (seed, Case::has_forces(row, seed), is_twin(row))
@@ -83,9 +83,9 @@ fn judge(asked: &Asked) {
     }
 }
 
-fn simulated(case: &Case, forces: bool) -> Prepared {
+fn simulated(case: &Case, forces: bool) -> SimulatedProgram {
     let (job, _) = feedwright::setup::load(&case.part.setup, Path::new(".")).expect("a generated setup loads");
-    prepare(case.part.program.as_bytes(), &job, forces).expect("a generated part is simulated")
+    simulate(case.part.program.as_bytes(), &job, forces).expect("a generated part is simulated")
 }
 
 fn diagnosed(row: &'static str, noise: f64, seed: u64, shared: &Shared) -> Outcome {
@@ -99,7 +99,7 @@ fn diagnosed(row: &'static str, noise: f64, seed: u64, shared: &Shared) -> Outco
     outcome
 }
 
-fn answer(case: &Case, log: &str, prepared: &Prepared) -> Result<LearnReport, String> {
+fn answer(case: &Case, log: &str, prepared: &SimulatedProgram) -> Result<LearnReport, String> {
     let (job, _) = feedwright::setup::load(&case.part.setup, Path::new(".")).map_err(|e| e.to_string())?;
     let log = read_log(log.as_bytes(), &[]).map_err(|e| e.to_string())?;
     let channels = channels(&log);

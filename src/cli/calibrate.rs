@@ -17,7 +17,7 @@ use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::read_log;
 use crate::learn::log::resultant::Sample;
 use crate::learn::process_model;
-use crate::learn::program::simulated::{Prepared, prepare_for};
+use crate::learn::program::simulated::{SimulatedProgram, simulate_for};
 use crate::learn::regress::linear::Loss;
 use crate::learn::session::{LearnError, aligned};
 use crate::machine::Job;
@@ -97,9 +97,9 @@ fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<
     let found = input::setup(command.setup.as_deref(), &source, global)?;
     let job = found.job;
     let wrong = |error: LearnError| refused(&error, program);
-    let ready = |forces: bool| -> Result<Prepared, CliError> {
+    let ready = |forces: bool| -> Result<SimulatedProgram, CliError> {
         let sample = forces.then(Sample::default);
-        prepare_for(&source.bytes, &job, sample, Some(&|path| std::fs::read(path))).map_err(|e| wrong(e.into()))
+        simulate_for(&source.bytes, &job, sample, Some(&|path| std::fs::read(path))).map_err(|e| wrong(e.into()))
     };
     let Some(path) = &command.log else {
         let readings = command.reading.iter().map(|text| load_meter::parse(text)).collect::<Result<Vec<_>, _>>();

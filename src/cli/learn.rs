@@ -12,7 +12,7 @@ use crate::learn::calibrate::experiment::experiment;
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{SteadyRow, TableTool, rows};
 use crate::learn::dataset::table_data::data;
-use crate::learn::diagnose::curves::shown;
+use crate::learn::diagnose::curves::curves;
 use crate::learn::diagnose::doubts;
 use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::log::columns::{DataError, Frame, read};
@@ -57,7 +57,7 @@ pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome
         write_experiment(next, &data, &report, &found.job, screen)?;
     }
     if let Some(page) = page {
-        page.write(learn_html(&report, &shown(&data, &report), &source.name).as_bytes())?;
+        page.write(learn_html(&report, &curves(&data, &report), &source.name).as_bytes())?;
     }
     let process = process_model::of_report(&report, &found.job);
     let text = model_text(process.as_ref(), &process_model::provenance(&report));
@@ -109,7 +109,7 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
     report.supports_model &= doubts.is_empty();
     report.warnings.extend(doubts);
     if let Some(page) = page {
-        page.write(learn_html(&report, &shown(&found, &report), &command.table.display().to_string()).as_bytes())?;
+        page.write(learn_html(&report, &curves(&found, &report), &command.table.display().to_string()).as_bytes())?;
     }
     let process = setup.as_ref().and_then(|job| process_model::of_report(&report, job));
     let text = model_text(process.as_ref(), &process_model::provenance(&report));

@@ -8,7 +8,7 @@
 
 use crate::effects::Geometry;
 use crate::learn::dataset::samples::Data;
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::model::whitening::weighed_by;
 use crate::learn::program::runout_grid::RunoutGrid;
@@ -47,7 +47,11 @@ struct Search<'a, F> {
 }
 
 /// Data about the runout that leaves the least; `effects` holds the one found so far.
-pub(in crate::learn) fn settled<F>(effects: &[Use], coefficients: LinearEdge, about: &F) -> Option<Data>
+pub(in crate::learn) fn data_about_best_runout<F>(
+    effects: &[FittedEffect],
+    coefficients: LinearEdge,
+    about: &F,
+) -> Option<Data>
 where
     F: Fn(RunoutGrid, LinearEdge) -> Data + Sync,
 {
@@ -97,9 +101,9 @@ impl<F: Fn(RunoutGrid, LinearEdge) -> Data + Sync> Search<'_, F> {
     }
 
     /// The effects with this runout, to be fitted or as it is.
-    fn with_runout(&self, effects: &[Use], runout: [f64; 2], free: bool) -> Vec<Use> {
+    fn with_runout(&self, effects: &[FittedEffect], runout: [f64; 2], free: bool) -> Vec<FittedEffect> {
         let mut all = effects.to_vec();
-        all[self.own] = Use { values: runout.to_vec(), free: vec![free; 2], ..all[self.own].clone() };
+        all[self.own] = FittedEffect { values: runout.to_vec(), free: vec![free; 2], ..all[self.own].clone() };
         all
     }
 

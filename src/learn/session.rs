@@ -1,11 +1,11 @@
 //! The whole of `learn`: a program, a job and a measured log in; a [`LearnReport`] and the process model out.
 
 use crate::engage::{EngageError, Loader};
-use crate::learn::align::line::{by_line, paced};
+use crate::learn::align::line::{acceleration_shown, by_line};
 use crate::learn::align::load::by_load;
 use crate::learn::align::stretch;
 use crate::learn::align::{Aligned, by_position};
-use crate::learn::dataset::binning::{Channels, cells, channels};
+use crate::learn::dataset::binning::{Channels, bin_log, channels};
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::criteria::{covers_in_part, is_slower};
 use crate::learn::diagnose::doubts::{self, covered, unseen_ends};
@@ -16,18 +16,18 @@ use crate::learn::log::resultant::{Sample, resultant};
 use crate::learn::log::signal::refuse_dead;
 use crate::learn::log::{Log, read_log};
 use crate::learn::model::cross_validation::by_blocks;
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::model::design::changes;
-use crate::learn::model::design::used;
-use crate::learn::program::other_geometry::Sizes;
+use crate::learn::model::design::in_model;
+use crate::learn::program::other_geometry::SizeChanges;
 use crate::learn::program::peak_forces::About;
 use crate::learn::program::runout_grid::RunoutGrid;
-use crate::learn::program::simulated::Known;
-use crate::learn::program::simulated::Prepared;
-use crate::learn::program::simulated::prepare_for;
+use crate::learn::program::simulated::ProgramView;
+use crate::learn::program::simulated::SimulatedProgram;
+use crate::learn::program::simulated::simulate_for;
 use crate::learn::program::variant::OtherGeometry;
 use crate::learn::report::{Alignment, LearnReport};
-use crate::learn::runout::settled;
+use crate::learn::runout::data_about_best_runout;
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
 
@@ -80,7 +80,7 @@ pub fn run(
     let mut log = read_log(log, &options.mapping)?;
     resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
-    let prepared = prepare_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
+    let prepared = simulate_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
     let mut learned = learn_with_data(&prepared, job, &log, &channels, options, loader)?;
     if options.sample == Sample::Mean {
         learned.data.channel_names.iter_mut().for_each(|name| *name = name.replace("force_xy_n", MEAN_FORCE));
@@ -90,7 +90,7 @@ pub fn run(
 
 /// Learns from a log that was read, with what was prepared for its program.
 pub fn learn(
-    prepared: &Prepared,
+    prepared: &SimulatedProgram,
     job: &Job,
     log: &Log,
     channels: &Channels,
@@ -101,7 +101,7 @@ pub fn learn(
 
 /// The same, with the data it was learned from; `loader` reads the files of stock.
 pub fn learn_with_data(
-    prepared: &Prepared,
+    prepared: &SimulatedProgram,
     job: &Job,
     log: &Log,
     channels: &Channels,
@@ -109,37 +109,38 @@ pub fn learn_with_data(
     loader: Option<Loader>,
 ) -> Result<Learned, LearnError> {
     refuse_dead(log)?;
-    let (mut data, aligned, mut lowered) = data_of(prepared, job, log, channels)?;
+    let (mut data, aligned, mut lowered) = dataset_of(prepared, job, log, channels)?;
     let answer = |data: &Data| {
         diagnose(data, &by_blocks(data, "stretch of time"), &options.diagnosis)
             .ok_or_else(|| DataError::Unfit("too few samples of the log belong to the program".into()))
     };
     let mut report = answer(&data)?;
-    let (mut sizes, mut others) = (Sizes::usual(job), prepared.others.clone());
+    let (mut sizes, mut others) = (SizeChanges::usual(job), prepared.others.clone());
     for _ in 0..GROWN_ROUNDS {
-        let Some(found) = Sizes::found(job, &changes(&report.effects)).filter(|found| !found.is_near(&sizes)) else {
+        let Some(found) = SizeChanges::found(job, &changes(&report.effects)).filter(|found| !found.is_near(&sizes))
+        else {
             break;
         };
-        let again = prepared.grown_as(job, found, loader);
+        let again = prepared.with_sizes(job, found, loader);
         // Without what reads the files of stock there is nothing to grow.
         if again.len() < others.len() {
             break;
         }
         (sizes, others) = (found, again);
-        let known = Known { others: others.clone(), ..prepared.known(job) };
-        let (nearer, doubtful) = cells(log, &aligned, &known, channels);
+        let known = ProgramView { others: others.clone(), ..prepared.known(job) };
+        let (nearer, doubtful) = bin_log(log, &aligned, &known, channels);
         data = Data { timed_acceleration: data.timed_acceleration, clock_s: data.clock_s, ..nearer };
         lowered = doubtful;
         report = answer(&data)?;
     }
-    let taken = Taken { prepared, others: &others, job, log, channels, aligned: &aligned };
+    let taken = LogData { prepared, others: &others, job, log, channels, aligned: &aligned };
     if let Some(nearer) = taken.about_the_runout(&report) {
         data = Data { timed_acceleration: data.timed_acceleration, clock_s: data.clock_s, ..nearer };
         report = answer(&data)?;
     }
     report.samples = log.time_s.len();
     report.down_weighted = lowered;
-    report.alignment = Some(described(&aligned, log));
+    report.alignment = Some(alignment_of(&aligned, log));
     report.warnings.extend(log.warnings.iter().cloned());
     let covered = covered(&aligned, &prepared.timeline);
     if covers_in_part(covered) {
@@ -160,22 +161,22 @@ pub fn learn_with_data(
 }
 
 /// The aligned data of a log.
-pub fn data_of(
-    prepared: &Prepared,
+pub fn dataset_of(
+    prepared: &SimulatedProgram,
     job: &Job,
     log: &Log,
     channels: &Channels,
 ) -> Result<(Data, Aligned, usize), LearnError> {
     let aligned = aligned(prepared, job, log, channels)?;
-    let (mut data, lowered) = cells(log, &aligned, &prepared.known(job), channels);
+    let (mut data, lowered) = bin_log(log, &aligned, &prepared.known(job), channels);
     data.timed_acceleration = aligned.acceleration.filter(|(factor, nats)| is_slower(*factor, *nats));
     data.clock_s = aligned.uncertainty_s;
     Ok((data, aligned, lowered))
 }
 
 /// What the data of a log are made from.
-struct Taken<'a> {
-    prepared: &'a Prepared,
+struct LogData<'a> {
+    prepared: &'a SimulatedProgram,
     others: &'a [OtherGeometry],
     job: &'a Job,
     log: &'a Log,
@@ -183,11 +184,11 @@ struct Taken<'a> {
     aligned: &'a Aligned,
 }
 
-impl Taken<'_> {
+impl LogData<'_> {
     /// The data of a log in which a runout was found, with the forces taken about it; `None` where there is none.
     fn about_the_runout(&self, report: &LearnReport) -> Option<Data> {
         let wanted = self.prepared.forces.filter(|_| self.channels.force_xy.is_some())?;
-        let effects: Vec<Use> = report.effects.iter().filter_map(used).collect();
+        let effects: Vec<FittedEffect> = report.effects.iter().filter_map(in_model).collect();
         let base = |name: &str| report.final_base.iter().find(|v| v.name == name).map(|v| v.value);
         let coefficients = LinearEdge {
             k_tc: base("k_tc")?,
@@ -196,22 +197,22 @@ impl Taken<'_> {
             k_re: base("k_re")?,
             ..LinearEdge::default()
         };
-        settled(&effects, coefficients, &|grid, k| self.about(grid, k, wanted))
+        data_about_best_runout(&effects, coefficients, &|grid, k| self.about(grid, k, wanted))
     }
 
     /// The data with the forces taken about the runouts of a grid, at these coefficients.
     fn about(&self, grid: RunoutGrid, coefficients: LinearEdge, wanted: Sample) -> Data {
         let (prepared, about) = (self.prepared, About { grid, coefficients: Some(coefficients) });
         let timeline = prepared.timeline.with_runouts(&prepared.path, &prepared.map, self.job, wanted, about);
-        let known = Known { others: self.others.to_vec(), ..prepared.known_at(self.job, &timeline, grid) };
-        cells(self.log, self.aligned, &known, self.channels).0
+        let known = ProgramView { others: self.others.to_vec(), ..prepared.known_at(self.job, &timeline, grid) };
+        bin_log(self.log, self.aligned, &known, self.channels).0
     }
 }
 
 /// A log tied to its program: by position, by line, or by its load.
-pub fn aligned(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
+pub fn aligned(prepared: &SimulatedProgram, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
     let by_position = by_position(log, &prepared.timeline).map(|aligned| {
-        let acceleration = paced(log, &aligned.program_s, &prepared.timeline, &prepared.slower);
+        let acceleration = acceleration_shown(log, &aligned.program_s, &prepared.timeline, &prepared.slower);
         Aligned { acceleration, ..aligned }
     });
     by_position
@@ -220,14 +221,19 @@ pub fn aligned(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -
 }
 
 /// The log found in the program by its load.
-fn found_by_load(prepared: &Prepared, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
+fn found_by_load(
+    prepared: &SimulatedProgram,
+    job: &Job,
+    log: &Log,
+    channels: &Channels,
+) -> Result<Aligned, LearnError> {
     let index = channels.spindle.map(|(k, ..)| k).or(channels.force_xy);
     let unfit = |why: &str| LearnError::from(DataError::Unfit(why.into()));
     let index = index.ok_or_else(|| unfit("the log measures nothing that a load can be compared with"))?;
     by_load(log, index, &prepared.known(job)).ok_or_else(|| unfit("the log is too short to be found in the program"))
 }
 
-fn described(aligned: &Aligned, log: &Log) -> Alignment {
+fn alignment_of(aligned: &Aligned, log: &Log) -> Alignment {
     let pairs: Vec<(f64, f64)> =
         log.time_s.iter().zip(&aligned.program_s).filter(|(_, p)| p.is_finite()).map(|(t, p)| (*t, *p)).collect();
     let first = pairs.first().copied().unwrap_or_default();
@@ -246,7 +252,7 @@ fn described(aligned: &Aligned, log: &Log) -> Alignment {
 fn stretches(aligned: &Aligned, log: &Log) -> Vec<([f64; 2], f64)> {
     let placed: Vec<usize> = (0..log.time_s.len()).filter(|i| aligned.program_s[*i].is_finite()).collect();
     let stretch = |members: &[usize]| {
-        let squares: f64 = members.iter().map(|i| aligned.each_s[*i].powi(2)).sum();
+        let squares: f64 = members.iter().map(|i| aligned.sample_uncertainty_s[*i].powi(2)).sum();
         let ends = [members[0], members[members.len() - 1]].map(|i| log.time_s[i]);
         (ends, (squares / members.len() as f64).sqrt())
     };

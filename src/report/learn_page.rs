@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::html::{escaped, folded, page, table};
 use super::learn::learn_words;
 use super::summary::short;
-use crate::learn::diagnose::curves::{Along, Shown, Trace};
+use crate::learn::diagnose::curves::{CovariateCurve, Curves, Trace};
 use crate::learn::report::{LearnReport, Value};
 
 const MEASURED: &str = "#9a9a9a";
@@ -18,7 +18,7 @@ const PANELS: usize = 6;
 const COLUMNS: usize = 3;
 
 /// The page.
-pub fn learn_html(report: &LearnReport, shown: &Shown, file: &str) -> String {
+pub fn learn_html(report: &LearnReport, shown: &Curves, file: &str) -> String {
     let mut body = format!("<p>{}</p>\n", escaped(&report.verdict));
     for trace in &shown.traces {
         body += &picture(trace);
@@ -112,7 +112,7 @@ fn thinned(time: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     time.chunks(size).zip(values.chunks(size)).map(|(t, v)| (mean(t), mean(v))).collect()
 }
 
-fn residuals(along: &[Along]) -> String {
+fn residuals(along: &[CovariateCurve]) -> String {
     let shown = &along[..along.len().min(PANELS)];
     let rows = shown.len().div_ceil(COLUMNS);
     let (width, height) = (WIDTH / COLUMNS as f64, 190.0);

@@ -9,7 +9,7 @@
 
 /// One observation of the drift.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
+pub struct Observation {
     /// Program time, s.
     pub at_s: f64,
     /// Log time minus program time, s.
@@ -44,7 +44,7 @@ const WALKS: [f64; 11] = [0.0005, 0.001, 0.002, 0.0035, 0.006, 0.011, 0.02, 0.03
 const ABOUT: usize = 4;
 
 /// Most likely drift; `None` without observations.
-pub fn drift(seen: &[Seen]) -> Option<Drift> {
+pub fn drift(seen: &[Observation]) -> Option<Drift> {
     let smoothed = WALKS.iter().filter_map(|walk| smooth(seen, walk * walk));
     smoothed.max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))
 }
@@ -119,7 +119,7 @@ struct Step {
     begins: bool,
 }
 
-fn smooth(seen: &[Seen], q: f64) -> Option<Drift> {
+fn smooth(seen: &[Observation], q: f64) -> Option<Drift> {
     let first = seen.first()?;
     let mut steps: Vec<Step> = Vec::with_capacity(seen.len());
     let (mut likelihood, mut pauses) = (0.0, Vec::new());
@@ -179,9 +179,9 @@ fn walks(at_s: &[f64], drift_s: &[f64], whole: f64) -> Vec<f64> {
 }
 
 /// Do the next observations lie nearer to this one than to what was expected?
-fn persists(seen: &[Seen], k: usize, expected: f64) -> bool {
+fn persists(seen: &[Observation], k: usize, expected: f64) -> bool {
     let after = &seen[k + 1..(k + 5).min(seen.len())];
-    let nearer = |s: &&Seen| (s.drift_s - seen[k].drift_s).abs() < (s.drift_s - expected).abs();
+    let nearer = |s: &&Observation| (s.drift_s - seen[k].drift_s).abs() < (s.drift_s - expected).abs();
     after.len() >= 2 && after.iter().filter(nearer).count() * 4 >= after.len() * 3
 }
 
@@ -189,10 +189,10 @@ fn persists(seen: &[Seen], k: usize, expected: f64) -> bool {
 mod tests {
     use super::*;
 
-    fn observed(n: usize, drift: impl Fn(f64) -> f64) -> Vec<Seen> {
+    fn observed(n: usize, drift: impl Fn(f64) -> f64) -> Vec<Observation> {
         let noise = |k: usize| 0.03 * (((k * 7919) % 101) as f64 / 50.0 - 1.0);
         let at = |k: usize| 1.5 * k as f64;
-        (0..n).map(|k| Seen { at_s: at(k), drift_s: drift(at(k)) + noise(k), variance: 3e-4 }).collect()
+        (0..n).map(|k| Observation { at_s: at(k), drift_s: drift(at(k)) + noise(k), variance: 3e-4 }).collect()
     }
 
     #[test]
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn it_is_less_certain_far_from_observations() {
-        let seen: Vec<Seen> = observed(100, |t| 2.5 + 0.02 * (0.3 * t).sin())
+        let seen: Vec<Observation> = observed(100, |t| 2.5 + 0.02 * (0.3 * t).sin())
             .into_iter()
             .enumerate()
             .filter(|(k, _)| !(40..70).contains(k))
@@ -237,7 +237,7 @@ mod tests {
             truth.push(now);
             now += 0.02 * 0.5f64.sqrt() * normal();
         }
-        let observe = |k: usize| Seen { at_s: 0.5 * k as f64, drift_s: truth[k], variance: 1e-6 };
+        let observe = |k: usize| Observation { at_s: 0.5 * k as f64, drift_s: truth[k], variance: 1e-6 };
         let found = drift(&(0..truth.len()).step_by(12).map(observe).collect::<Vec<_>>()).unwrap();
         let times: Vec<f64> = (0..truth.len() - 12).map(|k| 0.5 * k as f64).collect();
         let stated = found.deviations_s(&times);

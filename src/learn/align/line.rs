@@ -6,7 +6,7 @@
 //! ([`crate::learn::align::drift`]), so that many boundaries place every sample much better than its own two. The machine's acceleration
 //! is the one under which the drift is the least surprising.
 
-use crate::learn::align::drift::{Drift, Seen, drift};
+use crate::learn::align::drift::{Drift, Observation, drift};
 use crate::learn::align::{Aligned, Method, typical};
 use crate::learn::log::Log;
 use crate::learn::log::gaps::median_step;
@@ -30,7 +30,7 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
         let seen = boundaries(log, &legs, &runs, &clock);
         drift(&seen).map(|drift| (clock, drift))
     };
-    let (clock, drift, nats) = likeliest(slower, &walk)?;
+    let (clock, drift, nats) = most_likely_acceleration(slower, &walk)?;
     let mut program_s = vec![f64::NAN; lines.len()];
     let placed = drift.program_s(&log.time_s);
     for run in &runs {
@@ -44,21 +44,24 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
         }
     }
     let least_s = LEAST_STEPS * median_step(&log.time_s);
-    let each_s: Vec<f64> = drift.deviations_s(&placed).into_iter().map(|s| s.max(least_s)).collect();
+    let sample_uncertainty_s: Vec<f64> = drift.deviations_s(&placed).into_iter().map(|s| s.max(least_s)).collect();
     Some(Aligned {
-        uncertainty_s: typical(&program_s, &each_s),
+        uncertainty_s: typical(&program_s, &sample_uncertainty_s),
         program_s,
         method: Method::Line,
-        each_s,
+        sample_uncertainty_s,
         misfit: lost as f64 / lines.len().max(1) as f64,
         acceleration: (clock.factor < 1.0).then_some((clock.factor, nats)),
         pauses: drift.pauses.iter().filter(|p| p.1 > 0.0).map(|(t, length)| (drift.log_s(*t), *length)).collect(),
     })
 }
 
-/// The factor of the acceleration with the likeliest drift: the declared one unless another is clearly better; and by how
+/// The factor of the acceleration with the most_likely_acceleration drift: the declared one unless another is clearly better; and by how
 /// many nats the best of the others is ahead.
-pub fn likeliest(slower: &[Slower], walk: &impl Fn(f64) -> Option<(Clock, Drift)>) -> Option<(Clock, Drift, f64)> {
+pub fn most_likely_acceleration(
+    slower: &[Slower],
+    walk: &impl Fn(f64) -> Option<(Clock, Drift)>,
+) -> Option<(Clock, Drift, f64)> {
     let declared = walk(1.0)?;
     let factors: Vec<f64> = std::iter::once(1.0).chain(slower.iter().map(|(f, _)| *f)).collect();
     let likelihood = |factor: f64| walk(factor).map_or(f64::NEG_INFINITY, |(_, d)| d.likelihood);
@@ -79,7 +82,7 @@ pub fn likeliest(slower: &[Slower], walk: &impl Fn(f64) -> Option<(Clock, Drift)
 }
 
 /// Acceleration that the times between known places show: (factor, nats) when it is clearly not the declared one.
-pub fn paced(log: &Log, program_s: &[f64], timeline: &Timeline, slower: &[Slower]) -> Option<(f64, f64)> {
+pub fn acceleration_shown(log: &Log, program_s: &[f64], timeline: &Timeline, slower: &[Slower]) -> Option<(f64, f64)> {
     let moving = |i: &usize| timeline.at(program_s[*i]).is_some_and(|k| timeline.spots[k].move_id.is_some());
     let known: Vec<usize> = (0..program_s.len()).filter(moving).collect();
     let declared = Clock::new(timeline, slower, 1.0);
@@ -92,10 +95,10 @@ pub fn paced(log: &Log, program_s: &[f64], timeline: &Timeline, slower: &[Slower
     let walk = |factor: f64| {
         let clock = Clock::new(timeline, slower, factor);
         let seen = places.iter().map(|(t, place)| (t, clock.time(*place)));
-        let seen: Vec<Seen> = seen.map(|(t, at_s)| Seen { at_s, drift_s: t - at_s, variance }).collect();
+        let seen: Vec<Observation> = seen.map(|(t, at_s)| Observation { at_s, drift_s: t - at_s, variance }).collect();
         drift(&seen).map(|d| (clock, d))
     };
-    let (clock, _, nats) = likeliest(slower, &walk)?;
+    let (clock, _, nats) = most_likely_acceleration(slower, &walk)?;
     (clock.factor < 1.0).then_some((clock.factor, nats))
 }
 
@@ -142,7 +145,7 @@ fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<Run>, usize) {
 }
 
 /// Drift at the boundaries between runs that follow each other.
-fn boundaries(log: &Log, legs: &[Leg], runs: &[Run], clock: &Clock) -> Vec<Seen> {
+fn boundaries(log: &Log, legs: &[Leg], runs: &[Run], clock: &Clock) -> Vec<Observation> {
     let between = |pair: &[Run]| {
         let (before, after) = (&pair[0], &pair[1]);
         let [lo, hi] = [log.time_s[before.to - 1], log.time_s[after.from]];
@@ -150,7 +153,11 @@ fn boundaries(log: &Log, legs: &[Leg], runs: &[Run], clock: &Clock) -> Vec<Seen>
         // Legs in between that no sample fell into widen what is known.
         let width = (hi - lo).powi(2) + (start - end).max(0.0).powi(2);
         let at_s = f64::midpoint(end, start);
-        (after.leg > before.leg).then(|| Seen { at_s, drift_s: f64::midpoint(lo, hi) - at_s, variance: width / 12.0 })
+        (after.leg > before.leg).then(|| Observation {
+            at_s,
+            drift_s: f64::midpoint(lo, hi) - at_s,
+            variance: width / 12.0,
+        })
     };
     runs.windows(2).filter_map(between).collect()
 }

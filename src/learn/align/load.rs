@@ -12,16 +12,16 @@
 //! 4. A lag of the sensor looks like a late alignment: first-order lags are tried on ŷ, and kept where they lower the
 //!    squares clearly, so that the alignment is that of the load and not of its echo.
 
-use crate::learn::align::drift::{Drift, Seen, drift, interpolated};
+use crate::learn::align::drift::{Drift, Observation, drift, interpolated};
 use crate::learn::align::holds::Holds;
-use crate::learn::align::line::likeliest;
+use crate::learn::align::line::most_likely_acceleration;
 use crate::learn::align::matching::{Match, match_load};
-use crate::learn::align::measured_load::{Measured, gridded, thinned};
-use crate::learn::align::predicted_load::{PARTS, Part, Predicted, parts, with_doubtful};
+use crate::learn::align::measured_load::{MeasuredLoad, gridded, thinned};
+use crate::learn::align::predicted_load::{PARTS, Part, PredictedLoad, parts, with_doubtful};
 use crate::learn::align::{Aligned, Method, typical};
 use crate::learn::log::Log;
 use crate::learn::program::clock::{Clock, Slower};
-use crate::learn::program::simulated::Known;
+use crate::learn::program::simulated::ProgramView;
 use crate::learn::program::timeline::Timeline;
 use crate::learn::regress::linear::{Loss, robust};
 use crate::learn::regress::statistics::{correlation, scale_of};
@@ -51,7 +51,7 @@ const BETWEEN: usize = 3;
 const LAG_ROUND: usize = 3;
 
 /// Ties samples by the measured quantity `index`; `None` when it cannot be found in the program.
-pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
+pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> {
     let (timeline, slower, job) = (known.timeline, known.slower.as_slice(), known.job);
     let force = log.measured[index].0.starts_with("force");
     let measured = thinned(log, index)?;
@@ -72,12 +72,13 @@ pub fn by_load(log: &Log, index: usize, known: &Known) -> Option<Aligned> {
         placed.into_iter().zip(&log.time_s).map(|(p, t)| if held(t) { f64::NAN } else { p }).collect();
     let pauses = holds.pauses(&state.walk);
     let program_s: Vec<f64> = placed.iter().map(|t| state.clock.declared_s(timeline, *t)).collect();
-    let each_s: Vec<f64> = state.walk.deviations_s(&placed).into_iter().map(|s| s.hypot(LEAST_S)).collect();
+    let sample_uncertainty_s: Vec<f64> =
+        state.walk.deviations_s(&placed).into_iter().map(|s| s.hypot(LEAST_S)).collect();
     Some(Aligned {
-        uncertainty_s: typical(&program_s, &each_s),
+        uncertainty_s: typical(&program_s, &sample_uncertainty_s),
         program_s,
         method: Method::Load,
-        each_s,
+        sample_uncertainty_s,
         misfit: (1.0 - correlation).clamp(0.0, 1.0),
         acceleration: (state.clock.factor < 1.0).then_some((state.clock.factor, nats)),
         pauses,
@@ -97,7 +98,7 @@ struct Tied {
 
 /// What is searched for, and in what.
 struct Search<'a> {
-    measured: &'a Measured,
+    measured: &'a MeasuredLoad,
     timeline: &'a Timeline,
     slower: &'a [Slower],
     parts: &'a [Part],
@@ -118,11 +119,11 @@ impl Search<'_> {
     fn matched_again(&self, tied: &Tied) -> Vec<(Clock, Match)> {
         let state = &tied.state;
         let measured = self.measured.without(&tied.holds);
-        let fine = Predicted::new(self.timeline, &state.clock, self.parts, state.lag_s, measured.span_s);
+        let fine = PredictedLoad::new(self.timeline, &state.clock, self.parts, state.lag_s, measured.span_s);
         let fitted = refitted(&measured, &fine, &state.walk.program_s(&measured.time_s));
         let Some((factors, _)) = fitted else { return Vec::new() };
         let (step_s, on_grid) = grid(self.measured);
-        let plain = Predicted::new(self.timeline, &state.clock, self.parts, state.lag_s, 0.0);
+        let plain = PredictedLoad::new(self.timeline, &state.clock, self.parts, state.lag_s, 0.0);
         let loads = plain.with(factors).on_grid(state.clock.total_s(), step_s);
         let again = |stiffness: &[f64; 2]| {
             Some((state.clock.clone(), match_load(&on_grid, &loads, step_s, REACH_S, *stiffness)?))
@@ -139,14 +140,14 @@ fn distinct(mut matches: Vec<(Clock, Match)>) -> Vec<(Clock, Match)> {
 }
 
 /// The measured load on a grid, and its step, s.
-fn grid(measured: &Measured) -> (f64, Vec<f64>) {
+fn grid(measured: &MeasuredLoad) -> (f64, Vec<f64>) {
     let step_s = (measured.time_s.last().copied().unwrap_or(0.0) / 3000.0).max(0.2);
     (step_s, gridded(measured, step_s))
 }
 
 /// Refines a match.
 fn tie(
-    measured: &Measured,
+    measured: &MeasuredLoad,
     timeline: &Timeline,
     slower: &[Slower],
     parts: &[Part],
@@ -158,30 +159,30 @@ fn tie(
     let mut state = State { walk: drift(&seen)?, clock, lag_s: 0.0, scale: 1.0 };
     let mut nats = 0.0;
     for (round, slope_s) in SLOPES_S.iter().enumerate() {
-        let mut predicted = Predicted::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
+        let mut predicted = PredictedLoad::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
         if round == LAG_ROUND {
             (state.lag_s, state.walk) = lagged(&measured, timeline, &state, parts);
-            predicted = Predicted::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
+            predicted = PredictedLoad::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
         }
         let seen = shifts(&measured, &predicted, &mut state, *slope_s)?;
-        let places: Vec<(Seen, (usize, f64))> =
+        let places: Vec<(Observation, (usize, f64))> =
             seen.iter().filter_map(|s| Some((*s, state.clock.place(s.at_s)?))).collect();
         let walk = |factor: f64| {
             let clock = Clock::new(timeline, slower, factor);
-            let again = |(s, place): &(Seen, (usize, f64))| {
+            let again = |(s, place): &(Observation, (usize, f64))| {
                 let at_s = clock.time(*place);
-                Seen { at_s, drift_s: s.at_s + s.drift_s - at_s, variance: s.variance }
+                Observation { at_s, drift_s: s.at_s + s.drift_s - at_s, variance: s.variance }
             };
-            let seen: Vec<Seen> = places.iter().map(again).collect();
+            let seen: Vec<Observation> = places.iter().map(again).collect();
             drift(&seen).map(|d| (clock, d))
         };
         if round <= LAG_ROUND + 1 {
-            (state.clock, state.walk, nats) = likeliest(slower, &walk)?;
+            (state.clock, state.walk, nats) = most_likely_acceleration(slower, &walk)?;
         } else {
             (state.clock, state.walk) = walk(state.clock.factor)?;
         }
     }
-    let predicted = Predicted::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
+    let predicted = PredictedLoad::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
     let square = squares(&measured, &predicted, &state.walk.program_s(&measured.time_s)) / measured.load.len() as f64;
     let correlation = agreement(&measured, &predicted, &state.walk);
     Some(Tied { state, nats, holds, correlation, square })
@@ -197,13 +198,13 @@ struct State {
 }
 
 /// For every stiffness the best machine and where its load was found.
-fn coarse(measured: &Measured, timeline: &Timeline, slower: &[Slower], parts: &[Part]) -> Vec<(Clock, Match)> {
+fn coarse(measured: &MeasuredLoad, timeline: &Timeline, slower: &[Slower], parts: &[Part]) -> Vec<(Clock, Match)> {
     let end = measured.time_s.last().copied().unwrap_or(0.0);
     let (step, on_grid) = grid(measured);
     let factors = std::iter::once(1.0).chain(slower.iter().map(|(f, _)| *f));
     let clocks = factors.map(|factor| Clock::new(timeline, slower, factor));
     let with_loads = |clock: Clock| {
-        let predicted = Predicted::new(timeline, &clock, parts, 0.0, 0.0);
+        let predicted = PredictedLoad::new(timeline, &clock, parts, 0.0, 0.0);
         let loads = predicted.on_grid(clock.total_s(), step);
         (clock, loads)
     };
@@ -236,7 +237,7 @@ fn coarse(measured: &Measured, timeline: &Timeline, slower: &[Slower], parts: &[
 }
 
 /// Drift that a match shows, window by window.
-fn matched(found: &Match, clock: &Clock, holds: &Holds) -> Vec<Seen> {
+fn matched(found: &Match, clock: &Clock, holds: &Holds) -> Vec<Observation> {
     let size = (WINDOW_S / found.step_s).ceil() as usize;
     let total = clock.total_s();
     let pairs: Vec<(f64, f64)> = found
@@ -250,13 +251,18 @@ fn matched(found: &Match, clock: &Clock, holds: &Holds) -> Vec<Seen> {
         .chunks(size)
         .map(|c| {
             let middle = c[c.len() / 2];
-            Seen { at_s: middle.0, drift_s: middle.1, variance: found.step_s.powi(2) }
+            Observation { at_s: middle.0, drift_s: middle.1, variance: found.step_s.powi(2) }
         })
         .collect()
 }
 
 /// Refits the parts of the load and lets every window observe its own shift.
-fn shifts(measured: &Measured, predicted: &Predicted, state: &mut State, width_s: f64) -> Option<Vec<Seen>> {
+fn shifts(
+    measured: &MeasuredLoad,
+    predicted: &PredictedLoad,
+    state: &mut State,
+    width_s: f64,
+) -> Option<Vec<Observation>> {
     let placed = state.walk.program_s(&measured.time_s);
     let (factors, scale) = refitted(measured, predicted, &placed)?;
     state.scale = scale;
@@ -279,7 +285,7 @@ fn shifts(measured: &Measured, predicted: &Predicted, state: &mut State, width_s
         let at_s = (begin + 0.5 * WINDOW_S).clamp(0.0, state.clock.total_s());
         if let Some((shift, variance)) = shift(&rows, scale) {
             let known = interpolated(&state.walk.at_s, &state.walk.drift_s, at_s);
-            seen.push(Seen { at_s, drift_s: known + shift.clamp(-0.75, 0.75), variance });
+            seen.push(Observation { at_s, drift_s: known + shift.clamp(-0.75, 0.75), variance });
         }
         first = last.max(first + 1);
     }
@@ -319,7 +325,7 @@ fn shift(rows: &[[f64; 4]], scale: f64) -> Option<(f64, f64)> {
 }
 
 /// Factors on the parts at this alignment, and the deviation of what is left.
-fn refitted(measured: &Measured, predicted: &Predicted, placed: &[f64]) -> Option<([f64; PARTS], f64)> {
+fn refitted(measured: &MeasuredLoad, predicted: &PredictedLoad, placed: &[f64]) -> Option<([f64; PARTS], f64)> {
     let inside: Vec<usize> = (0..placed.len()).filter(|i| placed[*i].is_finite()).collect();
     let used: Vec<usize> = (0..PARTS).filter(|b| predicted.parts[*b].iter().any(|x| *x != 0.0)).collect();
     let x = DMatrix::from_fn(inside.len(), used.len(), |r, c| predicted.part(used[c], placed[inside[r]]));
@@ -334,14 +340,14 @@ fn refitted(measured: &Measured, predicted: &Predicted, placed: &[f64]) -> Optio
 }
 
 /// The lag of the sensor that lowers the squares most, with the alignment it asks for.
-fn lagged(measured: &Measured, timeline: &Timeline, state: &State, parts: &[Part]) -> (f64, Drift) {
+fn lagged(measured: &MeasuredLoad, timeline: &Timeline, state: &State, parts: &[Part]) -> (f64, Drift) {
     let moved = |by: f64| {
         let drift_s = state.walk.drift_s.iter().map(|d| d + by).collect();
         Drift { drift_s, ..state.walk.clone() }
     };
     let mut best = (f64::INFINITY, 0.0, 0.0);
     for lag_s in std::iter::once(0.0).chain(LAGS_S) {
-        let predicted = Predicted::new(timeline, &state.clock, parts, lag_s, measured.span_s);
+        let predicted = PredictedLoad::new(timeline, &state.clock, parts, lag_s, measured.span_s);
         for k in 0..=8 {
             let by = -lag_s * f64::from(k) / 8.0;
             let squares = squares(measured, &predicted, &moved(by).program_s(&measured.time_s));
@@ -358,7 +364,7 @@ fn lagged(measured: &Measured, timeline: &Timeline, state: &State, parts: &[Part
 }
 
 /// Squares that the best factors on the parts leave.
-fn squares(measured: &Measured, predicted: &Predicted, placed: &[f64]) -> f64 {
+fn squares(measured: &MeasuredLoad, predicted: &PredictedLoad, placed: &[f64]) -> f64 {
     let (mut normal, mut rhs, mut whole) = (DMatrix::<f64>::zeros(PARTS, PARTS), DVector::<f64>::zeros(PARTS), 0.0);
     for (t, y) in placed.iter().zip(&measured.load) {
         let x = DVector::from_fn(PARTS, |b, _| predicted.part(b, *t));
@@ -372,7 +378,7 @@ fn squares(measured: &Measured, predicted: &Predicted, placed: &[f64]) -> f64 {
 }
 
 /// Correlation of the measured load and the fitted one.
-fn agreement(measured: &Measured, predicted: &Predicted, walk: &Drift) -> f64 {
+fn agreement(measured: &MeasuredLoad, predicted: &PredictedLoad, walk: &Drift) -> f64 {
     let placed = walk.program_s(&measured.time_s);
     let Some((factors, _)) = refitted(measured, predicted, &placed) else { return 0.0 };
     let predicted = predicted.with(factors);

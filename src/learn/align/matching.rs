@@ -11,7 +11,7 @@ use crate::learn::regress::linear::{Loss, robust};
 use crate::learn::regress::statistics::{correlation, scale_of};
 use nalgebra::DMatrix;
 
-/// Measured load tied to the predicted one.
+/// MeasuredLoad load tied to the predicted one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Match {
     /// Program time of each measured grid point, s; NaN outside the program.

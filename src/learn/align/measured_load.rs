@@ -9,7 +9,7 @@ use crate::learn::log::gaps::gaps;
 const MOST_POINTS: f64 = 8000.0;
 
 /// The measured load, thinned.
-pub(in crate::learn) struct Measured {
+pub(in crate::learn) struct MeasuredLoad {
     /// Middle of each point, s.
     pub(in crate::learn) time_s: Vec<f64>,
     /// Load there.
@@ -20,7 +20,7 @@ pub(in crate::learn) struct Measured {
     pub(in crate::learn) gaps: Vec<[f64; 2]>,
 }
 
-impl Measured {
+impl MeasuredLoad {
     /// What was measured while the program went on, at the times less the holds.
     pub(in crate::learn) fn without(&self, holds: &Holds) -> Self {
         let inside = |t: f64| holds.0.iter().any(|(from, to)| t > *from && t < *to);
@@ -35,7 +35,7 @@ impl Measured {
 }
 
 /// Means of a few readings each, never over a gap.
-pub(in crate::learn) fn thinned(log: &Log, index: usize) -> Option<Measured> {
+pub(in crate::learn) fn thinned(log: &Log, index: usize) -> Option<MeasuredLoad> {
     let values = &log.measured[index].1;
     let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
     let times: Vec<f64> = known.iter().map(|i| log.time_s[*i]).collect();
@@ -46,7 +46,7 @@ pub(in crate::learn) fn thinned(log: &Log, index: usize) -> Option<Measured> {
     let step_s = (times.last()? - times.first()? - in_gaps) / (times.len() - gaps.len()) as f64;
     let begins = |i: usize| gaps.binary_search_by(|gap| gap[1].total_cmp(&log.time_s[i])).is_ok();
     let chunks: Vec<&[usize]> = known.chunk_by(|_, after| !begins(*after)).flat_map(|c| c.chunks(size)).collect();
-    let measured = Measured {
+    let measured = MeasuredLoad {
         span_s: (size - 1) as f64 * step_s,
         time_s: chunks.iter().map(|c| mean(&|i| log.time_s[i], c)).collect(),
         load: chunks.iter().map(|c| mean(&|i| values[i], c)).collect(),
@@ -56,7 +56,7 @@ pub(in crate::learn) fn thinned(log: &Log, index: usize) -> Option<Measured> {
 }
 
 /// Means of the load over a grid, NaN in gaps; other steps without a reading take the value before.
-pub(in crate::learn) fn gridded(measured: &Measured, step: f64) -> Vec<f64> {
+pub(in crate::learn) fn gridded(measured: &MeasuredLoad, step: f64) -> Vec<f64> {
     let count = (measured.time_s.last().copied().unwrap_or(0.0) / step) as usize + 1;
     let (mut sums, mut counts) = (vec![0.0; count], vec![0.0; count]);
     for (t, v) in measured.time_s.iter().zip(&measured.load) {

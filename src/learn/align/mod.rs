@@ -16,7 +16,7 @@ pub mod predicted_load;
 
 use crate::learn::log::Log;
 use crate::learn::log::gaps::{longest_step, median_step};
-use crate::learn::program::timeline::{Doing, Spot, Timeline};
+use crate::learn::program::timeline::{Activity, Spot, Timeline};
 use crate::path::Vec3;
 
 /// By what a log is tied to its program.
@@ -45,13 +45,13 @@ impl Method {
 /// How a log was tied.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Aligned {
-    /// Predicted program time of each sample, s; NaN outside.
+    /// PredictedLoad program time of each sample, s; NaN outside.
     pub program_s: Vec<f64>,
     /// By what.
     pub method: Method,
     /// Standard uncertainty of that time, s: of each sample, and their root mean square.
-    pub each_s: Vec<f64>,
-    /// See `each_s`.
+    pub sample_uncertainty_s: Vec<f64>,
+    /// See `sample_uncertainty_s`.
     pub uncertainty_s: f64,
     /// Share of the samples that could not be placed well.
     pub misfit: f64,
@@ -98,7 +98,7 @@ pub fn by_position(log: &Log, timeline: &Timeline) -> Option<Aligned> {
     Some(Aligned {
         program_s,
         method: Method::Position,
-        each_s: vec![0.1 * rate_s; points.len()],
+        sample_uncertainty_s: vec![0.1 * rate_s; points.len()],
         uncertainty_s: 0.1 * rate_s,
         misfit: off as f64 / points.len().max(1) as f64,
         pauses: Vec::new(),
@@ -167,17 +167,17 @@ fn waiting_after(timeline: &Timeline, time_s: f64) -> f64 {
     let Some(mut k) = timeline.at(time_s) else { return time_s };
     if timeline.spots[k].end_s <= time_s + 1e-6 {
         k += 1;
-    } else if !is_wait(timeline.spots[k].doing) {
+    } else if !is_wait(timeline.spots[k].activity) {
         return time_s;
     }
-    while k < timeline.spots.len() && is_wait(timeline.spots[k].doing) {
+    while k < timeline.spots.len() && is_wait(timeline.spots[k].activity) {
         k += 1;
     }
     if k == 0 { time_s } else { timeline.spots[k - 1].end_s.max(time_s) }
 }
 
-fn is_wait(doing: Doing) -> bool {
-    matches!(doing, Doing::Dwell | Doing::ToolChange | Doing::RunUp)
+fn is_wait(activity: Activity) -> bool {
+    matches!(activity, Activity::Dwell | Activity::ToolChange | Activity::RunUp)
 }
 
 fn moves(points: &[Vec3]) -> Vec<bool> {
@@ -201,8 +201,9 @@ fn leave_ends(program_s: &mut [f64], moved: &[bool], timeline: &Timeline) {
 
 /// Uncertainty of the typical sample of the program: the median, so that a few that lie far from all that was observed, and
 /// weigh little, do not stand for the others.
-pub(in crate::learn) fn typical(program_s: &[f64], each_s: &[f64]) -> f64 {
-    let mut placed: Vec<f64> = program_s.iter().zip(each_s).filter(|(t, _)| t.is_finite()).map(|(_, s)| *s).collect();
+pub(in crate::learn) fn typical(program_s: &[f64], sample_uncertainty_s: &[f64]) -> f64 {
+    let mut placed: Vec<f64> =
+        program_s.iter().zip(sample_uncertainty_s).filter(|(t, _)| t.is_finite()).map(|(_, s)| *s).collect();
     if placed.is_empty() {
         return f64::INFINITY;
     }

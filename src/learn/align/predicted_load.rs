@@ -1,11 +1,11 @@
 //! The load that a program should take over time, in parts whose factors a log says. In: timeline, job, other geometries, the
-//! clock of a machine, a lag. Out: [`Predicted`], means over the span of a reading, on a grid of time.
+//! clock of a machine, a lag. Out: [`PredictedLoad`], means over the span of a reading, on a grid of time.
 
 use crate::force::contact::Engaged;
 use crate::learn::program::clock::Clock;
 use crate::learn::program::declared::declared_or_aluminium;
-use crate::learn::program::simulated::Known;
-use crate::learn::program::timeline::{Doing, Timeline};
+use crate::learn::program::simulated::ProgramView;
+use crate::learn::program::timeline::{Activity, Timeline};
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
 use crate::units::watts_from_n_mm_s;
@@ -23,7 +23,7 @@ const ENTRY_MM: f64 = 10.0;
 pub(in crate::learn) type Part = ([f64; SURE], [[f64; 2]; PARTS - SURE]);
 
 /// Adds what the other geometries change, and what an entry may add: the load, falling to nothing over [`ENTRY_MM`].
-pub(in crate::learn) fn with_doubtful(parts: &mut [Part], known: &Known) {
+pub(in crate::learn) fn with_doubtful(parts: &mut [Part], known: &ProgramView) {
     let mut since_mm = 0.0;
     for (k, (spot, (sure, more))) in known.timeline.spots.iter().zip(parts.iter_mut()).enumerate() {
         let Some(coefficients) = known.job.tool(spot.tool).map(|tool| declared_or_aluminium(known.job, tool)) else {
@@ -62,22 +62,22 @@ pub(in crate::learn) fn parts(timeline: &Timeline, job: &Job, force: bool) -> Ve
                 return ([0.0, cutting, te * k.k_te + re * k.k_re, 0.0], none);
             }
             let tare = if spot.rps > 0.0 { job.machine.spindle.tare_w.at(spot.rps).max(1.0) } else { 0.0 };
-            let running = if spot.doing == Doing::RunUp { 1.0 } else { 0.0 };
+            let running = if spot.activity == Activity::RunUp { 1.0 } else { 0.0 };
             let [cutting, edge] = of_cut(&k, e, spot.rps);
             ([tare, cutting, edge, running * tare], none)
         })
         .collect()
 }
 
-/// Predicted parts of the load over program time.
-pub(in crate::learn) struct Predicted {
+/// PredictedLoad parts of the load over program time.
+pub(in crate::learn) struct PredictedLoad {
     step_s: f64,
     pub(in crate::learn) parts: [Vec<f64>; PARTS],
     /// Factors on the parts.
     pub(in crate::learn) factors: [f64; PARTS],
 }
 
-impl Predicted {
+impl PredictedLoad {
     pub(in crate::learn) fn new(timeline: &Timeline, clock: &Clock, parts: &[Part], lag_s: f64, span_s: f64) -> Self {
         let step_s = f64::max(0.02, clock.total_s() / 200_000.0);
         let count = (clock.total_s() / step_s) as usize + 1;
@@ -91,7 +91,7 @@ impl Predicted {
             }
             let speed = timeline.spots[k].length_mm / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
             let share = (t - clock.starts[k]) / (clock.starts[k + 1] - clock.starts[k]).max(1e-9);
-            let turning = if timeline.spots[k].doing == Doing::RunUp { share.clamp(0.0, 1.0) } else { 1.0 };
+            let turning = if timeline.spots[k].activity == Activity::RunUp { share.clamp(0.0, 1.0) } else { 1.0 };
             let ([tare, cutting, edge, run_up], more) = parts[k];
             let mut now = [0.0; PARTS];
             now[..SURE].copy_from_slice(&[tare * turning, cutting * speed, edge, run_up * turning]);
@@ -182,7 +182,7 @@ mod tests {
     fn a_load_is_read_between_the_middles_of_its_steps() {
         let rise: Vec<f64> = (0..50).map(|k| 0.02 * (f64::from(k) + 0.5)).collect();
         let parts: [Vec<f64>; PARTS] = std::array::from_fn(|_| rise.clone());
-        let predicted = Predicted { step_s: 0.02, parts, factors: BEFORE_FIT };
+        let predicted = PredictedLoad { step_s: 0.02, parts, factors: BEFORE_FIT };
         for t in [0.01, 0.153, 0.5, 0.985] {
             assert!((predicted.part(0, t) - t).abs() < 1e-12, "{t}: {}", predicted.part(0, t));
         }

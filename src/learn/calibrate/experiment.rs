@@ -10,19 +10,19 @@ use crate::effects::{self, State};
 use crate::learn::align::{Aligned, Method};
 use crate::learn::calibrate::plan::block;
 use crate::learn::calibrate::test_program::{Action, Pass, program};
-use crate::learn::dataset::binning::{cells, channels};
+use crate::learn::dataset::binning::{bin_log, channels};
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::candidates::starts;
 use crate::learn::log::Log;
 use crate::learn::log::columns::DataError;
 use crate::learn::log::resultant::MEAN_FORCE;
 use crate::learn::log::resultant::Sample;
-use crate::learn::model::design::Use;
-use crate::learn::model::design::used;
+use crate::learn::model::design::FittedEffect;
+use crate::learn::model::design::in_model;
 use crate::learn::model::fit::{Fitted, fit, predict};
 use crate::learn::model::whitening::whitened;
-use crate::learn::program::simulated::Known;
-use crate::learn::program::simulated::{Prepared, prepare_for};
+use crate::learn::program::simulated::ProgramView;
+use crate::learn::program::simulated::{SimulatedProgram, simulate_for};
 use crate::learn::report::{Confounded, LearnReport};
 use crate::machine::{Box3, Job, Tool};
 
@@ -74,9 +74,9 @@ pub fn experiment(data: &Data, report: &LearnReport, job: &Job) -> Result<Option
 /// Each rival fitted beside the other effects that were found.
 pub fn rivals(data: &Data, report: &LearnReport, confounded: &Confounded) -> Vec<Fitted> {
     let Some(scaled) = whitened(data) else { return Vec::new() };
-    let others: Vec<Use> =
-        report.effects.iter().filter(|e| !confounded.names.contains(&e.name)).filter_map(used).collect();
-    let with = |one: &Use| others.iter().cloned().chain([one.clone()]).collect::<Vec<Use>>();
+    let others: Vec<FittedEffect> =
+        report.effects.iter().filter(|e| !confounded.names.contains(&e.name)).filter_map(in_model).collect();
+    let with = |one: &FittedEffect| others.iter().cloned().chain([one.clone()]).collect::<Vec<FittedEffect>>();
     let best = |name: &String| {
         let present = fit(&scaled, &others, 12)?;
         let begin = starts(effects::named(name)?, &scaled, &present);
@@ -90,7 +90,7 @@ pub fn rivals(data: &Data, report: &LearnReport, confounded: &Confounded) -> Vec
 pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -> Option<f64> {
     let force = learned.channel_names.iter().find(|name| name.starts_with("force"));
     let sample = force.map(|name| if name == MEAN_FORCE { Sample::Mean } else { Sample::Peak });
-    let prepared = prepare_for(program.as_bytes(), job, sample, None).ok()?;
+    let prepared = simulate_for(program.as_bytes(), job, sample, None).ok()?;
     let mut data = imagined(&prepared, job, &learned.channel_names);
     continue_after(&mut data, learned);
     let predicted: Vec<Vec<f64>> = rivals.iter().map(|r| predict(&data, &r.model)).collect();
@@ -102,17 +102,18 @@ pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -
 }
 
 /// The data that a log of a program would give, its readings left at zero.
-fn imagined(prepared: &Prepared, job: &Job, channel_names: &[String]) -> Data {
+fn imagined(prepared: &SimulatedProgram, job: &Job, channel_names: &[String]) -> Data {
     let count = (prepared.timeline().total_s() * RATE_HZ) as usize;
     let time_s: Vec<f64> = (0..count).map(|k| (k as f64 + 0.5) / RATE_HZ).collect();
     let known_name =
         |name: &String| crate::learn::log::quantity::MEASURED.iter().copied().find(|m| name.starts_with(m));
     let measured = channel_names.iter().filter_map(known_name).map(|name| (name, vec![0.0; count])).collect();
-    let each_s = vec![0.0; time_s.len()];
-    let aligned = Aligned { program_s: time_s.clone(), method: Method::Position, each_s, ..Aligned::default() };
+    let sample_uncertainty_s = vec![0.0; time_s.len()];
+    let aligned =
+        Aligned { program_s: time_s.clone(), method: Method::Position, sample_uncertainty_s, ..Aligned::default() };
     let log = Log { time_s, measured, ..Log::default() };
-    let known: Known = prepared.known(job);
-    cells(&log, &aligned, &known, &channels(&log)).0
+    let known: ProgramView = prepared.known(job);
+    bin_log(&log, &aligned, &known, &channels(&log)).0
 }
 
 /// Time, sliding and volume go on where the log ended.

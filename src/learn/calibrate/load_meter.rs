@@ -17,7 +17,7 @@ use crate::learn::calibrate::calibration::Calibration;
 use crate::learn::calibrate::power::RATIO_UNCERTAINTY;
 use crate::learn::log::columns::DataError;
 use crate::learn::program::declared::declared;
-use crate::learn::program::simulated::Prepared;
+use crate::learn::program::simulated::SimulatedProgram;
 use crate::learn::program::timeline::Spot;
 use crate::learn::report::Value;
 use crate::machine::material::LinearEdge;
@@ -87,7 +87,7 @@ struct Found {
 }
 
 /// Coefficients from the readings of a program's tools.
-pub fn coefficients(readings: &[Reading], prepared: &Prepared, job: &Job) -> Result<Calibration, DataError> {
+pub fn coefficients(readings: &[Reading], prepared: &SimulatedProgram, job: &Job) -> Result<Calibration, DataError> {
     let found: Vec<Found> = readings.iter().map(|r| of_tool(*r, prepared, job)).collect::<Result<_, _>>()?;
     let weight = |f: &Found| 1.0 / f.variance;
     let whole: f64 = found.iter().map(weight).sum();
@@ -147,7 +147,7 @@ pub fn coefficients(readings: &[Reading], prepared: &Prepared, job: &Job) -> Res
     })
 }
 
-fn of_tool(reading: Reading, prepared: &Prepared, job: &Job) -> Result<Found, DataError> {
+fn of_tool(reading: Reading, prepared: &SimulatedProgram, job: &Job) -> Result<Found, DataError> {
     let number = reading.tool;
     let missing = |what: String| DataError::Unfit(format!("T{number}: {what}"));
     let tool = job.tool(number).ok_or_else(|| missing("the setup has no such tool".into()))?;

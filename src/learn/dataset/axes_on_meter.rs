@@ -7,7 +7,7 @@
 use crate::learn::align::Method;
 use crate::learn::dataset::placed_log::PlacedLog;
 use crate::learn::program::motion::motion;
-use crate::learn::program::timeline::Doing;
+use crate::learn::program::timeline::Activity;
 use crate::learn::regress::linear::{Loss, robust};
 use nalgebra::DMatrix;
 
@@ -23,11 +23,12 @@ impl PlacedLog<'_> {
         let in_air = |i: &usize| {
             let spot = self.spot[*i].map(|k| &spots[k]);
             spot.is_some_and(|s| {
-                matches!(s.doing, Doing::Rapid | Doing::Dwell | Doing::Feed) && s.engaged.section_mm2 <= 1e-6
+                matches!(s.activity, Activity::Rapid | Activity::Dwell | Activity::Feed)
+                    && s.engaged.section_mm2 <= 1e-6
             })
         };
         let air: Vec<[usize; 2]> = valid.windows(2).map(|p| [p[0], p[1]]).filter(|[_, i]| in_air(i)).collect();
-        let rapid = |[_, i]: &&[usize; 2]| self.spot[*i].is_some_and(|k| spots[k].doing == Doing::Rapid);
+        let rapid = |[_, i]: &&[usize; 2]| self.spot[*i].is_some_and(|k| spots[k].activity == Activity::Rapid);
         if air.iter().filter(rapid).count() < FEWEST {
             return [0.0; 2];
         }

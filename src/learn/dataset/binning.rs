@@ -17,8 +17,8 @@ use crate::learn::log::quantity::OF_SPINDLE;
 use crate::learn::log::quantity::Quantity;
 use crate::learn::program::declared::in_force;
 use crate::learn::program::runout_grid::RUNOUT_GRID;
-use crate::learn::program::simulated::Known;
-use crate::learn::program::timeline::{Doing, Spot};
+use crate::learn::program::simulated::ProgramView;
+use crate::learn::program::timeline::{Activity, Spot};
 use crate::learn::program::variant::OtherGeometry;
 use crate::learn::program::variant::Variant;
 use crate::machine::Job;
@@ -53,7 +53,7 @@ pub fn channels(log: &Log) -> Channels {
 }
 
 /// Data of a log, and how many samples were weighted down.
-pub fn cells(log: &Log, aligned: &Aligned, known: &Known, channels: &Channels) -> (Data, usize) {
+pub fn bin_log(log: &Log, aligned: &Aligned, known: &ProgramView, channels: &Channels) -> (Data, usize) {
     let spots = &known.timeline.spots;
     let mut data = Data { kind_names: tool_names(spots), ..Data::default() };
     data.base = base(known.job, channels);
@@ -142,7 +142,7 @@ impl PlacedLog<'_> {
         let spots = &self.known.timeline.spots;
         let own = self.known.timeline.at(time_s).unwrap_or(0);
         let spot = &spots[own];
-        if spot.doing != Doing::Feed {
+        if spot.activity != Activity::Feed {
             return [(own, 1.0), (own, 0.0)];
         }
         let over = ((time_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
@@ -200,7 +200,7 @@ impl PlacedLog<'_> {
 
     /// Share of the speed reached while the spindle runs up, 0 otherwise: what its mass takes then is no tare.
     fn running_up(&self, i: usize, spot: &Spot) -> f64 {
-        let running = spot.doing == Doing::RunUp && spot.rps > 0.0;
+        let running = spot.activity == Activity::RunUp && spot.rps > 0.0;
         if !running {
             return 0.0;
         }
@@ -232,9 +232,9 @@ impl PlacedLog<'_> {
             self.cell(data, members, quantity, values, channel);
             data.weight.push(weight);
             data.span_s.push(last - begin + step_s);
-            data.readings_each.push(members.len() as f64);
+            data.readings_per_sample.push(members.len() as f64);
             data.run.push(run);
-            data.load_doubt.push(self.load_doubt(members[members.len() - 1], weights));
+            data.load_variance.push(self.load_variance(members[members.len() - 1], weights));
             let middle = self.aligned.program_s[members[members.len() / 2]];
             data.block.push((middle / (span / BLOCKS).max(1.0)) as usize);
         }

@@ -12,7 +12,7 @@ impl PlacedLog<'_> {
     pub(in crate::learn) fn motion(&self, i: usize) -> [f64; 2] {
         let by_way = self.aligned.method == Method::Position;
         let program_s = self.aligned.program_s[i];
-        let about_s = if by_way { 0.0 } else { self.aligned.each_s[i] };
+        let about_s = if by_way { 0.0 } else { self.aligned.sample_uncertainty_s[i] };
         let (mut v, mut v_a, mut least) = (0.0, 0.0, 0.0);
         for k in -2..=2 {
             let at_s = program_s + 0.75 * f64::from(k) * about_s;

@@ -6,14 +6,14 @@ use crate::learn::align::Aligned;
 use crate::learn::log::Log;
 use crate::learn::log::quantity::Quantity;
 use crate::learn::log::quantity::column_factor;
-use crate::learn::program::simulated::Known;
-use crate::learn::program::timeline::{Doing, Spot};
+use crate::learn::program::simulated::ProgramView;
+use crate::learn::program::timeline::{Activity, Spot};
 use crate::learn::regress::statistics::median;
 
 /// The samples laid along the program.
 pub(in crate::learn) struct PlacedLog<'a> {
     pub(in crate::learn) log: &'a Log,
-    pub(in crate::learn) known: &'a Known<'a>,
+    pub(in crate::learn) known: &'a ProgramView<'a>,
     pub(in crate::learn) aligned: &'a Aligned,
     /// Spot of each sample.
     pub(in crate::learn) spot: Vec<Option<usize>>,
@@ -24,7 +24,7 @@ pub(in crate::learn) struct PlacedLog<'a> {
 }
 
 impl<'a> PlacedLog<'a> {
-    pub(in crate::learn) fn new(log: &'a Log, aligned: &'a Aligned, known: &'a Known<'a>) -> Self {
+    pub(in crate::learn) fn new(log: &'a Log, aligned: &'a Aligned, known: &'a ProgramView<'a>) -> Self {
         let spots = &known.timeline.spots;
         let mut tools: Vec<u32> = spots.iter().map(|s| s.tool).collect();
         tools.sort_unstable();
@@ -53,7 +53,7 @@ impl<'a> PlacedLog<'a> {
         let spot = &spots[index];
         let middle = |s: &Spot| f64::midpoint(s.start_s, s.end_s);
         let next = if time_s < middle(spot) { index.wrapping_sub(1) } else { index + 1 };
-        let other = spots.get(next).filter(|s| spot.doing == Doing::Feed && s.move_id == spot.move_id);
+        let other = spots.get(next).filter(|s| spot.activity == Activity::Feed && s.move_id == spot.move_id);
         let share = other.map_or(0.0, |o| (time_s - middle(spot)) / (middle(o) - middle(spot)));
         [(index, 1.0 - share), (if other.is_some() { next } else { index }, share)]
     }

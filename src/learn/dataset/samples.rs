@@ -73,10 +73,10 @@ pub struct Data {
     /// Length of time that a sample stands for, s; 0 for tables.
     pub span_s: Vec<f64>,
     /// Readings that a sample is the mean of; empty for tables.
-    pub readings_each: Vec<f64>,
+    pub readings_per_sample: Vec<f64>,
     /// Variance with which the load of a sample is known, over that of its reading: infinite where nobody knows it; empty:
     /// 0. What a chain with a lag keeps of such loads is known from the readings alone.
-    pub load_doubt: Vec<f64>,
+    pub load_variance: Vec<f64>,
     /// Samples with the same number follow each other without a gap (logs); in tables every sample has its own.
     pub run: Vec<usize>,
     /// Measured quantity (power 0, others after it).

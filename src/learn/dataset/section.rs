@@ -7,7 +7,7 @@
 
 use crate::force::contact::Engaged;
 use crate::learn::dataset::placed_log::PlacedLog;
-use crate::learn::program::timeline::Doing;
+use crate::learn::program::timeline::Activity;
 
 /// Steepest change, as q or 1/q.
 const STEEPEST: f64 = 5.0;
@@ -27,7 +27,7 @@ impl PlacedLog<'_> {
         let [own, beside] = self.about(time_s);
         let spot = &spots[own.0];
         let (mean, most) = (of(own.0).section_mm2, most(of(own.0)));
-        if spot.doing != Doing::Feed || spot.direction.z.abs() > LEVEL {
+        if spot.activity != Activity::Feed || spot.direction.z.abs() > LEVEL {
             return [own, beside, (own.0, 0.0)];
         }
         let alone = [(own.0, 1.0), (own.0, 0.0), (own.0, 0.0)];

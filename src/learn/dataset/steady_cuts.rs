@@ -12,7 +12,7 @@ use crate::learn::dataset::steady_table::{Side, SteadyRow};
 use crate::learn::log::Log;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::MEASURED;
-use crate::learn::program::timeline::{Doing, Spot, Timeline};
+use crate::learn::program::timeline::{Activity, Spot, Timeline};
 use crate::machine::Job;
 
 /// Fewest samples of a cut.
@@ -87,7 +87,7 @@ fn end_of_move(timeline: &Timeline, first: usize) -> usize {
 
 /// Longest run of spots with the middle section and speed of the move; `None` for what is no feed move.
 fn steady_stretch(spots: &[Spot]) -> Option<std::ops::Range<usize>> {
-    let first = spots.first().filter(|s| s.doing == Doing::Feed && s.rps > 0.0)?;
+    let first = spots.first().filter(|s| s.activity == Activity::Feed && s.rps > 0.0)?;
     let level = weighted_median(spots, |s| s.engaged.section_mm2);
     let speed = weighted_median(spots, Spot::speed_mm_s);
     let steady = |s: &Spot| {

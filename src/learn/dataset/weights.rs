@@ -9,7 +9,7 @@ use crate::force::contact::Engaged;
 use crate::learn::dataset::placed_log::PlacedLog;
 use crate::learn::dataset::samples::{Base, Class};
 use crate::learn::log::quantity::Quantity;
-use crate::learn::program::timeline::{Doing, Spot};
+use crate::learn::program::timeline::{Activity, Spot};
 use crate::learn::program::variant::OtherGeometry;
 use crate::learn::regress::statistics::median;
 
@@ -46,17 +46,18 @@ impl PlacedLog<'_> {
         around.into_iter().any(|k| {
             let Some(s) = self.spot[k] else { return false };
             let spot = &self.known.timeline.spots[s];
-            matches!(spot.doing, Doing::RunUp | Doing::ToolChange) || (self.rps(k, spot) - own).abs() > SAME_SPEED * own
+            matches!(spot.activity, Activity::RunUp | Activity::ToolChange)
+                || (self.rps(k, spot) - own).abs() > SAME_SPEED * own
         })
     }
 
     /// Variance with which the load of a cell is known, over that of the mean of its readings, which have these weights: nobody
     /// knows the load while the spindle changes its speed; just after that its own weight says nothing of it.
-    pub(in crate::learn) fn load_doubt(&self, last: usize, weights: &[f64]) -> f64 {
+    pub(in crate::learn) fn load_variance(&self, last: usize, weights: &[f64]) -> f64 {
         let spot = |k: usize| self.spot[k].map(|s| &self.known.timeline.spots[s]);
         let rps = |k: usize| spot(k).map_or(0.0, |spot| self.rps(k, spot));
         let before = last.saturating_sub(1);
-        let turns_up = |k: usize| spot(k).is_some_and(|s| matches!(s.doing, Doing::RunUp | Doing::ToolChange));
+        let turns_up = |k: usize| spot(k).is_some_and(|s| matches!(s.activity, Activity::RunUp | Activity::ToolChange));
         if turns_up(last) || turns_up(before) || (rps(last) - rps(before)).abs() > SAME_SPEED * rps(before) {
             return f64::INFINITY;
         }
@@ -78,7 +79,7 @@ impl PlacedLog<'_> {
             let measured = &measured[next..next + stretch.len()];
             next += stretch.len();
             if !stretch[0].1 {
-                let of_axes = |i: usize| self.axes_spread(i, DOUBT * self.aligned.each_s[i], axes);
+                let of_axes = |i: usize| self.axes_spread(i, DOUBT * self.aligned.sample_uncertainty_s[i], axes);
                 let spread = |i: usize, measured: f64| self.predicted_spread(i, loads).max(of_axes(i)).max(measured);
                 let each = stretch.iter().zip(measured);
                 return each.map(|((i, _), m)| weight_of(0.5 * spread(*i, *m), sigma)).collect();
@@ -93,7 +94,7 @@ impl PlacedLog<'_> {
     /// Range of the readings within the doubt of the alignment about each, taken as linear between neighbours. Where many
     /// readings fall within that doubt, neighbours are the means of those of half of it: their noise is no doubt.
     fn measured_spreads(&self, valid: &[usize], values: &[f64]) -> Vec<f64> {
-        let about = |k: usize| DOUBT * self.aligned.each_s[valid[k]];
+        let about = |k: usize| DOUBT * self.aligned.sample_uncertainty_s[valid[k]];
         let time = |k: usize| self.log.time_s[valid[k]];
         let mut groups: Vec<(f64, f64, usize, f64)> = Vec::new();
         let mut first = 0;
@@ -102,7 +103,12 @@ impl PlacedLog<'_> {
             let near = (first + 1..valid.len()).take_while(|k| time(*k) - time(first) < within).count();
             let members = &valid[first..=first + near];
             let mean = |of: &[f64]| members.iter().map(|i| of[*i]).sum::<f64>() / members.len() as f64;
-            groups.push((mean(&self.log.time_s), mean(values), members.len(), DOUBT * mean(&self.aligned.each_s)));
+            groups.push((
+                mean(&self.log.time_s),
+                mean(values),
+                members.len(),
+                DOUBT * mean(&self.aligned.sample_uncertainty_s),
+            ));
             first += near + 1;
         }
         let step = |k: usize, other: Option<&(f64, f64, usize, f64)>| {
@@ -119,7 +125,7 @@ impl PlacedLog<'_> {
 
     /// Range of the predicted loads within the doubt of the alignment about a sample, in the geometry that varies most.
     fn predicted_spread(&self, i: usize, loads: &[Vec<f64>]) -> f64 {
-        let (at, about) = (self.aligned.program_s[i], DOUBT * self.aligned.each_s[i]);
+        let (at, about) = (self.aligned.program_s[i], DOUBT * self.aligned.sample_uncertainty_s[i]);
         let end_s = self.known.timeline.total_s();
         let [first, own, last] = [at - about, at, at + about].map(|t| self.about(t.clamp(0.0, end_s)));
         let [from, to] = [first[0].0, last[0].0];

@@ -7,7 +7,7 @@ use crate::learn::diagnose::criteria::{is_structure, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
 use crate::learn::model::cross_validation::without;
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::Fitted;
 use crate::learn::report::{Added, ChannelError, LearnReport, Transfer, Unexplained, Value};
 
@@ -54,7 +54,7 @@ impl Diagnosis<'_> {
         }
     }
 
-    fn added(&self, e: usize, each: &Use, fitted: &Fitted) -> Added {
+    fn added(&self, e: usize, each: &FittedEffect, fitted: &Fitted) -> Added {
         let found = self.evidence.iter().rev().find(|(name, ..)| *name == each.effect.name);
         let (_, evidence, p_value, errors) =
             found.cloned().unwrap_or((each.effect.name, String::new(), 1.0, [f64::NAN; 2]));

@@ -4,7 +4,7 @@ use crate::effects::{Acts, Covariate, Effect, Geometry, Need, Parameter, Place};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::PLACED_BY;
 use crate::learn::diagnose::score_test::{instant, region};
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::Fitted;
 use crate::learn::model::starts::{forms, product};
 use crate::learn::program::variant::Variant;
@@ -56,7 +56,7 @@ fn range(covariate: Covariate, data: &Data, floor: f64) -> (f64, f64) {
 }
 
 /// Forms of the effect and values of its parameters to begin with; empty when none are worth trying.
-pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Use> {
+pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<FittedEffect> {
     let values = if effect.is_looked_for() {
         placed(effect, data, present)
     } else if effect.changes(Geometry::Runout) && data.runouts.is_narrow() {

@@ -3,8 +3,8 @@
 
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::residual::COVARIATES;
-use crate::learn::model::design::Use;
-use crate::learn::model::design::used;
+use crate::learn::model::design::FittedEffect;
+use crate::learn::model::design::in_model;
 use crate::learn::model::fit::fit;
 use crate::learn::model::whitening::whitened;
 use crate::learn::report::LearnReport;
@@ -26,7 +26,7 @@ pub struct Trace {
 
 /// Mean residual in bins of a covariate.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Along {
+pub struct CovariateCurve {
     /// The covariate.
     pub name: String,
     /// (its mean, residual before, residual after, samples) of each bin.
@@ -35,36 +35,36 @@ pub struct Along {
 
 /// Everything to draw.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Shown {
+pub struct Curves {
     /// Measured quantities.
     pub traces: Vec<Trace>,
     /// Residuals along covariates, the one with most structure before first.
-    pub along: Vec<Along>,
+    pub along: Vec<CovariateCurve>,
 }
 
 /// Bins of a covariate.
 const BINS: usize = 14;
 
 /// What there is to show; empty where the model cannot be fitted.
-pub fn shown(data: &Data, report: &LearnReport) -> Shown {
-    let effects: Vec<Use> = report.effects.iter().filter_map(used).collect();
+pub fn curves(data: &Data, report: &LearnReport) -> Curves {
+    let effects: Vec<FittedEffect> = report.effects.iter().filter_map(in_model).collect();
     let Some((base, last)) = whitened(data).and_then(|d| fit(&d, &[], 0).zip(fit(&d, &effects, 25))) else {
-        return Shown::default();
+        return Curves::default();
     };
     let channels = data.channel_names.iter().enumerate();
     let traces = channels.map(|(c, name)| trace(data, c, name, &base.predicted, &last.predicted)).collect();
     let residual = |predicted: &[f64]| -> Vec<f64> { data.reading.iter().zip(predicted).map(|(y, p)| y - p).collect() };
     let (before, after) = (residual(&base.predicted), residual(&last.predicted));
-    let mut along: Vec<Along> = COVARIATES
+    let mut along: Vec<CovariateCurve> = COVARIATES
         .iter()
         .filter_map(|c| {
             let values: Vec<f64> = data.state.iter().map(|state| c.of(state)).collect();
             binned(data, c.name(), &values, &before, &after)
         })
         .collect();
-    let structure = |a: &Along| a.bins.iter().map(|b| b[3] * b[1] * b[1]).sum::<f64>();
+    let structure = |a: &CovariateCurve| a.bins.iter().map(|b| b[3] * b[1] * b[1]).sum::<f64>();
     along.sort_by(|a, b| structure(b).total_cmp(&structure(a)));
-    Shown { traces, along }
+    Curves { traces, along }
 }
 
 fn trace(data: &Data, channel: usize, name: &str, before: &[f64], after: &[f64]) -> Trace {
@@ -82,7 +82,7 @@ fn trace(data: &Data, channel: usize, name: &str, before: &[f64], after: &[f64])
 }
 
 /// Bins of equal numbers of samples; `None` where the covariate does not vary.
-fn binned(data: &Data, name: &str, values: &[f64], before: &[f64], after: &[f64]) -> Option<Along> {
+fn binned(data: &Data, name: &str, values: &[f64], before: &[f64], after: &[f64]) -> Option<CovariateCurve> {
     let mut members: Vec<usize> = data.used().filter(|i| values[*i].is_finite()).collect();
     members.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
     let (first, last) = (values[*members.first()?], values[*members.last()?]);
@@ -95,5 +95,5 @@ fn binned(data: &Data, name: &str, values: &[f64], before: &[f64], after: &[f64]
         let mean = |of: &[f64]| part.iter().map(|i| data.weight[*i] * of[*i]).sum::<f64>() / weight.max(1e-300);
         [mean(values), mean(before), mean(after), part.len() as f64]
     };
-    Some(Along { name: name.to_owned(), bins: members.chunks(size).map(bin).collect() })
+    Some(CovariateCurve { name: name.to_owned(), bins: members.chunks(size).map(bin).collect() })
 }

@@ -14,7 +14,7 @@ use crate::learn::diagnose::criteria::{
 };
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial, unphysical};
-use crate::learn::diagnose::unnamed::{Free, by_no_name, foreign};
+use crate::learn::diagnose::unnamed::{FreePatterns, better_pattern, unrelated_covariates};
 use crate::learn::model::cross_validation::{improvement_by_block, t_statistic};
 use crate::learn::model::fit::{Fitted, part};
 use crate::learn::report::Rejected;
@@ -112,8 +112,8 @@ impl Diagnosis<'_> {
         let known = present.model.effects.iter().flat_map(|u| u.effect.covariates.iter().copied());
         let own: Vec<Covariate> = known.filter(|c| !trial.effect.covariates.contains(c)).collect();
         let load = self.cut(present);
-        let free = Free { data: &self.train, split: self.split, load: &load };
-        let (along, [pattern, named]) = by_no_name(&free, &own, before, after)?;
+        let free = FreePatterns { data: &self.train, split: self.split, load: &load };
+        let (along, [pattern, named]) = better_pattern(&free, &own, before, after)?;
         Some(format!(
             "what the effects before it leave follows {}, as they do: a free pattern along that leaves {:.0} % of it, this effect {:.0} %",
             along.name(),
@@ -126,9 +126,9 @@ impl Diagnosis<'_> {
     /// more than all of them.
     pub(in crate::learn) fn stand_in(&self, base: &Fitted, fitted: &Fitted, after: &[f64]) -> Option<String> {
         let load = self.cut(base);
-        let free = Free { data: &self.train, split: self.split, load: &load };
-        let covariates = foreign(&fitted.model.effects);
-        let (along, [pattern, named]) = by_no_name(&free, &covariates, &self.base_residual, after)?;
+        let free = FreePatterns { data: &self.train, split: self.split, load: &load };
+        let covariates = unrelated_covariates(&fitted.model.effects);
+        let (along, [pattern, named]) = better_pattern(&free, &covariates, &self.base_residual, after)?;
         Some(format!(
             "a free pattern along {} leaves {:.0} % of the squares of the base model, all effects found together {:.0} %",
             along.name(),

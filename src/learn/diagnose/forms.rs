@@ -6,7 +6,7 @@ use crate::learn::diagnose::candidates::starts;
 use crate::learn::diagnose::criteria::FORM_MARGIN;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{score_of, unphysical};
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use rayon::prelude::*;
 
@@ -22,7 +22,7 @@ impl Diagnosis<'_> {
         let free = |k: usize, start: f64| {
             let mut each = last.clone();
             (each.values[k], each.free[k]) = (start, true);
-            let effects: Vec<Use> = others.iter().chain([&each]).cloned().collect();
+            let effects: Vec<FittedEffect> = others.iter().chain([&each]).cloned().collect();
             let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
             let sound = unphysical(fitted.model.effects.last(), self.data.clock_s).is_none();
             sound.then(|| (score_of(&self.train, &found, &fitted, 1).0, fitted))
@@ -49,8 +49,8 @@ impl Diagnosis<'_> {
             return None;
         }
         let others = remove(&present.model.effects, k);
-        let fitted = |each: &Use| {
-            let effects: Vec<Use> = others.iter().chain([each]).cloned().collect();
+        let fitted = |each: &FittedEffect| {
+            let effects: Vec<FittedEffect> = others.iter().chain([each]).cloned().collect();
             let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
             let (score, _) = score_of(&self.train, without_it, &fitted, each.asked());
             Some((score, fitted))
@@ -63,6 +63,6 @@ impl Diagnosis<'_> {
 }
 
 /// The effects without the `k`-th.
-pub(in crate::learn) fn remove(effects: &[Use], k: usize) -> Vec<Use> {
+pub(in crate::learn) fn remove(effects: &[FittedEffect], k: usize) -> Vec<FittedEffect> {
     effects.iter().enumerate().filter(|(e, _)| *e != k).map(|(_, each)| each.clone()).collect()
 }

@@ -7,20 +7,20 @@ use crate::learn::diagnose::criteria::harms;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial};
 use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_block, t_statistic, without};
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::Errors;
 use rayon::prelude::*;
 
 impl Diagnosis<'_> {
     /// Errors on data that a model with these effects was not fitted on.
-    pub(in crate::learn) fn judged(&self, effects: &[Use]) -> Errors {
+    pub(in crate::learn) fn judged(&self, effects: &[FittedEffect]) -> Errors {
         let residual = self.unseen(effects);
         errors(self.data, |i| residual[i])
     }
 
     /// Residuals of such data, NaN for the others.
-    pub(in crate::learn) fn unseen(&self, effects: &[Use]) -> Vec<f64> {
+    pub(in crate::learn) fn unseen(&self, effects: &[FittedEffect]) -> Vec<f64> {
         if !self.split.test.iter().any(|t| *t) || !self.same_kinds() {
             return held_out_residuals(&self.train, effects, self.split);
         }

@@ -5,7 +5,7 @@
 use crate::effects::Effect;
 use crate::learn::diagnose::criteria::CONFOUNDED_WITHIN;
 use crate::learn::diagnose::diagnosis::Diagnosis;
-use crate::learn::diagnose::trial::chance;
+use crate::learn::diagnose::trial::p_value;
 use crate::learn::model::cross_validation::held_out_residuals;
 use crate::learn::model::fit::Fitted;
 use crate::learn::report::Rejected;
@@ -31,7 +31,7 @@ impl Diagnosis<'_> {
         let errors = [without_it, &best.fitted].map(|model| self.judged(&model.model.effects).rmse);
         let text =
             format!("beside the others it explains more than {} (score {:.1} against {same:.1})", own.name, best.score);
-        self.evidence.push((best.effect.name, text, chance(&best), errors));
+        self.evidence.push((best.effect.name, text, p_value(&best), errors));
         self.rejected.retain(|r| r.name != best.effect.name);
         self.rejected.push(Rejected { name: own.name.into(), why: format!("{} explains more", best.effect.name) });
         Some(best.fitted)
@@ -75,7 +75,7 @@ mod tests {
             weight: vec![1.0; n],
             state: (0..n).map(state).collect(),
             span_s: vec![1.0; n],
-            readings_each: vec![1.0; n],
+            readings_per_sample: vec![1.0; n],
             run: vec![0; n],
             channel: vec![0; n],
             block: (0..n).map(|i| i / EACH).collect(),

@@ -22,9 +22,9 @@ use crate::learn::diagnose::criteria::{
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
-use crate::learn::diagnose::trial::{Trial, best_trial, chance, score_of, unphysical};
+use crate::learn::diagnose::trial::{Trial, best_trial, p_value, score_of, unphysical};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::model::whitening::{weighed_by, whitened};
 use crate::learn::report::{Confounded, LearnReport, Rejected};
@@ -94,7 +94,7 @@ impl Diagnosis<'_> {
     fn timed(&mut self, base: &Fitted) -> Fitted {
         let corner = self.options.candidates.iter().copied().find(|e| e.acts == Acts::Motion);
         let Some(((factor, nats), effect)) = self.data.timed_acceleration.zip(corner) else { return base.clone() };
-        let each = Use { effect, values: vec![factor], free: vec![false] };
+        let each = FittedEffect { effect, values: vec![factor], free: vec![false] };
         let Some(fitted) = fit(&self.train, &[each], 5) else { return base.clone() };
         let text =
             format!("the times that the blocks took show it ({nats:.0} nats ahead of the declared acceleration)");
@@ -114,7 +114,7 @@ impl Diagnosis<'_> {
                     continue;
                 }
             };
-            let p_value = chance(trial);
+            let p_value = p_value(trial);
             let text = format!(
                 "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
                 100.0 * self.drop_of(&before, &after),
@@ -141,7 +141,7 @@ impl Diagnosis<'_> {
         let mut pairs: Vec<(f64, Trial)> = Vec::new();
         for one in &first {
             for two in self.trials(&one.fitted, false) {
-                let asked = two.fitted.model.effects.iter().map(Use::asked).sum();
+                let asked = two.fitted.model.effects.iter().map(FittedEffect::asked).sum();
                 let (score, _) = score_of(&self.train, base, &two.fitted, asked);
                 if score > 2.0 * self.threshold()
                     && two.fitted.model.effects.iter().all(|u| unphysical(Some(u), self.data.clock_s).is_none())
@@ -167,7 +167,7 @@ impl Diagnosis<'_> {
                 "only together with the other it takes away {:.0} % of what the base model leaves (score {score:.1})",
                 100.0 * share
             );
-            self.evidence.push((each.effect.name, text, chance(&two), errors));
+            self.evidence.push((each.effect.name, text, p_value(&two), errors));
             self.rejected.retain(|r| r.name != each.effect.name);
         }
         Some(self.prune(two.fitted))
@@ -226,7 +226,7 @@ impl Diagnosis<'_> {
         let mut present = fitted;
         let mut k = 0;
         while present.model.effects.len() > 1 && k < present.model.effects.len() {
-            let others: Vec<Use> = remove(&present.model.effects, k);
+            let others: Vec<FittedEffect> = remove(&present.model.effects, k);
             let Some(without_it) = fit(&self.train, &others, 12) else { break };
             let own = present.model.effects[k].effect;
             if self.is_timed(own) {

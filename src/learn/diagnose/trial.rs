@@ -4,7 +4,7 @@ use crate::effects::{Effect, Parameter};
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::candidates::starts;
 use crate::learn::diagnose::residual::inflation;
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -22,10 +22,15 @@ pub struct Trial {
 }
 
 /// Best fit of a candidate over its forms and starts, and how many fits that took.
-pub fn best_trial(data: &Data, present: &Fitted, effects: &[Use], effect: &'static Effect) -> (usize, Option<Trial>) {
+pub fn best_trial(
+    data: &Data,
+    present: &Fitted,
+    effects: &[FittedEffect],
+    effect: &'static Effect,
+) -> (usize, Option<Trial>) {
     let begin = starts(effect, data, present);
-    let with = |each: &Use| effects.iter().cloned().chain([each.clone()]).collect::<Vec<Use>>();
-    let trial = |each: &Use, iterations: usize| {
+    let with = |each: &FittedEffect| effects.iter().cloned().chain([each.clone()]).collect::<Vec<FittedEffect>>();
+    let trial = |each: &FittedEffect, iterations: usize| {
         let fitted = fit(data, &with(each), iterations)?;
         let (score, gain) = score_of(data, present, &fitted, each.asked());
         Some(Trial { effect, fitted, gain, score })
@@ -46,7 +51,7 @@ pub fn best_trial(data: &Data, present: &Fitted, effects: &[Use], effect: &'stat
 
 /// An instant that was found by scanning, moved along the samples while the `squares` fall: the scan judged it by the model
 /// before the effect, which bends towards what it lacks. It lies in the middle between two samples. `None` for effects without one.
-fn settled(data: &Data, found: &Use, squares: impl Fn(&Use) -> Option<f64>) -> Option<Use> {
+fn settled(data: &Data, found: &FittedEffect, squares: impl Fn(&FittedEffect) -> Option<f64>) -> Option<FittedEffect> {
     let scanned = found.effect.parameters.iter().position(Parameter::is_scanned)?;
     let mut instants: Vec<f64> = data.used().map(|i| data.state[i].time_s).filter(|t| t.is_finite()).collect();
     instants.sort_by(f64::total_cmp);
@@ -78,13 +83,13 @@ pub fn score_of(data: &Data, before: &Fitted, after: &Fitted, k: usize) -> (f64,
 }
 
 /// Chance of such a gain without the effect.
-pub fn chance(trial: &Trial) -> f64 {
-    let freedom = trial.fitted.model.effects.last().map_or(1, Use::asked).max(1) as f64;
+pub fn p_value(trial: &Trial) -> f64 {
+    let freedom = trial.fitted.model.effects.last().map_or(1, FittedEffect::asked).max(1) as f64;
     ChiSquared::new(freedom).map_or(1.0, |chi| chi.sf(trial.gain.max(0.0)))
 }
 
 /// Why the strength of an effect is not physical, in a log whose times are known to `clock_s`.
-pub fn unphysical(each: Option<&Use>, clock_s: f64) -> Option<String> {
+pub fn unphysical(each: Option<&FittedEffect>, clock_s: f64) -> Option<String> {
     let each = each?;
     if !each.effect.is_physical(&each.values) {
         return Some("its parameters leave their physical bounds".into());

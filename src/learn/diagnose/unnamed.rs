@@ -15,7 +15,7 @@ use crate::learn::model::cross_validation::{Split, improvement_by_block, t_stati
 /// Bins along a covariate.
 const BINS: usize = 10;
 /// What free patterns are learned from.
-pub struct Free<'a> {
+pub struct FreePatterns<'a> {
     /// Samples.
     pub data: &'a Data,
     /// Folds.
@@ -26,8 +26,8 @@ pub struct Free<'a> {
 
 /// The pattern along one of the covariates that clearly explains more of `before` than what led to `after` does, and the
 /// squares that either leaves over those before.
-pub fn by_no_name(
-    free: &Free,
+pub fn better_pattern(
+    free: &FreePatterns,
     covariates: &[Covariate],
     before: &[f64],
     after: &[f64],
@@ -45,7 +45,7 @@ pub fn by_no_name(
     covariates.iter().filter_map(left).min_by(|a, b| a.1[0].total_cmp(&b.1[0]))
 }
 
-impl Free<'_> {
+impl FreePatterns<'_> {
     /// The residual less the pattern along a covariate; `None` where that does not vary.
     fn corrected(&self, residual: &[f64], covariate: Covariate) -> Option<Vec<f64>> {
         let values: Vec<f64> = match covariate {
@@ -81,7 +81,7 @@ impl Free<'_> {
 }
 
 /// Covariates that none of these effects depends on.
-pub fn foreign(effects: &[crate::learn::model::design::Use]) -> Vec<Covariate> {
+pub fn unrelated_covariates(effects: &[crate::learn::model::design::FittedEffect]) -> Vec<Covariate> {
     let known = |c: &Covariate| effects.iter().any(|u| u.effect.covariates.contains(c));
     COVARIATES.into_iter().filter(|c| !known(c)).collect()
 }
@@ -113,17 +113,17 @@ mod tests {
     #[test]
     fn the_pattern_that_is_there_beats_what_stands_in_for_it() {
         let (data, split, load) = crossed();
-        let free = Free { data: &data, split: &split, load: &load };
+        let free = FreePatterns { data: &data, split: &split, load: &load };
         let before = data.reading.clone();
         // Something that takes away half of every residual.
         let half: Vec<f64> = before.iter().map(|r| 0.7 * r).collect();
-        let (along, [pattern, named]) = by_no_name(&free, &COVARIATES, &before, &half).unwrap();
+        let (along, [pattern, named]) = better_pattern(&free, &COVARIATES, &before, &half).unwrap();
         assert!(matches!(along, Covariate::DirectionX | Covariate::DirectionY));
         assert!(pattern < 0.02 && (named - 0.49).abs() < 1e-9, "{pattern} {named}");
         // Nothing beats what leaves the noise alone, and a pattern along time does not know the direction.
         let noise: Vec<f64> =
             before.iter().zip(&data.state).zip(&load).map(|((r, s), l)| r - 0.1 * l * s.direction.y).collect();
-        assert_eq!(by_no_name(&free, &COVARIATES, &before, &noise), None);
-        assert_eq!(by_no_name(&free, &[Covariate::Time], &before, &half), None);
+        assert_eq!(better_pattern(&free, &COVARIATES, &before, &noise), None);
+        assert_eq!(better_pattern(&free, &[Covariate::Time], &before, &half), None);
     }
 }

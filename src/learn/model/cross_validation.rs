@@ -2,7 +2,7 @@
 //! stretches of time), never neighbouring samples.
 
 use crate::learn::dataset::samples::Data;
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::fit;
 
 /// A split of the samples.
@@ -61,7 +61,7 @@ pub fn without(data: &Data, out: impl Fn(usize) -> bool) -> Vec<f64> {
 }
 
 /// Residual of every sample that counts under a model that has not seen its fold; parameters begin at `effects`.
-pub fn held_out_residuals(data: &Data, effects: &[Use], split: &Split) -> Vec<f64> {
+pub fn held_out_residuals(data: &Data, effects: &[FittedEffect], split: &Split) -> Vec<f64> {
     let mut residuals = vec![f64::NAN; data.len()];
     for fold in 0..split.folds {
         let held: Vec<usize> = data.used().filter(|i| split.fold[*i] == fold).collect();

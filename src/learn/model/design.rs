@@ -16,7 +16,7 @@ const INVERSIONS: usize = 24;
 
 /// An effect with values of its parameters.
 #[derive(Debug, Clone)]
-pub struct Use {
+pub struct FittedEffect {
     /// Which.
     pub effect: &'static Effect,
     /// Values in the order of its parameters.
@@ -25,7 +25,7 @@ pub struct Use {
     pub free: Vec<bool>,
 }
 
-impl Use {
+impl FittedEffect {
     /// Parameters that the data were asked for.
     pub fn asked(&self) -> usize {
         self.free.iter().filter(|f| **f).count()
@@ -33,18 +33,18 @@ impl Use {
 }
 
 /// An effect of a report as the fit uses it.
-pub fn used(added: &Added) -> Option<Use> {
+pub fn in_model(added: &Added) -> Option<FittedEffect> {
     let effect = named(&added.name)?;
     let given = |name: &str| added.parameters.iter().find(|v| v.name == name).map(|v| v.value);
     let value = |p: &Parameter| given(p.name).or(p.neutral);
     let values: Vec<f64> = effect.parameters.iter().map(value).collect::<Option<_>>()?;
     let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v)).collect();
-    Some(Use { effect, values, free })
+    Some(FittedEffect { effect, values, free })
 }
 
 /// What the effects of a report change of every cut alike.
 pub fn changes(found: &[Added]) -> Vec<Change> {
-    found.iter().filter_map(used).map(|each| (each.effect.change)(&each.values, &State::default())).collect()
+    found.iter().filter_map(in_model).map(|each| (each.effect.change)(&each.values, &State::default())).collect()
 }
 
 /// What one effect does to every sample.
@@ -56,7 +56,7 @@ pub struct Acting {
 }
 
 /// Evaluates an effect for every sample.
-pub fn acting(each: &Use, data: &Data) -> Acting {
+pub fn acting(each: &FittedEffect, data: &Data) -> Acting {
     let mut factors = [const { None::<Vec<f64>> }; 3];
     for (i, state) in data.state.iter().enumerate() {
         let one = (each.effect.change)(&each.values, state);
@@ -231,11 +231,11 @@ impl Filter {
     fn new(data: &Data, lag_s: f64) -> Option<Self> {
         let mut variance = 0.0;
         let mut step = |i: usize| {
-            let m = data.readings_each.get(i).copied().unwrap_or(1.0).max(1.0);
+            let m = data.readings_per_sample.get(i).copied().unwrap_or(1.0).max(1.0);
             let q = (-data.span_s[i] / (m * lag_s)).exp();
             let keep = (-data.span_s[i] / lag_s).exp();
             let share = if q < 1.0 { q * (1.0 - keep) / ((1.0 - q) * m) } else { 1.0 };
-            let doubt = data.load_doubt.get(i).copied().unwrap_or(0.0);
+            let doubt = data.load_variance.get(i).copied().unwrap_or(0.0);
             let follows = i > 0 && data.run[i] == data.run[i - 1];
             let kept = if follows { keep * keep * variance } else { 0.0 };
             let before = kept + (1.0 - keep).powi(2) * doubt;
@@ -291,7 +291,7 @@ mod tests {
     use crate::effects::named;
 
     /// Two classes of one sample each step, a step of the load after sample 10.
-    fn stepped(readings_each: f64) -> Data {
+    fn stepped(readings_per_sample: f64) -> Data {
         let n = 40;
         Data {
             base: vec![crate::learn::dataset::samples::Base {
@@ -305,8 +305,8 @@ mod tests {
             reading: vec![0.0; n as usize],
             weight: vec![1.0; n as usize],
             state: vec![State::default(); n as usize],
-            span_s: vec![0.1 * readings_each; n as usize],
-            readings_each: vec![readings_each; n as usize],
+            span_s: vec![0.1 * readings_per_sample; n as usize],
+            readings_per_sample: vec![readings_per_sample; n as usize],
             run: vec![0; n as usize],
             ..Data::default()
         }
@@ -314,7 +314,7 @@ mod tests {
 
     #[test]
     fn a_lag_is_the_step_response_at_the_readings_and_their_mean_in_a_cell() {
-        let lag = Use { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
+        let lag = FittedEffect { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
         let response = |t: f64| 1.0 - (-t / 0.4f64).exp();
         for m in [1usize, 3] {
             let data = stepped(m as f64);
@@ -331,7 +331,7 @@ mod tests {
 
     #[test]
     fn after_a_load_that_nobody_knows_the_level_is_what_was_read() {
-        let lag = Use { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
+        let lag = FittedEffect { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
         let mut data = stepped(1.0);
         // The true load is 5 at samples 20 … 24, of which the columns know nothing.
         let hidden = |i: usize| f64::from(i >= 10) + if (20..25).contains(&i) { 4.0 } else { 0.0 };
@@ -341,7 +341,7 @@ mod tests {
             level = hidden(i) + (level - hidden(i)) * keep;
             data.reading[i] = level;
         }
-        data.load_doubt = (0..40).map(|i| if (20..25).contains(&i) { f64::INFINITY } else { 0.0 }).collect();
+        data.load_variance = (0..40).map(|i| if (20..25).contains(&i) { f64::INFINITY } else { 0.0 }).collect();
         let acts = acting(&lag, &data);
         let whole = load(&data, &[&acts], &[1.0], 1.0);
         let kept = kept(&data, &[&acts], 1.0).unwrap();
@@ -351,14 +351,14 @@ mod tests {
             let known = !(20..25).contains(&i);
             assert!(!known || (whole[i] - data.reading[i]).abs() < 1e-12, "{i}: {} {}", whole[i], data.reading[i]);
         }
-        data.load_doubt.clear();
+        data.load_variance.clear();
         let without = load(&data, &[&acting(&lag, &data)], &[1.0], 1.0);
         assert!((without[26] - data.reading[26]).abs() > 1.0);
     }
 
     #[test]
     fn what_a_doubtful_load_leaves_behind_is_read_off() {
-        let lag = Use { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
+        let lag = FittedEffect { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
         let mut data = stepped(2.0);
         let columns = data.columns[0].clone();
         // The true load is a third more at samples 20 … 24, where the column is known to that.
@@ -371,7 +371,7 @@ mod tests {
         };
         let without = off(&data);
         assert!(without[25] > 40.0 && without[27] > 10.0);
-        data.load_doubt = (0..40).map(|i| if (20..25).contains(&i) { 1e4 } else { 0.0 }).collect();
+        data.load_variance = (0..40).map(|i| if (20..25).contains(&i) { 1e4 } else { 0.0 }).collect();
         let with = off(&data);
         assert!((0..20).all(|i| with[i] < 1e-9) && (25..40).all(|i| with[i] < 0.1 * without[i] + 1e-9), "{with:?}");
     }

@@ -7,7 +7,8 @@
 
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::design::{
-    Acting, Use, acting, before_drive, changed_columns, kept, load, measured, slope_of_reading, together, top_reading,
+    Acting, FittedEffect, acting, before_drive, changed_columns, kept, load, measured, slope_of_reading, together,
+    top_reading,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -17,7 +18,7 @@ pub struct Model {
     /// β.
     pub base: Vec<f64>,
     /// Effects in the order added.
-    pub effects: Vec<Use>,
+    pub effects: Vec<FittedEffect>,
 }
 
 /// A fitted model.
@@ -68,7 +69,7 @@ pub fn part(data: &Data, present: &Fitted, classes: &[Class]) -> Vec<f64> {
 }
 
 /// Fits β and the parameters of all effects, from the values in `effects`; `None` when no sample counts.
-pub fn fit(data: &Data, effects: &[Use], iterations: usize) -> Option<Fitted> {
+pub fn fit(data: &Data, effects: &[FittedEffect], iterations: usize) -> Option<Fitted> {
     let search = Search::new(data);
     if search.used.len() < data.base.len() {
         return None;
@@ -116,7 +117,7 @@ struct Search<'a> {
 /// A model with what it makes of the data.
 struct Point {
     base: Vec<f64>,
-    theta: Vec<Use>,
+    theta: Vec<FittedEffect>,
     acting: Vec<Acting>,
     /// Σ β·column, before the drive's excess.
     load: Vec<f64>,
@@ -140,11 +141,11 @@ impl<'a> Search<'a> {
         Self { data, used: data.used().collect(), top: top_reading(data) }
     }
 
-    fn acting(&self, theta: &[Use]) -> Vec<Acting> {
+    fn acting(&self, theta: &[FittedEffect]) -> Vec<Acting> {
         theta.iter().map(|each| acting(each, self.data)).collect()
     }
 
-    fn point(&self, base: Vec<f64>, theta: Vec<Use>, acting: Vec<Acting>) -> Point {
+    fn point(&self, base: Vec<f64>, theta: Vec<FittedEffect>, acting: Vec<Acting>) -> Point {
         let all: Vec<&Acting> = acting.iter().collect();
         let load = load(self.data, &all, &base, self.top);
         let predicted = measured(load.clone(), &all, self.top);
@@ -241,7 +242,7 @@ impl<'a> Search<'a> {
     /// β, then θ, with their bounds.
     fn bounded(&self, at: &Point) -> Vec<(f64, (f64, f64))> {
         let base = at.base.iter().zip(&self.data.base).map(|(value, spec)| (*value, spec.bounds));
-        let own = |each: &Use| {
+        let own = |each: &FittedEffect| {
             let bounds: Vec<(f64, f64)> = each.effect.parameters.iter().map(|p| (p.min, p.max)).collect();
             each.values.clone().into_iter().zip(bounds)
         };

@@ -1,11 +1,11 @@
 //! Where the fit of an effect begins: its forms and the values of its parameters. In: effect. Out: [`Use`]s.
 
 use crate::effects::Effect;
-use crate::learn::model::design::Use;
+use crate::learn::model::design::FittedEffect;
 
 /// Forms of the effect from these values. A form leaves some of the parameters that have a neutral value there; of what is looked for those
 /// that begin there stay.
-pub fn forms(effect: &'static Effect, values: &[f64]) -> Vec<Use> {
+pub fn forms(effect: &'static Effect, values: &[f64]) -> Vec<FittedEffect> {
     let stays = |k: usize| effect.is_looked_for() && effect.parameters[k].neutral == Some(values[k]);
     let optional: Vec<usize> =
         (0..values.len()).filter(|k| effect.parameters[*k].neutral.is_some() && !stays(*k)).collect();
@@ -13,14 +13,15 @@ pub fn forms(effect: &'static Effect, values: &[f64]) -> Vec<Use> {
         let chosen = |k: usize| optional.iter().position(|o| *o == k).is_some_and(|bit| pinned >> bit & 1 == 1);
         let is_pinned = |k: usize| stays(k) || chosen(k);
         let value = |k: usize| effect.parameters[k].neutral.filter(|_| is_pinned(k)).unwrap_or(values[k]);
-        Use {
+        FittedEffect {
             effect,
             values: (0..values.len()).map(value).collect(),
             free: (0..values.len()).map(|k| !is_pinned(k)).collect(),
         }
     };
-    let strong =
-        |u: &Use| u.free.is_empty() || (0..u.free.len()).any(|k| u.free[k] && !effect.parameters[k].is_scanned());
+    let strong = |u: &FittedEffect| {
+        u.free.is_empty() || (0..u.free.len()).any(|k| u.free[k] && !effect.parameters[k].is_scanned())
+    };
     (0..1usize << optional.len()).map(form).filter(strong).collect()
 }
 

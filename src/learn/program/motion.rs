@@ -4,16 +4,16 @@
 //! the way, with what the axes allow in its direction and no faster than a rapid goes. Along feed moves the speed is that of the spot, and the acceleration
 //! the change to its neighbours over the time between their middles.
 
-use crate::learn::program::timeline::{Doing, Spot, Timeline};
+use crate::learn::program::timeline::{Activity, Spot, Timeline};
 use crate::machine::{Axis, Machine};
 
 /// Speed and acceleration at `time_s` of the spot `index`. `by_way`: the share of the spot's time that is over is the share of
 /// its way, as where samples were placed by their positions.
 pub fn motion(timeline: &Timeline, index: usize, time_s: f64, by_way: bool, machine: &Machine) -> (f64, f64) {
     let spot = &timeline.spots[index];
-    match spot.doing {
-        Doing::Rapid => rapid(spot, time_s, by_way, machine),
-        Doing::Feed => (spot.speed_mm_s(), change(&timeline.spots, index)),
+    match spot.activity {
+        Activity::Rapid => rapid(spot, time_s, by_way, machine),
+        Activity::Feed => (spot.speed_mm_s(), change(&timeline.spots, index)),
         _ => (0.0, 0.0),
     }
 }
@@ -31,7 +31,7 @@ fn rapid(spot: &Spot, time_s: f64, by_way: bool, machine: &Machine) -> (f64, f64
 }
 
 fn change(spots: &[Spot], index: usize) -> f64 {
-    let near = |k: usize| spots.get(k).filter(|s| s.doing == Doing::Feed).unwrap_or(&spots[index]);
+    let near = |k: usize| spots.get(k).filter(|s| s.activity == Activity::Feed).unwrap_or(&spots[index]);
     let (before, after) = (near(index.wrapping_sub(1)), near(index + 1));
     let middle = |s: &Spot| f64::midpoint(s.start_s, s.end_s);
     let between = middle(after) - middle(before);

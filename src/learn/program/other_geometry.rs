@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 /// Longest spot between two engagements, mm.
 const SPACING_MM: f64 = 0.5;
-/// How much the stock is grown, mm, and the tool shrunk, to see what that changes.
+/// How much the stock is other_geometries, mm, and the tool shrunk, to see what that changes.
 const GROWN_MM: f64 = 0.5;
 const SHRUNK: f64 = 0.04;
 /// Least change that is simulated, mm, and least difference, as a share, from one that was.
@@ -23,7 +23,7 @@ const ANOTHER: f64 = 0.02;
 
 /// How the stock and the tool differ from the declared ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::learn) struct Sizes {
+pub(in crate::learn) struct SizeChanges {
     /// Stock higher by, mm.
     top_mm: f64,
     /// Stock wider on each side by, mm.
@@ -34,7 +34,7 @@ pub(in crate::learn) struct Sizes {
     top_over_side: bool,
 }
 
-impl Sizes {
+impl SizeChanges {
     /// Usual ones.
     pub(in crate::learn) fn usual(job: &Job) -> Self {
         let diameters: Vec<f64> = job.tools.iter().map(|t| t.diameter_mm).collect();
@@ -68,11 +68,11 @@ impl Sizes {
 }
 
 /// Engagement of the spots with each of these changes.
-pub(in crate::learn) fn grown(
+pub(in crate::learn) fn other_geometries(
     path: &Toolpath,
     timeline: &Timeline,
     job: &Job,
-    sizes: Sizes,
+    sizes: SizeChanges,
     forces: Option<Sample>,
     loader: Option<Loader>,
 ) -> Vec<OtherGeometry> {

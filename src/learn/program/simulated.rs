@@ -1,9 +1,9 @@
 //! A program as a log is compared with it: simulated as declared, with each geometry that an effect may ask for, and timed on
-//! slower machines. In: program, job. Out: [`Prepared`], and [`Known`], what the rooms below look at.
+//! slower machines. In: program, job. Out: [`SimulatedProgram`], and [`Known`], what the rooms below look at.
 
 use crate::engage::{EngageError, EngagementMap, Loader, engage};
 use crate::learn::log::resultant::Sample;
-use crate::learn::program::other_geometry::{Sizes, grown, options};
+use crate::learn::program::other_geometry::{SizeChanges, options, other_geometries};
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::timeline::{Timeline, speed_ratios, timeline};
 use crate::learn::program::variant::OtherGeometry;
@@ -14,7 +14,7 @@ use crate::nc::{Environment, Toolpath, interpret, parse, unit};
 const SLOWER: [f64; 14] = [0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 0.03, 0.02, 0.015, 0.01, 0.007];
 
 /// Everything that is known of the spots.
-pub struct Known<'a> {
+pub struct ProgramView<'a> {
     /// The job.
     pub job: &'a Job,
     /// The program in time.
@@ -28,7 +28,7 @@ pub struct Known<'a> {
 }
 
 /// What belongs to a program and a job, whatever the log says.
-pub struct Prepared {
+pub struct SimulatedProgram {
     pub(in crate::learn) path: Toolpath,
     pub(in crate::learn) map: EngagementMap,
     pub(in crate::learn) timeline: Timeline,
@@ -38,27 +38,27 @@ pub struct Prepared {
 }
 
 /// Simulates the program as declared and with each geometry that an effect may ask for, in stock without files.
-pub fn prepare(program: &[u8], job: &Job, with_forces: bool) -> Result<Prepared, EngageError> {
-    prepare_for(program, job, with_forces.then(Sample::default), None)
+pub fn simulate(program: &[u8], job: &Job, with_forces: bool) -> Result<SimulatedProgram, EngageError> {
+    simulate_for(program, job, with_forces.then(Sample::default), None)
 }
 
 /// The same, for forces that are sampled so (`None`: no forces are measured), and with what reads the files of stock.
-pub fn prepare_for(
+pub fn simulate_for(
     program: &[u8],
     job: &Job,
     forces: Option<Sample>,
     loader: Option<Loader>,
-) -> Result<Prepared, EngageError> {
+) -> Result<SimulatedProgram, EngageError> {
     let program = parse(program.to_vec(), None);
     let path = interpret(&program, &unit::settled(&program, Environment::from_job(job), Some(job)));
     let map = engage(&path, job, &options(loader), &|_| ())?;
     let timeline = timeline(&path, &map, job, forces);
-    let others = grown(&path, &timeline, job, Sizes::usual(job), forces, loader);
+    let others = other_geometries(&path, &timeline, job, SizeChanges::usual(job), forces, loader);
     let slower = SLOWER.iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
-    Ok(Prepared { path, map, timeline, others, slower, forces })
+    Ok(SimulatedProgram { path, map, timeline, others, slower, forces })
 }
 
-impl Prepared {
+impl SimulatedProgram {
     /// Moves of the program.
     pub fn toolpath(&self) -> &Toolpath {
         &self.path
@@ -68,7 +68,7 @@ impl Prepared {
         &self.map
     }
     /// Everything that is known of its spots.
-    pub fn known<'a>(&'a self, job: &'a Job) -> Known<'a> {
+    pub fn known<'a>(&'a self, job: &'a Job) -> ProgramView<'a> {
         self.known_at(job, &self.timeline, RunoutGrid::default())
     }
     pub(in crate::learn) fn known_at<'a>(
@@ -76,15 +76,20 @@ impl Prepared {
         job: &'a Job,
         timeline: &'a Timeline,
         runouts: RunoutGrid,
-    ) -> Known<'a> {
-        Known { job, timeline, others: self.others.clone(), slower: self.slower.clone(), runouts }
+    ) -> ProgramView<'a> {
+        ProgramView { job, timeline, others: self.others.clone(), slower: self.slower.clone(), runouts }
     }
     /// Its spots in time.
     pub fn timeline(&self) -> &Timeline {
         &self.timeline
     }
     /// Engagement with the stock and the tool that were found.
-    pub(in crate::learn) fn grown_as(&self, job: &Job, sizes: Sizes, loader: Option<Loader>) -> Vec<OtherGeometry> {
-        grown(self.toolpath(), self.timeline(), job, sizes, self.forces, loader)
+    pub(in crate::learn) fn with_sizes(
+        &self,
+        job: &Job,
+        sizes: SizeChanges,
+        loader: Option<Loader>,
+    ) -> Vec<OtherGeometry> {
+        other_geometries(self.toolpath(), self.timeline(), job, sizes, self.forces, loader)
     }
 }

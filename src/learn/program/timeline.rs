@@ -24,7 +24,7 @@ const MOST_SPOTS: f64 = 40_000.0;
 
 /// What happens in a spot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Doing {
+pub enum Activity {
     /// A feed move.
     Feed,
     /// A rapid.
@@ -45,7 +45,7 @@ pub struct Spot {
     /// When it should end, s.
     pub end_s: f64,
     /// What happens.
-    pub doing: Doing,
+    pub activity: Activity,
     /// Its move.
     pub move_id: Option<MoveId>,
     /// Middle of the piece along the move, mm.
@@ -205,24 +205,24 @@ impl Build<'_> {
     fn event(&mut self, event: &Event, forces: &mut Forces) {
         match event {
             Event::Move(id) => self.motion(*id, forces),
-            Event::Dwell { seconds, line } => self.wait(*seconds, *line, Doing::Dwell),
+            Event::Dwell { seconds, line } => self.wait(*seconds, *line, Activity::Dwell),
             Event::Tool { number, line } => {
                 if self.tool.replace(*number) != Some(*number) {
-                    self.wait(self.job.machine.tool_change_time_s, *line, Doing::ToolChange);
+                    self.wait(self.job.machine.tool_change_time_s, *line, Activity::ToolChange);
                 }
             }
             Event::Spindle { spin, line } => {
                 let changed = *spin != self.spin && spin.rps > 0.0;
                 self.spin = *spin;
                 if changed {
-                    self.wait(self.job.machine.spindle.runup_time_s, *line, Doing::RunUp);
+                    self.wait(self.job.machine.spindle.runup_time_s, *line, Activity::RunUp);
                 }
             }
             Event::Stop { .. } => {}
         }
     }
 
-    fn wait(&mut self, seconds: f64, line: u32, doing: Doing) {
+    fn wait(&mut self, seconds: f64, line: u32, activity: Activity) {
         let at = self
             .spots
             .last()
@@ -230,7 +230,7 @@ impl Build<'_> {
         self.push(&Spot {
             start_s: self.now,
             end_s: self.now + seconds,
-            doing,
+            activity,
             move_id: None,
             middle_mm: 0.0,
             line,
@@ -265,7 +265,7 @@ impl Build<'_> {
             self.push(&Spot {
                 start_s: self.now,
                 end_s: self.now + self.seconds[piece],
-                doing: if motion.kind == MoveKind::Feed { Doing::Feed } else { Doing::Rapid },
+                activity: if motion.kind == MoveKind::Feed { Activity::Feed } else { Activity::Rapid },
                 move_id: Some(id),
                 middle_mm,
                 line: motion.line,
