@@ -511,6 +511,7 @@ fn settings_of_a_firmware_are_no_motions() {
 fn a_percent_with_words_is_a_remark() {
     let after = |line: &str| read(&format!("%\nG1 X1 F100\n{line}\nX2\n"), Dialect::Generic).moves.len();
     assert_eq!([after("% vfd enable"), after("%"), after("% ")], [2, 1, 1]);
+    assert_eq!([after("%( *** START end ***)"), after("%O2")], [2, 1], "a program's name begins another one");
 }
 
 /// Plain language with its block numbers, in an environment that knows tool 1.
@@ -619,5 +620,57 @@ fn names_and_continued_comments_are_no_words() {
     for block in program.blocks() {
         let tokens: Vec<u8> = program.tokens(block).flat_map(|token| token.span.of(program.text()).to_vec()).collect();
         assert_eq!(tokens, program.line_text(block), "tokens tile the line");
+    }
+}
+
+/// Blanks between the letter of an axis, its sign and its number or parameter; assignments without FN 0.
+#[test]
+fn plain_language_may_set_signs_and_parameters_apart() {
+    let text = "0 BEGIN PGM A MM\n1 Q11 = 3\n2 Q1 = Q11 + 7\n3 Q13 = -2\n4 L X-10 Y+5 R0 FMAX\n5 L Z + Q13 R0 F300\n\
+        6 L X + Q1 Y - 5 R0 F400\n7 L IX - 4 F400\n8 L X -Q13\n9 CC X + 1 Y+0\n10 END PGM A MM\n";
+    let program = nc::parse(text.as_bytes().to_vec(), Some(Dialect::Heidenhain));
+    let path = nc::interpret(&program, &Environment::default());
+    assert_quiet(&path);
+    assert_eq!(
+        ends(&path),
+        [[-10.0, 5.0, 0.0], [-10.0, 5.0, -2.0], [10.0, -5.0, -2.0], [6.0, -5.0, -2.0], [2.0, -5.0, -2.0]]
+    );
+    for block in program.blocks() {
+        let tokens: Vec<u8> = program.tokens(block).flat_map(|token| token.span.of(program.text()).to_vec()).collect();
+        assert_eq!(tokens, program.line_text(block), "tokens tile the line");
+    }
+}
+
+/// R left out is the level the cycle began at on a Haas; elsewhere the cycle is kept, and said.
+#[test]
+fn a_cycle_without_r_begins_at_its_initial_level_on_a_haas() {
+    let text = "G21 G90\nS900 M3\nG0 X5. Y5. Z10.\nG81 G98 Z-5. F300.\nX10.\nG80\nM30\n";
+    let read = |dialect| nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(dialect)), &Environment::default());
+    let haas = read(Dialect::Haas);
+    assert_quiet(&haas);
+    let feeds: Vec<_> = haas.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).collect();
+    assert_eq!(feeds.len(), 2);
+    assert!(feeds.iter().all(|motion| motion.curve().from().z == 10.0 && motion.curve().to().z == -5.0));
+    assert!(read(Dialect::Fanuc).diagnostics.iter().any(|said| said.text.contains("no R plane")));
+}
+
+/// G63 as a mode: what belongs to a pitch keeps its feed, on arcs as on lines.
+#[test]
+fn arcs_under_g63_keep_their_feed() {
+    let text = "G21 G90\nS900 M3\nG0 X5. Y0. Z0.\nG63\nG1 X10. F300.\nG3 X20. Y10. I0. J10.\nG64\nG3 X10. Y0. I-10. J0.\nM30\n";
+    let path = nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(Dialect::Fanuc)), &Environment::default());
+    let kept: Vec<bool> = path.moves.iter().filter(|m| m.kind == MoveKind::Feed).map(|m| m.freeze.is_some()).collect();
+    assert_eq!(kept, [true, true, false]);
+}
+
+/// Settings of a firmware move nothing, whatever the text is called; only where the control may be one, they are no doubt.
+#[test]
+fn settings_of_a_firmware_are_no_motions_in_any_dialect() {
+    for dialect in [Dialect::Grbl, Dialect::Generic, Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Haas] {
+        let text = "G21 G90\nG1 X1. F300.\nM203 X5000 Y5000\nM92 X100 Y100 Z400\nM201 X9000\nX2.\n";
+        let path = nc::interpret(&nc::parse(text.as_bytes().to_vec(), Some(dialect)), &Environment::default());
+        assert_eq!(ends(&path), [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], "{}", dialect.name());
+        let may_be_one = matches!(dialect, Dialect::Grbl | Dialect::Generic);
+        assert_eq!(path.doubts.is_empty(), may_be_one, "{}", dialect.name());
     }
 }

@@ -244,3 +244,18 @@ fn tools_are_called_by_name() {
         assert!(unknown.diagnostics[0].help.contains("tool_names = { \"MILL 10\" = 1 }"));
     }
 }
+
+/// DC, ACP and ACN give the angle of a rotary axis; FNORM changes nothing; a rounding of every corner that is not followed is a
+/// doubt, its end is none.
+#[test]
+fn angles_feeds_and_modal_rounding_of_siemens() {
+    let path = read("G90\nG1 X10 C=DC(90) F400 FNORM\nX20 C=ACP(0)\nM30\n");
+    let codes: Vec<_> = path.diagnostics.iter().map(|said| said.code).collect();
+    assert!(codes.iter().all(|code| ["nc::rotary", "nc::doubt"].contains(code)), "{:?}", path.diagnostics);
+    assert_eq!(ends(&path), [[10.0, 0.0], [20.0, 0.0]]);
+    assert!(path.doubts.iter().all(|doubted| doubted.doubt == nc::Doubt::RotaryAxis), "{:?}", path.doubts);
+    let rounded = read("G1 X10 F400\nRNDM=2\nX20\nY20\nRNDM=0\nM30\n");
+    assert_eq!(rounded.doubts.iter().map(|doubted| doubted.line).collect::<Vec<_>>(), [2]);
+    assert!(read("G1 X10 F400\nRNDM=0\nX20\nM30\n").doubts.is_empty());
+    assert!(!read("G1 X10 F400 FCUB\nX20\nM30\n").doubts.is_empty(), "a feed that is not constant is not known");
+}

@@ -348,7 +348,7 @@ fn one_argument(function: &str, x: f64) -> Option<f64> {
         "NOT" => f64::from(u8::from(x == 0.0)),
         "SGN" => x.signum(),
         "NEG" => -x,
-        "AC" | "IC" | "BIN" | "BCD" => x,
+        "AC" | "IC" | "DC" | "ACP" | "ACN" | "BIN" | "BCD" => x,
         _ => return None,
     })
 }

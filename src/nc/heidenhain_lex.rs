@@ -91,6 +91,13 @@ fn word(rest: &[u8], letter: u8) -> (TokenKind, usize, f64) {
             let kind = TokenKind::Computed(if incremental { rest[1] | 0x80 } else { letter });
             return (kind, letters + length, 0.0);
         }
+        if b"XYZABCUVW".contains(&if incremental { rest[1].to_ascii_uppercase() } else { letter })
+            && let Some((kind, number, length)) = apart(after)
+        {
+            let axis = if incremental { rest[1] | 0x80 } else { letter };
+            let kind = if kind { TokenKind::Word(axis) } else { TokenKind::Computed(axis) };
+            return (kind, letters + length, number);
+        }
         let number =
             after.iter().take_while(|byte| byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'.')).count();
         if number > 0 {
@@ -101,6 +108,20 @@ fn word(rest: &[u8], letter: u8) -> (TokenKind, usize, f64) {
         && matches!(after.first(), Some(b'+' | b'-'))
         && !after.get(1).is_some_and(u8::is_ascii_digit);
     (TokenKind::Name, letters + usize::from(signed), 0.0)
+}
+
+/// `+ 5`, ` - Q13` behind the letter of an axis: whether it is a plain number, its value, and its length.
+fn apart(after: &[u8]) -> Option<(bool, f64, usize)> {
+    let blank = length_of(blanks, after);
+    let sign = *after.get(blank).filter(|byte| matches!(byte, b'+' | b'-'))?;
+    let gap = length_of(blanks, &after[blank + 1..]);
+    let rest = &after[blank + 1 + gap..];
+    if rest.first().is_some_and(|byte| byte.eq_ignore_ascii_case(&b'Q')) {
+        let length = parameter(rest);
+        return (length > 0).then_some((false, 0.0, blank + 1 + gap + length));
+    }
+    let (number, length) = decimal(rest).filter(|_| !matches!(rest.first(), Some(b'+' | b'-')))?;
+    Some((true, if sign == b'-' { -number } else { number }, blank + 1 + gap + length))
 }
 
 /// Length of `Q1`, `+Q1`, `-QL5`; 0 when it is none.

@@ -44,7 +44,11 @@ impl Run<'_> {
             self.say("nc::threading", Severity::Warning, place, "the G76 threading cycle is kept, not simulated", "");
             return;
         }
-        let cycle = self.cycle_words(line);
+        let mut cycle = self.cycle_words(line);
+        if self.program.dialect() == Dialect::Haas && cycle.depth.is_some() {
+            // R may be left out: the plane is then the level the cycle began at (Haas Mill Operator's Manual, G81).
+            cycle.retract = cycle.retract.or(Some(cycle.initial));
+        }
         let (Some(_), Some(retract)) = (cycle.depth, cycle.retract) else {
             self.not_understood("nc::cycle", place, "the cycle has no depth or no R plane", "write Z and R");
             return;

@@ -45,10 +45,10 @@ impl Run<'_> {
     }
 
     /// The second `%` ends the program (ISO 6983-1: it stands alone, or before a program's name). `% vfd enable`, with a blank
-    /// and words behind it, is a remark (PlanetCNC, G-code reference, Comments).
+    /// and words behind it, is a remark (PlanetCNC, G-code reference, Comments), and so is `%( START )`.
     fn percent(&mut self, block: BlockId) -> After {
         let line = self.source.program().line_text(block).trim_ascii();
-        if line.len() > 2 && line[1].is_ascii_whitespace() {
+        if line.len() > 2 && (line[1].is_ascii_whitespace() || line[1] == b'(' && self.began) {
             return After::Done;
         }
         if self.began && self.source_id == 0 && block.0 > 0 {

@@ -510,7 +510,7 @@ impl<'a> Run<'a> {
         let starts = |mark: &[u8]| value_text.len() > 3 && value_text[..3].eq_ignore_ascii_case(mark);
         if letter >= 0x80 || starts(b"IC(") {
             line.force(plain.to_ascii_uppercase(), true);
-        } else if starts(b"AC(") {
+        } else if starts(b"AC(") || starts(b"DC(") || starts(b"ACP") || starts(b"ACN") {
             line.force(plain, false);
         }
     }

@@ -15,7 +15,7 @@ use crate::nc::lex::{Token, TokenKind};
 use crate::nc::toolpath::PathMode;
 
 /// Names that change nothing the toolpath shows.
-const QUIET: [&str; 25] = [
+const QUIET: [&str; 26] = [
     "SOFT",
     "BRISK",
     "DRIVE",
@@ -41,6 +41,8 @@ const QUIET: [&str; 25] = [
     "SETINT",
     "FIFOCTRL",
     "STARTFIFO",
+    // The feed is constant along the path, as everywhere; FLIN and FCUB are not known.
+    "FNORM",
 ];
 
 /// What ends a frame that is not followed.
@@ -212,7 +214,14 @@ impl Run<'_> {
             ("I1" | "J1" | "K1", _) => {
                 self.through[usize::from(name.as_bytes()[0] - b'I')] = Some(value * self.modal.unit_mm());
             }
-            ("RNDM" | "AR" | "AP" | "RP" | "ANG", _) => {
+            ("RNDM", _) if value == 0.0 => {}
+            ("RNDM", _) => {
+                // Rounds every corner from here on.
+                self.doubt(Doubt::UnknownCode, token.span);
+                let text = "RNDM is not followed: corners are read as sharp";
+                self.not_understood("nc::not-understood", token.span, text, "");
+            }
+            ("AR" | "AP" | "RP" | "ANG", _) => {
                 let text = format!("{name} is not followed: the block is read without it");
                 self.not_understood("nc::not-understood", token.span, text, "");
             }
