@@ -10,12 +10,20 @@ use std::path::Path;
 
 use everyday::Everyday;
 use feedwright::engage;
-use feedwright::job::{Keep, MET, Task, Wanted, Watch, optimize};
-use feedwright::nc::{self, Dialect};
-use feedwright::report::Run;
+use feedwright::job::{JobError, Keep, MET, Task, Wanted, Watch, optimize, simulate};
+use feedwright::nc::{self, Dialect, MoveKind};
+use feedwright::report::{Run, figures};
 use feedwright::setup;
 
 fn run(text: &[u8], setup_text: &str) -> Run {
+    made(text, setup_text, optimize)
+}
+
+fn simulated(text: &[u8], setup_text: &str) -> Run {
+    made(text, setup_text, simulate)
+}
+
+fn made(text: &[u8], setup_text: &str, how: fn(Task, &Watch) -> Result<Run, JobError>) -> Run {
     let (job, assumptions) = setup::load(setup_text, Path::new(".")).unwrap();
     let dialect = job.machine.dialect.as_deref().and_then(Dialect::from_name);
     let watch = Watch {
@@ -26,7 +34,7 @@ fn run(text: &[u8], setup_text: &str) -> Run {
         keep: Keep::default(),
     };
     let program = nc::parse(text.to_vec(), dialect);
-    optimize(Task { program, job, assumptions, wanted: Wanted::default() }, &watch).unwrap()
+    how(Task { program, job, assumptions, wanted: Wanted::default() }, &watch).unwrap()
 }
 
 /// Words that a second run still changes: the floor of the helix is cleaned by a circle whose wedge thins slowly through the
@@ -106,6 +114,44 @@ fn everyday_programs_get_what_their_limits_allow() {
     assert!(rows.len() >= 30 && losses[losses.len() / 2] <= 1.0);
 }
 
+/// The check simulates again only what was cut in pieces or comes near a limit. What it says of all the file is what a simulation
+/// of the whole written file finds, within 1 %; and both kinds of blocks are there.
+#[test]
+fn the_check_says_what_a_simulation_of_the_whole_written_file_finds() {
+    let (mut in_part, mut near) = (0, 0);
+    for program in everyday::all().iter().step_by(4) {
+        let written = run(program.text.as_bytes(), &program.setup).written.unwrap();
+        let whole = simulated(&written.bytes, &program.setup);
+        let feed_moves = whole.toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).count();
+        let found = [written.check.over.ratio(), figures(&whole).verdict.over.ratio()];
+        println!("{:<34}{:.4?}, {} of {feed_moves} again", program.name, found, written.check.simulated_again);
+        assert!((found[0] / found[1] - 1.0).abs() < 0.01, "{}: {found:?}", program.name);
+        in_part += usize::from(written.check.simulated_again < feed_moves);
+        near += usize::from(written.check.simulated_again > 0);
+    }
+    assert!(in_part > 3 && near > 3, "{in_part} {near}");
+}
+
+/// A whole block is simulated again from a half of its limit on: a slot at 100 mm/min, kept, under a limit of so many times what it
+/// carries.
+#[test]
+fn a_whole_block_is_simulated_again_from_half_its_limit_on() {
+    let text = "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X-10 Y20 Z2\nZ-3\nG1 X90 F600\nG0 Z2\nM30\n";
+    let setup = |limit: f64| {
+        format!(
+            "[machine]\ndialect = \"linuxcnc\"\n[stock]\nmaterial = \"aluminium-6061-t6\"\nbox = {{ min = [0, 0, -10], max = [80, 40, 0] }}\n\
+             [[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 8\nflutes = 2\n\
+             [limits]\nforce_xy = {limit}\nfeed_change = {{ min = 1.0, max = 1.0 }}\n[output]\nsplit = false\n"
+        )
+    };
+    let checked = |limit: f64| run(text.as_bytes(), &setup(limit)).written.unwrap().check;
+    let carries = 1000.0 * checked(1000.0).over.ratio();
+    assert!(carries > 10.0, "{carries}");
+    let [little, much] = [2.1, 1.9].map(|times| checked(times * carries));
+    assert!(little.simulated_again == 0 && much.simulated_again == 1, "{little:?} {much:?}");
+    assert!((little.over.ratio() * 2.1 - much.over.ratio() * 1.9).abs() < 1e-3, "{little:?} {much:?}");
+}
+
 fn with(program: &(String, String), more: &str) -> Run {
     run(program.0.as_bytes(), &format!("{}{more}", program.1))
 }
@@ -140,7 +186,7 @@ fn a_bound_on_growth_costs_seconds_and_never_everything() {
             "{growth}: {}",
             costs(&run)
         );
-        let said = feedwright::report::summary(&run, &feedwright::report::figures(&run), "part.nc");
+        let said = feedwright::report::summary(&run, &figures(&run), "part.nc");
         assert_eq!(said.contains("output.max_growth is used up"), costs(&run) > 0.0, "{said}");
         assert!(saves_s(&run) > 1.5 * saves_s(&free), "{growth}: {} {}", saves_s(&run), saves_s(&free));
         last_s = after_s(&run);

@@ -246,20 +246,24 @@ struct Worked {
 }
 
 /// Operations of every tile of the fields in order of execution: the elements `elements` (indices into the scene) and the
-/// samples, which are sorted by element.
+/// samples, which are sorted by element. `until` says for each tile from which element on it is not swept; empty: all are.
 pub fn assign(
     scene: &Scene,
     fields: &[Tiling],
     elements: std::ops::Range<u32>,
     samples: &[Sample],
+    until: &[u32],
 ) -> Vec<Vec<Operation>> {
     let mut operations: Vec<Vec<Operation>> = vec![Vec::new(); fields.iter().map(Tiling::count).sum()];
     let mut put = |low: [f64; 2], high: [f64; 2], bottom: f64, operation: Operation| {
         let mut first = 0;
         for field in fields {
             if bottom < field.extent.max.z {
-                for tile in field.tiles_under(low, high) {
-                    operations[first + tile].push(operation);
+                for tile in field.tiles_under(low, high).map(|tile| first + tile) {
+                    let done = |index: u32| until.get(tile).is_some_and(|until| index >= *until);
+                    if !matches!(operation, Operation::Sweep(index) if done(index)) {
+                        operations[tile].push(operation);
+                    }
                 }
             }
             first += field.count();
@@ -271,7 +275,7 @@ pub fn assign(
         let cutter = &scene.cutters[element.cutter as usize];
         while next < samples.len() && samples[next].element == index {
             let sample = &samples[next];
-            let reach = (cutter.form.radius + sample.clearance_mm.max(cutter.margin)).max(cutter.widest_body());
+            let reach = cutter.asks_within(sample.clearance_mm);
             let [x, y] = [sample.tip.x, sample.tip.y];
             let bottom = sample.tip.z - sample.clearance_mm;
             put([x - reach, y - reach], [x + reach, y + reach], bottom, Operation::Nominate(next as u32));

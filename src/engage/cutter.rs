@@ -152,6 +152,10 @@ impl Cutter {
     pub fn lowest_body(&self) -> f64 {
         self.bodies.iter().map(|body| body.low).fold(f64::INFINITY, f64::min)
     }
+    /// How far from its axis the stock is looked at, mm, if nothing may stand within a clearance for air feed.
+    pub fn asks_within(&self, clearance_mm: f64) -> f64 {
+        (self.form.radius + clearance_mm.max(self.margin)).max(self.widest_body())
+    }
     /// Widest radius of the bodies, mm.
     pub fn widest_body(&self) -> f64 {
         self.bodies.iter().map(|body| body.radius).fold(0.0, f64::max)

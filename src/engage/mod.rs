@@ -5,6 +5,7 @@
 //! what those moves swept ([`arcs`], [`cover`]). [`batch`] runs both over the tiles of the stock, [`stations`] joins sampled points
 //! into stations, [`simulate`] is the loop over the program.
 
+pub mod again;
 pub mod arcs;
 pub mod batch;
 pub mod between;
@@ -26,6 +27,7 @@ pub mod simulate;
 pub mod stations;
 pub mod workpiece;
 
+pub use again::Again;
 pub use map::{EngagedArc, EngagementMap, Event, EventKind, Station, StationFlags};
 pub use options::{EngageError, Loader, Options};
-pub use simulate::{engage, engage_and_keep};
+pub use simulate::{engage, engage_again, engage_and_keep};

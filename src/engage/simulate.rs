@@ -5,6 +5,7 @@
 //! that was sampled. Between
 //! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
 
+use super::again::Again;
 use super::arcs::Scene;
 use super::batch::{BatchResult, Operation, Outcome, STRAIGHT_RAD, Swept, assign, run, turn_rad};
 use super::cutter::Cutter;
@@ -42,7 +43,21 @@ pub fn engage(
     options: &Options,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<EngagementMap, EngageError> {
-    engage_all(path, job, options, progress).map(|(map, _)| map)
+    engage_all(path, job, options, None, progress).map(|(map, _)| map)
+}
+
+/// As [`engage`] for a program of which some moves are known: these keep their stations, and tiles are swept as long as something
+/// is still asked of them. Events and volumes stay those that are known.
+pub fn engage_again(
+    path: &Toolpath,
+    job: &Job,
+    options: &Options,
+    again: Again,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<EngagementMap, EngageError> {
+    let (map, _) = engage_all(path, job, options, Some(again), progress)?;
+    let EngagementMap { initial_mm3, removed_mm3, remaining_mm3, .. } = *again.known;
+    Ok(EngagementMap { events: again.known.events.clone(), initial_mm3, removed_mm3, remaining_mm3, ..map })
 }
 
 /// As [`engage`], with the pieces of stock as the program leaves them, in the common frame.
@@ -52,7 +67,7 @@ pub fn engage_and_keep(
     options: &Options,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(EngagementMap, Vec<Piece>), EngageError> {
-    let (map, left) = engage_all(path, job, options, progress)?;
+    let (map, left) = engage_all(path, job, options, None, progress)?;
     let Left { blanks, fields, elements, cutters, earlier } = left;
     let scene = Scene { elements: &elements, cutters: &cutters, earlier: &earlier, blanks: &[], fixtures: &[] };
     let piece = |(blank, field)| Piece::left(blank, field, &elements, |element| scene.form(element));
@@ -72,6 +87,7 @@ fn engage_all(
     path: &Toolpath,
     job: &Job,
     options: &Options,
+    again: Option<Again>,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(EngagementMap, Left), EngageError> {
     let mut notes = Vec::new();
@@ -89,20 +105,24 @@ fn engage_all(
     let (cell, pieces) = stock?;
     let cutters: Vec<Cutter> = cutting.iter().map(|tool| Cutter::new(tool, cell)).collect();
     let (earlier, blanks, mut fields) = Earlier::of(pieces, cutters.len());
-    let plan = Plan::new(path, job, laid.after(earlier.elements), &fields, options);
+    let again = again.filter(|again| again.fits(&cutters));
+    let plan = Plan::new(path, job, laid.after(earlier.elements), &fields, options).but_for(again, &cutters);
     let elements = &plan.laid.elements;
     let scene =
         Scene { elements, cutters: &cutters, earlier: &earlier.forms, blanks: &blanks, fixtures: &job.fixtures };
     let mut builder = Builder::default();
     builder.map.cell_mm = cell;
     builder.map.notes = notes;
-    builder.map.slices = cutters.iter().map(|cutter| (cutter.number, cutter.slices.clone())).collect();
+    let whole = || cutters.iter().map(|cutter| (cutter.number, cutter.slices.clone())).collect();
+    builder.map.slices = again.map_or_else(whole, |again| again.known.slices.clone());
     builder.map.initial_mm3 = fields.iter().map(Field::volume_mm3).sum();
     simulate(&plan, &scene, &mut fields, &mut builder, progress);
     let mut map = builder.map;
     map.remaining_mm3 = fields.iter().map(Field::volume_mm3).sum();
     map.removed_mm3 = map.initial_mm3 - map.remaining_mm3;
-    mark_final_surface(&mut map, elements, &fields);
+    if again.is_none() {
+        mark_final_surface(&mut map, elements, &fields);
+    }
     Ok((map, Left { blanks, fields, elements: plan.laid.elements, cutters, earlier: earlier.forms }))
 }
 
@@ -174,6 +194,10 @@ pub(super) struct Plan<'a> {
     cell_mm2: f64,
     /// Clearance asked for beyond half the spacing, mm.
     clearance_mm: f64,
+    /// What is known before.
+    again: Option<Again<'a>>,
+    /// For each tile the element from which on nothing is asked of it any more; empty where all are asked to the end.
+    until: Vec<u32>,
 }
 
 impl<'a> Plan<'a> {
@@ -190,7 +214,39 @@ impl<'a> Plan<'a> {
             optional_mm: OPTIONAL_CELLS * cell,
             cell_mm2: cell * cell,
             clearance_mm: uncertainty + approach,
+            again: None,
+            until: Vec::new(),
         }
+    }
+    /// The same without asking about the moves that are known.
+    fn but_for(mut self, again: Option<Again<'a>>, cutters: &[Cutter]) -> Self {
+        self.again = again;
+        if again.is_none() {
+            return self;
+        }
+        let mut until = vec![0; self.tilings.iter().map(Tiling::count).sum()];
+        for (index, motion) in self.path.moves.iter().enumerate() {
+            let Some(cutter) = self.laid.cutter[index].filter(|_| self.known(index).is_none()) else { continue };
+            if motion.kind == MoveKind::Rapid {
+                continue;
+            }
+            let (by, reach) = (self.laid.shift(motion), cutters[cutter as usize].asks_within(self.clearance()));
+            let (low, high) = motion.curve().bounds();
+            let [low, high] = [low + by, high + by];
+            let mut first = 0;
+            for tiling in &self.tilings {
+                for tile in tiling.tiles_under([low.x - reach, low.y - reach], [high.x + reach, high.y + reach]) {
+                    until[first + tile] = self.laid.first[index + 1];
+                }
+                first += tiling.count();
+            }
+        }
+        self.until = until;
+        self
+    }
+    /// The move of the known map that a move has its stations from.
+    fn known(&self, index: usize) -> Option<MoveId> {
+        self.again.and_then(|again| again.of_move[index])
     }
     /// Elements of a move.
     pub fn elements_of(&self, index: usize) -> std::ops::Range<u32> {
@@ -234,6 +290,8 @@ impl<'a> Plan<'a> {
 enum Way {
     /// None: a rapid.
     None,
+    /// Those of a move of the known map.
+    Known(MoveId),
     /// One without engagement.
     Idle(StationFlags),
     /// From its samples (range in the batch); the first one is the end of the move before where `inherits`.
@@ -264,7 +322,10 @@ fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Buil
     let mut state = Sampling { heading: [1.0, 0.0], goes_on: false, marker: Marker::default() };
     let mut next = prepare(plan, scene, 0, &mut state);
     let mut done: Option<(Batch, Swept)> = None;
-    let rapid = |element: u32| plan.path.moves[scene.elements[element as usize].move_id.ix()].kind == MoveKind::Rapid;
+    let rapid = |element: u32| {
+        let motion = || &plan.path.moves[scene.elements[element as usize].move_id.ix()];
+        plan.again.is_none() && motion().kind == MoveKind::Rapid
+    };
     while let Some(batch) = next.take() {
         let fields = &mut *fields;
         let (swept, prepared) = rayon::join(
@@ -291,7 +352,7 @@ fn prepare(plan: &Plan, scene: &Scene, begin: usize, state: &mut Sampling) -> Op
     let ways: Vec<Way> = moves.clone().map(|index| sample_move(plan, scene, index, state, &mut samples)).collect();
     mark_joints(plan, scene, begin, &ways, &mut samples, &mut state.marker);
     let elements = plan.laid.first[moves.start]..plan.laid.first[moves.end];
-    let operations = assign(scene, &plan.tilings, elements, &samples);
+    let operations = assign(scene, &plan.tilings, elements, &samples, &plan.until);
     (!moves.is_empty()).then_some(Batch { moves, samples, ways, operations })
 }
 
@@ -309,6 +370,12 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
         last = match way {
             Way::None => {
                 builder.push_none(MoveId(index as u32));
+                &idle[0]
+            }
+            Way::Known(of) => {
+                if let Some(again) = plan.again {
+                    builder.push_known(MoveId(index as u32), again.known, Some(*of));
+                }
                 &idle[0]
             }
             Way::Idle(flags) => {
@@ -364,6 +431,9 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, state: &mut Sampling, s
     let goes_on = std::mem::take(&mut state.goes_on);
     if motion.kind == MoveKind::Rapid {
         return Way::None;
+    }
+    if let Some(of) = plan.known(index) {
+        return Way::Known(of);
     }
     let Some(cutter) = plan.laid.cutter[index] else {
         return Way::Idle(StationFlags { uncertain: true, ..StationFlags::default() });

@@ -89,6 +89,17 @@ impl Builder {
         self.end_move(id, first);
     }
 
+    /// Enters the stations of a move of another map with the same slices; `None`: no stations.
+    pub fn push_known(&mut self, id: MoveId, known: &EngagementMap, of: Option<MoveId>) {
+        let first = self.map.stations.len() as u32;
+        for station in of.map_or(&[][..], |of| known.stations_of(of)) {
+            let first_arc = self.map.arcs.len() as u32;
+            self.map.arcs.extend_from_slice(known.arcs_of(station));
+            self.map.stations.push(Station { move_id: id, first_arc, ..*station });
+        }
+        self.end_move(id, first);
+    }
+
     /// Enters a move without stations.
     pub fn push_none(&mut self, id: MoveId) {
         let first = self.map.stations.len() as u32;

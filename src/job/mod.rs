@@ -1,14 +1,14 @@
 //! The pipeline as one readable function. In: a program and a job. Out: a [`Run`] with everything the report needs.
 //!
 //! ```text
-//! interpret → engage → problem → [ solve → rewrite → read back, simulate again at a finer spacing ] → verify
+//! interpret → engage → problem → [ solve → rewrite → read back, look again at a finer spacing ] → verify
 //!                                  ▲                                │ loads above 1.01 of their limit
 //!                                  └──────── caps tightened ────────┘
 //! ```
 //! Where loads follow from wear, and wear from feeds, solving means: until the caps hold behind the very feeds that come out
 //! ([`crate::schedule::wear`]).
-//! The engagement of the written file is simulated once, and once more only where blocks were cut otherwise since: it does not
-//! depend on feeds, and a station with the feed it had keeps the ratio it had. A later round keeps the prices of F words that
+//! The engagement of the written file does not depend on feeds: what is cut in pieces or comes near a limit is simulated again, once,
+//! what goes as in the original keeps its stations ([`check`]), and a station with the feed it had keeps the ratio it had. A later round keeps the prices of F words that
 //! the first one settled on; what binds and at what price is worked out for the last. Feeds that are solved anew put splits
 //! elsewhere, and with them the stations of the next simulation: so after [`SOLVED`] rounds the blocks stay as they are, and only
 //! F words are lowered, to the caps of the very stations that will be looked at again. The loop ends when no commanded feed

@@ -67,7 +67,7 @@ fn times(run: &Run, figures: &Figures) -> String {
     let Some(written) = &run.written else { return format!("<p>Time as programmed: {}.</p>\n", clock(before)) };
     let check = &written.check;
     format!(
-        "<p>Time {} → {} ({:+.1} %). {}; simulated again from the written file: {}.</p>\n",
+        "<p>Time {} → {} ({:+.1} %). {}; loads of the written file, read back: {}.</p>\n",
         clock(before),
         clock(after),
         100.0 * (after / before.max(f64::MIN_POSITIVE) - 1.0),

@@ -148,6 +148,8 @@ struct CheckPart<'a> {
     free_worst_ratio: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     resimulated_force_rate_ratio: Option<f64>,
+    /// Motions cut in pieces or near a limit; the others keep the stations of the first simulation.
+    simulated_again: usize,
     rounds: usize,
     spacing_mm: f64,
 }
@@ -357,6 +359,7 @@ fn check(written: &Written) -> CheckPart<'_> {
         resimulated_p99_ratio: check.over.p99_ratio,
         free_worst_ratio: check.over.free_ratio,
         resimulated_force_rate_ratio: check.force_rate_ratio,
+        simulated_again: check.simulated_again,
         rounds: check.rounds,
         spacing_mm: check.spacing_mm,
     }

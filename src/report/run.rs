@@ -93,9 +93,12 @@ pub struct Check {
     /// Largest rate of change of force over its limit, on commanded feeds, frozen, kept and infeasible places left out; `None`
     /// where none is limited.
     pub force_rate_ratio: Option<f64>,
+    /// Motions of the written program that were simulated again at the finer spacing: those cut in pieces and those near a limit. The
+    /// others keep the stations of the first simulation.
+    pub simulated_again: usize,
     /// How often caps were tightened after simulating again.
     pub rounds: usize,
-    /// Spacing of the stations it was simulated with, mm.
+    /// Spacing of the stations of what was simulated again, mm.
     pub spacing_mm: f64,
 }
 

@@ -217,7 +217,7 @@ fn output(run: &Run, figures: &Figures) -> String {
     let stats = &written.stats;
     let check = &written.check;
     format!(
-        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}{}\nchecked   {}; read back and simulated at {} mm{}{}\n{}",
+        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}{}\nchecked   {}; read back; {} motions cut in pieces or near a limit simulated again at {} mm{}{}\n{}",
         stats.f_words_after,
         stats.f_words_before,
         stats.f_words_changed,
@@ -226,6 +226,7 @@ fn output(run: &Run, figures: &Figures) -> String {
         loss(written),
         bound(written),
         if check.identical { "only feeds differ" } else { "MORE THAN FEEDS DIFFERS" },
+        check.simulated_again,
         short(check.spacing_mm),
         check.force_rate_ratio.map_or(String::new(), |ratio| format!(", rate of force {ratio:.3}")),
         if check.rounds > 0 { format!(" (caps tightened {} times)", check.rounds) } else { String::new() },
