@@ -1,6 +1,7 @@
 //! Axes on the meter: a meter that feeds the whole machine reads the friction and the acceleration of the axes too:
-//! idle reading + idle reading at the reference speed of the spindle · (f·v + a·v·max(0, a)), v the speed along the path in
-//! m/min and a the acceleration in m/s²: the axes know nothing of the spindle, and a drive that brakes gives nothing back.
+//! idle reading + idle reading at the reference speed of the spindle · (f·v + a·v·max(0, a)), v the speed along the
+//! path in m/min and a the acceleration in m/s²: the axes know nothing of the spindle, and a drive that brakes gives
+//! nothing back.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 

@@ -1,5 +1,5 @@
-//! Efficiency of the drive: reading = P · (1 + c·(P/P_max)^p): its losses beyond those of no load grow as the power 1 + p of the
-//! load: p = 1 for losses in the windings, more where a drive is run beyond what it is made for.
+//! Efficiency of the drive: reading = P · (1 + c·(P/P_max)^p): its losses beyond those of no load grow as the power 1 +
+//! p of the load: p = 1 for losses in the windings, more where a drive is run beyond what it is made for.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Parameter, State};
 

@@ -1,6 +1,6 @@
-//! Entry: forces are higher where the tool has just entered: all coefficients · (1 + y), y falling over the path s since the tool
-//! met material as λ·dy/ds = −e·(y/e)^m from y = e: y = e·e^(−s/λ) at the order m = 1, e·(1 − (1 − m)s/λ)^(1/(1 − m)) below it,
-//! which comes to its end at s = λ/(1 − m).
+//! Entry: forces are higher where the tool has just entered: all coefficients · (1 + y), y falling over the path s
+//! since the tool met material as λ·dy/ds = −e·(y/e)^m from y = e: y = e·e^(−s/λ) at the order m = 1, e·(1 − (1 −
+//! m)s/λ)^(1/(1 − m)) below it, which comes to its end at s = λ/(1 − m).
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 

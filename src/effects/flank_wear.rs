@@ -1,5 +1,5 @@
-//! Flank wear in its three stages: k_?e · (1 + r(1 − e^(−l/λ)) + g·l + a·l³), l the distance each tooth has slid through
-//! material in units of 100 m: running in, steady growth, the end of the edge.
+//! Flank wear in its three stages: k_?e · (1 + r(1 − e^(−l/λ)) + g·l + a·l³), l the distance each tooth has slid
+//! through material in units of 100 m: running in, steady growth, the end of the edge.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 

@@ -1,9 +1,9 @@
 //! The open list of effects as data: what each means, its covariates, its parameters with bounds, and where it acts.
 //!
-//! An effect is a pure function from its parameters and the [`State`] of a cut to a [`Change`]: factors on the tare, on the
-//! cutting coefficients (k_tc, k_rc, k_ac) and on the edge coefficients (k_te, k_re, k_ae), offsets of the geometry, or
-//! the strength of what motion and measuring chain do. The room an effect acts on applies its change; calibration,
-//! diagnosis, prediction and scheduling read the same list ([`ALL`]).
+//! An effect is a pure function from its parameters and the [`State`] of a cut to a [`Change`]: factors on the tare, on
+//! the cutting coefficients (k_tc, k_rc, k_ac) and on the edge coefficients (k_te, k_re, k_ae), offsets of the
+//! geometry, or the strength of what motion and measuring chain do. The room an effect acts on applies its change;
+//! calibration, diagnosis, prediction and scheduling read the same list ([`ALL`]).
 
 mod axis_power;
 mod corner_feed;
@@ -230,8 +230,8 @@ pub struct State {
 }
 
 impl State {
-    /// Mean of a factor over the engaged arc, by chip and by contact. Where the arc is not known the cut is taken as one
-    /// sector with its mean chip thickness.
+    /// Mean of a factor over the engaged arc, by chip and by contact. Where the arc is not known the cut is taken as
+    /// one sector with its mean chip thickness.
     pub fn over_arc(&self, factor: impl Fn(&Sector) -> f64) -> [f64; 2] {
         let whole: f64 = self.sectors.iter().map(|s| s.share[0] + s.share[1]).sum();
         if whole <= 0.0 {
@@ -400,8 +400,8 @@ pub struct Parameter {
     pub max: f64,
     /// Values at which a search begins.
     pub starts: &'static [f64],
-    /// Value at which it adds nothing; a simpler form of the effect leaves it there, and so does a model that does not give it.
-    /// `None`: always fitted.
+    /// Value at which it adds nothing; a simpler form of the effect leaves it there, and so does a model that does not
+    /// give it. `None`: always fitted.
     pub neutral: Option<f64>,
     /// What of an instant or a place it is, which is looked for in the data and does not begin at a given value.
     pub place: Option<Place>,
@@ -522,5 +522,22 @@ mod tests {
             }
         }
         assert!(named("flank-wear").is_some() && named("gremlins").is_none());
+    }
+
+    #[test]
+    fn what_is_looked_for_is_an_instant_or_a_whole_region() {
+        for effect in ALL.iter().filter(|effect| effect.is_looked_for()) {
+            let has = |place: Place| effect.parameters.iter().filter(|p| p.place == Some(place)).count();
+            let sides = [Place::XMin, Place::XMax, Place::YMin, Place::YMax].map(has);
+            assert!(matches!((has(Place::Instant), sides), (1, [0, 0, 0, 0]) | (0, [1, 1, 1, 1])), "{}", effect.name);
+        }
+    }
+
+    #[test]
+    fn a_covariate_that_an_effect_shows_along_is_one_of_the_state_or_of_the_reading() {
+        let known = State { position: Vec3::zeros(), direction: Vec3::new(1.0, 0.0, 0.0), ..State::default() };
+        assert_eq!([Covariate::X.of(&known), Covariate::Heading.of(&known)], [0.0, 0.0]);
+        // The way of a plunge has no heading.
+        assert!(Covariate::Heading.of(&State { direction: Vec3::new(0.0, 0.0, -1.0), ..known }).is_nan());
     }
 }

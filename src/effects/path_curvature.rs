@@ -1,4 +1,5 @@
-//! Path curvature: removal and contact rate of the arc in place of those of a straight move of the same depths; no parameter.
+//! Path curvature: removal and contact rate of the arc in place of those of a straight move of the same depths; no
+//! parameter.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Geometry, State};
 

@@ -1,6 +1,6 @@
 //! Runout: the axis of the tool turns at ρ from that of the spindle, so that of N teeth one stands out over the tooth
-//! before it by up to δ = 2ρ sin(π/N) ≤ √3 ρ (N ≥ 3). The most loaded tooth cuts h + δ; the chips of all teeth together stay
-//! as they are; at small feeds teeth miss the cut.
+//! before it by up to δ = 2ρ sin(π/N) ≤ √3 ρ (N ≥ 3). The most loaded tooth cuts h + δ; the chips of all teeth together
+//! stay as they are; at small feeds teeth miss the cut.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Geometry, Parameter, State};
 

@@ -33,3 +33,13 @@ fn refused(p: &[f64], clock_s: f64) -> Option<String> {
 fn change(p: &[f64], _: &State) -> Change {
     Change { lag_s: p[0], ..Change::default() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lag_shorter_than_the_times_are_known_to_is_refused() {
+        assert!((EFFECT.refused)(&[0.09], 0.1).is_some() && (EFFECT.refused)(&[0.11], 0.1).is_none());
+    }
+}

@@ -1,11 +1,11 @@
 //! Closed forms of steady cuts: removal rate and swept contact area from the depths alone, without simulation.
 //!
-//! In: diameter, flat or ball, axial depth a, radial depth b, radius of the tool-centre path, feed at the tool centre f,
-//! teeth N, speed n. Out: removal rate Q in mm³/s and contact rate A in mm²/s (the area that the edges sweep over
+//! In: diameter, flat or ball, axial depth a, radial depth b, radius of the tool-centre path, feed at the tool centre
+//! f, teeth N, speed n. Out: removal rate Q in mm³/s and contact rate A in mm²/s (the area that the edges sweep over
 //! material), so that cutting power is `k_tc·Q + k_te·A` (Xu, Jerard, Fussell, Eq. 3.7).
 //!
-//! Flat, tool radius r, straight: Q = a b f, A = a r θ N n with cos θ = 1 − b/r. On an arc of tool-centre radius ρ, with
-//! s = +1 concave and −1 convex: wall radius w = ρ + s r, stock radius u = w − s b, cos θ = s(u² − ρ² − r²)/(2ρr),
+//! Flat, tool radius r, straight: Q = a b f, A = a r θ N n with cos θ = 1 − b/r. On an arc of tool-centre radius ρ,
+//! with s = +1 concave and −1 convex: wall radius w = ρ + s r, stock radius u = w − s b, cos θ = s(u² − ρ² − r²)/(2ρr),
 //! Q = a b f (w − s b/2)/ρ. Only the side counts: the bottom face of a flat mill has no chip thickness here.
 //!
 //! Ball of radius R, wall at the lateral distance y₀ = R − b: a ring at depth z has radius w(z) = √(R² − (R−z)²) and is
@@ -74,11 +74,11 @@ pub fn entry_exit_rad(immersion_rad: f64, climb: bool) -> (f64, f64) {
     if climb { (PI - immersion_rad, PI) } else { (0.0, immersion_rad) }
 }
 
-/// Factors of K_t, K_r, K_te, K_re in the mean force on the workpiece, x along the feed or `y` into the wall (Niu, Wang, Zhao, Huang,
-/// Eqs 2–3): with k = N a_p/2π and ψ = acos(1 − a_e/R),
-/// F_x = k[f(−K_t sin²ψ/2 + K_r(ψ − sin ψ cos ψ)/2) − K_te sin ψ + K_re(1 − cos ψ)],
-/// F_y = k[f(K_t(ψ − sin ψ cos ψ)/2 + K_r sin²ψ/2) + K_te(1 − cos ψ) + K_re sin ψ].
-/// In conventional milling the teeth run the other way along the same wall: the tangential factors change their sign.
+/// Factors of K_t, K_r, K_te, K_re in the mean force on the workpiece, x along the feed or `y` into the wall (Niu,
+/// Wang, Zhao, Huang, Eqs 2–3): with k = N a_p/2π and ψ = acos(1 − a_e/R), F_x = k[f(−K_t sin²ψ/2 + K_r(ψ − sin ψ cos
+/// ψ)/2) − K_te sin ψ + K_re(1 − cos ψ)], F_y = k[f(K_t(ψ − sin ψ cos ψ)/2 + K_r sin²ψ/2) + K_te(1 − cos ψ) + K_re sin
+/// ψ]. In conventional milling the teeth run the other way along the same wall: the tangential factors change their
+/// sign.
 pub fn mean_force_factors(cut: &SteadyCut, conventional: bool, y: bool) -> [f64; 4] {
     let columns = climb_factors(cut, y);
     let turn = if conventional { -1.0 } else { 1.0 };
@@ -142,9 +142,9 @@ fn ball_section(cut: &SteadyCut) -> Section {
     Section { removal_mm2: part.removal_mm2 + side.removal_mm2, contact_mm2: part.contact_mm2 + side.contact_mm2 }
 }
 
-/// ∫ acos(y₀/√(R²−x²)) dx from 0 to x, x being the height below the equator: by parts
-/// x acos(y₀/w) + R atan(x y₀ / (R √(ρ²−x²))) − y₀ asin(x/ρ) with ρ² = R² − y₀². Below ρ the ring does not reach the wall
-/// (y₀ > 0: not engaged) or lies wholly in the material (y₀ < 0: engaged over π).
+/// ∫ acos(y₀/√(R²−x²)) dx from 0 to x, x being the height below the equator: by parts x acos(y₀/w) + R atan(x y₀ / (R
+/// √(ρ²−x²))) − y₀ asin(x/ρ) with ρ² = R² − y₀². Below ρ the ring does not reach the wall (y₀ > 0: not engaged) or lies
+/// wholly in the material (y₀ < 0: engaged over π).
 pub fn ball_contact(ball: f64, wall: f64, x: f64) -> f64 {
     let rho = (ball * ball - wall * wall).max(0.0).sqrt();
     let inside = x.min(rho);

@@ -1,10 +1,12 @@
-//! Forces of a cutter with runout through a turn, coefficient by coefficient. In: tool, rings, engaged arcs, feed, runout. Out:
-//! [`Turn`], from which the peak at any coefficients, its derivatives and the contact that teeth miss are read.
+//! Forces of a cutter with runout through a turn, coefficient by coefficient. In: tool, rings, engaged arcs, feed,
+//! runout. Out: [`Turn`], from which the peak at any coefficients, its derivatives and the contact that teeth miss are
+//! read.
 //!
-//! Frame and signs are those of [`crate::force`]: tooth i is at φ = θ − ψ_i − lag(z), stands R_i = ρ cos(α − ψ_i) further out and
-//! cuts h = min over m of (feed of the last m teeth)·g + (R_i − R_{i−m}) n_r, g = c n_r sin φ + t_z n_z. With w = F_x + i F_y
-//! an edge of length du takes −(k_t + i n_r k_r − i n_z k_a) e^{−iφ} du, k = k_c h + k_e where h > 0. The edge on a layer of
-//! equal arcs lags from its bottom to its top: what it takes there is an integral over φ, read off cumulated sums.
+//! Frame and signs are those of [`crate::force`]: tooth i is at φ = θ − ψ_i − lag(z), stands R_i = ρ cos(α − ψ_i)
+//! further out and cuts h = min over m of (feed of the last m teeth)·g + (R_i − R_{i−m}) n_r, g = c n_r sin φ + t_z
+//! n_z. With w = F_x + i F_y an edge of length du takes −(k_t + i n_r k_r − i n_z k_a) e^{−iφ} du, k = k_c h + k_e
+//! where h > 0. The edge on a layer of equal arcs lags from its bottom to its top: what it takes there is an integral
+//! over φ, read off cumulated sums.
 
 use crate::engage::EngagedArc;
 use crate::machine::material::LinearEdge;
@@ -106,7 +108,8 @@ fn sums(layer: &Layer, tooth: &Tooth, tangent_z: f64, feed_per_tooth_mm: f64) ->
 }
 
 impl Turn {
-    /// Forces of the `arcs` on the rings `slices` while the tool moves with `tangent_z` of its direction along Z, mm/mm.
+    /// Forces of the `arcs` on the rings `slices` while the tool moves with `tangent_z` of its direction along Z,
+    /// mm/mm.
     pub fn new(
         tool: &Tool,
         slices: &[Slice],
@@ -164,8 +167,8 @@ impl Turn {
         }
     }
 
-    /// Largest force in the plane with these coefficients, its derivatives by k_tc, k_rc, k_te, k_re; of the magnitude of the
-    /// mean where `mean`.
+    /// Largest force in the plane with these coefficients, its derivatives by k_tc, k_rc, k_te, k_re; of the magnitude
+    /// of the mean where `mean`.
     pub fn slopes(&self, k: &LinearEdge, mean: bool) -> [f64; 4] {
         let values = [k.k_tc, k.k_rc, k.k_te, k.k_re, k.k_ac, k.k_ae];
         let force = |at: &[C; 6]| at.iter().zip(values).map(|(w, k)| w * k).sum::<C>();

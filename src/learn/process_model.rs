@@ -54,7 +54,8 @@ fn scaled(k_tc: f64, k_te: f64, declared: Option<LinearEdge>, k_rc: Option<f64>,
     }
 }
 
-/// Model of a calibration; `None` where something speaks against it, its parameters are not told apart, or are relative.
+/// Model of a calibration; `None` where something speaks against it, its parameters are not told apart, or are
+/// relative.
 pub fn of_calibration(result: &Calibration) -> Option<Process> {
     if !result.doubts.is_empty()
         || !result.indistinguishable.is_empty()

@@ -1,10 +1,11 @@
 //! The runout that a log shows, settled. In: effects found, with coefficients, and what takes the forces of a log about
 //! runouts. Out: data with the forces taken about the runout that leaves the least.
 //!
-//! A peak force belongs to one tooth, and to another one as the runout turns: the squares have several valleys over the way
-//! that it points, and between two runouts of a grid a force is not linear. So the valleys are first looked for about the
-//! offset that was found, all ways round; each of the deepest is then followed by damped Gauss–Newton steps, with the forces taken
-//! anew at every place, in a grid that narrows. The measured quantities weigh by what the best fit so far leaves of them.
+//! A peak force belongs to one tooth, and to another one as the runout turns: the squares have several valleys over the
+//! way that it points, and between two runouts of a grid a force is not linear. So the valleys are first looked for
+//! about the offset that was found, all ways round; each of the deepest is then followed by damped Gauss–Newton steps,
+//! with the forces taken anew at every place, in a grid that narrows. The measured quantities weigh by what the best
+//! fit so far leaves of them.
 
 use crate::effects::Geometry;
 use crate::learn::dataset::samples::Data;

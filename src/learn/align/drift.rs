@@ -1,7 +1,7 @@
 //! How the clock of a log drifts against the clock of its program.
 //!
-//! In: observations of the drift d = log time − program time, each at a program time T with a variance. Out: the drift at
-//! each of them with its variance, pauses, and the likelihood.
+//! In: observations of the drift d = log time − program time, each at a program time T with a variance. Out: the drift
+//! at each of them with its variance, pauses, and the likelihood.
 //!
 //! d is a random walk with variance q per second of the program; smoothed forward and backward (Kalman, Rauch–Tung–
 //! Striebel). q is the most likely of a few. An observation that lies more than [`JUMP`] deviations late, and whose
@@ -31,7 +31,8 @@ pub struct Drift {
     pub pauses: Vec<(f64, f64)>,
     /// Log-likelihood of the observations.
     pub likelihood: f64,
-    /// Variance of the walk about each of them, s² per second of the program: as much as it departs there from a steady drift.
+    /// Variance of the walk about each of them, s² per second of the program: as much as it departs there from a steady
+    /// drift.
     pub walk: Vec<f64>,
 }
 
@@ -74,8 +75,8 @@ impl Drift {
         log_s.iter().map(place).collect()
     }
 
-    /// Standard deviation of the drift at program times: between two observations and beyond the outermost ones the walk goes
-    /// its own way. That of the mean where no time is known.
+    /// Standard deviation of the drift at program times: between two observations and beyond the outermost ones the
+    /// walk goes its own way. That of the mean where no time is known.
     pub fn deviations_s(&self, program_s: &[f64]) -> Vec<f64> {
         let whole = self.uncertainty_s();
         let of = |t: &f64| if t.is_finite() { self.deviation_at(*t) } else { whole };
@@ -162,8 +163,8 @@ fn smooth(seen: &[Observation], q: f64) -> Option<Drift> {
     Some(Drift { at_s, drift_s, deviation_s, pauses, likelihood, walk })
 }
 
-/// How a drift walks about each place, no more than on the whole: between two neighbours a and b seconds away a walk of the
-/// variance q per second is off the straight line by q a b/(a + b). Means over [`ABOUT`] places on either side.
+/// How a drift walks about each place, no more than on the whole: between two neighbours a and b seconds away a walk of
+/// the variance q per second is off the straight line by q a b/(a + b). Means over [`ABOUT`] places on either side.
 fn walks(at_s: &[f64], drift_s: &[f64], whole: f64) -> Vec<f64> {
     let own = |k: usize| {
         let (a, b) = ((at_s[k] - at_s[k - 1]).max(1e-6), (at_s[k + 1] - at_s[k]).max(1e-6));

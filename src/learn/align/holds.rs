@@ -1,5 +1,5 @@
-//! Where a program was held: in a log found in it by the load, times over which the program stands. In: the match. Out: a clock
-//! of the log that stands with the program, on which the drift is smooth; pauses for the report.
+//! Where a program was held: in a log found in it by the load, times over which the program stands. In: the match. Out:
+//! a clock of the log that stands with the program, on which the drift is smooth; pauses for the report.
 
 use crate::learn::align::drift::{Drift, interpolated};
 use crate::learn::align::matching::Match;
@@ -36,7 +36,8 @@ impl Holds {
         log_s - self.0.iter().map(|(from, to)| (log_s.min(*to) - from).max(0.0)).sum::<f64>()
     }
 
-    /// Pauses: the holds, as long as the drift about them says, and what the drift shows beside them. (time in the log, length)
+    /// Pauses: the holds, as long as the drift about them says, and what the drift shows beside them. (time in the log,
+    /// length)
     pub(in crate::learn) fn pauses(&self, walk: &Drift) -> Vec<(f64, f64)> {
         let begins: Vec<f64> = self.0.iter().map(|(from, _)| self.running_s(*from)).collect();
         let near = |running_s: f64| begins.iter().any(|b| (b - running_s).abs() < ABOUT_HOLD_S);

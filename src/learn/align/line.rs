@@ -1,10 +1,11 @@
-//! Ties the samples of a log to the program by their line numbers. In: log, timeline, slower machines. Out: [`Aligned`].
+//! Ties the samples of a log to the program by their line numbers. In: log, timeline, slower machines. Out:
+//! [`Aligned`].
 //!
-//! Runs of equal lines are matched in order to the legs of the program (spots of one line that follow each other). Where
-//! one run ends and the next begins, the boundary of their legs was passed between two samples: an observation of the drift
-//! of the log's clock against the program's, with the variance of a uniform distribution. The drift is smoothed
-//! ([`crate::learn::align::drift`]), so that many boundaries place every sample much better than its own two. The machine's acceleration
-//! is the one under which the drift is the least surprising.
+//! Runs of equal lines are matched in order to the legs of the program (spots of one line that follow each other).
+//! Where one run ends and the next begins, the boundary of their legs was passed between two samples: an observation of
+//! the drift of the log's clock against the program's, with the variance of a uniform distribution. The drift is
+//! smoothed ([`super::drift`]), so that many boundaries place every sample much better than its own two.
+//! The machine's acceleration is the one under which the drift is the least surprising.
 
 use crate::learn::align::drift::{Drift, Observation, drift};
 use crate::learn::align::{Aligned, Method, typical};
@@ -56,8 +57,8 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
     })
 }
 
-/// The factor of the acceleration with the most_likely_acceleration drift: the declared one unless another is clearly better; and by how
-/// many nats the best of the others is ahead.
+/// The factor of the acceleration with the most_likely_acceleration drift: the declared one unless another is clearly
+/// better; and by how many nats the best of the others is ahead.
 pub fn most_likely_acceleration(
     slower: &[Slower],
     walk: &impl Fn(f64) -> Option<(Clock, Drift)>,

@@ -1,10 +1,10 @@
 //! Ties a log to the program by its load alone. In: log, timeline, slower machines, job. Out: [`Aligned`].
 //!
 //! 1. Coarse: the load that each machine would have (the declared acceleration and lower ones) is found in the measured one
-//!    by dynamic programming over the lag ([`crate::learn::align::matching`]); the machine with the best correlation is taken.
+//!    by dynamic programming over the lag ([`super::matching`]); the machine with the best correlation is taken.
 //! 2. Fine: in windows of the program the reading is y ≈ c₀ + (1 + c)·ŷ(T) − δ·ŷ′(T), by which every window observes its
 //!    own shift δ beside its own level, with the variance σ²/Σŷ′². The drift is smoothed over the windows
-//!    ([`crate::learn::align::drift`]); the acceleration is chosen under which it is the least surprising. ŷ is refitted (tare, cutting
+//!    ([`super::drift`]); the acceleration is chosen under which it is the least surprising. ŷ is refitted (tare, cutting
 //!    and edge part by robust least squares), and both are repeated.
 //!    Where the stock may stand proud, the mill be smaller or an entry take more, cuts would seem to begin earlier or later
 //!    than they do: what each of these adds to the load is fitted beside the other parts.
@@ -40,8 +40,8 @@ const SLOPES_S: [f64; 8] = [0.4, 0.3, 0.2, 0.3, 0.2, 0.15, 0.1, 0.1];
 const LAGS_S: [f64; 7] = [0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0];
 /// Share of the squares that a lag must take away.
 const LAG_PAYS: f64 = 0.3;
-/// Factors on what steps of the lag and holds cost in the coarse match, falling, and the share of the squares that a looser match must
-/// take away.
+/// Factors on what steps of the lag and holds cost in the coarse match, falling, and the share of the squares that a
+/// looser match must take away.
 const STIFFNESS: [[f64; 2]; 4] = [[100.0, 100.0], [10.0, 100.0], [1.0, 10.0], [1.0, 1.0]];
 const LOOSER_PAYS: f64 = 0.03;
 /// Ratio of the accelerations of machines next to each other, and how often it is halved about the best of them.
@@ -59,8 +59,9 @@ pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> 
     if !force {
         with_doubtful(&mut parts, known);
     }
-    // What nobody declared makes the load differ as an error of the alignment would: a match that follows every difference
-    // may go astray, one that follows none misses what happened. The loads as they are fitted in the end decide.
+    // What nobody declared makes the load differ as an error of the alignment would: a match that follows every
+    // difference may go astray, one that follows none misses what happened. The loads as they are fitted in the end
+    // decide.
     let search = Search { measured: &measured, timeline, slower, parts: &parts };
     let first = search.best_of(coarse(&measured, timeline, slower, &parts), None)?;
     let best = search.best_of(search.matched_again(&first), Some(first))?;
@@ -217,7 +218,8 @@ fn coarse(measured: &MeasuredLoad, timeline: &Timeline, slower: &[Slower], parts
         };
         let mut best: Option<(f64, Clock, Match)> = None;
         for tried in machines.iter().filter_map(miss_of) {
-            // A slower machine must fit clearly better; costs are in units of each match's own deviation and do not compare.
+            // A slower machine must fit clearly better; costs are in units of each match's own deviation and do not
+            // compare.
             if best.as_ref().is_none_or(|(least, ..)| tried.0 < 0.9 * least) {
                 best = Some(tried);
             }

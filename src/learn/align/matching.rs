@@ -2,10 +2,10 @@
 //! measured one.
 //!
 //! Both are put on a grid of Δ. The lag d(t) = log time − program time is found by dynamic programming over the grid of
-//! lags: cost Σ ((y(t) − a − b·P(t − d))/s)² + λ per step of the lag + μ per hold (the program stands, whatever the load),
-//! robust in the residual (capped at 9), with a, b from robust regression at the present alignment, twice. Where nothing was
-//! measured (NaN) every lag is as good as any other, and a change of it is all that costs. Offset and stretch are read off
-//! the path; a change of feed override is a run of steps.
+//! lags: cost Σ ((y(t) − a − b·P(t − d))/s)² + λ per step of the lag + μ per hold (the program stands, whatever the
+//! load), robust in the residual (capped at 9), with a, b from robust regression at the present alignment, twice. Where
+//! nothing was measured (NaN) every lag is as good as any other, and a change of it is all that costs. Offset and
+//! stretch are read off the path; a change of feed override is a run of steps.
 
 use crate::learn::regress::linear::{Loss, robust};
 use crate::learn::regress::statistics::{correlation, scale_of};
@@ -27,13 +27,13 @@ pub struct Match {
 }
 
 const STEP_COST: f64 = 6.0;
-/// Cost of a hold, and of every grid point while it lasts: what the load of a machine is that is held nobody knows, but that it
-/// does not change.
+/// Cost of a hold, and of every grid point while it lasts: what the load of a machine is that is held nobody knows, but
+/// that it does not change.
 const HOLD_COST: f64 = 60.0;
 const HELD: f64 = 3.0;
 const CAP: f64 = 9.0;
-/// Quantiles by which the loads are compared before it is known what belongs together, and the deviation then, as a share of
-/// that of the measured load.
+/// Quantiles by which the loads are compared before it is known what belongs together, and the deviation then, as a
+/// share of that of the measured load.
 const RANKS: usize = 200;
 const ROOM: f64 = 0.3;
 
@@ -133,7 +133,8 @@ fn viterbi(
     };
     let mut runs: Vec<f64> = (0..states).map(|d| emission(0, d)).collect();
     let mut held = vec![f64::INFINITY; states];
-    // Running: 0 stays, 1 from one less (the machine is slower), 2 from one more, 3 from held. Held: 1 it was held before.
+    // Running: 0 stays, 1 from one less (the machine is slower), 2 from one more, 3 from held. Held: 1 it was held
+    // before.
     let mut from = vec![[0u8; 2]; n * states];
     let (mut next_runs, mut next_held) = (runs.clone(), held.clone());
     for i in 1..n {

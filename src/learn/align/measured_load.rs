@@ -1,5 +1,5 @@
-//! The load of a log as it is searched for in a program. In: log, measured quantity. Out: at most some thousand points, or means
-//! over a grid; both keep away from gaps, of which nothing is known.
+//! The load of a log as it is searched for in a program. In: log, measured quantity. Out: at most some thousand points,
+//! or means over a grid; both keep away from gaps, of which nothing is known.
 
 use crate::learn::align::holds::Holds;
 use crate::learn::log::Log;

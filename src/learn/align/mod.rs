@@ -1,10 +1,10 @@
-//! Ties the samples of a log to the program. In: log, timeline. Out: for every sample the predicted time of the program at
-//! which the machine is where it was, NaN where it is outside the program.
+//! Ties the samples of a log to the program. In: log, timeline. Out: for every sample the predicted time of the program
+//! at which the machine is where it was, NaN where it is outside the program.
 //!
 //! By position: the tool is followed along the path, never backwards, taking the nearest point within what it can have
-//! moved, the first of several that are as near, after a gap the one that the time which has passed speaks for; standing
-//! still is spread over the dwells and changes that belong there. By line: see [`crate::learn::align::line`]; by load:
-//! see [`crate::learn::align::load`].
+//! moved, the first of several that are as near, after a gap the one that the time which has passed speaks for;
+//! standing still is spread over the dwells and changes that belong there. By line: see [`line`];
+//! by load: see [`load`].
 
 pub mod drift;
 pub mod holds;
@@ -63,8 +63,8 @@ pub struct Aligned {
 
 /// Distance at which a position counts as off the path, mm.
 const OFF_PATH_MM: f64 = 1.0;
-/// What decides between points that are as near: mm for every mm that the tool would have moved, and after a gap for every
-/// second that it would be early or late.
+/// What decides between points that are as near: mm for every mm that the tool would have moved, and after a gap for
+/// every second that it would be early or late.
 const AHEAD: f64 = 1e-4;
 const EARLY_OR_LATE_MM_S: f64 = 1e-3;
 
@@ -112,7 +112,8 @@ struct Found {
     distance: f64,
 }
 
-/// Nearest point of the path from a spot and a share of it on; `expected_s`: where in the program it should be after a gap.
+/// Nearest point of the path from a spot and a share of it on; `expected_s`: where in the program it should be after a
+/// gap.
 fn nearest(spots: &[Spot], (spot, share): (usize, f64), reach: f64, p: &Vec3, expected_s: Option<f64>) -> Found {
     let mut best = Found { spot, share, distance: f64::INFINITY };
     let (mut cost, mut ahead) = (f64::INFINITY, -share * spots[spot].length_mm);
@@ -199,8 +200,8 @@ fn leave_ends(program_s: &mut [f64], moved: &[bool], timeline: &Timeline) {
     }
 }
 
-/// Uncertainty of the typical sample of the program: the median, so that a few that lie far from all that was observed, and
-/// weigh little, do not stand for the others.
+/// Uncertainty of the typical sample of the program: the median, so that a few that lie far from all that was observed,
+/// and weigh little, do not stand for the others.
 pub(in crate::learn) fn typical(program_s: &[f64], sample_uncertainty_s: &[f64]) -> f64 {
     let mut placed: Vec<f64> =
         program_s.iter().zip(sample_uncertainty_s).filter(|(t, _)| t.is_finite()).map(|(_, s)| *s).collect();

@@ -1,5 +1,6 @@
-//! The load that a program should take over time, in parts whose factors a log says. In: timeline, job, other geometries, the
-//! clock of a machine, a lag. Out: [`PredictedLoad`], means over the span of a reading, on a grid of time.
+//! The load that a program should take over time, in parts whose factors a log says. In: timeline, job, other
+//! geometries, the clock of a machine, a lag. Out: [`PredictedLoad`], means over the span of a reading, on a grid of
+//! time.
 
 use crate::force::contact::Engaged;
 use crate::learn::program::clock::Clock;

@@ -2,9 +2,9 @@
 //!
 //! In: job, data of the log, report with confounded effects. Each rival is fitted to the data beside the other effects
 //! found; then every programme of cuts on the list below is simulated, each rival predicts its readings with the
-//! coefficients that it had on the log, and the programme on which the predictions differ most, in root mean square over
-//! the whole run, is written. The run is taken to follow the log, with the same edge and a warm machine, on a fresh block.
-//! Out: [`Experiment`].
+//! coefficients that it had on the log, and the programme on which the predictions differ most, in root mean square
+//! over the whole run, is written. The run is taken to follow the log, with the same edge and a warm machine, on a
+//! fresh block. Out: [`Experiment`].
 
 use crate::effects::{self, State};
 use crate::learn::align::{Aligned, Method};

@@ -1,5 +1,6 @@
-//! Calibration of `layer` (Nishida, Eq. 1): F/Δz = C₀ + C₁L + C₂t_m + C₃L t_m, L the length of contact in mm and t_m the largest chip in µm,
-//! on the layer at height t_z of a ball end. Layers are given, or are the differences of cuts of growing depth.
+//! Calibration of `layer` (Nishida, Eq. 1): F/Δz = C₀ + C₁L + C₂t_m + C₃L t_m, L the length of contact in mm and t_m
+//! the largest chip in µm, on the layer at height t_z of a ball end. Layers are given, or are the differences of cuts
+//! of growing depth.
 
 use crate::force::closed::{SteadyCut, ball_layer};
 use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};
@@ -58,8 +59,9 @@ fn given_layers<'a>(rows: &'a [SteadyRow], force: &[f64]) -> Vec<Layer<'a>> {
     rows.iter().zip(force).filter_map(layer).collect()
 }
 
-/// Cuts of growing depth: a layer's force is that of a cut less that of the next shallower one of the same width and feed.
-/// A width that comes at fewer than three depths is no series: grooves that make room for the others look like that.
+/// Cuts of growing depth: a layer's force is that of a cut less that of the next shallower one of the same width and
+/// feed. A width that comes at fewer than three depths is no series: grooves that make room for the others look like
+/// that.
 fn layers_by_difference<'a>(rows: &'a [SteadyRow], force: &[f64]) -> Vec<Layer<'a>> {
     let near = |a: f64, b: f64, share: f64| (a - b).abs() <= share * b.abs();
     let alike = |a: &SteadyCut, b: &SteadyCut| {

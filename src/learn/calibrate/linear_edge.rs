@@ -16,8 +16,8 @@ pub(in crate::learn) fn mean_force(
 ) -> Result<Calibration, DataError> {
     let (fx, fy) = (frame.needed("force_x_n")?, frame.needed("force_y_n")?);
     let used: Vec<usize> = (0..rows.len()).filter(|i| fx[*i].is_finite() && fy[*i].is_finite()).collect();
-    // Relative least squares: every component is divided by its measured magnitude, or a tenth of the resultant where it
-    // passes through zero.
+    // Relative least squares: every component is divided by its measured magnitude, or a tenth of the resultant where
+    // it passes through zero.
     let line = |k: usize| {
         let (i, y) = (used[k / 2], k % 2 == 1);
         let measured = if y { fy[i] } else { fx[i] };

@@ -1,17 +1,17 @@
 //! `calibrate --reading "T1 peak 45% idle 8%"`: coefficients from a load meter read by eye while a program runs.
 //!
-//! In: one line per tool (peak and idle, in percent of the spindle's rated power, or W or kW), and the program's predicted
-//! power. A needle is slow and an eye is slower: what is read as peak is taken as the largest mean over a second, P₁. With
-//! the shape of the declared coefficients P₁ = s·P₁(declared), so that k_tc and k_te take the factor s and idle is the tare.
-//! Out: k_tc, k_te, tare with relative variances that add up from
+//! In: one line per tool (peak and idle, in percent of the spindle's rated power, or W or kW), and the program's
+//! predicted power. A needle is slow and an eye is slower: what is read as peak is taken as the largest mean over a
+//! second, P₁. With the shape of the declared coefficients P₁ = s·P₁(declared), so that k_tc and k_te take the factor s
+//! and idle is the tare. Out: k_tc, k_te, tare with relative variances that add up from
 //! * the eye: 2 points of the scale (5 % of a reading in W) on peak and idle each;
 //! * the second: half of what the largest momentary power exceeds P₁ by;
 //! * the scale: 10 % for what 100 % means (continuous or short-time rating), not for readings in W;
 //! * the split: k_te/k_tc is not seen; with ln(k_te/k_tc) uncertain by 0.5 and e the edge's share of the power at the peak,
 //!   d ln k_tc = −e δ and d ln k_te = (1 − e) δ.
 //!
-//! Several tools in one material are averaged by their variances; where they scatter more than those say, the errors grow
-//! by that factor.
+//! Several tools in one material are averaged by their variances; where they scatter more than those say, the errors
+//! grow by that factor.
 
 use crate::learn::calibrate::calibration::Calibration;
 use crate::learn::calibrate::power::RATIO_UNCERTAINTY;

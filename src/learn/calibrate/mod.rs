@@ -1,9 +1,9 @@
-//! Coefficients from steady cuts, from one record of forces, or from a load meter read by eye; and the programs of the cuts that
-//! would give them. In: a table, a record, readings, a job. Out: [`Calibration`], or an NC program.
+//! Coefficients from steady cuts, from one record of forces, or from a load meter read by eye; and the programs of the
+//! cuts that would give them. In: a table, a record, readings, a job. Out: [`Calibration`], or an NC program.
 //!
-//! A file a model: [`power`] (and `kienzle`), [`linear_edge`], [`layer`], [`response`], [`polynomial`], [`sigmoid`]; all but the last are linear
-//! ([`regression`]). [`load_meter`] makes do with two readings of each tool. [`plan`] and [`experiment`] choose test cuts, which
-//! [`test_program`] writes.
+//! A file a model: [`power`] (and `kienzle`), [`linear_edge`], [`layer`], [`response`], [`polynomial`], [`sigmoid`];
+//! all but the last are linear ([`regression`]). [`load_meter`] makes do with two readings of each tool. [`plan`] and
+//! [`experiment`] choose test cuts, which [`test_program`] writes.
 
 pub mod calibration;
 pub mod regression;

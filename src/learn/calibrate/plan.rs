@@ -1,11 +1,11 @@
 //! `calibrate --plan`: the test cuts that a calibration needs, as an NC program, and how well they will tell the
 //! coefficients.
 //!
-//! In: kind and job (tool, block, spindle, declared coefficients). Out: [`Plan`]. *power*: eight immersions (0.05 … 1 D) by
-//! four feeds at half a diameter of depth, so that removal and contact rate vary apart; *mean-force*: an L9 of depth, width
-//! and feed, deepest first; *layer*: a ball end in steps of R/10 of depth, two widths by two feeds at each, so that the
-//! difference of two steps is the force of one layer. The conditioning is that of the fit itself: the cuts with readings by
-//! the declared coefficients and 3 % noise go through [`crate::learn::calibrate`].
+//! In: kind and job (tool, block, spindle, declared coefficients). Out: [`Plan`]. *power*: eight immersions (0.05 … 1
+//! D) by four feeds at half a diameter of depth, so that removal and contact rate vary apart; *mean-force*: an L9 of
+//! depth, width and feed, deepest first; *layer*: a ball end in steps of R/10 of depth, two widths by two feeds at
+//! each, so that the difference of two steps is the force of one layer. The conditioning is that of the fit itself: the
+//! cuts with readings by the declared coefficients and 3 % noise go through [`crate::learn::calibrate`].
 
 use crate::force::closed::ball_layer;
 use crate::force::closed::mean_force_factors;

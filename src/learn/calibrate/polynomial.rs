@@ -1,7 +1,7 @@
 //! The polynomial model of Niu, Wang, Zhao, Huang: K_t and K_r as polynomials in a_p, f_t, a_e (mm) and n (rev/min).
 //!
-//! Each test gives its own (K_t, K_r) by inverting the 2 × 2 system of its mean forces; the polynomials are regressed on
-//! those. Of the eleven terms only the subset is kept that predicts left-out tests best, grown one term at a time.
+//! Each test gives its own (K_t, K_r) by inverting the 2 × 2 system of its mean forces; the polynomials are regressed
+//! on those. Of the eleven terms only the subset is kept that predicts left-out tests best, grown one term at a time.
 
 use crate::force::closed::mean_force_factors;
 use crate::learn::calibrate::calibration::Calibration;

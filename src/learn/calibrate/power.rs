@@ -1,5 +1,6 @@
-//! Calibration from the spindle: `power` (Xu, Jerard, Fussell, Eq. 3.7), P = tare + (k_tc Q + k_te A)·1e-3 W with Q the removal rate and A
-//! the contact rate, and `kienzle`, P = tare + k_c11·Q·h^(−m)·1e-3 W with h = Q/A and m by golden section.
+//! Calibration from the spindle: `power` (Xu, Jerard, Fussell, Eq. 3.7), P = tare + (k_tc Q + k_te A)·1e-3 W with Q the
+//! removal rate and A the contact rate, and `kienzle`, P = tare + k_c11·Q·h^(−m)·1e-3 W with h = Q/A and m by golden
+//! section.
 
 use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};
 use crate::learn::calibrate::regression::{Problem, groups, solved};

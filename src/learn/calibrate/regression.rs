@@ -1,6 +1,6 @@
-//! A calibration as a linear regression on columns that mechanics give. In: columns, readings, set-ups. Out: [`Calibration`] with
-//! errors in sample and leaving tests or set-ups out. Cutting and edge coefficients are not negative: where the free answer is, it is
-//! solved again within that bound.
+//! A calibration as a linear regression on columns that mechanics give. In: columns, readings, set-ups. Out:
+//! [`Calibration`] with errors in sample and leaving tests or set-ups out. Cutting and edge coefficients are not
+//! negative: where the free answer is, it is solved again within that bound.
 
 use crate::learn::calibrate::calibration::Calibration;
 use crate::learn::dataset::errors::errors;

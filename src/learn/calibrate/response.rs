@@ -1,5 +1,5 @@
-//! Calibration of `response` (Kakino, Ibaraki): F = b₀ + b_l L + b_t t_m on the whole depth, L the length of contact and t_m the largest
-//! chip, mm.
+//! Calibration of `response` (Kakino, Ibaraki): F = b₀ + b_l L + b_t t_m on the whole depth, L the length of contact
+//! and t_m the largest chip, mm.
 
 use crate::force::closed::immersion_rad;
 use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};

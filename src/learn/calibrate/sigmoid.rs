@@ -1,13 +1,13 @@
 //! Ko, Yun, Cho: the curve of the normal pressure, the friction, the chip-flow angle and the runout from one record of
 //! instantaneous forces with the angle of the spindle.
 //!
-//! In: samples (angle of the spindle in degrees, forces on the workpiece or the tool in N, x along the feed, y to its left,
-//! z up) of one steady cut, and the tool. They are averaged at the rotation angles at which the force model samples a turn.
-//! Unknown: A1, A2, x0, dx of ln K_n = A2 + (A1 − A2)/(1 + exp((t − x0)/dx)) with t = chip thickness / range of the record,
-//! the friction coefficient K_f, the chip-flow angle, offset and direction of the runout, and the angle of tooth 1 at the
-//! encoder's zero. Out: these by nonlinear least squares on all force components, from the best of several directions of
-//! the runout. Chips between zero and the range show only the flank of the sigmoid, so that A1 and x0 hang together: the
-//! curve K_n(t) itself, with its standard error, is what the record gives.
+//! In: samples (angle of the spindle in degrees, forces on the workpiece or the tool in N, x along the feed, y to its
+//! left, z up) of one steady cut, and the tool. They are averaged at the rotation angles at which the force model
+//! samples a turn. Unknown: A1, A2, x0, dx of ln K_n = A2 + (A1 − A2)/(1 + exp((t − x0)/dx)) with t = chip thickness /
+//! range of the record, the friction coefficient K_f, the chip-flow angle, offset and direction of the runout, and the
+//! angle of tooth 1 at the encoder's zero. Out: these by nonlinear least squares on all force components, from the best
+//! of several directions of the runout. Chips between zero and the range show only the flank of the sigmoid, so that A1
+//! and x0 hang together: the curve K_n(t) itself, with its standard error, is what the record gives.
 
 use crate::engage::EngagedArc;
 use crate::force::closed::{entry_exit_rad, immersion_rad};
@@ -61,7 +61,8 @@ pub fn calibrate(frame: &Frame, rows: &[SteadyRow], tool: &Tool, on_tool: bool) 
         .filter_map(|k| search(TAU * f64::from(k) / 8.0, 8))
         .min_by(|a, b| a.squares().total_cmp(&b.squares()))
         .ok_or_else(|| DataError::Unfit("the record has values that are no numbers".into()))?;
-    // The range that normalises the chips is fixed now, so that the curve belongs to chips in mm and holds at other feeds.
+    // The range that normalises the chips is fixed now, so that the curve belongs to chips in mm and holds at other
+    // feeds.
     let range_mm = cut.thickest(&first.x);
     let mut variables = VARIABLES;
     variables.iter_mut().zip(&first.x).for_each(|(v, x)| v.start = *x);

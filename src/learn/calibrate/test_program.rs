@@ -1,9 +1,11 @@
-//! Writes NC programs of straight test passes along X in a block: what `calibrate --plan` and `learn --experiment` ask for.
+//! Writes NC programs of straight test passes along X in a block: what `calibrate --plan` and `learn --experiment` ask
+//! for.
 //!
-//! In: actions (air at a speed, passes of stated depth, width, side and feeds), tool, block. Out: the text of a program whose
-//! cuts have exactly those depths. The passes eat into the block from its back (+Y): climb runs along +X, conventional
-//! milling along −X, both with the wall on the side of −Y. When the width is used up a new layer begins below, inside what
-//! the one before has cleared. A pass with several feeds has them on equal parts of the block's length.
+//! In: actions (air at a speed, passes of stated depth, width, side and feeds), tool, block. Out: the text of a program
+//! whose cuts have exactly those depths. The passes eat into the block from its back (+Y): climb runs along +X,
+//! conventional milling along −X, both with the wall on the side of −Y. When the width is used up a new layer begins
+//! below, inside what the one before has cleared. A pass with several feeds has them on equal parts of the block's
+//! length.
 
 use crate::learn::log::columns::DataError;
 use crate::machine::{Box3, Tool};

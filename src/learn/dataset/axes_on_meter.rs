@@ -1,8 +1,9 @@
-//! What the axes take on the meter, as far as the readings in air show it, and how much that changes within the doubt about where
-//! a sample belongs. In: samples laid along the program. Out: factors on v and on v·max(0, a); a range of the load.
+//! What the axes take on the meter, as far as the readings in air show it, and how much that changes within the doubt
+//! about where a sample belongs. In: samples laid along the program. Out: factors on v and on v·max(0, a); a range of
+//! the load.
 //!
-//! A rapid of some tenths of a second begins and ends at rest: a meter that feeds the axes reads there what an error of some
-//! hundredths makes another thing of. Where it feeds none, both factors are nearly 0.
+//! A rapid of some tenths of a second begins and ends at rest: a meter that feeds the axes reads there what an error of
+//! some hundredths makes another thing of. Where it feeds none, both factors are nearly 0.
 
 use crate::learn::align::Method;
 use crate::learn::dataset::placed_log::PlacedLog;

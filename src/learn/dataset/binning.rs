@@ -1,8 +1,8 @@
 //! From aligned samples to [`Data`]: what was cut at every sample, averaged over cells of a few samples.
 //!
-//! The columns of a power sample are tare(n)/tare(n₀), section·speed and contact·n (times 1e-3: N·mm/s is mW); those of a
-//! peak force its derivatives by k_tc, k_rc, k_te, k_re. A cell holds sure samples or doubtful ones, never both, and counts
-//! as the sum of their weights ([`crate::learn::dataset::weights`]).
+//! The columns of a power sample are tare(n)/tare(n₀), section·speed and contact·n (times 1e-3: N·mm/s is mW); those of
+//! a peak force its derivatives by k_tc, k_rc, k_te, k_re. A cell holds sure samples or doubtful ones, never both, and
+//! counts as the sum of their weights ([`super::weights`]).
 
 use crate::force::contact::Engaged;
 use crate::learn::align::Aligned;
@@ -136,8 +136,8 @@ fn base(job: &Job, channels: &Channels) -> Vec<Base> {
 }
 
 impl PlacedLog<'_> {
-    /// The same for a peak force. The arcs of a station are those of its most engaged end, so that of two that meet the lesser
-    /// one stands where they do. Where a move begins or ends the mean section says how much of it is there.
+    /// The same for a peak force. The arcs of a station are those of its most engaged end, so that of two that meet the
+    /// lesser one stands where they do. Where a move begins or ends the mean section says how much of it is there.
     fn about_peak(&self, time_s: f64) -> [(usize, f64); 2] {
         let spots = &self.known.timeline.spots;
         let own = self.known.timeline.at(time_s).unwrap_or(0);

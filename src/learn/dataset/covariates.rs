@@ -7,8 +7,8 @@ use crate::learn::program::motion::motion;
 use std::f64::consts::PI;
 
 impl PlacedLog<'_> {
-    /// Speed along the path, and the acceleration that times this speed is the mean of v·max(0, a): both over the times at
-    /// which the sample may have been taken.
+    /// Speed along the path, and the acceleration that times this speed is the mean of v·max(0, a): both over the times
+    /// at which the sample may have been taken.
     pub(in crate::learn) fn motion(&self, i: usize) -> [f64; 2] {
         let by_way = self.aligned.method == Method::Position;
         let program_s = self.aligned.program_s[i];

@@ -1,6 +1,7 @@
-//! Tables of mean forces for the diagnosis: every cut gives two samples, F_x along the feed and F_y into the wall, on the
-//! columns of K_tc, K_rc, K_te, K_re ([`crate::force::closed::mean_force_factors`]). Readings and columns are divided by the
-//! magnitude of the reading (a tenth of the resultant where it is less), so that errors are relative to each force, as in the calibration.
+//! Tables of mean forces for the diagnosis: every cut gives two samples, F_x along the feed and F_y into the wall, on
+//! the columns of K_tc, K_rc, K_te, K_re ([`crate::force::closed::mean_force_factors`]). Readings and columns are
+//! divided by the magnitude of the reading (a tenth of the resultant where it is less), so that errors are relative to
+//! each force, as in the calibration.
 
 use crate::force::closed::mean_force_factors;
 use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};

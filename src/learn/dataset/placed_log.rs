@@ -1,5 +1,5 @@
-//! A log laid along its program. In: log, alignment, what is known of the program. Out: [`PlacedLog`]: the spot of every sample, and what its
-//! tool had cut by then; the columns that the coefficients of a cut multiply.
+//! A log laid along its program. In: log, alignment, what is known of the program. Out: [`PlacedLog`]: the spot of
+//! every sample, and what its tool had cut by then; the columns that the coefficients of a cut multiply.
 
 use crate::force::contact::Engaged;
 use crate::learn::align::Aligned;
@@ -45,8 +45,8 @@ impl<'a> PlacedLog<'a> {
         self.log.rps.as_ref().map_or(spot.rps, |n| n[i])
     }
 
-    /// Spots that a time lies between, with shares: its own, and in a feed move the one whose middle is nearest on the other
-    /// side. What is cut changes steadily along a move, and jumps only where another begins.
+    /// Spots that a time lies between, with shares: its own, and in a feed move the one whose middle is nearest on the
+    /// other side. What is cut changes steadily along a move, and jumps only where another begins.
     pub(in crate::learn) fn about(&self, time_s: f64) -> [(usize, f64); 2] {
         let spots = &self.known.timeline.spots;
         let index = self.known.timeline.at(time_s).unwrap_or(0);

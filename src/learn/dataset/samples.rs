@@ -1,10 +1,10 @@
-//! Measurements as the diagnosis sees them: one reading per row, beside the columns that a base coefficient multiplies and
-//! the state in which it was taken.
+//! Measurements as the diagnosis sees them: one reading per row, beside the columns that a base coefficient multiplies
+//! and the state in which it was taken.
 //!
 //! The base model is linear: reading = Σ β_b · column_b, each column belonging to a [`Class`] that effects act on (the
 //! tare, the cutting terms, the edge terms). How the columns change with the geometry or the motion is given by further
-//! columns ([`Data::variants`]), so that an effect is only ever a cheap change of columns. A table of steady cuts and a log
-//! that was aligned with its program both end as [`Data`].
+//! columns ([`Data::variants`]), so that an effect is only ever a cheap change of columns. A table of steady cuts and a
+//! log that was aligned with its program both end as [`Data`].
 
 use crate::effects::State;
 use crate::learn::program::runout_grid::RunoutGrid;
@@ -74,7 +74,8 @@ pub struct Data {
     pub span_s: Vec<f64>,
     /// Readings that a sample is the mean of; empty for tables.
     pub readings_per_sample: Vec<f64>,
-    /// Variance with which the load of a sample is known, over that of its reading: infinite where nobody knows it; empty:
+    /// Variance with which the load of a sample is known, over that of its reading: infinite where nobody knows it;
+    /// empty:
     /// 0. What a chain with a lag keeps of such loads is known from the readings alone.
     pub load_variance: Vec<f64>,
     /// Samples with the same number follow each other without a gap (logs); in tables every sample has its own.
@@ -95,7 +96,8 @@ pub struct Data {
     pub runouts: RunoutGrid,
     /// How feeds change with the machine, by falling factor; the factor 1 is implied.
     pub slower: Vec<SlowerMachine>,
-    /// Acceleration over the declared one that the times of the blocks show (with how many nats), whatever the loads say.
+    /// Acceleration over the declared one that the times of the blocks show (with how many nats), whatever the loads
+    /// say.
     pub timed_acceleration: Option<(f64, f64)>,
     /// What the times of the samples in the program are known to, s; 0 for tables.
     pub clock_s: f64,

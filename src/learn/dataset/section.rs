@@ -1,9 +1,10 @@
-//! What is cut at a place within a spot. In: spots with their engagement, a time. Out: spots with how much of each counts.
+//! What is cut at a place within a spot. In: spots with their engagement, a time. Out: spots with how much of each
+//! counts.
 //!
-//! Of a spot the mean section m is known, and the section at its most engaged end. Where two spots of a move meet, the section
-//! is that of the lesser of their most engaged ends: s₀ before and s₁ after. Between them it goes as s₀ + (s₁ − s₀)·τ^q over
-//! the share τ of the way, q such that the mean is m: a round tool that meets a wall, or breaks through one, does so with its
-//! foremost point, and the section changes fastest at first.
+//! Of a spot the mean section m is known, and the section at its most engaged end. Where two spots of a move meet, the
+//! section is that of the lesser of their most engaged ends: s₀ before and s₁ after. Between them it goes as s₀ + (s₁ −
+//! s₀)·τ^q over the share τ of the way, q such that the mean is m: a round tool that meets a wall, or breaks through
+//! one, does so with its foremost point, and the section changes fastest at first.
 
 use crate::force::contact::Engaged;
 use crate::learn::dataset::placed_log::PlacedLog;
@@ -20,8 +21,8 @@ const LEVEL: f64 = 0.02;
 type End = (usize, f64);
 
 impl PlacedLog<'_> {
-    /// Spots whose cuts add up to that at a time, with how much of each, in the engagement `of` the spots. The shares of a cut
-    /// that grows or shrinks do not add up to 1.
+    /// Spots whose cuts add up to that at a time, with how much of each, in the engagement `of` the spots. The shares
+    /// of a cut that grows or shrinks do not add up to 1.
     pub(in crate::learn) fn within<'e>(&self, time_s: f64, of: &impl Fn(usize) -> &'e Engaged) -> [(usize, f64); 3] {
         let spots = &self.known.timeline.spots;
         let [own, beside] = self.about(time_s);
@@ -58,8 +59,8 @@ fn most(engaged: &Engaged) -> f64 {
     engaged.sectors.iter().map(|s| s[0]).sum()
 }
 
-/// Section at an end of a spot: the lesser of those that meet; where the move begins or ends, what the mean leaves if the
-/// other end is the most engaged one.
+/// Section at an end of a spot: the lesser of those that meet; where the move begins or ends, what the mean leaves if
+/// the other end is the most engaged one.
 fn end((own, most): End, mean: f64, there: Option<End>, opposite: Option<End>) -> End {
     match (there, opposite) {
         (Some(there), _) if there.1 < most => there,

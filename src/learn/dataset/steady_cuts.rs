@@ -1,10 +1,10 @@
-//! Steady cuts out of a log: in a log tied to its program, out one row of the table of steady cuts for every move in which
-//! engagement and speed stand still long enough, with the means of what was measured. So the log of a test program
-//! (`calibrate --plan`), or of any program, feeds a calibration.
+//! Steady cuts out of a log: in a log tied to its program, out one row of the table of steady cuts for every move in
+//! which engagement and speed stand still long enough, with the means of what was measured. So the log of a test
+//! program (`calibrate --plan`), or of any program, feeds a calibration.
 //!
-//! Of each feed move the longest stretch is taken in which the removed section stays within 3 % and the speed within 5 % of
-//! their middle; samples closer to its ends than the alignment is certain are left out. Forces in machine axes become x
-//! along the feed and y into the wall. Moves in air give the tare.
+//! Of each feed move the longest stretch is taken in which the removed section stays within 3 % and the speed within 5
+//! % of their middle; samples closer to its ends than the alignment is certain are left out. Forces in machine axes
+//! become x along the feed and y into the wall. Moves in air give the tare.
 
 use crate::force::closed::{Rates, SteadyCut};
 use crate::learn::align::Aligned;

@@ -1,5 +1,5 @@
-//! Tables of steady cuts: CSV rows into [`SteadyRow`]s with their removal and contact rate. The geometry comes from the depths in
-//! closed form ([`crate::force::closed`]) unless the table brings the rates itself.
+//! Tables of steady cuts: CSV rows into [`SteadyRow`]s with their removal and contact rate. The geometry comes from the
+//! depths in closed form ([`crate::force::closed`]) unless the table brings the rates itself.
 
 use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};

@@ -1,7 +1,7 @@
 //! A table of steady cuts as data of a diagnosis: of a spindle reading, or of mean forces where there is none.
 //!
-//! The model of a row: power = tare + (k_tc Q + k_te A)·1e-3 W; torque = the same over 2πn; load in percent = the same in
-//! percent of an unknown rating. Straight geometry is the base, the path's curvature an effect.
+//! The model of a row: power = tare + (k_tc Q + k_te A)·1e-3 W; torque = the same over 2πn; load in percent = the same
+//! in percent of an unknown rating. Straight geometry is the base, the path's curvature an effect.
 
 use crate::force::closed::{Rates, SteadyCut, rates};
 use crate::learn::dataset::mean_forces;
@@ -14,7 +14,8 @@ use crate::learn::log::signal::readable;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 
-/// Data for the diagnosis: of a spindle reading, or of mean forces where there is none. `to_shaft` turns a meter reading into the quantity at the motor shaft.
+/// Data for the diagnosis: of a spindle reading, or of mean forces where there is none. `to_shaft` turns a meter
+/// reading into the quantity at the motor shaft.
 pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -> Result<Data, DataError> {
     let spindle = measured_quantity(frame);
     if spindle.is_err() && frame.numbers("force_x_n").is_some() && frame.numbers("force_y_n").is_some() {

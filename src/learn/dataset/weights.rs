@@ -1,9 +1,9 @@
-//! How much a sample counts. In: samples laid along the program. Out: a weight for each, 1 where neither the alignment nor the
-//! spindle casts a doubt on it, and cells of samples that are all sure or all doubtful.
+//! How much a sample counts. In: samples laid along the program. Out: a weight for each, 1 where neither the alignment
+//! nor the spindle casts a doubt on it, and cells of samples that are all sure or all doubtful.
 //!
-//! Where an error of the alignment within the uncertainty of that very sample makes a large error e of the load, as predicted or as measured, the weight is
-//! 1/(1 + (e/σ)²), σ the noise of neighbouring samples. While the spindle changes its speed nobody knows what its mass and its drive take: there e is all
-//! that the readings range over.
+//! Where an error of the alignment within the uncertainty of that very sample makes a large error e of the load, as
+//! predicted or as measured, the weight is 1/(1 + (e/σ)²), σ the noise of neighbouring samples. While the spindle
+//! changes its speed nobody knows what its mass and its drive take: there e is all that the readings range over.
 
 use crate::force::contact::Engaged;
 use crate::learn::dataset::placed_log::PlacedLog;
@@ -51,8 +51,9 @@ impl PlacedLog<'_> {
         })
     }
 
-    /// Variance with which the load of a cell is known, over that of the mean of its readings, which have these weights: nobody
-    /// knows the load while the spindle changes its speed; just after that its own weight says nothing of it.
+    /// Variance with which the load of a cell is known, over that of the mean of its readings, which have these
+    /// weights: nobody knows the load while the spindle changes its speed; just after that its own weight says nothing
+    /// of it.
     pub(in crate::learn) fn load_variance(&self, last: usize, weights: &[f64]) -> f64 {
         let spot = |k: usize| self.spot[k].map(|s| &self.known.timeline.spots[s]);
         let rps = |k: usize| spot(k).map_or(0.0, |spot| self.rps(k, spot));
@@ -64,7 +65,8 @@ impl PlacedLog<'_> {
         if self.speed_settles(last) {
             return 0.0;
         }
-        // Of a sample of weight 1/(1 + (e/σ)²) the load is known to e; e is the same for neighbours, their noise is not.
+        // Of a sample of weight 1/(1 + (e/σ)²) the load is known to e; e is the same for neighbours, their noise is
+        // not.
         weights.iter().map(|weight| 1.0 / weight - 1.0).sum()
     }
 
@@ -91,8 +93,8 @@ impl PlacedLog<'_> {
         settles.chunk_by(|a, b| a.1 == b.1).flat_map(of_stretch).collect()
     }
 
-    /// Range of the readings within the doubt of the alignment about each, taken as linear between neighbours. Where many
-    /// readings fall within that doubt, neighbours are the means of those of half of it: their noise is no doubt.
+    /// Range of the readings within the doubt of the alignment about each, taken as linear between neighbours. Where
+    /// many readings fall within that doubt, neighbours are the means of those of half of it: their noise is no doubt.
     fn measured_spreads(&self, valid: &[usize], values: &[f64]) -> Vec<f64> {
         let about = |k: usize| DOUBT * self.aligned.sample_uncertainty_s[valid[k]];
         let time = |k: usize| self.log.time_s[valid[k]];

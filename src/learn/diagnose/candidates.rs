@@ -67,8 +67,8 @@ pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Fit
     values.iter().flat_map(|values| forms(effect, values)).collect()
 }
 
-/// The starting values with the instant or the region that the data show. What is optional of a region stays neutral until it is found:
-/// with a free shape it would follow too much as a rival of others.
+/// The starting values with the instant or the region that the data show. What is optional of a region stays neutral
+/// until it is found: with a free shape it would follow too much as a rival of others.
 fn placed(effect: &Effect, data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
     let is_instant = effect.parameters.iter().any(|p| p.place == Some(Place::Instant));
     let found = if is_instant { instant(data, present).map(|t| [t; 4]) } else { region(data, present) };
@@ -86,4 +86,65 @@ fn placed(effect: &Effect, data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = product(effect).into_iter().map(settled).collect();
     all.dedup();
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{State, named};
+    use crate::learn::dataset::samples::{Base, UNBOUNDED, VariantColumns};
+    use crate::path::Vec3;
+
+    /// Samples that follow each other, with a tare and cutting coefficients; x runs over `mm`, chips from 0.05 mm on by
+    /// the factor.
+    fn data(n: usize, mm: f64, factor: f64) -> Data {
+        let base =
+            |name: &str, class| Base { name: name.into(), unit: String::new(), class, prior: None, bounds: UNBOUNDED };
+        let part = |i: usize| i as f64 / (n - 1) as f64;
+        let state = |i: usize| State {
+            position: Vec3::new(mm * part(i), 0.0, 0.0),
+            chip_thickness_mm: 0.05 * factor.powf(part(i)),
+            ..State::default()
+        };
+        Data {
+            base: vec![base("tare", Class::Tare), base("k_tc", Class::Cutting)],
+            reading: vec![1.0; n],
+            weight: vec![1.0; n],
+            state: (0..n).map(state).collect(),
+            run: vec![0; n],
+            ..Data::default()
+        }
+    }
+
+    #[test]
+    fn every_need_lets_some_data_through_and_stops_others() {
+        let ok = |need: Need, data: &Data| lacks(need, data).is_none();
+        let plain = data(50, 2.0, 1.3);
+        assert!(ok(Need::Range(Covariate::X, 1.9), &plain) && !ok(Need::Range(Covariate::X, 2.1), &plain));
+        assert!(!ok(Need::Range(Covariate::Y, 0.1), &plain) && !ok(Need::Range(Covariate::Sliding, 0.0), &plain));
+        let chips = |by| Need::Ratio(Covariate::ChipThickness, by);
+        assert!(ok(chips(1.29), &plain) && !ok(chips(1.31), &plain));
+        assert!(ok(Need::Known(Covariate::X), &plain) && !ok(Need::Known(Covariate::PathSpeed), &plain));
+        assert!(ok(Need::Samples, &data(40, 1.0, 1.0)) && !ok(Need::Samples, &data(39, 1.0, 1.0)));
+        let table = Data { run: (0..50).collect(), ..plain.clone() };
+        assert!(ok(Need::Series, &plain) && !ok(Need::Series, &table));
+        let force = Data { base: plain.base[1..].to_vec(), ..plain.clone() };
+        assert!(ok(Need::Tare, &plain) && !ok(Need::Tare, &force));
+        let edge = Data { base: vec![Base { class: Class::Edge, ..plain.base[1].clone() }], ..plain.clone() };
+        assert!(ok(Need::NoEdgeCoefficients, &plain) && !ok(Need::NoEdgeCoefficients, &edge));
+    }
+
+    #[test]
+    fn an_effect_on_geometry_is_sought_where_some_of_it_shows() {
+        let proud = named("stock-proud").unwrap();
+        let with = |variant: Variant, by: f64| Data {
+            variants: vec![VariantColumns { variant, columns: vec![vec![by]] }],
+            ..data(50, 1.0, 1.0)
+        };
+        assert!(
+            why_not(proud, &data(50, 1.0, 1.0)).is_some() && why_not(proud, &with(Variant::StockSide, 0.0)).is_some()
+        );
+        assert!(why_not(proud, &with(Variant::StockSide, 0.1)).is_none());
+        assert!(why_not(proud, &with(Variant::Diameter, 0.1)).is_some());
+    }
 }

@@ -1,22 +1,24 @@
 //! Every threshold by which learning decides: what counts as an effect, what as unexplained, what forbids a model file.
 //!
-//! Units stand in the names or the comments; shares have none. *Judgement* marks what no paper gives: those were set so that the logs of
-//! `benches/confusion` (hidden effects, development seeds) are answered rightly, and are held by its matrix and the tests of learn.
+//! Units stand in the names or the comments; shares have none. *Judgement* marks what no paper gives: those were set so
+//! that the logs of `benches/confusion` (hidden effects, development seeds) are answered rightly, and are held by its
+//! matrix and the tests of learn.
 
-/// Least score of an effect in a log: twice the log-likelihood ratio less the charge k ln n of the Bayesian information criterion
-/// (Schwarz 1978). Kass and Raftery (1995) call 6 … 10 "strong"; where an instant or a place is searched for, its middle is asked for.
+/// Least score of an effect in a log: twice the log-likelihood ratio less the charge k ln n of the Bayesian information
+/// criterion (Schwarz 1978). Kass and Raftery (1995) call 6 … 10 "strong"; where an instant or a place is searched for,
+/// its middle is asked for.
 const LEAST_SCORE_OF_LOG: f64 = 8.0;
 /// The same for tables, where nothing is searched for: the middle of "positive", 2 … 6.
 const LEAST_SCORE_OF_TABLE: f64 = 4.0;
-/// Rivals whose gain (twice the log-likelihood) is this close to that of the best explain the data equally well, whatever their parameters
-/// are charged: below "strong" on the scale of Kass and Raftery.
+/// Rivals whose gain (twice the log-likelihood) is this close to that of the best explain the data equally well,
+/// whatever their parameters are charged: below "strong" on the scale of Kass and Raftery.
 pub(in crate::learn) const CONFOUNDED_WITHIN: f64 = 6.0;
 /// How much more another form of an effect must score: "positive" on that scale.
 pub(in crate::learn) const FORM_MARGIN: f64 = 2.0;
 /// Least relative drop of the held-out error worth an effect. Judgement.
 const LEAST_DROP: f64 = 0.005;
-/// Standard errors over the blocks by which an effect must lower the held-out error: the usual one-standard-error rule (Breiman and
-/// others 1984).
+/// Standard errors over the blocks by which an effect must lower the held-out error: the usual one-standard-error rule
+/// (Breiman and others 1984).
 const LEAST_T: f64 = 1.0;
 /// Least share of what the base model leaves beyond the noise that one effect must take away. Judgement.
 const LEAST_SHARE: f64 = 0.04;
@@ -26,8 +28,9 @@ const LEAST_REST: f64 = 0.3;
 pub(in crate::learn) const LEAST_EXCESS: f64 = 0.02;
 /// Share of the squares to which the noise is known: a rest smaller than that is no rest to be explained. Judgement.
 pub(in crate::learn) const NOISE_KNOWN_TO: f64 = 0.1;
-/// What the engagement of a cut is known to, relative: removal rates over a millimetre of path (`tests/engage_accuracy.rs`). In a long log
-/// everything is significant, the steps of the engagement itself among it, and some effect always follows those a little.
+/// What the engagement of a cut is known to, relative: removal rates over a millimetre of path
+/// (`tests/engage_accuracy.rs`). In a long log everything is significant, the steps of the engagement itself among it,
+/// and some effect always follows those a little.
 pub(in crate::learn) const ENGAGEMENT_KNOWN_TO: f64 = 0.003;
 /// Least share of the excess that a pair of effects must take away which neither shows alone. Judgement.
 const PAIR_EXPLAINS: f64 = 0.7;
@@ -35,17 +38,20 @@ const PAIR_EXPLAINS: f64 = 0.7;
 const PAIR_NEEDED: f64 = 1.3;
 /// Least share of the excess that all effects together must take away, or none is named: more than they leave.
 const LEAST_EXPLAINED: f64 = 0.5;
-/// Most share that they may leave of what the base model leaves beyond the noise, and the squares of a noise with memory over those that
-/// neighbouring readings show: several effects together follow nearly any structure, but not to the end. Judgement.
+/// Most share that they may leave of what the base model leaves beyond the noise, and the squares of a noise with
+/// memory over those that neighbouring readings show: several effects together follow nearly any structure, but not to
+/// the end. Judgement.
 const MOST_LEFT: f64 = 0.07;
 pub(in crate::learn) const NOISE_WITH_MEMORY: f64 = 2.0;
-/// Share of the residual's variance that a pattern predicts on blocks it was not learned on, from which what is left is called structure;
-/// twice as much in tables, whose blocks are few. Judgement.
+/// Share of the residual's variance that a pattern predicts on blocks it was not learned on, from which what is left is
+/// called structure; twice as much in tables, whose blocks are few. Judgement.
 const STRUCTURE: f64 = 0.15;
-/// How often another kind of cut may be predicted worse, relative, and by how many standard errors, before an effect is refused for it.
+/// How often another kind of cut may be predicted worse, relative, and by how many standard errors, before an effect is
+/// refused for it.
 const HARM: f64 = 1.02;
 const HARM_T: f64 = 1.0;
-/// An acceleration that the times of the blocks show counts below this share of the declared one, and with so many nats. Judgement.
+/// An acceleration that the times of the blocks show counts below this share of the declared one, and with so many
+/// nats. Judgement.
 const SLOWER_THAN: f64 = 0.6;
 const SLOWER_NATS: f64 = 30.0;
 
@@ -77,8 +83,8 @@ pub(in crate::learn) fn pairs_are_worth_it(error: f64, noise: f64) -> bool {
     error >= PAIR_NEEDED * noise
 }
 
-/// Do all effects together leave too much? `whole` and `left`: squares beyond the noise of the base model and of the final one;
-/// `after`: all squares of the final one.
+/// Do all effects together leave too much? `whole` and `left`: squares beyond the noise of the base model and of the
+/// final one; `after`: all squares of the final one.
 pub(in crate::learn) fn explains_too_little(whole: f64, left: f64, after: f64) -> bool {
     left > f64::max((1.0 - LEAST_EXPLAINED) * whole, NOISE_KNOWN_TO * after)
 }
@@ -93,7 +99,8 @@ pub(in crate::learn) fn is_structure(test_r2: f64, is_log: bool) -> bool {
     test_r2 > if is_log { STRUCTURE } else { 2.0 * STRUCTURE }
 }
 
-/// Does an effect make a kind of cut worse that it was not fitted on? `ratio`: its error with over without; `t`: of the improvement.
+/// Does an effect make a kind of cut worse that it was not fitted on? `ratio`: its error with over without; `t`: of the
+/// improvement.
 pub(in crate::learn) fn harms(ratio: f64, t: f64) -> bool {
     ratio > HARM && t < -HARM_T
 }
@@ -103,14 +110,14 @@ pub(in crate::learn) fn is_slower(factor: f64, nats: f64) -> bool {
     factor < SLOWER_THAN && nats > SLOWER_NATS
 }
 
-/// Least rise of a factor over a log that is worth a word, and over its standard error: of a jump, whose instant is searched for among the
-/// windows, and of a steady rise. Judgement.
+/// Least rise of a factor over a log that is worth a word, and over its standard error: of a jump, whose instant is
+/// searched for among the windows, and of a steady rise. Judgement.
 const LEAST_CHANGE: f64 = 0.05;
 const JUMP_STANDS_OUT: f64 = 6.0;
 const RISE_STANDS_OUT: f64 = 4.0;
 
-/// Does a pattern without a name explain clearly more than a named effect? `t`: mean improvement over its standard error, block by block; no
-/// less than a named effect has to show.
+/// Does a pattern without a name explain clearly more than a named effect? `t`: mean improvement over its standard
+/// error, block by block; no less than a named effect has to show.
 pub(in crate::learn) fn is_clearly_better(t: f64) -> bool {
     t > LEAST_T
 }
@@ -125,7 +132,8 @@ pub(in crate::learn) fn is_rise(by: f64, error: f64) -> bool {
     by > LEAST_CHANGE && by > RISE_STANDS_OUT * error
 }
 
-/// Share of the samples that may be misplaced before the log is that of another program: a load is never followed exactly. Judgement.
+/// Share of the samples that may be misplaced before the log is that of another program: a load is never followed
+/// exactly. Judgement.
 const MISFIT: f64 = 0.3;
 const MISFIT_OF_LOAD: f64 = 0.6;
 /// Least share of the program that a log must cover to support a model, and below which it is said. Judgement.
@@ -133,12 +141,13 @@ const COVERED: f64 = 0.3;
 const COVERED_UNSAID: f64 = 0.9;
 /// Time of the log over that of the program, beyond which the unit of the clock is wrong rather than the machine slow.
 const STRETCH: [f64; 2] = [0.1, 10.0];
-/// Measured loads or coefficients over declared ones, beyond which units are wrong rather than the material: inches for mm, kN for N and
-/// kW for W differ by 25 and more; pounds for newtons (4.4) pass.
+/// Measured loads or coefficients over declared ones, beyond which units are wrong rather than the material: inches for
+/// mm, kN for N and kW for W differ by 25 and more; pounds for newtons (4.4) pass.
 const OVER_DECLARED: [f64; 2] = [0.05, 20.0];
 /// Tangential cutting coefficients of materials that are milled, wood to superalloys, N/mm².
 const MATERIALS_N_MM2: [f64; 2] = [20.0, 20_000.0];
-/// Share of the variance below which a model explains next to nothing: of a log or table, and of a calibration. Judgement.
+/// Share of the variance below which a model explains next to nothing: of a log or table, and of a calibration.
+/// Judgement.
 const NEXT_TO_NOTHING: f64 = 0.2;
 const NEXT_TO_NOTHING_OF_CALIBRATION: f64 = 0.3;
 /// Condition number of the base fit from which its coefficients are not told apart: half the digits of a double.

@@ -1,5 +1,5 @@
-//! What a report on learning shows: measured and predicted readings in order, before and after, and the mean residual along
-//! every covariate. In: data, report. Out: plain numbers for [`crate::report`].
+//! What a report on learning shows: measured and predicted readings in order, before and after, and the mean residual
+//! along every covariate. In: data, report. Out: plain numbers for [`crate::report`].
 
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::residual::COVARIATES;

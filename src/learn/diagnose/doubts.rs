@@ -1,5 +1,5 @@
-//! Why no model should rest on data. In: an aligned log with its report, or the parameters of a fit and what the setup declares. Out: one
-//! clause for each doubt, with the likely cause.
+//! Why no model should rest on data. In: an aligned log with its report, or the parameters of a fit and what the setup
+//! declares. Out: one clause for each doubt, with the likely cause.
 
 use crate::learn::align::{Aligned, Method, stretch};
 use crate::learn::dataset::samples::{Base, Class, Data};
@@ -99,8 +99,8 @@ fn negative(parameters: &[Value]) -> Vec<String> {
     parameters.iter().filter(below).map(said).collect()
 }
 
-/// Base coefficients of a spindle reading as the data alone have them: what the setup declares must not hide a wrong unit.
-/// Forces cannot do without it.
+/// Base coefficients of a spindle reading as the data alone have them: what the setup declares must not hide a wrong
+/// unit. Forces cannot do without it.
 fn unaided(data: &Data) -> Vec<Value> {
     if !data.base.iter().any(|b| b.class == Class::Tare) {
         return Vec::new();
@@ -116,7 +116,8 @@ fn unaided(data: &Data) -> Vec<Value> {
     fitted.iter().flat_map(|f| (0..data.base.len()).map(move |b| value((b, f)))).collect()
 }
 
-/// Measured forces over those by the declared coefficients; `None` where something else is measured, or none are declared.
+/// Measured forces over those by the declared coefficients; `None` where something else is measured, or none are
+/// declared.
 fn over_declared(data: &Data) -> Option<f64> {
     if data.base.iter().any(|b| b.class == Class::Tare) {
         return None;

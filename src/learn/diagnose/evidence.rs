@@ -1,9 +1,9 @@
-//! What a candidate has to show to be named. In: the diagnosis, the model so far, a candidate fitted on top of it. Out: what it leaves on
-//! data left out, or why that is no effect.
+//! What a candidate has to show to be named. In: the diagnosis, the model so far, a candidate fitted on top of it. Out:
+//! what it leaves on data left out, or why that is no effect.
 //!
-//! Its score pays for its parameters, they are physical, it takes away enough of what is left, on data left out too and more than errors of
-//! the engagement can; no pattern without a name does better, and no other kind of cut gets worse. The thresholds are those of
-//! [`crate::learn::diagnose::criteria`].
+//! Its score pays for its parameters, they are physical, it takes away enough of what is left, on data left out too and
+//! more than errors of the engagement can; no pattern without a name does better, and no other kind of cut gets worse.
+//! The thresholds are those of [`super::criteria`].
 
 use crate::effects::{Covariate, Effect};
 use crate::learn::dataset::errors::errors;
@@ -70,16 +70,17 @@ impl Diagnosis<'_> {
         misfit.or_else(|| self.harms_another_kind(present, trial)).map_or(Ok(after), Err)
     }
 
-    /// Held-out squares that go from `before` to `after`, over those of `whole` beyond the noise, which are taken as no less
-    /// than the share `least` of `whole`.
+    /// Held-out squares that go from `before` to `after`, over those of `whole` beyond the noise, which are taken as no
+    /// less than the share `least` of `whole`.
     pub(in crate::learn) fn share_of_excess(&self, before: &[f64], after: &[f64], whole: &[f64], least: f64) -> f64 {
         let mean = |r: &[f64]| errors(&self.train, |i| r[i]).rmse.powi(2);
         let excess = mean(whole) - self.floor.powi(2);
         (mean(before) - mean(after)) / excess.max(least * mean(whole))
     }
 
-    /// Root of the held-out squares that go from `before` to `after` over those of the load of the cut. Whatever an engagement
-    /// that is off by a share ε of every load leaves, Σ w (ε l)² is all that can be taken away by following it.
+    /// Root of the held-out squares that go from `before` to `after` over those of the load of the cut. Whatever an
+    /// engagement that is off by a share ε of every load leaves, Σ w (ε l)² is all that can be taken away by following
+    /// it.
     pub(in crate::learn) fn change_of_load(&self, present: &Fitted, before: &[f64], after: &[f64]) -> f64 {
         let load = self.cut(present);
         let known = |i: usize| before[i].is_finite() && after[i].is_finite();
@@ -122,8 +123,8 @@ impl Diagnosis<'_> {
         ))
     }
 
-    /// Why the effects found only stand in for something else: a free pattern along what none of them depends on explains
-    /// more than all of them.
+    /// Why the effects found only stand in for something else: a free pattern along what none of them depends on
+    /// explains more than all of them.
     pub(in crate::learn) fn stand_in(&self, base: &Fitted, fitted: &Fitted, after: &[f64]) -> Option<String> {
         let load = self.cut(base);
         let free = FreePatterns { data: &self.train, split: self.split, load: &load };

@@ -1,5 +1,5 @@
-//! The form of an effect that is in the model already. In: the diagnosis, the model it stands in. Out: the model with the form
-//! that explains clearly more, if there is one.
+//! The form of an effect that is in the model already. In: the diagnosis, the model it stands in. Out: the model with
+//! the form that explains clearly more, if there is one.
 
 use crate::effects::Parameter;
 use crate::learn::diagnose::candidates::starts;

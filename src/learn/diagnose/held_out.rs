@@ -1,5 +1,5 @@
-//! What a trial does to data that it was not fitted on. In: the diagnosis with its split, a trial. Out: residuals of blocks
-//! left out, and whether kinds of cuts left out get worse.
+//! What a trial does to data that it was not fitted on. In: the diagnosis with its split, a trial. Out: residuals of
+//! blocks left out, and whether kinds of cuts left out get worse.
 
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;

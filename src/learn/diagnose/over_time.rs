@@ -1,5 +1,6 @@
-//! Coefficients followed over time (Xu, Jerard, Fussell): in windows of the log, factors on the cutting and the edge terms
-//! of the base model with their intervals. A slow rise of the edge factor is wear, a jump of the cutting factor chipping.
+//! Coefficients followed over time (Xu, Jerard, Fussell): in windows of the log, factors on the cutting and the edge
+//! terms of the base model with their intervals. A slow rise of the edge factor is wear, a jump of the cutting factor
+//! chipping.
 
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::{is_jump, is_rise};
@@ -39,8 +40,8 @@ fn window(data: &Data, base: &Fitted, members: &[usize]) -> Option<Window> {
     })
 }
 
-/// What the windows say of the edge: a jump of the cutting factor that stays (chipping), or a slow rise of the edge factor
-/// (wear) with the time until it has doubled. Either must stand out of the scatter of the windows about it.
+/// What the windows say of the edge: a jump of the cutting factor that stays (chipping), or a slow rise of the edge
+/// factor (wear) with the time until it has doubled. Either must stand out of the scatter of the windows about it.
 pub fn said(windows: &[Window]) -> Option<String> {
     let (first, last) = (windows.first()?, windows.last()?);
     let length_s = last.time_s[1] - first.time_s[0];

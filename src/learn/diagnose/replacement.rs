@@ -1,6 +1,6 @@
-//! Whether a rival takes the place of an effect that was found. In: the model without that effect, its score there. Out: the
-//! model with the rival, which has to show all that an added effect has to, and to leave less than the effect on data left
-//! out.
+//! Whether a rival takes the place of an effect that was found. In: the model without that effect, its score there.
+//! Out: the model with the rival, which has to show all that an added effect has to, and to leave less than the effect
+//! on data left out.
 
 use crate::effects::Effect;
 use crate::learn::diagnose::criteria::CONFOUNDED_WITHIN;
@@ -53,8 +53,8 @@ mod tests {
     /// Standard deviation of a noise of 1.
     const NOISE: f64 = 0.58;
 
-    /// Passes along X, one a block, with a noise of `noise` times [`NOISE`]; those for which `hard` is true take the share
-    /// `excess` more between 30 and 70 mm.
+    /// Passes along X, one a block, with a noise of `noise` times [`NOISE`]; those for which `hard` is true take the
+    /// share `excess` more between 30 and 70 mm.
     fn passes(hard: impl Fn(usize) -> bool, excess: f64, noise: f64) -> Data {
         let n = BLOCKS * EACH;
         let load = |i: usize| 100.0 + 10.0 * (i % 7) as f64;

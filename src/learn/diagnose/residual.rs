@@ -1,11 +1,11 @@
-//! What is left in a residual: in samples and residuals, out how far it is from white noise, along which covariate it has
-//! a pattern that holds on data it was not seen in, and how much of it that is.
+//! What is left in a residual: in samples and residuals, out how far it is from white noise, along which covariate it
+//! has a pattern that holds on data it was not seen in, and how much of it that is.
 //!
 //! *Inflation* φ = 1 + 2 Σ ρ_k (k while the autocorrelation ρ_k stays above its noise) says how many neighbouring samples
 //! count as one; in tables it is the design effect 1 + (m − 1)·ICC of the set-ups. *Noise floor*: √(Σ d²/2m) over the
-//! differences d of neighbouring samples of equal state, which slow structure does not touch. *Pattern*: bin means along
-//! a covariate, learned on the even blocks and scored on the odd ones and the other way round (R²), against the same
-//! score when whole blocks are given the covariate of another block.
+//! differences d of neighbouring samples of equal state, which slow structure does not touch. *Pattern*: bin means
+//! along a covariate, learned on the even blocks and scored on the odd ones and the other way round (R²), against the
+//! same score when whole blocks are given the covariate of another block.
 
 use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
@@ -120,8 +120,8 @@ pub fn noise_floor(data: &Data, residual: &[f64]) -> Option<f64> {
 /// Most that neighbouring samples may share of their noise; what they share beyond that is structure.
 const MOST_SHARED: f64 = 0.5;
 
-/// The same of a noise that neighbouring samples share: where its correlation falls as ρᵏ, the differences over k samples
-/// show σ²(1 − ρᵏ), so that those over two are 1 + ρ times those over one.
+/// The same of a noise that neighbouring samples share: where its correlation falls as ρᵏ, the differences over k
+/// samples show σ²(1 − ρᵏ), so that those over two are 1 + ρ times those over one.
 pub fn noise_with_memory(data: &Data, residual: &[f64]) -> Option<f64> {
     let (one, two) = (half_squares(data, residual, 1)?, half_squares(data, residual, 2)?);
     let shared = (two / one.max(1e-300) - 1.0).clamp(0.0, MOST_SHARED);

@@ -1,7 +1,9 @@
-//! The instant or the region in which the load differs, looked for by a score test. In: data, the present model. Out: a place.
+//! The instant or the region in which the load differs, looked for by a score test. In: data, the present model. Out: a
+//! place.
 //!
-//! With sensitivity s of the reading and the Jacobian J of the present model, a mask m gains (Σ m w s r)² / (Σ m w s² − vᵀ(JᵀWJ)⁻¹v),
-//! v = Σ m w s J (Rao 1948), and all these sums add up over cells, so that thousands of masks cost no more than one pass over the samples.
+//! With sensitivity s of the reading and the Jacobian J of the present model, a mask m gains (Σ m w s r)² / (Σ m w s² −
+//! vᵀ(JᵀWJ)⁻¹v), v = Σ m w s J (Rao 1948), and all these sums add up over cells, so that thousands of masks cost no
+//! more than one pass over the samples.
 
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::fit::{Fitted, jacobian, part, pseudo_inverse};

@@ -9,7 +9,7 @@
 //! 4. Rivals within the margin of the best that have nothing to add to it are reported as confounded with it.
 //!    When none is found alone, pairs are tried: one may hide the other from the fit.
 //! 5. Again from 2; then each effect must still pay beside the others, and no other must do better in its place. An effect
-//!    that explains less than a pattern without a name ([`crate::learn::diagnose::unnamed`]) is not named.
+//!    that explains less than a pattern without a name ([`super::unnamed`]) is not named.
 //! 6. What pattern is left in the residual is reported as unexplained.
 
 use crate::effects::Acts;
@@ -173,8 +173,8 @@ impl Diagnosis<'_> {
         Some(self.prune(two.fitted))
     }
 
-    /// Effects that leave most of the excess are no explanation of it. What a noise with memory has beyond the differences of
-    /// neighbouring readings is no excess, nor is what lies within the accuracy of the noise.
+    /// Effects that leave most of the excess are no explanation of it. What a noise with memory has beyond the
+    /// differences of neighbouring readings is no excess, nor is what lies within the accuracy of the noise.
     fn withdraw(&mut self, base: &Fitted, fitted: Fitted) -> Fitted {
         if fitted.model.effects.len() == base.model.effects.len() {
             return fitted;

@@ -49,8 +49,9 @@ pub fn best_trial(
     (begin.len(), polished)
 }
 
-/// An instant that was found by scanning, moved along the samples while the `squares` fall: the scan judged it by the model
-/// before the effect, which bends towards what it lacks. It lies in the middle between two samples. `None` for effects without one.
+/// An instant that was found by scanning, moved along the samples while the `squares` fall: the scan judged it by the
+/// model before the effect, which bends towards what it lacks. It lies in the middle between two samples. `None` for
+/// effects without one.
 fn settled(data: &Data, found: &FittedEffect, squares: impl Fn(&FittedEffect) -> Option<f64>) -> Option<FittedEffect> {
     let scanned = found.effect.parameters.iter().position(Parameter::is_scanned)?;
     let mut instants: Vec<f64> = data.used().map(|i| data.state[i].time_s).filter(|t| t.is_finite()).collect();

@@ -2,9 +2,9 @@
 //! covariate. Out: the residuals after a free factor on that load in every bin of the covariate.
 //!
 //! In a bin f = Σ w r l / Σ w l², over the samples of the other folds: r the residual, l the load of the cut. Such a
-//! pattern takes the shape of anything that depends on its covariate. If one along a covariate that an effect knows nothing
-//! of explains more than the effect does, then the effect only stands in for what is not in the list. And what a pattern
-//! along an effect's own covariate takes away is a misfit of that effect's form before it is another effect.
+//! pattern takes the shape of anything that depends on its covariate. If one along a covariate that an effect knows
+//! nothing of explains more than the effect does, then the effect only stands in for what is not in the list. And what
+//! a pattern along an effect's own covariate takes away is a misfit of that effect's form before it is another effect.
 
 use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
@@ -24,8 +24,8 @@ pub struct FreePatterns<'a> {
     pub load: &'a [f64],
 }
 
-/// The pattern along one of the covariates that clearly explains more of `before` than what led to `after` does, and the
-/// squares that either leaves over those before.
+/// The pattern along one of the covariates that clearly explains more of `before` than what led to `after` does, and
+/// the squares that either leaves over those before.
 pub fn better_pattern(
     free: &FreePatterns,
     covariates: &[Covariate],

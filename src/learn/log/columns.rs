@@ -1,9 +1,10 @@
-//! Reads measured data: CSV with a header into columns of numbers and of text. A log and a table of steady cuts begin here.
+//! Reads measured data: CSV with a header into columns of numbers and of text. A log and a table of steady cuts begin
+//! here.
 //!
 //! `#` lines are comments. A header is lower-cased, everything between words becomes `_`, and a unit at its end that
 //! measures the same as the wanted one is converted (`feed_mm_s` is read as `feed_mm_min`, `power [kW]` as
-//! `spindle_power_w`). Missing values (empty, NA, NaN, -) are NaN. Separator is the comma, the semicolon or the tab that
-//! the header has most of.
+//! `spindle_power_w`). Missing values (empty, NA, NaN, -) are NaN. Separator is the comma, the semicolon or the tab
+//! that the header has most of.
 
 use crate::units::{header_factor, header_units};
 

@@ -1,5 +1,5 @@
-//! Where the clock of a log leaves something out. In: rising times, s. Out: their step, and the stretches without readings, of
-//! which nothing is known.
+//! Where the clock of a log leaves something out. In: rising times, s. Out: their step, and the stretches without
+//! readings, of which nothing is known.
 
 use crate::learn::regress::statistics::median;
 

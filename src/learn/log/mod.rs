@@ -1,9 +1,9 @@
 //! Reads a measured log: CSV or MTConnect adapter output (SHDR) into columns over time, and says what is odd about it.
 //!
-//! In: bytes. Out: [`Log`]: rising times in s from the first sample, positions, lines or blocks, feed, speed, tool, and the
-//! measured quantities; missing values are NaN. Stamps that run backwards are sorted, repeated ones merged; both are counted,
-//! and so are gaps, of which nothing is known. SHDR lines `timestamp|item|value|item|value…` are sampled at every stamp with the last value of each item: what does not
-//! change is known there without a stamp.
+//! In: bytes. Out: [`Log`]: rising times in s from the first sample, positions, lines or blocks, feed, speed, tool, and
+//! the measured quantities; missing values are NaN. Stamps that run backwards are sorted, repeated ones merged; both
+//! are counted, and so are gaps, of which nothing is known. SHDR lines `timestamp|item|value|item|value…` are sampled
+//! at every stamp with the last value of each item: what does not change is known there without a stamp.
 
 pub mod columns;
 pub mod gaps;

@@ -35,8 +35,8 @@ pub enum Quantity {
     Relative,
 }
 
-/// What mm³/s times N/mm² (or mm²/s times N/mm) is in this quantity: 1 N·mm/s is 1 mW; a torque is a power over 2πn. A relative
-/// load has coefficients per thousand of the rate.
+/// What mm³/s times N/mm² (or mm²/s times N/mm) is in this quantity: 1 N·mm/s is 1 mW; a torque is a power over 2πn. A
+/// relative load has coefficients per thousand of the rate.
 pub fn column_factor(quantity: Quantity, rps: f64) -> f64 {
     match quantity {
         Quantity::Power | Quantity::Relative => watts_from_n_mm_s(1.0),

@@ -1,9 +1,9 @@
 //! Measured force components of a log as the resultant in the plane, which the diagnosis compares with its own.
 //!
-//! In: a log with F_x and F_y, what one sample of them is, and a window. Out: the same log with `force_xy_n`: the magnitude
-//! where a sample is a peak already; the largest magnitude within half a window on either side where samples are
-//! instantaneous; the magnitude of the mean vector where samples are means (over whole turns), which is compared with the
-//! predicted magnitude of the mean force. A magnitude is the same on the tool and on the workpiece.
+//! In: a log with F_x and F_y, what one sample of them is, and a window. Out: the same log with `force_xy_n`: the
+//! magnitude where a sample is a peak already; the largest magnitude within half a window on either side where samples
+//! are instantaneous; the magnitude of the mean vector where samples are means (over whole turns), which is compared
+//! with the predicted magnitude of the mean force. A magnitude is the same on the tool and on the workpiece.
 
 use crate::learn::log::Log;
 use std::collections::VecDeque;

@@ -8,8 +8,8 @@ use crate::learn::model::fit::fit;
 /// A split of the samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Split {
-    /// Kept for the final judgement; all false: there are too few blocks, the judgement is by leaving out one block at a
-    /// time.
+    /// Kept for the final judgement; all false: there are too few blocks, the judgement is by leaving out one block at
+    /// a time.
     pub test: Vec<bool>,
     /// Fold of each sample for choosing between models.
     pub fold: Vec<usize>,

@@ -1,5 +1,5 @@
-//! What effects make of the columns of [`Data`]. In: samples, effects with values. Out: columns, or the load that they add up
-//! to with base coefficients.
+//! What effects make of the columns of [`Data`]. In: samples, effects with values. Out: columns, or the load that they
+//! add up to with base coefficients.
 //!
 //! Geometry variants are added to the columns first; then tare columns are multiplied by Π tare, cutting columns by
 //! Π cutting · feed ratio, edge columns by Π edge; a lag filters along time last. Factors differ from sample to sample;
@@ -187,7 +187,8 @@ fn size_of(variant: Variant, change: &Change, runouts: &RunoutGrid) -> f64 {
     }
 }
 
-/// Feed over declared feed on a machine with this factor of the acceleration: between two factors linear in the logarithm.
+/// Feed over declared feed on a machine with this factor of the acceleration: between two factors linear in the
+/// logarithm.
 fn feed_ratio(data: &Data, factor: f64) -> Option<Vec<f64>> {
     let last = data.slower.last().filter(|_| factor < 1.0)?;
     let after = data.slower.iter().position(|s| s.factor <= factor);
@@ -209,9 +210,10 @@ fn feed_ratio(data: &Data, factor: f64) -> Option<Vec<f64>> {
 /// First-order lag along the runs. With u the mean of the load over the span of a sample and L the level before it, the
 /// level after k of its m readings is u + (L − u)·qᵏ, q = e^(−span/(m T)); the sample is the mean over k = 1 … m.
 ///
-/// The load of a sample is known to a variance d of that of a reading (infinite: not at all), and so is what the chain keeps of
-/// it. After each sample the level is moved by the share v/(v + 1) of what the reading is off, v = k²·v' + (1 − k)²·d, with k
-/// what the chain keeps of the level and v' = v/(v + 1) after the sample before: where all loads are known no reading counts.
+/// The load of a sample is known to a variance d of that of a reading (infinite: not at all), and so is what the chain
+/// keeps of it. After each sample the level is moved by the share v/(v + 1) of what the reading is off, v = k²·v' + (1
+/// − k)²·d, with k what the chain keeps of the level and v' = v/(v + 1) after the sample before: where all loads are
+/// known no reading counts.
 struct Filter {
     steps: Vec<Step>,
 }

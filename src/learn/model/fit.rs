@@ -1,7 +1,7 @@
 //! Fits base coefficients and the parameters of effects together.
 //!
 //! Model of a reading: y = measure(Σ_b β_b·X_b(θ)), where X(θ) are the columns of [`Data`] as the effects change them:
-//! see [`crate::learn::model::design`]; the drive adds the excess c·(P/P_max)^p. β and θ minimise
+//! see [`super::design`]; the drive adds the excess c·(P/P_max)^p. β and θ minimise
 //! Σ w (y − ŷ)² + Σ ((β − prior)/sd)²·σ² by damped Gauss–Newton (Levenberg–Marquardt), analytic in β, by differences in
 //! θ, with β and θ kept inside their bounds; after every step of θ β is solved for anew.
 
@@ -153,8 +153,8 @@ impl<'a> Search<'a> {
         Point { base, theta, acting, load, predicted, objective }
     }
 
-    /// β for these θ, within its bounds, and whether it had to be put there: exact when the chain is linear. Where it is not,
-    /// the loads are fitted that the drive makes the readings of, each with the slope of its reading.
+    /// β for these θ, within its bounds, and whether it had to be put there: exact when the chain is linear. Where it
+    /// is not, the loads are fitted that the drive makes the readings of, each with the slope of its reading.
     fn best_base(&self, acting: &[Acting]) -> Option<(Vec<f64>, bool)> {
         let all: Vec<&Acting> = acting.iter().collect();
         let whole = together(&all);

@@ -3,8 +3,8 @@
 use crate::effects::Effect;
 use crate::learn::model::design::FittedEffect;
 
-/// Forms of the effect from these values. A form leaves some of the parameters that have a neutral value there; of what is looked for those
-/// that begin there stay.
+/// Forms of the effect from these values. A form leaves some of the parameters that have a neutral value there; of what
+/// is looked for those that begin there stay.
 pub fn forms(effect: &'static Effect, values: &[f64]) -> Vec<FittedEffect> {
     let stays = |k: usize| effect.is_looked_for() && effect.parameters[k].neutral == Some(values[k]);
     let optional: Vec<usize> =

@@ -1,5 +1,5 @@
-//! Weights of measured quantities of different units. In: data, a model. Out: the data with weights in units of one over the
-//! variance that the model leaves of each quantity, so that Σ w r² adds watts and newtons.
+//! Weights of measured quantities of different units. In: data, a model. Out: the data with weights in units of one
+//! over the variance that the model leaves of each quantity, so that Σ w r² adds watts and newtons.
 
 use crate::learn::dataset::samples::{Base, Data};
 use crate::learn::model::fit::{Fitted, fit};

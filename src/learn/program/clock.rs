@@ -1,7 +1,8 @@
 //! The program's clock on a machine that accelerates less than declared.
 //!
-//! In: timeline, speeds of its spots over declared ones at some factors of the acceleration. Out: when every spot begins.
-//! Between two factors the duration of a spot is taken as linear in 1/factor (a move of length L at v takes L/v + v/a).
+//! In: timeline, speeds of its spots over declared ones at some factors of the acceleration. Out: when every spot
+//! begins. Between two factors the duration of a spot is taken as linear in 1/factor (a move of length L at v takes L/v
+//! + v/a).
 
 use crate::learn::program::timeline::Timeline;
 

@@ -1,11 +1,12 @@
-//! Linear edge coefficients that learning begins from: what the setup declares, or one default. In: job, tool. Out: [`LinearEdge`].
+//! Linear edge coefficients that learning begins from: what the setup declares, or one default. In: job, tool. Out:
+//! [`LinearEdge`].
 
 use crate::machine::material::{ForceModel, LinearEdge};
 use crate::machine::{Job, Tool};
 
-/// Aluminium 6061-T6: k_tc and k_te as Xu, Jerard, Fussell (2007) fit them to the spindle power of their Table 5, the radial ones by their
-/// shares 0.395 and 0.566, the axial ones assumed. Where a setup declares no linear coefficients these stand in for shape and size alone:
-/// what learning says rests on readings.
+/// Aluminium 6061-T6: k_tc and k_te as Xu, Jerard, Fussell (2007) fit them to the spindle power of their Table 5, the
+/// radial ones by their shares 0.395 and 0.566, the axial ones assumed. Where a setup declares no linear coefficients
+/// these stand in for shape and size alone: what learning says rests on readings.
 pub const ALUMINIUM: LinearEdge =
     LinearEdge { k_tc: 842.0, k_rc: 332.0, k_ac: 150.0, k_te: 15.2, k_re: 8.6, k_ae: 2.0 };
 

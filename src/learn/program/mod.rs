@@ -1,5 +1,6 @@
-//! The program over time: what the machine should be doing when, what is cut there, and what would be under another geometry,
-//! runout or acceleration. In: toolpath, engagement, job. Out: [`timeline::Timeline`] and what goes with its spots.
+//! The program over time: what the machine should be doing when, what is cut there, and what would be under another
+//! geometry, runout or acceleration. In: toolpath, engagement, job. Out: [`timeline::Timeline`] and what goes with its
+//! spots.
 
 pub mod clock;
 pub mod declared;

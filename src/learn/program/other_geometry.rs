@@ -1,6 +1,6 @@
-//! Engagement in stock that stands out and with a tool of another size. In: a program, its job, sizes. Out: [`OtherGeometry`],
-//! first for a usual size of each change, then for the sizes that were found: the cut is linear in them only about where it
-//! was simulated.
+//! Engagement in stock that stands out and with a tool of another size. In: a program, its job, sizes. Out:
+//! [`OtherGeometry`], first for a usual size of each change, then for the sizes that were found: the cut is linear in
+//! them only about where it was simulated.
 
 use crate::effects::Change;
 use crate::engage::{Loader, Options, engage};

@@ -1,8 +1,9 @@
-//! Forces of a station as a diagnosis needs them. In: stations, job. Out: [`Engaged`] with the derivatives of the peak (or
-//! mean) force in the plane by each coefficient, and how runout changes these.
+//! Forces of a station as a diagnosis needs them. In: stations, job. Out: [`Engaged`] with the derivatives of the peak
+//! (or mean) force in the plane by each coefficient, and how runout changes these.
 //!
-//! A force is homogeneous of the first degree in its coefficients: its derivatives by them, times these, add up to it. A peak
-//! jumps from one angle of the turn to another as coefficients and runout change: [`About`] says where the changes are taken.
+//! A force is homogeneous of the first degree in its coefficients: its derivatives by them, times these, add up to it.
+//! A peak jumps from one angle of the turn to another as coefficients and runout change: [`About`] says where the
+//! changes are taken.
 
 use crate::engage::{EngagedArc, EngagementMap, Station};
 use crate::force::contact::{Engaged, engaged as geometry};

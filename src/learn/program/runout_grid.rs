@@ -1,14 +1,14 @@
 //! Runouts at which the change of the loads is taken, and between which it is interpolated.
 //!
-//! In: an offset of the axis and the way it points. Out: the share of each runout of the grid in it. A wide grid knows all ways
-//! that it may point, from no runout on or about an offset that was found; a narrow one only those about a known runout, so
-//! that nothing is interpolated over a tooth that begins to miss the cut.
+//! In: an offset of the axis and the way it points. Out: the share of each runout of the grid in it. A wide grid knows
+//! all ways that it may point, from no runout on or about an offset that was found; a narrow one only those about a
+//! known runout, so that nothing is interpolated over a tooth that begins to miss the cut.
 
 /// How many offsets of the axis are looked at, and how many ways that each of them points.
 pub const RUNOUT_GRID: [usize; 2] = [2, 8];
 
-/// Under each of these runouts: change of the derivatives of the peak force by k_tc, k_rc, k_te, k_re, and relative change
-/// of what the edges take of the power.
+/// Under each of these runouts: change of the derivatives of the peak force by k_tc, k_rc, k_te, k_re, and relative
+/// change of what the edges take of the power.
 pub type Runouts = [[[f64; 5]; RUNOUT_GRID[1]]; RUNOUT_GRID[0]];
 
 /// A grid of runouts; see the head of the file.
@@ -83,8 +83,8 @@ impl RunoutGrid {
     }
 }
 
-/// Share of the `k`-th of rising places in a value between them: linear between neighbours, from nothing at 0 before the
-/// first if `from_zero`, and on beyond the last two.
+/// Share of the `k`-th of rising places in a value between them: linear between neighbours, from nothing at 0 before
+/// the first if `from_zero`, and on beyond the last two.
 fn share(value: f64, places: &[f64], k: usize, from_zero: bool) -> f64 {
     if from_zero && value <= places[0] {
         return if k == 0 { value / places[0] } else { 0.0 };

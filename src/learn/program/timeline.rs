@@ -1,10 +1,11 @@
-//! What the machine should be doing when: the program as a list of spots (pieces of moves, dwells, tool changes, run-ups)
-//! with their predicted times and engagement.
+//! What the machine should be doing when: the program as a list of spots (pieces of moves, dwells, tool changes,
+//! run-ups) with their predicted times and engagement.
 //!
-//! In: toolpath, engagement map, job. Out: [`Timeline`]. Every station of the engagement map is a spot, or several where
-//! it is long; its speed comes from the realised-time model of [`crate::schedule`], asked about the same path with moves cut at the stations. Geometry
-//! of a spot: removed section a_p·a_e (mm²), area swept by all edges in a revolution (mm²), share of it in the up half
-//! minus the climb half. The arcs of a station belong to its most engaged point; they are scaled to its mean section.
+//! In: toolpath, engagement map, job. Out: [`Timeline`]. Every station of the engagement map is a spot, or several
+//! where it is long; its speed comes from the realised-time model of [`crate::schedule`], asked about the same path
+//! with moves cut at the stations. Geometry of a spot: removed section a_p·a_e (mm²), area swept by all edges in a
+//! revolution (mm²), share of it in the up half minus the climb half. The arcs of a station belong to its most engaged
+//! point; they are scaled to its mean section.
 
 use crate::engage::{EngagementMap, Station};
 use crate::force::contact::Engaged;
@@ -125,8 +126,8 @@ pub fn timeline(path: &Toolpath, map: &EngagementMap, job: &Job, wanted: Option<
     Timeline { spots: build.spots, runouts }
 }
 
-/// Speed of each spot on a machine with `factor` of the declared acceleration, over its declared speed; 1 for spots that
-/// do not move.
+/// Speed of each spot on a machine with `factor` of the declared acceleration, over its declared speed; 1 for spots
+/// that do not move.
 pub fn speed_ratios(path: &Toolpath, map: &EngagementMap, job: &Job, timeline: &Timeline, factor: f64) -> Vec<f64> {
     let pieces = Pieces::new(path, map);
     let slower = piece_seconds(&pieces.path, &job.machine.with_acceleration(factor));

@@ -14,7 +14,7 @@ pub enum Variant {
     Diameter,
     /// With the curvature of the path, minus without.
     Curved,
-    /// Under one of [`crate::learn::program::runout_grid::RunoutGrid`]: which offset, and which way it points.
+    /// Under one of [`super::runout_grid::RunoutGrid`]: which offset, and which way it points.
     Runout {
         /// Index into the offsets.
         offset: usize,

@@ -1,5 +1,5 @@
-//! Nonlinear least squares: in residuals r(x) and variables with bounds; out x that minimises Σ r², its covariance, and how
-//! well the data tell the variables apart. Levenberg–Marquardt with the Jacobian by differences of stated step:
+//! Nonlinear least squares: in residuals r(x) and variables with bounds; out x that minimises Σ r², its covariance, and
+//! how well the data tell the variables apart. Levenberg–Marquardt with the Jacobian by differences of stated step:
 //! (JᵀJ + λ diag JᵀJ) Δ = −Jᵀr, λ falling on success and rising on failure; steps are clipped to the bounds.
 
 use crate::learn::regress::linear::least_squares;

@@ -1,9 +1,9 @@
 //! Linear least squares: in a matrix X (rows: measurements, columns: parameters), a vector y and weights w; out the
 //! coefficients β that minimise Σ wᵢ (yᵢ − xᵢβ)², their covariance, and what can be said about how well they are known.
 //!
-//! Columns are scaled to unit length, then X = U S Vᵀ by singular value decomposition. Singular values below 1e-9 of the
-//! largest are taken as zero (minimum-norm solution); the parameters with a share in their singular vectors cannot be told
-//! apart. Leverage hᵢ = Σ u²ᵢ gives leave-one-out residuals rᵢ/(1 − hᵢ) without refitting. Robust fits reweight
+//! Columns are scaled to unit length, then X = U S Vᵀ by singular value decomposition. Singular values below 1e-9 of
+//! the largest are taken as zero (minimum-norm solution); the parameters with a share in their singular vectors cannot
+//! be told apart. Leverage hᵢ = Σ u²ᵢ gives leave-one-out residuals rᵢ/(1 − hᵢ) without refitting. Robust fits reweight
 //! iteratively (Huber 1.345 σ, Tukey 4.685 σ, σ from the median absolute residual).
 
 use crate::learn::regress::statistics::scale_of;
