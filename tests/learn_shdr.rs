@@ -4,7 +4,8 @@
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 use feedwright::learn::align::line::by_line;
-use feedwright::learn::log::{Log, shdr};
+use feedwright::learn::log::Log;
+use feedwright::learn::log::shdr::shdr;
 use feedwright::learn::program::simulated::simulate;
 use std::path::Path;
 

@@ -10,6 +10,7 @@ pub mod gaps;
 
 pub mod quantity;
 pub mod resultant;
+pub mod shdr;
 pub mod signal;
 
 use crate::learn::log::columns::{DataError, Frame, read};
@@ -43,8 +44,8 @@ pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataE
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(DataError::Empty("the log has no samples"));
     }
-    if is_shdr(bytes) {
-        return Ok(Log { on_change: true, ..from_frame(&shdr(bytes, mapping)?)? });
+    if shdr::is_shdr(bytes) {
+        return Ok(Log { on_change: true, ..from_frame(&shdr::shdr(bytes, mapping)?)? });
     }
     let mut log = from_frame(&read(bytes, mapping)?)?;
     log.warnings.extend(gaps::said(&gaps::gaps(&log.time_s)));
@@ -134,113 +135,9 @@ fn ordered(time: &[f64], warnings: &mut Vec<String>) -> Result<Vec<usize>, DataE
     Ok(order)
 }
 
-fn is_shdr(bytes: &[u8]) -> bool {
-    let first = bytes.split(|b| *b == b'\n').find(|l| !l.is_empty() && l[0] != b'*').unwrap_or(&[]);
-    first.split(|b| *b == b'|').count() >= 3 && !first.contains(&b',')
-}
-
-/// Items of adapters and our names.
-const ITEMS: [(&str, &str); 14] = [
-    ("block_number", "block"),
-    ("block", "block"),
-    ("line", "line"),
-    ("linenumber", "line"),
-    ("feed_rate", "feed_mm_min"),
-    ("path_feedrate", "feed_mm_min"),
-    ("spindle_speed", "spindle_rpm"),
-    ("current_tool", "tool"),
-    ("tool_number", "tool"),
-    ("spindle_load", "spindle_load_percent"),
-    ("spindle_power", "spindle_power_w"),
-    ("xabs", "x_mm"),
-    ("yabs", "y_mm"),
-    ("zabs", "z_mm"),
-];
-
-/// Adapter output as columns, one row per stamp, values held until they change.
-pub fn shdr(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataError> {
-    let text = String::from_utf8_lossy(bytes);
-    let name_of = |item: &str| {
-        let lower = item.to_lowercase();
-        let mapped = mapping.iter().find(|(theirs, _)| theirs.eq_ignore_ascii_case(item)).map(|(_, ours)| ours.clone());
-        mapped.unwrap_or_else(|| ITEMS.iter().find(|(i, _)| *i == lower).map_or(lower, |(_, ours)| (*ours).to_owned()))
-    };
-    let mut names: Vec<String> = Vec::new();
-    let mut rows: Vec<(f64, Vec<(usize, f64)>)> = Vec::new();
-    for line in text.lines() {
-        let mut fields = line.trim().split('|');
-        let Some(stamp) = fields.next().and_then(stamp_s) else { continue };
-        if rows.last().is_none_or(|(t, _)| *t != stamp) {
-            rows.push((stamp, Vec::new()));
-        }
-        while let (Some(item), Some(value)) = (fields.next(), fields.next()) {
-            let Ok(value) = value.trim().parse::<f64>() else { continue };
-            let name = name_of(item.trim());
-            let k = names.iter().position(|n| *n == name).unwrap_or_else(|| {
-                names.push(name);
-                names.len() - 1
-            });
-            if let Some((_, changes)) = rows.last_mut() {
-                changes.push((k, value));
-            }
-        }
-    }
-    if rows.is_empty() {
-        return Err(DataError::Empty("no line of the adapter output has a stamp"));
-    }
-    let mut held = vec![f64::NAN; names.len()];
-    let mut columns = vec![Vec::with_capacity(rows.len()); names.len() + 1];
-    for (stamp, changes) in &rows {
-        for (k, value) in changes {
-            held[*k] = *value;
-        }
-        columns[0].push(*stamp);
-        held.iter().enumerate().for_each(|(k, value)| columns[k + 1].push(*value));
-    }
-    let names = std::iter::once("time_s".to_owned()).chain(names);
-    Ok(Frame::from_numbers(names.zip(columns).collect()))
-}
-
-/// Seconds from a stamp: a number, or `YYYY-MM-DDThh:mm:ss.fffZ`.
-pub fn stamp_s(text: &str) -> Option<f64> {
-    if let Ok(seconds) = text.parse::<f64>() {
-        return Some(seconds);
-    }
-    let (date, clock) = text.trim_end_matches('Z').split_once('T')?;
-    let mut parts = date.split('-').map(|p| p.parse::<i64>().ok());
-    let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
-    let mut parts = clock.split(':');
-    let hours: f64 = parts.next()?.parse().ok()?;
-    let minutes: f64 = parts.next()?.parse().ok()?;
-    let seconds: f64 = parts.next()?.parse().ok()?;
-    // Days since 1970 (civil calendar, years from March).
-    let (y, m) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-    let era = y.div_euclid(400);
-    let of_era = y.rem_euclid(400);
-    let days = era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + (153 * m + 2) / 5 + day - 1 - 719_468;
-    Some(days as f64 * 86_400.0 + hours * 3600.0 + minutes * 60.0 + seconds)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn adapter_lines_hold_their_values() {
-        let text = "2017-02-02T19:03:08.5Z|Block_Number|3|Spindle_power|10\n2017-02-02T19:03:09.0Z|Spindle_power|12\n";
-        let frame = shdr(text.as_bytes(), &[]).unwrap();
-        assert_eq!(frame.numbers("block").unwrap(), [3.0, 3.0]);
-        assert_eq!(frame.numbers("spindle_power_w").unwrap(), [10.0, 12.0]);
-        let time = frame.numbers("time_s").unwrap();
-        assert!((time[1] - time[0] - 0.5).abs() < 1e-6);
-        // Nothing changes for a while: no gap.
-        let second = |k: u32| if k > 9 { 90 + k } else { k };
-        let lines: Vec<String> = (0..30).map(|k| format!("{}|Spindle_power|{k}", second(k))).collect();
-        let log = read_log(lines.join("\n").as_bytes(), &[]).unwrap();
-        assert!(log.on_change && log.warnings.is_empty());
-        assert_eq!(stamp_s("1970-01-02T00:00:01Z"), Some(86_401.0));
-        assert_eq!(stamp_s("2000-03-01T00:00:00Z"), Some(951_868_800.0));
-    }
 
     #[test]
     fn odd_clocks_are_said() {
