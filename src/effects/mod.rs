@@ -4,6 +4,8 @@
 //! the cutting coefficients (k_tc, k_rc, k_ac) and on the edge coefficients (k_te, k_re, k_ae), offsets of the
 //! geometry, or the strength of what motion and measuring chain do. The room an effect acts on applies its change;
 //! calibration, diagnosis, prediction and scheduling read the same list ([`ALL`]).
+//!
+//! A new effect is a file here, its `mod`, and its line in [`ALL`]; no other room knows it by name.
 
 mod axis_power;
 mod corner_feed;
@@ -343,7 +345,7 @@ impl Default for Change {
 pub enum Need {
     /// A covariate that ranges over more than this, in its own unit.
     Range(Covariate, f64),
-    /// A covariate whose largest value is at least so many times the smallest.
+    /// A covariate whose largest value is at least so many times the smallest of those above 2 % of it.
     Ratio(Covariate, f64),
     /// A covariate that is known at all.
     Known(Covariate),

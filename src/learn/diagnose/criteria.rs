@@ -46,8 +46,8 @@ pub(in crate::learn) const NOISE_WITH_MEMORY: f64 = 2.0;
 /// Share of the residual's variance that a pattern predicts on blocks it was not learned on, from which what is left is
 /// called structure; twice as much in tables, whose blocks are few. Judgement.
 const STRUCTURE: f64 = 0.15;
-/// How often another kind of cut may be predicted worse, relative, and by how many standard errors, before an effect is
-/// refused for it.
+/// How much worse another kind of cut may be predicted, as a ratio of errors, and by how many standard errors, before an
+/// effect is refused for it. Judgement.
 const HARM: f64 = 1.02;
 const HARM_T: f64 = 1.0;
 /// An acceleration that the times of the blocks show counts below this share of the declared one, and with so many

@@ -1,4 +1,4 @@
-//! Where the fit of an effect begins: its forms and the values of its parameters. In: effect. Out: [`Use`]s.
+//! Where the fit of an effect begins: its forms and the values of its parameters. In: effect. Out: [`FittedEffect`]s.
 
 use crate::effects::Effect;
 use crate::learn::model::design::FittedEffect;
