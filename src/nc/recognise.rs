@@ -69,7 +69,9 @@ impl Control {
             Control::Okuma => {
                 Some("G15 H selects its work offset, G56 H takes in its tool length, G71 sets a return level")
             }
-            Control::Fadal => Some("its subprograms stand before the program, which begins behind their M30"),
+            Control::Fadal => Some(
+                "E names its work offset, H alone takes in its tool length, and its subprograms stand before the program, which begins behind their M30",
+            ),
             Control::WinCnc => {
                 Some("it has a feed for each axis (F10 XY, F30 Z), and its L words change what G codes mean")
             }
@@ -242,6 +244,9 @@ const SIGNS: &[Sign] = &[
     }),
     sign!("M17 ends a subprogram", [(Control::Fadal, 1), (SIEMENS, 1)], FADAL_BOOK, |c| c.m(&["17"])
         && c.words.len() <= 2),
+    sign!("S M3 E1 X Y", [(Control::Fadal, 3)], FADAL_BOOK, |c| {
+        c.has(b'E') && c.has(b'X') && c.has(b'S') && c.m(&["3", "4"])
+    }),
     sign!("E1 with X and Y", [(Control::Fadal, 2)], FADAL_BOOK, |c| {
         c.has(b'E') && c.has(b'X') && c.has(b'Y') && (c.g(&["0"]) || c.has(b'S'))
     }),
@@ -448,7 +453,8 @@ mod tests {
 
     #[test]
     fn each_control_is_recognised_as_such() {
-        let texts: [(&str, Control); 16] = [
+        let texts: [(&str, Control); 17] = [
+            ("N1 O0001\nN2 M6 T1\nN3 G0 G90 S5000 M3 E1 X1. Y2.\nN4 H1 Z.1 M8\nN5 G1 Z-.1 F8.\n", Control::Fadal),
             ("%\nO1001\nG20\nG0 X0 Y0\n", FANUC),
             ("%\nO00101 (PART)\nG187 P2\nG0 G54 X0 Y0\n", HAAS),
             ("o100 sub\no100 endsub\n", LINUXCNC),
