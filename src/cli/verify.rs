@@ -32,6 +32,10 @@ struct Report<'a> {
     feeds_changed: usize,
     blocks_added: usize,
     blocks_split: usize,
+    /// Lines of the original that move the tool, that are executed otherwise, and that are compared as text alone.
+    lines_moving: usize,
+    lines_executed: usize,
+    lines_not_reached: usize,
     unrolled: bool,
     differences: Vec<DifferencePart<'a>>,
     /// Differences that are not listed.
@@ -88,7 +92,12 @@ impl<'a> Finding<'a> {
     }
 
     fn outcome(&self) -> Outcome {
-        if self.proof.holds() && self.beyond == 0 { Outcome::Done } else { Outcome::Unmet }
+        if self.proof.holds() && self.beyond == 0 && !self.is_empty() { Outcome::Done } else { Outcome::Unmet }
+    }
+
+    /// No motion was compared: nothing is proven of programs that could not be read.
+    fn is_empty(&self) -> bool {
+        self.proof.motions == 0
     }
 }
 
@@ -150,6 +159,14 @@ fn words(finding: &Finding) -> String {
         "{unrolled}only feeds differ: {} motions compared, {} run at another feed, {} blocks split, {} lines added\n",
         proof.motions, proof.feeds_changed, proof.blocks_split, proof.blocks_added
     );
+    let [moving, executed, unreached] = proof.lines;
+    text += &format!(
+        "of {} lines {moving} move the tool, {executed} are executed otherwise, {unreached} are not reached and compared as text\n",
+        moving + executed + unreached
+    );
+    if finding.is_empty() {
+        text = "nothing is proven: no motion could be read from these programs\n".to_owned();
+    }
     if let Some(rise) = &finding.largest {
         text += &largest(rise, proof.inch);
     }
@@ -215,6 +232,9 @@ fn report<'a>(finding: &'a Finding, original: &'a str, rewritten: &'a str) -> Re
         feeds_changed: proof.feeds_changed,
         blocks_added: proof.blocks_added,
         blocks_split: proof.blocks_split,
+        lines_moving: proof.lines[0],
+        lines_executed: proof.lines[1],
+        lines_not_reached: proof.lines[2],
         unrolled: proof.unrolled,
         differences: proof.differences.iter().take(LISTED).map(part).collect(),
         more_differences: unlisted(proof),

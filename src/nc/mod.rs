@@ -26,4 +26,4 @@ pub use lex::{Token, TokenKind};
 pub use number::decimal;
 pub use program::{File, MAX_TEXT, Part, Program, parse};
 pub use steer::steers;
-pub use toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind, PathMode, Spin, State, Toolpath};
+pub use toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind, PathMode, Reached, Spin, State, Toolpath};

@@ -275,6 +275,27 @@ pub struct Toolpath {
     pub files: Vec<File>,
     /// True when the program's own lengths are in inches (the unit in force at its first motion).
     pub inch: bool,
+    /// Which blocks the control came to.
+    pub reached: Reached,
+}
+
+/// Which blocks the control came to.
+#[derive(Debug, Clone, Default)]
+pub struct Reached {
+    /// Without jumps and calls: the first so many.
+    pub(crate) first: usize,
+    /// With them: how often each was executed.
+    pub(crate) counts: Vec<u32>,
+}
+
+impl Reached {
+    /// Was a block executed at all?
+    pub fn holds(&self, block: BlockId) -> bool {
+        match self.counts.get(block.ix()) {
+            Some(count) => *count > 0,
+            None => self.counts.is_empty() && block.ix() < self.first,
+        }
+    }
 }
 
 impl Toolpath {

@@ -126,6 +126,11 @@ impl View {
     pub fn tool_change(&self) -> bool {
         self.has(b'T') || self.words.iter().any(|word| word.letter == b'M' && word.number == 6.0)
     }
+    /// Does the control never go on from it to the next block: M2, M30, M17, M99?
+    pub fn ends(&self) -> bool {
+        let end = |word: &Word| word.letter == b'M' && [2.0, 17.0, 30.0, 99.0].contains(&word.number);
+        self.plain && !self.delete && self.words.iter().any(end)
+    }
     /// Our note, where there is one.
     pub fn note(&self) -> Option<(&Span, &mark::Note)> {
         self.ours.iter().find_map(|(span, ours)| match ours {

@@ -206,6 +206,10 @@ impl<'a> Writer<'a> {
         };
         self.emit(id, &view, change);
         self.last_number = numbered.or(self.last_number);
+        if view.ends() {
+            // What stands behind is come to from elsewhere: no feed of ours is in force there.
+            self.now = Now::Original;
+        }
     }
 
     fn jumps(&self) -> bool {

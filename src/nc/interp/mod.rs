@@ -60,7 +60,7 @@ use super::environment::Environment;
 use super::expr::{Parameters, Target};
 use super::lex::{Token, TokenKind};
 use super::program::{File, Program};
-use super::toolpath::{Event, Freeze, State as MoveState, Toolpath};
+use super::toolpath::{Event, Freeze, Reached, State as MoveState, Toolpath};
 use crate::diag::{Severity, Span};
 use crate::ids::{BlockId, MoveId};
 use crate::path::{Plane, Vec3};
@@ -543,6 +543,7 @@ impl<'a> Run<'a> {
         self.count_doubts();
         self.say_dialect();
         self.out.files = self.files;
+        self.out.reached = Reached { first: self.at.min(self.program.own_len()), counts: self.counts };
         pitch::keep(self.program, &mut self.out.moves);
         shared::number(&mut self.out.moves, &self.cycle_moves);
         self.out.moves.shrink_to_fit();

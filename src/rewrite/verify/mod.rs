@@ -1,10 +1,11 @@
 //! Proof, from two texts alone, that only feeds, split points and our own comments differ. In: the original, the rewritten
 //! program, and the surroundings they are read in. Out: a [`Proof`]; it holds when it lists no difference.
 //!
-//! Two steps, each of which can fail by itself. *Text*: with F words and our comments taken away, every line of the
+//! Three steps, each of which can fail by itself. *Text*: with F words and our comments taken away, every line of the
 //! rewritten program is a line of the original byte for byte, a line of nothing but F, or a piece of a block. *Motion*: both
 //! are interpreted; every event must be the same in the same order, and the pieces of a block must lie on its path, join,
-//! and end where it ends. Feeds of threads and probes must be what they were. Where blocks hang on the block-delete switch,
+//! and end where it ends. Feeds of threads and probes must be what they were. *Words*: an F differs only in a line that moves
+//! at a feed in both, and what else the line holds is the same tokens ([`words`]). Where blocks hang on the block-delete switch,
 //! motions are compared with the switch on and off.
 //!
 //! Where the original has loops, calls or expressions and the rewritten program has none, it is an unrolled one: the
@@ -13,9 +14,11 @@
 
 mod align;
 mod motion;
+mod words;
 
 use crate::ids::BlockId;
-use crate::nc::{self, Environment, Program, interpret, parse};
+use crate::nc::{self, Environment, Program, Toolpath, interpret, parse};
+use words::Done;
 
 /// One difference that must not be.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -81,6 +84,9 @@ pub struct Proof {
     pub blocks_added: usize,
     /// Blocks cut into pieces.
     pub blocks_split: usize,
+    /// Lines of the original that move the tool, that are executed otherwise, and that are never reached (compared as text
+    /// alone).
+    pub lines: [usize; 3],
     /// The original was unrolled first.
     pub unrolled: bool,
     /// The original is written in inches.
@@ -195,10 +201,17 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
     };
     let (roles, off) = rayon::join(|| align::align(original, rewritten, environment.inch, &mut proof), || read(false));
     if proof.holds() {
-        motion::compare(&off, &roles, &mut proof);
+        let mut done = [original, rewritten].map(|program| Done::new(program.len()));
+        let mut compare = |both: &[Toolpath; 2], proof: &mut Proof| {
+            motion::compare(both, &roles, proof);
+            done.iter_mut().zip(both).for_each(|(done, toolpath)| done.add(toolpath));
+        };
+        compare(&off, &mut proof);
         if original.has_block_delete() {
-            motion::compare(&read(true), &roles, &mut proof);
+            compare(&read(true), &mut proof);
         }
+        words::check(original, rewritten, &roles, &done, &mut proof);
+        proof.lines = done[0].lines();
     }
     proof.inch = off[0].inch;
     proof.quote(original, rewritten);

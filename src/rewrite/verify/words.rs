@@ -1,0 +1,252 @@
+//! The words of the proof: where an F word, a comment of ours and a piece of a block may stand. In: both programs, the role
+//! of every line, what the control does in either. Out: differences.
+//!
+//! An F word may differ only in a block that moves at a feed in both programs: nowhere else is it known to be a feed (a dwell,
+//! an argument, a pitch, a subprogram that nothing calls). What else a line holds is the same *tokens*, not only the same
+//! bytes with ours taken out: `G5(FW F600 kept)4` is no G54. A new F is one plain number above zero. Comments of ours stand
+//! behind the code. A feed is restated only where the control comes by. Pieces are cut only from what is executed, bear
+//! no number that a jump could look for, and have a decimal point where the block has one: X50 is 0.050 mm to some controls.
+
+use std::collections::BTreeSet;
+
+use crate::ids::BlockId;
+use crate::nc::{Dialect, Freeze, Move, MoveKind, Program, Token, TokenKind, Toolpath};
+
+use super::super::decimal::Decimal;
+use super::super::{mark, view};
+use super::Proof;
+use super::align::{Role, Roles};
+
+/// Largest F that is believed: the writer's own bound, far above any machine in any unit.
+const MOST_F: f64 = 1e9;
+
+/// What the control does with each line of a program.
+#[derive(Debug, Default)]
+pub struct Done {
+    /// Comes to it.
+    reached: Vec<bool>,
+    /// Moves in it.
+    moves: Vec<bool>,
+    /// Moves at a feed in it.
+    feeds: Vec<bool>,
+}
+
+impl Done {
+    /// Nothing yet, for a program of so many lines.
+    pub fn new(lines: usize) -> Self {
+        let none = || vec![false; lines];
+        Self { reached: none(), moves: none(), feeds: none() }
+    }
+    /// Adds what is done in one position of the block-delete switch.
+    pub fn add(&mut self, toolpath: &Toolpath) {
+        for (line, reached) in self.reached.iter_mut().enumerate() {
+            *reached |= toolpath.reached.holds(BlockId(line as u32));
+        }
+        for motion in &toolpath.moves {
+            if let Some(moves) = self.moves.get_mut(motion.block.ix()) {
+                *moves = true;
+            }
+        }
+        // A move made by another file stands at the line of its call.
+        let own = |motion: &&Move| {
+            let others = [Freeze::OtherFile, Freeze::Synchronised, Freeze::Probe].map(Some);
+            motion.kind == MoveKind::Feed && !others.contains(&motion.freeze)
+        };
+        for motion in toolpath.moves.iter().filter(own) {
+            if let Some(feeds) = self.feeds.get_mut(motion.block.ix()) {
+                *feeds = true;
+            }
+        }
+    }
+    /// Lines that move the tool, that are executed otherwise, and that are never reached.
+    pub fn lines(&self) -> [usize; 3] {
+        let mut found = [0; 3];
+        for (reached, moves) in self.reached.iter().zip(&self.moves) {
+            found[if *moves {
+                0
+            } else if *reached {
+                1
+            } else {
+                2
+            }] += 1;
+        }
+        found
+    }
+    fn reaches(&self, line: usize) -> bool {
+        self.reached.get(line) == Some(&true)
+    }
+    fn feeds(&self, line: usize) -> bool {
+        self.feeds.get(line) == Some(&true)
+    }
+}
+
+/// Checks every line that is not byte for byte one of the original.
+pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Done; 2], proof: &mut Proof) {
+    let numbers = Numbers::of(original);
+    for (line, role) in roles.of.iter().enumerate() {
+        let block = BlockId(line as u32);
+        let wrong = match role {
+            Role::Same(own) if original.line_text(*own) == rewritten.line_text(block) => None,
+            Role::Same(own) => {
+                same_code(original, *own, rewritten, block).or_else(|| new_feed(original, *own, rewritten, block, done))
+            }
+            Role::Last(own) => last_piece(original, *own, rewritten, block, done),
+            Role::Piece(own) => {
+                piece(original, *own, rewritten, block, done).or_else(|| numbers.clash(rewritten, block))
+            }
+            Role::Added => added(rewritten, block, &done[1]).or_else(|| numbers.clash(rewritten, block)),
+        };
+        if let Some(text) = wrong {
+            let own = match role {
+                Role::Same(own) | Role::Last(own) | Role::Piece(own) => Some(own.0 + 1),
+                Role::Added => None,
+            };
+            proof.differ(own, Some(line as u32 + 1), text);
+        }
+    }
+}
+
+fn is_ours(program: &Program, token: &Token) -> bool {
+    token.kind == TokenKind::Comment && mark::read(token.span.of(program.text())).is_some()
+}
+
+fn is_feed(token: &Token) -> bool {
+    matches!(token.kind, TokenKind::Word(b'F') | TokenKind::Computed(b'F'))
+}
+
+/// Kind and bytes of everything but blanks, line ends, F words and comments of ours.
+fn code(program: &Program, block: BlockId) -> Vec<(TokenKind, &[u8])> {
+    let kept = |token: &Token| {
+        !matches!(token.kind, TokenKind::Blank | TokenKind::LineEnd) && !is_feed(token) && !is_ours(program, token)
+    };
+    program.tokens(block).filter(kept).map(|token| (token.kind, token.span.of(program.text()))).collect()
+}
+
+fn feeds(program: &Program, block: BlockId) -> Vec<&[u8]> {
+    program.tokens(block).filter(is_feed).map(|token| token.span.of(program.text())).collect()
+}
+
+fn same_code(original: &Program, own: BlockId, rewritten: &Program, block: BlockId) -> Option<&'static str> {
+    if code(original, own) != code(rewritten, block) {
+        return Some("the words of the line are others");
+    }
+    misplaced(rewritten, block)
+}
+
+/// A comment of ours with code behind it.
+fn misplaced(program: &Program, block: BlockId) -> Option<&'static str> {
+    let behind = program.tokens(block).skip_while(|token| !is_ours(program, token));
+    let code = |token: Token| !matches!(token.kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment);
+    { behind }.any(code).then_some("a comment of ours stands before code")
+}
+
+fn new_feed(
+    original: &Program,
+    own: BlockId,
+    rewritten: &Program,
+    block: BlockId,
+    done: &[Done; 2],
+) -> Option<&'static str> {
+    let now = feeds(rewritten, block);
+    if feeds(original, own) == now {
+        None
+    } else if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
+        Some("the F of a line that does not move at a feed is another")
+    } else {
+        no_plain_feed(rewritten, block)
+    }
+}
+
+/// The line has not one F that is a plain number above zero.
+fn no_plain_feed(program: &Program, block: BlockId) -> Option<&'static str> {
+    let mut found = program.tokens(block).filter(is_feed);
+    let plain = |token: &Token| {
+        let bytes = token.span.of(program.text());
+        let digits = bytes.iter().position(|byte| !matches!(byte, b'F' | b'f' | b' ' | b'=')).unwrap_or(bytes.len());
+        token.kind == TokenKind::Word(b'F') && Decimal::read(&bytes[digits..]).is_some()
+    };
+    let good = |token: &Token| plain(token) && token.number > 0.0 && token.number <= MOST_F;
+    let one = found.next().is_some_and(|token| good(&token)) && found.next().is_none();
+    (!one).then_some("the line has not one plain F above zero")
+}
+
+fn piece(
+    original: &Program,
+    own: BlockId,
+    rewritten: &Program,
+    block: BlockId,
+    done: &[Done; 2],
+) -> Option<&'static str> {
+    if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
+        return Some("a block that does not move at a feed is cut");
+    }
+    let feed = if feeds(rewritten, block).is_empty() { None } else { no_plain_feed(rewritten, block) };
+    feed.or_else(|| misplaced(rewritten, block)).or_else(|| without_point(original, own, rewritten, block))
+}
+
+/// A piece, whose coordinates stand as they stood where they are the same numbers: all of them but under G91.
+fn last_piece(
+    original: &Program,
+    own: BlockId,
+    rewritten: &Program,
+    block: BlockId,
+    done: &[Done; 2],
+) -> Option<&'static str> {
+    let axis = |token: &Token| matches!(token.kind, TokenKind::Word(letter) if b"XYZ".contains(&letter));
+    let same = |a: &Token| {
+        let mut others = rewritten.tokens(block).filter(|b| b.kind == a.kind && b.number == a.number);
+        others.all(|b| b.span.of(rewritten.text()) == a.span.of(original.text()))
+    };
+    let kept = original.tokens(own).filter(axis).all(|token| same(&token));
+    let wrong = (!kept).then_some("the last piece writes a coordinate in another way");
+    wrong.or_else(|| piece(original, own, rewritten, block, done))
+}
+
+/// A coordinate of a piece that has no decimal point where the block's has one, or one where it has none.
+fn without_point(original: &Program, own: BlockId, rewritten: &Program, block: BlockId) -> Option<&'static str> {
+    if !matches!(original.dialect(), Dialect::Fanuc | Dialect::Haas) {
+        return None;
+    }
+    let pointed = |program: &Program, block: BlockId| -> Option<bool> {
+        let places = program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Word(l) if b"XYZIJKR".contains(&l)));
+        let mut points = { places }.filter(|t| t.number != 0.0).map(|t| t.span.of(program.text()).contains(&b'.'));
+        let first = points.next()?;
+        Some(if points.all(|point| point == first) { first } else { return None })
+    };
+    let (whole, piece) = (pointed(original, own), pointed(rewritten, block));
+    (piece.is_none() || whole.is_some_and(|whole| piece != Some(whole)))
+        .then_some("a piece has decimal points where the block has none, or none where it has some")
+}
+
+/// A line that is not in the original: a feed, a comment of ours, or both.
+fn added(rewritten: &Program, block: BlockId, done: &Done) -> Option<&'static str> {
+    if feeds(rewritten, block).is_empty() {
+        return None;
+    }
+    if !done.reaches(block.ix()) {
+        return Some("a feed is stated where the control does not come by");
+    }
+    no_plain_feed(rewritten, block).or_else(|| misplaced(rewritten, block))
+}
+
+/// Numbers of blocks that a jump may look for.
+struct Numbers {
+    /// In millionths, where anything jumps.
+    known: Option<BTreeSet<i64>>,
+}
+
+impl Numbers {
+    fn of(program: &Program) -> Self {
+        let jumps = program.parts().any(|part| view::jumps(program, &part));
+        let number = |block: BlockId| program.tokens(block).find(|t| t.kind == TokenKind::Word(b'N')).map(Self::key);
+        Self { known: jumps.then(|| program.blocks().filter_map(number).collect()) }
+    }
+    fn key(token: Token) -> i64 {
+        (token.number * 1e6).round() as i64
+    }
+    fn clash(&self, program: &Program, block: BlockId) -> Option<&'static str> {
+        let known = self.known.as_ref()?;
+        let number = program.tokens(block).find(|token| token.kind == TokenKind::Word(b'N'))?;
+        known.contains(&Self::key(number)).then_some("a new line has the number of another block")
+    }
+}
