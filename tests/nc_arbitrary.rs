@@ -181,6 +181,15 @@ fn mixed(dialect: Dialect) -> impl Strategy<Value = Vec<u8>> {
     })
 }
 
+/// A corner asked for in a block that cannot be read is asked of nothing: a feed put in behind it changes no motion.
+#[test]
+fn a_corner_of_a_block_that_cannot_be_read_is_dropped() {
+    let text = b"o1{sub\nG1 X1.5 Y-2 F300\n 1 X9 ,R1.\nN10 G1 X1\nG1 X9 ,R1.\n";
+    for seed in 0..4 {
+        go_through(text, Dialect::Generic, seed).unwrap();
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(20260), ..ProptestConfig::default() })]
 

@@ -177,7 +177,8 @@ impl Writer<'_> {
     /// Ends the text: where a file goes back to its caller without a word, the original F is put in force behind its last
     /// block; the mark of the file is put in if anything was changed.
     pub fn end(&mut self) {
-        if let (Some(_), true, Some(feed)) = (self.part.name, self.now_is_ours(), self.original_feed()) {
+        let returns = self.part.name.is_some() && self.may_insert();
+        if let (true, true, Some(feed)) = (returns, self.now_is_ours(), self.original_feed()) {
             let was = self.restated_was(&feed);
             let note = kept_note(&feed, &was);
             let code = |block: &BlockId| {

@@ -206,9 +206,12 @@ impl<'a> Writer<'a> {
         };
         self.emit(id, &view, change);
         self.last_number = numbered.or(self.last_number);
-        if view.ends() {
+        if view.ends() || id.0 > self.part.blocks.start && self.program.line_text(id).starts_with(b"%") {
             // What stands behind is come to from elsewhere: no feed of ours is in force there.
             self.now = Now::Original;
+        } else if view.flow && !self.may_insert() && !self.program.files().is_empty() {
+            // Plain language has no line of its own for a feed: behind the call of a file either may be in force.
+            self.now = Now::Either;
         }
     }
 

@@ -442,6 +442,7 @@ impl<'a> Run<'a> {
     /// and what else the control did, is not known.
     fn set_aside(&mut self, place: Span) {
         self.elsewhere = [true; 3];
+        self.next_corner = None;
         self.doubt(Doubt::UnknownCode, place);
     }
 

@@ -225,7 +225,8 @@ fn same(a: &[Option<Decimal>; 3], b: &[Option<Decimal>; 3]) -> bool {
 /// A line without its F words and our comments, each with the blank before it.
 struct Bare {
     text: Vec<u8>,
-    feed: bool,
+    /// Its F words.
+    feeds: Vec<u8>,
     ours: bool,
     /// Nothing but a block number is left.
     void: bool,
@@ -235,12 +236,14 @@ impl Bare {
     fn of(program: &Program, line: usize) -> Self {
         let block = BlockId(line as u32);
         let span = program.span(block);
-        let mut bare = Self { text: Vec::with_capacity(span.len()), feed: false, ours: false, void: true };
+        let mut bare = Self { text: Vec::with_capacity(span.len()), feeds: Vec::new(), ours: false, void: true };
         let mut at = span.start;
         for token in program.tokens(block) {
             let is_feed = matches!(token.kind, TokenKind::Word(b'F') | TokenKind::Computed(b'F'));
             let is_ours = token.kind == TokenKind::Comment && mark::read(token.span.of(program.text())).is_some();
-            bare.feed |= is_feed;
+            if is_feed {
+                bare.feeds.extend_from_slice(token.span.of(program.text()));
+            }
             bare.ours |= is_ours;
             let blank = matches!(token.kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Word(b'N'));
             bare.void &= is_feed || is_ours || blank;
@@ -255,14 +258,14 @@ impl Bare {
     }
     /// A line that the rewriter may have put in.
     fn is_added(&self) -> bool {
-        self.void && (self.feed || self.ours)
+        self.void && (!self.feeds.is_empty() || self.ours)
     }
     fn is_comment_of_ours(&self) -> bool {
-        self.void && self.ours && !self.feed
+        self.void && self.ours && self.feeds.is_empty()
     }
-    /// Lines with nothing left pair only when both or neither could have been put in.
+    /// Lines with nothing left pair only when both or neither could have been put in, and state the same feed.
     fn pairs_with(&self, other: &Self) -> bool {
-        !self.void || self.is_added() == other.is_added()
+        !self.void || self.is_added() == other.is_added() && self.feeds == other.feeds
     }
 }
 

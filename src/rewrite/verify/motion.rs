@@ -195,7 +195,7 @@ fn other_state(a: &Move, b: &Move) -> Option<&'static str> {
 
 /// What besides the speed of the spindle is another.
 fn other_words(a: &Move, b: &Move) -> Option<&'static str> {
-    let frozen = circumstances(a).is_some();
+    let frozen = matches!(a.freeze, Some(Freeze::Synchronised | Freeze::Probe));
     if a.tool != b.tool || a.wcs != b.wcs {
         Some("tool or work offset is another")
     } else if a.path_mode != b.path_mode {
@@ -203,10 +203,7 @@ fn other_words(a: &Move, b: &Move) -> Option<&'static str> {
     } else if a.kind == MoveKind::Feed && a.feed.mode != b.feed.mode {
         Some("the unit of the feed is another")
     } else if frozen && feed_differs(a, b) {
-        Some(match a.freeze {
-            Some(Freeze::Synchronised | Freeze::Probe) => "the feed of a thread or probe changed",
-            _ => "the feed of a motion that must keep it changed",
-        })
+        Some("the feed of a thread or probe changed")
     } else if a.kind == MoveKind::Feed && a.feed.mm_s > 0.0 && b.feed.mm_s <= 0.0 {
         Some("the motion has no feed any more")
     } else {

@@ -49,7 +49,7 @@ impl Done {
         }
         // A move made by another file stands at the line of its call.
         let own = |motion: &&Move| {
-            let others = [Freeze::OtherFile, Freeze::Synchronised, Freeze::Probe].map(Some);
+            let others = [Freeze::OtherFile, Freeze::Synchronised, Freeze::Probe, Freeze::NotUnderstood].map(Some);
             motion.kind == MoveKind::Feed && !others.contains(&motion.freeze)
         };
         for motion in toolpath.moves.iter().filter(own) {
@@ -207,14 +207,17 @@ fn without_point(original: &Program, own: BlockId, rewritten: &Program, block: B
     if !matches!(original.dialect(), Dialect::Fanuc | Dialect::Haas) {
         return None;
     }
-    let pointed = |program: &Program, block: BlockId| -> Option<bool> {
+    // Of a zero only a point that is there says anything.
+    let points = |program: &Program, block: BlockId, zeros: bool| -> Vec<bool> {
         let places = program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Word(l) if b"XYZIJKR".contains(&l)));
-        let mut points = { places }.filter(|t| t.number != 0.0).map(|t| t.span.of(program.text()).contains(&b'.'));
-        let first = points.next()?;
-        Some(if points.all(|point| point == first) { first } else { return None })
+        let pointed = places.map(|t| (t.number == 0.0, t.span.of(program.text()).contains(&b'.')));
+        { pointed }.filter(|(zero, point)| !zero || zeros && *point).map(|(_, point)| point).collect()
     };
-    let (whole, piece) = (pointed(original, own), pointed(rewritten, block));
-    (piece.is_none() || whole.is_some_and(|whole| piece != Some(whole)))
+    let whole = points(original, own, true);
+    let other = |point: &bool| whole.iter().any(|own| own != point);
+    { points(rewritten, block, false) }
+        .iter()
+        .any(other)
         .then_some("a piece has decimal points where the block has none, or none where it has some")
 }
 
