@@ -190,6 +190,15 @@ fn a_corner_of_a_block_that_cannot_be_read_is_dropped() {
     }
 }
 
+/// An F in a block that cannot be read is no feed: before a thread the original's is stated again.
+#[test]
+fn a_feed_in_a_block_that_cannot_be_read_is_not_in_force() {
+    let text = b"G1 X1.5 Y-2 F300\nN10 G1 X1\nG1 X1.5 Y-2 F300\n 93 G1 X5 F2\nG33 Z-2 K1\n";
+    for seed in 0..4 {
+        go_through(text, Dialect::LinuxCnc, seed).unwrap();
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(20260), ..ProptestConfig::default() })]
 

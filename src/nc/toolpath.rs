@@ -277,6 +277,8 @@ pub struct Toolpath {
     pub inch: bool,
     /// Which blocks the control came to.
     pub reached: Reached,
+    /// Blocks of which something cannot be read: nothing of them is taken, no feed either. By number, each once.
+    pub set_aside: Vec<BlockId>,
 }
 
 /// Which blocks the control came to.

@@ -201,7 +201,9 @@ impl<'a> Writer<'a> {
                 self.kept.push((id, "it steers the flow of the program".to_owned()));
                 self.keep(id, &view, plan)
             }
-            Want::Nothing if view.flow || view.delete || unit_changes => self.keep(id, &view, plan),
+            Want::Nothing if view.flow || view.delete || unit_changes || self.is_set_aside(id) => {
+                self.keep(id, &view, plan)
+            }
             Want::Nothing => self.pass(&view),
         };
         self.emit(id, &view, change);
@@ -229,7 +231,8 @@ impl<'a> Writer<'a> {
     fn keep(&mut self, id: BlockId, view: &View, plan: &Plan) -> Change {
         let mut change = Change { leave_note: true, ..Change::default() };
         let without = plan.first.is_some() && plan.word.is_none();
-        let restates_itself = without || (view.has(b'F') || view.computed_feed) && !view.delete;
+        let aside = self.is_set_aside(id);
+        let restates_itself = without || (view.has(b'F') || view.computed_feed) && !view.delete && !aside;
         if !restates_itself && self.now != Now::Original && !self.may_insert() {
             self.say_original(view, plan, &mut change);
         } else if !restates_itself && self.now != Now::Original {
@@ -248,8 +251,16 @@ impl<'a> Writer<'a> {
                 None => self.kept.push((id, "the feed before a kept block could not be restated".to_owned())),
             }
         }
-        self.take_original(view);
+        if !aside {
+            self.take_original(view);
+        }
         change
+    }
+
+    /// A block of which something cannot be read: whether the control takes its F is not known, so that the original's has to
+    /// be in force before it and after it.
+    fn is_set_aside(&self, id: BlockId) -> bool {
+        self.toolpath.set_aside.binary_search(&id).is_ok()
     }
 
     /// What the original F in force stands for.

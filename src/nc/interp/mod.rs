@@ -443,6 +443,9 @@ impl<'a> Run<'a> {
     fn set_aside(&mut self, place: Span) {
         self.elsewhere = [true; 3];
         self.next_corner = None;
+        if let Some((first, _)) = self.linked_at() {
+            self.out.set_aside.push(BlockId(first + self.block.0));
+        }
         self.doubt(Doubt::UnknownCode, place);
     }
 
@@ -544,6 +547,8 @@ impl<'a> Run<'a> {
         self.count_doubts();
         self.say_dialect();
         self.out.files = self.files;
+        self.out.set_aside.sort_unstable();
+        self.out.set_aside.dedup();
         self.out.reached = Reached { first: self.at.min(self.program.own_len()), counts: self.counts };
         pitch::keep(self.program, &mut self.out.moves);
         shared::number(&mut self.out.moves, &self.cycle_moves);

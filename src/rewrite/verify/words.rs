@@ -4,7 +4,8 @@
 //! An F word may differ only in a block that moves at a feed in both programs: nowhere else is it known to be a feed (a dwell,
 //! an argument, a pitch, a subprogram that nothing calls). What else a line holds is the same *tokens*, not only the same
 //! bytes with ours taken out: `G5(FW F600 kept)4` is no G54. A new F is one plain number above zero. Comments of ours stand
-//! behind the code. A feed is restated only where the control comes by. Pieces are cut only from what is executed, bear
+//! behind the code. Where the control does not come by, no other feed is
+//! stated than the one that stands before. Pieces are cut only from what is executed, bear
 //! no number that a jump could look for, and have a decimal point where the block has one: X50 is 0.050 mm to some controls.
 
 use std::collections::BTreeSet;
@@ -83,6 +84,7 @@ impl Done {
 /// Checks every line that is not byte for byte one of the original.
 pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Done; 2], proof: &mut Proof) {
     let numbers = Numbers::of(original);
+    let mut stated: &[u8] = b"";
     for (line, role) in roles.of.iter().enumerate() {
         let block = BlockId(line as u32);
         let wrong = match role {
@@ -94,8 +96,11 @@ pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Don
             Role::Piece(own) => {
                 piece(original, *own, rewritten, block, done).or_else(|| numbers.clash(rewritten, block))
             }
-            Role::Added => added(rewritten, block, &done[1]).or_else(|| numbers.clash(rewritten, block)),
+            Role::Added => added(rewritten, block, &done[1], stated).or_else(|| numbers.clash(rewritten, block)),
         };
+        if let Role::Same(own) | Role::Last(own) = role {
+            stated = feeds(original, *own).last().unwrap_or(&stated);
+        }
         if let Some(text) = wrong {
             let own = match role {
                 Role::Same(own) | Role::Last(own) | Role::Piece(own) => Some(own.0 + 1),
@@ -221,13 +226,15 @@ fn without_point(original: &Program, own: BlockId, rewritten: &Program, block: B
         .then_some("a piece has decimal points where the block has none, or none where it has some")
 }
 
-/// A line that is not in the original: a feed, a comment of ours, or both.
-fn added(rewritten: &Program, block: BlockId, done: &Done) -> Option<&'static str> {
-    if feeds(rewritten, block).is_empty() {
+/// A line that is not in the original: a feed, a comment of ours, or both. `stated`: the last F of the original before it.
+fn added(rewritten: &Program, block: BlockId, done: &Done, stated: &[u8]) -> Option<&'static str> {
+    let now = feeds(rewritten, block);
+    if now.is_empty() {
         return None;
     }
-    if !done.reaches(block.ix()) {
-        return Some("a feed is stated where the control does not come by");
+    let number = |word: &[u8]| word.iter().copied().filter(|byte| !b"Ff =".contains(byte)).collect::<Vec<u8>>();
+    if !done.reaches(block.ix()) && now.iter().any(|word| number(word) != number(stated)) {
+        return Some("another feed is stated where the control does not come by");
     }
     no_plain_feed(rewritten, block).or_else(|| misplaced(rewritten, block))
 }
