@@ -4,9 +4,9 @@
 //! An F word may differ only in a block that moves at a feed in both programs: nowhere else is it known to be a feed (a dwell,
 //! an argument, a pitch, a subprogram that nothing calls). What else a line holds is the same *tokens*, not only the same
 //! bytes with ours taken out: `G5(FW F600 kept)4` is no G54. A new F is one plain number above zero. Comments of ours stand
-//! behind the code. Where the control does not come by, no other feed is
-//! stated than the one that stands before. Pieces are cut only from what is executed, bear
-//! no number that a jump could look for, and have a decimal point where the block has one: X50 is 0.050 mm to some controls.
+//! behind the code. Where the control does not come by, or moves nothing, no other feed is stated than the one that stands
+//! before. Pieces are cut only from what is executed, bear no number that a jump could look for, and have a decimal point where
+//! the block has one: X50 is 0.050 mm to some controls.
 
 use std::collections::BTreeSet;
 
@@ -89,9 +89,8 @@ pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Don
         let block = BlockId(line as u32);
         let wrong = match role {
             Role::Same(own) if original.line_text(*own) == rewritten.line_text(block) => None,
-            Role::Same(own) => {
-                same_code(original, *own, rewritten, block).or_else(|| new_feed(original, *own, rewritten, block, done))
-            }
+            Role::Same(own) => same_code(original, *own, rewritten, block)
+                .or_else(|| new_feed(original, *own, rewritten, block, done, stated)),
             Role::Last(own) => last_piece(original, *own, rewritten, block, done),
             Role::Piece(own) => {
                 piece(original, *own, rewritten, block, done).or_else(|| numbers.clash(rewritten, block))
@@ -151,9 +150,10 @@ fn new_feed(
     rewritten: &Program,
     block: BlockId,
     done: &[Done; 2],
+    stated: &[u8],
 ) -> Option<&'static str> {
-    let now = feeds(rewritten, block);
-    if feeds(original, own) == now {
+    let (was, now) = (feeds(original, own), feeds(rewritten, block));
+    if was == now || was.is_empty() && is_stated(&now, stated) {
         None
     } else if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
         Some("the F of a line that does not move at a feed is another")
@@ -226,14 +226,19 @@ fn without_point(original: &Program, own: BlockId, rewritten: &Program, block: B
         .then_some("a piece has decimal points where the block has none, or none where it has some")
 }
 
+/// Do these F words say what the last one of the original says?
+fn is_stated(now: &[&[u8]], stated: &[u8]) -> bool {
+    let number = |word: &[u8]| word.iter().copied().filter(|byte| !b"Ff =".contains(byte)).collect::<Vec<u8>>();
+    now.iter().all(|word| number(word) == number(stated))
+}
+
 /// A line that is not in the original: a feed, a comment of ours, or both. `stated`: the last F of the original before it.
 fn added(rewritten: &Program, block: BlockId, done: &Done, stated: &[u8]) -> Option<&'static str> {
     let now = feeds(rewritten, block);
     if now.is_empty() {
         return None;
     }
-    let number = |word: &[u8]| word.iter().copied().filter(|byte| !b"Ff =".contains(byte)).collect::<Vec<u8>>();
-    if !done.reaches(block.ix()) && now.iter().any(|word| number(word) != number(stated)) {
+    if !done.reaches(block.ix()) && !is_stated(&now, stated) {
         return Some("another feed is stated where the control does not come by");
     }
     no_plain_feed(rewritten, block).or_else(|| misplaced(rewritten, block))
