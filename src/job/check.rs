@@ -47,7 +47,7 @@ use crate::schedule::{FeedPiece, Node, Problem};
 const CHUNK: usize = 1 << 14;
 /// Two places share no more than this: they touch, mm.
 const OVERLAP_MM: f64 = 1e-6;
-/// Part of a limit above which a whole block is simulated again at the finer spacing. Of 124,000 such blocks in eight programs the
+/// Part of a limit above which a whole block is simulated again at the finer spacing. Of 111,000 such blocks in eight programs the
 /// finer simulation found at most 1.75 times what the first one had (at 0.04 of the limit; of those below a half of it the most
 /// was 0.54, of those below 0.7 it was 0.89): to be passed over, a load above its limit had to be twice what the first one found.
 const NEAR: f64 = 0.5;
