@@ -154,6 +154,9 @@ fn words(finding: &Finding) -> String {
     if !proof.holds() {
         return differences(proof);
     }
+    if finding.is_empty() {
+        return "nothing is proven: no motion could be read from these programs\n".to_owned();
+    }
     let unrolled = if proof.unrolled { "unrolled, motions the same; " } else { "" };
     let mut text = format!(
         "{unrolled}only feeds differ: {} motions compared, {} run at another feed, {} blocks split, {} lines added\n",
@@ -164,9 +167,6 @@ fn words(finding: &Finding) -> String {
         "of {} lines {moving} move the tool, {executed} are executed otherwise, {unreached} are not reached and compared as text\n",
         moving + executed + unreached
     );
-    if finding.is_empty() {
-        text = "nothing is proven: no motion could be read from these programs\n".to_owned();
-    }
     if let Some(rise) = &finding.largest {
         text += &largest(rise, proof.inch);
     }
