@@ -425,3 +425,11 @@ fn a_program_that_does_not_meet_its_stock_raises_nothing_and_is_not_written() {
     let found = shown(&beside("0"), &setup, &["optimize"]);
     assert_eq!((found.code, found.is_written()), (0, true), "{}", found.said);
 }
+
+#[test]
+fn verify_proves_nothing_of_programs_without_a_motion() {
+    let empty = "%\nO1 (NOTHING HERE)\nM30\n%\n";
+    let (code, text, json) = verified(pair(empty, empty).path(), &[]);
+    assert!(code == 1 && text.contains("nothing is proven"), "{text}");
+    assert_eq!((json["motions"].as_u64(), json["lines_executed"].as_u64()), (Some(0), Some(3)), "{json}");
+}

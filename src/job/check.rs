@@ -672,12 +672,10 @@ mod tests {
     use super::*;
     use crate::schedule::Bound;
 
-    /// A load that no feed can meet where the schedule saw air: the lowest change of feed holds, never a feed of zero (which
-    /// no block can be written with).
-    #[test]
-    fn what_cannot_be_met_in_the_air_still_has_a_feed() {
+    /// A millimetre of air that may run at 80 mm/s.
+    fn air() -> Node {
         let bound = |feed_mm_s: f64| Bound { feed_mm_s, kind: LimitKind::AirFeed, per_unit: 0.0 };
-        let mut node = Node {
+        Node {
             move_id: MoveId(0),
             from_mm: 0.0,
             to_mm: 1.0,
@@ -691,9 +689,34 @@ mod tests {
             kept: None,
             unkept: None,
             infeasible: None,
-        };
-        let origin = Origin { move_id: MoveId(0), from_mm: 0.0, to_mm: 1.0 };
-        let met = Breach { origin, kind: LimitKind::ForceXy, cap_mm_s: Some(30.0) };
+        }
+    }
+
+    const MET_AT_30: Breach = Breach {
+        origin: Origin { move_id: MoveId(0), from_mm: 0.0, to_mm: 1.0 },
+        kind: LimitKind::ForceXy,
+        cap_mm_s: Some(30.0),
+    };
+
+    /// Once the schedule has a cap, or has given a place up, the same breach asks for nothing more.
+    #[test]
+    fn a_breach_asks_until_the_schedule_has_its_cap() {
+        let mut problem =
+            Problem { nodes: vec![air()], of_move: std::iter::once(0..1).collect(), ..Problem::default() };
+        for breach in [MET_AT_30, Breach { cap_mm_s: None, ..MET_AT_30 }] {
+            assert!(asks(&problem, &breach), "{breach:?}");
+            tighten(&mut problem, &[breach], false);
+            assert!(!asks(&problem, &breach), "{breach:?}");
+        }
+        let elsewhere = Origin { from_mm: 1.5, to_mm: 2.0, ..MET_AT_30.origin };
+        assert!(!asks(&problem, &Breach { origin: elsewhere, ..MET_AT_30 }));
+    }
+
+    /// A load that no feed can meet where the schedule saw air: the lowest change of feed holds, never a feed of zero (which
+    /// no block can be written with).
+    #[test]
+    fn what_cannot_be_met_in_the_air_still_has_a_feed() {
+        let (mut node, met) = (air(), MET_AT_30);
         tighten_node(&mut node, &met, false);
         assert!(node.cap.feed_mm_s == 30.0 && node.infeasible.is_none());
         tighten_node(&mut node, &Breach { cap_mm_s: None, ..met }, false);
