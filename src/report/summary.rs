@@ -262,7 +262,12 @@ fn kept_feeds(frozen: &[(u32, String)]) -> String {
 }
 
 fn loss(written: &Written) -> String {
-    format!("{:.1} % over the continuous optimum", super::loss_percent(written))
+    loss_words(super::loss_percent(written))
+}
+
+/// Rounding may leave a time a hair below the bound: that is nothing, not minus nothing.
+fn loss_words(percent: f64) -> String {
+    format!("{:.1} % over the continuous optimum", (10.0 * percent).round() / 10.0 + 0.0)
 }
 
 fn apart(run: &Run, figures: &Figures) -> String {
@@ -316,6 +321,12 @@ fn some_lines(lines: &[u32]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_loss_that_rounds_to_nothing_has_no_sign() {
+        let words = |percent| loss_words(percent).split(" %").next().unwrap_or_default().to_owned();
+        assert_eq!([-0.04, 0.04, 0.06, -0.06].map(words), ["0.0", "0.0", "0.1", "-0.1"]);
+    }
 
     #[test]
     fn numbers_are_short() {
