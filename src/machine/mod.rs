@@ -412,3 +412,24 @@ impl Job {
         own.or_else(|| self.stocks.first().map(|stock| &stock.material))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Distance in depth of a cut from an operation whose cuts have these depths, mm.
+    fn apart(depths_mm: [f64; 2], depth_mm: f64) -> Option<f64> {
+        let scope = Scope { tool: 1, lines: (1, 9), kind: None, depths_mm };
+        scope.distance(1, 5, Cut { kind: CutKind::Roughing, depth_mm }).map(|(_, apart)| apart)
+    }
+
+    /// A tool that skims has no depth to speak of: a micrometre and nine are the same, ten and eleven are not.
+    #[test]
+    fn depths_are_told_apart_only_above_a_skim() {
+        let is = |found: Option<f64>, ratio: f64| found.is_some_and(|found| (found - ratio.ln()).abs() < 1e-12);
+        assert!(is(apart([0.001, 0.002], 0.0099), 1.0) && is(apart([0.0099, 0.0099], 0.001), 1.0));
+        assert!(is(apart([0.001, 0.002], 0.0101), 1.01) && is(apart([0.0101, 0.0101], 0.001), 1.01));
+        // In air the depth is 0, and no logarithm runs away.
+        assert!(is(apart([3.0, 4.0], 0.0), 300.0) && is(apart([0.0, 0.0], 3.0), 300.0));
+    }
+}
