@@ -132,24 +132,33 @@ fn the_check_says_what_a_simulation_of_the_whole_written_file_finds() {
     assert!(in_part > 3 && near > 3, "{in_part} {near}");
 }
 
-/// A whole block is simulated again from a half of its limit on: a slot at 100 mm/min, kept, under a limit of so many times what it
-/// carries.
+/// A whole block is simulated again where its load, and as much more as it differs from those beside it, comes to 0.8 of its limit:
+/// where a cut begins or ends from 0.4 on, in the middle of a steady one only from 0.8 on. Slots in one block and in twenty, their
+/// feeds kept, under a limit of so many times what they carry.
 #[test]
-fn a_whole_block_is_simulated_again_from_half_its_limit_on() {
-    let text = "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X-10 Y20 Z2\nZ-3\nG1 X90 F600\nG0 Z2\nM30\n";
-    let setup = |limit: f64| {
-        format!(
+fn a_whole_block_is_simulated_again_near_its_limit_or_where_its_load_changes() {
+    let checked = |blocks: i32, limit: f64| {
+        let ends = (1..=blocks).map(|k| format!("X{} ", -10 + 100 * k / blocks));
+        let cut: Vec<String> = ends.map(|end| format!("G1 {end}F600\n")).collect();
+        let text = format!("G21 G90 G17\nT1 M6\nS8000 M3\nG0 X-10 Y20 Z2\nZ-3\n{}G0 Z2\nM30\n", cut.concat());
+        let setup = format!(
             "[machine]\ndialect = \"linuxcnc\"\n[stock]\nmaterial = \"aluminium-6061-t6\"\nbox = {{ min = [0, 0, -10], max = [80, 40, 0] }}\n\
              [[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 8\nflutes = 2\n\
              [limits]\nforce_xy = {limit}\nfeed_change = {{ min = 1.0, max = 1.0 }}\n[output]\nsplit = false\n"
-        )
+        );
+        run(text.as_bytes(), &setup).written.unwrap().check
     };
-    let checked = |limit: f64| run(text.as_bytes(), &setup(limit)).written.unwrap().check;
-    let carries = 1000.0 * checked(1000.0).over.ratio();
+    let carries = 1000.0 * checked(1, 1000.0).over.ratio();
     assert!(carries > 10.0, "{carries}");
-    let [little, much] = [2.1, 1.9].map(|times| checked(times * carries));
-    assert!(little.simulated_again == 0 && much.simulated_again == 1, "{little:?} {much:?}");
-    assert!((little.over.ratio() * 2.1 - much.over.ratio() * 1.9).abs() < 1e-3, "{little:?} {much:?}");
+    let again = |blocks: i32, times: f64| checked(blocks, times * carries).simulated_again;
+    // 1 / 0.4 and 1 / 0.8 of what they carry.
+    assert_eq!([2.55, 2.45].map(|times| again(1, times)), [0, 1]);
+    assert_eq!(again(20, 2.55), 0);
+    println!("{:?}", [2.45, 1.27, 1.23].map(|times| again(20, times)));
+    let [ends, steady] = [again(20, 1.27), again(20, 1.23)];
+    assert!(again(20, 2.45) > 0 && ends <= 4 && steady >= 14, "{ends} {steady}");
+    let [little, much] = [2.55, 1.23].map(|times| times * checked(20, times * carries).over.ratio());
+    assert!((little - much).abs() < 1e-3, "{little} {much}");
 }
 
 fn with(program: &(String, String), more: &str) -> Run {

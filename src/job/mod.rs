@@ -16,14 +16,18 @@
 //! lowest feed that was tried. A block that the proof objects to goes back to its original bytes and feed.
 
 mod check;
+mod closer;
 mod comments;
 mod follow;
 mod force_rate;
 mod growth;
+mod known;
 mod learned;
 mod look;
 pub mod plausible;
+mod ratios;
 mod switch;
+mod tighten;
 mod used;
 mod wanted;
 mod worn;
@@ -248,11 +252,11 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         run.stage_s[3] += write_s;
         run.stage_s[4] += checked - wrote;
         if !found.is_good() && round < ROUNDS {
-            check::leave_alone(&mut run, &found.doubtful);
-            check::tighten(&mut run.problem, &found.breaches, false);
+            tighten::leave_alone(&mut run, &found.doubtful);
+            tighten::tighten(&mut run.problem, &found.breaches, false);
             options.lambda_s = schedule.lambda_s;
             if round >= SOLVED && found.doubtful.is_empty() {
-                check::lower_in_place(&mut schedule.pieces, &run.problem, &found.breaches, &options.grid);
+                tighten::lower_in_place(&mut schedule.pieces, &run.problem, &found.breaches, &options.grid);
                 lowered = Some(schedule);
             }
             continue;
@@ -264,8 +268,8 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         run.diagnostics.extend(look::refused(&schedule));
         run.diagnostics.extend(look::held_by_feed_change(&schedule, &run.job));
         run.diagnostics.extend(look::missed(&schedule, &run.problem, &run.toolpath));
-        check::leave_alone(&mut run, &found.doubtful);
-        check::tighten(&mut run.problem, &found.breaches, true);
+        tighten::leave_alone(&mut run, &found.doubtful);
+        tighten::tighten(&mut run.problem, &found.breaches, true);
         let over = check::over(&run, &rewritten, &known);
         run.stage_s[2] += (watch.clock)() - checked;
         run.written = Some(Written {

@@ -3,9 +3,9 @@
 
 use rayon::prelude::*;
 
-use super::check::load_limits;
 use crate::engage::Station;
 use crate::report::Run;
+use crate::report::over::load_limits;
 use crate::schedule::caps::Cutters;
 use crate::schedule::rules::rules;
 use crate::schedule::{FeedPiece, Schedule};
@@ -17,7 +17,7 @@ pub fn used(run: &Run, schedule: &Schedule) -> Vec<Option<f64>> {
     let of_piece = |piece: &FeedPiece| {
         let motion = &run.toolpath.moves[piece.move_id.ix()];
         let mut limits = load_limits(&rules.of(piece.move_id).loads, &run.job, motion.spin.rps);
-        let (_, limit) = limits.find(|(kind, _)| *kind == piece.limit)?;
+        let limit = limits.find(|limit| limit.kind == piece.limit)?.limit;
         let cutter = cutters.of(piece.move_id)?;
         let inside = |station: &&Station| {
             station.from_mm < piece.to_mm && station.to_mm > piece.from_mm && station.arc_count > 0

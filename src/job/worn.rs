@@ -2,7 +2,7 @@
 //! feeds settled by the rounds of [`crate::schedule::wear`], in both positions of the block-delete switch, or the place from which the
 //! tool is worn out.
 
-use super::check::{self, Breach};
+use super::tighten::{self, Breach};
 use super::{JobError, asked, switch};
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
@@ -56,7 +56,7 @@ pub fn feeds(run: &mut Run, options: &Options) -> Result<Schedule, JobError> {
 
 /// The first place where the check of the file with these feeds found a worn tool above a limit that no feed meets.
 pub fn beyond(run: &Run, feeds: &[FeedPiece], breaches: &[Breach]) -> Option<WornOut> {
-    let breach = check::hopeless(&run.problem, breaches).filter(|_| history::wears(&run.job))?;
+    let breach = tighten::hopeless(&run.problem, breaches).filter(|_| history::wears(&run.job))?;
     let history = History::of(&run.toolpath, &run.map, &run.job, feeds);
     Some(worn_out(&run.toolpath, &run.map, &history, breach.origin.move_id, breach.origin.from_mm, breach.kind))
 }

@@ -1,0 +1,136 @@
+//! What is known of the engagement of the written file. In: its toolpath, that of the original with the engagement of the first
+//! simulation. Out: the stations of the written moves: a block that the file has whole goes the same way through the same stock and has
+//! those of the original; what was cut in pieces has none until it is simulated, in the stock as the written file cuts it. What
+//! one round has found the next one keeps, place by place, and with it the loads ([`Carried`]).
+
+use super::follow::Origin;
+use super::ratios::Carried;
+use super::{JobError, SPACING_MM, Watch, cut};
+use crate::engage::{self, Again, EngagementMap};
+use crate::ids::MoveId;
+use crate::machine::Job;
+use crate::nc::{Move, Toolpath};
+use crate::path::{Curve, Vec3};
+use crate::report::{Run, Switched};
+use crate::schedule::Problem;
+
+/// A written program and what is known of its engagement.
+pub struct Known {
+    /// Its moves.
+    pub written: Toolpath,
+    /// The piece of the original that each of them is.
+    pub origins: Vec<Origin>,
+    /// What the cutter meets, as far as it is known.
+    pub map: EngagementMap,
+    /// Where the stations of each move come from.
+    pub met: Vec<Met>,
+    /// What its stations carry.
+    pub carried: Carried,
+}
+
+/// Where the stations of a written move come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Met {
+    /// It has none yet.
+    NotYet,
+    /// It is whole, and they are those of the original.
+    AsOriginal,
+    /// It was simulated at the finer spacing.
+    Finer,
+}
+
+/// One position of the block-delete switch: what the original does in it, and what is known of that.
+pub struct Side<'a> {
+    /// The original's moves.
+    pub toolpath: &'a Toolpath,
+    /// What the cutter meets on them.
+    pub map: &'a EngagementMap,
+    /// The feeds allowed there.
+    pub problem: &'a Problem,
+    /// Machine, tools, limits.
+    pub job: &'a Job,
+}
+
+impl<'a> Side<'a> {
+    /// With the switch off.
+    pub fn off(run: &'a Run) -> Self {
+        Self { toolpath: &run.toolpath, map: &run.map, problem: &run.problem, job: &run.job }
+    }
+    /// With the switch on.
+    pub fn on(switched: &'a Switched, job: &'a Job) -> Self {
+        Self { toolpath: &switched.toolpath, map: &switched.map, problem: &switched.problem, job }
+    }
+}
+
+impl Known {
+    /// Of a file that was not looked at before: blocks it has whole are met as those of the original are.
+    pub fn whole(side: &Side, written: Toolpath, origins: Vec<Origin>) -> Self {
+        let of_move: Vec<Option<MoveId>> = written
+            .moves
+            .iter()
+            .zip(&origins)
+            .map(|(motion, origin)| {
+                same_way(motion, &side.toolpath.moves[origin.move_id.ix()]).then_some(origin.move_id)
+            })
+            .collect();
+        let map = Again { known: side.map, of_move: &of_move }.carried();
+        let met = of_move.iter().map(|of| of.map_or(Met::NotYet, |_| Met::AsOriginal)).collect();
+        Self { written, origins, map, met, carried: Carried::default() }
+    }
+
+    /// Of a file that cuts some blocks otherwise than this one: places that both have keep what is known of them.
+    pub fn on_with(self, written: Toolpath, origins: Vec<Origin>) -> Self {
+        if self.origins == origins {
+            return Self { written, ..self };
+        }
+        let mut at = 0;
+        let of_move: Vec<Option<MoveId>> = origins
+            .iter()
+            .map(|origin| {
+                let key = |origin: &Origin| (origin.move_id, origin.from_mm);
+                at += self.origins[at..].partition_point(|known| key(known) < key(origin));
+                let same = self.origins.get(at).is_some_and(|known| known == origin);
+                (same && self.met[at] != Met::NotYet).then_some(MoveId(at as u32))
+            })
+            .collect();
+        let again = Again { known: &self.map, of_move: &of_move };
+        let map = again.carried();
+        let carried = self.carried.over_to(&map, again);
+        let met = of_move.iter().map(|of| of.map_or(Met::NotYet, |of| self.met[of.ix()])).collect();
+        Self { written, origins, map, met, carried }
+    }
+
+    /// Simulates some moves at the finer spacing.
+    pub fn see(&mut self, side: &Side, which: &[bool], watch: &Watch) -> Result<(), JobError> {
+        let keep = |(index, again): (usize, &bool)| (!again).then_some(MoveId(index as u32));
+        let of_move: Vec<Option<MoveId>> = which.iter().enumerate().map(keep).collect();
+        let options = engage::Options { spacing_mm: SPACING_MM[1], ..watch.engage };
+        let progress = |done| (watch.progress)("check", done);
+        let again = Again { known: &self.map, of_move: &of_move };
+        let map = engage::engage_again(&self.written, side.job, &options, again, &progress)?;
+        let carried = self.carried.over_to(&map, again);
+        (self.map, self.carried) = (cut(map, side.job, SPACING_MM[1]), carried);
+        for (met, _) in self.met.iter_mut().zip(which).filter(|(_, again)| **again) {
+            *met = Met::Finer;
+        }
+        Ok(())
+    }
+}
+
+/// Does a move go the way of another, from end to end, with the same tool?
+fn same_way(a: &Move, b: &Move) -> bool {
+    /// Rounding of coordinates that are added up.
+    const SAME_MM: f64 = 1e-6;
+    let near = |a: Vec3, b: Vec3| (a - b).norm() < SAME_MM;
+    let curves = match (a.curve(), b.curve()) {
+        (Curve::Line { from, to }, Curve::Line { from: other_from, to: other_to }) => {
+            near(from, other_from) && near(to, other_to)
+        }
+        (Curve::Arc(a), Curve::Arc(b)) => {
+            let ends = near(a.from, b.from) && near(a.to, b.to) && near(a.centre, b.centre);
+            ends && a.plane == b.plane && (a.sweep_rad - b.sweep_rad).abs() < 1e-9
+        }
+        _ => false,
+    };
+    curves && a.kind == b.kind && a.tool == b.tool && a.wcs == b.wcs
+}

@@ -1,0 +1,300 @@
+//! Loads of the written file under their limits, station by station. In: what is known of its engagement, the feeds it commands, the
+//! limits in force on the original. Out: [`Carried`], the loads themselves; from these the places beyond a limit ([`Breach`]) and
+//! what is reported of them ([`Over`]).
+//!
+//! The loads of a station are worked out once for each feed that it gets: those that are known stay as long as its feed does, from
+//! round to round and wherever the station is carried over to. Only where loads follow from what was cut before, and with it from the
+//! feeds of other stations, does every round begin anew.
+
+use rayon::prelude::*;
+
+use super::follow::Origin;
+use super::force_rate::{self, Step};
+use super::known::{Known, Side};
+use super::tighten::{Breach, OVERLAP_MM, overlaps};
+use super::{MET, SPACING_MM};
+use crate::engage::{Again, EngagementMap, Station};
+use crate::force::{Cap, LoadLine};
+use crate::ids::BlockId;
+use crate::machine::{Job, LimitKind};
+use crate::nc::{MoveKind, Toolpath};
+use crate::report::over::{self, Apart, LoadLimit, Over, Place, p99};
+use crate::schedule::FeedPiece;
+use crate::schedule::caps::Cutters;
+use crate::schedule::history;
+use crate::schedule::realise::{as_programmed, pieces_of_moves};
+use crate::schedule::rules::{Rules, rules};
+
+/// Stations that are tallied at once.
+const CHUNK: usize = 1 << 14;
+/// Limits of the spindle's own curves: power and torque.
+const OF_SPINDLE: usize = 2;
+
+/// What each station carries at the feed it was last asked about.
+#[derive(Default)]
+pub struct Carried {
+    /// By station: the feed, mm/s; NaN where nothing is cut or no load is known.
+    feeds_mm_s: Vec<f64>,
+    /// By station: the load under each of its limits, in their order and units, with room for `each`.
+    loads: Vec<f64>,
+    each: usize,
+}
+
+impl Carried {
+    /// For the stations of another map that has some moves of this one: their loads stay known, those of the others are not.
+    pub fn over_to(&self, map: &EngagementMap, again: Again) -> Self {
+        let mut there = Self { each: self.each, ..Self::default() };
+        if self.each == 0 {
+            return there;
+        }
+        there.make_room(map.stations.len());
+        for (range, of) in map.of_move.iter().zip(again.of_move) {
+            let Some(from) = of.map(|of| again.known.of_move[of.ix()].clone()) else { continue };
+            let (from, to) = (from.start as usize..from.end as usize, range.start as usize..range.end as usize);
+            there.feeds_mm_s[to.clone()].copy_from_slice(&self.feeds_mm_s[from.clone()]);
+            there.loads[to.start * self.each..to.end * self.each]
+                .copy_from_slice(&self.loads[from.start * self.each..from.end * self.each]);
+        }
+        there
+    }
+
+    fn make_room(&mut self, stations: usize) {
+        self.feeds_mm_s.resize(stations, f64::NAN);
+        self.loads.resize(stations * self.each, 0.0);
+    }
+
+    fn of(&self, station: usize) -> &[f64] {
+        &self.loads[station * self.each..(station + 1) * self.each]
+    }
+}
+
+/// Limits and feeds of a written file, ready to be asked about its stations.
+pub struct Ratios<'a> {
+    side: &'a Side<'a>,
+    written: &'a Toolpath,
+    map: &'a EngagementMap,
+    origins: &'a [Origin],
+    cutters: Cutters,
+    /// Feeds on the original's moves, the range of them of each move, and a factor on all.
+    feeds: &'a [FeedPiece],
+    of_move: Vec<std::ops::Range<u32>>,
+    factor: f64,
+    /// Of the original: operations are chosen by its lines.
+    rules: Rules,
+    /// Blocks of the original that the rewriting kept, sorted.
+    kept: &'a [BlockId],
+    /// Loads depend on what was cut before, and with it on the feeds of other stations.
+    past: bool,
+}
+
+impl<'a> Ratios<'a> {
+    /// Of a written file under these feeds, each times a factor.
+    pub fn new(
+        side: &'a Side<'a>,
+        known: &'a Known,
+        map: &'a EngagementMap,
+        job: &Job,
+        (feeds, factor): (&'a [FeedPiece], f64),
+        kept: &'a [BlockId],
+    ) -> Self {
+        let mut commanded = as_programmed(&known.written);
+        for piece in &mut commanded {
+            piece.feed_mm_s *= factor;
+        }
+        Self {
+            side,
+            written: &known.written,
+            map,
+            origins: &known.origins,
+            cutters: Cutters::new(&known.written, map, job, &commanded),
+            feeds,
+            of_move: pieces_of_moves(feeds, side.toolpath.moves.len()),
+            factor,
+            rules: rules(side.toolpath, side.map, side.job),
+            kept,
+            past: history::is_asked_for(job),
+        }
+    }
+
+    /// Works out what is not known, or not at this feed.
+    pub fn work_out(&self, carried: &mut Carried) {
+        let each = OF_SPINDLE + self.rules.rules.iter().map(|rule| rule.loads.len()).max().unwrap_or(0);
+        if self.past || carried.each != each {
+            *carried = Carried { each, ..Carried::default() };
+        }
+        carried.make_room(self.map.stations.len());
+        let of_station = carried.feeds_mm_s.par_iter_mut().zip(carried.loads.par_chunks_mut(each));
+        self.map.stations.par_iter().zip(of_station).for_each(|(station, (known_mm_s, loads))| {
+            if station.arc_count == 0 {
+                return;
+            }
+            let origin = self.on_original(station);
+            let feed_mm_s = self.feed_mm_s(&origin);
+            if *known_mm_s == feed_mm_s {
+                return;
+            }
+            let Some(line) = self.line(station) else { return };
+            let found = line.loads(feed_mm_s);
+            for (load, limit) in loads.iter_mut().zip(self.limits(&origin, station)) {
+                *load = found.bounded_by(limit.kind).unwrap_or(0.0);
+            }
+            *known_mm_s = feed_mm_s;
+        });
+    }
+
+    /// The feed that a station has, mm/s, and the load nearest to its limit; `None` where nothing is cut, or no load is known.
+    pub fn nearest(&self, index: usize, carried: &Carried) -> Option<(f64, LimitKind, f64)> {
+        let feed_mm_s = carried.feeds_mm_s[index];
+        if feed_mm_s.is_nan() {
+            return None;
+        }
+        let station = &self.map.stations[index];
+        let mut worst = (feed_mm_s, LimitKind::Programmed, 0.0);
+        for (limit, load) in self.limits(&self.on_original(station), station).zip(carried.of(index)) {
+            let ratio = load / limit.limit;
+            if ratio > worst.2 {
+                worst = (feed_mm_s, limit.kind, ratio);
+            }
+        }
+        Some(worst)
+    }
+
+    /// Is the feed of a station not ours to choose?
+    pub fn is_apart(&self, station: &Station) -> bool {
+        self.apart(&self.on_original(station)).is_some()
+    }
+
+    /// The places beyond a limit whose feed is ours to choose.
+    pub fn breaches(&self, carried: &Carried) -> Vec<Breach> {
+        let of_station = |index: usize| {
+            let (_, kind, _) = self.nearest(index, carried).filter(|(.., ratio)| *ratio > MET)?;
+            let station = &self.map.stations[index];
+            let origin = self.on_original(station);
+            if self.apart(&origin).is_some() {
+                return None;
+            }
+            Some(Breach { origin, kind, cap_mm_s: self.cap(&self.line(station)?, &origin, station) })
+        };
+        (0..self.map.stations.len()).into_par_iter().filter_map(of_station).collect()
+    }
+
+    /// Loads over limits of everything that cuts, wherever its feed comes from.
+    pub fn tally(&self, carried: &Carried) -> Over {
+        let starts: Vec<usize> = (0..self.map.stations.len()).step_by(CHUNK).collect();
+        let of_chunk = |start: &usize| {
+            let end = (start + CHUNK).min(self.map.stations.len());
+            self.tally_of(*start..end, carried)
+        };
+        let parts: Vec<(Over, Vec<(f64, f64)>)> = starts.par_iter().map(of_chunk).collect();
+        let (mut over, mut ratios) = (Over::default(), Vec::new());
+        for (part, mut found) in parts {
+            over.join(part);
+            ratios.append(&mut found);
+        }
+        Over { p99_ratio: p99(ratios), ..over }
+    }
+
+    fn tally_of(&self, stations: std::ops::Range<usize>, carried: &Carried) -> (Over, Vec<(f64, f64)>) {
+        let (mut over, mut ratios) = (Over::default(), Vec::new());
+        for index in stations.filter(|index| !carried.feeds_mm_s[*index].is_nan()) {
+            let station = &self.map.stations[index];
+            let origin = self.on_original(station);
+            let motion = &self.side.toolpath.moves[origin.move_id.ix()];
+            let length_mm = station.length_mm();
+            let place = Place { line: motion.line, tool: motion.tool, length_mm, apart: self.apart(&origin) };
+            let limits = self.limits(&origin, station);
+            let ratio = over.add(&place, limits.zip(carried.of(index).iter().copied()));
+            ratios.push((ratio, length_mm));
+        }
+        (over, ratios)
+    }
+
+    /// Is the rate of change of force limited anywhere?
+    pub fn limits_force_rate(&self) -> bool {
+        self.rules.rules.iter().any(|rule| rule.limits.force_rate_n_s.is_some())
+    }
+
+    /// Largest rate of change of force over its limit, where one is in force.
+    pub fn force_rate(&self, breaches: &mut Vec<Breach>) -> Option<f64> {
+        if !self.limits_force_rate() {
+            return None;
+        }
+        let places: Vec<(Origin, Step)> = self.map.stations.par_iter().map(|station| self.step(station)).collect();
+        let mut steps: Vec<Step> = places.iter().map(|(_, step)| *step).collect();
+        let stations = &self.map.stations;
+        for i in 1..steps.len() {
+            let between = stations[i - 1].move_id.ix()..=stations[i].move_id.ix();
+            steps[i].joined &= self.written.moves[between].iter().all(|motion| motion.kind == MoveKind::Feed);
+        }
+        force_rate::worst(&steps, SPACING_MM[0], MET, &mut |from, to, ratio| {
+            let slower = places[from..=to].iter().map(|(origin, step)| Breach {
+                origin: *origin,
+                kind: LimitKind::ForceRate,
+                cap_mm_s: Some(step.feed_mm_s / ratio),
+            });
+            breaches.extend(slower);
+        })
+    }
+
+    fn step(&self, station: &Station) -> (Origin, Step) {
+        let origin = self.on_original(station);
+        let feed_mm_s = self.feed_mm_s(&origin);
+        let line = (station.arc_count > 0).then(|| self.line(station)).flatten();
+        let step = Step {
+            force_n: line.map_or(0.0, |line| line.loads(feed_mm_s).force_xy_peak_n),
+            length_mm: station.length_mm(),
+            feed_mm_s,
+            limit_n_s: self.rules.of(origin.move_id).limits.force_rate_n_s,
+            joined: self.apart(&origin).is_none(),
+        };
+        (origin, step)
+    }
+
+    /// Loads of a station as functions of feed.
+    fn line(&self, station: &Station) -> Option<LoadLine> {
+        let motion = &self.written.moves[station.move_id.ix()];
+        Some(self.cutters.of(station.move_id)?.line(&self.cutters.cut(self.map, motion, station)))
+    }
+
+    fn limits(&self, origin: &Origin, station: &Station) -> impl Iterator<Item = LoadLimit> + '_ {
+        let rps = self.written.moves[station.move_id.ix()].spin.rps;
+        over::load_limits(&self.rules.of(origin.move_id).loads, self.side.job, rps)
+    }
+
+    /// Largest feed that meets every limit.
+    fn cap(&self, line: &LoadLine, origin: &Origin, station: &Station) -> Option<f64> {
+        let mut least = f64::INFINITY;
+        for limit in self.limits(origin, station) {
+            match line.cap(limit.kind, limit.limit) {
+                Cap::Free => {}
+                Cap::Feed { feed_mm_s, .. } => least = least.min(feed_mm_s),
+                Cap::Unreachable => return None,
+            }
+        }
+        Some(least)
+    }
+
+    /// Highest feed over a place.
+    fn feed_mm_s(&self, origin: &Origin) -> f64 {
+        let range = &self.of_move[origin.move_id.ix()];
+        let pieces = &self.feeds[range.start as usize..range.end as usize];
+        let first = pieces.partition_point(|piece| piece.to_mm <= origin.from_mm + OVERLAP_MM);
+        let over = |piece: &&FeedPiece| piece.from_mm < origin.to_mm - OVERLAP_MM;
+        let feeds = pieces[first.min(pieces.len().saturating_sub(1))..].iter();
+        let highest = feeds.clone().take_while(over).map(|piece| piece.feed_mm_s).reduce(f64::max);
+        self.factor * highest.or_else(|| feeds.map(|piece| piece.feed_mm_s).next()).unwrap_or(0.0)
+    }
+
+    fn on_original(&self, station: &Station) -> Origin {
+        let Origin { move_id, from_mm, to_mm } = self.origins[station.move_id.ix()];
+        let whole = self.written.moves[station.move_id.ix()].curve().length();
+        let scale = if whole > 0.0 { (to_mm - from_mm) / whole } else { 0.0 };
+        Origin { move_id, from_mm: from_mm + scale * station.from_mm, to_mm: from_mm + scale * station.to_mm }
+    }
+
+    fn apart(&self, origin: &Origin) -> Option<Apart> {
+        let motion = &self.side.toolpath.moves[origin.move_id.ix()];
+        let nodes = self.side.problem.nodes_of(origin.move_id).iter().filter(|node| overlaps(node, origin));
+        Apart::of(motion, nodes, self.kept.binary_search(&motion.block).is_ok())
+    }
+}
