@@ -63,27 +63,73 @@ fn a_room_of_learn_uses_only_rooms_above_it() {
     assert!(wrong.is_empty(), "rooms of learn out of order:\n{}", wrong.join("\n"));
 }
 
-/// Files of learn that a file uses outside its tests.
+/// The module of a file: `["nc", "interp", "arc"]` of `src/nc/interp/arc.rs`, `["nc"]` of `src/nc/mod.rs`.
+fn module_of(file: &Path) -> Vec<String> {
+    let inside = file.strip_prefix("src").unwrap().with_extension("");
+    let mut names: Vec<String> = inside.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+    names.pop_if(|last| last == "mod");
+    names
+}
+
+/// The file of the longest part of a path that is a module.
+fn file_of(path: &[String]) -> Option<PathBuf> {
+    (1..=path.len()).rev().find_map(|n| {
+        let base = format!("src/{}", path[..n].join("/"));
+        [format!("{base}.rs"), format!("{base}/mod.rs")].into_iter().map(PathBuf::from).find(|path| path.exists())
+    })
+}
+
+/// Every path below `before` that a use tree like `a::{b, c::d}` at the head of `text` names, and the text behind it.
+fn named<'a>(before: &[String], text: &'a str, out: &mut Vec<Vec<String>>) -> &'a str {
+    let mut path = before.to_vec();
+    let mut rest = text.trim_start();
+    loop {
+        let length = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+        path.extend((length > 0).then(|| rest[..length].to_owned()));
+        rest = &rest[length..];
+        if let Some(list) = rest.strip_prefix('{') {
+            let mut inner = list.trim_start();
+            while !inner.is_empty() && !inner.starts_with('}') {
+                inner = named(&path, inner, out);
+                let end = inner.find([',', '}']).unwrap_or(inner.len());
+                inner = inner[end..].trim_start_matches(',').trim_start();
+            }
+            return inner.strip_prefix('}').unwrap_or(inner);
+        }
+        let Some(more) = rest.strip_prefix("::") else { break };
+        rest = more;
+    }
+    out.push(path);
+    rest
+}
+
+/// Files that a file uses outside its tests, by `crate::…`, by `super::…`, and, where it only gathers a room, by `use …`.
 fn used_by(file: &Path) -> Vec<PathBuf> {
     let text = fs::read_to_string(file).unwrap();
     let code = text.split("#[cfg(test)]").next().unwrap();
-    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
-    let paths = lines.flat_map(|line| line.split("crate::learn::").skip(1).map(str::to_owned).collect::<Vec<_>>());
-    let named = |path: String| -> Option<PathBuf> {
-        let end = path.find(|c: char| !c.is_alphanumeric() && c != '_' && c != ':').unwrap_or(path.len());
-        let parts: Vec<&str> = path[..end].split("::").filter(|part| !part.is_empty()).collect();
-        (1..=parts.len()).rev().find_map(|n| {
-            let base = format!("src/learn/{}", parts[..n].join("/"));
-            [format!("{base}.rs"), format!("{base}/mod.rs")].into_iter().map(PathBuf::from).find(|path| path.exists())
-        })
-    };
-    paths.filter_map(named).filter(|other| other != file).collect()
+    let code: String =
+        code.lines().filter(|line| !line.trim_start().starts_with("//")).map(|line| format!("{line}\n")).collect();
+    let own = module_of(file);
+    let mut paths = Vec::new();
+    for (at, _) in code.match_indices("crate::") {
+        named(&[], &code[at + 7..], &mut paths);
+    }
+    for (at, _) in code.match_indices("super::").filter(|(at, _)| !code[..*at].ends_with("super::")) {
+        let ups = code[at..].split("super::").take_while(|between| between.is_empty()).count();
+        named(&own[..own.len().saturating_sub(ups)], &code[at + 7 * ups..], &mut paths);
+    }
+    for line in code.lines().filter(|_| file.ends_with("mod.rs")) {
+        if let Some(rest) = line.strip_prefix("pub use ").or(line.strip_prefix("use ")) {
+            named(&own, rest, &mut paths);
+        }
+    }
+    paths.iter().filter_map(|path| file_of(path)).filter(|other| other != file).collect()
 }
 
-#[test]
-fn no_file_of_learn_uses_itself_by_way_of_others() {
+/// Files below `dir` that use themselves by way of others, or lie between two that do.
+fn circles(dir: &str) -> Vec<PathBuf> {
     let mut files = Vec::new();
-    rust_files(Path::new("src/learn"), &mut files);
+    rust_files(Path::new(dir), &mut files);
     let mut left: Vec<(PathBuf, Vec<PathBuf>)> = files.iter().map(|file| (file.clone(), used_by(file))).collect();
     // Files that use none of those left are in no circle: take them out until nothing changes.
     loop {
@@ -91,10 +137,48 @@ fn no_file_of_learn_uses_itself_by_way_of_others() {
         let names: Vec<PathBuf> = left.iter().map(|(file, _)| file.clone()).collect();
         left.retain(|(_, used)| used.iter().any(|other| names.contains(other)));
         if left.len() == before {
-            break;
+            return names;
         }
     }
-    assert!(left.is_empty(), "circles among or below: {:?}", left.iter().map(|(file, _)| file).collect::<Vec<_>>());
+}
+
+#[test]
+fn no_file_uses_itself_by_way_of_others() {
+    for room in ["path", "machine", "effects", "nc", "setup", "learn", "cli"] {
+        let left = circles(&format!("src/{room}"));
+        assert!(left.is_empty(), "circles among or below: {left:?}");
+    }
+}
+
+#[test]
+fn uses_are_found_in_every_form() {
+    let mut paths = Vec::new();
+    let rest = named(&["nc".to_owned()], "a::{b, c::{D, e as f}, g::*}; rest", &mut paths);
+    let joined: Vec<String> = paths.iter().map(|path| path.join("::")).collect();
+    assert_eq!(joined, ["nc::a::b", "nc::a::c::D", "nc::a::c::e", "nc::a::g"]);
+    assert_eq!(rest, "; rest");
+    let used = used_by(Path::new("src/nc/interp/arc.rs"));
+    assert!(used.contains(&PathBuf::from("src/nc/interp/interpreter.rs")), "by super: {used:?}");
+    assert!(used.contains(&PathBuf::from("src/nc/toolpath.rs")), "by crate: {used:?}");
+    assert!(
+        used_by(Path::new("src/nc/mod.rs")).contains(&PathBuf::from("src/nc/interpret.rs")),
+        "by a list of its room"
+    );
+}
+
+/// The interpreter knows no family of dialects: what is particular to one is asked for through `Family` or stands in the table.
+#[test]
+fn the_interpreter_names_no_dialect() {
+    let mut files = Vec::new();
+    rust_files(Path::new("src/nc/interp"), &mut files);
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        for name in ["rs274", "siemens", "heidenhain", "Dialect::", "Syntax::"] {
+            let named = code.lines().any(|line| !line.trim_start().starts_with("//") && line.contains(name));
+            assert!(!named, "{} names {name}", file.display());
+        }
+    }
 }
 
 #[test]

@@ -42,7 +42,7 @@ pub struct Global {
     #[arg(long, global = true, value_name = "MM", allow_negative_numbers = true)]
     pub resolution: Option<f64>,
     /// Dialect of the program, in place of the setup's or the one recognised.
-    #[arg(long, global = true, value_name = "NAME", value_parser = crate::setup::DIALECTS)]
+    #[arg(long, global = true, value_name = "NAME", value_parser = crate::nc::Dialect::NAMES)]
     pub dialect: Option<String>,
     /// It is a milling program, whatever in it looks like turning.
     #[arg(long, global = true)]

@@ -1,4 +1,12 @@
-//! Dialects of NC text: how they are recognised and how they write comments and numbers.
+//! Dialects of NC text, one row of [`TABLE`] each: how comments and numbers are written, and where controls that read the same
+//! words do different things with them. What a family of dialects reads in a way of its own stands in its folder.
+//!
+//! Sources of the M codes, none of which moves the part or changes a frame (the others may be macros of the machine builder or
+//! of the shop; Fanuc parameters 6071 to 6089 and LinuxCNC's M100 to M199 call programs): Haas Mill Operator's Manual, list of
+//! M-codes; LinuxCNC 2.9, "M-Codes"; Siemens 840D Programming Guide Fundamentals, predefined M functions; HEIDENHAIN TNC 640
+//! Klartext manual, overview of miscellaneous functions.
+
+use std::ops::RangeInclusive;
 
 /// A family of controls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,7 +27,7 @@ pub enum Dialect {
     Heidenhain,
 }
 
-/// Which lexer reads it.
+/// Which family of dialects it belongs to: who lexes it, and who reads its blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Syntax {
     /// Letters and numbers, `( )` and `;` comments, `#` parameters.
@@ -58,29 +66,270 @@ impl CommentForm {
     }
 }
 
+/// What is particular to a dialect.
+#[derive(Debug, Clone)]
+pub(crate) struct Properties {
+    dialect: Dialect,
+    /// Name in the setup file and on the command line.
+    name: &'static str,
+    /// Family it belongs to.
+    syntax: Syntax,
+    /// Forms of comments that may be written for it, the one that every control of the family reads first.
+    comments: &'static [CommentForm],
+    /// Longest line the control reads, bytes without a line end of one byte, when nothing else is said.
+    max_line_length: usize,
+    /// No control of the family reads longer lines, whatever the setup says.
+    refuses_longer_lines: bool,
+    /// Digits after the point that an F word per minute may carry when the program shows none: mm, inch.
+    feed_digits: [usize; 2],
+    /// Digits that a number may have in all; `None`: as many as it has decimals.
+    number_digits: Option<usize>,
+    /// Decimals that a number may have.
+    decimals: usize,
+    /// Older controls of the family read a number without a point in increments, and dwells in ms.
+    pub(crate) counts_increments: bool,
+    /// Blocks are numbered without a gap: no line can be put in, none can be cut in pieces.
+    pub(crate) counts_blocks: bool,
+    /// A T word alone brings the tool in, where the program has no M6.
+    t_changes_tool: bool,
+    /// M codes of its own that leave part and frame alone.
+    m_codes: &'static [RangeInclusive<u16>],
+    /// Its numbered variables from here on belong to the control or outlast the program: setting one does something.
+    pub(crate) lasting_variables_from: u32,
+    /// Macro B: a variable that nothing has set is vacant, not 0; those from #500 on outlast the program.
+    pub(crate) macro_b: bool,
+    /// Comments that begin with MSG, PRINT, LOG … do something.
+    pub(crate) active_comments: bool,
+    /// A line that begins with `$` is a command to the control.
+    pub(crate) dollar_commands: bool,
+    /// M92, M203 … with axis words set a firmware, and are no positions; other families have these codes for something else.
+    pub(crate) settings_by_m: bool,
+    /// It may be the firmware of a printer or router: M92, M203 … set that firmware.
+    pub(crate) firmware: bool,
+    /// `,R` and `,C` round or chamfer a corner.
+    pub(crate) corner_words: bool,
+    /// F is taken in before G20 and G21 of its block.
+    pub(crate) feed_before_unit: bool,
+    /// Cycles return to R (G99) at switch-on.
+    pub(crate) retract_to_r: bool,
+    /// No motion is in force after G80; elsewhere that of group 1 is again.
+    pub(crate) no_motion_after_g80: bool,
+    /// G76 is the threading cycle.
+    pub(crate) g76_cuts_threads: bool,
+    /// K of a cycle says how often it is repeated.
+    pub(crate) k_repeats: bool,
+    /// R of a cycle may be left out: the plane is then the level the cycle began at.
+    pub(crate) r_plane_optional: bool,
+    /// G84 and G89 come out at feed as far as the cycle returns, others go on at rapid from R; G87 steps aside before it stops
+    /// the spindle.
+    pub(crate) cycles_out_at_feed: bool,
+    /// P of G51 counts thousandths where it has no point.
+    pub(crate) scales_in_thousandths: bool,
+    /// G63 is a mode until G61, G62 or G64; else it is one tapping stroke.
+    pub(crate) g63_is_modal: bool,
+    /// G8 sets the radius mode of a lathe; elsewhere G5 and G8 with P or Q read ahead.
+    pub(crate) g8_is_for_lathes: bool,
+    /// G41 and G42 always mean that the control offsets the contour, by the tool that D names.
+    pub(crate) always_offsets: bool,
+    /// D beside G41 names a tool; else an edge or an offset of the tool in the spindle.
+    pub(crate) d_names_tool: bool,
+    /// The entry of radius compensation ends square to the element after it; else to its own end.
+    pub(crate) entry_square_to_next: bool,
+}
+
+/// M0–M9; clamps of rotary axes, spindle with coolant, orientation, ends; calls and returns.
+const M_EVERYWHERE: &[RangeInclusive<u16>] = &[0..=11, 13..=14, 19..=19, 30..=30, 48..=49, 60..=60, 97..=99];
+/// Rigid tapping, chip conveyor, coolant, gears, air blast, door, graphics, through-spindle coolant, mist, call.
+const M_FANUC: &[RangeInclusive<u16>] = &[
+    12..=12,
+    29..=29,
+    31..=31,
+    33..=35,
+    40..=45,
+    73..=74,
+    80..=81,
+    83..=84,
+    88..=89,
+    135..=135,
+    138..=139,
+    158..=159,
+    198..=198,
+];
+/// Overrides, tool number, digital and analog outputs, wait for an input, saving the state.
+const M_LINUXCNC: &[RangeInclusive<u16>] = &[50..=53, 61..=68, 70..=70];
+/// End of a subprogram, gear steps.
+const M_SIEMENS: &[RangeInclusive<u16>] = &[17..=17, 40..=45, 70..=70];
+/// Machine coordinates, contour behaviour, feed at arcs, tool tip, retract.
+const M_HEIDENHAIN: &[RangeInclusive<u16>] =
+    &[90..=92, 101..=103, 107..=118, 120..=120, 124..=124, 126..=129, 136..=138, 140..=141, 145..=145, 148..=149];
+
+/// ISO 6983 with nothing special; the other rows say where they differ from it.
+const GENERIC: Properties = Properties {
+    dialect: Dialect::Generic,
+    name: "generic",
+    syntax: Syntax::Rs274,
+    comments: &[CommentForm::Parentheses, CommentForm::Semicolon],
+    max_line_length: 256,
+    refuses_longer_lines: false,
+    feed_digits: [1, 2],
+    number_digits: None,
+    decimals: 9,
+    counts_increments: false,
+    counts_blocks: false,
+    t_changes_tool: true,
+    m_codes: M_FANUC,
+    lasting_variables_from: 1000,
+    macro_b: true,
+    active_comments: true,
+    dollar_commands: false,
+    settings_by_m: true,
+    firmware: true,
+    corner_words: true,
+    feed_before_unit: false,
+    retract_to_r: false,
+    no_motion_after_g80: false,
+    g76_cuts_threads: false,
+    k_repeats: true,
+    r_plane_optional: false,
+    cycles_out_at_feed: true,
+    scales_in_thousandths: false,
+    g63_is_modal: true,
+    g8_is_for_lathes: false,
+    always_offsets: false,
+    d_names_tool: true,
+    entry_square_to_next: false,
+};
+
+/// `;` ends the block there (it is the sign for EOB).
+const FANUC: Properties = Properties {
+    dialect: Dialect::Fanuc,
+    name: "fanuc",
+    comments: &[CommentForm::Parentheses],
+    feed_digits: [0, 1],
+    number_digits: Some(8),
+    counts_increments: true,
+    t_changes_tool: false,
+    active_comments: false,
+    firmware: false,
+    cycles_out_at_feed: false,
+    scales_in_thousandths: true,
+    entry_square_to_next: true,
+    ..GENERIC
+};
+
+/// Dialects in the order of [`Dialect::ALL`].
+const TABLE: [Properties; 7] = [
+    GENERIC,
+    FANUC,
+    // R left out: Haas Mill Operator's Manual, G81.
+    Properties { dialect: Dialect::Haas, name: "haas", r_plane_optional: true, scales_in_thousandths: false, ..FANUC },
+    // LinuxCNC 2.9 refuses a line of 254 bytes with its end ("Command too long").
+    Properties {
+        dialect: Dialect::LinuxCnc,
+        name: "linuxcnc",
+        max_line_length: 252,
+        refuses_longer_lines: true,
+        t_changes_tool: false,
+        m_codes: M_LINUXCNC,
+        lasting_variables_from: 5061,
+        macro_b: false,
+        firmware: false,
+        corner_words: false,
+        feed_before_unit: true,
+        retract_to_r: true,
+        no_motion_after_g80: true,
+        g76_cuts_threads: true,
+        k_repeats: false,
+        g8_is_for_lathes: true,
+        always_offsets: true,
+        ..GENERIC
+    },
+    Properties {
+        dialect: Dialect::Grbl,
+        name: "grbl",
+        max_line_length: 80,
+        m_codes: M_LINUXCNC,
+        macro_b: false,
+        dollar_commands: true,
+        corner_words: false,
+        k_repeats: false,
+        ..GENERIC
+    },
+    Properties {
+        dialect: Dialect::Siemens,
+        name: "siemens",
+        syntax: Syntax::Siemens,
+        comments: &[CommentForm::Semicolon, CommentForm::Parentheses],
+        max_line_length: 512,
+        feed_digits: [0, 1],
+        m_codes: M_SIEMENS,
+        lasting_variables_from: u32::MAX,
+        macro_b: false,
+        active_comments: false,
+        settings_by_m: false,
+        firmware: false,
+        corner_words: false,
+        cycles_out_at_feed: false,
+        g63_is_modal: false,
+        d_names_tool: false,
+        entry_square_to_next: true,
+        ..GENERIC
+    },
+    // Plain language has no other comment than `;`.
+    Properties {
+        dialect: Dialect::Heidenhain,
+        name: "heidenhain",
+        syntax: Syntax::Heidenhain,
+        comments: &[CommentForm::Semicolon],
+        max_line_length: 128,
+        feed_digits: [0, 1],
+        decimals: 5,
+        counts_blocks: true,
+        m_codes: M_HEIDENHAIN,
+        lasting_variables_from: u32::MAX,
+        macro_b: false,
+        active_comments: false,
+        settings_by_m: false,
+        firmware: false,
+        corner_words: false,
+        cycles_out_at_feed: false,
+        entry_square_to_next: true,
+        ..GENERIC
+    },
+];
+
 impl Dialect {
     /// Every dialect.
-    pub const ALL: [Dialect; 7] = [
-        Dialect::Generic,
-        Dialect::Fanuc,
-        Dialect::Haas,
-        Dialect::LinuxCnc,
-        Dialect::Grbl,
-        Dialect::Siemens,
-        Dialect::Heidenhain,
-    ];
+    pub const ALL: [Dialect; TABLE.len()] = {
+        let mut all = [Dialect::Generic; TABLE.len()];
+        let mut at = 0;
+        while at < TABLE.len() {
+            all[at] = TABLE[at].dialect;
+            at += 1;
+        }
+        all
+    };
 
+    /// What a setup and the command line may call a dialect: their own names, and `mach3`, which reads as GRBL.
+    pub const NAMES: [&str; TABLE.len() + 1] = {
+        let mut names = ["mach3"; TABLE.len() + 1];
+        let mut at = 0;
+        while at < TABLE.len() {
+            names[at] = TABLE[at].name;
+            at += 1;
+        }
+        names
+    };
+
+    /// Its row of the table.
+    #[inline]
+    pub(crate) fn properties(self) -> &'static Properties {
+        const ROWS: &[Properties] = &TABLE;
+        &ROWS[self as usize]
+    }
     /// Name in the setup file and on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Dialect::Generic => "generic",
-            Dialect::Fanuc => "fanuc",
-            Dialect::Haas => "haas",
-            Dialect::LinuxCnc => "linuxcnc",
-            Dialect::Grbl => "grbl",
-            Dialect::Siemens => "siemens",
-            Dialect::Heidenhain => "heidenhain",
-        }
+        self.properties().name
     }
     /// The dialect of this name; `mach3` reads as GRBL.
     pub fn from_name(name: &str) -> Option<Dialect> {
@@ -88,40 +337,29 @@ impl Dialect {
         let name = if name == "mach3" { "grbl" } else { &name };
         Dialect::ALL.into_iter().find(|dialect| dialect.name() == name)
     }
-    /// Which lexer reads it.
+    /// Which family it belongs to.
+    #[inline]
     pub fn syntax(self) -> Syntax {
-        match self {
-            Dialect::Siemens => Syntax::Siemens,
-            Dialect::Heidenhain => Syntax::Heidenhain,
-            _ => Syntax::Rs274,
-        }
+        self.properties().syntax
     }
     /// The form of a comment that every control of the family reads.
     pub fn safest_comment(self) -> CommentForm {
-        match self.syntax() {
-            Syntax::Rs274 => CommentForm::Parentheses,
-            Syntax::Siemens | Syntax::Heidenhain => CommentForm::Semicolon,
-        }
+        self.properties().comments[0]
     }
-    /// May a comment of this form be written for the family? `;` ends the block on Fanuc and Haas controls (it is their sign
-    /// for EOB), and plain language has no other form than it.
+    /// May a comment of this form be written for the family?
     pub fn has_comment(self, form: CommentForm) -> bool {
-        match self {
-            Dialect::Fanuc | Dialect::Haas => form == CommentForm::Parentheses,
-            Dialect::Heidenhain => form == CommentForm::Semicolon,
-            Dialect::Generic | Dialect::LinuxCnc | Dialect::Grbl | Dialect::Siemens => true,
-        }
+        self.properties().comments.contains(&form)
     }
-    /// Longest line the control reads, bytes without a line end of one byte, when nothing else is said. LinuxCNC 2.9 refuses
-    /// a line of 254 bytes with its end ("Command too long").
+    /// Longest line the control reads, bytes without a line end of one byte, when nothing else is said.
     pub fn max_line_length(self) -> usize {
-        match self {
-            Dialect::Grbl => 80,
-            Dialect::LinuxCnc => 252,
-            Dialect::Heidenhain => 128,
-            Dialect::Siemens => 512,
-            Dialect::Generic | Dialect::Fanuc | Dialect::Haas => 256,
-        }
+        self.properties().max_line_length
+    }
+    /// Longest line that may be written, bytes without a line end of one byte: what the setup says, but never more than the
+    /// control is known to read.
+    pub fn line_length(self, setup: Option<usize>) -> usize {
+        let own = self.max_line_length();
+        let most = setup.unwrap_or(own);
+        if self.properties().refuses_longer_lines { most.min(own) } else { most }
     }
     /// Digits after the point in a coordinate (mm, inch): the increment of the control.
     pub fn coordinate_digits(self, inch: bool) -> usize {
@@ -129,19 +367,53 @@ impl Dialect {
     }
     /// Digits after the point that an F word per minute may carry when the program shows none.
     pub fn feed_digits(self, inch: bool) -> usize {
-        match self {
-            Dialect::LinuxCnc | Dialect::Grbl | Dialect::Generic if inch => 2,
-            Dialect::LinuxCnc | Dialect::Grbl | Dialect::Generic => 1,
-            _ if inch => 1,
-            _ => 0,
-        }
+        self.properties().feed_digits[usize::from(inch)]
     }
     /// Must an F word carry a decimal point? (Older Fanuc reads a number without one in increments.)
     pub fn feed_needs_point(self, inch: bool) -> bool {
-        matches!(self, Dialect::Fanuc | Dialect::Haas) && inch
+        self.properties().counts_increments && inch
+    }
+    /// Digits after the point of a number that has so many before it, where only the control sets an end to them.
+    pub(crate) fn decimals(self, before_point: usize) -> usize {
+        let Properties { number_digits, decimals, .. } = self.properties();
+        number_digits.map_or(*decimals, |all| all.saturating_sub(before_point))
     }
     /// Does a T word alone bring the tool into the spindle? (`program_has_m6`: is there an M6 anywhere?)
     pub fn t_changes_tool(self, program_has_m6: bool) -> bool {
-        !program_has_m6 && !matches!(self, Dialect::LinuxCnc | Dialect::Fanuc | Dialect::Haas)
+        !program_has_m6 && self.properties().t_changes_tool
+    }
+    /// Does this M code (times ten) leave part and frame alone on these controls? M0 and M60 are events of their own.
+    pub(crate) fn knows_m(self, code: u16) -> bool {
+        let listed = |codes: &[RangeInclusive<u16>]| codes.iter().any(|range| range.contains(&(code / 10)));
+        code.is_multiple_of(10) && (listed(M_EVERYWHERE) || listed(self.properties().m_codes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_stands_where_its_dialect_looks_for_it() {
+        for (index, row) in TABLE.iter().enumerate() {
+            assert_eq!(row.dialect as usize, index, "{}", row.name);
+            assert_eq!(Dialect::from_name(row.name), Some(row.dialect));
+            assert_eq!(TABLE.iter().filter(|other| other.name == row.name).count(), 1, "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn user_macros_and_pallets_are_not_known() {
+        for (dialect, known, unknown) in [
+            (Dialect::LinuxCnc, 640, 1010),
+            (Dialect::Haas, 880, 500),
+            (Dialect::Fanuc, 290, 770),
+            (Dialect::Siemens, 410, 210),
+            (Dialect::Heidenhain, 1400, 500),
+        ] {
+            assert!(dialect.knows_m(known) && !dialect.knows_m(unknown), "{dialect:?}");
+            assert!(Dialect::ALL.into_iter().all(|dialect| dialect.knows_m(60)), "M6");
+        }
+        assert!(!Dialect::Generic.knows_m(61), "M6.1");
     }
 }

@@ -178,7 +178,7 @@ impl Reader<'_> {
         }
     }
     fn number(&mut self) -> Result<f64, ExprError> {
-        let (value, length) = super::decimal(&self.text[self.at..]).ok_or(ExprError::Syntax(self.at))?;
+        let (value, length) = super::number::decimal(&self.text[self.at..]).ok_or(ExprError::Syntax(self.at))?;
         self.at += length;
         Ok(value)
     }
@@ -304,6 +304,15 @@ pub fn parameter_index(text: &str) -> Option<u32> {
         _ => (0, text),
     };
     digits.parse::<u32>().ok().and_then(|index| index.checked_add(base))
+}
+
+/// How the control names the parameter of this index, whose letter is R or Q: see [`parameter_index`].
+pub fn local_name(letter: char, number: u32) -> String {
+    match number {
+        20_000_000.. => format!("{letter}R{}", number - 20_000_000),
+        10_000_000.. => format!("{letter}L{}", number - 10_000_000),
+        _ => format!("{letter}{number}"),
+    }
 }
 
 fn apply(operator: &'static str, a: f64, b: f64) -> Result<f64, ExprError> {

@@ -8,9 +8,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::dialect::{Dialect, Syntax};
-use super::lex::{self, Token, TokenKind};
+use super::heidenhain::lex as heidenhain_lex;
 use super::recognise::{Recognised, recognise};
-use super::{heidenhain_lex, siemens_lex};
+use super::rs274::lex as rs274_lex;
+use super::siemens::lex as siemens_lex;
+use super::token::{Token, TokenKind};
 use crate::diag::Span;
 use crate::ids::BlockId;
 
@@ -235,7 +237,7 @@ impl Iterator for Tokens<'_> {
             }
         }
         let token = match self.syntax {
-            Syntax::Rs274 => lex::token(self.line, self.at, self.base, self.first),
+            Syntax::Rs274 => rs274_lex::token(self.line, self.at, self.base, self.first),
             Syntax::Siemens => siemens_lex::token(self.line, self.at, self.base, self.first),
             Syntax::Heidenhain => heidenhain_lex::token(self.line, self.at, self.base, self.first),
         };

@@ -13,8 +13,8 @@
 //! turning 0.05–0.9 mm/rev.
 
 use super::dialect::{Dialect, Syntax};
-use super::lex::{Token, TokenKind};
 use super::program::Program;
+use super::token::{Token, TokenKind};
 use crate::units::MM_PER_INCH;
 
 /// A sign that the program is for a lathe.

@@ -13,10 +13,10 @@
 //! * the unit that the setup is written in.
 
 use super::environment::Environment;
-use super::interp::interpret;
-use super::lex::TokenKind;
+use super::interpret::interpret;
 use super::number::decimal;
 use super::program::Program;
+use super::token::TokenKind;
 use super::toolpath::{MoveKind, Toolpath};
 use crate::machine::{Job, StockShape};
 use crate::path::Vec3;

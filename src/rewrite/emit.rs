@@ -3,7 +3,7 @@
 
 use crate::ids::BlockId;
 use crate::machine::Annotate;
-use crate::nc::{CommentForm, Dialect};
+use crate::nc::{CommentForm, Syntax};
 
 use super::decimal::{Decimal, NumberStyle};
 use super::edit::Edit;
@@ -80,7 +80,7 @@ impl Writer<'_> {
 
     /// Where a word is put in: after the code; in plain language before the M functions.
     fn append_at(&self, view: &View) -> u32 {
-        let m = view.words.iter().find(|word| word.letter == b'M' && self.dialect == Dialect::Heidenhain);
+        let m = view.words.iter().find(|word| word.letter == b'M' && self.dialect.syntax() == Syntax::Heidenhain);
         m.map_or(view.code_end, |word| mark::with_blank_before(self.program.text(), word.span).start)
     }
 
@@ -264,6 +264,6 @@ impl Writer<'_> {
 
     /// May lines be put in? Heidenhain counts its lines.
     pub(super) fn may_insert(&self) -> bool {
-        self.dialect != Dialect::Heidenhain
+        !self.dialect.properties().counts_blocks
     }
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
 use crate::machine::Job;
-use crate::nc::{Dialect, FeedMode, Freeze, Move, MoveKind, Part, Program, Toolpath};
+use crate::nc::{FeedMode, Freeze, Move, MoveKind, Part, Program, Toolpath};
 
 use super::fword::FeedUnit;
 use super::plain;
@@ -25,7 +25,7 @@ const TOGETHER: usize = 4096;
 
 /// Marks the moves whose feed must stay ([`Move::freeze`]) and those that cannot be cut ([`Move::splittable`]).
 pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
-    if program.dialect() == Dialect::Heidenhain {
+    if program.dialect().properties().counts_blocks {
         plain::one_feed_a_span(program, toolpath);
     }
     let modes = modes_by_block(program, toolpath);

@@ -81,7 +81,7 @@ pub fn can_be_cut(block: &Block<'_>) -> bool {
 
 fn form(block: &Block<'_>) -> Option<Form> {
     let stops = block.motion.path_mode == PathMode::ExactStop;
-    let counted = block.program.dialect() == Dialect::Heidenhain;
+    let counted = block.program.dialect().properties().counts_blocks;
     let may = block.motion.splittable && !stops && !counted && is_simple(block.view);
     may.then(|| Form::of(block)).flatten()
 }
@@ -219,7 +219,7 @@ fn no_centre_words(view: &View) -> bool {
 
 /// Older Fanuc controls read a coordinate without a point in increments.
 fn counts_increments(dialect: Dialect) -> bool {
-    matches!(dialect, Dialect::Fanuc | Dialect::Haas)
+    dialect.properties().counts_increments
 }
 
 /// Where a piece begins: the point, and what the increments before it add up to (units of the program).

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::recognise::Control;
-use crate::nc::{CommentForm, Dialect, Part, Program, TokenKind};
+use crate::nc::{CommentForm, Part, Program, Syntax, TokenKind};
 
 use super::mark::{self, Ours};
 
@@ -62,8 +62,8 @@ impl View {
             empty: true,
             ..View::default()
         };
-        let plain = program.dialect() == Dialect::Heidenhain;
-        let siemens = program.dialect() == Dialect::Siemens;
+        let plain = program.dialect().syntax() == Syntax::Heidenhain;
+        let siemens = program.dialect().syntax() == Syntax::Siemens;
         let mut named = false;
         for token in program.tokens(block) {
             match token.kind {

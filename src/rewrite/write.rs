@@ -99,14 +99,6 @@ pub struct Writer<'a> {
     pub kept: Vec<(BlockId, String)>,
 }
 
-/// Longest line to be written, bytes without a line end of one byte: what the setup says, but never more than LinuxCNC is
-/// known to read.
-fn most_bytes(dialect: Dialect, job: &Job) -> usize {
-    let own = dialect.max_line_length();
-    let most = job.machine.max_line_length.unwrap_or(own);
-    if dialect == Dialect::LinuxCnc { most.min(own) } else { most }
-}
-
 /// Changes of one block while they are gathered.
 #[derive(Default)]
 pub(super) struct Change {
@@ -151,7 +143,8 @@ impl<'a> Writer<'a> {
             job,
             dialect,
             manners,
-            most_bytes: most_bytes(dialect, job) - (view::line_end(part.span.of(program.text())).len() - 1),
+            most_bytes: dialect.line_length(job.machine.max_line_length)
+                - (view::line_end(part.span.of(program.text())).len() - 1),
             line_end: view::line_end(part.span.of(program.text())),
             jumps: OnceCell::new(),
             modes: Modes { inch: toolpath.inch, incremental: false },

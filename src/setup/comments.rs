@@ -5,7 +5,7 @@
 //! `M6 T7 (TOOL DIA. 3)`, `T9 ;DRILL 10.2MM`, `(TOOL/MILL,10,1,20,0)`, `(STOCK/BLOCK,100,60,20,0,0,20)`,
 //! `(MATERIAL: 6061)`.
 
-use crate::nc::{Dialect, MoveKind, Program, TokenKind, Toolpath};
+use crate::nc::{MoveKind, Program, Syntax, TokenKind, Toolpath};
 use crate::path::Vec3;
 use crate::units::MM_PER_INCH;
 
@@ -509,7 +509,7 @@ fn apt_block(text: &str) -> Option<(Vec3, Vec3)> {
 /// from the first (TNC 640, Klartext Programming, Define the blank).
 fn blank_form(program: &Program) -> Option<(Vec3, Vec3)> {
     let mut corners: [[Option<f64>; 3]; 2] = [[None; 3]; 2];
-    for block in program.blocks().take(200).filter(|_| program.dialect() == Dialect::Heidenhain) {
+    for block in program.blocks().take(200).filter(|_| program.dialect().syntax() == Syntax::Heidenhain) {
         let line = program.line_text(block).to_ascii_uppercase();
         let Some(at) = memchr::memmem::find(&line, b"BLK FORM 0.") else { continue };
         let which = usize::from(line.get(at + 11) == Some(&b'2'));
@@ -534,7 +534,7 @@ fn blank_form(program: &Program) -> Option<(Vec3, Vec3)> {
 /// DIST how far its upper face lies above the datum (TNC 640, Klartext Programming, Cylindrical blank). A bore (RI, DI) is
 /// taken as full, which is said.
 fn blank_cylinder(program: &Program) -> Option<String> {
-    let blocks = program.blocks().take(200).filter(|_| program.dialect() == Dialect::Heidenhain);
+    let blocks = program.blocks().take(200).filter(|_| program.dialect().syntax() == Syntax::Heidenhain);
     let lines = blocks.map(|block| String::from_utf8_lossy(program.line_text(block)).to_ascii_uppercase());
     let form =
         lines.into_iter().find_map(|line| line.split_once("BLK FORM CYLINDER").map(|(_, form)| form.to_owned()))?;

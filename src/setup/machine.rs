@@ -6,12 +6,10 @@ use super::forms::Curve;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
 use crate::machine::{Axis, Compensation, Machine, Spindle, Table, Unsaid};
+use crate::nc::Dialect;
 use crate::path::Vec3;
 use crate::units::{Dimension, mm_min_from_mm_s};
 use std::collections::BTreeMap;
-
-/// Names of dialects the setup may give; Mach3 is read as GRBL.
-pub const DIALECTS: [&str; 8] = ["fanuc", "haas", "linuxcnc", "grbl", "mach3", "siemens", "heidenhain", "generic"];
 
 /// The machine with its work offsets.
 pub fn machine(
@@ -65,7 +63,7 @@ pub fn machine(
 }
 
 fn known_dialect(reader: &mut Reader, name: &str) -> bool {
-    let known: Vec<(&'static str, ())> = DIALECTS.iter().map(|name| (*name, ())).collect();
+    let known: Vec<(&'static str, ())> = Dialect::NAMES.iter().map(|name| (*name, ())).collect();
     reader.choice("machine.dialect", name, &known).is_some()
 }
 

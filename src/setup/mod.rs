@@ -22,7 +22,6 @@ mod tool;
 
 pub use comments::{Sketch, sketch};
 pub use error::SetupError;
-pub use machine::DIALECTS;
 pub use process::{load as load_model, write as write_model};
 pub use read::Assumption;
 

@@ -5,9 +5,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::Run;
-use super::line::Line;
+use super::interpreter::{Family, Interpreter};
 use super::state::Motion;
+use super::words::Words;
 use crate::diag::{Severity, Span};
 use crate::nc::toolpath::MoveKind;
 use crate::path::{Arc, Curve, Plane, Vec3};
@@ -17,15 +17,15 @@ const RADIUS_MISMATCH_MM: f64 = 0.05;
 /// Angle below which an arc is a full turn, rad.
 const FULL_TURN_RAD: f64 = 1e-6;
 
-impl Run<'_> {
+impl<F: Family> Interpreter<'_, F> {
     /// The arc of a block.
-    pub(super) fn arc(&mut self, line: &Line, turned: bool) {
+    pub(crate) fn arc(&mut self, line: &Words, turned: bool) {
         self.freeze_feed(turned);
         let target = self.target(line);
         let clockwise = self.modal.motion == Motion::Clockwise;
         let place = line.g.last().map(|g| g.1).or(line.span(b'R')).or(line.span(b'I')).or(line.span(b'J'));
-        let place = place.unwrap_or_else(|| self.source.program().span(self.block));
-        let from = self.programmed;
+        let place = place.unwrap_or_else(|| self.flow.source.program().span(self.block.id));
+        let from = self.place.programmed;
         let turns = line.get(b'P').map_or(1.0, |p| p.round().clamp(1.0, 1e4));
         let centre = match line.get(b'R') {
             Some(radius) => self.centre_from_radius(from, target, radius * self.modal.unit_mm(), clockwise, place),
@@ -38,34 +38,32 @@ impl Run<'_> {
         let plane = self.modal.plane;
         let sweep = sweep(plane, from, target, centre, clockwise, turns);
         if line.has(b'R') && (sweep.abs() - PI).abs() < 0.1 {
-            self.splittable = false;
+            self.block.splittable = false;
         }
-        if self.approach.is_some() {
-            let (a, b, _) = plane.axes();
-            let mut tangent = Vec3::zeros();
-            (tangent[a], tangent[b]) = (centre[b] - from[b], from[a] - centre[a]);
-            self.approach_along(MoveKind::Feed, tangent * sweep.signum());
-        }
-        self.leg = None;
-        if let Some((_, place)) = self.corner.take() {
+        let (a, b, _) = plane.axes();
+        let mut tangent = Vec3::zeros();
+        (tangent[a], tangent[b]) = (centre[b] - from[b], from[a] - centre[a]);
+        F::before_motion(self, MoveKind::Feed, Some(tangent * sweep.signum()));
+        self.corners.leg = None;
+        if let Some((_, place)) = self.corners.now.take() {
             self.refuse_corner(place);
         }
         self.arc_to(plane, target, centre, sweep);
     }
 
     /// Makes an arc given in programmed coordinates.
-    pub(super) fn arc_to(&mut self, plane: Plane, target: Vec3, centre: Vec3, sweep: f64) {
+    pub(crate) fn arc_to(&mut self, plane: Plane, target: Vec3, centre: Vec3, sweep: f64) {
         let centre = self.frame.apply(centre);
         let sweep = if self.frame.mirrors(plane) { -sweep } else { sweep };
         if self.compensated(MoveKind::Feed, target, Some((centre, sweep))) {
             return;
         }
-        self.programmed = target;
+        self.place.programmed = target;
         let to = self.frame.apply(target);
-        self.tool_to(MoveKind::Feed, Curve::Arc(Arc::new(plane, self.tool, to, centre, sweep)));
+        self.tool_to(MoveKind::Feed, Curve::Arc(Arc::new(plane, self.place.tool, to, centre, sweep)));
     }
 
-    fn centre_from_words(&mut self, line: &Line, from: Vec3, target: Vec3, place: Span) -> Option<Vec3> {
+    fn centre_from_words(&mut self, line: &Words, from: Vec3, target: Vec3, place: Span) -> Option<Vec3> {
         let (a, b, _) = self.modal.plane.axes();
         let unit = self.modal.unit_mm();
         let words = [a, b].map(|axis| line.get(b"IJK"[axis]));
@@ -133,7 +131,7 @@ impl Run<'_> {
 }
 
 /// Angle turned about `centre`, rad, in the sense of the motion, with `turns` − 1 further full turns.
-pub(super) fn sweep(plane: Plane, from: Vec3, to: Vec3, centre: Vec3, clockwise: bool, turns: f64) -> f64 {
+pub(crate) fn sweep(plane: Plane, from: Vec3, to: Vec3, centre: Vec3, clockwise: bool, turns: f64) -> f64 {
     let (a, b, _) = plane.axes();
     let start = (from[b] - centre[b]).atan2(from[a] - centre[a]);
     let end = (to[b] - centre[b]).atan2(to[a] - centre[a]);

@@ -1,26 +1,18 @@
 //! How much may be executed: what repeats without end is stopped. In: blocks as they are executed. Out: whether they may be,
 //! and a toolpath with the first pass only where they may not.
 
-use super::Run;
+use super::flow::BLOCK_COST;
+use super::interpreter::{Family, Interpreter};
 use crate::diag::Severity;
 use crate::ids::{BlockId, MoveId};
-use crate::nc::program::Program;
 use crate::nc::toolpath::Freeze;
 
-/// What executing a block costs besides its bytes.
-const BLOCK_COST: usize = 32;
-
-/// What executing every block once costs.
-pub(super) fn first(program: &Program) -> u64 {
-    (program.text().len() + BLOCK_COST * program.len()) as u64
-}
-
-impl Run<'_> {
+impl<F: Family> Interpreter<'_, F> {
     /// Charges a block to the budget; what repeats without end is stopped here.
-    pub(super) fn pay(&mut self, block: BlockId) -> bool {
-        let span = self.source.program().span(block);
+    pub(crate) fn pay(&mut self, block: BlockId) -> bool {
+        let span = self.flow.source.program().span(block);
         let cost = (span.len() + BLOCK_COST) as u64;
-        if cost > self.budget {
+        if cost > self.flow.budget {
             let text = "the program seems to run without end; the rest is not executed";
             self.say(
                 "nc::runaway",
@@ -29,24 +21,24 @@ impl Run<'_> {
                 text,
                 "look at the loop or the call that repeats this block",
             );
-            self.ended = true;
+            self.flow.ended = true;
             self.forget_repetitions();
             return false;
         }
-        self.budget -= cost;
+        self.flow.budget -= cost;
         true
     }
 
     /// Of a program without end only the first pass through what repeats is kept, and the feeds in it.
-    pub(super) fn forget_repetitions(&mut self) {
+    pub(crate) fn forget_repetitions(&mut self) {
         let first = self.out.moves.iter().rposition(|motion| motion.instance == 0).map_or(0, |last| last + 1);
         self.out.moves.truncate(first);
         let there = |id: &MoveId| id.ix() <= first;
         self.out.between.retain(|(before, _)| there(before));
         self.out.shifts.retain(|(from, _)| there(from));
-        self.cycle_moves.retain(|(index, _)| (*index as usize) < first);
+        self.cycles.driven.retain(|(index, _)| (*index as usize) < first);
         for motion in &mut self.out.moves {
-            if self.counts.get(motion.block.ix()).is_some_and(|count| *count > 1) {
+            if self.flow.counts.get(motion.block.ix()).is_some_and(|count| *count > 1) {
                 motion.freeze = motion.freeze.or(Some(Freeze::Repeated));
             }
         }

@@ -7,14 +7,13 @@
 //! LinuxCNC 2.9 does it; on Fanuc, Haas, Siemens and Heidenhain entry ends square to the element after it, and other
 //! controls may go around an outer corner straight, where nothing is cut. What cannot be reached without gouging is refused.
 
-use super::Run;
 use super::arc::sweep;
-use super::line::Line;
-use super::meeting::{Moved, Point, cross, distance, dot, meet, unit};
-use super::state::Motion;
+use super::interpreter::{Family, Interpreter};
+use super::intersection::{Moved, Point, cross, distance, dot, meet, unit};
+use super::state::{Active, Before, Contour, Motion};
+use super::words::Words;
 use crate::diag::{Severity, Span};
 use crate::machine::Compensation;
-use crate::nc::dialect::Dialect;
 use crate::nc::toolpath::{Freeze, MoveKind};
 use crate::path::{Arc, Curve, Vec3};
 
@@ -23,45 +22,9 @@ const JOINED_RAD: f64 = 0.05;
 /// Slack in lengths and angles, mm and rad.
 const SLACK: f64 = 1e-6;
 
-/// G41/G42 in force without moving the tool aside.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Contour {
-    /// It is not.
-    Off,
-    /// The path is written as the tool runs, and there is no wear.
-    AsWritten,
-    /// What it means is not known: feeds are kept.
-    Unknown,
-}
-
-/// Compensation in force.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Active {
-    /// +1: the tool is left of the contour, −1: right.
-    side: f64,
-    radius: f64,
-    /// Where it was switched on: its ordinal in the program.
-    range: usize,
-    pub(super) before: Option<Before>,
-}
-
-/// The element before the corner.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Before {
-    pub(super) moved: Moved,
-    /// Direction of the contour at its end.
-    pub(super) direction: Point,
-    /// Its move; those after it only rise or sink.
-    pub(super) index: usize,
-    /// +1 when it bends counter-clockwise, −1 clockwise, 0 straight.
-    pub(super) bend: f64,
-    /// It leads to the contour: its end is square to the element after it, once that is known.
-    pub(super) entry: bool,
-}
-
 impl Active {
     /// Where the tool is when it is at a point of the contour that runs along `direction`.
-    pub(super) fn beside(self, p: Point, direction: Point) -> Point {
+    pub(crate) fn beside(self, p: Point, direction: Point) -> Point {
         offset(p, direction, self)
     }
 }
@@ -80,25 +43,22 @@ type Refusal = &'static str;
 
 const GOUGE: Refusal = "the contour cannot be followed with this tool radius without gouging";
 
-impl Run<'_> {
+impl<F: Family> Interpreter<'_, F> {
     /// G41, G42 and their variants with the diameter in D (`inline`), or G40 with `side` 0.
-    pub(super) fn switch_compensation(&mut self, side: f64, inline: bool, line: &Line, place: Span) {
-        self.compensation = None;
-        self.contour_only = Contour::Off;
-        self.under_compensation = side != 0.0;
+    pub(crate) fn switch_compensation(&mut self, side: f64, inline: bool, line: &Words, place: Span) {
+        self.compensation.active = None;
+        self.compensation.contour = Contour::Off;
+        self.compensation.on = side != 0.0;
         if side == 0.0 {
             return;
         }
-        let range = self.ranges;
-        self.ranges += 1;
+        let range = self.compensation.ranges;
+        self.compensation.ranges += 1;
         let diameter = self.compensation_diameter(inline, line);
-        let refused = self.refused_before.contains(&range);
+        let refused = self.compensation.refused_before.contains(&range);
         let meaning = match self.env.compensation {
             Some(meaning) => Some(meaning),
-            None if inline
-                || self.stated_diameter(inline, line).is_some()
-                || self.program.dialect() == Dialect::LinuxCnc =>
-            {
+            None if inline || self.stated_diameter(inline, line).is_some() || self.dialect().always_offsets => {
                 Some(Compensation::Control)
             }
             None if refused => Some(Compensation::Wear),
@@ -108,26 +68,26 @@ impl Run<'_> {
             (Some(meaning @ (Compensation::Wear | Compensation::InverseWear)), _) => {
                 let sign = if meaning == Compensation::Wear { 1.0 } else { -1.0 };
                 match self.wear_mm(inline, line, place) {
-                    0.0 => self.contour_only = Contour::AsWritten,
+                    0.0 => self.compensation.contour = Contour::AsWritten,
                     wear => {
                         let side = side * sign * wear.signum();
-                        self.compensation = Some(Active { side, radius: wear.abs(), range, before: None });
+                        self.compensation.active = Some(Active { side, radius: wear.abs(), range, before: None });
                     }
                 }
             }
             (Some(Compensation::Control), Some(diameter)) => {
                 let side = side * diameter.signum();
                 if diameter != 0.0 {
-                    self.compensation = Some(Active { side, radius: 0.5 * diameter.abs(), range, before: None });
+                    self.compensation.active = Some(Active { side, radius: 0.5 * diameter.abs(), range, before: None });
                 }
             }
-            (None, Some(diameter)) if !self.deciding => {
+            (None, Some(diameter)) if !self.compensation.deciding => {
                 // A first look: would the control have to refuse the contour? Then it cannot be meant that way.
-                self.undecided = true;
-                self.compensation = Some(Active { side, radius: 0.5 * diameter, range, before: None });
+                self.compensation.undecided = true;
+                self.compensation.active = Some(Active { side, radius: 0.5 * diameter, range, before: None });
             }
             _ => {
-                self.contour_only = Contour::Unknown;
+                self.compensation.contour = Contour::Unknown;
                 let what = if diameter.is_none() { "the radius of the tool" } else { "what G41/G42 means here" };
                 let text = format!("{what} is not known: the feeds up to G40 are kept");
                 let help = "set compensation = \"control\" or \"wear\" under [machine], and give the tool";
@@ -138,13 +98,13 @@ impl Run<'_> {
 
     /// Wear of the offset the block names, mm on the radius: as the block states it, as the program set it (G10 L13), as the
     /// setup has it; else none, which is said.
-    fn wear_mm(&mut self, inline: bool, line: &Line, place: Span) -> f64 {
+    fn wear_mm(&mut self, inline: bool, line: &Words, place: Span) -> f64 {
         if let Some(diameter) = self.stated_diameter(inline, line) {
             return 0.5 * diameter * self.modal.unit_mm();
         }
         let number = line.get(b'D').map_or(self.modal.tool, |d| d.max(0.0) as u32);
         let known = |table: &[(u32, f64)]| table.iter().rfind(|(d, _)| *d == number).map(|(_, wear)| *wear);
-        let wear = known(&self.wear_set).or_else(|| known(&self.env.wear_mm));
+        let wear = known(&self.compensation.wear_set).or_else(|| known(&self.env.wear_mm));
         if wear.is_none() && number != 0 {
             let text = format!("the wear value D{number} is not known here: it is taken as zero");
             let help = format!("write it under [machine]: wear_offsets = {{ D{number} = 0.0 }}");
@@ -155,7 +115,7 @@ impl Run<'_> {
 
     /// A diameter written in the block itself: D of G41.1, a D of G41 that is no whole number (a radius, as the tables of
     /// most controls hold radii), or R beside G41/G42 on a straight line.
-    fn stated_diameter(&self, inline: bool, line: &Line) -> Option<f64> {
+    fn stated_diameter(&self, inline: bool, line: &Words) -> Option<f64> {
         let arc = matches!(self.modal.motion, Motion::Clockwise | Motion::CounterClockwise);
         let straight = !line.has_g(20) && !line.has_g(30) && (!arc || line.has_g(10) || line.has_g(0));
         let radius = line.get(b'R').filter(|radius| straight && *radius > 0.0);
@@ -164,42 +124,40 @@ impl Run<'_> {
     }
 
     /// Diameter that the D word, or the tool, stands for, mm.
-    fn compensation_diameter(&self, inline: bool, line: &Line) -> Option<f64> {
+    fn compensation_diameter(&self, inline: bool, line: &Words) -> Option<f64> {
         let value = line.get(b'D');
-        if let Some(diameter) =
-            self.stated_diameter(inline, line).filter(|_| self.program.dialect() != Dialect::LinuxCnc)
-        {
+        if let Some(diameter) = self.stated_diameter(inline, line).filter(|_| !self.dialect().always_offsets) {
             return Some(diameter * self.modal.unit_mm());
         }
         if inline {
             return Some(value.unwrap_or(0.0) * self.modal.unit_mm());
         }
-        let by_number = value.filter(|d| *d != 0.0 && d.fract() == 0.0 && self.program.dialect() != Dialect::Siemens);
+        let by_number = value.filter(|d| *d != 0.0 && d.fract() == 0.0 && self.dialect().d_names_tool);
         let number = by_number.map_or(self.modal.tool, |d| d as u32);
         let table = self.env.diameter_mm(number).or_else(|| self.env.diameter_mm(self.modal.tool));
-        let oversize = 2.0 * self.oversize_mm;
+        let oversize = 2.0 * self.compensation.oversize_mm;
         table.map(|diameter| diameter + oversize).or((self.modal.tool == 0 && value.is_none()).then_some(0.0))
     }
 
     /// Follows a line (or an arc about `arc`'s centre) of the contour; false when compensation is off.
-    pub(super) fn compensated(&mut self, kind: MoveKind, target: Vec3, arc: Option<(Vec3, f64)>) -> bool {
-        self.splittable &= self.contour_only == Contour::Off;
-        if self.contour_only == Contour::Unknown {
-            self.freeze = self.freeze.or(Some(Freeze::Compensation));
+    pub(crate) fn compensated(&mut self, kind: MoveKind, target: Vec3, arc: Option<(Vec3, f64)>) -> bool {
+        self.block.splittable &= self.compensation.contour == Contour::Off;
+        if self.compensation.contour == Contour::Unknown {
+            self.block.freeze = self.block.freeze.or(Some(Freeze::Compensation));
         }
-        let Some(mut active) = self.compensation else { return false };
-        let (from, to) = (self.frame.apply(self.programmed), self.frame.apply(target));
+        let Some(mut active) = self.compensation.active else { return false };
+        let (from, to) = (self.frame.apply(self.place.programmed), self.frame.apply(target));
         if self.frame.mirrors(self.modal.plane) {
             active.side = -active.side;
         }
         let element = Element { from, to, arc };
         let about = arc.map(|(centre, angle)| Curve::Arc(Arc::new(self.modal.plane, from, to, centre, angle)));
-        self.contour_mm = Some(about.unwrap_or(Curve::Line { from, to }).length());
-        self.splittable = false;
-        self.programmed = target;
+        self.block.contour_mm = Some(about.unwrap_or(Curve::Line { from, to }).length());
+        self.block.splittable = false;
+        self.place.programmed = target;
         match self.follow(active, kind, element) {
             Ok(before) => {
-                if let Some(active) = &mut self.compensation {
+                if let Some(active) = &mut self.compensation.active {
                     active.before = before;
                 }
             }
@@ -209,21 +167,21 @@ impl Run<'_> {
     }
 
     fn refuse(&mut self, range: usize, kind: MoveKind, element: Element, why: Refusal) {
-        self.refused.push(range);
-        let span = self.source.program().span(self.block);
-        if !self.undecided {
+        self.compensation.refused.push(range);
+        let span = self.flow.source.program().span(self.block.id);
+        if !self.compensation.undecided {
             let help = "correct the contour or the radius; set compensation = \"wear\" if the path is already offset";
             self.say("nc::compensation", Severity::Error, span, why, help);
         }
-        self.freeze = self.freeze.or(Some(Freeze::Compensation));
-        if let Some(active) = &mut self.compensation {
+        self.block.freeze = self.block.freeze.or(Some(Freeze::Compensation));
+        if let Some(active) = &mut self.compensation.active {
             active.before = None;
         }
         let curve = match element.arc {
-            Some((centre, sweep)) if (self.tool - element.from).norm() < SLACK => {
-                Curve::Arc(Arc::new(self.modal.plane, self.tool, element.to, centre, sweep))
+            Some((centre, sweep)) if (self.place.tool - element.from).norm() < SLACK => {
+                Curve::Arc(Arc::new(self.modal.plane, self.place.tool, element.to, centre, sweep))
             }
-            _ => Curve::Line { from: self.tool, to: element.to },
+            _ => Curve::Line { from: self.place.tool, to: element.to },
         };
         self.tool_to(kind, curve);
     }
@@ -233,8 +191,8 @@ impl Run<'_> {
         let flat = |p: Vec3| [p[a], p[b]];
         let (p, q) = (flat(element.from), flat(element.to));
         if element.arc.is_none() && distance(p, q) < 1e-9 {
-            let to = self.lift(flat(self.tool), element.to);
-            self.tool_to(kind, Curve::Line { from: self.tool, to });
+            let to = self.lift(flat(self.place.tool), element.to);
+            self.tool_to(kind, Curve::Line { from: self.place.tool, to });
             return Ok(active.before);
         }
         let Some(before) = active.before else { return self.enter_contour(active, kind, element).map(Some) };
@@ -286,7 +244,7 @@ impl Run<'_> {
     fn enter_contour(&mut self, active: Active, kind: MoveKind, element: Element) -> Result<Before, Refusal> {
         let (a, b, _) = self.modal.plane.axes();
         let flat = |p: Vec3| [p[a], p[b]];
-        let (from, q) = (flat(self.tool), flat(element.to));
+        let (from, q) = (flat(self.place.tool), flat(element.to));
         if distance(from, q) <= active.radius {
             return Err("the entry move of radius compensation is not longer than the tool radius");
         }
@@ -294,11 +252,8 @@ impl Run<'_> {
         let Some((centre, angle)) = element.arc else {
             let direction = unit([q[0] - from[0], q[1] - from[1]]);
             let end = offset(q, direction, active);
-            self.tool_to(kind, Curve::Line { from: self.tool, to: self.lift(end, element.to) });
-            let square_to_next = matches!(
-                self.program.dialect(),
-                Dialect::Fanuc | Dialect::Haas | Dialect::Siemens | Dialect::Heidenhain
-            );
+            self.tool_to(kind, Curve::Line { from: self.place.tool, to: self.lift(end, element.to) });
+            let square_to_next = self.dialect().entry_square_to_next;
             let moved = Moved::Line(end, direction);
             return Ok(Before { moved, direction, index, bend: 0.0, entry: square_to_next });
         };
@@ -314,19 +269,19 @@ impl Run<'_> {
         }
         let length = dot(back, back) / (2.0 * along);
         let middle = [end[0] + length * normal[0], end[1] + length * normal[1]];
-        let (to, middle3) = (self.lift(end, element.to), self.lift(middle, self.tool));
-        let turned = sweep(self.modal.plane, self.tool, to, middle3, angle < 0.0, 1.0);
-        self.tool_to(kind, Curve::Arc(Arc::new(self.modal.plane, self.tool, to, middle3, turned)));
+        let (to, middle3) = (self.lift(end, element.to), self.lift(middle, self.place.tool));
+        let turned = sweep(self.modal.plane, self.place.tool, to, middle3, angle < 0.0, 1.0);
+        self.tool_to(kind, Curve::Arc(Arc::new(self.modal.plane, self.place.tool, to, middle3, turned)));
         Ok(Before { moved: Moved::Circle(middle, length.abs()), direction, index, bend: angle.signum(), entry: false })
     }
 
     fn round_corner(&mut self, active: Active, kind: MoveKind, corner: Vec3, to: Point, angle: f64) {
-        let to = self.lift(to, self.tool);
+        let to = self.lift(to, self.place.tool);
         let centre = corner;
         let curve = if kind == MoveKind::Rapid || active.radius < 1e-9 {
-            Curve::Line { from: self.tool, to }
+            Curve::Line { from: self.place.tool, to }
         } else {
-            Curve::Arc(Arc::new(self.modal.plane, self.tool, to, centre, angle))
+            Curve::Arc(Arc::new(self.modal.plane, self.place.tool, to, centre, angle))
         };
         self.tool_to(kind, curve);
     }
@@ -339,23 +294,23 @@ impl Run<'_> {
         let end = self.lift(offset(flat(element.to), end_direction, active), element.to);
         let curve = match (moved, element.arc) {
             (Moved::Circle(centre, _), Some((_, angle))) => {
-                let centre = self.lift(centre, self.tool);
-                let mut turned = sweep(plane, self.tool, end, centre, angle < 0.0, 1.0);
+                let centre = self.lift(centre, self.place.tool);
+                let mut turned = sweep(plane, self.place.tool, end, centre, angle < 0.0, 1.0);
                 turned += (angle.abs() / std::f64::consts::TAU - 1e-9).floor().max(0.0)
                     * std::f64::consts::TAU.copysign(angle);
                 if turned.abs() > angle.abs() + 0.1 + JOINED_RAD {
                     return Err(GOUGE);
                 }
-                Curve::Arc(Arc::new(plane, self.tool, end, centre, turned))
+                Curve::Arc(Arc::new(plane, self.place.tool, end, centre, turned))
             }
             (Moved::Line(_, direction), _) => {
-                let (from, to) = (flat(self.tool), flat(end));
+                let (from, to) = (flat(self.place.tool), flat(end));
                 if dot([to[0] - from[0], to[1] - from[1]], direction) < -SLACK {
                     return Err(GOUGE);
                 }
-                Curve::Line { from: self.tool, to: end }
+                Curve::Line { from: self.place.tool, to: end }
             }
-            (Moved::Circle(..), None) => Curve::Line { from: self.tool, to: end },
+            (Moved::Circle(..), None) => Curve::Line { from: self.place.tool, to: end },
         };
         self.tool_to(kind, curve);
         Ok(())
@@ -390,7 +345,7 @@ impl Run<'_> {
             motion.set_curve(curve);
         }
         self.chain_heights(before.index);
-        self.tool = shift(self.tool);
+        self.place.tool = shift(self.place.tool);
         Ok(())
     }
 

@@ -6,24 +6,12 @@
 
 use std::f64::consts::PI;
 
-use super::Run;
-use super::compensation::Active;
-use super::line::Line;
+use super::interpreter::{Family, Interpreter};
+use super::state::{Corner, Leg};
+use super::words::Words;
 use crate::diag::Span;
-use crate::nc::dialect::Dialect;
 use crate::nc::toolpath::{Feed, FeedMode, Freeze, Move, MoveKind};
 use crate::path::{Plane, Vec3};
-
-/// What a corner becomes, mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Corner {
-    /// An arc of this radius.
-    Round(f64),
-    /// A chamfer of this length.
-    Chamfer(f64),
-    /// A chamfer that takes this much of either side.
-    Legs(f64),
-}
 
 impl Corner {
     /// How far before the corner it begins.
@@ -36,34 +24,22 @@ impl Corner {
     }
 }
 
-/// A straight motion that a corner may follow, and how things stood before it.
-#[derive(Debug, Clone)]
-pub(super) struct Leg {
-    /// Programmed ends.
-    from: Vec3,
-    to: Vec3,
-    tool: Vec3,
-    compensation: Option<Active>,
-    first_move: usize,
-    events: usize,
-}
-
 /// Where a corner begins and ends, and the centre and the sweep of its arc.
 type Worked = (Vec3, Vec3, Option<(Vec3, f64)>);
 
-impl Run<'_> {
+impl<F: Family> Interpreter<'_, F> {
     /// Works the corner asked for between the last straight motion and the one to `target`: the last one is made again,
     /// shorter, and what lies between them after it, in its name.
-    pub(super) fn work_corner(&mut self, kind: MoveKind, target: Vec3) {
-        let Some((corner, place)) = self.corner.take() else { return };
-        let feed = self.corner_feed.take();
-        let leg = self.leg.take().filter(|leg| kind == MoveKind::Feed && self.can_go_back(leg));
+    pub(crate) fn work_corner(&mut self, kind: MoveKind, target: Vec3) {
+        let Some((corner, place)) = self.corners.now.take() else { return };
+        let feed = self.corners.feed.take();
+        let leg = self.corners.leg.take().filter(|leg| kind == MoveKind::Feed && self.can_go_back(leg));
         let worked = leg.and_then(|leg| between(self.modal.plane, corner, &leg, target).map(|worked| (leg, worked)));
         let Some((leg, (start, end, arc))) = worked else { return self.refuse_corner(place) };
         let first = leg.first_move;
         let before = self.out.moves[first].clone();
         self.out.moves.truncate(first);
-        (self.tool, self.programmed, self.compensation) = (leg.tool, leg.from, leg.compensation);
+        (self.place.tool, self.place.programmed, self.compensation.active) = (leg.tool, leg.from, leg.compensation);
         self.straight_to(MoveKind::Feed, start);
         let cut = self.out.moves.len();
         match arc {
@@ -80,11 +56,17 @@ impl Run<'_> {
             }
             *motion = named;
         }
-        self.splittable = false;
+        self.block.splittable = false;
+    }
+
+    /// A corner between this block and the next.
+    pub(crate) fn corner_after(&mut self, corner: Corner, place: Span) {
+        self.block.splittable = false;
+        self.corners.next = Some((corner, place));
     }
 
     /// The corner asked for is left out, and said.
-    pub(super) fn refuse_corner(&mut self, place: Span) {
+    pub(crate) fn refuse_corner(&mut self, place: Span) {
         let text = "this corner is not followed: the motions are read without it";
         self.not_understood("nc::corner", place, text, "it is followed between two straight lines in the plane");
         if let Some(before) = self.out.moves.last_mut() {
@@ -93,17 +75,17 @@ impl Run<'_> {
     }
 
     /// Keeps the straight motion to `target` in mind, if a corner may follow it.
-    pub(super) fn keep_leg(&mut self, kind: MoveKind, target: Vec3) {
-        let wanted = self.next_corner.is_some() || self.program.dialect() == Dialect::Heidenhain;
+    pub(crate) fn keep_leg(&mut self, kind: MoveKind, target: Vec3) {
+        let wanted = self.corners.next.is_some() || F::CORNERS_BEHIND;
         if !wanted || kind == MoveKind::Rapid {
-            self.leg = None;
+            self.corners.leg = None;
             return;
         }
-        self.leg = Some(Leg {
-            from: self.programmed,
+        self.corners.leg = Some(Leg {
+            from: self.place.programmed,
             to: target,
-            tool: self.tool,
-            compensation: self.compensation,
+            tool: self.place.tool,
+            compensation: self.compensation.active,
             first_move: self.out.moves.len(),
             events: self.out.between.len(),
         });
@@ -115,16 +97,16 @@ impl Run<'_> {
         !made.is_empty()
             && made.iter().all(one)
             && leg.events == self.out.between.len()
-            && leg.to == self.programmed
+            && leg.to == self.place.programmed
             && self.modal.feed_mode != FeedMode::InverseTime
     }
 
     /// CT: an arc that leaves the last motion without a bend, as a centre and a sense; a line where it would be straight.
-    pub(super) fn tangential_arc(&mut self, line: &mut Line, place: Span) {
+    pub(crate) fn tangential_arc(&mut self, line: &mut Words, place: Span) {
         let (a, b, _) = self.modal.plane.axes();
-        let from = self.programmed;
+        let from = self.place.programmed;
         let to = self.peek_target(line);
-        let known = self.frame.is_plain() && self.compensation.is_none() && self.corner.is_none();
+        let known = self.frame.is_plain() && self.compensation.active.is_none() && self.corners.now.is_none();
         let before = self.out.moves.last().filter(|motion| known && motion.kind == MoveKind::Feed);
         let tangent = before.map(|motion| motion.curve().tangent(motion.curve().length()));
         let Some(tangent) = tangent.filter(|t| t[a].hypot(t[b]) > 0.5) else {
@@ -145,9 +127,9 @@ impl Run<'_> {
     }
 
     /// CIP: an arc through `through` (mm), in the plane; a line with its feed kept where it is not.
-    pub(super) fn arc_through(&mut self, line: &mut Line, through: [Option<f64>; 3], place: Span) {
+    pub(crate) fn arc_through(&mut self, line: &mut Words, through: [Option<f64>; 3], place: Span) {
         let (a, b, n) = self.modal.plane.axes();
-        let (from, to) = (self.programmed, self.peek_target(line));
+        let (from, to) = (self.place.programmed, self.peek_target(line));
         let middle = Vec3::from_fn(|axis, _| match through[axis] {
             Some(value) if self.modal.incremental => from[axis] + value,
             Some(value) => value,
@@ -167,7 +149,7 @@ impl Run<'_> {
     }
 
     /// Puts an arc about an absolute centre (mm) into the words of a block.
-    pub(super) fn put_centre(&mut self, line: &mut Line, centre: Vec3, counter_clockwise: bool, place: Span) {
+    pub(crate) fn put_centre(&mut self, line: &mut Words, centre: Vec3, counter_clockwise: bool, place: Span) {
         let unit = self.modal.unit_mm();
         let (a, b, _) = self.modal.plane.axes();
         for axis in [a, b] {
@@ -178,10 +160,10 @@ impl Run<'_> {
     }
 
     /// Where the block will end, without putting anything in force.
-    pub(super) fn peek_target(&mut self, line: &Line) -> Vec3 {
-        let keep = (self.known, self.programmed, self.tool, self.splittable, self.polar);
+    pub(crate) fn peek_target(&mut self, line: &Words) -> Vec3 {
+        let keep = (self.place.known, self.place.programmed, self.place.tool, self.block.splittable, self.modal.polar);
         let target = self.target(line);
-        (self.known, self.programmed, self.tool, self.splittable, self.polar) = keep;
+        (self.place.known, self.place.programmed, self.place.tool, self.block.splittable, self.modal.polar) = keep;
         target
     }
 }

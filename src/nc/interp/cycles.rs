@@ -4,10 +4,10 @@
 //! force; with G98 it returns to that level (or to R, if that is higher), with G99 to R. With G91, R counts from `il` and
 //! the depth from R. Words stay in force until the cycle is cancelled.
 
-use super::Run;
-use super::line::Line;
+use super::interpreter::{Family, Interpreter};
+use super::state::Cycle;
+use super::words::Words;
 use crate::diag::Severity;
-use crate::nc::dialect::Dialect;
 use crate::nc::toolpath::{Event, FeedMode, Freeze, MoveKind, Spin};
 use crate::path::Vec3;
 
@@ -16,36 +16,17 @@ const PECK_CLEARANCE_MM: f64 = 0.254;
 /// Most pecks or repeats of one block that are followed.
 const MAX_REPEATS: f64 = 10_000.0;
 
-/// Words of a cycle that stay in force, mm and s.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Cycle {
-    /// Level at which cycles came into force.
-    pub initial: f64,
-    /// Depth.
-    pub depth: Option<f64>,
-    /// R
-    pub retract: Option<f64>,
-    /// Q
-    pub peck: Option<f64>,
-    /// P
-    pub dwell_s: f64,
-    /// I, J: how far a boring tool steps aside.
-    pub shift: [f64; 2],
-    /// K: where back boring ends.
-    pub top: Option<f64>,
-}
-
-impl Run<'_> {
+impl<F: Family> Interpreter<'_, F> {
     /// The cycle of a block, once or several times.
-    pub(super) fn cycle(&mut self, line: &Line, code: u16) {
-        let place = line.g.last().map_or_else(|| self.source.program().span(self.block), |g| g.1);
-        if code == 760 && self.program.dialect() == Dialect::LinuxCnc {
-            self.freeze = Some(Freeze::Synchronised);
+    pub(crate) fn cycle(&mut self, line: &Words, code: u16) {
+        let place = line.g.last().map_or_else(|| self.flow.source.program().span(self.block.id), |g| g.1);
+        if code == 760 && self.dialect().g76_cuts_threads {
+            self.block.freeze = Some(Freeze::Synchronised);
             self.say("nc::threading", Severity::Warning, place, "the G76 threading cycle is kept, not simulated", "");
             return;
         }
         let mut cycle = self.cycle_words(line);
-        if self.program.dialect() == Dialect::Haas && cycle.depth.is_some() {
+        if self.dialect().r_plane_optional && cycle.depth.is_some() {
             // R may be left out: the plane is then the level the cycle began at (Haas Mill Operator's Manual, G81).
             cycle.retract = cycle.retract.or(Some(cycle.initial));
         }
@@ -53,17 +34,17 @@ impl Run<'_> {
             self.not_understood("nc::cycle", place, "the cycle has no depth or no R plane", "write Z and R");
             return;
         };
-        self.freeze = self.freeze.or(match code {
+        self.block.freeze = self.block.freeze.or(match code {
             740 | 840 => Some(Freeze::Synchronised),
             730 | 810..=830 => None,
             _ => Some(Freeze::Cycle),
         });
-        self.splittable = false;
+        self.block.splittable = false;
         let (_, _, n) = self.modal.plane.axes();
         let level = if self.modal.incremental { retract + cycle.initial } else { retract };
         let mut hole = self.target(line);
-        let step = hole - self.programmed;
-        hole = self.programmed;
+        let step = hole - self.place.programmed;
+        hole = self.place.programmed;
         if cycle.initial < level {
             hole[n] = level;
             self.line_to(MoveKind::Rapid, hole);
@@ -78,10 +59,10 @@ impl Run<'_> {
     }
 
     /// Takes the words of the block into the cycle in force.
-    fn cycle_words(&mut self, line: &Line) -> Cycle {
+    fn cycle_words(&mut self, line: &Words) -> Cycle {
         let (a, b, n) = self.modal.plane.axes();
         let unit = self.modal.unit_mm();
-        let mut cycle = self.cycle.unwrap_or(Cycle { initial: self.programmed[n], ..Cycle::default() });
+        let mut cycle = self.cycles.modal.unwrap_or(Cycle { initial: self.place.programmed[n], ..Cycle::default() });
         let mm = |letter: u8| line.get(letter).map(|value| value * unit);
         cycle.depth = mm(b"XYZ"[n]).or(cycle.depth);
         cycle.retract = mm(b'R').or(cycle.retract);
@@ -93,13 +74,12 @@ impl Run<'_> {
         for (place, axis) in [a, b].into_iter().enumerate() {
             cycle.shift[place] = mm(b"IJK"[axis]).unwrap_or(cycle.shift[place]);
         }
-        self.cycle = Some(cycle);
+        self.cycles.modal = Some(cycle);
         cycle
     }
 
-    fn cycle_repeats(&mut self, line: &Line, code: u16) -> u64 {
-        let fanuc = !matches!(self.program.dialect(), Dialect::LinuxCnc | Dialect::Grbl);
-        let k = if fanuc && code != 870 { line.get(b'K') } else { None };
+    fn cycle_repeats(&mut self, line: &Words, code: u16) -> u64 {
+        let k = if self.dialect().k_repeats && code != 870 { line.get(b'K') } else { None };
         let repeats = line.get(b'L').or(k).unwrap_or(1.0).max(0.0);
         if repeats > MAX_REPEATS {
             let span = line.span(b'L').or(line.span(b'K')).unwrap_or_default();
@@ -109,21 +89,21 @@ impl Run<'_> {
     }
 
     /// One hole at `hole`, its rapid approach ending at `level`.
-    pub(super) fn one_hole(&mut self, cycle: Cycle, code: u16, hole: Vec3, level: f64) {
-        self.in_cycle = true;
+    pub(crate) fn one_hole(&mut self, cycle: Cycle, code: u16, hole: Vec3, level: f64) {
+        self.cycles.in_hole = true;
         self.motions_of_hole(cycle, code, hole, level);
-        self.in_cycle = false;
+        self.cycles.in_hole = false;
     }
 
     fn motions_of_hole(&mut self, cycle: Cycle, code: u16, mut hole: Vec3, level: f64) {
         if self.modal.feed_mode == FeedMode::InverseTime {
-            let span = self.source.program().span(self.block);
+            let span = self.flow.source.program().span(self.block.id);
             let text = "a cycle has no feed in inverse time";
             self.not_understood("nc::inverse-time", span, text, "write G94 before it");
         }
         let (_, _, n) = self.modal.plane.axes();
         let clear = if self.modal.retract_to_r { level } else { level.max(cycle.initial) };
-        let travel = if self.modal.retract_to_r { self.programmed[n] } else { clear };
+        let travel = if self.modal.retract_to_r { self.place.programmed[n] } else { clear };
         let z = cycle.depth.map_or(level, |z| if self.modal.incremental { level + z } else { z });
         hole[n] = travel;
         self.line_to(MoveKind::Rapid, hole);
@@ -156,14 +136,14 @@ impl Run<'_> {
     /// Straight along the drilling axis.
     fn axial(&mut self, kind: MoveKind, level: f64) {
         let (_, _, n) = self.modal.plane.axes();
-        let mut target = self.programmed;
+        let mut target = self.place.programmed;
         target[n] = level;
         self.line_to(kind, target);
     }
 
     fn drill_to(&mut self, level: f64) {
         if let Some((block, _)) = self.modal.feed.word {
-            self.cycle_moves.push((self.out.moves.len() as u32, block));
+            self.cycles.driven.push((self.out.moves.len() as u32, block));
         }
         self.axial(MoveKind::Feed, level);
     }
@@ -191,7 +171,7 @@ impl Run<'_> {
     /// Are cycles made as LinuxCNC makes them? There G84 and G89 come out at feed as far as the cycle returns; others go on at
     /// rapid from R.
     fn as_linuxcnc(&self) -> bool {
-        matches!(self.program.dialect(), Dialect::LinuxCnc | Dialect::Generic | Dialect::Grbl)
+        self.dialect().cycles_out_at_feed
     }
 
     fn tap_out(&mut self, level: f64, clear: f64) {
@@ -205,7 +185,7 @@ impl Run<'_> {
         }
     }
 
-    pub(super) fn turn(&mut self, turning: i8) {
+    pub(crate) fn turn(&mut self, turning: i8) {
         let before = self.modal.spin();
         self.modal.turning = turning;
         let spin: Spin = self.modal.spin();
@@ -224,15 +204,15 @@ impl Run<'_> {
     /// Fine boring: the tool steps off the wall, goes out and steps back.
     fn shifted_out(&mut self, cycle: Cycle, clear: f64) {
         let (a, b, _) = self.modal.plane.axes();
-        let mut aside = self.programmed;
+        let mut aside = self.place.programmed;
         aside[a] += if cycle.shift == [0.0; 2] { cycle.peck.unwrap_or(0.0) } else { cycle.shift[0] };
         aside[b] += cycle.shift[1];
-        let centre = self.programmed;
+        let centre = self.place.programmed;
         self.spindle_stopped(|run| {
             run.line_to(MoveKind::Rapid, aside);
             run.axial(MoveKind::Rapid, clear);
             let back =
-                Vec3::from_fn(|axis, _| if axis == a || axis == b { centre[axis] } else { run.programmed[axis] });
+                Vec3::from_fn(|axis, _| if axis == a || axis == b { centre[axis] } else { run.place.programmed[axis] });
             run.line_to(MoveKind::Rapid, back);
         });
     }
@@ -242,7 +222,7 @@ impl Run<'_> {
         let (a, b, _) = self.modal.plane.axes();
         let offset = if cycle.shift == [0.0; 2] { [cycle.peck.unwrap_or(0.0), 0.0] } else { cycle.shift };
         let step = |run: &mut Self, sign: f64| {
-            let mut aside = run.programmed;
+            let mut aside = run.place.programmed;
             aside[a] += sign * offset[0];
             aside[b] += sign * offset[1];
             run.line_to(MoveKind::Rapid, aside);

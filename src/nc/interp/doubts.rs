@@ -1,57 +1,46 @@
-//! Doubts about part and frame, as the program raises and settles them. In: an event of the text ([`Run::doubt`]) and what
-//! settles it ([`Run::certain`]). Out: the stretches of [`Toolpath::doubts`](crate::nc::Toolpath), one diagnostic a kind.
+//! Doubts about part and frame, as the program raises and settles them. In: an event of the text ([`Interpreter::doubt`]) and what
+//! settles it ([`Interpreter::certain`]). Out: the stretches of [`Toolpath::doubts`](crate::nc::toolpath::Toolpath), one diagnostic a kind.
 //!
 //! A stretch ends only where nothing was fed in it: what was cut meanwhile lies elsewhere than the simulated stock has it, and
 //! a return to the frame known before does not mend that.
 
-use super::Run;
+use super::interpreter::{Family, Interpreter};
 use crate::diag::{Severity, Span};
 use crate::nc::doubt::{Doubt, Doubted};
 use crate::nc::toolpath::MoveKind;
 
-/// What was said of one kind of doubt, and the stretch that is open.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Raised {
-    /// Place of its diagnostic in the list.
-    diagnostic: Option<usize>,
-    /// Places that raise it.
-    count: u32,
-    /// Place of the open stretch in the list.
-    open: Option<usize>,
-}
-
-impl Run<'_> {
+impl<F: Family> Interpreter<'_, F> {
     /// From the next move on part or frame are not known.
-    pub(super) fn doubt(&mut self, doubt: Doubt, place: Span) {
-        let raised = &mut self.raised[doubt as usize];
+    pub(crate) fn doubt(&mut self, doubt: Doubt, place: Span) {
+        let raised = &mut self.messages.raised[doubt as usize];
         raised.count += 1;
         if raised.open.is_none() {
             raised.open = Some(self.out.doubts.len());
             let (from, line) = (self.next_move(), self.line_number());
             self.out.doubts.push(Doubted { from, until: None, doubt, line });
         }
-        if self.raised[doubt as usize].diagnostic.is_none() {
-            self.raised[doubt as usize].diagnostic = Some(self.out.diagnostics.len());
+        if self.messages.raised[doubt as usize].diagnostic.is_none() {
+            self.messages.raised[doubt as usize].diagnostic = Some(self.out.diagnostics.len());
             let text = format!("{}: no feed is raised from here on", doubt.why());
             self.say("nc::doubt", Severity::Warning, place, text, doubt.remedy());
         }
     }
 
     /// The program says absolutely what was open: the next move is not in doubt any more, unless something was fed meanwhile.
-    pub(super) fn certain(&mut self, doubt: Doubt) {
-        let Some(open) = self.raised[doubt as usize].open else { return };
+    pub(crate) fn certain(&mut self, doubt: Doubt) {
+        let Some(open) = self.messages.raised[doubt as usize].open else { return };
         let next = self.next_move();
         let Some(stretch) = self.out.doubts.get_mut(open) else { return };
         let since = self.out.moves.get(stretch.from.ix()..).unwrap_or_default();
         if since.iter().all(|motion| motion.kind == MoveKind::Rapid) {
             stretch.until = Some(next);
-            self.raised[doubt as usize].open = None;
+            self.messages.raised[doubt as usize].open = None;
         }
     }
 
     /// Adds to each diagnostic in how many places its doubt was raised.
-    pub(super) fn count_doubts(&mut self) {
-        for raised in self.raised.iter().filter(|raised| raised.count > 1) {
+    pub(crate) fn count_doubts(&mut self) {
+        for raised in self.messages.raised.iter().filter(|raised| raised.count > 1) {
             if let Some(diagnostic) = raised.diagnostic.and_then(|index| self.out.diagnostics.get_mut(index)) {
                 diagnostic.text += &format!(" (the first of {} places)", raised.count);
             }

@@ -1,430 +1,88 @@
-//! Flow control: LinuxCNC's O-words and Macro B's IF, GOTO, WHILE. Every jump is charged to the budget of the run.
+//! Where the control reads: the text, the calls it came by, how often each block was executed, and how much may still be.
+//! Data only; `calls.rs` enters and leaves subprograms, `budget.rs` stops what has no end.
 
-use super::Run;
-use super::labels::label_of;
-use crate::diag::{Severity, Span};
+use std::collections::BTreeSet;
+use std::ops::Range;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::labels::Labels;
 use crate::ids::BlockId;
-use crate::nc::dialect::{Dialect, Syntax};
-use crate::nc::doubt::Doubt;
-use crate::nc::expr::{self, ExprError};
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::program::{File, Program};
 
-/// Numbered variables from here on outlast a program on Fanuc and its relatives.
-const LASTING: u32 = 500;
-/// Local variables end here; they are vacant where no argument sets them.
-const LOCALS: u32 = 33;
-/// What a probing move found: G38 of LinuxCNC, G31 of Fanuc and Haas.
-const PROBED: std::ops::RangeInclusive<u32> = 5061..=5070;
+/// What executing a block costs besides its bytes.
+pub const BLOCK_COST: usize = 32;
 
-/// Is there anything left to execute in the block?
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum After {
-    /// The block is done.
-    Done,
-    /// Its words are executed.
-    Words,
+/// A program text being executed.
+#[derive(Clone)]
+pub enum Source<'a> {
+    /// The one that was asked for.
+    Main(&'a Program),
+    /// A file it calls.
+    File(Arc<Program>),
 }
 
-impl Run<'_> {
-    /// Executes the flow control of a block.
-    pub(super) fn flow(&mut self, block: BlockId) -> After {
-        let source = self.source.clone();
-        let skip =
-            |kind| matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Delete);
-        let mut tokens: Vec<Token> = source.program().tokens(block).filter(|token| !skip(token.kind)).collect();
-        if tokens.first().is_some_and(|token| token.kind == TokenKind::Word(b'N')) {
-            tokens.remove(0);
-        }
-        let text = source.program().text();
-        match tokens.first().map(|token| token.kind) {
-            Some(TokenKind::Percent) => self.percent(block),
-            Some(TokenKind::Word(b'O') | TokenKind::Routine) => self.o_line(block, &tokens, text),
-            Some(TokenKind::Name) => self.macro_line(block, &tokens, text),
-            _ => After::Words,
-        }
-    }
-
-    /// The second `%` ends the program (ISO 6983-1: it stands alone, or before a program's name). `% vfd enable`, with a blank
-    /// and words behind it, is a remark (PlanetCNC, G-code reference, Comments), and so is `%( START )`.
-    fn percent(&mut self, block: BlockId) -> After {
-        let line = self.source.program().line_text(block).trim_ascii();
-        if line.len() > 2 && (line[1].is_ascii_whitespace() || line[1] == b'(' && self.began) {
-            return After::Done;
-        }
-        if self.began && self.source_id == 0 && block.0 > 0 {
-            self.ended = true;
-        }
-        self.began = true;
-        After::Done
-    }
-
-    fn o_line(&mut self, block: BlockId, tokens: &[Token], text: &[u8]) -> After {
-        let head = tokens[0];
-        let Some(keyword) = tokens.get(1).filter(|token| token.kind == TokenKind::Name) else { return After::Words };
-        let word = String::from_utf8_lossy(keyword.span.of(text)).to_ascii_uppercase();
-        let label = self.o_label(head, text);
-        let rest = &tokens[2..];
-        let labels = self.labels();
-        match word.as_str() {
-            "SUB" => match labels.after(block.0, &label, &["ENDSUB"]) {
-                Some(end) => self.jump(end.block as usize + 1),
-                None => self.no_end(keyword.span, "endsub"),
-            },
-            "ENDSUB" | "RETURN" => {
-                let value = rest.first().and_then(|token| self.value(*token, text));
-                self.return_from_call();
-                if let Some(value) = value {
-                    self.parameters.set_name("_value", value);
-                }
-            }
-            "CALL" => {
-                let values = rest.iter().filter_map(|token| self.value(*token, text));
-                let arguments = (1..=30).zip(values).collect();
-                if !self.call_by_name(&label, 1, Some(arguments)) {
-                    self.no_routine(head.span, &format!("routine {label}"));
-                }
-            }
-            "WHILE" => self.o_while(block, &label, rest, text),
-            "DO" | "ENDIF" => {}
-            "ENDWHILE" | "CONTINUE" => {
-                if let Some(start) = labels.before(block.0, &label, &["WHILE", "DO", "REPEAT"]) {
-                    match start.keyword.as_str() {
-                        "WHILE" => self.jump(start.block as usize),
-                        "REPEAT" => self.o_end_repeat(start.block, block.0, &label),
-                        _ => self.jump_after(block.0, &label, &["WHILE"], 0),
-                    }
-                }
-            }
-            "BREAK" => {
-                self.repeats.retain(|repeat| repeat.0 != self.calls.len() || repeat.1 >= block.0);
-                self.jump_after(block.0, &label, &["ENDWHILE", "ENDREPEAT", "WHILE"], 1);
-            }
-            "IF" => self.o_if(block, &label, rest, text),
-            "ELSEIF" | "ELSE" => self.jump_after(block.0, &label, &["ENDIF"], 1),
-            "REPEAT" => self.o_repeat(block, &label, rest, text),
-            "ENDREPEAT" => {
-                if let Some(start) = labels.before(block.0, &label, &["REPEAT"]) {
-                    self.o_end_repeat(start.block, block.0, &label);
-                }
-            }
-            _ => self.not_understood("nc::not-understood", keyword.span, format!("{word} is not an O-word"), ""),
-        }
-        After::Done
-    }
-
-    fn o_label(&mut self, head: Token, text: &[u8]) -> String {
-        let label = label_of(head.kind, head.number, head.span.of(text));
-        if head.kind == TokenKind::Routine && label.starts_with(['[', '#']) {
-            let number = self.evaluate(head.span, label.as_bytes(), 0);
-            return number.map_or(label, |value| format!("{}", value as u64));
-        }
-        label
-    }
-
-    fn no_end(&mut self, span: Span, what: &str) {
-        let text = format!("there is no {what} with this label");
-        self.say("nc::unbalanced", Severity::Error, span, text, "the rest of the program is not executed");
-        self.ended = true;
-    }
-
-    fn jump_after(&mut self, block: u32, label: &str, keywords: &[&str], beyond: usize) {
-        match self.labels().after(block, label, keywords) {
-            Some(line) => self.jump(line.block as usize + beyond),
-            None => self.no_end(self.source.program().span(BlockId(block)), keywords[0]),
-        }
-    }
-
-    fn o_while(&mut self, block: BlockId, label: &str, rest: &[Token], text: &[u8]) {
-        let labels = self.labels();
-        let holds = self.condition(rest, text);
-        let opener = labels.before(block.0, label, &["DO", "ENDWHILE", "WHILE"]).filter(|line| line.keyword == "DO");
-        match (opener, holds) {
-            (Some(start), true) => self.jump(start.block as usize + 1),
-            (None, false) => self.jump_after(block.0, label, &["ENDWHILE"], 1),
-            _ => {}
-        }
-    }
-
-    fn o_if(&mut self, block: BlockId, label: &str, rest: &[Token], text: &[u8]) {
-        if self.condition(rest, text) {
-            return;
-        }
-        let labels = self.labels();
-        let mut at = block.0;
-        while let Some(next) = labels.after(at, label, &["ELSEIF", "ELSE", "ENDIF"]) {
-            at = next.block;
-            let source = self.source.clone();
-            let is_condition = |token: &Token| token.kind == TokenKind::Expression;
-            let tokens: Vec<Token> = source.program().tokens(BlockId(at)).filter(is_condition).collect();
-            if next.keyword != "ELSEIF" || self.condition(&tokens, text) {
-                return self.jump(at as usize + 1);
-            }
-        }
-        self.no_end(self.source.program().span(block), "endif");
-    }
-
-    fn o_repeat(&mut self, block: BlockId, label: &str, rest: &[Token], text: &[u8]) {
-        let times = rest.first().and_then(|token| self.value(*token, text)).unwrap_or(0.0);
-        if times < 1.0 {
-            self.jump_after(block.0, label, &["ENDREPEAT"], 1);
-        } else {
-            self.repeats.push((self.calls.len(), block.0, times.min(1e12) as u64 - 1));
-        }
-    }
-
-    fn o_end_repeat(&mut self, start: u32, block: u32, label: &str) {
-        let depth = self.calls.len();
-        match self.repeats.iter_mut().rev().find(|repeat| repeat.0 == depth && repeat.1 == start) {
-            Some(repeat) if repeat.2 > 0 => {
-                repeat.2 -= 1;
-                self.jump(start as usize + 1);
-            }
-            _ => {
-                self.repeats.retain(|repeat| repeat.0 != depth || repeat.1 != start);
-                if !self.labels().o_lines.iter().any(|o| o.block == block && o.keyword == "ENDREPEAT") {
-                    self.jump_after(block, label, &["ENDREPEAT"], 1);
-                }
-            }
-        }
-    }
-
-    /// Macro B: IF, WHILE, END, GOTO.
-    fn macro_line(&mut self, block: BlockId, tokens: &[Token], text: &[u8]) -> After {
-        let name = |token: &Token| String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
-        match name(&tokens[0]).as_str() {
-            "IF" => {
-                let then = tokens.get(2).map(name).unwrap_or_default();
-                if self.condition(&tokens[1..2.min(tokens.len())], text) {
-                    match (then.as_str(), tokens.get(3)) {
-                        ("GOTO", Some(target)) => self.goto(*target, text),
-                        ("THEN", Some(token)) => self.assign(*token, text),
-                        _ => self.not_understood("nc::not-understood", tokens[0].span, "IF without GOTO or THEN", ""),
-                    }
-                }
-            }
-            "GOTO" => match tokens.get(1) {
-                Some(target) => self.goto(*target, text),
-                None => self.not_understood("nc::not-understood", tokens[0].span, "GOTO without a number", ""),
-            },
-            "WHILE" => {
-                if !self.condition(&tokens[1..2.min(tokens.len())], text) {
-                    self.leave_loop(block, tokens[0].span);
-                }
-            }
-            "DO" => {}
-            "END" => {
-                let labels = self.labels();
-                let number = labels.loops.iter().find(|l| l.0 == block.0).map(|l| l.1);
-                let start = labels.loops.iter().rev().find(|l| l.0 < block.0 && !l.2 && Some(l.1) == number);
-                match start {
-                    Some(start) => self.jump(start.0 as usize),
-                    None => self.not_understood("nc::unbalanced", tokens[0].span, "END without WHILE … DO", ""),
-                }
-            }
-            other => {
-                let text = format!("{other} is not known here");
-                self.not_understood("nc::not-understood", tokens[0].span, text, "its block is kept as it is");
-                return After::Words;
-            }
-        }
-        After::Done
-    }
-
-    fn leave_loop(&mut self, block: BlockId, span: Span) {
-        let labels = self.labels();
-        let number = labels.loops.iter().find(|l| l.0 == block.0).map(|l| l.1);
-        match labels.loops.iter().find(|l| l.0 > block.0 && l.2 && Some(l.1) == number) {
-            Some(end) => self.jump(end.0 as usize + 1),
-            None => self.no_end(span, "END"),
-        }
-    }
-
-    fn goto(&mut self, target: Token, text: &[u8]) {
-        let Some(number) = self.value(target, text) else { return };
-        if let Some(block) = self.labels().numbered(number.max(0.0) as u32, self.block.0) {
-            self.jump(block as usize);
-        } else {
-            let text = format!("there is no N{number}");
-            self.say("nc::no-target", Severity::Error, target.span, text, "the program ends here");
-            self.ended = true;
-        }
-    }
-
-    fn condition(&mut self, tokens: &[Token], text: &[u8]) -> bool {
-        tokens.first().and_then(|token| self.value(*token, text)).is_some_and(|value| value != 0.0)
-    }
-
-    /// Value of an expression token; `None` with a diagnostic when it has none.
-    pub(super) fn value(&mut self, token: Token, text: &[u8]) -> Option<f64> {
-        let bytes = token.span.of(text);
-        let skip = match token.kind {
-            TokenKind::Computed(letter) if letter >= 0x80 => 2,
-            TokenKind::Computed(_) => 1,
-            _ => 0,
-        };
-        let bytes = bytes[skip..].trim_ascii_start();
-        let bytes = bytes.strip_prefix(b"=").unwrap_or(bytes);
-        self.predefine(bytes);
-        // A condition may well ask whether a local variable is vacant; an axis word with a vacant one is left out by the control.
-        let decides = match token.kind {
-            TokenKind::Computed(b'F' | b'N') => u32::MAX,
-            TokenKind::Computed(_) => 0,
-            _ => LOCALS,
-        };
-        match self.evaluate(token.span, bytes, decides) {
-            Ok(value) => Some(value),
-            Err(error) => {
-                self.bad_expression(token.span, &error);
-                None
-            }
-        }
-    }
-
-    /// Value of an expression. Where it hangs on a variable that the program did not set, numbered above `decides`, that is a
-    /// doubt.
-    pub(super) fn evaluate(&mut self, place: Span, text: &[u8], decides: u32) -> Result<f64, ExprError> {
-        self.parameters.take_unset();
-        let value = expr::evaluate(text, &self.parameters);
-        if self.ask_the_control(place) > decides {
-            self.doubt(Doubt::UnknownValue, place);
-        }
-        value
-    }
-
-    /// Says which of the variables that were just read only the control knows: they last from program to program, are its own,
-    /// or are left over from whatever ran before.
-    ///
-    /// Hands back the highest number that the program did not set, 0 if there is none. What a probing move found (#5061 and on)
-    /// is a doubt of its own. In a call with arguments those that were not given are vacant, which is known.
-    pub(super) fn ask_the_control(&mut self, place: Span) -> u32 {
-        let macro_b = matches!(self.program.dialect(), Dialect::Generic | Dialect::Fanuc | Dialect::Haas);
-        let rs274 = self.program.dialect().syntax() == Syntax::Rs274;
-        let mut asked = 0;
-        for number in self.parameters.take_unset() {
-            if rs274 && PROBED.contains(&number) {
-                self.doubt(Doubt::Probe, place);
-            }
-            // Macro B's #0 is vacant.
-            if rs274 && (number == 0 || number <= LOCALS && self.has_own_locals()) {
-                continue;
-            }
-            asked = asked.max(if rs274 { number } else { number.saturating_add(1) });
-            if self.record.is_some() {
-                self.unknown_when_unrolled(place, number);
-            }
-            if macro_b && number >= LASTING {
-                self.parameters.numbered.insert(number, 0.0);
-                let said = format!("#{number} is kept in the control and not known here: it is read as 0");
-                let help = format!("if that matters, set it in the program: #{number} = …");
-                self.not_understood("nc::control-variable", place, said, &help);
-            }
-        }
-        asked
-    }
-
-    /// Executes `#… = …`.
-    pub(super) fn assign(&mut self, token: Token, text: &[u8]) {
-        self.read_assignment(token, text);
-        self.apply_assignments();
-    }
-
-    /// Reads `#… = …`. A value that is kept may end up in any word: what only the control knows of it is a doubt at once.
-    pub(super) fn read_assignment(&mut self, token: Token, text: &[u8]) {
-        self.predefine(token.span.of(text));
-        self.parameters.take_unset();
-        let read = expr::assignment(token.span.of(text), &self.parameters);
-        if self.ask_the_control(token.span) > 0 {
-            self.doubt(Doubt::UnknownValue, token.span);
-        }
-        match read {
-            Ok(setting) => self.assignments.push(setting),
-            Err(error) => self.bad_expression(token.span, &error),
-        }
-    }
-
-    /// Puts the assignments of a block in force.
-    pub(super) fn apply_assignments(&mut self) {
-        for (target, value) in std::mem::take(&mut self.assignments) {
-            match target {
-                expr::Target::Number(index) => {
-                    self.sets_the_control(index);
-                    self.parameters.numbered.insert(index, value);
-                }
-                expr::Target::Name(name) => self.parameters.set_name(&name, value),
-            }
-        }
-    }
-
-    pub(super) fn bad_expression(&mut self, span: Span, error: &ExprError) {
-        if matches!(error, ExprError::NotKnown(_)) {
-            self.doubt(Doubt::UnknownValue, span);
-            self.not_understood("nc::expression", span, error.to_string(), "the word is left out");
-        } else {
-            self.misread("nc::expression", span, error.to_string(), "the block is left as it is");
-        }
-    }
-
-    /// Sets the parameters a control keeps itself, where the expression may ask for them.
-    pub(super) fn predefine(&mut self, text: &[u8]) {
-        let asks = |mark: &[u8]| text.windows(mark.len()).any(|window| window == mark);
-        let unit = self.modal.unit_mm();
-        let at = self.programmed / unit;
-        if asks(b"#5") {
-            let tool = f64::from(self.modal.tool);
-            let offset = f64::from(self.modal.wcs) - 53.0;
-            self.parameters.numbered.extend([(5220, offset), (5400, tool)]);
-            for axis in 0..3 {
-                self.parameters.numbered.extend([(5420 + axis, at[axis as usize]), (5041 + axis, at[axis as usize])]);
-            }
-        }
-        if asks(b"#<_") {
-            let truth = |it: bool| f64::from(u8::from(it));
-            let values = [
-                ("_x", at.x),
-                ("_y", at.y),
-                ("_z", at.z),
-                ("_metric", truth(!self.modal.inch)),
-                ("_imperial", truth(self.modal.inch)),
-                ("_absolute", truth(!self.modal.incremental)),
-                ("_incremental", truth(self.modal.incremental)),
-                ("_current_tool", f64::from(self.modal.tool)),
-                ("_feed", self.modal.feed.value / unit),
-                ("_rpm", crate::units::rpm_from_rps(self.modal.speed_rps)),
-                ("_coord_system", f64::from(self.modal.wcs) * 10.0),
-            ];
-            for (name, value) in values {
-                self.parameters.set_name(name, value);
-            }
-        }
-    }
-
-    /// Goes on at another block of the same text.
-    pub(super) fn jump(&mut self, to: usize) {
-        self.count_from_here();
-        self.at = to;
-    }
-
-    /// From the first jump on, counts how often each block is executed, those of linked files included.
-    pub(super) fn count_from_here(&mut self) {
-        if self.counts.is_empty() {
-            let executed = self.at.min(self.program.own_len());
-            self.counts = vec![0; self.program.len()];
-            self.counts[..executed].fill(1);
-        }
-    }
-
-    /// Counts the block that is executed now.
-    pub(super) fn count(&mut self) {
-        if !self.counts.is_empty()
-            && let Some((first, _)) = self.linked_at()
-            && let Some(count) = self.counts.get_mut(first as usize + self.block.ix())
-        {
-            *count += 1;
+impl Source<'_> {
+    /// The text.
+    pub fn program(&self) -> &Program {
+        match self {
+            Source::Main(program) => program,
+            Source::File(program) => program,
         }
     }
 }
 
-/// What stands behind the `=` of an assignment.
-pub(super) fn right_of(assignment: &[u8]) -> &[u8] {
-    memchr::memchr(b'=', assignment).map_or(b"", |equals| &assignment[equals + 1..])
+/// What a return goes back to.
+pub struct Call<'a> {
+    /// The text it was called from.
+    pub source: Source<'a>,
+    /// Its number, see [`Flow::source_id`].
+    pub source_id: usize,
+    /// Block after the call.
+    pub at: usize,
+    /// First block of the routine.
+    pub start: usize,
+    /// Further executions of the routine.
+    pub again: u64,
+    /// #1–#33 of the caller, where the call has its own.
+    pub saved: Option<Vec<(u32, f64)>>,
+    /// Named variables of the routine are its own.
+    pub own_names: bool,
+    /// The block of the main text that makes the call happen.
+    pub main_block: BlockId,
+    /// It was made by a modal call (G66), not by a word of the block.
+    pub modal: bool,
+    /// It repeats these blocks of the same text (REPEAT of Siemens) and ends where they end.
+    pub section: Option<Range<usize>>,
+}
+
+/// The flow of the program.
+pub struct Flow<'a> {
+    /// The text being executed.
+    pub source: Source<'a>,
+    /// Its number: 0 is the main one, 1 the first of `files` …
+    pub source_id: usize,
+    /// Next block.
+    pub at: usize,
+    /// Nothing more is executed.
+    pub ended: bool,
+    /// Something of the program was seen (a `%` now ends it).
+    pub began: bool,
+    /// Files that were called.
+    pub files: Vec<File>,
+    /// Routines that no file was found for.
+    pub missing: BTreeSet<String>,
+    /// Labels of each text, read when they are first asked for.
+    pub labels: Vec<Option<Rc<Labels>>>,
+    /// Calls under way, the innermost last.
+    pub calls: Vec<Call<'a>>,
+    /// Executions of each block of the main text so far; empty until the first jump.
+    pub counts: Vec<u32>,
+    /// Bytes that may still be executed.
+    pub budget: u64,
+}
+
+/// What executing every block once costs.
+pub fn cost_of_one_pass(program: &Program) -> u64 {
+    (program.text().len() + BLOCK_COST * program.len()) as u64
 }

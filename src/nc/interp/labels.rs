@@ -2,11 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::siemens_flow::{STRUCTURES, structure_word};
 use crate::ids::BlockId;
-use crate::nc::dialect::Dialect;
-use crate::nc::lex::{Token, TokenKind};
 use crate::nc::program::Program;
+use crate::nc::token::TokenKind;
 
 /// One O-word line: `o100 while […]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,74 +27,41 @@ pub struct Labels {
     /// `END m` and `WHILE … DO m` of Macro B: block, m, true for END.
     pub loops: Vec<(u32, u32, bool)>,
     /// Structures of Siemens: block, and +1 where one begins, −1 where it ends, 0 for ELSE.
-    structures: Vec<(u32, i8)>,
+    pub structures: Vec<(u32, i8)>,
     /// Named labels (`NAME:` of Siemens, `LBL 1` of Heidenhain) in upper case, and their blocks.
     pub names: Vec<(String, u32)>,
 }
 
 impl Labels {
-    /// Reads a program through.
-    pub fn of(program: &Program) -> Self {
+    /// Reads a program through: its N and O words; `family` takes in what only its dialects have.
+    pub fn of(program: &Program, family: fn(&mut Labels, &Program, BlockId)) -> Self {
         let mut labels = Labels::default();
         for block in program.blocks().take(program.own_len()) {
             labels.read(program, block);
+            family(&mut labels, program, block);
         }
         labels
     }
 
     fn read(&mut self, program: &Program, block: BlockId) {
         let text = program.text();
-        if program.dialect() == Dialect::Siemens {
-            self.read_structure(program, block);
-        }
-        let mut name = String::new();
-        let mut called = false;
         for token in program.tokens(block) {
             match token.kind {
                 TokenKind::Word(b'N') => self.n_blocks.entry(token.number as u32).or_default().push(block.0),
-                TokenKind::Percent if program.dialect() == Dialect::Siemens => {
-                    if let Some(label) = archived(token.span.of(text)) {
-                        self.o_lines.push(OLine { block: block.0, label, keyword: String::new() });
-                    }
-                }
                 TokenKind::Word(b'O') | TokenKind::Routine => {
                     let label = label_of(token.kind, token.number, token.span.of(text));
                     self.o_lines.push(OLine { block: block.0, label, keyword: String::new() });
                 }
                 TokenKind::Name => {
-                    called |= name == "CALL" || name == "GOTO";
-                    name = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
                     if let Some(line) = self.o_lines.last_mut().filter(|line| line.block == block.0)
                         && line.keyword.is_empty()
                     {
-                        line.keyword.clone_from(&name);
+                        line.keyword = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
                     }
-                }
-                TokenKind::Label => {
-                    let label = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
-                    self.names.push((label.trim_end_matches(':').trim().to_owned(), block.0));
-                }
-                TokenKind::Expression if name == "LBL" && !called => {
-                    self.names.push((plain_label(&token, text), block.0));
-                }
-                TokenKind::Expression if name == "DO" || name == "END" => {
-                    let number = crate::nc::decimal(token.span.of(text)).map_or(0, |(value, _)| value as u32);
-                    self.loops.push((block.0, number, name == "END"));
                 }
                 _ => {}
             }
         }
-    }
-
-    fn read_structure(&mut self, program: &Program, block: BlockId) {
-        let code =
-            |kind| !matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Label);
-        let mut tokens: Vec<Token> = program.tokens(block).filter(|token| code(token.kind)).collect();
-        tokens.retain(|token| token.kind != TokenKind::Word(b'N'));
-        let Some(word) = structure_word(&tokens, program.text()) else { return };
-        let opens = STRUCTURES.iter().any(|(open, _)| *open == word);
-        let closes = STRUCTURES.iter().any(|(_, close)| *close == word);
-        self.structures.push((block.0, i8::from(opens) - i8::from(closes)));
     }
 
     /// The other end of the structure that this block begins (`forward`; or its ELSE) or ends.
@@ -146,22 +111,6 @@ impl OLine {
     fn is(&self, label: &str, keywords: &[&str]) -> bool {
         self.label == label && keywords.contains(&self.keyword.as_str())
     }
-}
-
-/// Name of the program that `%_N_NAME_MPF` or `%_N_NAME_SPF` begins, lower case.
-pub fn archived(line: &[u8]) -> Option<String> {
-    let text = String::from_utf8_lossy(line).trim().to_ascii_lowercase();
-    let name = text.strip_prefix("%_n_")?;
-    Some(name.strip_suffix("_mpf").or(name.strip_suffix("_spf")).unwrap_or(name).to_owned())
-}
-
-/// `LBL 1` or `LBL "NAME"` of plain language.
-pub fn plain_label(token: &Token, text: &[u8]) -> String {
-    let bytes = token.span.of(text);
-    if bytes.starts_with(b"\"") {
-        return format!("LBL {}", String::from_utf8_lossy(bytes).to_ascii_uppercase());
-    }
-    format!("LBL {}", token.number as u32)
 }
 
 /// A label in one spelling: numbers without leading zeros, names in lower case.

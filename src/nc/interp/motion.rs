@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::Run;
-use super::line::Line;
+use super::interpreter::{Family, Interpreter};
 use super::state::{Modal, Motion};
+use super::words::Words;
 use crate::diag::Severity;
 use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
@@ -16,9 +16,9 @@ const ROTARY: [u8; 3] = *b"ABC";
 /// Rounding of sums of coordinates, mm.
 const SAME_MM: f64 = 1e-9;
 
-impl Run<'_> {
+impl<F: Family> Interpreter<'_, F> {
     /// The motion of a block: the one it states, or the modal one when it has axis words.
-    pub(super) fn motion(&mut self, line: &Line, machine: bool, stated: bool) {
+    pub(crate) fn motion(&mut self, line: &Words, machine: bool, stated: bool) {
         let arc = matches!(self.modal.motion, Motion::Clockwise | Motion::CounterClockwise);
         let straight = matches!(self.modal.motion, Motion::Rapid | Motion::Feed);
         let axes = line.has_any(b"XYZABC")
@@ -35,7 +35,7 @@ impl Run<'_> {
         let feeding = matches!(self.modal.motion, Motion::Feed | Motion::Clockwise | Motion::CounterClockwise);
         self.warn_of_rotary(line, turned, feeding);
         if feeding && self.modal.feed_mode == FeedMode::InverseTime && !line.has(b'F') {
-            let span = self.source.program().span(self.block);
+            let span = self.flow.source.program().span(self.block.id);
             self.not_understood("nc::inverse-time", span, "with G93 every block needs its own F", "write its F");
         }
         match self.modal.motion {
@@ -58,35 +58,35 @@ impl Run<'_> {
     }
 
     /// Says once per range that a rotary axis turns in a cut.
-    fn warn_of_rotary(&mut self, line: &Line, turned: bool, feeding: bool) {
+    fn warn_of_rotary(&mut self, line: &Words, turned: bool, feeding: bool) {
         let range = turned && feeding;
         let span = ROTARY.iter().find_map(|&letter| line.span(letter)).unwrap_or_default();
-        if range && !self.rotary_range {
+        if range && !self.rotary.in_cut {
             let text = "a rotary axis turns in this motion: feeds are kept until it rests";
             self.say("nc::rotary", Severity::Warning, span, text, "");
         }
-        self.rotary_range = range;
+        self.rotary.in_cut = range;
     }
 
-    fn feed_line(&mut self, line: &Line, turned: bool) {
+    fn feed_line(&mut self, line: &Words, turned: bool) {
         self.freeze_feed(turned);
         let target = self.target(line);
         self.line_to(MoveKind::Feed, target);
     }
 
     /// The feed stays where a rotary axis turns, and under G63 as a mode, where it belongs to a pitch.
-    pub(super) fn freeze_feed(&mut self, turned: bool) {
+    pub(crate) fn freeze_feed(&mut self, turned: bool) {
         if turned {
-            self.freeze = self.freeze.or(Some(Freeze::Rotary));
+            self.block.freeze = self.block.freeze.or(Some(Freeze::Rotary));
         }
         if self.modal.tapping {
-            self.freeze = self.freeze.or(Some(Freeze::Synchronised));
+            self.block.freeze = self.block.freeze.or(Some(Freeze::Synchronised));
         }
     }
 
     /// G33.1 taps and comes back to where it began, the spindle turning the other way.
-    fn rigid_tap(&mut self, line: &Line) {
-        let (start, turning) = (self.programmed, self.modal.turning);
+    fn rigid_tap(&mut self, line: &Words) {
+        let (start, turning) = (self.place.programmed, self.modal.turning);
         self.frozen_line(line, Freeze::Synchronised);
         self.turn(-turning);
         self.line_to(MoveKind::Feed, start);
@@ -94,33 +94,33 @@ impl Run<'_> {
     }
 
     /// A probing move ends where it touches: its axes may be anywhere on the way.
-    fn probe(&mut self, line: &Line) {
+    fn probe(&mut self, line: &Words) {
         self.frozen_line(line, Freeze::Probe);
-        self.probed = true;
+        self.place.probed = true;
         for (axis, letter) in AXES.into_iter().enumerate() {
-            self.elsewhere[axis] |= line.has(letter);
+            self.place.elsewhere[axis] |= line.has(letter);
         }
     }
 
-    fn frozen_line(&mut self, line: &Line, why: Freeze) {
-        self.freeze = Some(why);
+    fn frozen_line(&mut self, line: &Words, why: Freeze) {
+        self.block.freeze = Some(why);
         let target = self.target(line);
         self.line_to(MoveKind::Feed, target);
     }
 
     /// Takes A, B, C in; true when one of them turns.
-    fn rotary_words(&mut self, line: &Line) -> bool {
+    fn rotary_words(&mut self, line: &Words) -> bool {
         let mut turned = false;
         let Some(place) = ROTARY.iter().find_map(|&letter| line.span(letter)) else { return false };
         for (axis, letter) in ROTARY.into_iter().enumerate() {
             if let Some(value) = line.get(letter) {
-                let to = if self.modal.incremental { self.rotary[axis] + value } else { value };
-                turned |= to != self.rotary[axis];
-                self.rotary[axis] = to;
+                let to = if self.modal.incremental { self.rotary.at[axis] + value } else { value };
+                turned |= to != self.rotary.at[axis];
+                self.rotary.at[axis] = to;
             }
         }
         // The part as the setup has it stands at 0, where every control begins.
-        if self.rotary != [0.0; 3] || self.rotary_lost {
+        if self.rotary.at != [0.0; 3] || self.rotary.zero_lost {
             self.doubt(Doubt::RotaryAxis, place);
         } else {
             self.certain(Doubt::RotaryAxis);
@@ -130,48 +130,49 @@ impl Run<'_> {
 
     /// A rotary axis goes to its reference point: at which angle of the part that is, is not known until it is commanded to an
     /// absolute one.
-    pub(super) fn rotary_home(&mut self, line: &Line) {
+    pub(crate) fn rotary_home(&mut self, line: &Words) {
         for (axis, letter) in ROTARY.into_iter().enumerate() {
             if let Some(place) = line.span(letter) {
-                self.rotary[axis] = f64::NAN;
+                self.rotary.at[axis] = f64::NAN;
                 self.doubt(Doubt::RotaryAxis, place);
             }
         }
     }
 
     /// Programmed end point of the block, mm.
-    pub(super) fn target(&mut self, line: &Line) -> Vec3 {
+    pub(crate) fn target(&mut self, line: &Words) -> Vec3 {
         let unit = self.modal.unit_mm();
-        let mut target = self.programmed;
+        let mut target = self.place.programmed;
         for (axis, letter) in AXES.into_iter().enumerate() {
             let Some(value) = line.get(letter) else { continue };
             let incremental =
                 if self.modal.incremental { !line.is_absolute(letter) } else { line.is_incremental(letter) };
-            if !self.known[axis] {
-                self.known[axis] = true;
-                self.splittable = false;
+            if !self.place.known[axis] {
+                self.place.known[axis] = true;
+                self.block.splittable = false;
                 if incremental {
                     self.assume_zero(axis);
-                    target[axis] = self.programmed[axis];
+                    target[axis] = self.place.programmed[axis];
                 }
             }
             target[axis] = if incremental { target[axis] + value * unit } else { value * unit };
         }
-        if self.polar.is_some() { self.polar_target(line, target) } else { target }
+        if self.modal.polar.is_some() { self.polar_target(line, target) } else { target }
     }
 
     /// G16: the first axis of the plane is a radius about the zero (about the position with G91), the second an angle.
-    fn polar_target(&mut self, line: &Line, mut target: Vec3) -> Vec3 {
+    fn polar_target(&mut self, line: &Words, mut target: Vec3) -> Vec3 {
         let (a, b, _) = self.modal.plane.axes();
-        let (mut radius, mut angle) = self.polar.unwrap_or_default();
+        let (mut radius, mut angle) = self.modal.polar.unwrap_or_default();
         if !line.has(AXES[a]) && !line.has(AXES[b]) {
             return target;
         }
         let increment = |value: f64, before: f64| if self.modal.incremental { before + value } else { value };
         radius = line.get(AXES[a]).map_or(radius, |value| value * self.modal.unit_mm());
         angle = line.get(AXES[b]).map_or(angle, |value| increment(value.to_radians(), angle));
-        self.polar = Some((radius, angle));
-        let centre = if self.modal.incremental { [self.programmed[a], self.programmed[b]] } else { [0.0; 2] };
+        self.modal.polar = Some((radius, angle));
+        let centre =
+            if self.modal.incremental { [self.place.programmed[a], self.place.programmed[b]] } else { [0.0; 2] };
         target[a] = centre[0] + radius * angle.cos();
         target[b] = centre[1] + radius * angle.sin();
         target
@@ -179,38 +180,37 @@ impl Run<'_> {
 
     /// An axis first commanded by an increment begins at zero.
     fn assume_zero(&mut self, axis: usize) {
-        self.programmed[axis] = 0.0;
-        self.tool = self.frame.apply(self.programmed);
+        self.place.programmed[axis] = 0.0;
+        self.place.tool = self.frame.apply(self.place.programmed);
     }
 
-    fn machine_move(&mut self, line: &Line) {
-        self.approach_without_contour();
+    fn machine_move(&mut self, line: &Words) {
+        F::before_motion(self, MoveKind::Rapid, None);
         let unit = self.modal.unit_mm();
         let origin = self.env.origin(self.modal.wcs);
         // Where compensation has ended, the tool comes back to the contour with this motion.
-        let mut to = if self.compensation.is_none() { self.frame.apply(self.programmed) } else { self.tool };
+        let mut to =
+            if self.compensation.active.is_none() { self.frame.apply(self.place.programmed) } else { self.place.tool };
         for (axis, letter) in AXES.into_iter().enumerate() {
             let Some(value) = line.get(letter) else { continue };
             if self.env.home_mm.is_some() {
                 to[axis] = value * unit - origin[axis];
             } else if axis == 2 {
                 to.z = to.z.max(self.env.clear_z_mm);
-                self.elsewhere[2] = true;
+                self.place.elsewhere[2] = true;
             } else {
-                self.elsewhere[axis] = true;
+                self.place.elsewhere[axis] = true;
             }
         }
         let kind = if self.modal.motion == Motion::Rapid { MoveKind::Rapid } else { MoveKind::Feed };
-        self.tool_to(kind, Curve::Line { from: self.tool, to });
-        self.programmed = self.frame.invert(self.tool);
+        self.tool_to(kind, Curve::Line { from: self.place.tool, to });
+        self.place.programmed = self.frame.invert(self.place.tool);
     }
 
     /// Goes straight to a programmed point; what was asked for before it, an approach or a corner, is made first.
-    pub(super) fn line_to(&mut self, kind: MoveKind, target: Vec3) {
-        if self.approach.is_some() {
-            self.approach_along(kind, target - self.programmed);
-        }
-        if self.corner.is_some() {
+    pub(crate) fn line_to(&mut self, kind: MoveKind, target: Vec3) {
+        F::before_motion(self, kind, Some(target - self.place.programmed));
+        if self.corners.now.is_some() {
             self.work_corner(kind, target);
         }
         self.keep_leg(kind, target);
@@ -218,43 +218,43 @@ impl Run<'_> {
     }
 
     /// Goes straight to a programmed point.
-    pub(super) fn straight_to(&mut self, kind: MoveKind, target: Vec3) {
+    pub(crate) fn straight_to(&mut self, kind: MoveKind, target: Vec3) {
         if self.compensated(kind, target, None) {
             return;
         }
-        let (from, to) = (self.frame.apply(self.programmed), self.frame.apply(target));
-        self.contour_mm = ((from - self.tool).norm() > SAME_MM).then(|| (to - from).norm());
-        self.programmed = target;
-        self.tool_to(kind, Curve::Line { from: self.tool, to });
+        let (from, to) = (self.frame.apply(self.place.programmed), self.frame.apply(target));
+        self.block.contour_mm = ((from - self.place.tool).norm() > SAME_MM).then(|| (to - from).norm());
+        self.place.programmed = target;
+        self.tool_to(kind, Curve::Line { from: self.place.tool, to });
     }
 
     /// Leaves a motion of the tool in the toolpath.
-    pub(super) fn tool_to(&mut self, kind: MoveKind, curve: Curve) {
+    pub(crate) fn tool_to(&mut self, kind: MoveKind, curve: Curve) {
         let motion = self.motion_of(kind, curve);
         self.out.moves.push(motion);
     }
 
     /// The motion the block makes along a curve.
-    pub(super) fn motion_of(&mut self, kind: MoveKind, curve: Curve) -> Move {
+    pub(crate) fn motion_of(&mut self, kind: MoveKind, curve: Curve) -> Move {
         let (feed, freeze) = match kind {
-            MoveKind::Rapid => (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None }, self.freeze),
+            MoveKind::Rapid => (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None }, self.block.freeze),
             MoveKind::Feed => {
-                let length_mm = self.contour_mm.unwrap_or_else(|| curve.length());
-                (self.modal.feed_of(length_mm), self.freeze.or_else(|| self.feed_freeze()))
+                let length_mm = self.block.contour_mm.unwrap_or_else(|| curve.length());
+                (self.modal.feed_of(length_mm), self.block.freeze.or_else(|| self.feed_freeze()))
             }
         };
         if self.out.moves.is_empty() {
             self.out.inch = self.modal.inch;
         }
-        self.tool = curve.to();
+        self.place.tool = curve.to();
         let main = self.main_block();
-        let block = self.linked_at().map_or(main, |(first, _)| BlockId(first + self.block.0));
+        let block = self.linked_at().map_or(main, |(first, _)| BlockId(first + self.block.id.0));
         let state = self.state(kind, feed);
         let mut motion = Move::new(block, kind, curve, state);
         motion.line = main.0 + 1;
-        motion.instance = self.counts.get(block.ix()).map_or(0, |count| count.saturating_sub(1));
+        motion.instance = self.flow.counts.get(block.ix()).map_or(0, |count| count.saturating_sub(1));
         motion.freeze = freeze;
-        motion.splittable = self.splittable;
+        motion.splittable = self.block.splittable;
         motion
     }
 
@@ -268,8 +268,8 @@ impl Run<'_> {
             wcs,
             path_mode,
             shared: None,
-            compensated: self.under_compensation,
-            cycle: self.in_cycle,
+            compensated: self.compensation.on,
+            cycle: self.cycles.in_hole,
         };
         let last = &mut self.states[usize::from(kind == MoveKind::Feed)];
         match last {

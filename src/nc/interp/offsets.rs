@@ -1,9 +1,8 @@
 //! Work offsets and shifts: G54…, G10 L2/L20, G52, G92, and the reference returns G28 and G30.
 
-use super::Run;
-use super::line::Line;
+use super::interpreter::{Family, Interpreter};
+use super::words::Words;
 use crate::diag::Severity;
-use crate::nc::dialect::Dialect;
 use crate::nc::doubt::Doubt;
 use crate::nc::toolpath::MoveKind;
 use crate::path::{Curve, Vec3};
@@ -12,16 +11,16 @@ const AXES: [u8; 3] = *b"XYZ";
 /// Program and setup state the same origin, mm: apart by no more than the rounding of either (0.001 mm, 0.0001 inch) adds up to.
 const AGREES_MM: f64 = 0.005;
 
-impl Run<'_> {
+impl<F: Family> Interpreter<'_, F> {
     /// G54–G59, G59.1–G59.3 (590 + n), G54.1 P (Fanuc), G154 P (Haas): the machine stays, its coordinates change.
-    pub(super) fn select_wcs(&mut self, code: u16, line: &Line) {
+    pub(crate) fn select_wcs(&mut self, code: u16, line: &Words) {
         let wcs = match code {
             541 | 1540 => 100 + line.get(b'P').unwrap_or(1.0).clamp(1.0, 300.0) as u16,
             591..=593 => 59 + (code - 590),
             _ => code / 10,
         };
         if wcs != self.modal.wcs {
-            self.tool += self.env.origin(self.modal.wcs) - self.env.origin(wcs);
+            self.place.tool += self.env.origin(self.modal.wcs) - self.env.origin(wcs);
             self.modal.wcs = wcs;
             self.reframe();
             self.doubt_of_origin();
@@ -30,76 +29,71 @@ impl Run<'_> {
 
     /// The offset in force is one that the program sets otherwise than the setup has it.
     fn doubt_of_origin(&mut self) {
-        if self.unstated.contains(&self.modal.wcs) {
-            self.doubt(Doubt::ZeroShift, self.source.program().span(self.block));
+        if self.offsets.unstated.contains(&self.modal.wcs) {
+            self.doubt(Doubt::ZeroShift, self.flow.source.program().span(self.block.id));
         }
     }
 
     /// Before a motion: one single offset is the stock's own; a second one is known only where the setup gives both origins.
     #[inline]
-    pub(super) fn offset_in_use(&mut self) {
+    pub(crate) fn offset_in_use(&mut self) {
         let wcs = self.modal.wcs;
-        let first = *self.first_wcs.get_or_insert(wcs);
-        if wcs == self.last_wcs {
+        let first = *self.offsets.first.get_or_insert(wcs);
+        if wcs == self.offsets.last {
             return;
         }
-        self.last_wcs = wcs;
+        self.offsets.last = wcs;
         let given = |wcs: u16| self.env.origins.iter().any(|(number, _)| *number == wcs);
         if wcs == first {
             self.certain(Doubt::WorkOffset);
         } else if !given(first) || !given(wcs) {
-            self.doubt(Doubt::WorkOffset, self.source.program().span(self.block));
+            self.doubt(Doubt::WorkOffset, self.flow.source.program().span(self.block.id));
         }
-    }
-
-    /// Is the place of this axis not known: never commanded, after a probing move, after something not understood?
-    fn place_open(&self, axis: usize) -> bool {
-        !self.known[axis] || self.elsewhere[axis]
     }
 
     /// The program sets the zero where the tool stands, and that is not known: the part is taken to be where the setup has
     /// it, so that the tool stands at what is programmed.
     fn stand_at(&mut self, words: [Option<f64>; 3]) {
-        let mut at = self.frame.invert(self.tool);
-        for axis in (0..3).filter(|&axis| self.place_open(axis)) {
+        let mut at = self.frame.invert(self.place.tool);
+        for axis in (0..3).filter(|&axis| self.place.is_open(axis)) {
             at[axis] = words[axis].unwrap_or(at[axis]);
         }
-        self.tool = self.frame.apply(at);
-        let why = if self.probed { Doubt::Probe } else { Doubt::ZeroShift };
-        self.doubt(why, self.source.program().span(self.block));
+        self.place.tool = self.frame.apply(at);
+        let why = if self.place.probed { Doubt::Probe } else { Doubt::ZeroShift };
+        self.doubt(why, self.flow.source.program().span(self.block.id));
     }
 
     /// After a change of the frame: the tool stays, its programmed coordinates change.
-    pub(super) fn reframe(&mut self) {
+    pub(crate) fn reframe(&mut self) {
         let before = self.frame.shift;
         self.frame.refresh(self.modal.wcs);
-        self.programmed = self.frame.invert(self.tool);
+        self.place.programmed = self.frame.invert(self.place.tool);
         if before != self.frame.shift {
             self.out.shifts.push((self.next_move(), self.frame.shift));
         }
     }
 
-    fn words_mm(&self, line: &Line) -> [Option<f64>; 3] {
+    fn words_mm(&self, line: &Words) -> [Option<f64>; 3] {
         AXES.map(|axis| line.get(axis).map(|value| value * self.modal.unit_mm()))
     }
 
     /// G10, G52, G92 and its variants.
-    pub(super) fn offset(&mut self, line: &Line, code: u16) {
+    pub(crate) fn offset(&mut self, line: &Words, code: u16) {
         let words = self.words_mm(line);
-        if line.has_any(b"ABC") && self.rotary != [0.0; 3] {
-            self.rotary_lost = true;
+        if line.has_any(b"ABC") && self.rotary.at != [0.0; 3] {
+            self.rotary.zero_lost = true;
         }
         match code {
             520 => set(&mut self.frame.local, words),
             920 => {
-                if (0..3).any(|axis| words[axis].is_some() && self.place_open(axis)) {
+                if (0..3).any(|axis| words[axis].is_some() && self.place.is_open(axis)) {
                     self.stand_at(words);
                 }
-                let rest = self.frame.invert(self.tool);
+                let rest = self.frame.invert(self.place.tool);
                 for (axis, word) in words.iter().enumerate() {
                     if let Some(value) = word {
                         self.frame.g92[axis] += rest[axis] - value;
-                        (self.known[axis], self.elsewhere[axis]) = (true, false);
+                        (self.place.known[axis], self.place.elsewhere[axis]) = (true, false);
                     }
                 }
                 self.frame.g92_aside = self.frame.g92;
@@ -122,10 +116,10 @@ impl Run<'_> {
     }
 
     /// G68: turns the coordinates about a point of the plane (where the tool is, if none is named).
-    fn rotate(&mut self, line: &Line, words: [Option<f64>; 3]) {
+    fn rotate(&mut self, line: &Words, words: [Option<f64>; 3]) {
         let plane = self.modal.plane;
         let (a, b, _) = plane.axes();
-        let mut centre = self.programmed;
+        let mut centre = self.place.programmed;
         for axis in [a, b] {
             centre[axis] = words[axis].unwrap_or(centre[axis]);
         }
@@ -135,12 +129,12 @@ impl Run<'_> {
     }
 
     /// G51: scales about a point, by P (in thousandths on a Fanuc when it has no decimal point) or by I, J, K.
-    fn scale(&mut self, line: &Line, words: [Option<f64>; 3]) {
+    fn scale(&mut self, line: &Words, words: [Option<f64>; 3]) {
         let centre = Vec3::from_fn(|axis, _| words[axis].unwrap_or(0.0));
         let factor = |letter: u8| {
             let value = line.get(letter)?;
-            let text = line.span(letter).unwrap_or_default().of(self.source.program().text());
-            let thousandths = self.program.dialect() == Dialect::Fanuc && !text.contains(&b'.');
+            let text = line.span(letter).unwrap_or_default().of(self.flow.source.program().text());
+            let thousandths = self.dialect().scales_in_thousandths && !text.contains(&b'.');
             Some(if thousandths { value * 1e-3 } else { value }).filter(|value| *value != 0.0)
         };
         let whole = factor(b'P').unwrap_or(1.0);
@@ -160,14 +154,14 @@ impl Run<'_> {
         self.frame.scale = Some((centre, factor));
     }
 
-    fn g10(&mut self, line: &Line, words: [Option<f64>; 3]) {
+    fn g10(&mut self, line: &Words, words: [Option<f64>; 3]) {
         let place = line.g.first().map_or_else(Default::default, |g| g.1);
         let level = line.get(b'L').unwrap_or(0.0);
         if let (13.0, Some(number), Some(value)) = (level, line.get(b'P'), line.get(b'R')) {
             let (number, value) = (number.max(0.0) as u32, value * self.modal.unit_mm());
             let known = |table: &[(u32, f64)]| table.iter().rfind(|(d, _)| *d == number).map(|(_, wear)| *wear);
-            let before = known(&self.wear_set).or_else(|| known(&self.env.wear_mm)).unwrap_or(0.0);
-            self.wear_set.push((number, if self.modal.incremental { before + value } else { value }));
+            let before = known(&self.compensation.wear_set).or_else(|| known(&self.env.wear_mm)).unwrap_or(0.0);
+            self.compensation.wear_set.push((number, if self.modal.incremental { before + value } else { value }));
             return;
         }
         if level != 2.0 && level != 20.0 {
@@ -177,7 +171,7 @@ impl Run<'_> {
         let number = line.get(b'P').unwrap_or(0.0) as u16;
         let wcs = if number == 0 { self.modal.wcs } else { 53 + number };
         let known = self.env.origins.iter().any(|(number, _)| *number == wcs);
-        if level == 20.0 && (0..3).any(|axis| words[axis].is_some() && self.place_open(axis)) {
+        if level == 20.0 && (0..3).any(|axis| words[axis].is_some() && self.place.is_open(axis)) {
             self.stand_at(words);
         }
         let mut change = self.frame.change_of(wcs);
@@ -185,7 +179,7 @@ impl Run<'_> {
         for (axis, word) in words.iter().enumerate() {
             let Some(value) = word else { continue };
             change[axis] = if level == 20.0 {
-                self.tool[axis] - self.frame.g92[axis] - self.frame.local[axis] - value
+                self.place.tool[axis] - self.frame.g92[axis] - self.frame.local[axis] - value
             } else if self.modal.incremental {
                 change[axis] + value
             } else {
@@ -193,9 +187,9 @@ impl Run<'_> {
             };
         }
         let agrees = |axis: usize| words[axis].is_none_or(|value| (value - origin[axis]).abs() <= AGREES_MM);
-        self.unstated.retain(|number| *number != wcs);
+        self.offsets.unstated.retain(|number| *number != wcs);
         if level == 2.0 && !self.modal.incremental && !(known && (0..3).all(agrees)) {
-            self.unstated.push(wcs);
+            self.offsets.unstated.push(wcs);
         }
         self.doubt_of_origin();
         self.frame.changed.retain(|(number, _)| *number != wcs);
@@ -203,7 +197,7 @@ impl Run<'_> {
     }
 
     /// G28, G30: through a point on the way to the reference point, in the axes that are named (all, if none is).
-    pub(super) fn home(&mut self, line: &Line, _code: u16) {
+    pub(crate) fn home(&mut self, line: &Words) {
         let words = self.words_mm(line);
         let turns = line.has_any(b"ABC");
         let named =
@@ -215,9 +209,9 @@ impl Run<'_> {
             let target = self.target(line);
             self.line_to(MoveKind::Rapid, target);
         }
-        let mut to = self.tool;
+        let mut to = self.place.tool;
         if self.env.home_mm.is_none() {
-            (0..3).filter(|&axis| named[axis]).for_each(|axis| self.elsewhere[axis] = true);
+            (0..3).filter(|&axis| named[axis]).for_each(|axis| self.place.elsewhere[axis] = true);
         }
         match self.env.home_mm {
             Some(home) => {
@@ -227,8 +221,8 @@ impl Run<'_> {
             None if named[2] => to.z = to.z.max(self.env.clear_z_mm),
             None => {}
         }
-        self.tool_to(MoveKind::Rapid, Curve::Line { from: self.tool, to });
-        self.programmed = self.frame.invert(self.tool);
+        self.tool_to(MoveKind::Rapid, Curve::Line { from: self.place.tool, to });
+        self.place.programmed = self.frame.invert(self.place.tool);
     }
 }
 

@@ -1,37 +1,18 @@
 //! G and M codes that put something in force: modes, units, offsets, feed, speed, tool.
 
-use super::Run;
-use super::known::known_m;
-use super::line::Line;
-use super::state::{FeedWord, Modal, Motion};
+use super::interpreter::{Family, Interpreter, Setting};
+use super::state::{Action, FeedWord, Modal, Motion};
+use super::words::Words;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
-use crate::nc::dialect::{Dialect, Syntax};
 use crate::nc::doubt::Doubt;
 use crate::nc::toolpath::{Event, FeedMode, Freeze, PathMode};
 use crate::path::Plane;
 use crate::units::rps_from_rpm;
 
-/// What a block does with its axis words.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Action {
-    /// The modal or stated motion.
-    Move,
-    /// A motion in machine coordinates (G53).
-    Machine,
-    /// G28, G30 (code times ten).
-    Home(u16),
-    /// G92, G52, G10 and the like (code times ten).
-    Offset(u16),
-    /// G4
-    Dwell,
-    /// Nothing: the words belong to something that is kept as it is.
-    Keep,
-}
-
-impl Run<'_> {
+impl<F: Family> Interpreter<'_, F> {
     /// Executes the words of a block in the order a control does.
-    pub(super) fn execute(&mut self, line: &Line) {
+    pub(crate) fn execute(&mut self, line: &Words) {
         let mut action = Action::Move;
         let mut stated = false;
         let path_mode = self.modal.path_mode;
@@ -40,19 +21,18 @@ impl Run<'_> {
         for &(code, span) in &line.g {
             self.setting(code, span, line, &mut action, &mut stated);
         }
-        if self.misread.is_some() {
+        if self.block.misread.is_some() {
             self.modal = Modal { wcs: self.modal.wcs, ..before };
             return;
         }
         if line.g.is_empty() && self.sets_the_firmware(line) {
             action = Action::Keep;
         }
-        if line.has_g(650) || line.has_g(660) {
-            // Every other word is an argument of the macro.
-            return self.call_macro(line);
+        if F::takes_all_words(self, line) {
+            return;
         }
         if !matches!(self.modal.motion, Motion::Cycle(_)) {
-            self.cycle = None;
+            self.cycles.modal = None;
         }
         if let Some(value) = line.get(b'F')
             && action != Action::Dwell
@@ -60,41 +40,37 @@ impl Run<'_> {
             self.feed_word(value, line, unit_before);
         }
         self.speed_and_tool(line);
-        if self.modal_macro.is_some() && !self.in_modal_macro() || self.modal_call_kept() {
-            self.freeze = self.freeze.or(Some(Freeze::Cycle));
+        if F::calls_after_motions(self) {
+            self.block.freeze = self.block.freeze.or(Some(Freeze::Cycle));
         }
         match action {
             Action::Move | Action::Machine => {
                 self.motion(line, action == Action::Machine, stated);
-                self.modal_cycle(line);
             }
-            Action::Home(code) => self.home(line, code),
+            Action::Home => self.home(line),
             Action::Offset(code) => self.offset(line, code),
             Action::Dwell => self.dwell(line),
             Action::Keep => {}
         }
+        F::after_motion(self, line, matches!(action, Action::Move | Action::Machine));
         if line.has_g(90) {
             self.modal.path_mode = path_mode;
         }
         if line.has_g(630) && self.modal.motion == Motion::Synchronised {
             self.modal.motion = before.motion;
         }
-        if std::mem::take(&mut self.call_after) {
-            self.call_cycle(self.source.program().span(self.block));
-        }
-        self.corner = self.next_corner.take().or(self.corner.take());
+        self.corners.now = self.corners.next.take().or(self.corners.now.take());
         self.stops(line);
-        if self.program.dialect().syntax() == Syntax::Rs274 {
-            self.call_words(line);
-        }
-        self.call_modal_macro(line);
+        F::after_block(self, line);
     }
 
-    fn setting(&mut self, code: u16, span: Span, line: &Line, action: &mut Action, stated: &mut bool) {
-        let siemens = self.program.dialect() == Dialect::Siemens;
-        if siemens && self.siemens_setting(code, line) {
-            return;
+    fn setting(&mut self, code: u16, span: Span, line: &Words, action: &mut Action, stated: &mut bool) {
+        match F::setting(self, code, span, line) {
+            Setting::AsEverywhere => {}
+            Setting::Done => return,
+            Setting::Machine => return *action = Action::Machine,
         }
+        let dialect = self.dialect();
         let modal = &mut self.modal;
         let mut motion = |kind: Motion| {
             modal.motion = kind;
@@ -117,10 +93,8 @@ impl Run<'_> {
             842 => motion(Motion::Cycle(840)),
             843 => motion(Motion::Cycle(740)),
             800 => {
-                // LinuxCNC has no motion in force after G80; elsewhere group 1 is in force again.
                 if !*stated {
-                    let linuxcnc = self.program.dialect() == Dialect::LinuxCnc;
-                    modal.motion = if linuxcnc { Motion::None } else { modal.group_one };
+                    modal.motion = if dialect.no_motion_after_g80 { Motion::None } else { modal.group_one };
                 }
             }
             40 => *action = Action::Dwell,
@@ -128,9 +102,8 @@ impl Run<'_> {
             180 => modal.plane = Plane::Zx,
             190 => modal.plane = Plane::Yz,
             200 | 210 => modal.inch = code == 200,
-            280 | 300 => *action = Action::Home(code),
+            280 | 300 => *action = Action::Home,
             530 => *action = Action::Machine,
-            1530 if siemens => *action = Action::Machine,
             100 | 520 | 920..=923 | 680 | 690 | 510 | 511 | 500 | 501 => *action = Action::Offset(code),
             281 | 301 => *action = Action::Keep,
             540 | 541 | 550 | 560 | 570 | 580 | 590..=593 | 1540 => self.select_wcs(code, line),
@@ -150,13 +123,11 @@ impl Run<'_> {
             400 => self.switch_compensation(0.0, false, line, span),
             410 | 411 => self.switch_compensation(1.0, code == 411, line, span),
             420 | 421 => self.switch_compensation(-1.0, code == 421, line, span),
-            150 => self.polar = None,
-            160 => self.polar = self.polar.or(Some((0.0, 0.0))),
-            660 | 661 => self.call_after_motions(line, code, span),
-            670 => self.modal_macro = None,
+            150 => self.modal.polar = None,
+            160 => self.modal.polar = self.modal.polar.or(Some((0.0, 0.0))),
             70 => self.refuse_lathe(span, "G7 (diameter mode)"),
-            80 if self.program.dialect() == Dialect::LinuxCnc => self.refuse_lathe(span, "G8 (radius mode)"),
-            50 | 51 if looks_ahead(line) && self.program.dialect() != Dialect::LinuxCnc => {}
+            80 if dialect.g8_is_for_lathes => self.refuse_lathe(span, "G8 (radius mode)"),
+            50 | 51 if looks_ahead(line) && !dialect.g8_is_for_lathes => {}
             120 | 130 => {
                 *action = Action::Keep;
                 let text = "the circular pocket is kept, not simulated";
@@ -171,22 +142,22 @@ impl Run<'_> {
             // Tool centre point control, and the offset that turns with the table (Haas G254).
             434 | 435 | 2340 | 2540 => self.doubt(Doubt::TiltedFrame, span),
             430 | 440 | 490 | 2550 => {
-                if !self.frame_lost {
+                if !self.frame.lost {
                     self.certain(Doubt::TiltedFrame);
                 }
             }
-            80 | 110 | 431 | 432 | 531 | 650 | 960 | 970 | 1030 | 1870 => {}
+            80 | 110 | 431 | 432 | 531 | 960 | 970 | 1030 | 1870 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
-                let text = String::from_utf8_lossy(span.of(self.source.program().text())).into_owned();
+                let text = String::from_utf8_lossy(span.of(self.flow.source.program().text())).into_owned();
                 self.misread("nc::unknown-g", span, format!("{text} is not known here"), "the block is left as it is");
             }
         }
     }
 
     /// G63 with a motion of its own is one tapping stroke (Siemens); for the others it is a mode until G61, G62 or G64.
-    fn tapping_mode(&mut self, line: &Line) {
-        self.modal.tapping = self.program.dialect() != Dialect::Siemens;
+    fn tapping_mode(&mut self, line: &Words) {
+        self.modal.tapping = self.dialect().g63_is_modal;
         let own = line.g.iter().any(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
         if !own && line.has_any(b"XYZ") {
             self.modal.motion = Motion::Synchronised;
@@ -203,19 +174,19 @@ impl Run<'_> {
             text,
             "feeds are kept from here on: this is not a milling program",
         );
-        self.freeze = Some(Freeze::NotUnderstood);
-        self.frame_lost = true;
+        self.block.freeze = Some(Freeze::NotUnderstood);
+        self.frame.lost = true;
     }
 
     /// The frame that was not followed has ended.
-    pub(super) fn find_frame(&mut self) {
-        self.frame_lost = false;
+    pub(crate) fn find_frame(&mut self) {
+        self.frame.lost = false;
         self.certain(Doubt::TiltedFrame);
     }
 
     /// Something puts a frame in force that is not followed: feeds are kept until it ends.
-    pub(super) fn lose_frame(&mut self, place: Span, what: &str, help: &str) {
-        self.frame_lost = true;
+    pub(crate) fn lose_frame(&mut self, place: Span, what: &str, help: &str) {
+        self.frame.lost = true;
         self.doubt(Doubt::TiltedFrame, place);
         let text = format!("{what} is not followed: feeds are kept until it ends");
         self.not_understood("nc::frame", place, text, help);
@@ -229,8 +200,8 @@ impl Run<'_> {
     }
 
     /// LinuxCNC takes F in before it changes the unit of length, the others after.
-    pub(super) fn feed_word(&mut self, value: f64, line: &Line, unit_before: f64) {
-        let early = self.program.dialect() == Dialect::LinuxCnc;
+    pub(crate) fn feed_word(&mut self, value: f64, line: &Words, unit_before: f64) {
+        let early = self.dialect().feed_before_unit;
         let unit = match self.modal.feed_mode {
             FeedMode::InverseTime => 1.0,
             _ if early => unit_before,
@@ -243,19 +214,19 @@ impl Run<'_> {
         }
         let place = self.linked_at().filter(|_| !computed);
         let word = place.map(|(block, byte)| {
-            (BlockId(block + self.block.0), Span { start: byte + span.start, end: byte + span.end })
+            (BlockId(block + self.block.id.0), Span { start: byte + span.start, end: byte + span.end })
         });
         self.modal.feed = FeedWord { value: value.max(0.0) * unit, word, computed: word.is_none() };
     }
 
-    fn speed_and_tool(&mut self, line: &Line) {
+    fn speed_and_tool(&mut self, line: &Words) {
         let before = self.modal.spin();
         if let Some(rpm) = line.get(b'S') {
             self.modal.speed_rps = rps_from_rpm(rpm.abs());
         }
         if let Some(number) = line.get(b'T') {
             self.modal.next_tool = number.clamp(0.0, f64::from(u32::MAX)) as u32;
-            if self.t_changes_tool {
+            if self.spindle.t_changes_tool {
                 self.change_tool();
             }
         }
@@ -283,21 +254,21 @@ impl Run<'_> {
 
     /// Where the program has set no S so far, the speed is what the setup gives for the tool; and where nothing in the program
     /// switches the spindle, somebody did by hand.
-    fn take_speed_of_setup(&mut self, line: &Line) {
-        self.speed_said |= line.has(b'S');
-        if self.speed_said || self.env.speeds_rps.is_empty() {
+    fn take_speed_of_setup(&mut self, line: &Words) {
+        self.spindle.speed_said |= line.has(b'S');
+        if self.spindle.speed_said || self.env.speeds_rps.is_empty() {
             return;
         }
         let known = self.env.speeds_rps.iter().find(|(tool, _)| *tool == self.modal.tool);
         self.modal.speed_rps = known.map_or(0.0, |(_, speed)| *speed);
-        if known.is_some() && self.by_hand {
+        if known.is_some() && self.spindle.by_hand {
             self.modal.turning = 1;
         }
     }
 
     /// Number of the tool whose name stands in quotes in this place, 0 with a diagnostic where the setup does not tell it;
     /// `None`: there is no name.
-    pub(super) fn tool_by_name(&mut self, place: Span, text: &[u8]) -> Option<f64> {
+    pub(crate) fn tool_by_name(&mut self, place: Span, text: &[u8]) -> Option<f64> {
         let bytes = place.of(text);
         let from = bytes.iter().position(|&byte| byte == b'"')? + 1;
         let length = bytes[from..].iter().position(|&byte| byte == b'"').unwrap_or(bytes.len() - from);
@@ -318,31 +289,31 @@ impl Run<'_> {
 
     /// `M92 X100`, `M203 X5000`: steps, speeds, accelerations of a firmware; its words are no positions (marlinfw.org, G-code
     /// index: M92, M201, M203–M206, M211, M566, M665, M666, M851, M906). No control of the other families has these with axis words.
-    fn sets_the_firmware(&self, line: &Line) -> bool {
+    fn sets_the_firmware(&self, line: &Words) -> bool {
         const SETTINGS: [u16; 12] = [920, 2010, 2030, 2040, 2050, 2060, 2110, 5660, 6650, 6660, 8510, 9060];
-        self.program.dialect().syntax() == Syntax::Rs274 && line.m.iter().any(|m| SETTINGS.contains(&m.0))
+        self.dialect().settings_by_m && line.m.iter().any(|m| SETTINGS.contains(&m.0))
     }
 
     /// The same, where the control may well be such a firmware.
-    fn firmware_speaks(&self, line: &Line) -> bool {
-        matches!(self.program.dialect(), Dialect::Grbl | Dialect::Generic) && self.sets_the_firmware(line)
+    fn firmware_speaks(&self, line: &Words) -> bool {
+        self.dialect().firmware && self.sets_the_firmware(line)
     }
 
-    fn dwell(&mut self, line: &Line) {
+    fn dwell(&mut self, line: &Words) {
         let long = self.dwell_seconds(line, b'P').or(line.get(b'X')).or(line.get(b'U')).or(line.get(b'F'));
         let seconds = long.unwrap_or(0.0).max(0.0);
         self.event(Event::Dwell { seconds, line: self.line_number() });
     }
 
     /// A dwell word in s: Fanuc and Haas count ms where there is no decimal point.
-    pub(super) fn dwell_seconds(&self, line: &Line, letter: u8) -> Option<f64> {
+    pub(crate) fn dwell_seconds(&self, line: &Words, letter: u8) -> Option<f64> {
         let value = line.get(letter)?;
-        let counts_ms = matches!(self.program.dialect(), Dialect::Fanuc | Dialect::Haas);
-        let text = line.span(letter).unwrap_or_default().of(self.source.program().text());
+        let counts_ms = self.dialect().counts_increments;
+        let text = line.span(letter).unwrap_or_default().of(self.flow.source.program().text());
         Some(if counts_ms && !text.contains(&b'.') { value * 1e-3 } else { value }.max(0.0))
     }
 
-    pub(super) fn stops(&mut self, line: &Line) {
+    pub(crate) fn stops(&mut self, line: &Words) {
         for &(code, place) in &line.m {
             let end = matches!(code, 20 | 300);
             if end || matches!(code, 0 | 10 | 600) {
@@ -351,20 +322,17 @@ impl Run<'_> {
             match code {
                 // M1 is no doubt: with its switch off the control passes it, so that nothing in the program can rely on it.
                 0 | 600 => self.doubt(Doubt::ProgramStop, place),
-                // M128 … M129 of Heidenhain: the control follows the tip of the tool.
-                1280 if self.program.dialect() == Dialect::Heidenhain => self.doubt(Doubt::TiltedFrame, place),
-                1290 if self.program.dialect() == Dialect::Heidenhain => self.certain(Doubt::TiltedFrame),
-                _ if !known_m(self.program.dialect(), code) && !self.firmware_speaks(line) => {
+                _ if !self.program.dialect().knows_m(code) && !self.firmware_speaks(line) => {
                     self.doubt(Doubt::UnknownCode, place);
                 }
                 _ => {}
             }
-            self.ended |= end;
+            self.flow.ended |= end;
         }
     }
 
     /// Why a feed move made now must stay as it is.
-    pub(super) fn feed_freeze(&self) -> Option<Freeze> {
+    pub(crate) fn feed_freeze(&self) -> Option<Freeze> {
         let feed = &self.modal.feed;
         if feed.computed {
             Some(Freeze::Expression)
@@ -377,6 +345,6 @@ impl Run<'_> {
 }
 
 /// G5 P10000, G5.1 Q1: the control reads ahead.
-fn looks_ahead(line: &Line) -> bool {
+fn looks_ahead(line: &Words) -> bool {
     !line.has_any(b"XYZ") && line.has_any(b"PQ")
 }

@@ -1,10 +1,42 @@
-//! The modal state of a control, and the frame that programmed coordinates are turned into.
+//! What a control remembers from block to block: modes, frame, place, offsets, spindle, compensation, corners, cycles. Data
+//! only; the files beside this one change it. What one family of dialects remembers alone is in its own room.
 
+use super::intersection::{Moved, Point};
 use crate::diag::Span;
 use crate::ids::BlockId;
-use crate::nc::{Feed, FeedMode, PathMode, Spin};
+use crate::nc::doubt::Doubt;
+use crate::nc::expr::Target;
+use crate::nc::toolpath::{Feed, FeedMode, Freeze, PathMode, Spin};
 use crate::path::{Plane, Vec3};
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min};
+
+/// Is there anything left to execute in the block?
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum After {
+    /// The block is done: it steered the flow, or its family has executed it.
+    Done,
+    /// Its words are executed.
+    Words,
+    /// It is a command to the control, not a block of the program: it stays as it is and does nothing here.
+    Command,
+}
+
+/// What a block does with its axis words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Action {
+    /// The modal or stated motion.
+    Move,
+    /// A motion in machine coordinates (G53).
+    Machine,
+    /// G28, G30: to the reference point.
+    Home,
+    /// G92, G52, G10 and the like (code times ten).
+    Offset(u16),
+    /// G4
+    Dwell,
+    /// Nothing: the words belong to something that is kept as it is.
+    Keep,
+}
 
 /// Motion that axis words alone repeat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,6 +107,8 @@ pub struct Modal {
     pub path_mode: PathMode,
     /// G99: cycles retract to R, not to the level they began at.
     pub retract_to_r: bool,
+    /// G16: radius, mm, and angle, rad, of polar coordinates as last written; `None` under G15.
+    pub polar: Option<(f64, f64)>,
 }
 
 impl Default for Modal {
@@ -96,6 +130,7 @@ impl Default for Modal {
             wcs: 54,
             path_mode: PathMode::Continuous,
             retract_to_r: false,
+            polar: None,
         }
     }
 }
@@ -139,12 +174,23 @@ pub struct Frame {
     pub rotation: Option<(Plane, Vec3, f64)>,
     /// G51: centre and factor of each axis.
     pub scale: Option<(Vec3, Vec3)>,
+    /// A frame that is not followed is in force (a tilted plane, polar interpolation): every feed is kept.
+    pub lost: bool,
 }
 
 impl Default for Frame {
     fn default() -> Self {
         let zero = Vec3::zeros();
-        Self { g92: zero, g92_aside: zero, local: zero, changed: Vec::new(), shift: zero, rotation: None, scale: None }
+        Self {
+            g92: zero,
+            g92_aside: zero,
+            local: zero,
+            changed: Vec::new(),
+            shift: zero,
+            rotation: None,
+            scale: None,
+            lost: false,
+        }
     }
 }
 
@@ -205,4 +251,232 @@ fn rotated(plane: Plane, centre: Vec3, angle: f64, point: Vec3) -> Vec3 {
     p[a] = centre[a] + u * cos - v * sin;
     p[b] = centre[b] + u * sin + v * cos;
     p
+}
+
+/// Where the tool is.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// Programmed position, mm, before scaling, rotation and shift.
+    pub programmed: Vec3,
+    /// Position of the tool, mm, in the work offset.
+    pub tool: Vec3,
+    /// Has this axis been commanded, or was its position known from the start?
+    pub known: [bool; 3],
+    /// May this axis stand elsewhere than it is taken to: with the block-delete switch on, after a probing move, after what
+    /// was not understood, at a reference point that the setup does not give? Until it is commanded to an absolute place.
+    pub elsewhere: [bool; 3],
+    /// A probing move was made.
+    pub probed: bool,
+}
+
+impl Place {
+    /// Is the place of this axis not known: never commanded, after a probing move, after something not understood?
+    pub fn is_open(&self, axis: usize) -> bool {
+        !self.known[axis] || self.elsewhere[axis]
+    }
+}
+
+/// The rotary axes A, B, C.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Rotary {
+    /// Where they stand, deg; NaN at a reference point.
+    pub at: [f64; 3],
+    /// The last motion turned one of them in a cut.
+    pub in_cut: bool,
+    /// Their zero was set anew while one of them was turned.
+    pub zero_lost: bool,
+}
+
+/// Work offsets as the program uses them.
+#[derive(Debug, Clone)]
+pub struct Offsets {
+    /// That of the first motion.
+    pub first: Option<u16>,
+    /// That of the last motion.
+    pub last: u16,
+    /// Those that the program sets otherwise than the setup has them.
+    pub unstated: Vec<u16>,
+}
+
+/// What the program and the setup say of spindle and tool changes.
+#[derive(Debug, Clone, Copy)]
+pub struct Spindle {
+    /// An S word was executed.
+    pub speed_said: bool,
+    /// Nothing in the program switches the spindle, and the setup has its speed: it is switched by hand.
+    pub by_hand: bool,
+    /// A T word alone brings the tool in.
+    pub t_changes_tool: bool,
+}
+
+/// The block being executed.
+#[derive(Debug, Clone)]
+pub struct BlockState {
+    /// Which one, in the text it stands in.
+    pub id: BlockId,
+    /// Something in it cannot be read: it sets nothing.
+    pub misread: Option<Span>,
+    /// Why its moves must keep their feed.
+    pub freeze: Option<Freeze>,
+    /// May its moves be cut in pieces?
+    pub splittable: bool,
+    /// Length of the contour that it programs, mm, where the tool runs beside it: its time is that of this length.
+    pub contour_mm: Option<f64>,
+    /// Its assignments, in force once it is read.
+    pub assignments: Vec<(Target, f64)>,
+}
+
+/// G41/G42 in force without moving the tool aside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Contour {
+    /// It is not.
+    Off,
+    /// The path is written as the tool runs, and there is no wear.
+    AsWritten,
+    /// What it means is not known: feeds are kept.
+    Unknown,
+}
+
+/// Radius compensation.
+#[derive(Debug, Clone)]
+pub struct Compensation {
+    /// It moves the tool aside.
+    pub active: Option<Active>,
+    /// It is in force but moves nothing aside.
+    pub contour: Contour,
+    /// G41 or G42 is in force, whatever it does to the path.
+    pub on: bool,
+    /// G41/G42 ranges seen so far.
+    pub ranges: usize,
+    /// Ranges a control would have to refuse in this pass, and in the one before.
+    pub refused: Vec<usize>,
+    /// The same, found in the pass before.
+    pub refused_before: Vec<usize>,
+    /// A range was read as if the control offset it, only to see whether it could.
+    pub undecided: bool,
+    /// The second pass, in which that is known.
+    pub deciding: bool,
+    /// Wear offsets that the program set, mm.
+    pub wear_set: Vec<(u32, f64)>,
+    /// What the radius of the tool exceeds that of the table by, mm (DR in a tool call).
+    pub oversize_mm: f64,
+}
+
+/// Compensation that moves the tool aside.
+#[derive(Debug, Clone, Copy)]
+pub struct Active {
+    /// +1: the tool is left of the contour, −1: right.
+    pub side: f64,
+    /// Radius of the tool, mm.
+    pub radius: f64,
+    /// Where it was switched on: its ordinal in the program.
+    pub range: usize,
+    /// The element of the contour before the next corner.
+    pub before: Option<Before>,
+}
+
+/// An element of the contour whose end the next corner may still move.
+#[derive(Debug, Clone, Copy)]
+pub struct Before {
+    /// The element, moved aside.
+    pub moved: Moved,
+    /// Direction of the contour at its end.
+    pub direction: Point,
+    /// Its move; those after it only rise or sink.
+    pub index: usize,
+    /// +1 when it bends counter-clockwise, −1 clockwise, 0 straight.
+    pub bend: f64,
+    /// It leads to the contour: its end is square to the element after it, once that is known.
+    pub entry: bool,
+}
+
+/// What a corner becomes, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Corner {
+    /// An arc of this radius.
+    Round(f64),
+    /// A chamfer of this length.
+    Chamfer(f64),
+    /// A chamfer that takes this much of either side.
+    Legs(f64),
+}
+
+/// A straight motion that a corner may follow, and how things stood before it.
+#[derive(Debug, Clone)]
+pub struct Leg {
+    /// Programmed start.
+    pub from: Vec3,
+    /// Programmed end.
+    pub to: Vec3,
+    /// Where the tool was.
+    pub tool: Vec3,
+    /// Compensation at its start.
+    pub compensation: Option<Active>,
+    /// Moves made before it.
+    pub first_move: usize,
+    /// Events before it.
+    pub events: usize,
+}
+
+/// Corners that are rounded or chamfered by a word.
+#[derive(Debug, Clone, Default)]
+pub struct Corners {
+    /// The corner between the last motion and the next, and where it is asked for.
+    pub now: Option<(Corner, Span)>,
+    /// The corner behind the motion of this block.
+    pub next: Option<(Corner, Span)>,
+    /// Feed of the corner where it has its own, mm/s.
+    pub feed: Option<f64>,
+    /// The straight motion it cuts short.
+    pub leg: Option<Leg>,
+}
+
+/// Words of a drilling or boring cycle that stay in force, mm and s.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Cycle {
+    /// Level at which cycles came into force.
+    pub initial: f64,
+    /// Depth.
+    pub depth: Option<f64>,
+    /// R
+    pub retract: Option<f64>,
+    /// Q
+    pub peck: Option<f64>,
+    /// P
+    pub dwell_s: f64,
+    /// I, J: how far a boring tool steps aside.
+    pub shift: [f64; 2],
+    /// K: where back boring ends.
+    pub top: Option<f64>,
+}
+
+/// Drilling and boring cycles.
+#[derive(Debug, Clone, Default)]
+pub struct Cycles {
+    /// The cycle in force.
+    pub modal: Option<Cycle>,
+    /// The motions of one hole are being made.
+    pub in_hole: bool,
+    /// Feed moves of cycles, each with the block whose F word drives it.
+    pub driven: Vec<(u32, BlockId)>,
+}
+
+/// What was said about the text.
+#[derive(Debug, Clone, Default)]
+pub struct Messages {
+    /// How often each code was said.
+    pub said: Vec<(&'static str, u32)>,
+    /// What was said of each doubt, in the order of [`Doubt::ALL`].
+    pub raised: [Raised; Doubt::ALL.len()],
+}
+
+/// What was said of one kind of doubt, and the stretch that is open.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Raised {
+    /// Place of its diagnostic in the list.
+    pub diagnostic: Option<usize>,
+    /// Places that raise it.
+    pub count: u32,
+    /// Place of the open stretch in the list.
+    pub open: Option<usize>,
 }

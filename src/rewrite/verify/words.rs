@@ -11,7 +11,7 @@
 use std::collections::BTreeSet;
 
 use crate::ids::BlockId;
-use crate::nc::{Dialect, Freeze, Move, MoveKind, Program, Token, TokenKind, Toolpath};
+use crate::nc::{Freeze, Move, MoveKind, Program, Token, TokenKind, Toolpath};
 
 use super::super::decimal::Decimal;
 use super::super::{mark, view};
@@ -209,7 +209,7 @@ fn last_piece(
 
 /// A coordinate of a piece that has no decimal point where the block's has one, or one where it has none.
 fn without_point(original: &Program, own: BlockId, rewritten: &Program, block: BlockId) -> Option<&'static str> {
-    if !matches!(original.dialect(), Dialect::Fanuc | Dialect::Haas) {
+    if !original.dialect().properties().counts_increments {
         return None;
     }
     // Of a zero only a point that is there says anything.

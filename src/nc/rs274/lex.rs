@@ -10,56 +10,9 @@ use nom::error::Error;
 use nom::sequence::preceded;
 use nom::{IResult, Parser};
 
-use super::number::decimal;
 use crate::diag::Span;
-
-/// What a token is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TokenKind {
-    /// Spaces and tabs.
-    Blank,
-    /// `\n`, `\r\n`, or stray `\r`.
-    LineEnd,
-    /// `( … )` or `;` to the end of the line.
-    Comment,
-    /// A `(` that is never closed, to the end of the line.
-    OpenComment,
-    /// `%` and what follows it.
-    Percent,
-    /// `/` at the start of a block, with its digit.
-    Delete,
-    /// A letter and a plain number; the letter is in upper case.
-    Word(u8),
-    /// A letter and a parameter, an expression or a function.
-    Computed(u8),
-    /// `O` with a name or a computed number: `o<name>`, `o[#1]`.
-    Routine,
-    /// A word of several letters (IF, WHILE, GOTO, sub, call …).
-    Name,
-    /// `#… = …`, or another assignment.
-    Assignment,
-    /// `[…]`, `#…` or a number standing alone.
-    Expression,
-    /// `NAME( … )`: a call with arguments in parentheses (Siemens).
-    Call,
-    /// A label with its colon (Siemens).
-    Label,
-    /// `,R5.` or `,C2.`: the corner behind the block.
-    Corner(u8),
-    /// Not understood.
-    Bad,
-}
-
-/// A token: kind, place, and for a [`TokenKind::Word`] its number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Token {
-    /// What it is.
-    pub kind: TokenKind,
-    /// Where it is.
-    pub span: Span,
-    /// Value of a plain number, as written (no unit); 0 otherwise.
-    pub number: f64,
-}
+use crate::nc::number::decimal;
+use crate::nc::token::{Token, TokenKind};
 
 /// How far past the first `)` a nested comment is looked for, bytes.
 const NESTED_COMMENT: usize = 256;
@@ -68,7 +21,7 @@ type Input<'a> = &'a [u8];
 
 /// The token of `line` (the bytes of one line, its end included) at `at`; `base` is where the line begins in the text.
 #[inline]
-pub fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
+pub(crate) fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
     let rest = &line[at..];
     // Nearly every token is a letter with a number right behind it, or one blank.
     let letter = rest[0] & !0x20;
@@ -202,7 +155,7 @@ fn balanced(rest: Input<'_>) -> Option<usize> {
 }
 
 /// Bytes that `parser` takes from the start of `input`; 0 when it does not match.
-pub(super) fn length_of<'a, O>(
+pub(crate) fn length_of<'a, O>(
     mut parser: impl Parser<Input<'a>, Output = O, Error = Error<Input<'a>>>,
     input: Input<'a>,
 ) -> usize {
@@ -213,11 +166,11 @@ fn is_blank(c: u8) -> bool {
     matches!(c, b' ' | b'\t')
 }
 
-pub(super) fn blanks(i: Input<'_>) -> IResult<Input<'_>, Input<'_>> {
+pub(crate) fn blanks(i: Input<'_>) -> IResult<Input<'_>, Input<'_>> {
     take_while(is_blank)(i)
 }
 
-pub(super) fn to_line_end(i: Input<'_>) -> IResult<Input<'_>, Input<'_>> {
+pub(crate) fn to_line_end(i: Input<'_>) -> IResult<Input<'_>, Input<'_>> {
     take_till(|c| matches!(c, b'\n' | b'\r'))(i)
 }
 

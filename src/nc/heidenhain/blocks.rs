@@ -6,25 +6,25 @@
 //! tangential; `RND`, `CHF` work the corner between their neighbours; `R0 RL RR` are G40 G41 G42, an `I` before an axis
 //! makes it incremental; M91 and M92 are G53. What has no meaning here is said.
 
-use super::Run;
-use super::corner::Corner;
-use super::faults::is_not_finite;
-use super::flow::After;
-use super::line::Line;
-use super::state::FeedWord;
+use super::state::Heidenhain;
 use crate::diag::Span;
 use crate::ids::BlockId;
-use crate::nc::dialect::Dialect;
 use crate::nc::doubt::Doubt;
 use crate::nc::expr::{self, Target};
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::interp::interpreter::Interpreter;
+use crate::nc::interp::messages::is_not_finite;
+use crate::nc::interp::state::After;
+use crate::nc::interp::state::Corner;
+use crate::nc::interp::state::FeedWord;
+use crate::nc::interp::words::Words;
+use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::{Event, MoveKind};
 use crate::path::{Plane, Vec3};
 use crate::units::mm_s_from_mm_min;
 
 /// What puts a frame in force that is not followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Tilt {
+pub(crate) enum Tilt {
     /// PLANE … to PLANE RESET.
     Plane,
     /// Cycle 19.
@@ -37,10 +37,10 @@ pub(super) enum Tilt {
     Preset,
 }
 
-impl Run<'_> {
+impl Interpreter<'_, Heidenhain> {
     /// Puts a block into ISO words.
-    pub(super) fn heidenhain(&mut self, block: BlockId, line: &mut Line) -> After {
-        let source = self.source.clone();
+    pub(crate) fn heidenhain(&mut self, block: BlockId, line: &mut Words) -> After {
+        let source = self.flow.source.clone();
         let text = source.program().text();
         let skip =
             |kind| matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Delete);
@@ -69,9 +69,8 @@ impl Run<'_> {
         for token in tokens.iter_mut().filter(|token| token.kind == TokenKind::Expression) {
             self.insert_parameter(token, text);
         }
-        self.modal.plane = self.tool_plane;
+        self.modal.plane = self.family.tool_plane;
         let first_number = tokens.iter().find(|t| t.kind == TokenKind::Expression).map(|t| t.number);
-        line.flow = false;
         self.named_feed(&names, place);
         self.unread_numbers(&names, &tokens, text);
         match names.as_slice() {
@@ -81,8 +80,8 @@ impl Run<'_> {
             }
             ["END", "PGM", ..] => {
                 line.clear();
-                if self.source_id == 0 {
-                    self.ended = true;
+                if self.flow.source_id == 0 {
+                    self.flow.ended = true;
                 } else {
                     self.return_from_call();
                 }
@@ -102,12 +101,12 @@ impl Run<'_> {
                 let named = tokens.iter().find(|token| token.span.of(text).first() == Some(&b'"'));
                 let named = named.and_then(|token| self.tool_by_name(token.span, text));
                 tool_call(line, named.or(number_after(&tokens, text, "CALL")), place);
-                self.oversize_mm = number_after(&tokens, text, "DR").unwrap_or(0.0) * self.modal.unit_mm();
+                self.compensation.oversize_mm = number_after(&tokens, text, "DR").unwrap_or(0.0) * self.modal.unit_mm();
                 self.tool_axis(&names, place);
                 self.active_radius(line.get(b'T').map(|number| number as u32));
                 if let Some(value) = line.get(b'F') {
                     let value = value.max(0.0) * self.modal.unit_mm();
-                    self.tool_feed = FeedWord { value, word: None, computed: true };
+                    self.family.tool_feed = FeedWord { value, word: None, computed: true };
                 }
             }
             ["CALL", "LBL", ..] => self.call_label(&tokens, text, place),
@@ -158,7 +157,7 @@ impl Run<'_> {
         }
         if line.has_m(990) {
             line.m.retain(|m| m.0 != 990);
-            self.call_after = true;
+            self.family.call_after = true;
         }
         After::Words
     }
@@ -168,17 +167,17 @@ impl Run<'_> {
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let index = expr::parameter_index(String::from_utf8_lossy(&bytes[1..equals]).trim()).unwrap_or(0);
         if let Some(feed) = self.feed_by_name(&bytes[equals + 1..]) {
-            self.assignments.push((Target::Number(index), feed));
+            self.block.assignments.push((Target::Number(index), feed));
             return self.apply_assignments();
         }
         match self.evaluate(token.span, &formula(&bytes[equals + 1..]), 0) {
             Ok(value) => {
-                self.assignments.push((Target::Number(index), value));
+                self.block.assignments.push((Target::Number(index), value));
                 self.preset(index, value, token.span);
             }
             Err(error) => {
                 // What it is now is not known, least of all what it was before.
-                self.assignments.push((Target::Number(index), f64::NAN));
+                self.block.assignments.push((Target::Number(index), f64::NAN));
                 self.bad_expression(token.span, &error);
             }
         }
@@ -188,7 +187,7 @@ impl Run<'_> {
     /// `Q206=AUTO`: the feed of the tool call, in units of the program; NaN where it is not known, and for FMAX, FU, FZ.
     fn feed_by_name(&self, value: &[u8]) -> Option<f64> {
         let name = value.trim_ascii().to_ascii_uppercase();
-        let known = self.tool_feed.value / self.modal.unit_mm();
+        let known = self.family.tool_feed.value / self.modal.unit_mm();
         match name.as_slice() {
             b"AUTO" | b"FAUTO" => Some(if known > 0.0 { known } else { f64::NAN }),
             b"MAX" | b"FMAX" | b"FU" | b"FZ" => Some(f64::NAN),
@@ -198,16 +197,14 @@ impl Run<'_> {
 
     /// Q100 to Q199 are the control's own (TNC 640, Klartext Programming, Preassigned Q parameters): not known until the program
     /// sets them.
-    pub(super) fn reserve_parameters(&mut self) {
-        if self.program.dialect() == Dialect::Heidenhain {
-            self.parameters.numbered.extend((100..=199).map(|index| (index, f64::NAN)));
-        }
+    pub(crate) fn reserve_parameters(&mut self) {
+        self.parameters.numbered.extend((100..=199).map(|index| (index, f64::NAN)));
     }
 
     /// Q108 is the radius of the tool in the spindle, its allowances included.
     fn active_radius(&mut self, tool: Option<u32>) {
         let Some(tool) = tool else { return };
-        let radius_mm = self.env.diameter_mm(tool).map(|diameter| 0.5 * diameter + self.oversize_mm);
+        let radius_mm = self.env.diameter_mm(tool).map(|diameter| 0.5 * diameter + self.compensation.oversize_mm);
         let value = radius_mm.map_or(f64::NAN, |radius| radius / self.modal.unit_mm());
         self.parameters.numbered.insert(108, value);
     }
@@ -221,25 +218,25 @@ impl Run<'_> {
             _ => None,
         });
         if let Some(plane) = along {
-            self.tool_plane = plane;
+            self.family.tool_plane = plane;
             self.tilt(Tilt::ToolAxis, plane != Plane::Xy, place);
         }
     }
 
     /// Cycle 247 takes a preset of the control's table: the first one is where the setup puts the part, another one is elsewhere.
     fn preset(&mut self, index: u32, value: f64, place: Span) {
-        if index != 339 || self.cycle_number != 247 {
+        if index != 339 || self.family.cycle_number != 247 {
             return;
         }
-        let first = *self.first_preset.get_or_insert(value);
+        let first = *self.family.first_preset.get_or_insert(value);
         self.tilt(Tilt::Preset, value != first, place);
     }
 
     /// Puts a frame in force that is not followed, or ends it; feeds are kept while any is.
-    pub(super) fn tilt(&mut self, tilt: Tilt, on: bool, place: Span) {
+    pub(crate) fn tilt(&mut self, tilt: Tilt, on: bool, place: Span) {
         let bit = 1 << tilt as u8;
-        let before = self.tilted;
-        self.tilted = if on { before | bit } else { before & !bit };
+        let before = self.family.tilted;
+        self.family.tilted = if on { before | bit } else { before & !bit };
         if on && before & bit == 0 {
             let (what, help) = match tilt {
                 Tilt::Plane => ("a tilted plane (PLANE)", "PLANE RESET ends it"),
@@ -252,7 +249,7 @@ impl Run<'_> {
                 self.doubt(Doubt::WorkOffset, place);
             }
             self.lose_frame(place, what, help);
-        } else if before != 0 && self.tilted == 0 {
+        } else if before != 0 && self.family.tilted == 0 {
             self.certain(Doubt::WorkOffset);
             self.find_frame();
         }
@@ -261,7 +258,7 @@ impl Run<'_> {
     /// FAUTO is the feed of the tool call; FU and FZ (per revolution, per tooth) and FT (time) are kept as they are.
     fn named_feed(&mut self, names: &[&str], place: Span) {
         if names.contains(&"FAUTO") {
-            self.modal.feed = self.tool_feed;
+            self.modal.feed = self.family.tool_feed;
         } else if let Some(name) = names.iter().find(|name| matches!(**name, "FU" | "FZ" | "FT" | "FMAXT")) {
             (self.modal.feed.word, self.modal.feed.computed) = (None, true);
             self.not_understood(
@@ -307,7 +304,7 @@ impl Run<'_> {
 
     /// M140 MB: along the tool axis by this much, else as far as there is room.
     fn retract(&mut self, by: Option<f64>) {
-        let mut target = self.programmed;
+        let mut target = self.place.programmed;
         let (_, _, n) = self.modal.plane.axes();
         let home = self.env.home_mm.map(|home| home - self.env.origin(self.modal.wcs));
         let free = self.frame.invert(home.unwrap_or(Vec3::repeat(self.env.clear_z_mm)))[n];
@@ -326,7 +323,7 @@ impl Run<'_> {
         }
     }
 
-    fn straight(&mut self, names: &[&str], line: &mut Line, place: Span) {
+    fn straight(&mut self, names: &[&str], line: &mut Words, place: Span) {
         self.radius_side(names, line, place);
         if line.has_any(b"XYZABC") {
             line.g.push((if names.contains(&"FMAX") { 0 } else { 10 }, place));
@@ -334,7 +331,7 @@ impl Run<'_> {
     }
 
     /// `R0`, `RL`, `RR`; R0 reads as a word, the others as names.
-    pub(super) fn radius_side(&mut self, names: &[&str], line: &mut Line, place: Span) {
+    pub(crate) fn radius_side(&mut self, names: &[&str], line: &mut Words, place: Span) {
         let side = if names.contains(&"RL") {
             410
         } else if names.contains(&"RR") {
@@ -345,51 +342,51 @@ impl Run<'_> {
         } else {
             return;
         };
-        if side != self.compensation_side {
-            self.compensation_side = side;
+        if side != self.family.compensation_side {
+            self.family.compensation_side = side;
             line.g.push((side, place));
         }
     }
 
-    fn pole(&mut self, line: &mut Line) {
+    fn pole(&mut self, line: &mut Words) {
         let unit = self.modal.unit_mm();
         if !line.has_any(b"XYZ") {
-            self.pole = self.programmed;
+            self.family.pole = self.place.programmed;
         }
-        self.pole_plane = match [b'X', b'Y', b'Z'].map(|letter| line.has(letter)) {
+        self.family.pole_plane = match [b'X', b'Y', b'Z'].map(|letter| line.has(letter)) {
             [true, true, _] => Plane::Xy,
             [true, _, true] => Plane::Zx,
             [_, true, true] => Plane::Yz,
-            [false, false, false] => self.tool_plane,
-            _ => self.pole_plane,
+            [false, false, false] => self.family.tool_plane,
+            _ => self.family.pole_plane,
         };
         for (axis, letter) in b"XYZ".iter().enumerate() {
             if let Some(value) = line.get(*letter) {
-                let from = if line.is_incremental(*letter) { self.programmed[axis] } else { 0.0 };
-                self.pole[axis] = from + value * unit;
+                let from = if line.is_incremental(*letter) { self.place.programmed[axis] } else { 0.0 };
+                self.family.pole[axis] = from + value * unit;
             }
         }
         line.clear();
     }
 
     /// `C … DR±` about the pole, `CR … R DR±` by radius.
-    fn circle(&mut self, names: &[&str], line: &mut Line, place: Span) {
+    fn circle(&mut self, names: &[&str], line: &mut Words, place: Span) {
         let turn = if names.contains(&"DR+") { 30 } else { 20 };
         if names[0] == "C" {
             self.radius_side(names, line, place);
-            self.modal.plane = self.pole_plane;
-            return self.put_centre(line, self.pole, turn == 30, place);
+            self.modal.plane = self.family.pole_plane;
+            return self.put_centre(line, self.family.pole, turn == 30, place);
         }
         line.g.push((turn, place));
     }
 
     /// `LP PR+30 PA+45`: to a point in polar coordinates about the pole; `CP PA+90 DR+` (IPA: by an angle): about it.
-    fn polar_motion(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Line, place: Span) {
+    fn polar_motion(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Words, place: Span) {
         let after = |name: &str| number_after(tokens, text, name);
         self.radius_side(names, line, place);
-        self.modal.plane = self.pole_plane;
+        self.modal.plane = self.family.pole_plane;
         let (a, b, _) = self.modal.plane.axes();
-        let (u, v) = (self.programmed[a] - self.pole[a], self.programmed[b] - self.pole[b]);
+        let (u, v) = (self.place.programmed[a] - self.family.pole[a], self.place.programmed[b] - self.family.pole[b]);
         let unit = self.modal.unit_mm();
         let start = v.atan2(u).to_degrees();
         let stated = ["PR", "PA", "IPR", "IPA"].iter().filter(|name| names.contains(*name));
@@ -401,7 +398,7 @@ impl Run<'_> {
             return line.clear();
         }
         for (axis, at) in [(a, radius * angle.to_radians().cos()), (b, radius * angle.to_radians().sin())] {
-            line.put(b"XYZ"[axis], (self.pole[axis] + at) / unit, place, true);
+            line.put(b"XYZ"[axis], (self.family.pole[axis] + at) / unit, place, true);
             line.force(b"XYZ"[axis], false);
         }
         if names[0] == "LP" {
@@ -409,25 +406,25 @@ impl Run<'_> {
         }
         let turns = (after("IPA").unwrap_or(0.0).abs() / 360.0 - 1e-9).floor().max(0.0) + 1.0;
         line.put(b'P', turns, place, true);
-        self.put_centre(line, self.pole, names.contains(&"DR+"), place);
+        self.put_centre(line, self.family.pole, names.contains(&"DR+"), place);
     }
 
     /// `RND R5`, `CHF 2`: between the block before and the one after.
-    fn corner_block(&mut self, word: &str, line: &mut Line, number: Option<f64>, place: Span) {
+    fn corner_block(&mut self, word: &str, line: &mut Words, number: Option<f64>, place: Span) {
         let unit = self.modal.unit_mm();
         let size = line.get(b'R').or(number).filter(|size| *size > 0.0);
-        self.corner_feed = line.get(b'F').map(|feed| mm_s_from_mm_min(feed * unit));
+        self.corners.feed = line.get(b'F').map(|feed| mm_s_from_mm_min(feed * unit));
         line.clear();
         match size {
-            Some(radius) if word == "RND" => self.corner = Some((Corner::Round(radius * unit), place)),
-            Some(leg) => self.corner = Some((Corner::Legs(leg * unit), place)),
+            Some(radius) if word == "RND" => self.corners.now = Some((Corner::Round(radius * unit), place)),
+            Some(leg) => self.corners.now = Some((Corner::Legs(leg * unit), place)),
             None => self.not_understood("nc::corner", place, "the corner has no size", ""),
         }
     }
 }
 
 /// The number behind a name: 15 of LEN15.
-pub(super) fn number_after(tokens: &[Token], text: &[u8], name: &str) -> Option<f64> {
+pub(crate) fn number_after(tokens: &[Token], text: &[u8], name: &str) -> Option<f64> {
     let at = tokens.iter().position(|token| token.span.of(text).eq_ignore_ascii_case(name.as_bytes()))?;
     tokens.get(at + 1).filter(|token| token.kind == TokenKind::Expression).map(|token| token.number)
 }
@@ -448,7 +445,7 @@ fn formula(text: &[u8]) -> Vec<u8> {
 }
 
 /// T alone brings the tool into the spindle here.
-fn tool_call(line: &mut Line, number: Option<f64>, place: Span) {
+fn tool_call(line: &mut Words, number: Option<f64>, place: Span) {
     line.remove(b'R');
     if let Some(number) = number {
         line.put(b'T', number, place, false);

@@ -1,14 +1,14 @@
 //! The words of one block, gathered for the interpreter: a value and a place for each letter, G and M codes in order.
 
 use crate::diag::Span;
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::token::{Token, TokenKind};
 
 /// Code of a G or M word times ten (G38.2 → 382) and its place.
 pub type Code = (u16, Span);
 
 /// Words of a block. Letters count from A = 0.
 #[derive(Debug, Clone, Default)]
-pub struct Line {
+pub struct Words {
     present: u32,
     computed: u32,
     /// Incremental and absolute whatever G90/G91 says (IX, IC, AC).
@@ -22,8 +22,8 @@ pub struct Line {
     pub m: Vec<Code>,
     /// Begins with `/`.
     pub delete: bool,
-    /// Holds flow control, assignments or calls: the slow path looks at its text.
-    pub flow: bool,
+    /// More than words is in it (flow control, an assignment, a call): its family looks at its text.
+    pub beyond: bool,
     /// Something is in it besides blanks and comments.
     pub any: bool,
     /// Tokens that could not be read.
@@ -40,7 +40,7 @@ fn index(letter: u8) -> usize {
     usize::from(letter - b'A') % 26
 }
 
-impl Line {
+impl Words {
     /// Empties it for the next block.
     pub fn clear(&mut self) {
         self.present = 0;
@@ -50,7 +50,7 @@ impl Line {
         self.g.clear();
         self.m.clear();
         self.delete = false;
-        self.flow = false;
+        self.beyond = false;
         self.any = false;
         self.bad.clear();
         self.repeated = None;
@@ -109,7 +109,7 @@ impl Line {
         match token.kind {
             TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment => {}
             TokenKind::Word(b'O') => {
-                self.flow = true;
+                self.beyond = true;
                 self.put(b'O', token.number, token.span, false);
             }
             TokenKind::Word(letter) if letter >= 0x80 => {
@@ -121,7 +121,7 @@ impl Line {
             TokenKind::Word(letter) => self.put(letter, token.number, token.span, false),
             TokenKind::Delete => self.delete = true,
             TokenKind::Bad | TokenKind::OpenComment => self.bad.push((token.kind, token.span)),
-            TokenKind::Percent => self.flow = true,
+            TokenKind::Percent => self.beyond = true,
             _ => return false,
         }
         true

@@ -4,16 +4,19 @@
 //! An addition stands to the right: t += R·S·d, and R·S·A(a) is again of that form where S is one factor with or without
 //! mirrored axes, for S·A(a) = A(±a)·S. What is not of that form freezes all feeds until the frame is set anew.
 
-use super::Run;
-use super::line::Line;
-use super::siemens::ANEW;
+use super::state::Siemens;
 use crate::diag::Span;
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::interp::interpreter::Interpreter;
+use crate::nc::interp::words::Words;
+use crate::nc::token::{Token, TokenKind};
 use crate::path::{Plane, Vec3};
 
-impl Run<'_> {
+/// What ends a frame that is not followed.
+pub(crate) const ANEW: &str = "TRANS, ROT, SCALE or MIRROR alone sets the frame anew";
+
+impl Interpreter<'_, Siemens> {
     /// Executes a frame instruction; false when the word is none.
-    pub(super) fn frame_word(&mut self, word: &str, place: Span, tokens: &[Token], text: &[u8], line: &Line) -> bool {
+    pub(crate) fn frame_word(&mut self, word: &str, place: Span, tokens: &[Token], text: &[u8], line: &Words) -> bool {
         let (kind, adds) = match word.strip_prefix('A') {
             Some(kind) => (kind, true),
             None => (word, false),

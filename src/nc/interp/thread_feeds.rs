@@ -6,8 +6,8 @@
 //! every feed move of a tool that a comment calls a tap or a thread mill: at its depth a thread mill's helix is one pitch a turn.
 
 use crate::ids::BlockId;
-use crate::nc::lex::TokenKind;
 use crate::nc::program::Program;
+use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::{Freeze, Move, MoveKind};
 
 /// Pitches of metric threads, mm (ISO 261, M1 to M64).
@@ -79,7 +79,7 @@ fn threading_tools(program: &Program) -> Vec<u32> {
             continue;
         }
         let block = program.block_at(at as u32);
-        let inside = |token: &super::Token| {
+        let inside = |token: &Token| {
             token.kind == TokenKind::Comment && (token.span.start..token.span.end).contains(&(at as u32))
         };
         let Some(comment) = program.tokens(block).find(inside) else { continue };

@@ -1,18 +1,20 @@
 //! Control structures of Siemens 840D: IF … ELSE … ENDIF, FOR … TO … ENDFOR, WHILE … ENDWHILE, LOOP … ENDLOOP,
 //! REPEAT … UNTIL. Every jump is charged to the budget of the run.
 
-use super::Run;
-use super::line::Line;
+use super::state::Siemens;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::interp::interpreter::Interpreter;
+use crate::nc::interp::words::Words;
+use crate::nc::program::Program;
+use crate::nc::token::{Token, TokenKind};
 
 /// Words that begin a structure, each with the one that ends it.
-pub(super) const STRUCTURES: [(&str, &str); 5] =
+pub(crate) const STRUCTURES: [(&str, &str); 5] =
     [("IF", "ENDIF"), ("FOR", "ENDFOR"), ("WHILE", "ENDWHILE"), ("LOOP", "ENDLOOP"), ("REPEAT", "UNTIL")];
 
 /// The word that a block of this text begins with, upper case, if it belongs to a structure.
-pub(super) fn structure_word(tokens: &[Token], text: &[u8]) -> Option<String> {
+pub(crate) fn structure_word(tokens: &[Token], text: &[u8]) -> Option<String> {
     let first = tokens.first().filter(|token| matches!(token.kind, TokenKind::Name | TokenKind::Call))?;
     let word: String = name(first, text);
     let known = word == "ELSE" || STRUCTURES.iter().any(|(open, close)| *open == word || *close == word);
@@ -21,16 +23,27 @@ pub(super) fn structure_word(tokens: &[Token], text: &[u8]) -> Option<String> {
     (known && !jumps && !repeats_label).then_some(word)
 }
 
+/// +1 for a block that begins a structure, −1 for one that ends it, 0 for ELSE.
+pub(super) fn step(program: &Program, block: BlockId) -> Option<i8> {
+    let code = |kind| !matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Label);
+    let mut tokens: Vec<Token> = program.tokens(block).filter(|token| code(token.kind)).collect();
+    tokens.retain(|token| token.kind != TokenKind::Word(b'N'));
+    let word = structure_word(&tokens, program.text())?;
+    let opens = STRUCTURES.iter().any(|(open, _)| *open == word);
+    let closes = STRUCTURES.iter().any(|(_, close)| *close == word);
+    Some(i8::from(opens) - i8::from(closes))
+}
+
 /// Letters of a name or of a call before its parenthesis, upper case.
-pub(super) fn name(token: &Token, text: &[u8]) -> String {
+pub(crate) fn name(token: &Token, text: &[u8]) -> String {
     let bytes = token.span.of(text);
     let length = bytes.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_').count();
     String::from_utf8_lossy(&bytes[..length]).to_ascii_uppercase()
 }
 
-impl Run<'_> {
+impl Interpreter<'_, Siemens> {
     /// Executes a block that belongs to a structure.
-    pub(super) fn structure(&mut self, word: &str, block: BlockId, tokens: &[Token], text: &[u8], line: &mut Line) {
+    pub(crate) fn structure(&mut self, word: &str, block: BlockId, tokens: &[Token], text: &[u8], line: &mut Words) {
         match word {
             "IF" if !self.holds(tokens[0], text) => self.leave(block, tokens[0].span, true),
             "ELSE" => self.leave(block, tokens[0].span, false),
@@ -93,7 +106,7 @@ impl Run<'_> {
 
     fn next_count(&mut self, block: BlockId, span: Span) {
         let Some(start) = self.labels().partner(block.0, false, false) else { return self.unbalanced(span) };
-        let source = self.source.clone();
+        let source = self.flow.source.clone();
         let skip = |kind| matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Label);
         let tokens: Vec<Token> = source.program().tokens(BlockId(start)).filter(|token| !skip(token.kind)).collect();
         let first = tokens.iter().position(|token| token.kind == TokenKind::Name).unwrap_or(0);
@@ -121,7 +134,7 @@ impl Run<'_> {
     fn unbalanced(&mut self, span: Span) {
         let text = "the other end of this structure is missing";
         self.say("nc::unbalanced", Severity::Error, span, text, "the rest of the program is not executed");
-        self.ended = true;
+        self.flow.ended = true;
     }
 }
 

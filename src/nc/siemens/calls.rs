@@ -1,22 +1,17 @@
 //! Calls of Siemens 840D: subprograms with arguments, MCALL, the drilling cycles and hole patterns. In: the name and the
 //! arguments. Out: the routine entered, or the motions the cycle makes; other cycles are kept, and said.
 
-use super::Run;
-use super::cycles::Cycle;
-use super::line::Line;
-use super::siemens::ANEW;
-use super::siemens_flow::name;
+use super::frames::ANEW;
+use super::state::ModalCall;
+use super::state::Siemens;
+use super::structures::name;
 use crate::diag::{Severity, Span};
 use crate::nc::doubt::Doubt;
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::interp::interpreter::Interpreter;
+use crate::nc::interp::state::Cycle;
+use crate::nc::interp::words::Words;
+use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::Freeze;
-
-/// A cycle that MCALL repeats at every position.
-#[derive(Debug, Clone)]
-pub(super) struct ModalCall {
-    name: String,
-    arguments: Vec<Option<f64>>,
-}
 
 /// Calls that move nothing here.
 const QUIET: [&str; 9] = ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "SETMS", "STOPRE", "FGROUP", "ORISOF"];
@@ -25,9 +20,9 @@ const QUIET: [&str; 9] = ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "SETMS"
 /// that measure (CYCLE97x) set offsets.
 const OWN_CYCLES: [&str; 5] = ["CYCLE", "POCKET", "SLOT", "LONGHOLE", "HOLES"];
 
-impl Run<'_> {
+impl Interpreter<'_, Siemens> {
     /// Name and arguments of `NAME(a, b, , c)`.
-    pub(super) fn call_parts(&mut self, place: Span, bytes: &[u8]) -> (String, Vec<Option<f64>>) {
+    pub(crate) fn call_parts(&mut self, place: Span, bytes: &[u8]) -> (String, Vec<Option<f64>>) {
         let open = bytes.iter().position(|&byte| byte == b'(').unwrap_or(bytes.len());
         let name = String::from_utf8_lossy(&bytes[..open]).to_ascii_uppercase();
         let inner = bytes.get(open + 1..bytes.len().saturating_sub(1)).unwrap_or_default();
@@ -40,13 +35,13 @@ impl Run<'_> {
         (name, arguments)
     }
 
-    pub(super) fn siemens_call(
+    pub(crate) fn siemens_call(
         &mut self,
         name: &str,
         arguments: Vec<Option<f64>>,
         modal: bool,
         span: Span,
-        line: &mut Line,
+        line: &mut Words,
     ) {
         match name {
             _ if QUIET.contains(&name) => {}
@@ -58,7 +53,7 @@ impl Run<'_> {
                     let text = format!("the modal call of {name} is kept, not simulated");
                     self.say("nc::modal-call", Severity::Warning, span, text, "feeds are kept up to the next MCALL");
                 }
-                self.modal_call = Some(ModalCall { name: name.to_owned(), arguments });
+                self.family.modal_call = Some(ModalCall { name: name.to_owned(), arguments });
             }
             _ if drilling_code(name).is_some() => {
                 line.any = true;
@@ -81,17 +76,17 @@ impl Run<'_> {
     }
 
     /// Calls a subprogram; R parameters are those of the caller, other variables its own.
-    pub(super) fn call_siemens(&mut self, name: &str, times: u64, arguments: Vec<Option<f64>>) -> bool {
+    pub(crate) fn call_siemens(&mut self, name: &str, times: u64, arguments: Vec<Option<f64>>) -> bool {
         let found = self.call_by_name(name, times, None);
         if found {
-            self.passed = arguments;
+            self.family.passed = arguments;
         }
         found
     }
 
     /// `PROC NAME(REAL A, INT B=5)`: the arguments of the call by the names they have here.
-    pub(super) fn procedure(&mut self, tokens: &[Token], text: &[u8]) {
-        let passed = std::mem::take(&mut self.passed);
+    pub(crate) fn procedure(&mut self, tokens: &[Token], text: &[u8]) {
+        let passed = std::mem::take(&mut self.family.passed);
         let Some(head) = tokens.iter().find(|token| token.kind == TokenKind::Call) else { return };
         let bytes = head.span.of(text);
         let open = name(head, text).len() + 1;
@@ -103,7 +98,7 @@ impl Run<'_> {
             let default = default.and_then(|text| self.evaluate(head.span, text.trim().as_bytes(), 0).ok());
             let value = passed.get(index).copied().flatten().or(default).unwrap_or(0.0);
             self.parameters.set_name(variable, value);
-            self.defined.insert(variable.to_owned());
+            self.family.defined.insert(variable.to_owned());
             if left.split_whitespace().next() == Some("VAR") {
                 let said = format!("{variable} is not handed back to the caller");
                 self.not_understood("nc::not-understood", head.span, said, "");
@@ -112,14 +107,14 @@ impl Run<'_> {
     }
 
     /// Why the motions of a block under MCALL keep their feed.
-    pub(super) fn modal_call_kept(&self) -> bool {
-        self.modal_call.as_ref().is_some_and(|call| drilling_code(&call.name).is_none())
+    pub(crate) fn modal_call_kept(&self) -> bool {
+        self.family.modal_call.as_ref().is_some_and(|call| drilling_code(&call.name).is_none())
     }
 
     /// After a block that positions: the cycle MCALL put in force.
-    pub(super) fn modal_cycle(&mut self, line: &Line) {
+    pub(crate) fn modal_cycle(&mut self, line: &Words) {
         if line.has_any(b"XY")
-            && let Some(call) = self.modal_call.clone()
+            && let Some(call) = self.family.modal_call.clone()
         {
             self.drilling_cycle(&call);
         }
@@ -127,7 +122,7 @@ impl Run<'_> {
 
     /// HOLES1 (row: X, Y, angle, distance to the first, spacing, number), HOLES2 (circle: X, Y, radius, angle, step, number).
     fn hole_pattern(&mut self, name: &str, arguments: &[Option<f64>]) {
-        let Some(call) = self.modal_call.clone() else { return };
+        let Some(call) = self.family.modal_call.clone() else { return };
         let value = |index: usize| arguments.get(index).copied().flatten().unwrap_or(0.0);
         let count = value(5).clamp(0.0, 1000.0) as u32;
         let unit = self.modal.unit_mm();
@@ -139,7 +134,7 @@ impl Run<'_> {
                 let step = if value(4) == 0.0 { 360.0 / f64::from(count) } else { value(4) };
                 (value(2), value(3) + k * step)
             };
-            let mut at = self.programmed;
+            let mut at = self.place.programmed;
             at.x = (value(0) + radius * angle.to_radians().cos()) * unit;
             at.y = (value(1) + radius * angle.to_radians().sin()) * unit;
             self.line_to(crate::nc::toolpath::MoveKind::Rapid, at);
@@ -165,22 +160,22 @@ impl Run<'_> {
             dwell_s: if code == 820 { value(5).unwrap_or(0.0).max(0.0) } else { 0.0 },
             ..Cycle::default()
         };
-        let before = (self.freeze, self.splittable, self.modal.retract_to_r, self.modal.incremental);
-        self.freeze = self.freeze.or(match code {
+        let before = (self.block.freeze, self.block.splittable, self.modal.retract_to_r, self.modal.incremental);
+        self.block.freeze = self.block.freeze.or(match code {
             840 => Some(Freeze::Synchronised),
             810..=830 => None,
             _ => Some(Freeze::Cycle),
         });
-        self.splittable = false;
+        self.block.splittable = false;
         (self.modal.retract_to_r, self.modal.incremental) = (false, false);
         let level = (reference + value(2).unwrap_or(0.0)) * unit;
-        self.one_hole(cycle, if chip_break { 730 } else { code }, self.programmed, level);
-        (self.freeze, self.splittable, self.modal.retract_to_r, self.modal.incremental) = before;
+        self.one_hole(cycle, if chip_break { 730 } else { code }, self.place.programmed, level);
+        (self.block.freeze, self.block.splittable, self.modal.retract_to_r, self.modal.incremental) = before;
     }
 }
 
 /// P beside the name of a subprogram.
-pub(super) fn repeats(line: &Line) -> u64 {
+pub(crate) fn repeats(line: &Words) -> u64 {
     line.get(b'P').unwrap_or(1.0).clamp(0.0, 1e9) as u64
 }
 

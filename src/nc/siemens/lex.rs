@@ -3,12 +3,13 @@
 //! `X57.` is a word, `X=expr` a computed one, `R1=expr`, `CR=expr`, `NAME=expr` are assignments, `NAME(…)` a call,
 //! `NAME:` a label, other names stand alone. `;` begins a comment; so does a parenthesis that follows no name.
 
-use super::lex::{self, Token, TokenKind, blanks, length_of};
-use super::number::decimal;
 use crate::diag::Span;
+use crate::nc::number::decimal;
+use crate::nc::rs274::lex::{self, blanks, length_of};
+use crate::nc::token::{Token, TokenKind};
 
 /// The token of `line` at `at`; `base` is where the line begins in the text.
-pub(super) fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
+pub(crate) fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
     let rest = &line[at..];
     let letter = rest[0];
     if !letter.is_ascii_alphabetic() && !matches!(letter, b'_' | b'$') {

@@ -1,10 +1,10 @@
 //! Where two elements of a contour meet in the plane. In: lines and circles. Out: the meeting nearest to a corner.
 
-pub(super) type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
 /// An element of the contour after it was moved aside.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Moved {
+pub(crate) enum Moved {
     /// Through a point, along a unit direction.
     Line(Point, Point),
     /// Centre and radius.
@@ -12,7 +12,7 @@ pub(super) enum Moved {
 }
 
 /// Where two moved elements meet, nearest to the corner of the contour.
-pub(super) fn meet(before: Moved, after: Moved, near: Point, corner: Point) -> Option<Point> {
+pub(crate) fn meet(before: Moved, after: Moved, near: Point, corner: Point) -> Option<Point> {
     let candidates = match (before, after) {
         (Moved::Line(p, u), Moved::Line(q, v)) => {
             let sine = cross(u, v);
@@ -51,19 +51,19 @@ fn circles(c: Point, r: f64, d: Point, s: f64) -> Vec<Point> {
     [-1.0, 1.0].map(|sign| sign * square.sqrt()).map(|h| [foot[0] - h * u[1], foot[1] + h * u[0]]).to_vec()
 }
 
-pub(super) fn cross(u: Point, v: Point) -> f64 {
+pub(crate) fn cross(u: Point, v: Point) -> f64 {
     u[0] * v[1] - u[1] * v[0]
 }
 
-pub(super) fn dot(u: Point, v: Point) -> f64 {
+pub(crate) fn dot(u: Point, v: Point) -> f64 {
     u[0] * v[0] + u[1] * v[1]
 }
 
-pub(super) fn distance(p: Point, q: Point) -> f64 {
+pub(crate) fn distance(p: Point, q: Point) -> f64 {
     (p[0] - q[0]).hypot(p[1] - q[1])
 }
 
-pub(super) fn unit(v: Point) -> Point {
+pub(crate) fn unit(v: Point) -> Point {
     let length = v[0].hypot(v[1]).max(f64::MIN_POSITIVE);
     [v[0] / length, v[1] / length]
 }

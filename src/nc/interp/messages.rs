@@ -1,42 +1,19 @@
 //! What is said about a text: words that cannot be read, blocks whose meaning is not known. In: a block or a place in it.
 //! Out: a diagnostic with its place, and the block's feed frozen where it was not understood.
 
-use super::Run;
-use super::line::Line;
+use super::interpreter::{Family, Interpreter};
+use super::words::Words;
 use crate::diag::{Diagnostic, Severity, Span};
-use crate::nc::dialect::Syntax;
-use crate::nc::lex::TokenKind;
 use crate::nc::recognise::Control;
+use crate::nc::token::TokenKind;
 use crate::nc::toolpath::Freeze;
 
 /// Diagnostics of one code that are kept; further ones are only counted.
 const SAME_CODE: u32 = 100;
 
-impl Run<'_> {
-    /// Diagnoses what cannot be read in blocks of the main text that were not executed (up to the closing `%`).
-    pub(super) fn faults_not_executed(&mut self) {
-        if self.program.dialect().syntax() != Syntax::Rs274 {
-            return;
-        }
-        self.source_id = 0;
-        let program = self.program;
-        let executed = if self.counts.is_empty() { self.at.min(program.own_len()) } else { 0 };
-        for block in program.blocks().take(program.own_len()).skip(executed) {
-            if block.0 > 0 && program.line_text(block).starts_with(b"%") {
-                break;
-            }
-            if self.counts.get(block.ix()).is_some_and(|count| *count > 0) {
-                continue;
-            }
-            self.block = block;
-            let bad = program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Bad | TokenKind::OpenComment));
-            let bad: Vec<_> = bad.map(|token| (token.kind, token.span)).collect();
-            self.complain_about_all(&bad);
-        }
-    }
-
+impl<F: Family> Interpreter<'_, F> {
     /// Diagnoses what could not be read in a block.
-    pub(super) fn complain(&mut self, line: &Line) {
+    pub(crate) fn complain(&mut self, line: &Words) {
         let macro_call = line.has_g(650) || line.has_g(660) || line.has_g(40) || line.has_g(1870);
         for letter in b"EUVW".iter().filter(|&&letter| line.has(letter) && !macro_call) {
             let text = format!("{} is not an axis or a word known here", char::from(*letter));
@@ -51,7 +28,7 @@ impl Run<'_> {
     }
 
     /// One diagnostic for each stretch of text that cannot be read: what it begins with and what follows belong together.
-    fn complain_about_all(&mut self, bad: &[(TokenKind, Span)]) {
+    pub(crate) fn complain_about_all(&mut self, bad: &[(TokenKind, Span)]) {
         let mut rest = bad.iter().copied().peekable();
         while let Some((kind, mut span)) = rest.next() {
             if kind == TokenKind::OpenComment {
@@ -63,29 +40,29 @@ impl Run<'_> {
             {
                 span.end = next.end;
             }
-            let (text, help) = unreadable(span.of(self.source.program().text()));
+            let (text, help) = unreadable(span.of(self.flow.source.program().text()));
             self.misread("nc::not-understood", span, text, help);
         }
     }
 
     /// Diagnoses what makes the whole block unreadable: it sets nothing.
-    pub(super) fn misread(&mut self, code: &'static str, span: Span, text: impl Into<String>, help: &str) {
-        self.misread = self.misread.or(Some(span));
+    pub(crate) fn misread(&mut self, code: &'static str, span: Span, text: impl Into<String>, help: &str) {
+        self.block.misread = self.block.misread.or(Some(span));
         self.not_understood(code, span, text, help);
     }
 
     /// Diagnoses something that is kept but freezes the moves of its block.
-    pub(super) fn not_understood(&mut self, code: &'static str, span: Span, text: impl Into<String>, help: &str) {
-        if is_not_finite(span.of(self.source.program().text())) {
+    pub(crate) fn not_understood(&mut self, code: &'static str, span: Span, text: impl Into<String>, help: &str) {
+        if is_not_finite(span.of(self.flow.source.program().text())) {
             let text = "NaN or infinity stands where a number belongs";
             self.say("nc::not-finite", Severity::Error, span, text, "write a plain decimal number, such as 600");
         } else {
             self.say(code, Severity::Warning, span, text, help);
         }
-        self.freeze = self.freeze.or(Some(Freeze::NotUnderstood));
+        self.block.freeze = self.block.freeze.or(Some(Freeze::NotUnderstood));
     }
 
-    pub(super) fn say(
+    pub(crate) fn say(
         &mut self,
         code: &'static str,
         severity: Severity,
@@ -93,14 +70,14 @@ impl Run<'_> {
         text: impl Into<String>,
         help: &str,
     ) {
-        let known = self.said.iter().position(|(name, _)| *name == code);
+        let known = self.messages.said.iter().position(|(name, _)| *name == code);
         let index = known.unwrap_or_else(|| {
-            self.said.push((code, 0));
-            self.said.len() - 1
+            self.messages.said.push((code, 0));
+            self.messages.said.len() - 1
         });
-        self.said[index].1 += 1;
+        self.messages.said[index].1 += 1;
         let text = text.into();
-        if self.said[index].1 > SAME_CODE {
+        if self.messages.said[index].1 > SAME_CODE {
             // Counted with one of its kind that is listed.
             if let Some(listed) = self.out.diagnostics.iter_mut().find(|listed| listed.is_like(code, severity, &text)) {
                 listed.places += 1;
@@ -108,17 +85,17 @@ impl Run<'_> {
             }
         }
         let diagnostic = Diagnostic::new(code, severity, text).help(help);
-        self.out.diagnostics.push(if self.source_id == 0 {
-            diagnostic.at(self.program.line(self.block), span)
+        self.out.diagnostics.push(if self.flow.source_id == 0 {
+            diagnostic.at(self.program.line(self.block.id), span)
         } else {
-            let file = &self.files[self.source_id - 1].name;
-            let text = format!("subprogram {file}, line {}: {}", self.block.0 + 1, diagnostic.text);
+            let file = &self.flow.files[self.flow.source_id - 1].name;
+            let text = format!("subprogram {file}, line {}: {}", self.block.id.0 + 1, diagnostic.text);
             Diagnostic { text, ..diagnostic }.on_line(self.line_number())
         });
     }
 
     /// Says as what the text is read, where that is not plain.
-    pub(super) fn say_dialect(&mut self) {
+    pub(crate) fn say_dialect(&mut self) {
         let Some(found) = self.program.recognised() else { return };
         let own = found.control.dialect().name();
         let names: Vec<&str> = found.others.iter().map(|dialect| dialect.name()).collect();
@@ -138,7 +115,7 @@ impl Run<'_> {
 }
 
 /// Is it `NaN` or infinity, alone or as the number of a word: `FNAN`, `X = -inf`, `[nan]`?
-pub(super) fn is_not_finite(bytes: &[u8]) -> bool {
+pub(crate) fn is_not_finite(bytes: &[u8]) -> bool {
     let name: Vec<u8> = bytes.iter().filter(|byte| byte.is_ascii_alphabetic()).map(u8::to_ascii_uppercase).collect();
     let plain = bytes.iter().all(|byte| byte.is_ascii_alphabetic() || b" \t+-=[]()#0123456789".contains(byte));
     let spelt = |name: &[u8]| [&b"NAN"[..], b"INF", b"INFINITY"].contains(&name);

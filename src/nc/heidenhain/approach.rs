@@ -13,86 +13,59 @@
 //! A departure is the same, backwards. The radius is that of the path of the tool. H is gone to as the tool moved last, with LCT
 //! at the feed of the block; a change of height is made at H.
 
-use super::Run;
-use super::compensation::Before;
-use super::heidenhain::number_after;
-use super::line::Line;
-use super::meeting::{Moved, Point};
+use super::blocks::number_after;
+use super::state::Heidenhain;
+use super::state::{Approach, Shape, Way};
 use crate::diag::{Severity, Span};
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::interp::interpreter::Interpreter;
+use crate::nc::interp::intersection::{Moved, Point};
+use crate::nc::interp::state::Before;
+use crate::nc::interp::words::Words;
+use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::{Freeze, Move, MoveKind};
 use crate::path::{Arc, Curve, Vec3};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Shape {
-    Tangent,
-    Normal,
-    Arc,
-    LineAndArc,
-}
-
-/// What the block says of the way.
-#[derive(Debug, Clone, Copy)]
-struct Way {
-    shape: Shape,
-    /// +1 left of the contour, −1 right, 0 not said.
-    side: f64,
-    /// LEN or R, mm.
-    size: f64,
-    /// CCA, rad.
-    angle: f64,
-}
-
-/// An approach that waits for the contour it leads to.
-#[derive(Debug, Clone)]
-pub(super) struct Approach {
-    /// `None`: what the block says is not followed.
-    way: Option<Way>,
-    /// Its motions but for their curves: to H, and from there.
-    moves: Box<[Move; 2]>,
-    place: Span,
-}
-
-impl Run<'_> {
+impl Interpreter<'_, Heidenhain> {
     /// APPR: the contour is at the point it names; how the tool gets there waits for the direction of the contour.
-    pub(super) fn approach(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Line, place: Span) {
+    pub(crate) fn approach(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Words, place: Span) {
         self.approach_without_contour();
         let way = self.way(names, tokens, text);
         self.side_of(names, line, place);
-        self.freeze = self.freeze.or(Some(Freeze::Approach));
-        self.splittable = false;
+        self.block.freeze = self.block.freeze.or(Some(Freeze::Approach));
+        self.block.splittable = false;
         let last = self.out.moves.last().map_or(MoveKind::Feed, |motion| motion.kind);
-        let here = Curve::Line { from: self.tool, to: self.tool };
+        let here = Curve::Line { from: self.place.tool, to: self.place.tool };
         let first = self.motion_of(last, here);
         self.own_feed(line);
         let then = self.motion_of(MoveKind::Feed, here);
         let target = self.peek_target(line);
         clear_motion(line);
-        self.programmed = target;
+        self.place.programmed = target;
         let at_own_feed = way.is_none_or(|way| way.shape == Shape::LineAndArc);
         let first = if at_own_feed { then.clone() } else { first };
-        self.approach = Some(Approach { way, moves: Box::new([first, then]), place });
+        self.family.approach = Some(Approach { way, moves: Box::new([first, then]), place });
     }
 
     /// Before an element of the contour that begins in this (programmed) direction: makes the approach that waits for it.
-    pub(super) fn approach_along(&mut self, kind: MoveKind, direction: Vec3) {
-        let Some(approach) = self.approach.take() else { return };
+    pub(crate) fn approach_along(&mut self, kind: MoveKind, direction: Vec3) {
+        let Some(approach) = self.family.approach.take() else { return };
         let (a, b, _) = self.modal.plane.axes();
         let along = self.frame.linear(direction);
-        let at = self.frame.apply(self.programmed);
+        let at = self.frame.apply(self.place.programmed);
         let contour = unit([along[a], along[b]]).filter(|_| kind == MoveKind::Feed && self.frame.scale.is_none());
-        let beside =
-            contour.map(|d| (d, self.compensation.map_or([at[a], at[b]], |active| active.beside([at[a], at[b]], d))));
-        let way =
-            beside.zip(approach.way).and_then(|((d, to), way)| way.to_contour([self.tool[a], self.tool[b]], to, d));
+        let beside = contour
+            .map(|d| (d, self.compensation.active.map_or([at[a], at[b]], |active| active.beside([at[a], at[b]], d))));
+        let way = beside
+            .zip(approach.way)
+            .and_then(|((d, to), way)| way.to_contour([self.place.tool[a], self.place.tool[b]], to, d));
         let (Some((d, to)), Some((meets, arc))) = (beside, way) else {
-            self.approach = Some(approach);
+            self.family.approach = Some(approach);
             return self.approach_without_contour();
         };
         let [first, then] = *approach.moves;
-        let mut path = self.tool;
+        let mut path = self.place.tool;
         (path[a], path[b]) = (meets[0], meets[1]);
-        self.go_as(&first, Curve::Line { from: self.tool, to: path });
+        self.go_as(&first, Curve::Line { from: self.place.tool, to: path });
         let mut deep = at;
         (deep[a], deep[b]) = (meets[0], meets[1]);
         if (deep - path).norm() > 1e-9 {
@@ -104,69 +77,69 @@ impl Run<'_> {
         (end[a], end[b]) = (to[0], to[1]);
         let index = self.out.moves.len();
         self.go_as(&then, self.flat_curve(deep, end, arc));
-        if let Some(active) = &mut self.compensation {
+        if let Some(active) = &mut self.compensation.active {
             active.before = Some(Before { moved: Moved::Line(to, d), direction: d, index, bend: 0.0, entry: false });
         }
     }
 
     /// An approach that no contour follows is read as a straight motion to its point, and said.
-    pub(super) fn approach_without_contour(&mut self) {
-        let Some(approach) = self.approach.take() else { return };
+    pub(crate) fn approach_without_contour(&mut self) {
+        let Some(approach) = self.family.approach.take() else { return };
         let [_, then] = *approach.moves;
-        let here = std::mem::replace(&mut self.block, then.block);
+        let here = std::mem::replace(&mut self.block.id, then.block);
         self.say("nc::approach", Severity::Warning, approach.place, "this approach is read as a straight motion", HELP);
-        self.block = here;
-        let to = self.frame.apply(self.programmed);
-        self.go_as(&then, Curve::Line { from: self.tool, to });
+        self.block.id = here;
+        let to = self.frame.apply(self.place.programmed);
+        self.go_as(&then, Curve::Line { from: self.place.tool, to });
     }
 
     /// DEP: from the end of the contour.
-    pub(super) fn departure(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Line, place: Span) {
+    pub(crate) fn departure(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Words, place: Span) {
         self.approach_without_contour();
         let way = self.way(names, tokens, text);
         self.own_feed(line);
-        self.freeze = self.freeze.or(Some(Freeze::Approach));
-        self.splittable = false;
+        self.block.freeze = self.block.freeze.or(Some(Freeze::Approach));
+        self.block.splittable = false;
         let (a, b, n) = self.modal.plane.axes();
         let last = self.out.moves.last().filter(|motion| motion.kind == MoveKind::Feed && self.frame.scale.is_none());
         let along = last.map(|motion| motion.curve().tangent(motion.curve().length()));
         let target = self.peek_target(line);
         let target = self.frame.apply(target);
-        let (from, d) = ([self.tool[a], self.tool[b]], along.and_then(|t| unit([t[a], t[b]])));
+        let (from, d) = ([self.place.tool[a], self.place.tool[b]], along.and_then(|t| unit([t[a], t[b]])));
         let leaves = way.zip(d).and_then(|(way, d)| way.off_contour(from, [target[a], target[b]], d));
         let end = |p: Point, height: f64| {
             let mut end = target;
             (end[a], end[b], end[n]) = (p[0], p[1], height);
             end
         };
-        let height = self.tool[n];
+        let height = self.place.tool[n];
         if let Some((leaves, arc)) = leaves {
-            let curve = self.flat_curve(self.tool, end(leaves, height), arc);
+            let curve = self.flat_curve(self.place.tool, end(leaves, height), arc);
             self.tool_to(MoveKind::Feed, curve);
             if way.is_some_and(|way| way.shape == Shape::LineAndArc) {
                 let to = end([target[a], target[b]], height);
-                self.tool_to(MoveKind::Feed, Curve::Line { from: self.tool, to });
+                self.tool_to(MoveKind::Feed, Curve::Line { from: self.place.tool, to });
             }
         } else {
             self.say("nc::approach", Severity::Warning, place, "this departure is read as a straight motion", HELP);
             if line.has_any(b"XYZ") {
-                self.tool_to(MoveKind::Feed, Curve::Line { from: self.tool, to: target });
+                self.tool_to(MoveKind::Feed, Curve::Line { from: self.place.tool, to: target });
             }
         }
-        let at = [self.tool[a], self.tool[b]];
-        if (target[n] - self.tool[n]).abs() > 1e-9 {
-            self.tool_to(MoveKind::Feed, Curve::Line { from: self.tool, to: end(at, target[n]) });
+        let at = [self.place.tool[a], self.place.tool[b]];
+        if (target[n] - self.place.tool[n]).abs() > 1e-9 {
+            self.tool_to(MoveKind::Feed, Curve::Line { from: self.place.tool, to: end(at, target[n]) });
         }
-        self.programmed = self.frame.invert(self.tool);
+        self.place.programmed = self.frame.invert(self.place.tool);
         clear_motion(line);
-        if self.compensation_side != 400 {
-            self.compensation_side = 400;
+        if self.family.compensation_side != 400 {
+            self.family.compensation_side = 400;
             line.g.push((400, place));
         }
     }
 
     /// F of the block, in force at once.
-    fn own_feed(&mut self, line: &mut Line) {
+    fn own_feed(&mut self, line: &mut Words) {
         if let Some(value) = line.get(b'F') {
             self.feed_word(value, line, self.modal.unit_mm());
             line.remove(b'F');
@@ -174,7 +147,7 @@ impl Run<'_> {
     }
 
     /// RL and RR of the block; R is its radius, unless it is R0.
-    fn side_of(&mut self, names: &[&str], line: &mut Line, place: Span) {
+    fn side_of(&mut self, names: &[&str], line: &mut Words, place: Span) {
         if line.get(b'R') != Some(0.0) {
             line.remove(b'R');
         }
@@ -184,7 +157,7 @@ impl Run<'_> {
     /// What the block says; `None`: something is missing, or it is written in polar coordinates.
     fn way(&mut self, names: &[&str], tokens: &[Token], text: &[u8]) -> Option<Way> {
         let unit = self.modal.unit_mm();
-        let side = match (names.contains(&"RL"), names.contains(&"RR"), self.compensation_side) {
+        let side = match (names.contains(&"RL"), names.contains(&"RR"), self.family.compensation_side) {
             (true, ..) | (false, false, 410) => 1.0,
             (_, true, _) | (false, false, 420) => -1.0,
             _ => 0.0,
@@ -210,7 +183,7 @@ impl Run<'_> {
     fn go_as(&mut self, like: &Move, curve: Curve) {
         if curve.length() > 1e-9 {
             let mut motion = like.clone();
-            self.tool = curve.to();
+            self.place.tool = curve.to();
             motion.set_curve(curve);
             self.out.moves.push(motion);
         }
@@ -307,7 +280,7 @@ fn unit(v: Point) -> Option<Point> {
     (length > 1e-9).then(|| [v[0] / length, v[1] / length])
 }
 
-fn clear_motion(line: &mut Line) {
+fn clear_motion(line: &mut Words) {
     for letter in *b"XYZR" {
         line.remove(letter);
     }

@@ -1,22 +1,23 @@
 //! Cycles of Heidenhain plain language. Those that act where they are defined: 7 datum shift, 8 mirror, 9 dwell, 10
 //! rotation, 11 scaling; the drilling cycles 200, 201, 203 act where CYCL CALL or M99 stands. The others are kept, and said.
 
-use super::Run;
-use super::cycles::Cycle;
-use super::heidenhain::Tilt;
-use super::line::Line;
+use super::blocks::Tilt;
+use super::state::Heidenhain;
 use crate::diag::{Severity, Span};
 use crate::nc::doubt::Doubt;
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::interp::interpreter::Interpreter;
+use crate::nc::interp::state::Cycle;
+use crate::nc::interp::words::Words;
+use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::{Event, Freeze};
 use crate::path::Vec3;
 
 /// Cycles that put something in force that is not followed: patterns, axis factors.
 const LOST: [u32; 4] = [26, 220, 221, 224];
 
-impl Run<'_> {
+impl Interpreter<'_, Heidenhain> {
     /// `CYCL DEF n.k`: number and part, and what acts at once.
-    pub(super) fn define_cycle(&mut self, tokens: &[Token], text: &[u8], line: &Line, place: Span) {
+    pub(crate) fn define_cycle(&mut self, tokens: &[Token], text: &[u8], line: &Words, place: Span) {
         let mut numbers = tokens.iter().filter(|token| token.kind == TokenKind::Expression);
         let Some(first) = numbers.next() else { return };
         let whole = first.number as u32;
@@ -58,7 +59,7 @@ impl Run<'_> {
                 return self.event(Event::Dwell { seconds, line: self.line_number() });
             }
             _ if LOST.contains(&whole) && part == 0 => {
-                self.frame_lost = true;
+                self.frame.lost = true;
                 self.doubt(Doubt::TiltedFrame, place);
                 let text = format!("cycle {whole} is not followed: feeds are kept from here on");
                 return self.say(
@@ -71,7 +72,7 @@ impl Run<'_> {
             }
             _ => {
                 if part == 0 {
-                    self.cycle_number = whole;
+                    self.family.cycle_number = whole;
                 }
                 return;
             }
@@ -80,18 +81,20 @@ impl Run<'_> {
     }
 
     /// The cycle defined last, where the tool is.
-    pub(super) fn call_cycle(&mut self, place: Span) {
-        if !matches!(self.cycle_number, 200 | 201 | 203) {
-            let text = format!("cycle {} is kept, not simulated", self.cycle_number);
+    pub(crate) fn call_cycle(&mut self, place: Span) {
+        if !matches!(self.family.cycle_number, 200 | 201 | 203) {
+            let text = format!("cycle {} is kept, not simulated", self.family.cycle_number);
             let help = "what it cuts is not known to the simulation";
             return self.say("nc::cycle", Severity::Warning, place, text, help);
         }
         let unknown = [200, 201, 202, 203, 204, 206].into_iter().find(|index| self.parameters.known(*index).is_none());
         // Reaming (201) has no depth of a peck.
-        let unknown = unknown.filter(|index| *index != 202 || self.cycle_number != 201);
+        let unknown = unknown.filter(|index| *index != 202 || self.family.cycle_number != 201);
         if let Some(index) = unknown {
-            let text =
-                format!("cycle {} is kept, not simulated: the program does not tell Q{index}", self.cycle_number);
+            let text = format!(
+                "cycle {} is kept, not simulated: the program does not tell Q{index}",
+                self.family.cycle_number
+            );
             return self.not_understood("nc::cycle", place, text, "write its number, or F in the tool call for AUTO");
         }
         let unit = self.modal.unit_mm();
@@ -107,12 +110,12 @@ impl Run<'_> {
         let feed = self.modal.feed;
         self.modal.feed.value = q(206);
         (self.modal.feed.word, self.modal.feed.computed) = (None, true);
-        let before = (self.freeze, self.splittable);
-        self.freeze = Some(Freeze::Cycle);
-        self.splittable = false;
-        let code = if self.cycle_number == 201 { 850 } else { 830 };
-        self.one_hole(cycle, code, self.programmed, surface + clearance);
-        (self.freeze, self.splittable) = before;
+        let before = (self.block.freeze, self.block.splittable);
+        self.block.freeze = Some(Freeze::Cycle);
+        self.block.splittable = false;
+        let code = if self.family.cycle_number == 201 { 850 } else { 830 };
+        self.one_hole(cycle, code, self.place.programmed, surface + clearance);
+        (self.block.freeze, self.block.splittable) = before;
         self.modal.feed = feed;
     }
 }

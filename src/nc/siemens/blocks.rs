@@ -1,17 +1,19 @@
 //! Siemens 840D beyond what it shares with ISO: names, assignments, settings; calls, frames and jumps are beside it.
 
-use super::Run;
-use super::corner::Corner;
-use super::flow::After;
-use super::labels::archived;
-use super::line::Line;
-use super::siemens_calls::repeats;
-use super::siemens_flow::structure_word;
-use super::state::Motion;
-use crate::diag::Span;
+use super::calls::repeats;
+use super::frames::ANEW;
+use super::state::Siemens;
+use super::structures::structure_word;
 use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::interp::interpreter::Interpreter;
+use crate::nc::interp::interpreter::Setting;
+use crate::nc::interp::state::After;
+use crate::nc::interp::state::Corner;
+use crate::nc::interp::state::Motion;
+use crate::nc::interp::values::left_of;
+use crate::nc::interp::words::Words;
+use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::PathMode;
 
 /// Names that change nothing the toolpath shows.
@@ -45,18 +47,15 @@ const QUIET: [&str; 26] = [
     "FNORM",
 ];
 
-/// What ends a frame that is not followed.
-pub(super) const ANEW: &str = "TRANS, ROT, SCALE or MIRROR alone sets the frame anew";
-
 /// Names that belong to the motion of their block or change the frame.
 const SETTINGS: [&str; 13] = [
     "CIP", "CT", "SUPA", "TRAORI", "TRAFOOF", "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR",
 ];
 
-impl Run<'_> {
+impl Interpreter<'_, Siemens> {
     /// Names, calls, labels and assignments of a block.
-    pub(super) fn siemens(&mut self, block: BlockId, line: &mut Line) -> After {
-        let source = self.source.clone();
+    pub(crate) fn siemens(&mut self, block: BlockId, line: &mut Words) -> After {
+        let source = self.flow.source.clone();
         let text = source.program().text();
         let skip = |kind| matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Label);
         let tokens: Vec<Token> = source.program().tokens(block).filter(|token| !skip(token.kind)).collect();
@@ -94,7 +93,7 @@ impl Run<'_> {
                     match name.as_str() {
                         "MCALL" => {
                             modal = true;
-                            self.modal_call = None;
+                            self.family.modal_call = None;
                         }
                         "IF" | "GOTOF" | "GOTOB" | "GOTO" | "GOTOC" | "GOTOS" => {
                             self.siemens_jump(&tokens[index..], text);
@@ -138,7 +137,7 @@ impl Run<'_> {
                 _ => {}
             }
         }
-        let through = std::mem::take(&mut self.through);
+        let through = std::mem::take(&mut self.family.through);
         match curve {
             Some((word, place)) if word == "CT" => self.tangential_arc(line, place),
             Some((_, place)) => self.arc_through(line, through, place),
@@ -162,7 +161,7 @@ impl Run<'_> {
         if self.in_subprogram() {
             self.return_from_call();
         } else {
-            self.ended = true;
+            self.flow.ended = true;
         }
     }
 
@@ -174,31 +173,31 @@ impl Run<'_> {
         if self.in_subprogram() {
             self.return_from_call();
         } else {
-            self.ended |= self.began;
+            self.flow.ended |= self.flow.began;
         }
     }
 
     /// `DEF REAL A, B=5`: names without a value begin at zero.
-    fn define(&mut self, tokens: &[Token], text: &[u8], line: &mut Line) {
+    fn define(&mut self, tokens: &[Token], text: &[u8], line: &mut Words) {
         for token in tokens.iter().skip(2) {
             match token.kind {
                 TokenKind::Name => {
                     let name = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
                     self.parameters.set_name(&name, 0.0);
-                    self.defined.insert(name);
+                    self.family.defined.insert(name);
                 }
                 TokenKind::Assignment if !token.span.of(text).contains(&b'"') => {
                     self.siemens_assignment(*token, token.span.of(text), line);
-                    self.defined.insert(variable(token.span.of(text)));
+                    self.family.defined.insert(left_of(token.span.of(text)));
                 }
                 _ => {}
             }
         }
     }
 
-    pub(super) fn siemens_assignment(&mut self, token: Token, bytes: &[u8], line: &mut Line) {
+    pub(crate) fn siemens_assignment(&mut self, token: Token, bytes: &[u8], line: &mut Words) {
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
-        let name = variable(bytes);
+        let name = left_of(bytes);
         let value = match self.evaluate(token.span, &bytes[equals + 1..], 0) {
             Ok(value) => value,
             Err(error) => return self.bad_expression(token.span, &error),
@@ -212,7 +211,7 @@ impl Run<'_> {
             ("CHF", _) => self.corner_after(Corner::Chamfer(value * self.modal.unit_mm()), token.span),
             ("CHR", _) => self.corner_after(Corner::Legs(value * self.modal.unit_mm()), token.span),
             ("I1" | "J1" | "K1", _) => {
-                self.through[usize::from(name.as_bytes()[0] - b'I')] = Some(value * self.modal.unit_mm());
+                self.family.through[usize::from(name.as_bytes()[0] - b'I')] = Some(value * self.modal.unit_mm());
             }
             ("RNDM", _) if value == 0.0 => {}
             ("RNDM", _) => {
@@ -232,7 +231,7 @@ impl Run<'_> {
     }
 
     /// Sets `R12` or a variable by its name.
-    pub(super) fn set_variable(&mut self, name: &str, value: f64) {
+    pub(crate) fn set_variable(&mut self, name: &str, value: f64) {
         match name.strip_prefix('R').and_then(|number| number.parse().ok()) {
             Some(index) => {
                 self.parameters.numbered.insert(index, value);
@@ -241,14 +240,8 @@ impl Run<'_> {
         }
     }
 
-    /// A corner between this block and the next.
-    pub(super) fn corner_after(&mut self, corner: Corner, place: Span) {
-        self.splittable = false;
-        self.next_corner = Some((corner, place));
-    }
-
-    /// G codes that mean something else on this control; `false`: read it as everywhere.
-    pub(super) fn siemens_setting(&mut self, code: u16, line: &Line) -> bool {
+    /// G codes that mean something else on this control.
+    pub(super) fn siemens_setting(&mut self, code: u16, line: &Words) -> Setting {
         match code {
             600 => self.modal.path_mode = PathMode::ExactStop,
             6410..=6450 => self.modal.path_mode = PathMode::Continuous,
@@ -257,16 +250,11 @@ impl Run<'_> {
             5000 | 5050..=5990 => self.select_wcs(code, line),
             3310 | 3320 => self.modal.motion = Motion::Synchronised,
             4500 | 4510 | 6010..=6030 | 9010 | 9020 => {}
-            _ => return false,
+            1530 => return Setting::Machine,
+            _ => return Setting::AsEverywhere,
         }
-        true
+        Setting::Done
     }
-}
-
-/// Left side of an assignment, upper case.
-pub(super) fn variable(assignment: &[u8]) -> String {
-    let left = assignment.split(|&byte| byte == b'=').next().unwrap_or_default();
-    String::from_utf8_lossy(left).trim().to_ascii_uppercase()
 }
 
 /// Does a name of this control put something in force, and neither call nor jump?
@@ -276,7 +264,14 @@ pub fn is_setting(name: &[u8]) -> bool {
 }
 
 /// Does this assignment set an R parameter?
-pub fn is_variable(assignment: &[u8]) -> bool {
-    let name = variable(assignment);
+pub(super) fn is_variable(assignment: &[u8]) -> bool {
+    let name = left_of(assignment);
     name.strip_prefix('R').is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+/// Name of the program that `%_N_NAME_MPF` or `%_N_NAME_SPF` begins, lower case.
+pub(super) fn archived(line: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(line).trim().to_ascii_lowercase();
+    let name = text.strip_prefix("%_n_")?;
+    Some(name.strip_suffix("_mpf").or(name.strip_suffix("_spf")).unwrap_or(name).to_owned())
 }

@@ -15,7 +15,7 @@ const SAID: [&str; 6] = ["MSG,", "LOGOPEN,", "LOGAPPEND,", "LOGCLOSE", "PROBEOPE
 const DECIMALS: usize = 6;
 
 /// Does the control act on this comment (with its delimiters)?
-pub(super) fn speaks(dialect: Dialect, comment: &[u8]) -> bool {
+pub(super) fn acts(dialect: Dialect, comment: &[u8]) -> bool {
     begins(dialect, comment, &VALUED) || begins(dialect, comment, &SAID)
 }
 
@@ -48,10 +48,9 @@ pub(super) fn with_values(dialect: Dialect, comment: &[u8], parameters: &Paramet
 }
 
 fn begins(dialect: Dialect, comment: &[u8], words: &[&str]) -> bool {
-    let knows = matches!(dialect, Dialect::LinuxCnc | Dialect::Grbl | Dialect::Generic);
     let inner = comment.strip_prefix(b"(").unwrap_or_default().trim_ascii_start();
     let is = |word: &&str| inner.get(..word.len()).is_some_and(|own| own.eq_ignore_ascii_case(word.as_bytes()));
-    knows && words.iter().any(is)
+    dialect.properties().active_comments && words.iter().any(is)
 }
 
 /// Length of `#5` or `#<name>` at the start; 0: there is none.
@@ -100,6 +99,6 @@ mod tests {
         assert_eq!(with("(DEBUG, #2)"), Err(()));
         assert_eq!(with("(DEBUG, part #)"), some("(DEBUG, part #)"));
         assert_eq!(with_values(Dialect::Fanuc, b"(PRINT, #1)", &parameters), Ok(None));
-        assert!(speaks(Dialect::LinuxCnc, b"(msg,hello)") && !speaks(Dialect::LinuxCnc, b"(debugging)"));
+        assert!(acts(Dialect::LinuxCnc, b"(msg,hello)") && !acts(Dialect::LinuxCnc, b"(debugging)"));
     }
 }

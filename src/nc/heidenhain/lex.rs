@@ -4,12 +4,13 @@
 //! an assignment, everything else made of letters a name. `;` begins a comment, `~` at the end continues the block. What
 //! follows `BEGIN PGM` and `END PGM` is a name, whatever it looks like; a line that continues a comment (`; text ~`) is text.
 
-use super::lex::{self, Token, TokenKind, blanks, length_of, to_line_end};
-use super::number::decimal;
 use crate::diag::Span;
+use crate::nc::number::decimal;
+use crate::nc::rs274::lex::{self, blanks, length_of, to_line_end};
+use crate::nc::token::{Token, TokenKind};
 
 /// The token of `line` at `at`; `base` is where the line begins in the text.
-pub(super) fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
+pub(crate) fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
     let rest = &line[at..];
     if at >= program_name(line) && !rest[0].is_ascii_whitespace() && rest[0] != b';' {
         let length = rest.iter().take_while(|byte| !byte.is_ascii_whitespace() && **byte != b';').count();
@@ -25,7 +26,7 @@ pub(super) fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
 }
 
 /// Is this line nothing but a comment?
-pub(super) fn is_comment(line: &[u8]) -> bool {
+pub(crate) fn is_comment(line: &[u8]) -> bool {
     let begin = line.iter().take_while(|byte| byte.is_ascii_digit() || is_blank(**byte)).count();
     matches!(line.get(begin), Some(b';' | b'*'))
 }

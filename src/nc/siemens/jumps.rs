@@ -4,11 +4,12 @@
 //! `REPEAT A P=n` repeats from A up to itself n times more; where A lies behind it, up to ENDLABEL. `REPEAT A B P=n` repeats
 //! from A to B, `REPEATB A P=n` the block A alone.
 
-use super::Run;
-use super::line::Line;
-use super::siemens_flow::name;
+use super::state::Siemens;
+use super::structures::name;
 use crate::diag::{Severity, Span};
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::interp::interpreter::Interpreter;
+use crate::nc::interp::words::Words;
+use crate::nc::token::{Token, TokenKind};
 
 /// Which way a jump looks for its target.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -21,9 +22,9 @@ enum Way {
     BackFirst,
 }
 
-impl Run<'_> {
+impl Interpreter<'_, Siemens> {
     /// `GOTOF LABEL`, `GOTOB N100`, `IF condition GOTOF LABEL`.
-    pub(super) fn siemens_jump(&mut self, tokens: &[Token], text: &[u8]) {
+    pub(crate) fn siemens_jump(&mut self, tokens: &[Token], text: &[u8]) {
         let Some(goto) = next_goto(tokens, text) else {
             let why = "this jump is not followed";
             return self.not_understood("nc::not-understood", tokens[0].span, why, "");
@@ -41,7 +42,7 @@ impl Run<'_> {
     }
 
     /// `CASE(expr) OF 1 GOTOF A 2 GOTOF B DEFAULT GOTOF C`.
-    pub(super) fn siemens_case(&mut self, tokens: &[Token], text: &[u8]) {
+    pub(crate) fn siemens_case(&mut self, tokens: &[Token], text: &[u8]) {
         let Some(of) = tokens.iter().position(|token| name(token, text) == "OF") else {
             return self.not_understood("nc::not-understood", tokens[0].span, "CASE without OF", "");
         };
@@ -68,7 +69,7 @@ impl Run<'_> {
         let word = name(&tokens[0], text);
         let way = match word.as_str() {
             "GOTOS" => {
-                let first = self.labels().start_of_program(self.block.0);
+                let first = self.labels().start_of_program(self.block.id.0);
                 return self.jump(first as usize);
             }
             "GOTOF" => Way::Forward,
@@ -85,7 +86,7 @@ impl Run<'_> {
             let label = String::from_utf8_lossy(target.span.of(text)).into_owned();
             let text = format!("there is no label {label} there");
             self.say("nc::no-target", Severity::Error, target.span, text, "the program ends here");
-            self.ended = true;
+            self.flow.ended = true;
         }
     }
 
@@ -93,7 +94,7 @@ impl Run<'_> {
     fn place_of(&mut self, target: Token, text: &[u8], way: Way) -> Option<u32> {
         let label = String::from_utf8_lossy(target.span.of(text)).to_ascii_uppercase();
         let labels = self.labels();
-        let here = self.block.0;
+        let here = self.block.id.0;
         let program = labels.start_of_program(here);
         let number = label.strip_prefix('N').and_then(|number| number.parse().ok());
         let numbered = number.and_then(|number: u32| labels.n_blocks.get(&number)).into_iter().flatten().copied();
@@ -111,11 +112,11 @@ impl Run<'_> {
     }
 
     /// `REPEAT A`, `REPEAT A B`, `REPEATB A`, each with P for how many times more.
-    pub(super) fn repeat_section(&mut self, tokens: &[Token], text: &[u8], line: &Line) {
+    pub(crate) fn repeat_section(&mut self, tokens: &[Token], text: &[u8], line: &Words) {
         let word = name(&tokens[0], text);
         let is_label = |token: &&Token| matches!(token.kind, TokenKind::Name | TokenKind::Word(b'N'));
         let targets: Vec<Token> = tokens[1..].iter().filter(is_label).copied().collect();
-        let here = self.block.0;
+        let here = self.block.id.0;
         let places: Vec<Option<u32>> =
             targets.iter().map(|target| self.place_of(*target, text, Way::BackFirst)).collect();
         let section = match (word.as_str(), places.as_slice()) {
@@ -132,7 +133,7 @@ impl Run<'_> {
         } else {
             let text = "the blocks to be repeated are not there";
             self.say("nc::no-target", Severity::Error, tokens[0].span, text, "the program ends here");
-            self.ended = true;
+            self.flow.ended = true;
         }
     }
 

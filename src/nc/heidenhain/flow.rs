@@ -1,28 +1,28 @@
 //! Labels, calls and jumps of Heidenhain plain language: LBL, CALL LBL … REP, CALL PGM, FN 9 to FN 12.
 
-use super::Run;
-use super::labels::plain_label;
+use super::state::Heidenhain;
 use crate::diag::{Severity, Span};
-use crate::nc::lex::{Token, TokenKind};
+use crate::nc::interp::interpreter::Interpreter;
+use crate::nc::token::{Token, TokenKind};
 
-impl Run<'_> {
+impl Interpreter<'_, Heidenhain> {
     /// `CALL LBL n REP k`: k further times.
-    pub(super) fn call_label(&mut self, tokens: &[Token], text: &[u8], place: Span) {
+    pub(crate) fn call_label(&mut self, tokens: &[Token], text: &[u8], place: Span) {
         let values: Vec<&Token> = tokens.iter().filter(|token| token.kind == TokenKind::Expression).collect();
         let label = values.first().map_or_else(String::new, |token| plain_label(token, text));
         let repeats = values.get(1).map(|token| token.number.clamp(0.0, 1e6) as u64);
         let Some(start) = self.label(&label) else { return self.no_routine(place, &label) };
         let Some(count) = repeats else { return self.call_block(start + 1, 1) };
-        let key = (self.calls.len(), self.block.0);
-        let known = self.repeats.iter().position(|repeat| (repeat.0, repeat.1) == key);
+        let key = (self.flow.calls.len(), self.block.id.0);
+        let known = self.family.repeats.iter().position(|repeat| (repeat.0, repeat.1) == key);
         let index = known.unwrap_or_else(|| {
-            self.repeats.push((key.0, key.1, count));
-            self.repeats.len() - 1
+            self.family.repeats.push((key.0, key.1, count));
+            self.family.repeats.len() - 1
         });
-        if self.repeats[index].2 == 0 {
-            self.repeats.remove(index);
+        if self.family.repeats[index].2 == 0 {
+            self.family.repeats.remove(index);
         } else {
-            self.repeats[index].2 -= 1;
+            self.family.repeats[index].2 -= 1;
             self.jump(start + 1);
         }
     }
@@ -32,7 +32,7 @@ impl Run<'_> {
     }
 
     /// `CALL PGM NAME`: the program of this name beside this one.
-    pub(super) fn call_file(&mut self, line_text: &[u8], place: Span) {
+    pub(crate) fn call_file(&mut self, line_text: &[u8], place: Span) {
         let text = String::from_utf8_lossy(line_text).into_owned();
         let name = text.to_ascii_uppercase().find("PGM").map_or("", |at| &text[at + 3..]);
         let name = name.split(';').next().unwrap_or_default().trim().trim_matches('"');
@@ -44,7 +44,7 @@ impl Run<'_> {
     }
 
     /// `FN 9: IF +Q1 EQU +Q2 GOTO LBL 5` (10: NE, 11: GT, 12: LT); false when it is no jump.
-    pub(super) fn q_jump(&mut self, line_text: &[u8], place: Span) -> bool {
+    pub(crate) fn q_jump(&mut self, line_text: &[u8], place: Span) -> bool {
         let upper = line_text.to_ascii_uppercase();
         let find = |mark: &[u8]| memchr::memmem::find(&upper, mark);
         let Some((condition, goto)) = find(b"IF ").zip(find(b" GOTO")) else { return find(b"GOTO").is_some() };
@@ -72,7 +72,16 @@ impl Run<'_> {
         } else {
             let text = format!("there is no {label}");
             self.say("nc::no-target", Severity::Error, place, text, "the program ends here");
-            self.ended = true;
+            self.flow.ended = true;
         }
     }
+}
+
+/// `LBL 1` or `LBL "NAME"` of plain language.
+pub(super) fn plain_label(token: &Token, text: &[u8]) -> String {
+    let bytes = token.span.of(text);
+    if bytes.starts_with(b"\"") {
+        return format!("LBL {}", String::from_utf8_lossy(bytes).to_ascii_uppercase());
+    }
+    format!("LBL {}", token.number as u32)
 }

@@ -1,0 +1,477 @@
+//! The interpreter: what a control remembers and does with one block after the other. In: a [`Program`] and its [`Environment`].
+//! Out: a [`Toolpath`].
+//!
+//! One block is gathered into words (`words.rs`), its family of dialects reads what is more than words ([`Family::block`]), its
+//! settings are put in force (`settings.rs`, `offsets.rs`), then its motion is made (`motion.rs`, `arc.rs`, `cycles.rs`).
+//! Nothing here knows a family: what one of them does its own way is asked for through [`Family`].
+
+use std::sync::Arc;
+
+use super::flow::{Flow, Source, cost_of_one_pass};
+use super::labels::Labels;
+use super::state::{
+    After, BlockState, Compensation, Contour, Corner, Corners, Cycles, Frame, Messages, Modal, Motion, Offsets, Place,
+    Rotary, Spindle,
+};
+use super::unroll::{Noted, Plain, Record};
+use super::words::Words;
+use super::{shared_feeds, thread_feeds};
+use crate::diag::{Severity, Span};
+use crate::ids::{BlockId, MoveId};
+use crate::nc::dialect::Properties;
+use crate::nc::doubt::Doubt;
+use crate::nc::environment::Environment;
+use crate::nc::expr::Parameters;
+use crate::nc::program::Program;
+use crate::nc::token::{Token, TokenKind};
+use crate::nc::toolpath::{Event, Freeze, MoveKind, Reached, State, Toolpath};
+use crate::path::Vec3;
+
+/// G codes (times ten) whose axis words bring no axis to a place that is known: G4, G10, G28, G30, G5x.x, G65, G66, G68, G92.
+const NO_PLACE: [u16; 18] = [40, 100, 280, 300, 500, 501, 510, 511, 520, 530, 650, 660, 661, 680, 920, 921, 922, 923];
+
+/// A family of dialects: how its blocks are read beyond words, and what its controls remember that others do not.
+///
+/// The value is that memory; the functions are handed the whole interpreter. What is not said here is done as by ISO 6983.
+pub(crate) trait Family: Sized {
+    /// Variables of a subprogram are its own even where the call hands nothing over.
+    const OWN_VARIABLES: bool = false;
+    /// A corner may be asked for in a block behind the motion that it cuts short.
+    const CORNERS_BEHIND: bool = false;
+
+    /// A control just switched on.
+    fn new() -> Self;
+    /// Before the first block.
+    fn begin(_run: &mut Interpreter<'_, Self>) {}
+    /// After the last block.
+    fn end(_run: &mut Interpreter<'_, Self>) {}
+
+    /// A token that is no plain word is gathered; as it stands here, the block is more than words.
+    fn token(_run: &mut Interpreter<'_, Self>, _token: Token, _text: &[u8], words: &mut Words) {
+        words.beyond = true;
+    }
+    /// Executes what is more than words in a block, and turns the rest into words of ISO 6983.
+    fn block(run: &mut Interpreter<'_, Self>, block: BlockId, words: &mut Words) -> After;
+    /// Puts a G code (times ten) of its own in force; false: it means what it means everywhere.
+    fn setting(_run: &mut Interpreter<'_, Self>, _code: u16, _place: Span, _words: &Words) -> Setting {
+        Setting::AsEverywhere
+    }
+    /// All words of the block are arguments of a call, which was made.
+    fn takes_all_words(_run: &mut Interpreter<'_, Self>, _words: &Words) -> bool {
+        false
+    }
+    /// Is something called after every motion, so that feeds belong to what is called?
+    fn calls_after_motions(_run: &Interpreter<'_, Self>) -> bool {
+        false
+    }
+    /// Before an element of the contour that begins in this (programmed) direction; `None`: the contour is left.
+    fn before_motion(_run: &mut Interpreter<'_, Self>, _kind: MoveKind, _direction: Option<Vec3>) {}
+    /// After the motion of a block, if it `moved`.
+    fn after_motion(_run: &mut Interpreter<'_, Self>, _words: &Words, _moved: bool) {}
+    /// After everything else of a block: calls and returns.
+    fn after_block(_run: &mut Interpreter<'_, Self>, _words: &Words) {}
+    /// A routine is about to be left; `modal`: it was called after a motion.
+    fn before_return(_run: &mut Interpreter<'_, Self>, _modal: bool) {}
+    /// An expression is about to be read: sets the variables that the control keeps itself, where it asks for them.
+    fn before_value(_run: &mut Interpreter<'_, Self>, _text: &[u8]) {}
+    /// A numbered variable was read that nothing has set. Its number counted from 1, or 0 where its value is known all the same.
+    fn unset_variable(run: &mut Interpreter<'_, Self>, number: u32, place: Span) -> u32 {
+        run.unknown_when_unrolled(place, number);
+        number.saturating_add(1)
+    }
+    /// Takes the labels of a block in.
+    fn label(labels: &mut Labels, program: &Program, block: BlockId);
+
+    /// How a numbered variable is called.
+    fn variable_name(number: u32) -> String;
+    /// Does the control act on this comment?
+    fn acts_on(_program: &Program, _comment: &[u8]) -> bool {
+        false
+    }
+    /// Unrolling: notes what of a block cannot be unrolled.
+    fn obstacles(_noted: &Noted<'_, Self>, _record: &mut Record) {}
+    /// Unrolling: is a block left out, because all it does is to steer the flow?
+    fn steers_when_unrolled(_noted: &Noted<'_, Self>, _record: &mut Record) -> bool {
+        false
+    }
+    /// Unrolling: a line that is no block but heads the text.
+    fn head(_record: &mut Record, _line: &[u8]) {}
+    /// Unrolling: what ends the text.
+    fn foot(_program: &Program, _record: &Record) -> Vec<u8> {
+        Vec::new()
+    }
+    /// A line without its number, where the family counts its blocks.
+    fn unnumbered(line: &[u8]) -> &[u8] {
+        line
+    }
+    /// Unrolling: a token of a block.
+    fn plain(noted: &Noted<'_, Self>, token: &Token, record: &mut Record) -> Plain;
+    /// Does a program hold loops, jumps, calls, variables or expressions?
+    fn steers(program: &Program, environment: &Environment<'_>) -> bool;
+}
+
+/// Whether a family has put a G code in force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Setting {
+    /// It means what it means everywhere.
+    AsEverywhere,
+    /// It is in force.
+    Done,
+    /// The motion of the block is in machine coordinates.
+    Machine,
+}
+
+/// An interpretation under way.
+pub(crate) struct Interpreter<'a, F> {
+    pub(crate) program: &'a Program,
+    pub(crate) env: &'a Environment<'a>,
+    /// What was made of the program so far.
+    pub(crate) out: Toolpath,
+    /// States of the last rapid and of the last feed move.
+    pub(super) states: [Option<Arc<State>>; 2],
+    /// What the family of dialects remembers.
+    pub(crate) family: F,
+    pub(crate) flow: Flow<'a>,
+    pub(crate) block: BlockState,
+    pub(crate) modal: Modal,
+    pub(crate) frame: Frame,
+    pub(crate) place: Place,
+    pub(super) rotary: Rotary,
+    pub(super) offsets: Offsets,
+    pub(super) spindle: Spindle,
+    pub(crate) compensation: Compensation,
+    pub(crate) corners: Corners,
+    pub(super) cycles: Cycles,
+    pub(crate) parameters: Parameters,
+    pub(super) messages: Messages,
+    /// What is executed is noted down here, if it is asked for.
+    pub(crate) record: Option<Record>,
+}
+
+impl<'a, F: Family> Interpreter<'a, F> {
+    /// A control just switched on.
+    pub(crate) fn new(program: &'a Program, env: &'a Environment<'a>) -> Self {
+        let start = env.start_mm.or(env.home_mm);
+        let tool = start.unwrap_or_else(|| Vec3::new(0.0, 0.0, env.clear_z_mm));
+        let retract_to_r = program.dialect().properties().retract_to_r;
+        let modal = Modal { inch: env.inch, retract_to_r, tool: env.only_tool.unwrap_or(0), ..Modal::default() };
+        Self {
+            program,
+            env,
+            out: Toolpath::default(),
+            states: [None, None],
+            family: F::new(),
+            flow: Flow {
+                source: Source::Main(program),
+                source_id: 0,
+                at: 0,
+                ended: false,
+                began: false,
+                files: program.files().to_vec(),
+                missing: std::collections::BTreeSet::new(),
+                labels: Vec::new(),
+                calls: Vec::new(),
+                counts: Vec::new(),
+                budget: cost_of_one_pass(program) + env.max_repeated_bytes,
+            },
+            block: BlockState {
+                id: BlockId(0),
+                misread: None,
+                freeze: None,
+                splittable: true,
+                contour_mm: None,
+                assignments: Vec::new(),
+            },
+            modal,
+            frame: Frame::default(),
+            place: Place { programmed: tool, tool, known: [start.is_some(); 3], elsewhere: [false; 3], probed: false },
+            rotary: Rotary::default(),
+            offsets: Offsets { first: None, last: modal.wcs, unstated: Vec::new() },
+            spindle: Spindle {
+                speed_said: false,
+                by_hand: !env.speeds_rps.is_empty() && !has_m(program, &[3, 4]),
+                t_changes_tool: program.dialect().t_changes_tool(has_m(program, &[6])),
+            },
+            compensation: Compensation {
+                active: None,
+                contour: Contour::Off,
+                on: false,
+                ranges: 0,
+                refused: Vec::new(),
+                refused_before: Vec::new(),
+                undecided: false,
+                deciding: false,
+                wear_set: Vec::new(),
+                oversize_mm: 0.0,
+            },
+            corners: Corners::default(),
+            cycles: Cycles::default(),
+            parameters: Parameters::default(),
+            messages: Messages::default(),
+            record: None,
+        }
+    }
+
+    /// What is particular to the dialect.
+    pub(crate) fn dialect(&self) -> &'static Properties {
+        self.program.dialect().properties()
+    }
+
+    /// Executes the whole program, twice where only the first pass shows what G41 and G42 mean.
+    pub(crate) fn run(program: &'a Program, env: &'a Environment<'a>) -> Toolpath {
+        let mut run = Self::new(program, env);
+        run.execute_all();
+        if run.compensation.undecided {
+            let refused = std::mem::take(&mut run.compensation.refused);
+            run = Self::new(program, env);
+            (run.compensation.refused_before, run.compensation.deciding) = (refused, true);
+            run.execute_all();
+        }
+        run.finish()
+    }
+
+    /// Executes the whole program, and hands the toolpath out whenever it holds `most` moves.
+    pub(crate) fn run_in_chunks(
+        program: &'a Program,
+        env: &'a Environment<'a>,
+        most: usize,
+        mut chunk: impl FnMut(&Toolpath),
+    ) {
+        let mut run = Self::new(program, env);
+        F::begin(&mut run);
+        let mut words = Words::default();
+        while !run.flow.ended {
+            run.step(&mut words);
+            if run.out.moves.len() >= most && run.compensation.active.is_none() {
+                chunk(&run.out);
+                run.out.moves.clear();
+                run.out.between.clear();
+                run.out.doubts.clear();
+                run.cycles.driven.clear();
+            }
+        }
+        chunk(&run.out);
+    }
+
+    /// Executes the whole program once and notes down what is executed.
+    pub(crate) fn run_recorded(program: &'a Program, env: &'a Environment<'a>) -> (Record, Toolpath) {
+        let mut run = Self::new(program, env);
+        run.record = Some(Record::default());
+        run.execute_all();
+        (run.record.take().unwrap_or_default(), run.out)
+    }
+
+    fn execute_all(&mut self) {
+        self.out.moves.reserve(self.program.own_len());
+        F::begin(self);
+        let mut line = Words::default();
+        while !self.flow.ended {
+            self.step(&mut line);
+        }
+        F::end(self);
+    }
+
+    /// Executes the next block.
+    fn step(&mut self, line: &mut Words) {
+        self.end_sections();
+        if self.flow.at >= self.flow.source.program().own_len() {
+            self.end_of_text();
+            return;
+        }
+        let block = BlockId(self.flow.at as u32);
+        self.flow.at += 1;
+        self.block.id = block;
+        if !self.pay(block) {
+            return;
+        }
+        self.count();
+        (self.block.misread, self.block.freeze, self.block.contour_mm) = (None, None, None);
+        self.gather(block, line);
+        if line.delete && self.env.block_delete {
+            self.block.assignments.clear();
+            self.corners.next = None;
+            return;
+        }
+        self.begin(line);
+        let source = self.record.as_ref().map(|_| (self.flow.source.clone(), !self.in_subprogram()));
+        let understood = self.block.freeze;
+        let after = F::block(self, block, line);
+        if let Some((source, own)) = source {
+            if after == After::Done && self.block.freeze != understood {
+                self.in_the_way("what is not understood here", None);
+            }
+            self.note_down(&source, own, block, line, after);
+        }
+        if after == After::Done {
+            if let Some(place) = self.block.misread {
+                self.set_aside(place);
+            }
+            return;
+        }
+        if after == After::Command {
+            let span = self.flow.source.program().span(block);
+            let text = "a command to the control, kept as it is";
+            return self.say("nc::command", Severity::Note, span, text, "what it moves is not simulated");
+        }
+        self.complain(line);
+        if line.any {
+            self.flow.began = true;
+            if self.block.misread.is_none() {
+                self.execute(line);
+            }
+            match self.block.misread {
+                Some(place) => {
+                    self.set_aside(place);
+                    self.stops(line);
+                }
+                None => self.note_places(line),
+            }
+        }
+    }
+
+    /// After a block under the switch the axes it names (all, if it does more than move) may be elsewhere, until they are
+    /// commanded to an absolute place.
+    fn note_places(&mut self, line: &Words) {
+        let moves = line.g.iter().all(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
+        let places = !line.g.iter().any(|(code, _)| NO_PLACE.contains(code)) && self.modal.motion != Motion::Probe;
+        for (axis, letter) in b"XYZ".iter().enumerate() {
+            let placed = places && line.has(*letter) && !self.modal.incremental;
+            let named = line.delete && (line.has(*letter) || !moves);
+            self.place.elsewhere[axis] = named || self.place.elsewhere[axis] && !placed;
+        }
+    }
+
+    /// A block of which something cannot be read sets nothing: neither feed nor place nor mode. Where the tool is after it,
+    /// and what else the control did, is not known.
+    fn set_aside(&mut self, place: Span) {
+        self.place.elsewhere = [true; 3];
+        self.corners.next = None;
+        if let Some((first, _)) = self.linked_at() {
+            self.out.set_aside.push(BlockId(first + self.block.id.0));
+        }
+        self.doubt(Doubt::UnknownCode, place);
+    }
+
+    fn end_of_text(&mut self) {
+        if self.flow.source_id != 0 {
+            self.return_from_call();
+        } else {
+            self.flow.ended = true;
+        }
+    }
+
+    /// Lexes a block into its words, with expressions evaluated.
+    fn gather(&mut self, block: BlockId, line: &mut Words) {
+        line.clear();
+        let source = self.flow.source.clone();
+        let program = source.program();
+        for token in program.tokens(block) {
+            if line.take(token) {
+                continue;
+            }
+            match token.kind {
+                TokenKind::Computed(letter) => self.computed_word(letter, token, program.text(), line),
+                TokenKind::Corner(letter) => self.corner_word(letter, token, line),
+                _ => F::token(self, token, program.text(), line),
+            }
+        }
+    }
+
+    /// `,R5.` and `,C2.` of Fanuc and Haas.
+    fn corner_word(&mut self, letter: u8, token: Token, line: &mut Words) {
+        if !self.dialect().corner_words {
+            return line.bad.push((token.kind, token.span));
+        }
+        let size = token.number * self.modal.unit_mm();
+        let corner = if letter == b'R' { Corner::Round(size) } else { Corner::Legs(size) };
+        self.corner_after(corner, token.span);
+    }
+
+    /// A word whose value is an expression; `=` before it, `AC(…)`, `IC(…)` and a leading I (as 0x80) are other dialects'.
+    fn computed_word(&mut self, letter: u8, token: Token, text: &[u8], line: &mut Words) {
+        if let (b'T', Some(number)) = (letter, self.tool_by_name(token.span, text)) {
+            return line.put(b'T', number, token.span, true);
+        }
+        let Some(value) = self.value(token, text) else { return };
+        line.results.push((token.span, value));
+        let bytes = token.span.of(text);
+        let value_text =
+            bytes[1..].trim_ascii_start().trim_ascii_start().strip_prefix(b"=").unwrap_or(&bytes[1..]).trim_ascii();
+        let plain = letter & 0x7f;
+        if !plain.is_ascii_alphabetic() {
+            return self.not_understood(
+                "nc::not-understood",
+                token.span,
+                "no letter stands before this value",
+                "the word is left out",
+            );
+        }
+        line.put(plain.to_ascii_uppercase(), value, token.span, true);
+        let starts = |mark: &[u8]| value_text.len() > 3 && value_text[..3].eq_ignore_ascii_case(mark);
+        if letter >= 0x80 || starts(b"IC(") {
+            line.force(plain.to_ascii_uppercase(), true);
+        } else if starts(b"AC(") || starts(b"DC(") || starts(b"ACP") || starts(b"ACN") {
+            line.force(plain, false);
+        }
+    }
+
+    fn begin(&mut self, line: &Words) {
+        self.apply_assignments();
+        if line.delete {
+            self.block.freeze = Some(Freeze::BlockDelete);
+        }
+        if self.frame.lost {
+            self.block.freeze = Some(Freeze::NotUnderstood);
+        }
+        if self.linked_at().is_none() {
+            self.block.freeze = Some(Freeze::OtherFile);
+        }
+        self.block.splittable = self.flow.calls.is_empty()
+            && self.place.elsewhere == [false; 3]
+            && !line.has_any(b"ST")
+            && line.m.is_empty();
+        self.block.splittable &= self.corners.next.is_none();
+    }
+
+    pub(crate) fn line_number(&self) -> u32 {
+        self.program.line(self.main_block())
+    }
+
+    pub(crate) fn event(&mut self, event: Event) {
+        self.out.between.push((self.next_move(), event));
+    }
+
+    fn finish(mut self) -> Toolpath {
+        self.count_doubts();
+        self.say_dialect();
+        self.out.files = self.flow.files;
+        self.out.set_aside.sort_unstable();
+        self.out.set_aside.dedup();
+        self.out.reached = Reached { first: self.flow.at.min(self.program.own_len()), counts: self.flow.counts };
+        thread_feeds::keep(self.program, &mut self.out.moves);
+        shared_feeds::number(&mut self.out.moves, &self.cycles.driven);
+        self.out.moves.shrink_to_fit();
+        self.out.between.shrink_to_fit();
+        self.out
+    }
+
+    pub(crate) fn next_move(&self) -> MoveId {
+        MoveId(self.out.moves.len() as u32)
+    }
+}
+
+/// Is there an M of one of these numbers (below 10) anywhere in the program?
+fn has_m(program: &Program, numbers: &[u8]) -> bool {
+    let text = program.text();
+    let candidate = |&at: &usize| {
+        let rest = &text[at + 1..];
+        let digit = rest.iter().position(|byte| !matches!(byte, b' ' | b'0')).unwrap_or(rest.len());
+        let asked = rest.get(digit).is_some_and(|byte| numbers.iter().any(|number| b'0' + number == *byte));
+        asked && !rest.get(digit + 1).is_some_and(u8::is_ascii_digit)
+    };
+    let is_word = |at: usize| {
+        let block = program.block_at(at as u32);
+        program.tokens(block).any(|token| token.span.start == at as u32 && token.kind == TokenKind::Word(b'M'))
+    };
+    memchr::memchr2_iter(b'M', b'm', text).filter(candidate).any(is_word)
+}

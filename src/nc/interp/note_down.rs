@@ -1,0 +1,104 @@
+//! Unrolling, block by block: what is executed is written down as plain text. In: a block, its words, and what its expressions
+//! came to. Out: its bytes without what steers the flow, with values in place of expressions, in [`Record`].
+
+use super::flow::Source;
+use super::interpreter::{Family, Interpreter};
+use super::state::After;
+use super::unroll::{Noted, Plain, Record};
+use super::words::Words;
+use crate::diag::Span;
+use crate::ids::BlockId;
+use crate::nc::token::TokenKind;
+
+impl<F: Family> Interpreter<'_, F> {
+    /// A variable was read that nothing in the program has set: what it holds is left over in the control.
+    pub(crate) fn unknown_when_unrolled(&mut self, place: Span, number: u32) {
+        if self.record.is_none() {
+            return;
+        }
+        let name = F::variable_name(number);
+        self.in_the_way(&format!("{name}, which the program does not set,"), Some(place));
+    }
+
+    /// An assignment to a variable of the control's own does something, and would be left out.
+    pub(crate) fn sets_the_control(&mut self, number: u32) {
+        if number >= self.dialect().lasting_variables_from && self.record.is_some() {
+            self.in_the_way(&format!("#{number}, which belongs to the control,"), None);
+        }
+    }
+
+    /// Something of the block that is executed has no plain form.
+    pub(crate) fn in_the_way(&mut self, what: &str, place: Option<Span>) {
+        let Some(mut record) = self.record.take() else { return };
+        let (source, block) = (self.flow.source.clone(), self.block.id);
+        record.stand_there(what, source.program(), block, matches!(source, Source::Main(_)), place);
+        self.record = Some(record);
+    }
+
+    /// Notes down the block that is executed now, as it was read from `source`; `own`: in no subprogram.
+    pub(crate) fn note_down(&mut self, source: &Source<'_>, own: bool, block: BlockId, line: &Words, after: After) {
+        let program = source.program();
+        let main = matches!(source, Source::Main(_));
+        let Some(mut record) = self.record.take() else { return };
+        if main {
+            record.note_feed(line);
+        }
+        let noted = Noted { program, block, line, own, main, family: &self.family, parameters: &self.parameters };
+        F::obstacles(&noted, &mut record);
+        if after == After::Done {
+            if !record.began {
+                F::head(&mut record, program.line_text(block));
+            }
+        } else if !F::steers_when_unrolled(&noted, &mut record) {
+            write_block(&noted, &mut record);
+        }
+        self.record = Some(record);
+    }
+}
+
+/// Writes a block.
+fn write_block<F: Family>(noted: &Noted<'_, F>, record: &mut Record) {
+    let text = noted.program.text();
+    let (mut out, mut code, mut had_code, mut dropped) = (Vec::new(), false, false, false);
+    let mut blank: Option<u32> = None;
+    for token in noted.program.tokens(noted.block) {
+        let bytes = token.span.of(text);
+        match token.kind {
+            TokenKind::Blank => {
+                blank = blank.or(Some(token.span.start));
+                continue;
+            }
+            TokenKind::LineEnd => {}
+            TokenKind::Comment => had_code |= F::acts_on(noted.program, bytes),
+            _ => had_code = true,
+        }
+        let plain = F::plain(noted, &token, record);
+        let written = match &plain {
+            Plain::Same => Some(bytes),
+            Plain::Text(text) => Some(text.as_slice()),
+            Plain::Dropped => None,
+            Plain::Unknown(what) => {
+                record.stand_in_the_way(what, noted.program, noted.block, noted.main);
+                None
+            }
+        };
+        if let Some(written) = written {
+            if let Some(from) = blank.filter(|_| !(out.is_empty() && dropped)) {
+                out.extend_from_slice(&text[from as usize..token.span.start as usize]);
+            }
+            out.extend_from_slice(written);
+            let comment = token.kind == TokenKind::Comment;
+            code |= !comment && token.kind != TokenKind::LineEnd;
+            code |= comment && F::acts_on(noted.program, bytes);
+        }
+        dropped |= written.is_none();
+        blank = None;
+    }
+    if code || !had_code {
+        record.text.extend(out);
+        if !record.text.ends_with(b"\n") {
+            record.text.push(b'\n');
+        }
+        record.began |= code;
+    }
+}

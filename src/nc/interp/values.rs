@@ -1,0 +1,89 @@
+//! Values of expressions, and assignments. In: the text of an expression and the variables as they are. Out: its value, and a
+//! doubt where that hangs on a variable that only the control knows.
+
+use super::calls::LOCALS;
+use super::interpreter::{Family, Interpreter};
+use crate::diag::Span;
+use crate::nc::doubt::Doubt;
+use crate::nc::expr::{self, ExprError};
+use crate::nc::token::{Token, TokenKind};
+
+impl<F: Family> Interpreter<'_, F> {
+    /// Value of an expression token; `None` with a diagnostic when it has none.
+    pub(crate) fn value(&mut self, token: Token, text: &[u8]) -> Option<f64> {
+        let bytes = token.span.of(text);
+        let skip = match token.kind {
+            TokenKind::Computed(letter) if letter >= 0x80 => 2,
+            TokenKind::Computed(_) => 1,
+            _ => 0,
+        };
+        let bytes = bytes[skip..].trim_ascii_start();
+        let bytes = bytes.strip_prefix(b"=").unwrap_or(bytes);
+        F::before_value(self, bytes);
+        // A condition may well ask whether a local variable is vacant; an axis word with a vacant one is left out by the control.
+        let decides = match token.kind {
+            TokenKind::Computed(b'F' | b'N') => u32::MAX,
+            TokenKind::Computed(_) => 0,
+            _ => *LOCALS.end(),
+        };
+        match self.evaluate(token.span, bytes, decides) {
+            Ok(value) => Some(value),
+            Err(error) => {
+                self.bad_expression(token.span, &error);
+                None
+            }
+        }
+    }
+
+    /// Value of an expression. Where it hangs on a variable that the program did not set, numbered above `decides`, that is a
+    /// doubt.
+    pub(crate) fn evaluate(&mut self, place: Span, text: &[u8], decides: u32) -> Result<f64, ExprError> {
+        self.parameters.take_unset();
+        let value = expr::evaluate(text, &self.parameters);
+        if self.ask_the_control(place) > decides {
+            self.doubt(Doubt::UnknownValue, place);
+        }
+        value
+    }
+
+    /// Says which of the variables that were just read only the control knows: they last from program to program, are its own,
+    /// or are left over from whatever ran before. Hands back the highest of their numbers as [`Family::unset_variable`] counts
+    /// them, 0 if there is none.
+    pub(crate) fn ask_the_control(&mut self, place: Span) -> u32 {
+        let unset = self.parameters.take_unset();
+        unset.into_iter().map(|number| F::unset_variable(self, number, place)).max().unwrap_or(0)
+    }
+
+    /// Puts the assignments of a block in force.
+    pub(crate) fn apply_assignments(&mut self) {
+        for (target, value) in std::mem::take(&mut self.block.assignments) {
+            match target {
+                expr::Target::Number(index) => {
+                    self.sets_the_control(index);
+                    self.parameters.numbered.insert(index, value);
+                }
+                expr::Target::Name(name) => self.parameters.set_name(&name, value),
+            }
+        }
+    }
+
+    pub(crate) fn bad_expression(&mut self, span: Span, error: &ExprError) {
+        if matches!(error, ExprError::NotKnown(_)) {
+            self.doubt(Doubt::UnknownValue, span);
+            self.not_understood("nc::expression", span, error.to_string(), "the word is left out");
+        } else {
+            self.misread("nc::expression", span, error.to_string(), "the block is left as it is");
+        }
+    }
+}
+
+/// What stands behind the `=` of an assignment.
+pub(crate) fn right_of(assignment: &[u8]) -> &[u8] {
+    memchr::memchr(b'=', assignment).map_or(b"", |equals| &assignment[equals + 1..])
+}
+
+/// Left side of an assignment, upper case.
+pub(crate) fn left_of(assignment: &[u8]) -> String {
+    let left = assignment.split(|&byte| byte == b'=').next().unwrap_or_default();
+    String::from_utf8_lossy(left).trim().to_ascii_uppercase()
+}

@@ -1,0 +1,191 @@
+//! The family of RS274: ISO 6983 with the O words of LinuxCNC and the Macro B of Fanuc and Haas. In: blocks of its texts. Out: their
+//! words, and the flow of the program.
+
+mod calls;
+mod comments;
+mod flow;
+pub(crate) mod lex;
+pub(super) mod state;
+mod unroll;
+
+use state::Rs274;
+
+use super::doubt::Doubt;
+use super::environment::Environment;
+use super::interp::calls::LOCALS;
+use super::interp::interpreter::{Family, Interpreter, Setting};
+use super::interp::labels::Labels;
+use super::interp::state::After;
+use super::interp::unroll::{Noted, Plain, Record};
+use super::interp::words::Words;
+use super::program::Program;
+use super::token::{Token, TokenKind};
+use crate::diag::Span;
+use crate::ids::BlockId;
+
+/// Letters of words that do something by themselves: all but the number of a block and of a routine.
+const WORDS: &[u8] = b"ABCDEFHIJKLPQRSTUVWXYZ";
+/// Numbered variables from here on outlast a program on Fanuc and its relatives.
+const LASTING: u32 = 500;
+/// What a probing move found: G38 of LinuxCNC, G31 of Fanuc and Haas.
+const PROBED: std::ops::RangeInclusive<u32> = 5061..=5070;
+
+impl Family for Rs274 {
+    fn new() -> Self {
+        Self { repeats: Vec::new(), modal_macro: None }
+    }
+
+    fn end(run: &mut Interpreter<'_, Self>) {
+        run.complain_of_blocks_not_executed();
+    }
+
+    fn token(run: &mut Interpreter<'_, Self>, token: Token, text: &[u8], words: &mut Words) {
+        match token.kind {
+            TokenKind::Assignment => run.read_assignment(token, text),
+            TokenKind::Expression if !words.beyond => words.bad.push((token.kind, token.span)),
+            // A name amid words is none that steers.
+            TokenKind::Name if !words.beyond && (!words.g.is_empty() || words.has_any(WORDS)) => {
+                words.bad.push((token.kind, token.span));
+            }
+            _ => words.beyond = true,
+        }
+    }
+
+    fn block(run: &mut Interpreter<'_, Self>, block: BlockId, words: &mut Words) -> After {
+        let after = if words.beyond { run.flow_control(block) } else { After::Words };
+        let command = || run.dialect().dollar_commands && run.flow.source.program().line_text(block).starts_with(b"$");
+        if after == After::Words && command() { After::Command } else { after }
+    }
+
+    fn setting(run: &mut Interpreter<'_, Self>, code: u16, place: Span, words: &Words) -> Setting {
+        match code {
+            650 => {}
+            660 | 661 => run.call_after_motions(words, code, place),
+            670 => run.family.modal_macro = None,
+            _ => return Setting::AsEverywhere,
+        }
+        Setting::Done
+    }
+
+    fn takes_all_words(run: &mut Interpreter<'_, Self>, words: &Words) -> bool {
+        run.call_macro(words);
+        words.has_g(650) || words.has_g(660)
+    }
+
+    fn calls_after_motions(run: &Interpreter<'_, Self>) -> bool {
+        run.family.modal_macro.is_some() && !run.in_modal_macro()
+    }
+
+    fn after_block(run: &mut Interpreter<'_, Self>, words: &Words) {
+        run.call_words(words);
+        run.call_modal_macro(words);
+    }
+
+    fn before_return(run: &mut Interpreter<'_, Self>, modal: bool) {
+        let locals = run.locals();
+        if let Some(called) = run.family.modal_macro.as_mut().filter(|_| modal) {
+            called.arguments = locals;
+        }
+    }
+
+    fn before_value(run: &mut Interpreter<'_, Self>, text: &[u8]) {
+        run.predefine(text);
+    }
+
+    /// What a probing move found is a doubt of its own. #0 is vacant, and so are, in a call with arguments, those that were not
+    /// given. From #500 on Macro B's variables outlast the program, so that only the control knows them.
+    fn unset_variable(run: &mut Interpreter<'_, Self>, number: u32, place: Span) -> u32 {
+        if PROBED.contains(&number) {
+            run.doubt(Doubt::Probe, place);
+        }
+        if number == 0 || LOCALS.contains(&number) && run.has_own_locals() {
+            return 0;
+        }
+        run.unknown_when_unrolled(place, number);
+        if run.dialect().macro_b && number >= LASTING {
+            run.parameters.numbered.insert(number, 0.0);
+            let said = format!("#{number} is kept in the control and not known here: it is read as 0");
+            let help = format!("if that matters, set it in the program: #{number} = …");
+            run.not_understood("nc::control-variable", place, said, &help);
+        }
+        number
+    }
+
+    /// `END m` and `WHILE … DO m` of Macro B.
+    fn label(labels: &mut Labels, program: &Program, block: BlockId) {
+        let mut name: &[u8] = b"";
+        for token in program.tokens(block) {
+            let bytes = token.span.of(program.text());
+            let is = |word: &[u8]| name.eq_ignore_ascii_case(word);
+            match token.kind {
+                TokenKind::Name => name = bytes,
+                TokenKind::Expression if is(b"DO") || is(b"END") => {
+                    let number = super::number::decimal(bytes).map_or(0, |(value, _)| value as u32);
+                    labels.loops.push((block.0, number, is(b"END")));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn variable_name(number: u32) -> String {
+        format!("#{number}")
+    }
+
+    fn acts_on(program: &Program, comment: &[u8]) -> bool {
+        comments::acts(program.dialect(), comment)
+    }
+
+    fn obstacles(noted: &Noted<'_, Self>, record: &mut Record) {
+        // G66.1 calls a macro after every block.
+        if noted.program.tokens(noted.block).any(|t| t.kind == TokenKind::Word(b'G') && t.number == 66.1) {
+            record.stand_in_the_way("a modal macro call", noted.program, noted.block, noted.main);
+        }
+    }
+
+    fn head(record: &mut Record, line: &[u8]) {
+        if line.starts_with(b"%") {
+            record.text.extend_from_slice(line);
+            (record.began, record.percent) = (true, true);
+        }
+    }
+
+    fn foot(_program: &Program, record: &Record) -> Vec<u8> {
+        if record.percent { b"%\n".to_vec() } else { Vec::new() }
+    }
+
+    fn plain(noted: &Noted<'_, Self>, token: &Token, record: &mut Record) -> Plain {
+        unroll::plain(noted, token, record)
+    }
+
+    fn steers(program: &Program, _environment: &Environment<'_>) -> bool {
+        let steers = |token: Token| match token.kind {
+            TokenKind::Word(b'M') => [97.0, 98.0].contains(&token.number),
+            TokenKind::Word(b'G') => [65.0, 66.0].contains(&token.number),
+            TokenKind::Name | TokenKind::Routine | TokenKind::Assignment | TokenKind::Computed(_) => true,
+            _ => false,
+        };
+        program.blocks().any(|block| program.tokens(block).any(steers))
+    }
+}
+
+impl Interpreter<'_, Rs274> {
+    /// Diagnoses what cannot be read in blocks of the main text that were not executed (up to the closing `%`).
+    fn complain_of_blocks_not_executed(&mut self) {
+        self.flow.source_id = 0;
+        let program = self.program;
+        let executed = if self.flow.counts.is_empty() { self.flow.at.min(program.own_len()) } else { 0 };
+        for block in program.blocks().take(program.own_len()).skip(executed) {
+            if block.0 > 0 && program.line_text(block).starts_with(b"%") {
+                break;
+            }
+            if self.flow.counts.get(block.ix()).is_some_and(|count| *count > 0) {
+                continue;
+            }
+            self.block.id = block;
+            let bad = program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Bad | TokenKind::OpenComment));
+            let bad: Vec<_> = bad.map(|token| (token.kind, token.span)).collect();
+            self.complain_about_all(&bad);
+        }
+    }
+}

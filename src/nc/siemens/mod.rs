@@ -1,0 +1,92 @@
+//! The family of Siemens 840D. In: blocks of its texts. Out: their words, and the flow of the program.
+
+mod blocks;
+mod calls;
+mod frames;
+mod jumps;
+pub(crate) mod lex;
+pub(super) mod state;
+mod structures;
+mod unroll;
+
+use std::collections::BTreeSet;
+
+use blocks::archived;
+pub use blocks::is_setting;
+use state::Siemens;
+
+use super::environment::Environment;
+use super::interp::interpreter::{Family, Interpreter, Setting};
+use super::interp::labels::{Labels, OLine};
+use super::interp::state::After;
+use super::interp::unroll::{Noted, Plain, Record};
+use super::interp::words::Words;
+use super::program::Program;
+use super::token::{Token, TokenKind};
+use crate::diag::Span;
+use crate::ids::BlockId;
+
+impl Family for Siemens {
+    const OWN_VARIABLES: bool = true;
+
+    fn new() -> Self {
+        Self { modal_call: None, passed: Vec::new(), defined: BTreeSet::new(), through: [None; 3] }
+    }
+
+    fn block(run: &mut Interpreter<'_, Self>, block: BlockId, words: &mut Words) -> After {
+        run.siemens(block, words)
+    }
+
+    fn setting(run: &mut Interpreter<'_, Self>, code: u16, _place: Span, words: &Words) -> Setting {
+        run.siemens_setting(code, words)
+    }
+
+    fn calls_after_motions(run: &Interpreter<'_, Self>) -> bool {
+        run.modal_call_kept()
+    }
+
+    fn after_motion(run: &mut Interpreter<'_, Self>, words: &Words, moved: bool) {
+        if moved {
+            run.modal_cycle(words);
+        }
+    }
+
+    fn label(labels: &mut Labels, program: &Program, block: BlockId) {
+        if let Some(step) = structures::step(program, block) {
+            labels.structures.push((block.0, step));
+        }
+        for token in program.tokens(block) {
+            let bytes = token.span.of(program.text());
+            match token.kind {
+                TokenKind::Percent => {
+                    if let Some(label) = archived(bytes) {
+                        labels.o_lines.push(OLine { block: block.0, label, keyword: String::new() });
+                    }
+                }
+                TokenKind::Label => {
+                    let label = String::from_utf8_lossy(bytes).to_ascii_uppercase();
+                    labels.names.push((label.trim_end_matches(':').trim().to_owned(), block.0));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn variable_name(number: u32) -> String {
+        super::expr::local_name('R', number)
+    }
+
+    fn head(record: &mut Record, line: &[u8]) {
+        if line.starts_with(b"%_N_") {
+            record.text.extend_from_slice(line);
+        }
+    }
+
+    fn plain(noted: &Noted<'_, Self>, token: &Token, _record: &mut Record) -> Plain {
+        unroll::plain(noted, token)
+    }
+
+    fn steers(program: &Program, environment: &Environment<'_>) -> bool {
+        unroll::Steering { program, environment, calls: Vec::new() }.steers()
+    }
+}
