@@ -6,6 +6,8 @@
 //! is recognised from [`RECOGNISED_AT`] on, so one odd word decides nothing; a lead below [`LEAD`] over another reading is a
 //! doubt, and said.
 
+use std::collections::BTreeSet;
+
 use super::dialect::{Dialect, Syntax};
 
 /// Whose words a text is in.
@@ -34,6 +36,15 @@ pub struct Recognised {
     pub others: Vec<Dialect>,
     /// The signs that spoke for it.
     pub signs: Vec<&'static str>,
+    /// The manuals that have these signs, each once.
+    pub sources: Vec<&'static str>,
+}
+
+impl Recognised {
+    /// Why it was recognised: `G15 H, G56 H: see Okuma OSP-P200M Programming Manual`.
+    pub fn why(&self) -> String {
+        format!("{}: see {}", self.signs.join(", "), self.sources.join("; "))
+    }
 }
 
 /// Weight from which a control counts as recognised: one word of grammar of its own, or two of its words.
@@ -126,7 +137,6 @@ struct Sign {
     what: &'static str,
     speaks_for: &'static [(Control, u32)],
     /// Manual or documentation that has it.
-    #[allow(dead_code)]
     source: &'static str,
     found: fn(&Code) -> bool,
 }
@@ -315,7 +325,7 @@ fn weigh(found: &[&'static Sign]) -> Recognised {
     }
     scores.sort_by_key(|score| std::cmp::Reverse(score.1));
     let Some(&(best, most)) = scores.first() else {
-        return Recognised { control: GENERIC, others: Vec::new(), signs: Vec::new() };
+        return Recognised { control: GENERIC, others: Vec::new(), signs: Vec::new(), sources: Vec::new() };
     };
     let near = |score: &&(Control, u32)| score.0 != best && score.1 + LEAD > most && !alike(best, score.0);
     let mut others: Vec<Dialect> = scores.iter().filter(near).map(|score| score.0.dialect()).collect();
@@ -326,7 +336,10 @@ fn weigh(found: &[&'static Sign]) -> Recognised {
     }
     others.dedup();
     let own = |sign: &&&Sign| sign.speaks_for.iter().any(|(whose, _)| *whose == best);
-    Recognised { control, others, signs: found.iter().filter(own).map(|sign| sign.what).collect() }
+    let mut sources: Vec<&'static str> = found.iter().filter(own).map(|sign| sign.source).collect();
+    let mut seen = BTreeSet::new();
+    sources.retain(|source| seen.insert(*source));
+    Recognised { control, others, signs: found.iter().filter(own).map(|sign| sign.what).collect(), sources }
 }
 
 /// Read alike as far as these signs go: ISO text of Fanuc's kin, or the same dialect.
@@ -480,6 +493,13 @@ mod tests {
             assert_eq!(found.control, control, "{text}: {found:?}");
             assert_eq!(found.others, [], "{text}: {found:?}");
         }
+    }
+
+    #[test]
+    fn the_reason_names_signs_and_their_manuals() {
+        assert_eq!(of("O100\nG15 H1\nG56 H1\nG0 X10 Y20\n").why(), format!("G15 H, G56 H: see {OKUMA_BOOK}"));
+        let both = of("o100 sub\no100 endsub\nG61.1\n");
+        assert_eq!(both.sources, [LINUXCNC_BOOK, MAZAK_BOOK], "each manual once, in the order of its signs");
     }
 
     #[test]

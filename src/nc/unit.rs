@@ -101,7 +101,7 @@ pub fn settled<'a>(program: &Program, environment: Environment<'a>, job: Option<
 /// Is there a word for the unit anywhere in it?
 fn says(program: &Program) -> bool {
     let unit = |number: f64| [20.0, 21.0, 70.0, 71.0, 700.0, 710.0].contains(&number);
-    let plain = program.dialect() == super::dialect::Dialect::Heidenhain;
+    let plain = program.dialect().syntax() == super::dialect::Syntax::Heidenhain;
     plain
         || program
             .blocks()
@@ -261,5 +261,32 @@ mod tests {
         };
         assert!(on(127.5, 20.0) && !on(126.5, 20.0), "twice the blank across");
         assert!(on(200.0, 13.0) && !on(200.0, 12.5), "twice the blank deep");
+    }
+
+    /// Signs of weight 1, each on the side of a setup in the same unit, so that it is listed when it is there.
+    #[test]
+    fn each_sign_that_only_helps_has_two_sides() {
+        let says = |text: &str, inch: bool, sign: &str| {
+            let found = of(text, Witness { blank_mm: None, inch: Some(inch) }).unwrap();
+            found.inch == inch && found.why.iter().any(|why| why.contains(sign))
+        };
+        let up_to = |z: &str| format!("G1 X10.00000 F100\nG0 Z{z}\n");
+        assert!(says(&up_to("1"), true, "retract by 1 mm") && !says(&up_to("1.001"), true, "retract by 1 mm"));
+        assert!(
+            says(&up_to("3"), false, "retract by 3 inches") && !says(&up_to("2.999"), false, "retract by 3 inches")
+        );
+        let at = |x: &str| format!("G1 X{x} F100\nG0 Z2\n");
+        assert!(says(&at("9.123"), false, "three decimals") && !says(&at("9.1234"), false, "three decimals"));
+        assert!(says(&at("9.1234"), true, "four decimals") && !says(&at("9.12345"), true, "four decimals"));
+    }
+
+    #[test]
+    fn a_lead_of_two_is_sure_and_of_one_is_not() {
+        let with =
+            |x: &str| of(&format!("G1 X{x} F100\nG0 Z2\n"), Witness { blank_mm: None, inch: Some(false) }).unwrap();
+        assert!(with("9.123").sure, "the setup and the decimals");
+        assert!(!with("9.12345").sure, "the setup alone");
+        let against = of("G1 X9.1234 F100\nG0 Z2\n", Witness { blank_mm: None, inch: Some(false) }).unwrap();
+        assert!(!against.sure, "one against one");
     }
 }
