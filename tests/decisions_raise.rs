@@ -265,7 +265,13 @@ fn what_is_in_doubt_never_rises_until_the_setup_confirms_it() {
     let doubted = |rest: &str| -> Vec<bool> {
         let all = places(SLOTS, rest, |toolpath| {
             let doubt = Doubt::ProgramStop;
-            let doubted = feedwright::nc::Doubted { from: feedwright::ids::MoveId(0), until: None, doubt, line: 1 };
+            let doubted = feedwright::nc::Doubted {
+                from: feedwright::ids::MoveId(0),
+                until: None,
+                doubt,
+                line: 1,
+                unread: Vec::new(),
+            };
             toolpath.doubts.push(doubted);
         });
         all.iter().filter(|place| (5..=6).contains(&place.line)).map(Place::rises).collect()

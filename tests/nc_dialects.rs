@@ -3,7 +3,7 @@
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 use feedwright::machine::Compensation;
-use feedwright::nc::{self, Dialect, Environment, Event, FeedMode, Freeze, MoveKind, PathMode, Toolpath};
+use feedwright::nc::{self, Dialect, Doubt, Environment, Event, FeedMode, Freeze, MoveKind, PathMode, Toolpath};
 use feedwright::path::Curve;
 
 fn read(text: &str, dialect: Dialect) -> Toolpath {
@@ -392,6 +392,36 @@ fn variables_that_only_the_control_knows_are_said_once() {
     let said: Vec<_> = path.diagnostics.iter().map(|d| (d.code, d.line)).collect();
     assert_eq!(said, [("nc::control-variable", Some(1)), ("nc::doubt", Some(1)), ("nc::control-variable", Some(3))]);
     assert_eq!(path.moves[1].freeze, Some(Freeze::NotUnderstood));
+}
+
+/// In Macro B an argument that a call does not give is vacant: it differs from 0 in EQ and NE, and the word it stands in is left
+/// out. LinuxCNC has no vacancy: there it is 0.
+#[test]
+fn a_vacant_argument_is_not_zero() {
+    let text = "G90 G21\nG0 X5. Y5. Z1.\nG65 P9010 Y0\nG65 P9010 X0 Y2.\nM30\nO9010\nIF [#24 EQ #0] GOTO 10\n\
+        G1 X#24 F100.\nN10 G1 Y#25 F200.\nX#24 Z-1.\nM99\n";
+    let ends = |dialect| -> Vec<(f64, f64)> {
+        let path = read(text, dialect);
+        assert!(path.doubts.is_empty(), "{:?}", path.doubts);
+        path.moves.iter().map(|motion| (motion.curve().to().x, motion.curve().to().y)).collect()
+    };
+    for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::Generic] {
+        let of_first_call = [(5.0, 0.0), (5.0, 0.0)];
+        let of_second_call = [(0.0, 0.0), (0.0, 2.0), (0.0, 2.0)];
+        assert_eq!(ends(dialect), [&[(5.0, 5.0)][..], &of_first_call, &of_second_call].concat(), "{dialect:?}");
+    }
+    let path = read(
+        "#7=0\nIF [#7 NE #0] GOTO 20\nG1 X1. F100.\nN20 #7=#0\nIF [#7 EQ #0] GOTO 30\nG1 X2. F100.\nN30 M30\n",
+        Dialect::Fanuc,
+    );
+    assert_eq!(path.moves.len(), 0, "0 is not vacant, and #7=#0 makes it so");
+}
+
+#[test]
+fn blocks_that_cannot_be_read_stand_in_their_doubt() {
+    let path = read("G1 X1. F100.\nG987 X2.\nX3.\nM77\nG987 X4.\nM30\n", Dialect::Fanuc);
+    assert_eq!(path.unread().iter().map(|block| block.0).collect::<Vec<_>>(), [1, 4], "an unknown M is read");
+    assert_eq!(path.doubts.iter().map(|doubted| doubted.doubt).collect::<Vec<_>>(), [Doubt::UnknownCode]);
 }
 
 #[test]

@@ -23,11 +23,11 @@ const PLAIN: &str = "%\nO1000 (PART)\nG21 G90\nT1 M6 S3000 M3\nG1 X10. Y0. F200.
 #[test]
 fn loops_calls_and_expressions_become_plain_blocks() {
     let program = parse(MACRO.as_bytes(), Dialect::Fanuc);
-    let expanded = nc::expand(&program, &surroundings());
+    let expanded = nc::unroll(&program, &surroundings());
     assert!(expanded.obstacles.is_empty(), "{:?}", expanded.obstacles);
     assert_eq!(String::from_utf8(expanded.text).unwrap(), PLAIN);
     let linuxcnc = "o100 sub\nG1 X[#1/3] F100\no100 endsub\no101 repeat [2]\no100 call [1]\no101 endrepeat\nM2\n";
-    let expanded = nc::expand(&parse(linuxcnc.as_bytes(), Dialect::LinuxCnc), &surroundings());
+    let expanded = nc::unroll(&parse(linuxcnc.as_bytes(), Dialect::LinuxCnc), &surroundings());
     assert_eq!(String::from_utf8(expanded.text).unwrap(), "G1 X0.333333333 F100\nG1 X0.333333333 F100\nM2\n");
 }
 
@@ -36,7 +36,7 @@ fn subprograms_of_other_files_come_in() {
     let load = |name: &str| (name == "O0007.nc").then(|| b"%\nO0007\nG1 X7. F50.\nM99\n%\n".to_vec());
     let environment = Environment { load: &load, ..Environment::default() };
     let program = parse(b"G90\nM98 P7\nG1 Y1. F80.\nM30\n", Dialect::Fanuc);
-    let expanded = nc::expand(&program, &environment);
+    let expanded = nc::unroll(&program, &environment);
     assert_eq!(String::from_utf8(expanded.text.clone()).unwrap(), "G90\nG1 X7. F50.\nG1 Y1. F80.\nM30\n");
     let plain = parse(&expanded.text, Dialect::Fanuc);
     assert!(verify(&program, &plain, &environment).holds());
@@ -56,13 +56,16 @@ fn what_cannot_be_unrolled_is_said_with_its_place() {
         // What an assignment does in the control must not vanish: a stop with a message, an alarm, an offset.
         ("#1=1\nIF [#1 EQ 1] THEN #3006=1\nG1 X1. F100.\nM30\n", 2),
         ("#3000=7\nM30\n", 1),
+        // #500 to #999 outlast the program: the next one may rely on them.
+        ("G1 X1. F100.\n#500=1\nM30\n", 2),
+        ("#1=2\nG1 X#1 F100.\n#999=#1\nM30\n", 3),
         ("#1=1\nIF [#1 EQ 1] M0\nG1 X1. F100.\nM30\n", 2),
         ("G1 X1. F100.\n#1=2\nDPRNT[X#1[33]]\nM30\n", 3),
         ("G66 P9000\nG1 X1 F100\nG67\nM30\n", 1),
         ("N10 G91 G1 X1 F100\nGOTO 10\n", 1),
     ] {
         let environment = Environment { max_repeated_bytes: 1 << 16, ..Environment::default() };
-        let expanded = nc::expand(&parse(text.as_bytes(), Dialect::Fanuc), &environment);
+        let expanded = nc::unroll(&parse(text.as_bytes(), Dialect::Fanuc), &environment);
         assert_eq!(expanded.obstacles.first().and_then(|obstacle| obstacle.line), Some(line), "{text}");
     }
     for (dialect, text, line) in [
@@ -84,8 +87,20 @@ fn what_cannot_be_unrolled_is_said_with_its_place() {
         (Dialect::Heidenhain, "0 BEGIN PGM A MM\n1 CALL PGM B\n2 END PGM A MM\n", 2),
     ] {
         let environment = Environment { max_repeated_bytes: 1 << 16, ..Environment::default() };
-        let expanded = nc::expand(&parse(text.as_bytes(), dialect), &environment);
+        let expanded = nc::unroll(&parse(text.as_bytes(), dialect), &environment);
         assert_eq!(expanded.obstacles.first().and_then(|obstacle| obstacle.line), Some(line), "{text}");
+    }
+}
+
+#[test]
+fn variables_that_end_with_the_program_are_left_out() {
+    for (text, dialect, plain) in [
+        ("#499=1.5\nG1 X#499 F100.\nM30\n", Dialect::Fanuc, "G1 X1.5 F100.\nM30\n"),
+        ("#500=1.5\nG1 X#500 F100\nM2\n", Dialect::LinuxCnc, "G1 X1.5 F100\nM2\n"),
+    ] {
+        let expanded = nc::unroll(&parse(text.as_bytes(), dialect), &surroundings());
+        assert!(expanded.obstacles.is_empty(), "{:?}", expanded.obstacles);
+        assert_eq!(String::from_utf8(expanded.text).unwrap(), plain);
     }
 }
 
@@ -124,7 +139,7 @@ fn libraries_of_subroutines_become_plain_blocks() {
 #[track_caller]
 fn unrolls(dialect: Dialect, text: &str, environment: &Environment<'_>, expected: &str) {
     let program = parse(text.as_bytes(), dialect);
-    let expanded = nc::expand(&program, environment);
+    let expanded = nc::unroll(&program, environment);
     assert!(expanded.obstacles.is_empty(), "{:?}", expanded.obstacles);
     assert_eq!(String::from_utf8(expanded.text.clone()).unwrap(), expected);
     let plain = parse(&expanded.text, dialect);
@@ -166,7 +181,7 @@ fn siemens_structures_calls_and_repeats_become_plain_blocks() {
 fn unrolls_quietly(text: &str, expected: &str) {
     let without = |text: &str| text.replace(" RND=0.1*5", "").replace(" RND=0.5", "");
     unrolls(Dialect::Siemens, &without(text), &surroundings(), &without(expected));
-    let expanded = nc::expand(&parse(text.as_bytes(), Dialect::Siemens), &surroundings());
+    let expanded = nc::unroll(&parse(text.as_bytes(), Dialect::Siemens), &surroundings());
     assert_eq!(String::from_utf8(expanded.text).unwrap(), expected);
 }
 
@@ -218,7 +233,7 @@ fn unrolled_programs_of_the_corpus_do_the_same() {
         if !nc::steers(&program, &surroundings()) || program.dialect().syntax() != nc::Syntax::Rs274 {
             continue;
         }
-        let expanded = nc::expand(&program, &surroundings());
+        let expanded = nc::unroll(&program, &surroundings());
         if !expanded.obstacles.is_empty() {
             println!("{}: {}", file.display(), expanded.obstacles[0].text);
             continue;

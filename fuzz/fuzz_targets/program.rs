@@ -13,7 +13,7 @@ fn go_through(data: &[u8]) {
     assert_eq!(tokens, text.len(), "tokens tile the text");
     nc::interpret(&program, &environment);
     assert!(verify(&program, &program, &environment).holds(), "a program is itself");
-    let plain = nc::parse(nc::expand(&program, &environment).text, Some(dialect));
+    let plain = nc::parse(nc::unroll(&program, &environment).text, Some(dialect));
     verify(&program, &plain, &environment);
 }
 

@@ -82,7 +82,7 @@ pub fn parse(source: &Source, global: &Global, job: Option<&Job>) -> Result<Prog
     let program = nc::parse(source.bytes.clone(), named.and_then(Dialect::from_name));
     let foreign = program.recognised().cloned().or_else(|| nc::recognise::foreign(&source.bytes, program.dialect()));
     if let Some((found, why)) = foreign.and_then(|found| found.control.refusal().map(|why| (found, why))) {
-        let (control, signs) = (found.control.name(), found.signs.join(", "));
+        let (control, signs) = (found.control.name(), found.why());
         let names: Vec<&str> = Dialect::ALL[1..].iter().map(|dialect| dialect.name()).collect();
         return Err(CliError::new(
             format!("{}: this is a program for {control} ({signs}), which is not read: {why}", source.name),

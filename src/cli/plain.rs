@@ -29,7 +29,7 @@ pub fn plain(
         return Ok(source);
     }
     let bytes = if expand {
-        let expanded = nc::expand(&program, &environment);
+        let expanded = nc::unroll(&program, &environment);
         if !expanded.obstacles.is_empty() {
             return Err(CliError::Drawn { file: source.name, text: source.bytes, diagnostics: expanded.obstacles });
         }

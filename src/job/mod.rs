@@ -154,9 +154,16 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
         (Some(said), !sure)
     });
     if unit_doubted {
-        toolpath
-            .doubts
-            .insert(0, nc::Doubted { from: crate::ids::MoveId(0), until: None, doubt: nc::Doubt::Unit, line: 1 });
+        toolpath.doubts.insert(
+            0,
+            nc::Doubted {
+                from: crate::ids::MoveId(0),
+                until: None,
+                doubt: nc::Doubt::Unit,
+                line: 1,
+                unread: Vec::new(),
+            },
+        );
     }
     let not_finite = look::not_finite(&toolpath);
     if !not_finite.is_empty() {

@@ -94,9 +94,9 @@ pub(crate) struct Properties {
     t_changes_tool: bool,
     /// M codes of its own that leave part and frame alone.
     m_codes: &'static [RangeInclusive<u16>],
-    /// Its numbered variables from here on belong to the control or outlast the program: setting one does something.
+    /// Its numbered variables from here on outlast the program or belong to the control: setting one does something.
     pub(crate) lasting_variables_from: u32,
-    /// Macro B: a variable that nothing has set is vacant, not 0; those from #500 on outlast the program.
+    /// Macro B: a variable that nothing has set is vacant, not 0; those from [`PERMANENT`] on outlast the program.
     pub(crate) macro_b: bool,
     /// Comments that begin with MSG, PRINT, LOG … do something.
     pub(crate) active_comments: bool,
@@ -137,6 +137,9 @@ pub(crate) struct Properties {
     pub(crate) entry_square_to_next: bool,
 }
 
+/// Macro B's variables from here to #999 outlast the program; those from #1000 on are the control's own: #3000 is an alarm, #3006
+/// a stop (Fanuc B-64304EN, Custom macro, Types of variables, System variables).
+pub(crate) const PERMANENT: u32 = 500;
 /// M0–M9; clamps of rotary axes, spindle with coolant, orientation, ends; calls and returns.
 const M_EVERYWHERE: &[RangeInclusive<u16>] = &[0..=11, 13..=14, 19..=19, 30..=30, 48..=49, 60..=60, 97..=99];
 /// Rigid tapping, chip conveyor, coolant, gears, air blast, door, graphics, through-spindle coolant, mist, call.
@@ -178,7 +181,7 @@ const GENERIC: Properties = Properties {
     counts_blocks: false,
     t_changes_tool: true,
     m_codes: M_FANUC,
-    lasting_variables_from: 1000,
+    lasting_variables_from: PERMANENT,
     macro_b: true,
     active_comments: true,
     dollar_commands: false,
@@ -231,6 +234,7 @@ const TABLE: [Properties; 7] = [
         refuses_longer_lines: true,
         t_changes_tool: false,
         m_codes: M_LINUXCNC,
+        // LinuxCNC documentation, Parameters: #31 to #5000 are free, what a probe found begins at #5061.
         lasting_variables_from: 5061,
         macro_b: false,
         firmware: false,
@@ -249,6 +253,7 @@ const TABLE: [Properties; 7] = [
         name: "grbl",
         max_line_length: 80,
         m_codes: M_LINUXCNC,
+        lasting_variables_from: 1000,
         macro_b: false,
         dollar_commands: true,
         corner_words: false,

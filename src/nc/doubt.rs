@@ -1,11 +1,12 @@
-//! What the text leaves open about part and frame. In: an event of the program after which the simulation cannot know where
-//! the part stands or what is left of it. Out: [`Doubted`]: from which move on, until which, and why.
+//! Doubts: after some events of a program (a stop at which the part may be turned over, an unknown code, a probed zero) the
+//! simulation cannot know where the part stands or what is left of it. In: such an event. Out: [`Doubted`]: from which move on,
+//! until which, and why.
 //!
 //! A move in doubt may be slowed where its predicted loads ask for it, but never runs faster than programmed: what is not
 //! known is never air. A doubt ends where the program itself establishes absolutely what was open (a known work offset, the
 //! initial frame), or where the setup confirms that nothing of the kind happens ([`Doubt::name`] is what it confirms by).
 
-use crate::ids::MoveId;
+use crate::ids::{BlockId, MoveId};
 
 /// Why part or frame are not known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -103,7 +104,7 @@ impl Doubt {
 }
 
 /// A stretch of the program in doubt.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Doubted {
     /// First move in doubt.
     pub from: MoveId,
@@ -113,6 +114,9 @@ pub struct Doubted {
     pub doubt: Doubt,
     /// Physical line of the event, 1-based.
     pub line: u32,
+    /// Blocks in it that cannot be read: nothing of them is taken, no feed either, and what the control does with them is not
+    /// known. In the order they were executed.
+    pub unread: Vec<BlockId>,
 }
 
 impl Doubted {

@@ -17,17 +17,28 @@ pub struct Parameters {
     pub named: BTreeMap<(usize, String), f64>,
     /// Depth of calls.
     pub depth: usize,
+    /// A numbered parameter that was never set is vacant, which is not 0 (Macro B).
+    vacancy: bool,
     /// Numbered parameters that were read without ever having been set, since [`Parameters::take_unset`].
     unset: RefCell<Vec<u32>>,
 }
 
 impl Parameters {
+    /// None is set; `vacancy`: those that are not are vacant.
+    pub fn new(vacancy: bool) -> Self {
+        Self { vacancy, ..Self::default() }
+    }
     /// Value of a numbered parameter; 0 when it was never set, NaN when only the control knows it.
     pub fn number(&self, index: u32) -> f64 {
         self.numbered.get(&index).copied().unwrap_or_else(|| {
             self.unset.borrow_mut().push(index);
             0.0
         })
+    }
+    /// The same as an operand, which may be vacant.
+    fn operand(&self, index: u32) -> Operand {
+        let vacant = self.vacancy && !self.numbered.contains_key(&index);
+        Operand { value: self.number(index), vacant }
     }
     /// Value of a numbered parameter that was set to one that is known.
     pub fn known(&self, index: u32) -> Option<f64> {
@@ -71,16 +82,41 @@ pub enum ExprError {
     TooDeep,
 }
 
-/// Value of `text`, which must be an expression from its first byte to its last (blanks aside).
+/// A value on its way through an expression.
+///
+/// A vacant one equals only another vacant one, and counts as 0 everywhere but in EQ and NE (Fanuc B-64304EN, Custom macro,
+/// Undefined variable: "differs from 0" in a condition with EQ or NE).
+#[derive(Debug, Clone, Copy)]
+struct Operand {
+    /// 0 where it is vacant.
+    value: f64,
+    vacant: bool,
+}
+
+impl Operand {
+    fn of(value: f64) -> Self {
+        Self { value, vacant: false }
+    }
+    fn or_vacant(self) -> Option<f64> {
+        (!self.vacant).then_some(self.value)
+    }
+}
+
+/// Value of `text`, which must be an expression from its first byte to its last (blanks aside); 0 where it is vacant.
 pub fn evaluate(text: &[u8], parameters: &Parameters) -> Result<f64, ExprError> {
+    Ok(evaluate_or_vacant(text, parameters)?.unwrap_or(0.0))
+}
+
+/// Value of `text`, which must be an expression from its first byte to its last (blanks aside); `None`: it is a vacant variable.
+pub fn evaluate_or_vacant(text: &[u8], parameters: &Parameters) -> Result<Option<f64>, ExprError> {
     let mut reader = Reader { text, at: 0, depth: 0, parameters };
     let value = reader.binary(0)?;
     reader.blanks();
-    if reader.at < text.len() { Err(ExprError::Syntax(reader.at)) } else { Ok(value) }
+    if reader.at < text.len() { Err(ExprError::Syntax(reader.at)) } else { Ok(value.or_vacant()) }
 }
 
-/// Splits `#lhs = rhs`, and gives what is set and its value.
-pub fn assignment(text: &[u8], parameters: &Parameters) -> Result<(Target, f64), ExprError> {
+/// Splits `#lhs = rhs`, and gives what is set and its value; `None`: it becomes vacant (`#1 = #0`).
+pub fn assignment(text: &[u8], parameters: &Parameters) -> Result<(Target, Option<f64>), ExprError> {
     let mut reader = Reader { text, at: 1, depth: 0, parameters };
     let target = reader.target()?;
     reader.blanks();
@@ -90,7 +126,7 @@ pub fn assignment(text: &[u8], parameters: &Parameters) -> Result<(Target, f64),
     reader.at += 1;
     let value = reader.binary(0)?;
     reader.blanks();
-    if reader.at < text.len() { Err(ExprError::Syntax(reader.at)) } else { Ok((target, value)) }
+    if reader.at < text.len() { Err(ExprError::Syntax(reader.at)) } else { Ok((target, value.or_vacant())) }
 }
 
 /// What an assignment sets.
@@ -138,42 +174,48 @@ impl Reader<'_> {
         self.at += found.len();
         Some(found)
     }
-    fn binary(&mut self, level: usize) -> Result<f64, ExprError> {
+    fn binary(&mut self, level: usize) -> Result<Operand, ExprError> {
         if level == LEVELS.len() {
             return self.unary();
         }
         let mut left = self.binary(level + 1)?;
         while let Some(operator) = self.operator(level) {
             let right = self.binary(level + 1)?;
-            left = apply(operator, left, right)?;
+            left = Operand::of(apply(operator, left, right)?);
         }
         Ok(left)
     }
-    fn unary(&mut self) -> Result<f64, ExprError> {
-        let mut sign = 1.0;
+    fn unary(&mut self) -> Result<Operand, ExprError> {
+        let mut sign = None;
         loop {
             self.blanks();
             match self.peek() {
-                Some(b'-') => sign = -sign,
-                Some(b'+') => {}
+                Some(b'-') => sign = Some(-sign.unwrap_or(1.0)),
+                Some(b'+') => sign = sign.or(Some(1.0)),
                 _ => break,
             }
             self.at += 1;
         }
-        Ok(sign * self.primary()?)
+        let operand = self.primary()?;
+        Ok(sign.map_or(operand, |sign: f64| Operand::of(sign * operand.value)))
     }
-    fn primary(&mut self) -> Result<f64, ExprError> {
+    fn primary(&mut self) -> Result<Operand, ExprError> {
         match self.peek() {
             Some(b'[' | b'(') => self.brackets(),
             Some(b'#') => {
                 self.at += 1;
                 match self.target()? {
-                    Target::Number(index) => Ok(self.parameters.number(index)),
-                    Target::Name(name) => self.parameters.name(&name).ok_or(ExprError::Unknown(format!("#<{name}>"))),
+                    Target::Number(index) => Ok(self.parameters.operand(index)),
+                    Target::Name(name) => match self.parameters.name(&name) {
+                        Some(value) => Ok(Operand::of(value)),
+                        None => Err(ExprError::Unknown(format!("#<{name}>"))),
+                    },
                 }
             }
-            Some(byte) if byte.is_ascii_digit() || byte == b'.' => self.number(),
-            Some(byte) if byte.is_ascii_alphabetic() || byte == b'_' || byte == b'$' => self.function(),
+            Some(byte) if byte.is_ascii_digit() || byte == b'.' => self.number().map(Operand::of),
+            Some(byte) if byte.is_ascii_alphabetic() || byte == b'_' || byte == b'$' => {
+                self.function().map(Operand::of)
+            }
             _ => Err(ExprError::Syntax(self.at)),
         }
     }
@@ -182,7 +224,7 @@ impl Reader<'_> {
         self.at += length;
         Ok(value)
     }
-    fn brackets(&mut self) -> Result<f64, ExprError> {
+    fn brackets(&mut self) -> Result<Operand, ExprError> {
         let close = if self.peek() == Some(b'(') { b')' } else { b']' };
         self.depth += 1;
         if self.depth > MAX_DEPTH {
@@ -212,7 +254,7 @@ impl Reader<'_> {
         if self.depth > MAX_DEPTH {
             return Err(ExprError::TooDeep);
         }
-        let index = self.primary()?;
+        let index = self.primary()?.value;
         self.depth -= 1;
         Ok(Target::Number(index.round().clamp(0.0, f64::from(u32::MAX)) as u32))
     }
@@ -238,7 +280,7 @@ impl Reader<'_> {
                 if self.peek() == Some(b'/') {
                     self.at += 1;
                     self.blanks();
-                    x.atan2(self.brackets()?).to_degrees()
+                    x.atan2(self.brackets()?.value).to_degrees()
                 } else {
                     x.atan().to_degrees()
                 }
@@ -258,10 +300,10 @@ impl Reader<'_> {
             Err(ExprError::Syntax(at)) if self.text.get(at) == Some(&b',') => {
                 self.depth = self.depth.saturating_sub(1);
                 self.at = open + 1;
-                let first = self.binary(0)?;
+                let first = self.binary(0)?.value;
                 self.blanks();
                 self.at += 1;
-                let second = self.binary(0)?;
+                let second = self.binary(0)?.value;
                 self.blanks();
                 if self.peek() != Some(close) {
                     return Err(ExprError::Syntax(self.at));
@@ -269,7 +311,7 @@ impl Reader<'_> {
                 self.at += 1;
                 Ok((first, Some(second)))
             }
-            other => Ok((other?, None)),
+            other => Ok((other?.value, None)),
         }
     }
     fn exists(&mut self) -> Result<f64, ExprError> {
@@ -315,9 +357,10 @@ pub fn local_name(letter: char, number: u32) -> String {
     }
 }
 
-fn apply(operator: &'static str, a: f64, b: f64) -> Result<f64, ExprError> {
+fn apply(operator: &'static str, left: Operand, right: Operand) -> Result<f64, ExprError> {
     let truth = |it: bool| f64::from(u8::from(it));
-    let near = (a - b).abs() < 1e-12 * a.abs().max(b.abs()).max(1.0);
+    let (a, b) = (left.value, right.value);
+    let near = left.vacant == right.vacant && (a - b).abs() < 1e-12 * a.abs().max(b.abs()).max(1.0);
     let value = match operator {
         "+" => a + b,
         "-" => a - b,
@@ -393,8 +436,34 @@ mod tests {
             let got = evaluate(text.as_bytes(), &p).unwrap();
             assert!((got - value).abs() < 1e-12, "{text} = {got}");
         }
-        assert_eq!(assignment(b"#<a> = 3-1", &p), Ok((Target::Name("a".into()), 2.0)));
-        assert_eq!(assignment(b"#[#1+1]=[4]", &p), Ok((Target::Number(6), 4.0)));
+        assert_eq!(assignment(b"#<a> = 3-1", &p), Ok((Target::Name("a".into()), Some(2.0))));
+        assert_eq!(assignment(b"#[#1+1]=[4]", &p), Ok((Target::Number(6), Some(4.0))));
+    }
+
+    #[test]
+    fn vacant_is_not_zero_where_macro_b_says_so() {
+        let mut p = Parameters { vacancy: true, ..Parameters::default() };
+        p.numbered.insert(7, 0.0);
+        let holds = |text: &str, p: &Parameters| evaluate(text.as_bytes(), p).unwrap() != 0.0;
+        for (text, vacant, linuxcnc) in [
+            ("[#7 EQ #0]", false, true),
+            ("[#7 NE #0]", true, false),
+            ("[#8 EQ #0]", true, true),
+            ("[[#8] EQ #0]", true, true),
+            ("[#8 EQ 0]", false, true),
+            ("[#8 NE 0]", true, false),
+            // Everything else takes it as 0: other comparisons, arithmetic, signs.
+            ("[#8 GE 0]", true, true),
+            ("[#8 LT 0]", false, false),
+            ("[#8+0 EQ 0]", true, true),
+            ("[-#8 EQ 0]", true, true),
+        ] {
+            assert_eq!(holds(text, &p), vacant, "{text}");
+            assert_eq!(holds(text, &Parameters { vacancy: false, ..p.clone() }), linuxcnc, "{text} without vacancy");
+        }
+        assert_eq!(evaluate_or_vacant(b"#8", &p), Ok(None));
+        assert_eq!(evaluate_or_vacant(b"#7", &p), Ok(Some(0.0)));
+        assert_eq!(assignment(b"#1 = #0", &p), Ok((Target::Number(1), None)));
     }
 
     #[test]

@@ -88,7 +88,7 @@ fn recorded(program: &Program, environment: &Environment<'_>) -> (Record, Toolpa
 
 /// A program unrolled.
 #[derive(Debug, Clone, Default)]
-pub struct Expanded {
+pub struct Unrolled {
     /// The plain text.
     pub text: Vec<u8>,
     /// Why it is not the whole program; empty when it is.
@@ -96,7 +96,7 @@ pub struct Expanded {
 }
 
 /// Unrolls a program.
-pub fn expand(program: &Program, environment: &Environment<'_>) -> Expanded {
+pub fn unroll(program: &Program, environment: &Environment<'_>) -> Unrolled {
     let (record, path) = recorded(program, environment);
     let foot = with_family!(program, Own => Own::foot(program, &record));
     let unnumbered = with_family!(program, Own => Own::unnumbered as fn(&[u8]) -> &[u8]);
@@ -116,7 +116,7 @@ pub fn expand(program: &Program, environment: &Environment<'_>) -> Expanded {
     // In the order of the text; those that belong to no line last.
     obstacles.sort_by_key(|obstacle| obstacle.line.unwrap_or(u32::MAX));
     text.extend(foot);
-    Expanded { text, obstacles }
+    Unrolled { text, obstacles }
 }
 
 /// The program with F words that are expressions or variables replaced by their values, where each is always the same;

@@ -277,8 +277,6 @@ pub struct Toolpath {
     pub inch: bool,
     /// Which blocks the control came to.
     pub reached: Reached,
-    /// Blocks of which something cannot be read: nothing of them is taken, no feed either. By number, each once.
-    pub set_aside: Vec<BlockId>,
 }
 
 /// Which blocks the control came to.
@@ -309,6 +307,13 @@ impl Toolpath {
     /// Why part or frame are not known at a move: the first doubt that holds there.
     pub fn doubt_at(&self, id: MoveId) -> Option<&Doubted> {
         self.doubts.iter().take_while(|doubted| doubted.from <= id).find(|doubted| doubted.holds_at(id))
+    }
+    /// Blocks that cannot be read: nothing of them is taken, no feed either. By number, each once.
+    pub fn unread(&self) -> Vec<BlockId> {
+        let mut blocks: Vec<BlockId> = self.doubts.iter().flat_map(|doubted| doubted.unread.iter().copied()).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        blocks
     }
     /// Every doubt that holds at a move.
     pub fn doubts_at(&self, id: MoveId) -> impl Iterator<Item = &Doubted> {

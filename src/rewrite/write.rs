@@ -64,6 +64,8 @@ pub struct Writer<'a> {
     pub(super) program: &'a Program,
     pub(super) part: Part<'a>,
     toolpath: &'a Toolpath,
+    /// Blocks that cannot be read, by number.
+    unread: Vec<BlockId>,
     pub(super) job: &'a Job,
     pub(super) dialect: Dialect,
     pub(super) manners: Manners,
@@ -140,6 +142,7 @@ impl<'a> Writer<'a> {
             program,
             part: part.clone(),
             toolpath,
+            unread: toolpath.unread(),
             job,
             dialect,
             manners,
@@ -194,7 +197,7 @@ impl<'a> Writer<'a> {
                 self.kept.push((id, "it steers the flow of the program".to_owned()));
                 self.keep(id, &view, plan)
             }
-            Want::Nothing if view.flow || view.delete || unit_changes || self.is_set_aside(id) => {
+            Want::Nothing if view.flow || view.delete || unit_changes || self.is_unread(id) => {
                 self.keep(id, &view, plan)
             }
             Want::Nothing => self.pass(&view),
@@ -224,7 +227,7 @@ impl<'a> Writer<'a> {
     fn keep(&mut self, id: BlockId, view: &View, plan: &Plan) -> Change {
         let mut change = Change { leave_note: true, ..Change::default() };
         let without = plan.first.is_some() && plan.word.is_none();
-        let aside = self.is_set_aside(id);
+        let aside = self.is_unread(id);
         let restates_itself = without || (view.has(b'F') || view.computed_feed) && !view.delete && !aside;
         if !restates_itself && self.now != Now::Original && !self.may_insert() {
             self.say_original(view, plan, &mut change);
@@ -252,8 +255,8 @@ impl<'a> Writer<'a> {
 
     /// A block of which something cannot be read: whether the control takes its F is not known, so that the original's has to
     /// be in force before it and after it.
-    fn is_set_aside(&self, id: BlockId) -> bool {
-        self.toolpath.set_aside.binary_search(&id).is_ok()
+    fn is_unread(&self, id: BlockId) -> bool {
+        self.unread.binary_search(&id).is_ok()
     }
 
     /// What the original F in force stands for.

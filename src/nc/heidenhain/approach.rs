@@ -18,8 +18,8 @@ use super::state::Heidenhain;
 use super::state::{Approach, Shape, Way};
 use crate::diag::{Severity, Span};
 use crate::nc::interp::interpreter::Interpreter;
-use crate::nc::interp::intersection::{Moved, Point};
-use crate::nc::interp::state::Before;
+use crate::nc::interp::intersection::{OffsetElement, Point};
+use crate::nc::interp::state::PreviousElement;
 use crate::nc::interp::words::Words;
 use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::{Freeze, Move, MoveKind};
@@ -27,19 +27,19 @@ use crate::path::{Arc, Curve, Vec3};
 
 impl Interpreter<'_, Heidenhain> {
     /// APPR: the contour is at the point it names; how the tool gets there waits for the direction of the contour.
-    pub(crate) fn approach(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Words, place: Span) {
+    pub(crate) fn approach(&mut self, names: &[&str], tokens: &[Token], text: &[u8], words: &mut Words, place: Span) {
         self.approach_without_contour();
         let way = self.way(names, tokens, text);
-        self.side_of(names, line, place);
+        self.side_of(names, words, place);
         self.block.freeze = self.block.freeze.or(Some(Freeze::Approach));
         self.block.splittable = false;
         let last = self.out.moves.last().map_or(MoveKind::Feed, |motion| motion.kind);
         let here = Curve::Line { from: self.place.tool, to: self.place.tool };
         let first = self.motion_of(last, here);
-        self.own_feed(line);
+        self.own_feed(words);
         let then = self.motion_of(MoveKind::Feed, here);
-        let target = self.peek_target(line);
-        clear_motion(line);
+        let target = self.peek_target(words);
+        clear_motion(words);
         self.place.programmed = target;
         let at_own_feed = way.is_none_or(|way| way.shape == Shape::LineAndArc);
         let first = if at_own_feed { then.clone() } else { first };
@@ -78,7 +78,13 @@ impl Interpreter<'_, Heidenhain> {
         let index = self.out.moves.len();
         self.go_as(&then, self.flat_curve(deep, end, arc));
         if let Some(active) = &mut self.compensation.active {
-            active.before = Some(Before { moved: Moved::Line(to, d), direction: d, index, bend: 0.0, entry: false });
+            active.before = Some(PreviousElement {
+                moved: OffsetElement::Line(to, d),
+                direction: d,
+                index,
+                bend: 0.0,
+                entry: false,
+            });
         }
     }
 
@@ -94,16 +100,16 @@ impl Interpreter<'_, Heidenhain> {
     }
 
     /// DEP: from the end of the contour.
-    pub(crate) fn departure(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Words, place: Span) {
+    pub(crate) fn departure(&mut self, names: &[&str], tokens: &[Token], text: &[u8], words: &mut Words, place: Span) {
         self.approach_without_contour();
         let way = self.way(names, tokens, text);
-        self.own_feed(line);
+        self.own_feed(words);
         self.block.freeze = self.block.freeze.or(Some(Freeze::Approach));
         self.block.splittable = false;
         let (a, b, n) = self.modal.plane.axes();
         let last = self.out.moves.last().filter(|motion| motion.kind == MoveKind::Feed && self.frame.scale.is_none());
         let along = last.map(|motion| motion.curve().tangent(motion.curve().length()));
-        let target = self.peek_target(line);
+        let target = self.peek_target(words);
         let target = self.frame.apply(target);
         let (from, d) = ([self.place.tool[a], self.place.tool[b]], along.and_then(|t| unit([t[a], t[b]])));
         let leaves = way.zip(d).and_then(|(way, d)| way.off_contour(from, [target[a], target[b]], d));
@@ -122,7 +128,7 @@ impl Interpreter<'_, Heidenhain> {
             }
         } else {
             self.say("nc::approach", Severity::Warning, place, "this departure is read as a straight motion", HELP);
-            if line.has_any(b"XYZ") {
+            if words.has_any(b"XYZ") {
                 self.tool_to(MoveKind::Feed, Curve::Line { from: self.place.tool, to: target });
             }
         }
@@ -131,27 +137,27 @@ impl Interpreter<'_, Heidenhain> {
             self.tool_to(MoveKind::Feed, Curve::Line { from: self.place.tool, to: end(at, target[n]) });
         }
         self.place.programmed = self.frame.invert(self.place.tool);
-        clear_motion(line);
+        clear_motion(words);
         if self.family.compensation_side != 400 {
             self.family.compensation_side = 400;
-            line.g.push((400, place));
+            words.g.push((400, place));
         }
     }
 
     /// F of the block, in force at once.
-    fn own_feed(&mut self, line: &mut Words) {
-        if let Some(value) = line.get(b'F') {
-            self.feed_word(value, line, self.modal.unit_mm());
-            line.remove(b'F');
+    fn own_feed(&mut self, words: &mut Words) {
+        if let Some(value) = words.get(b'F') {
+            self.feed_word(value, words, self.modal.unit_mm());
+            words.remove(b'F');
         }
     }
 
     /// RL and RR of the block; R is its radius, unless it is R0.
-    fn side_of(&mut self, names: &[&str], line: &mut Words, place: Span) {
-        if line.get(b'R') != Some(0.0) {
-            line.remove(b'R');
+    fn side_of(&mut self, names: &[&str], words: &mut Words, place: Span) {
+        if words.get(b'R') != Some(0.0) {
+            words.remove(b'R');
         }
-        self.radius_side(names, line, place);
+        self.radius_side(names, words, place);
     }
 
     /// What the block says; `None`: something is missing, or it is written in polar coordinates.
@@ -280,9 +286,9 @@ fn unit(v: Point) -> Option<Point> {
     (length > 1e-9).then(|| [v[0] / length, v[1] / length])
 }
 
-fn clear_motion(line: &mut Words) {
+fn clear_motion(words: &mut Words) {
     for letter in *b"XYZR" {
-        line.remove(letter);
+        words.remove(letter);
     }
-    line.repeated = None;
+    words.repeated = None;
 }

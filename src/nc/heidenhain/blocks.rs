@@ -22,9 +22,9 @@ use crate::nc::toolpath::{Event, MoveKind};
 use crate::path::{Plane, Vec3};
 use crate::units::mm_s_from_mm_min;
 
-/// What puts a frame in force that is not followed.
+/// Frames that are not followed, by what puts them in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Tilt {
+pub(crate) enum LostFrame {
     /// PLANE … to PLANE RESET.
     Plane,
     /// Cycle 19.
@@ -39,7 +39,7 @@ pub(crate) enum Tilt {
 
 impl Interpreter<'_, Heidenhain> {
     /// Puts a block into ISO words.
-    pub(crate) fn heidenhain(&mut self, block: BlockId, line: &mut Words) -> After {
+    pub(crate) fn heidenhain(&mut self, block: BlockId, words: &mut Words) -> After {
         let source = self.flow.source.clone();
         let text = source.program().text();
         let skip =
@@ -76,42 +76,42 @@ impl Interpreter<'_, Heidenhain> {
         match names.as_slice() {
             ["BEGIN", "PGM", ..] => {
                 self.modal.inch = names.last() == Some(&"INCH");
-                line.clear();
+                words.clear();
             }
             ["END", "PGM", ..] => {
-                line.clear();
+                words.clear();
                 if self.flow.source_id == 0 {
                     self.flow.ended = true;
                 } else {
                     self.return_from_call();
                 }
             }
-            ["L", ..] => self.straight(&names, line, place),
-            ["LP" | "CP", ..] => self.polar_motion(&names, &tokens, text, line, place),
-            ["CC", ..] => self.pole(line),
-            ["C" | "CR", ..] => self.circle(&names, line, place),
+            ["L", ..] => self.straight(&names, words, place),
+            ["LP" | "CP", ..] => self.polar_motion(&names, &tokens, text, words, place),
+            ["CC", ..] => self.pole(words),
+            ["C" | "CR", ..] => self.circle(&names, words, place),
             ["CT", ..] => {
-                self.radius_side(&names, line, place);
-                self.tangential_arc(line, place);
+                self.radius_side(&names, words, place);
+                self.tangential_arc(words, place);
             }
-            ["RND" | "CHF", ..] => self.corner_block(names[0], line, first_number, place),
-            ["APPR", ..] => self.approach(&names, &tokens, text, line, place),
-            ["DEP", ..] => self.departure(&names, &tokens, text, line, place),
+            ["RND" | "CHF", ..] => self.corner_block(names[0], words, first_number, place),
+            ["APPR", ..] => self.approach(&names, &tokens, text, words, place),
+            ["DEP", ..] => self.departure(&names, &tokens, text, words, place),
             ["TOOL", "CALL", ..] => {
                 let named = tokens.iter().find(|token| token.span.of(text).first() == Some(&b'"'));
                 let named = named.and_then(|token| self.tool_by_name(token.span, text));
-                tool_call(line, named.or(number_after(&tokens, text, "CALL")), place);
+                tool_call(words, named.or(number_after(&tokens, text, "CALL")), place);
                 self.compensation.oversize_mm = number_after(&tokens, text, "DR").unwrap_or(0.0) * self.modal.unit_mm();
                 self.tool_axis(&names, place);
-                self.active_radius(line.get(b'T').map(|number| number as u32));
-                if let Some(value) = line.get(b'F') {
+                self.active_radius(words.get(b'T').map(|number| number as u32));
+                if let Some(value) = words.get(b'F') {
                     let value = value.max(0.0) * self.modal.unit_mm();
                     self.family.tool_feed = FeedWord { value, word: None, computed: true };
                 }
             }
             ["CALL", "LBL", ..] => self.call_label(&tokens, text, place),
             ["CALL", "PGM", ..] => {
-                line.clear();
+                words.clear();
                 self.call_file(source.program().line_text(block), place);
             }
             ["LBL"] if tokens.iter().any(|t| t.span.of(text) == b"0") => self.return_from_call(),
@@ -120,43 +120,43 @@ impl Interpreter<'_, Heidenhain> {
                 self.doubt(Doubt::ProgramStop, place);
             }
             ["CYCL", "DEF", ..] => {
-                self.define_cycle(&tokens, text, line, place);
-                line.clear();
+                self.define_cycle(&tokens, text, words, place);
+                words.clear();
             }
             ["CYCL", "CALL", ..] => self.call_cycle(place),
             ["PLANE", ..] => {
                 let angles = ["SPA", "SPB", "SPC"].map(|name| number_after(&tokens, text, name));
                 let level = names.get(1) == Some(&"SPATIAL") && angles == [Some(0.0); 3];
-                self.tilt(Tilt::Plane, !level && names.get(1) != Some(&"RESET"), place);
-                line.clear();
+                self.set_lost_frame(LostFrame::Plane, !level && names.get(1) != Some(&"RESET"), place);
+                words.clear();
             }
             ["FUNCTION", "TCPM", ..] => {
-                self.tilt(Tilt::TipFollowed, true, place);
-                line.clear();
+                self.set_lost_frame(LostFrame::TipFollowed, true, place);
+                words.clear();
             }
             ["FUNCTION", "RESET", "TCPM", ..] => {
-                self.tilt(Tilt::TipFollowed, false, place);
-                line.clear();
+                self.set_lost_frame(LostFrame::TipFollowed, false, place);
+                words.clear();
             }
-            ["LBL" | "BLK" | "CYCL" | "FN", ..] | ["TOOL", "DEF", ..] => line.clear(),
+            ["LBL" | "BLK" | "CYCL" | "FN", ..] | ["TOOL", "DEF", ..] => words.clear(),
             [] | ["MB", ..] => {}
             [first, ..] => {
                 let what = format!("{first} is not followed; the block is kept");
                 self.not_understood("nc::not-understood", place, what, "");
-                line.clear();
+                words.clear();
             }
         }
-        if line.has_m(1280) || line.has_m(1290) {
-            self.tilt(Tilt::TipFollowed, line.has_m(1280), place);
+        if words.has_m(1280) || words.has_m(1290) {
+            self.set_lost_frame(LostFrame::TipFollowed, words.has_m(1280), place);
         }
-        if line.has_m(910) || line.has_m(920) {
-            line.g.push((530, place));
+        if words.has_m(910) || words.has_m(920) {
+            words.g.push((530, place));
         }
-        if line.has_m(1400) {
+        if words.has_m(1400) {
             self.retract(number_after(&tokens, text, "MB"));
         }
-        if line.has_m(990) {
-            line.m.retain(|m| m.0 != 990);
+        if words.has_m(990) {
+            words.m.retain(|m| m.0 != 990);
             self.family.call_after = true;
         }
         After::Words
@@ -167,17 +167,17 @@ impl Interpreter<'_, Heidenhain> {
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let index = expr::parameter_index(String::from_utf8_lossy(&bytes[1..equals]).trim()).unwrap_or(0);
         if let Some(feed) = self.feed_by_name(&bytes[equals + 1..]) {
-            self.block.assignments.push((Target::Number(index), feed));
+            self.block.assignments.push((Target::Number(index), Some(feed)));
             return self.apply_assignments();
         }
         match self.evaluate(token.span, &formula(&bytes[equals + 1..]), 0) {
             Ok(value) => {
-                self.block.assignments.push((Target::Number(index), value));
+                self.block.assignments.push((Target::Number(index), Some(value)));
                 self.preset(index, value, token.span);
             }
             Err(error) => {
                 // What it is now is not known, least of all what it was before.
-                self.block.assignments.push((Target::Number(index), f64::NAN));
+                self.block.assignments.push((Target::Number(index), Some(f64::NAN)));
                 self.bad_expression(token.span, &error);
             }
         }
@@ -219,7 +219,7 @@ impl Interpreter<'_, Heidenhain> {
         });
         if let Some(plane) = along {
             self.family.tool_plane = plane;
-            self.tilt(Tilt::ToolAxis, plane != Plane::Xy, place);
+            self.set_lost_frame(LostFrame::ToolAxis, plane != Plane::Xy, place);
         }
     }
 
@@ -229,29 +229,29 @@ impl Interpreter<'_, Heidenhain> {
             return;
         }
         let first = *self.family.first_preset.get_or_insert(value);
-        self.tilt(Tilt::Preset, value != first, place);
+        self.set_lost_frame(LostFrame::Preset, value != first, place);
     }
 
     /// Puts a frame in force that is not followed, or ends it; feeds are kept while any is.
-    pub(crate) fn tilt(&mut self, tilt: Tilt, on: bool, place: Span) {
+    pub(crate) fn set_lost_frame(&mut self, tilt: LostFrame, on: bool, place: Span) {
         let bit = 1 << tilt as u8;
-        let before = self.family.tilted;
-        self.family.tilted = if on { before | bit } else { before & !bit };
+        let before = self.family.lost_frames;
+        self.family.lost_frames = if on { before | bit } else { before & !bit };
         if on && before & bit == 0 {
             let (what, help) = match tilt {
-                Tilt::Plane => ("a tilted plane (PLANE)", "PLANE RESET ends it"),
-                Tilt::Cycle19 => ("a tilted plane (cycle 19)", "cycle 19 with angles of 0 ends it"),
-                Tilt::TipFollowed => ("the tool tip followed under rotation (M128, TCPM)", "M129 ends it"),
-                Tilt::ToolAxis => ("a tool along another axis than Z", "a TOOL CALL with Z ends it"),
-                Tilt::Preset => ("another preset (cycle 247)", "the first preset ends it"),
+                LostFrame::Plane => ("a tilted plane (PLANE)", "PLANE RESET ends it"),
+                LostFrame::Cycle19 => ("a tilted plane (cycle 19)", "cycle 19 with angles of 0 ends it"),
+                LostFrame::TipFollowed => ("the tool tip followed under rotation (M128, TCPM)", "M129 ends it"),
+                LostFrame::ToolAxis => ("a tool along another axis than Z", "a TOOL CALL with Z ends it"),
+                LostFrame::Preset => ("another preset (cycle 247)", "the first preset ends it"),
             };
-            if tilt == Tilt::Preset {
+            if tilt == LostFrame::Preset {
                 self.doubt(Doubt::WorkOffset, place);
             }
             self.lose_frame(place, what, help);
-        } else if before != 0 && self.family.tilted == 0 {
-            self.certain(Doubt::WorkOffset);
-            self.find_frame();
+        } else if before != 0 && self.family.lost_frames == 0 {
+            self.settle(Doubt::WorkOffset);
+            self.regain_frame();
         }
     }
 
@@ -323,37 +323,37 @@ impl Interpreter<'_, Heidenhain> {
         }
     }
 
-    fn straight(&mut self, names: &[&str], line: &mut Words, place: Span) {
-        self.radius_side(names, line, place);
-        if line.has_any(b"XYZABC") {
-            line.g.push((if names.contains(&"FMAX") { 0 } else { 10 }, place));
+    fn straight(&mut self, names: &[&str], words: &mut Words, place: Span) {
+        self.radius_side(names, words, place);
+        if words.has_any(b"XYZABC") {
+            words.g.push((if names.contains(&"FMAX") { 0 } else { 10 }, place));
         }
     }
 
     /// `R0`, `RL`, `RR`; R0 reads as a word, the others as names.
-    pub(crate) fn radius_side(&mut self, names: &[&str], line: &mut Words, place: Span) {
+    pub(crate) fn radius_side(&mut self, names: &[&str], words: &mut Words, place: Span) {
         let side = if names.contains(&"RL") {
             410
         } else if names.contains(&"RR") {
             420
-        } else if line.get(b'R') == Some(0.0) {
-            line.remove(b'R');
+        } else if words.get(b'R') == Some(0.0) {
+            words.remove(b'R');
             400
         } else {
             return;
         };
         if side != self.family.compensation_side {
             self.family.compensation_side = side;
-            line.g.push((side, place));
+            words.g.push((side, place));
         }
     }
 
-    fn pole(&mut self, line: &mut Words) {
+    fn pole(&mut self, words: &mut Words) {
         let unit = self.modal.unit_mm();
-        if !line.has_any(b"XYZ") {
+        if !words.has_any(b"XYZ") {
             self.family.pole = self.place.programmed;
         }
-        self.family.pole_plane = match [b'X', b'Y', b'Z'].map(|letter| line.has(letter)) {
+        self.family.pole_plane = match [b'X', b'Y', b'Z'].map(|letter| words.has(letter)) {
             [true, true, _] => Plane::Xy,
             [true, _, true] => Plane::Zx,
             [_, true, true] => Plane::Yz,
@@ -361,29 +361,29 @@ impl Interpreter<'_, Heidenhain> {
             _ => self.family.pole_plane,
         };
         for (axis, letter) in b"XYZ".iter().enumerate() {
-            if let Some(value) = line.get(*letter) {
-                let from = if line.is_incremental(*letter) { self.place.programmed[axis] } else { 0.0 };
+            if let Some(value) = words.get(*letter) {
+                let from = if words.is_incremental(*letter) { self.place.programmed[axis] } else { 0.0 };
                 self.family.pole[axis] = from + value * unit;
             }
         }
-        line.clear();
+        words.clear();
     }
 
     /// `C … DR±` about the pole, `CR … R DR±` by radius.
-    fn circle(&mut self, names: &[&str], line: &mut Words, place: Span) {
+    fn circle(&mut self, names: &[&str], words: &mut Words, place: Span) {
         let turn = if names.contains(&"DR+") { 30 } else { 20 };
         if names[0] == "C" {
-            self.radius_side(names, line, place);
+            self.radius_side(names, words, place);
             self.modal.plane = self.family.pole_plane;
-            return self.put_centre(line, self.family.pole, turn == 30, place);
+            return self.put_centre(words, self.family.pole, turn == 30, place);
         }
-        line.g.push((turn, place));
+        words.g.push((turn, place));
     }
 
     /// `LP PR+30 PA+45`: to a point in polar coordinates about the pole; `CP PA+90 DR+` (IPA: by an angle): about it.
-    fn polar_motion(&mut self, names: &[&str], tokens: &[Token], text: &[u8], line: &mut Words, place: Span) {
+    fn polar_motion(&mut self, names: &[&str], tokens: &[Token], text: &[u8], words: &mut Words, place: Span) {
         let after = |name: &str| number_after(tokens, text, name);
-        self.radius_side(names, line, place);
+        self.radius_side(names, words, place);
         self.modal.plane = self.family.pole_plane;
         let (a, b, _) = self.modal.plane.axes();
         let (u, v) = (self.place.programmed[a] - self.family.pole[a], self.place.programmed[b] - self.family.pole[b]);
@@ -395,26 +395,26 @@ impl Interpreter<'_, Heidenhain> {
         let angle = after("PA").unwrap_or(start + after("IPA").unwrap_or(0.0));
         if !readable || stated.count() == 0 {
             self.not_understood("nc::not-understood", place, "these polar coordinates are not followed", "");
-            return line.clear();
+            return words.clear();
         }
         for (axis, at) in [(a, radius * angle.to_radians().cos()), (b, radius * angle.to_radians().sin())] {
-            line.put(b"XYZ"[axis], (self.family.pole[axis] + at) / unit, place, true);
-            line.force(b"XYZ"[axis], false);
+            words.put(b"XYZ"[axis], (self.family.pole[axis] + at) / unit, place, true);
+            words.force(b"XYZ"[axis], false);
         }
         if names[0] == "LP" {
-            return line.g.push((if names.contains(&"FMAX") { 0 } else { 10 }, place));
+            return words.g.push((if names.contains(&"FMAX") { 0 } else { 10 }, place));
         }
         let turns = (after("IPA").unwrap_or(0.0).abs() / 360.0 - 1e-9).floor().max(0.0) + 1.0;
-        line.put(b'P', turns, place, true);
-        self.put_centre(line, self.family.pole, names.contains(&"DR+"), place);
+        words.put(b'P', turns, place, true);
+        self.put_centre(words, self.family.pole, names.contains(&"DR+"), place);
     }
 
     /// `RND R5`, `CHF 2`: between the block before and the one after.
-    fn corner_block(&mut self, word: &str, line: &mut Words, number: Option<f64>, place: Span) {
+    fn corner_block(&mut self, word: &str, words: &mut Words, number: Option<f64>, place: Span) {
         let unit = self.modal.unit_mm();
-        let size = line.get(b'R').or(number).filter(|size| *size > 0.0);
-        self.corners.feed = line.get(b'F').map(|feed| mm_s_from_mm_min(feed * unit));
-        line.clear();
+        let size = words.get(b'R').or(number).filter(|size| *size > 0.0);
+        self.corners.feed = words.get(b'F').map(|feed| mm_s_from_mm_min(feed * unit));
+        words.clear();
         match size {
             Some(radius) if word == "RND" => self.corners.now = Some((Corner::Round(radius * unit), place)),
             Some(leg) => self.corners.now = Some((Corner::Legs(leg * unit), place)),
@@ -445,9 +445,9 @@ fn formula(text: &[u8]) -> Vec<u8> {
 }
 
 /// T alone brings the tool into the spindle here.
-fn tool_call(line: &mut Words, number: Option<f64>, place: Span) {
-    line.remove(b'R');
+fn tool_call(words: &mut Words, number: Option<f64>, place: Span) {
+    words.remove(b'R');
     if let Some(number) = number {
-        line.put(b'T', number, place, false);
+        words.put(b'T', number, place, false);
     }
 }

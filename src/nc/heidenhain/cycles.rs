@@ -1,7 +1,7 @@
 //! Cycles of Heidenhain plain language. Those that act where they are defined: 7 datum shift, 8 mirror, 9 dwell, 10
 //! rotation, 11 scaling; the drilling cycles 200, 201, 203 act where CYCL CALL or M99 stands. The others are kept, and said.
 
-use super::blocks::Tilt;
+use super::blocks::LostFrame;
 use super::state::Heidenhain;
 use crate::diag::{Severity, Span};
 use crate::nc::doubt::Doubt;
@@ -17,7 +17,7 @@ const LOST: [u32; 4] = [26, 220, 221, 224];
 
 impl Interpreter<'_, Heidenhain> {
     /// `CYCL DEF n.k`: number and part, and what acts at once.
-    pub(crate) fn define_cycle(&mut self, tokens: &[Token], text: &[u8], line: &Words, place: Span) {
+    pub(crate) fn define_cycle(&mut self, tokens: &[Token], text: &[u8], words: &Words, place: Span) {
         let mut numbers = tokens.iter().filter(|token| token.kind == TokenKind::Expression);
         let Some(first) = numbers.next() else { return };
         let whole = first.number as u32;
@@ -25,18 +25,18 @@ impl Interpreter<'_, Heidenhain> {
         let part = named.map_or(0, |at| first.span.of(text)[at + 1..].first().map_or(0, |digit| digit - b'0'));
         let name = |word: &str| tokens.iter().any(|t| t.span.of(text).eq_ignore_ascii_case(word.as_bytes()));
         let value = numbers.next().map(|token| token.number);
-        let words = [b'X', b'Y', b'Z'].map(|letter| line.get(letter).map(|value| (letter, value)));
+        let axis_words = [b'X', b'Y', b'Z'].map(|letter| words.get(letter).map(|value| (letter, value)));
         match (whole, part) {
             (7 | 8 | 10 | 11 | 19, 0) => return,
             (19, _) => {
                 let tilted =
-                    line.has_any(b"ABC") && b"ABC".iter().any(|axis| line.get(*axis).is_some_and(|at| at != 0.0));
-                return self.tilt(Tilt::Cycle19, tilted, place);
+                    words.has_any(b"ABC") && b"ABC".iter().any(|axis| words.get(*axis).is_some_and(|at| at != 0.0));
+                return self.set_lost_frame(LostFrame::Cycle19, tilted, place);
             }
             (7, _) => {
-                for (axis, word) in words.into_iter().enumerate() {
+                for (axis, word) in axis_words.into_iter().enumerate() {
                     let Some((letter, value)) = word else { continue };
-                    let before = if line.is_incremental(letter) { self.frame.local[axis] } else { 0.0 };
+                    let before = if words.is_incremental(letter) { self.frame.local[axis] } else { 0.0 };
                     self.frame.local[axis] = before + value * self.modal.unit_mm();
                 }
             }

@@ -15,7 +15,7 @@ use super::environment::Environment;
 use super::interp::interpreter::{Family, Interpreter};
 use super::interp::labels::Labels;
 use super::interp::state::{After, FeedWord};
-use super::interp::unroll::{Noted, Plain, Record};
+use super::interp::unroll::{Executed, Plain, Record};
 use super::interp::words::Words;
 use super::program::Program;
 use super::token::{Token, TokenKind};
@@ -32,7 +32,7 @@ impl Family for Heidenhain {
             pole: Vec3::zeros(),
             pole_plane: Plane::Xy,
             tool_plane: Plane::Xy,
-            tilted: 0,
+            lost_frames: 0,
             first_preset: None,
             cycle_number: 0,
             call_after: false,
@@ -90,13 +90,13 @@ impl Family for Heidenhain {
         super::expr::local_name('Q', number)
     }
 
-    fn obstacles(noted: &Noted<'_, Self>, record: &mut Record) {
-        unroll::obstacles(noted, record);
+    fn obstacles(executed: &Executed<'_, Self>, record: &mut Record) {
+        unroll::obstacles(executed, record);
     }
 
-    fn steers_when_unrolled(noted: &Noted<'_, Self>, record: &mut Record) -> bool {
-        let steers = unroll::is_left_out(noted);
-        record.ended |= !steers && unroll::is_end(noted);
+    fn steers_when_unrolled(executed: &Executed<'_, Self>, record: &mut Record) -> bool {
+        let steers = unroll::is_left_out(executed);
+        record.ended |= !steers && unroll::is_end(executed);
         steers
     }
 
@@ -108,8 +108,8 @@ impl Family for Heidenhain {
         if record.ended { Vec::new() } else { unroll::end_of(program, record.numbers) }
     }
 
-    fn plain(noted: &Noted<'_, Self>, token: &Token, record: &mut Record) -> Plain {
-        unroll::plain(noted, token, record)
+    fn plain(executed: &Executed<'_, Self>, token: &Token, record: &mut Record) -> Plain {
+        unroll::plain(executed, token, record)
     }
 
     fn steers(program: &Program, _environment: &Environment<'_>) -> bool {

@@ -14,8 +14,8 @@ pub(crate) struct Heidenhain {
     pub(super) pole_plane: Plane,
     /// The plane across the axis of the tool.
     pub(super) tool_plane: Plane,
-    /// Frames that are not followed, a bit for each [`Tilt`](super::blocks::Tilt); the first preset.
-    pub(super) tilted: u8,
+    /// Frames that are not followed, a bit for each [`LostFrame`](super::blocks::LostFrame); the first preset.
+    pub(super) lost_frames: u8,
     pub(super) first_preset: Option<f64>,
     /// The cycle defined last, and whether it is called at the end of this block.
     pub(super) cycle_number: u32,

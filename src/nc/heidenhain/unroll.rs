@@ -1,10 +1,10 @@
-//! What steers the flow in plain language, and its blocks unrolled: labels, calls, jumps and assignments are left out, values stand in place of Q parameters,
-//! and blocks are numbered anew.
+//! What steers the flow in plain language, and its blocks unrolled: labels, calls, jumps and assignments are left out, values
+//! stand in place of Q parameters, and blocks are numbered anew.
 
 use super::state::Heidenhain;
 use crate::ids::BlockId;
 use crate::nc::expr;
-use crate::nc::interp::unroll::{Noted, Plain, Record, number};
+use crate::nc::interp::unroll::{Executed, Plain, Record, number};
 use crate::nc::interp::values::left_of;
 use crate::nc::number::decimal;
 use crate::nc::program::Program;
@@ -14,16 +14,16 @@ use crate::nc::token::{Token, TokenKind};
 const CONTROLS: &str = "a variable that the control keeps itself";
 
 /// Labels, calls, jumps and assignments of plain language; the head and the end of a called program.
-pub(super) fn is_left_out(noted: &Noted<'_, Heidenhain>) -> bool {
-    let text = noted.program.text();
-    let mut code = noted.program.tokens(noted.block).filter(|token| {
+pub(super) fn is_left_out(executed: &Executed<'_, Heidenhain>) -> bool {
+    let text = executed.program.text();
+    let mut code = executed.program.tokens(executed.block).filter(|token| {
         !matches!(token.kind, TokenKind::Blank | TokenKind::Delete | TokenKind::LineEnd | TokenKind::Word(b'N'))
     });
     match code.next() {
-        Some(token) if token.kind == TokenKind::Assignment => !continues(noted.program, noted.block),
+        Some(token) if token.kind == TokenKind::Assignment => !continues(executed.program, executed.block),
         Some(token) if token.kind == TokenKind::Name => {
             let word = token.span.of(text).to_ascii_uppercase();
-            let foreign = !noted.main && matches!(word.as_slice(), b"BEGIN" | b"END");
+            let foreign = !executed.main && matches!(word.as_slice(), b"BEGIN" | b"END");
             foreign || matches!(word.as_slice(), b"LBL" | b"CALL" | b"FN")
         }
         _ => false,
@@ -31,14 +31,14 @@ pub(super) fn is_left_out(noted: &Noted<'_, Heidenhain>) -> bool {
 }
 
 /// Is it `END PGM`?
-pub(super) fn is_end(noted: &Noted<'_, Heidenhain>) -> bool {
-    let name = noted.program.tokens(noted.block).find(|token| token.kind == TokenKind::Name);
-    name.is_some_and(|name| noted.bytes(&name).eq_ignore_ascii_case(b"END"))
+pub(super) fn is_end(executed: &Executed<'_, Heidenhain>) -> bool {
+    let name = executed.program.tokens(executed.block).find(|token| token.kind == TokenKind::Name);
+    name.is_some_and(|name| executed.bytes(&name).eq_ignore_ascii_case(b"END"))
 }
 
 /// Q100 to Q199 hold what a Heidenhain control found out by itself, as long as the program does not set them.
-pub(super) fn obstacles(noted: &Noted<'_, Heidenhain>, record: &mut Record) {
-    let Noted { program, block, main, parameters, .. } = *noted;
+pub(super) fn obstacles(executed: &Executed<'_, Heidenhain>, record: &mut Record) {
+    let Executed { program, block, main, parameters, .. } = *executed;
     let text = program.line_text(block);
     let code = memchr::memchr(b';', text).unwrap_or(text.len());
     let result = |at: usize| {
@@ -47,15 +47,15 @@ pub(super) fn obstacles(noted: &Noted<'_, Heidenhain>, record: &mut Record) {
         (100..200).contains(&number) && !parameters.numbered.contains_key(&number)
     };
     if memchr::memchr2_iter(b'Q', b'q', &text[..code]).any(result) {
-        record.stand_in_the_way(CONTROLS, program, block, main);
+        record.note_obstacle(CONTROLS, program, block, main);
     }
 }
 
 /// A token of a block in plain text.
-pub(super) fn plain(noted: &Noted<'_, Heidenhain>, token: &Token, record: &mut Record) -> Plain {
-    let bytes = noted.bytes(token);
+pub(super) fn plain(executed: &Executed<'_, Heidenhain>, token: &Token, record: &mut Record) -> Plain {
+    let bytes = executed.bytes(token);
     let valued = |value: f64, letter: u8, sign: &[u8]| {
-        let text = number(letter, value, noted.dialect());
+        let text = number(letter, value, executed.dialect());
         let plus: &[u8] = if matches!(sign.first(), Some(b'+' | b'-')) && value >= 0.0 { b"+" } else { b"" };
         [plus, text.as_bytes()].concat()
     };
@@ -66,18 +66,18 @@ pub(super) fn plain(noted: &Noted<'_, Heidenhain>, token: &Token, record: &mut R
         }
         TokenKind::Computed(letter) => {
             let letters = usize::from(letter >= 0x80) + 1;
-            let Some(value) = noted.result(token.span) else { return Plain::Unknown("a word without a value") };
+            let Some(value) = executed.result(token.span) else { return Plain::Unknown("a word without a value") };
             Plain::Text([&bytes[..letters], &valued(value, letter & 0x5f, &bytes[letters..])].concat())
         }
         TokenKind::Expression if bytes.iter().any(|byte| byte.eq_ignore_ascii_case(&b'Q')) && bytes[0] != b'"' => {
-            match expr::evaluate(bytes, noted.parameters) {
+            match expr::evaluate(bytes, executed.parameters) {
                 Ok(value) => Plain::Text(valued(value, b'X', bytes)),
                 Err(_) => Plain::Unknown("a parameter without a value"),
             }
         }
         TokenKind::Assignment if value_of(bytes).is_none() => {
             let (left, index) = (left_of(bytes), left_of(bytes)[1..].parse().unwrap_or(0));
-            let value = number(b'X', noted.parameters.number(index), noted.dialect());
+            let value = number(b'X', executed.parameters.number(index), executed.dialect());
             Plain::Text(format!("{left}={value}").into_bytes())
         }
         _ => Plain::Same,

@@ -19,17 +19,17 @@ const FULL_TURN_RAD: f64 = 1e-6;
 
 impl<F: Family> Interpreter<'_, F> {
     /// The arc of a block.
-    pub(crate) fn arc(&mut self, line: &Words, turned: bool) {
+    pub(crate) fn arc(&mut self, words: &Words, turned: bool) {
         self.freeze_feed(turned);
-        let target = self.target(line);
+        let target = self.target(words);
         let clockwise = self.modal.motion == Motion::Clockwise;
-        let place = line.g.last().map(|g| g.1).or(line.span(b'R')).or(line.span(b'I')).or(line.span(b'J'));
+        let place = words.g.last().map(|g| g.1).or(words.span(b'R')).or(words.span(b'I')).or(words.span(b'J'));
         let place = place.unwrap_or_else(|| self.flow.source.program().span(self.block.id));
         let from = self.place.programmed;
-        let turns = line.get(b'P').map_or(1.0, |p| p.round().clamp(1.0, 1e4));
-        let centre = match line.get(b'R') {
+        let turns = words.get(b'P').map_or(1.0, |p| p.round().clamp(1.0, 1e4));
+        let centre = match words.get(b'R') {
             Some(radius) => self.centre_from_radius(from, target, radius * self.modal.unit_mm(), clockwise, place),
-            None => self.centre_from_words(line, from, target, place),
+            None => self.centre_from_words(words, from, target, place),
         };
         let Some(centre) = centre else {
             self.line_to(MoveKind::Feed, target);
@@ -37,7 +37,7 @@ impl<F: Family> Interpreter<'_, F> {
         };
         let plane = self.modal.plane;
         let sweep = sweep(plane, from, target, centre, clockwise, turns);
-        if line.has(b'R') && (sweep.abs() - PI).abs() < 0.1 {
+        if words.has(b'R') && (sweep.abs() - PI).abs() < 0.1 {
             self.block.splittable = false;
         }
         let (a, b, _) = plane.axes();
@@ -63,18 +63,18 @@ impl<F: Family> Interpreter<'_, F> {
         self.tool_to(MoveKind::Feed, Curve::Arc(Arc::new(plane, self.place.tool, to, centre, sweep)));
     }
 
-    fn centre_from_words(&mut self, line: &Words, from: Vec3, target: Vec3, place: Span) -> Option<Vec3> {
+    fn centre_from_words(&mut self, words: &Words, from: Vec3, target: Vec3, place: Span) -> Option<Vec3> {
         let (a, b, _) = self.modal.plane.axes();
         let unit = self.modal.unit_mm();
-        let words = [a, b].map(|axis| line.get(b"IJK"[axis]));
-        if words.iter().all(Option::is_none) {
+        let offsets = [a, b].map(|axis| words.get(b"IJK"[axis]));
+        if offsets.iter().all(Option::is_none) {
             self.bad_arc(place, "the arc has neither centre nor radius");
             return None;
         }
         let mut centre = from;
-        for (axis, word) in [a, b].into_iter().zip(words) {
+        for (axis, word) in [a, b].into_iter().zip(offsets) {
             match word {
-                Some(value) if self.modal.absolute_centres || line.is_absolute(b"IJK"[axis]) => {
+                Some(value) if self.modal.absolute_centres || words.is_absolute(b"IJK"[axis]) => {
                     centre[axis] = value * unit;
                 }
                 Some(value) => centre[axis] += value * unit,

@@ -175,11 +175,7 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// First block and first byte that the text being executed has in the linked program; `None`: it is not linked.
     pub(crate) fn linked_at(&self) -> Option<(u32, u32)> {
-        if self.flow.source_id == 0 || self.flow.source_id > self.program.files().len() {
-            return (self.flow.source_id == 0).then_some((0, 0));
-        }
-        let part = self.program.parts().nth(self.flow.source_id)?;
-        Some((part.blocks.start, part.span.start))
+        self.flow.linked_at(self.program)
     }
 
     /// The block of the main text that makes the current one happen.

@@ -9,8 +9,8 @@
 
 use super::arc::sweep;
 use super::interpreter::{Family, Interpreter};
-use super::intersection::{Moved, Point, cross, distance, dot, meet, unit};
-use super::state::{Active, Before, Contour, Motion};
+use super::intersection::{OffsetElement, Point, cross, distance, dot, meet, unit};
+use super::state::{Active, Contour, Motion, PreviousElement};
 use super::words::Words;
 use crate::diag::{Severity, Span};
 use crate::machine::Compensation;
@@ -45,7 +45,7 @@ const GOUGE: Refusal = "the contour cannot be followed with this tool radius wit
 
 impl<F: Family> Interpreter<'_, F> {
     /// G41, G42 and their variants with the diameter in D (`inline`), or G40 with `side` 0.
-    pub(crate) fn switch_compensation(&mut self, side: f64, inline: bool, line: &Words, place: Span) {
+    pub(crate) fn switch_compensation(&mut self, side: f64, inline: bool, words: &Words, place: Span) {
         self.compensation.active = None;
         self.compensation.contour = Contour::Off;
         self.compensation.on = side != 0.0;
@@ -54,11 +54,11 @@ impl<F: Family> Interpreter<'_, F> {
         }
         let range = self.compensation.ranges;
         self.compensation.ranges += 1;
-        let diameter = self.compensation_diameter(inline, line);
+        let diameter = self.compensation_diameter(inline, words);
         let refused = self.compensation.refused_before.contains(&range);
         let meaning = match self.env.compensation {
             Some(meaning) => Some(meaning),
-            None if inline || self.stated_diameter(inline, line).is_some() || self.dialect().always_offsets => {
+            None if inline || self.stated_diameter(inline, words).is_some() || self.dialect().always_offsets => {
                 Some(Compensation::Control)
             }
             None if refused => Some(Compensation::Wear),
@@ -67,7 +67,7 @@ impl<F: Family> Interpreter<'_, F> {
         match (meaning, diameter) {
             (Some(meaning @ (Compensation::Wear | Compensation::InverseWear)), _) => {
                 let sign = if meaning == Compensation::Wear { 1.0 } else { -1.0 };
-                match self.wear_mm(inline, line, place) {
+                match self.wear_mm(inline, words, place) {
                     0.0 => self.compensation.contour = Contour::AsWritten,
                     wear => {
                         let side = side * sign * wear.signum();
@@ -98,11 +98,11 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Wear of the offset the block names, mm on the radius: as the block states it, as the program set it (G10 L13), as the
     /// setup has it; else none, which is said.
-    fn wear_mm(&mut self, inline: bool, line: &Words, place: Span) -> f64 {
-        if let Some(diameter) = self.stated_diameter(inline, line) {
+    fn wear_mm(&mut self, inline: bool, words: &Words, place: Span) -> f64 {
+        if let Some(diameter) = self.stated_diameter(inline, words) {
             return 0.5 * diameter * self.modal.unit_mm();
         }
-        let number = line.get(b'D').map_or(self.modal.tool, |d| d.max(0.0) as u32);
+        let number = words.get(b'D').map_or(self.modal.tool, |d| d.max(0.0) as u32);
         let known = |table: &[(u32, f64)]| table.iter().rfind(|(d, _)| *d == number).map(|(_, wear)| *wear);
         let wear = known(&self.compensation.wear_set).or_else(|| known(&self.env.wear_mm));
         if wear.is_none() && number != 0 {
@@ -115,18 +115,18 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// A diameter written in the block itself: D of G41.1, a D of G41 that is no whole number (a radius, as the tables of
     /// most controls hold radii), or R beside G41/G42 on a straight line.
-    fn stated_diameter(&self, inline: bool, line: &Words) -> Option<f64> {
+    fn stated_diameter(&self, inline: bool, words: &Words) -> Option<f64> {
         let arc = matches!(self.modal.motion, Motion::Clockwise | Motion::CounterClockwise);
-        let straight = !line.has_g(20) && !line.has_g(30) && (!arc || line.has_g(10) || line.has_g(0));
-        let radius = line.get(b'R').filter(|radius| straight && *radius > 0.0);
+        let straight = !words.has_g(20) && !words.has_g(30) && (!arc || words.has_g(10) || words.has_g(0));
+        let radius = words.get(b'R').filter(|radius| straight && *radius > 0.0);
         let twice = |radius: f64| if inline { radius } else { 2.0 * radius };
-        line.get(b'D').filter(|d| inline || d.fract() != 0.0).map(twice).or(radius.map(|radius| 2.0 * radius))
+        words.get(b'D').filter(|d| inline || d.fract() != 0.0).map(twice).or(radius.map(|radius| 2.0 * radius))
     }
 
     /// Diameter that the D word, or the tool, stands for, mm.
-    fn compensation_diameter(&self, inline: bool, line: &Words) -> Option<f64> {
-        let value = line.get(b'D');
-        if let Some(diameter) = self.stated_diameter(inline, line).filter(|_| !self.dialect().always_offsets) {
+    fn compensation_diameter(&self, inline: bool, words: &Words) -> Option<f64> {
+        let value = words.get(b'D');
+        if let Some(diameter) = self.stated_diameter(inline, words).filter(|_| !self.dialect().always_offsets) {
             return Some(diameter * self.modal.unit_mm());
         }
         if inline {
@@ -186,7 +186,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.tool_to(kind, curve);
     }
 
-    fn follow(&mut self, active: Active, kind: MoveKind, element: Element) -> Result<Option<Before>, Refusal> {
+    fn follow(&mut self, active: Active, kind: MoveKind, element: Element) -> Result<Option<PreviousElement>, Refusal> {
         let (a, b, _) = self.modal.plane.axes();
         let flat = |p: Vec3| [p[a], p[b]];
         let (p, q) = (flat(element.from), flat(element.to));
@@ -223,13 +223,13 @@ impl<F: Family> Interpreter<'_, F> {
         active: Active,
         kind: MoveKind,
         element: Element,
-        moved: Moved,
+        moved: OffsetElement,
         direction: Point,
-    ) -> Result<Before, Refusal> {
+    ) -> Result<PreviousElement, Refusal> {
         let index = self.out.moves.len();
         self.follow_moved(active, kind, element, moved)?;
         let bend = element.arc.map_or(0.0, |(_, angle)| angle.signum());
-        Ok(Before { moved, direction, index, bend, entry: false })
+        Ok(PreviousElement { moved, direction, index, bend, entry: false })
     }
 
     /// Puts plane coordinates and the height of `at` together.
@@ -241,7 +241,7 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// The first element: from where the tool is to square to the end.
-    fn enter_contour(&mut self, active: Active, kind: MoveKind, element: Element) -> Result<Before, Refusal> {
+    fn enter_contour(&mut self, active: Active, kind: MoveKind, element: Element) -> Result<PreviousElement, Refusal> {
         let (a, b, _) = self.modal.plane.axes();
         let flat = |p: Vec3| [p[a], p[b]];
         let (from, q) = (flat(self.place.tool), flat(element.to));
@@ -254,8 +254,8 @@ impl<F: Family> Interpreter<'_, F> {
             let end = offset(q, direction, active);
             self.tool_to(kind, Curve::Line { from: self.place.tool, to: self.lift(end, element.to) });
             let square_to_next = self.dialect().entry_square_to_next;
-            let moved = Moved::Line(end, direction);
-            return Ok(Before { moved, direction, index, bend: 0.0, entry: square_to_next });
+            let moved = OffsetElement::Line(end, direction);
+            return Ok(PreviousElement { moved, direction, index, bend: 0.0, entry: square_to_next });
         };
         let (_, direction) = directions(element, flat);
         moved_element(active, element, flat)?;
@@ -272,7 +272,13 @@ impl<F: Family> Interpreter<'_, F> {
         let (to, middle3) = (self.lift(end, element.to), self.lift(middle, self.place.tool));
         let turned = sweep(self.modal.plane, self.place.tool, to, middle3, angle < 0.0, 1.0);
         self.tool_to(kind, Curve::Arc(Arc::new(self.modal.plane, self.place.tool, to, middle3, turned)));
-        Ok(Before { moved: Moved::Circle(middle, length.abs()), direction, index, bend: angle.signum(), entry: false })
+        Ok(PreviousElement {
+            moved: OffsetElement::Circle(middle, length.abs()),
+            direction,
+            index,
+            bend: angle.signum(),
+            entry: false,
+        })
     }
 
     fn round_corner(&mut self, active: Active, kind: MoveKind, corner: Vec3, to: Point, angle: f64) {
@@ -286,14 +292,20 @@ impl<F: Family> Interpreter<'_, F> {
         self.tool_to(kind, curve);
     }
 
-    fn follow_moved(&mut self, active: Active, kind: MoveKind, element: Element, moved: Moved) -> Result<(), Refusal> {
+    fn follow_moved(
+        &mut self,
+        active: Active,
+        kind: MoveKind,
+        element: Element,
+        moved: OffsetElement,
+    ) -> Result<(), Refusal> {
         let (a, b, _) = self.modal.plane.axes();
         let flat = |p: Vec3| [p[a], p[b]];
         let plane = self.modal.plane;
         let (_, end_direction) = directions(element, flat);
         let end = self.lift(offset(flat(element.to), end_direction, active), element.to);
         let curve = match (moved, element.arc) {
-            (Moved::Circle(centre, _), Some((_, angle))) => {
+            (OffsetElement::Circle(centre, _), Some((_, angle))) => {
                 let centre = self.lift(centre, self.place.tool);
                 let mut turned = sweep(plane, self.place.tool, end, centre, angle < 0.0, 1.0);
                 turned += (angle.abs() / std::f64::consts::TAU - 1e-9).floor().max(0.0)
@@ -303,21 +315,21 @@ impl<F: Family> Interpreter<'_, F> {
                 }
                 Curve::Arc(Arc::new(plane, self.place.tool, end, centre, turned))
             }
-            (Moved::Line(_, direction), _) => {
+            (OffsetElement::Line(_, direction), _) => {
                 let (from, to) = (flat(self.place.tool), flat(end));
                 if dot([to[0] - from[0], to[1] - from[1]], direction) < -SLACK {
                     return Err(GOUGE);
                 }
                 Curve::Line { from: self.place.tool, to: end }
             }
-            (Moved::Circle(..), None) => Curve::Line { from: self.place.tool, to: end },
+            (OffsetElement::Circle(..), None) => Curve::Line { from: self.place.tool, to: end },
         };
         self.tool_to(kind, curve);
         Ok(())
     }
 
     /// Ends the element before the corner at `meeting`, and takes what follows it (moves in height only) there.
-    fn cut_back(&mut self, before: Before, meeting: Point) -> Result<(), Refusal> {
+    fn cut_back(&mut self, before: PreviousElement, meeting: Point) -> Result<(), Refusal> {
         let (a, b, _) = self.modal.plane.axes();
         let shift = |p: Vec3| {
             let mut p = p;
@@ -327,7 +339,7 @@ impl<F: Family> Interpreter<'_, F> {
         for (offset, motion) in self.out.moves[before.index..].iter_mut().enumerate() {
             let curve = match (motion.curve(), before.moved) {
                 (Curve::Line { to, .. }, _) if offset > 0 => Curve::Line { from: shift(to), to: shift(to) },
-                (Curve::Line { from, to }, Moved::Line(_, direction)) => {
+                (Curve::Line { from, to }, OffsetElement::Line(_, direction)) => {
                     if dot([meeting[0] - from[a], meeting[1] - from[b]], direction) < -SLACK {
                         return Err(GOUGE);
                     }
@@ -385,17 +397,20 @@ fn directions(element: Element, flat: impl Fn(Vec3) -> Point) -> (Point, Point) 
     }
 }
 
-fn moved_element(active: Active, element: Element, flat: impl Fn(Vec3) -> Point) -> Result<Moved, Refusal> {
+fn moved_element(active: Active, element: Element, flat: impl Fn(Vec3) -> Point) -> Result<OffsetElement, Refusal> {
     let (start, _) = directions(element, &flat);
     match element.arc {
-        None => Ok(Moved::Line(offset(flat(element.from), start, active), start)),
+        None => Ok(OffsetElement::Line(offset(flat(element.from), start, active), start)),
         Some((centre, sweep)) => {
             let radius = distance(flat(centre), flat(element.from));
             let inside = (sweep > 0.0) == (active.side > 0.0);
             if inside && radius <= active.radius {
                 return Err("the arc is smaller than the tool");
             }
-            Ok(Moved::Circle(flat(centre), if inside { radius - active.radius } else { radius + active.radius }))
+            Ok(OffsetElement::Circle(
+                flat(centre),
+                if inside { radius - active.radius } else { radius + active.radius },
+            ))
         }
     }
 }

@@ -102,34 +102,34 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// CT: an arc that leaves the last motion without a bend, as a centre and a sense; a line where it would be straight.
-    pub(crate) fn tangential_arc(&mut self, line: &mut Words, place: Span) {
+    pub(crate) fn tangential_arc(&mut self, words: &mut Words, place: Span) {
         let (a, b, _) = self.modal.plane.axes();
         let from = self.place.programmed;
-        let to = self.peek_target(line);
+        let to = self.peek_target(words);
         let known = self.frame.is_plain() && self.compensation.active.is_none() && self.corners.now.is_none();
         let before = self.out.moves.last().filter(|motion| known && motion.kind == MoveKind::Feed);
         let tangent = before.map(|motion| motion.curve().tangent(motion.curve().length()));
         let Some(tangent) = tangent.filter(|t| t[a].hypot(t[b]) > 0.5) else {
             self.not_understood("nc::tangent", place, "what this arc is tangential to is not known", "");
-            return line.g.push((10, place));
+            return words.g.push((10, place));
         };
         let (u, v) = (to[a] - from[a], to[b] - from[b]);
         let across = tangent[a] * v - tangent[b] * u;
         if across.abs() < 1e-9 * (u * u + v * v).max(1e-12) {
-            return line.g.push((10, place));
+            return words.g.push((10, place));
         }
         let radius = (u * u + v * v) * tangent[a].hypot(tangent[b]) / (2.0 * across);
         let length = tangent[a].hypot(tangent[b]);
         let mut centre = from;
         centre[a] -= radius * tangent[b] / length;
         centre[b] += radius * tangent[a] / length;
-        self.put_centre(line, centre, across > 0.0, place);
+        self.put_centre(words, centre, across > 0.0, place);
     }
 
     /// CIP: an arc through `through` (mm), in the plane; a line with its feed kept where it is not.
-    pub(crate) fn arc_through(&mut self, line: &mut Words, through: [Option<f64>; 3], place: Span) {
+    pub(crate) fn arc_through(&mut self, words: &mut Words, through: [Option<f64>; 3], place: Span) {
         let (a, b, n) = self.modal.plane.axes();
-        let (from, to) = (self.place.programmed, self.peek_target(line));
+        let (from, to) = (self.place.programmed, self.peek_target(words));
         let middle = Vec3::from_fn(|axis, _| match through[axis] {
             Some(value) if self.modal.incremental => from[axis] + value,
             Some(value) => value,
@@ -139,30 +139,30 @@ impl<F: Family> Interpreter<'_, F> {
         let across = u[a] * v[b] - u[b] * v[a];
         if across.abs() < 1e-9 || v[n].abs() > 1e-9 || u[n].abs() > 1e-9 {
             self.not_understood("nc::arc", place, "this arc through a point does not lie in the plane", "");
-            return line.g.push((10, place));
+            return words.g.push((10, place));
         }
         let (uu, vv) = (u[a] * u[a] + u[b] * u[b], v[a] * v[a] + v[b] * v[b]);
         let mut centre = from;
         centre[a] += (v[b] * uu - u[b] * vv) / (2.0 * across);
         centre[b] += (u[a] * vv - v[a] * uu) / (2.0 * across);
-        self.put_centre(line, centre, across > 0.0, place);
+        self.put_centre(words, centre, across > 0.0, place);
     }
 
     /// Puts an arc about an absolute centre (mm) into the words of a block.
-    pub(crate) fn put_centre(&mut self, line: &mut Words, centre: Vec3, counter_clockwise: bool, place: Span) {
+    pub(crate) fn put_centre(&mut self, words: &mut Words, centre: Vec3, counter_clockwise: bool, place: Span) {
         let unit = self.modal.unit_mm();
         let (a, b, _) = self.modal.plane.axes();
         for axis in [a, b] {
-            line.put(b"IJK"[axis], centre[axis] / unit, place, true);
-            line.force(b"IJK"[axis], false);
+            words.put(b"IJK"[axis], centre[axis] / unit, place, true);
+            words.force(b"IJK"[axis], false);
         }
-        line.g.push((if counter_clockwise { 30 } else { 20 }, place));
+        words.g.push((if counter_clockwise { 30 } else { 20 }, place));
     }
 
     /// Where the block will end, without putting anything in force.
-    pub(crate) fn peek_target(&mut self, line: &Words) -> Vec3 {
+    pub(crate) fn peek_target(&mut self, words: &Words) -> Vec3 {
         let keep = (self.place.known, self.place.programmed, self.place.tool, self.block.splittable, self.modal.polar);
-        let target = self.target(line);
+        let target = self.target(words);
         (self.place.known, self.place.programmed, self.place.tool, self.block.splittable, self.modal.polar) = keep;
         target
     }

@@ -18,14 +18,14 @@ const MAX_REPEATS: f64 = 10_000.0;
 
 impl<F: Family> Interpreter<'_, F> {
     /// The cycle of a block, once or several times.
-    pub(crate) fn cycle(&mut self, line: &Words, code: u16) {
-        let place = line.g.last().map_or_else(|| self.flow.source.program().span(self.block.id), |g| g.1);
+    pub(crate) fn cycle(&mut self, words: &Words, code: u16) {
+        let place = words.g.last().map_or_else(|| self.flow.source.program().span(self.block.id), |g| g.1);
         if code == 760 && self.dialect().g76_cuts_threads {
             self.block.freeze = Some(Freeze::Synchronised);
             self.say("nc::threading", Severity::Warning, place, "the G76 threading cycle is kept, not simulated", "");
             return;
         }
-        let mut cycle = self.cycle_words(line);
+        let mut cycle = self.cycle_words(words);
         if self.dialect().r_plane_optional && cycle.depth.is_some() {
             // R may be left out: the plane is then the level the cycle began at (Haas Mill Operator's Manual, G81).
             cycle.retract = cycle.retract.or(Some(cycle.initial));
@@ -42,14 +42,14 @@ impl<F: Family> Interpreter<'_, F> {
         self.block.splittable = false;
         let (_, _, n) = self.modal.plane.axes();
         let level = if self.modal.incremental { retract + cycle.initial } else { retract };
-        let mut hole = self.target(line);
+        let mut hole = self.target(words);
         let step = hole - self.place.programmed;
         hole = self.place.programmed;
         if cycle.initial < level {
             hole[n] = level;
             self.line_to(MoveKind::Rapid, hole);
         }
-        let repeats = self.cycle_repeats(line, code);
+        let repeats = self.cycle_repeats(words, code);
         for count in 0..repeats {
             for axis in (0..3).filter(|&axis| axis != n) {
                 hole[axis] += if count == 0 || self.modal.incremental { step[axis] } else { 0.0 };
@@ -59,16 +59,16 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// Takes the words of the block into the cycle in force.
-    fn cycle_words(&mut self, line: &Words) -> Cycle {
+    fn cycle_words(&mut self, words: &Words) -> Cycle {
         let (a, b, n) = self.modal.plane.axes();
         let unit = self.modal.unit_mm();
         let mut cycle = self.cycles.modal.unwrap_or(Cycle { initial: self.place.programmed[n], ..Cycle::default() });
-        let mm = |letter: u8| line.get(letter).map(|value| value * unit);
+        let mm = |letter: u8| words.get(letter).map(|value| value * unit);
         cycle.depth = mm(b"XYZ"[n]).or(cycle.depth);
         cycle.retract = mm(b'R').or(cycle.retract);
         cycle.peck = mm(b'Q').or(cycle.peck);
         cycle.top = mm(b"IJK"[n]).or(cycle.top);
-        if let Some(seconds) = self.dwell_seconds(line, b'P') {
+        if let Some(seconds) = self.dwell_seconds(words, b'P') {
             cycle.dwell_s = seconds;
         }
         for (place, axis) in [a, b].into_iter().enumerate() {
@@ -78,11 +78,11 @@ impl<F: Family> Interpreter<'_, F> {
         cycle
     }
 
-    fn cycle_repeats(&mut self, line: &Words, code: u16) -> u64 {
-        let k = if self.dialect().k_repeats && code != 870 { line.get(b'K') } else { None };
-        let repeats = line.get(b'L').or(k).unwrap_or(1.0).max(0.0);
+    fn cycle_repeats(&mut self, words: &Words, code: u16) -> u64 {
+        let k = if self.dialect().k_repeats && code != 870 { words.get(b'K') } else { None };
+        let repeats = words.get(b'L').or(k).unwrap_or(1.0).max(0.0);
         if repeats > MAX_REPEATS {
-            let span = line.span(b'L').or(line.span(b'K')).unwrap_or_default();
+            let span = words.span(b'L').or(words.span(b'K')).unwrap_or_default();
             self.not_understood("nc::cycle", span, "more than 10000 repeats are not followed", "");
         }
         repeats.min(MAX_REPEATS) as u64

@@ -1,11 +1,13 @@
 //! Doubts about part and frame, as the program raises and settles them. In: an event of the text ([`Interpreter::doubt`]) and what
-//! settles it ([`Interpreter::certain`]). Out: the stretches of [`Toolpath::doubts`](crate::nc::toolpath::Toolpath), one diagnostic a kind.
+//! settles it ([`Interpreter::settle`]). Out: the stretches of [`Toolpath::doubts`](crate::nc::toolpath::Toolpath), one diagnostic
+//! a kind.
 //!
 //! A stretch ends only where nothing was fed in it: what was cut meanwhile lies elsewhere than the simulated stock has it, and
 //! a return to the frame known before does not mend that.
 
 use super::interpreter::{Family, Interpreter};
 use crate::diag::{Severity, Span};
+use crate::ids::BlockId;
 use crate::nc::doubt::{Doubt, Doubted};
 use crate::nc::toolpath::MoveKind;
 
@@ -17,7 +19,7 @@ impl<F: Family> Interpreter<'_, F> {
         if raised.open.is_none() {
             raised.open = Some(self.out.doubts.len());
             let (from, line) = (self.next_move(), self.line_number());
-            self.out.doubts.push(Doubted { from, until: None, doubt, line });
+            self.out.doubts.push(Doubted { from, until: None, doubt, line, unread: Vec::new() });
         }
         if self.messages.raised[doubt as usize].diagnostic.is_none() {
             self.messages.raised[doubt as usize].diagnostic = Some(self.out.diagnostics.len());
@@ -26,8 +28,18 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
+    /// Nothing of the block can be taken: what it does is not known, nor whether the control takes its feed.
+    pub(crate) fn doubt_of_unread(&mut self, place: Span) {
+        self.doubt(Doubt::UnknownCode, place);
+        let stretch =
+            self.messages.raised[Doubt::UnknownCode as usize].open.and_then(|open| self.out.doubts.get_mut(open));
+        if let (Some((first, _)), Some(stretch)) = (self.flow.linked_at(self.program), stretch) {
+            stretch.unread.push(BlockId(first + self.block.id.0));
+        }
+    }
+
     /// The program says absolutely what was open: the next move is not in doubt any more, unless something was fed meanwhile.
-    pub(crate) fn certain(&mut self, doubt: Doubt) {
+    pub(crate) fn settle(&mut self, doubt: Doubt) {
         let Some(open) = self.messages.raised[doubt as usize].open else { return };
         let next = self.next_move();
         let Some(stretch) = self.out.doubts.get_mut(open) else { return };

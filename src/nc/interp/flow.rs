@@ -82,6 +82,17 @@ pub struct Flow<'a> {
     pub budget: u64,
 }
 
+impl Flow<'_> {
+    /// First block and first byte that the text being executed has in the linked program; `None`: it is not linked.
+    pub fn linked_at(&self, program: &Program) -> Option<(u32, u32)> {
+        if self.source_id == 0 || self.source_id > program.files().len() {
+            return (self.source_id == 0).then_some((0, 0));
+        }
+        let part = program.parts().nth(self.source_id)?;
+        Some((part.blocks.start, part.span.start))
+    }
+}
+
 /// What executing every block once costs.
 pub fn cost_of_one_pass(program: &Program) -> u64 {
     (program.text().len() + BLOCK_COST * program.len()) as u64

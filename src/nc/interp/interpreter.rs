@@ -13,13 +13,12 @@ use super::state::{
     After, BlockState, Compensation, Contour, Corner, Corners, Cycles, Frame, Messages, Modal, Motion, Offsets, Place,
     Rotary, Spindle,
 };
-use super::unroll::{Noted, Plain, Record};
+use super::unroll::{Executed, Plain, Record};
 use super::words::Words;
 use super::{shared_feeds, thread_feeds};
 use crate::diag::{Severity, Span};
 use crate::ids::{BlockId, MoveId};
 use crate::nc::dialect::Properties;
-use crate::nc::doubt::Doubt;
 use crate::nc::environment::Environment;
 use crate::nc::expr::Parameters;
 use crate::nc::program::Program;
@@ -89,9 +88,9 @@ pub(crate) trait Family: Sized {
         false
     }
     /// Unrolling: notes what of a block cannot be unrolled.
-    fn obstacles(_noted: &Noted<'_, Self>, _record: &mut Record) {}
+    fn obstacles(_noted: &Executed<'_, Self>, _record: &mut Record) {}
     /// Unrolling: is a block left out, because all it does is to steer the flow?
-    fn steers_when_unrolled(_noted: &Noted<'_, Self>, _record: &mut Record) -> bool {
+    fn steers_when_unrolled(_noted: &Executed<'_, Self>, _record: &mut Record) -> bool {
         false
     }
     /// Unrolling: a line that is no block but heads the text.
@@ -105,7 +104,7 @@ pub(crate) trait Family: Sized {
         line
     }
     /// Unrolling: a token of a block.
-    fn plain(noted: &Noted<'_, Self>, token: &Token, record: &mut Record) -> Plain;
+    fn plain(executed: &Executed<'_, Self>, token: &Token, record: &mut Record) -> Plain;
     /// Does a program hold loops, jumps, calls, variables or expressions?
     fn steers(program: &Program, environment: &Environment<'_>) -> bool;
 }
@@ -144,7 +143,7 @@ pub(crate) struct Interpreter<'a, F> {
     pub(super) cycles: Cycles,
     pub(crate) parameters: Parameters,
     pub(super) messages: Messages,
-    /// What is executed is noted down here, if it is asked for.
+    /// What is executed is executed down here, if it is asked for.
     pub(crate) record: Option<Record>,
 }
 
@@ -206,7 +205,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
             },
             corners: Corners::default(),
             cycles: Cycles::default(),
-            parameters: Parameters::default(),
+            parameters: Parameters::new(program.dialect().properties().macro_b),
             messages: Messages::default(),
             record: None,
         }
@@ -264,15 +263,15 @@ impl<'a, F: Family> Interpreter<'a, F> {
     fn execute_all(&mut self) {
         self.out.moves.reserve(self.program.own_len());
         F::begin(self);
-        let mut line = Words::default();
+        let mut words = Words::default();
         while !self.flow.ended {
-            self.step(&mut line);
+            self.step(&mut words);
         }
         F::end(self);
     }
 
     /// Executes the next block.
-    fn step(&mut self, line: &mut Words) {
+    fn step(&mut self, words: &mut Words) {
         self.end_sections();
         if self.flow.at >= self.flow.source.program().own_len() {
             self.end_of_text();
@@ -286,21 +285,21 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
         self.count();
         (self.block.misread, self.block.freeze, self.block.contour_mm) = (None, None, None);
-        self.gather(block, line);
-        if line.delete && self.env.block_delete {
+        self.gather(block, words);
+        if words.delete && self.env.block_delete {
             self.block.assignments.clear();
             self.corners.next = None;
             return;
         }
-        self.begin(line);
+        self.begin(words);
         let source = self.record.as_ref().map(|_| (self.flow.source.clone(), !self.in_subprogram()));
         let understood = self.block.freeze;
-        let after = F::block(self, block, line);
+        let after = F::block(self, block, words);
         if let Some((source, own)) = source {
             if after == After::Done && self.block.freeze != understood {
-                self.in_the_way("what is not understood here", None);
+                self.cannot_unroll("what is not understood here", None);
             }
-            self.note_down(&source, own, block, line, after);
+            self.note_down(&source, own, block, words, after);
         }
         if after == After::Done {
             if let Some(place) = self.block.misread {
@@ -313,30 +312,30 @@ impl<'a, F: Family> Interpreter<'a, F> {
             let text = "a command to the control, kept as it is";
             return self.say("nc::command", Severity::Note, span, text, "what it moves is not simulated");
         }
-        self.complain(line);
-        if line.any {
+        self.complain(words);
+        if words.any {
             self.flow.began = true;
             if self.block.misread.is_none() {
-                self.execute(line);
+                self.execute(words);
             }
             match self.block.misread {
                 Some(place) => {
                     self.set_aside(place);
-                    self.stops(line);
+                    self.stops(words);
                 }
-                None => self.note_places(line),
+                None => self.note_places(words),
             }
         }
     }
 
     /// After a block under the switch the axes it names (all, if it does more than move) may be elsewhere, until they are
     /// commanded to an absolute place.
-    fn note_places(&mut self, line: &Words) {
-        let moves = line.g.iter().all(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
-        let places = !line.g.iter().any(|(code, _)| NO_PLACE.contains(code)) && self.modal.motion != Motion::Probe;
+    fn note_places(&mut self, words: &Words) {
+        let moves = words.g.iter().all(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
+        let places = !words.g.iter().any(|(code, _)| NO_PLACE.contains(code)) && self.modal.motion != Motion::Probe;
         for (axis, letter) in b"XYZ".iter().enumerate() {
-            let placed = places && line.has(*letter) && !self.modal.incremental;
-            let named = line.delete && (line.has(*letter) || !moves);
+            let placed = places && words.has(*letter) && !self.modal.incremental;
+            let named = words.delete && (words.has(*letter) || !moves);
             self.place.elsewhere[axis] = named || self.place.elsewhere[axis] && !placed;
         }
     }
@@ -346,10 +345,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
     fn set_aside(&mut self, place: Span) {
         self.place.elsewhere = [true; 3];
         self.corners.next = None;
-        if let Some((first, _)) = self.linked_at() {
-            self.out.set_aside.push(BlockId(first + self.block.id.0));
-        }
-        self.doubt(Doubt::UnknownCode, place);
+        self.doubt_of_unread(place);
     }
 
     fn end_of_text(&mut self) {
@@ -361,26 +357,26 @@ impl<'a, F: Family> Interpreter<'a, F> {
     }
 
     /// Lexes a block into its words, with expressions evaluated.
-    fn gather(&mut self, block: BlockId, line: &mut Words) {
-        line.clear();
+    fn gather(&mut self, block: BlockId, words: &mut Words) {
+        words.clear();
         let source = self.flow.source.clone();
         let program = source.program();
         for token in program.tokens(block) {
-            if line.take(token) {
+            if words.take(token) {
                 continue;
             }
             match token.kind {
-                TokenKind::Computed(letter) => self.computed_word(letter, token, program.text(), line),
-                TokenKind::Corner(letter) => self.corner_word(letter, token, line),
-                _ => F::token(self, token, program.text(), line),
+                TokenKind::Computed(letter) => self.computed_word(letter, token, program.text(), words),
+                TokenKind::Corner(letter) => self.corner_word(letter, token, words),
+                _ => F::token(self, token, program.text(), words),
             }
         }
     }
 
     /// `,R5.` and `,C2.` of Fanuc and Haas.
-    fn corner_word(&mut self, letter: u8, token: Token, line: &mut Words) {
+    fn corner_word(&mut self, letter: u8, token: Token, words: &mut Words) {
         if !self.dialect().corner_words {
-            return line.bad.push((token.kind, token.span));
+            return words.bad.push((token.kind, token.span));
         }
         let size = token.number * self.modal.unit_mm();
         let corner = if letter == b'R' { Corner::Round(size) } else { Corner::Legs(size) };
@@ -388,12 +384,12 @@ impl<'a, F: Family> Interpreter<'a, F> {
     }
 
     /// A word whose value is an expression; `=` before it, `AC(…)`, `IC(…)` and a leading I (as 0x80) are other dialects'.
-    fn computed_word(&mut self, letter: u8, token: Token, text: &[u8], line: &mut Words) {
+    fn computed_word(&mut self, letter: u8, token: Token, text: &[u8], words: &mut Words) {
         if let (b'T', Some(number)) = (letter, self.tool_by_name(token.span, text)) {
-            return line.put(b'T', number, token.span, true);
+            return words.put(b'T', number, token.span, true);
         }
         let Some(value) = self.value(token, text) else { return };
-        line.results.push((token.span, value));
+        words.results.push((token.span, value));
         let bytes = token.span.of(text);
         let value_text =
             bytes[1..].trim_ascii_start().trim_ascii_start().strip_prefix(b"=").unwrap_or(&bytes[1..]).trim_ascii();
@@ -406,18 +402,18 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 "the word is left out",
             );
         }
-        line.put(plain.to_ascii_uppercase(), value, token.span, true);
+        words.put(plain.to_ascii_uppercase(), value, token.span, true);
         let starts = |mark: &[u8]| value_text.len() > 3 && value_text[..3].eq_ignore_ascii_case(mark);
         if letter >= 0x80 || starts(b"IC(") {
-            line.force(plain.to_ascii_uppercase(), true);
+            words.force(plain.to_ascii_uppercase(), true);
         } else if starts(b"AC(") || starts(b"DC(") || starts(b"ACP") || starts(b"ACN") {
-            line.force(plain, false);
+            words.force(plain, false);
         }
     }
 
-    fn begin(&mut self, line: &Words) {
+    fn begin(&mut self, words: &Words) {
         self.apply_assignments();
-        if line.delete {
+        if words.delete {
             self.block.freeze = Some(Freeze::BlockDelete);
         }
         if self.frame.lost {
@@ -428,8 +424,8 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
         self.block.splittable = self.flow.calls.is_empty()
             && self.place.elsewhere == [false; 3]
-            && !line.has_any(b"ST")
-            && line.m.is_empty();
+            && !words.has_any(b"ST")
+            && words.m.is_empty();
         self.block.splittable &= self.corners.next.is_none();
     }
 
@@ -445,8 +441,6 @@ impl<'a, F: Family> Interpreter<'a, F> {
         self.count_doubts();
         self.say_dialect();
         self.out.files = self.flow.files;
-        self.out.set_aside.sort_unstable();
-        self.out.set_aside.dedup();
         self.out.reached = Reached { first: self.flow.at.min(self.program.own_len()), counts: self.flow.counts };
         thread_feeds::keep(self.program, &mut self.out.moves);
         shared_feeds::number(&mut self.out.moves, &self.cycles.driven);

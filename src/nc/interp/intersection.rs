@@ -4,7 +4,7 @@ pub(crate) type Point = [f64; 2];
 
 /// An element of the contour after it was moved aside.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Moved {
+pub(crate) enum OffsetElement {
     /// Through a point, along a unit direction.
     Line(Point, Point),
     /// Centre and radius.
@@ -12,15 +12,16 @@ pub(crate) enum Moved {
 }
 
 /// Where two moved elements meet, nearest to the corner of the contour.
-pub(crate) fn meet(before: Moved, after: Moved, near: Point, corner: Point) -> Option<Point> {
+pub(crate) fn meet(before: OffsetElement, after: OffsetElement, near: Point, corner: Point) -> Option<Point> {
     let candidates = match (before, after) {
-        (Moved::Line(p, u), Moved::Line(q, v)) => {
+        (OffsetElement::Line(p, u), OffsetElement::Line(q, v)) => {
             let sine = cross(u, v);
             let t = cross([q[0] - p[0], q[1] - p[1]], v) / sine;
             if sine == 0.0 { Vec::new() } else { vec![[p[0] + t * u[0], p[1] + t * u[1]]] }
         }
-        (Moved::Line(p, u), Moved::Circle(c, r)) | (Moved::Circle(c, r), Moved::Line(p, u)) => line_circle(p, u, c, r),
-        (Moved::Circle(c, r), Moved::Circle(d, s)) => circles(c, r, d, s),
+        (OffsetElement::Line(p, u), OffsetElement::Circle(c, r))
+        | (OffsetElement::Circle(c, r), OffsetElement::Line(p, u)) => line_circle(p, u, c, r),
+        (OffsetElement::Circle(c, r), OffsetElement::Circle(d, s)) => circles(c, r, d, s),
     };
     let far = |p: &Point| distance(*p, near) + distance(*p, corner);
     candidates.into_iter().min_by(|p, q| far(p).total_cmp(&far(q)))

@@ -13,15 +13,15 @@ const SAME_CODE: u32 = 100;
 
 impl<F: Family> Interpreter<'_, F> {
     /// Diagnoses what could not be read in a block.
-    pub(crate) fn complain(&mut self, line: &Words) {
-        let macro_call = line.has_g(650) || line.has_g(660) || line.has_g(40) || line.has_g(1870);
-        for letter in b"EUVW".iter().filter(|&&letter| line.has(letter) && !macro_call) {
+    pub(crate) fn complain(&mut self, words: &Words) {
+        let macro_call = words.has_g(650) || words.has_g(660) || words.has_g(40) || words.has_g(1870);
+        for letter in b"EUVW".iter().filter(|&&letter| words.has(letter) && !macro_call) {
             let text = format!("{} is not an axis or a word known here", char::from(*letter));
-            let place = line.span(*letter).unwrap_or_default();
+            let place = words.span(*letter).unwrap_or_default();
             self.misread("nc::unknown-word", place, text, "the block is left as it is");
         }
-        self.complain_about_all(&line.bad);
-        if let Some((letter, span)) = line.repeated {
+        self.complain_about_all(&words.bad);
+        if let Some((letter, span)) = words.repeated {
             let text = format!("{} stands twice in the block", char::from(letter));
             self.misread("nc::repeated-word", span, text, "keep one of the words");
         }
@@ -107,7 +107,7 @@ impl<F: Family> Interpreter<'_, F> {
         } else if matches!(found.control, Control::Family(_)) {
             return;
         } else {
-            let text = format!("a program for {} ({}), read as {own}", found.control.name(), found.signs.join(", "));
+            let text = format!("a program for {} ({}), read as {own}", found.control.name(), found.why());
             Diagnostic::new("nc::dialect", Severity::Note, text).help("another dialect is chosen with --dialect")
         };
         self.out.diagnostics.push(diagnostic);

@@ -18,49 +18,49 @@ const SAME_MM: f64 = 1e-9;
 
 impl<F: Family> Interpreter<'_, F> {
     /// The motion of a block: the one it states, or the modal one when it has axis words.
-    pub(crate) fn motion(&mut self, line: &Words, machine: bool, stated: bool) {
+    pub(crate) fn motion(&mut self, words: &Words, machine: bool, stated: bool) {
         let arc = matches!(self.modal.motion, Motion::Clockwise | Motion::CounterClockwise);
         let straight = matches!(self.modal.motion, Motion::Rapid | Motion::Feed);
-        let axes = line.has_any(b"XYZABC")
-            || (arc && line.has_any(b"IJKR"))
+        let axes = words.has_any(b"XYZABC")
+            || (arc && words.has_any(b"IJKR"))
             || (stated && straight)
-            || (stated && line.has(b'R'));
+            || (stated && words.has(b'R'));
         if !axes {
             return;
         }
-        let turned = self.rotary_words(line);
+        let turned = self.rotary_words(words);
         if !machine {
             self.offset_in_use();
         }
         let feeding = matches!(self.modal.motion, Motion::Feed | Motion::Clockwise | Motion::CounterClockwise);
-        self.warn_of_rotary(line, turned, feeding);
-        if feeding && self.modal.feed_mode == FeedMode::InverseTime && !line.has(b'F') {
+        self.warn_of_rotary(words, turned, feeding);
+        if feeding && self.modal.feed_mode == FeedMode::InverseTime && !words.has(b'F') {
             let span = self.flow.source.program().span(self.block.id);
             self.not_understood("nc::inverse-time", span, "with G93 every block needs its own F", "write its F");
         }
         match self.modal.motion {
             Motion::None => {
-                let span = line.span(b'X').or(line.span(b'Y')).or(line.span(b'Z')).unwrap_or_default();
+                let span = words.span(b'X').or(words.span(b'Y')).or(words.span(b'Z')).unwrap_or_default();
                 self.not_understood("nc::no-motion", span, "axis words without a motion in force", "write G0 or G1");
             }
-            _ if machine => self.machine_move(line),
+            _ if machine => self.machine_move(words),
             Motion::Rapid => {
-                let target = self.target(line);
+                let target = self.target(words);
                 self.line_to(MoveKind::Rapid, target);
             }
-            Motion::Feed => self.feed_line(line, turned),
-            Motion::Clockwise | Motion::CounterClockwise => self.arc(line, turned),
-            Motion::Synchronised => self.frozen_line(line, Freeze::Synchronised),
-            Motion::RigidTap => self.rigid_tap(line),
-            Motion::Probe => self.probe(line),
-            Motion::Cycle(code) => self.cycle(line, code),
+            Motion::Feed => self.feed_line(words, turned),
+            Motion::Clockwise | Motion::CounterClockwise => self.arc(words, turned),
+            Motion::Synchronised => self.frozen_line(words, Freeze::Synchronised),
+            Motion::RigidTap => self.rigid_tap(words),
+            Motion::Probe => self.probe(words),
+            Motion::Cycle(code) => self.cycle(words, code),
         }
     }
 
     /// Says once per range that a rotary axis turns in a cut.
-    fn warn_of_rotary(&mut self, line: &Words, turned: bool, feeding: bool) {
+    fn warn_of_rotary(&mut self, words: &Words, turned: bool, feeding: bool) {
         let range = turned && feeding;
-        let span = ROTARY.iter().find_map(|&letter| line.span(letter)).unwrap_or_default();
+        let span = ROTARY.iter().find_map(|&letter| words.span(letter)).unwrap_or_default();
         if range && !self.rotary.in_cut {
             let text = "a rotary axis turns in this motion: feeds are kept until it rests";
             self.say("nc::rotary", Severity::Warning, span, text, "");
@@ -68,9 +68,9 @@ impl<F: Family> Interpreter<'_, F> {
         self.rotary.in_cut = range;
     }
 
-    fn feed_line(&mut self, line: &Words, turned: bool) {
+    fn feed_line(&mut self, words: &Words, turned: bool) {
         self.freeze_feed(turned);
-        let target = self.target(line);
+        let target = self.target(words);
         self.line_to(MoveKind::Feed, target);
     }
 
@@ -85,35 +85,35 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// G33.1 taps and comes back to where it began, the spindle turning the other way.
-    fn rigid_tap(&mut self, line: &Words) {
+    fn rigid_tap(&mut self, words: &Words) {
         let (start, turning) = (self.place.programmed, self.modal.turning);
-        self.frozen_line(line, Freeze::Synchronised);
+        self.frozen_line(words, Freeze::Synchronised);
         self.turn(-turning);
         self.line_to(MoveKind::Feed, start);
         self.turn(turning);
     }
 
     /// A probing move ends where it touches: its axes may be anywhere on the way.
-    fn probe(&mut self, line: &Words) {
-        self.frozen_line(line, Freeze::Probe);
+    fn probe(&mut self, words: &Words) {
+        self.frozen_line(words, Freeze::Probe);
         self.place.probed = true;
         for (axis, letter) in AXES.into_iter().enumerate() {
-            self.place.elsewhere[axis] |= line.has(letter);
+            self.place.elsewhere[axis] |= words.has(letter);
         }
     }
 
-    fn frozen_line(&mut self, line: &Words, why: Freeze) {
+    fn frozen_line(&mut self, words: &Words, why: Freeze) {
         self.block.freeze = Some(why);
-        let target = self.target(line);
+        let target = self.target(words);
         self.line_to(MoveKind::Feed, target);
     }
 
     /// Takes A, B, C in; true when one of them turns.
-    fn rotary_words(&mut self, line: &Words) -> bool {
+    fn rotary_words(&mut self, words: &Words) -> bool {
         let mut turned = false;
-        let Some(place) = ROTARY.iter().find_map(|&letter| line.span(letter)) else { return false };
+        let Some(place) = ROTARY.iter().find_map(|&letter| words.span(letter)) else { return false };
         for (axis, letter) in ROTARY.into_iter().enumerate() {
-            if let Some(value) = line.get(letter) {
+            if let Some(value) = words.get(letter) {
                 let to = if self.modal.incremental { self.rotary.at[axis] + value } else { value };
                 turned |= to != self.rotary.at[axis];
                 self.rotary.at[axis] = to;
@@ -123,16 +123,16 @@ impl<F: Family> Interpreter<'_, F> {
         if self.rotary.at != [0.0; 3] || self.rotary.zero_lost {
             self.doubt(Doubt::RotaryAxis, place);
         } else {
-            self.certain(Doubt::RotaryAxis);
+            self.settle(Doubt::RotaryAxis);
         }
         turned
     }
 
     /// A rotary axis goes to its reference point: at which angle of the part that is, is not known until it is commanded to an
     /// absolute one.
-    pub(crate) fn rotary_home(&mut self, line: &Words) {
+    pub(crate) fn rotary_home(&mut self, words: &Words) {
         for (axis, letter) in ROTARY.into_iter().enumerate() {
-            if let Some(place) = line.span(letter) {
+            if let Some(place) = words.span(letter) {
                 self.rotary.at[axis] = f64::NAN;
                 self.doubt(Doubt::RotaryAxis, place);
             }
@@ -140,13 +140,13 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// Programmed end point of the block, mm.
-    pub(crate) fn target(&mut self, line: &Words) -> Vec3 {
+    pub(crate) fn target(&mut self, words: &Words) -> Vec3 {
         let unit = self.modal.unit_mm();
         let mut target = self.place.programmed;
         for (axis, letter) in AXES.into_iter().enumerate() {
-            let Some(value) = line.get(letter) else { continue };
+            let Some(value) = words.get(letter) else { continue };
             let incremental =
-                if self.modal.incremental { !line.is_absolute(letter) } else { line.is_incremental(letter) };
+                if self.modal.incremental { !words.is_absolute(letter) } else { words.is_incremental(letter) };
             if !self.place.known[axis] {
                 self.place.known[axis] = true;
                 self.block.splittable = false;
@@ -157,19 +157,19 @@ impl<F: Family> Interpreter<'_, F> {
             }
             target[axis] = if incremental { target[axis] + value * unit } else { value * unit };
         }
-        if self.modal.polar.is_some() { self.polar_target(line, target) } else { target }
+        if self.modal.polar.is_some() { self.polar_target(words, target) } else { target }
     }
 
     /// G16: the first axis of the plane is a radius about the zero (about the position with G91), the second an angle.
-    fn polar_target(&mut self, line: &Words, mut target: Vec3) -> Vec3 {
+    fn polar_target(&mut self, words: &Words, mut target: Vec3) -> Vec3 {
         let (a, b, _) = self.modal.plane.axes();
         let (mut radius, mut angle) = self.modal.polar.unwrap_or_default();
-        if !line.has(AXES[a]) && !line.has(AXES[b]) {
+        if !words.has(AXES[a]) && !words.has(AXES[b]) {
             return target;
         }
         let increment = |value: f64, before: f64| if self.modal.incremental { before + value } else { value };
-        radius = line.get(AXES[a]).map_or(radius, |value| value * self.modal.unit_mm());
-        angle = line.get(AXES[b]).map_or(angle, |value| increment(value.to_radians(), angle));
+        radius = words.get(AXES[a]).map_or(radius, |value| value * self.modal.unit_mm());
+        angle = words.get(AXES[b]).map_or(angle, |value| increment(value.to_radians(), angle));
         self.modal.polar = Some((radius, angle));
         let centre =
             if self.modal.incremental { [self.place.programmed[a], self.place.programmed[b]] } else { [0.0; 2] };
@@ -184,7 +184,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.place.tool = self.frame.apply(self.place.programmed);
     }
 
-    fn machine_move(&mut self, line: &Words) {
+    fn machine_move(&mut self, words: &Words) {
         F::before_motion(self, MoveKind::Rapid, None);
         let unit = self.modal.unit_mm();
         let origin = self.env.origin(self.modal.wcs);
@@ -192,7 +192,7 @@ impl<F: Family> Interpreter<'_, F> {
         let mut to =
             if self.compensation.active.is_none() { self.frame.apply(self.place.programmed) } else { self.place.tool };
         for (axis, letter) in AXES.into_iter().enumerate() {
-            let Some(value) = line.get(letter) else { continue };
+            let Some(value) = words.get(letter) else { continue };
             if self.env.home_mm.is_some() {
                 to[axis] = value * unit - origin[axis];
             } else if axis == 2 {

@@ -4,7 +4,7 @@
 use super::flow::Source;
 use super::interpreter::{Family, Interpreter};
 use super::state::After;
-use super::unroll::{Noted, Plain, Record};
+use super::unroll::{Executed, Plain, Record};
 use super::words::Words;
 use crate::diag::Span;
 use crate::ids::BlockId;
@@ -17,51 +17,52 @@ impl<F: Family> Interpreter<'_, F> {
             return;
         }
         let name = F::variable_name(number);
-        self.in_the_way(&format!("{name}, which the program does not set,"), Some(place));
+        self.cannot_unroll(&format!("{name}, which the program does not set,"), Some(place));
     }
 
-    /// An assignment to a variable of the control's own does something, and would be left out.
+    /// An assignment to a variable that outlasts the program, or is the control's own, does something and would be left out.
     pub(crate) fn sets_the_control(&mut self, number: u32) {
         if number >= self.dialect().lasting_variables_from && self.record.is_some() {
-            self.in_the_way(&format!("#{number}, which belongs to the control,"), None);
+            self.cannot_unroll(&format!("setting #{number}, which outlasts the program in the control,"), None);
         }
     }
 
     /// Something of the block that is executed has no plain form.
-    pub(crate) fn in_the_way(&mut self, what: &str, place: Option<Span>) {
+    pub(crate) fn cannot_unroll(&mut self, what: &str, place: Option<Span>) {
         let Some(mut record) = self.record.take() else { return };
         let (source, block) = (self.flow.source.clone(), self.block.id);
-        record.stand_there(what, source.program(), block, matches!(source, Source::Main(_)), place);
+        record.note_obstacle_at(what, source.program(), block, matches!(source, Source::Main(_)), place);
         self.record = Some(record);
     }
 
     /// Notes down the block that is executed now, as it was read from `source`; `own`: in no subprogram.
-    pub(crate) fn note_down(&mut self, source: &Source<'_>, own: bool, block: BlockId, line: &Words, after: After) {
+    pub(crate) fn note_down(&mut self, source: &Source<'_>, own: bool, block: BlockId, words: &Words, after: After) {
         let program = source.program();
         let main = matches!(source, Source::Main(_));
         let Some(mut record) = self.record.take() else { return };
         if main {
-            record.note_feed(line);
+            record.note_feed(words);
         }
-        let noted = Noted { program, block, line, own, main, family: &self.family, parameters: &self.parameters };
-        F::obstacles(&noted, &mut record);
+        let executed =
+            Executed { program, block, words, own, main, family: &self.family, parameters: &self.parameters };
+        F::obstacles(&executed, &mut record);
         if after == After::Done {
             if !record.began {
                 F::head(&mut record, program.line_text(block));
             }
-        } else if !F::steers_when_unrolled(&noted, &mut record) {
-            write_block(&noted, &mut record);
+        } else if !F::steers_when_unrolled(&executed, &mut record) {
+            write_block(&executed, &mut record);
         }
         self.record = Some(record);
     }
 }
 
 /// Writes a block.
-fn write_block<F: Family>(noted: &Noted<'_, F>, record: &mut Record) {
-    let text = noted.program.text();
+fn write_block<F: Family>(executed: &Executed<'_, F>, record: &mut Record) {
+    let text = executed.program.text();
     let (mut out, mut code, mut had_code, mut dropped) = (Vec::new(), false, false, false);
     let mut blank: Option<u32> = None;
-    for token in noted.program.tokens(noted.block) {
+    for token in executed.program.tokens(executed.block) {
         let bytes = token.span.of(text);
         match token.kind {
             TokenKind::Blank => {
@@ -69,16 +70,16 @@ fn write_block<F: Family>(noted: &Noted<'_, F>, record: &mut Record) {
                 continue;
             }
             TokenKind::LineEnd => {}
-            TokenKind::Comment => had_code |= F::acts_on(noted.program, bytes),
+            TokenKind::Comment => had_code |= F::acts_on(executed.program, bytes),
             _ => had_code = true,
         }
-        let plain = F::plain(noted, &token, record);
+        let plain = F::plain(executed, &token, record);
         let written = match &plain {
             Plain::Same => Some(bytes),
             Plain::Text(text) => Some(text.as_slice()),
             Plain::Dropped => None,
             Plain::Unknown(what) => {
-                record.stand_in_the_way(what, noted.program, noted.block, noted.main);
+                record.note_obstacle(what, executed.program, executed.block, executed.main);
                 None
             }
         };
@@ -89,7 +90,7 @@ fn write_block<F: Family>(noted: &Noted<'_, F>, record: &mut Record) {
             out.extend_from_slice(written);
             let comment = token.kind == TokenKind::Comment;
             code |= !comment && token.kind != TokenKind::LineEnd;
-            code |= comment && F::acts_on(noted.program, bytes);
+            code |= comment && F::acts_on(executed.program, bytes);
         }
         dropped |= written.is_none();
         blank = None;

@@ -13,9 +13,9 @@ const AGREES_MM: f64 = 0.005;
 
 impl<F: Family> Interpreter<'_, F> {
     /// G54–G59, G59.1–G59.3 (590 + n), G54.1 P (Fanuc), G154 P (Haas): the machine stays, its coordinates change.
-    pub(crate) fn select_wcs(&mut self, code: u16, line: &Words) {
+    pub(crate) fn select_wcs(&mut self, code: u16, words: &Words) {
         let wcs = match code {
-            541 | 1540 => 100 + line.get(b'P').unwrap_or(1.0).clamp(1.0, 300.0) as u16,
+            541 | 1540 => 100 + words.get(b'P').unwrap_or(1.0).clamp(1.0, 300.0) as u16,
             591..=593 => 59 + (code - 590),
             _ => code / 10,
         };
@@ -45,7 +45,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.offsets.last = wcs;
         let given = |wcs: u16| self.env.origins.iter().any(|(number, _)| *number == wcs);
         if wcs == first {
-            self.certain(Doubt::WorkOffset);
+            self.settle(Doubt::WorkOffset);
         } else if !given(first) || !given(wcs) {
             self.doubt(Doubt::WorkOffset, self.flow.source.program().span(self.block.id));
         }
@@ -53,10 +53,10 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// The program sets the zero where the tool stands, and that is not known: the part is taken to be where the setup has
     /// it, so that the tool stands at what is programmed.
-    fn stand_at(&mut self, words: [Option<f64>; 3]) {
+    fn stand_at(&mut self, axis_words: [Option<f64>; 3]) {
         let mut at = self.frame.invert(self.place.tool);
         for axis in (0..3).filter(|&axis| self.place.is_open(axis)) {
-            at[axis] = words[axis].unwrap_or(at[axis]);
+            at[axis] = axis_words[axis].unwrap_or(at[axis]);
         }
         self.place.tool = self.frame.apply(at);
         let why = if self.place.probed { Doubt::Probe } else { Doubt::ZeroShift };
@@ -73,24 +73,24 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    fn words_mm(&self, line: &Words) -> [Option<f64>; 3] {
-        AXES.map(|axis| line.get(axis).map(|value| value * self.modal.unit_mm()))
+    fn words_mm(&self, words: &Words) -> [Option<f64>; 3] {
+        AXES.map(|axis| words.get(axis).map(|value| value * self.modal.unit_mm()))
     }
 
     /// G10, G52, G92 and its variants.
-    pub(crate) fn offset(&mut self, line: &Words, code: u16) {
-        let words = self.words_mm(line);
-        if line.has_any(b"ABC") && self.rotary.at != [0.0; 3] {
+    pub(crate) fn offset(&mut self, words: &Words, code: u16) {
+        let axis_words = self.words_mm(words);
+        if words.has_any(b"ABC") && self.rotary.at != [0.0; 3] {
             self.rotary.zero_lost = true;
         }
         match code {
-            520 => set(&mut self.frame.local, words),
+            520 => set(&mut self.frame.local, axis_words),
             920 => {
-                if (0..3).any(|axis| words[axis].is_some() && self.place.is_open(axis)) {
-                    self.stand_at(words);
+                if (0..3).any(|axis| axis_words[axis].is_some() && self.place.is_open(axis)) {
+                    self.stand_at(axis_words);
                 }
                 let rest = self.frame.invert(self.place.tool);
-                for (axis, word) in words.iter().enumerate() {
+                for (axis, word) in axis_words.iter().enumerate() {
                     if let Some(value) = word {
                         self.frame.g92[axis] += rest[axis] - value;
                         (self.place.known[axis], self.place.elsewhere[axis]) = (true, false);
@@ -101,39 +101,39 @@ impl<F: Family> Interpreter<'_, F> {
             921 => (self.frame.g92, self.frame.g92_aside) = (Vec3::zeros(), Vec3::zeros()),
             922 => self.frame.g92 = Vec3::zeros(),
             923 => self.frame.g92 = self.frame.g92_aside,
-            680 => self.rotate(line, words),
+            680 => self.rotate(words, axis_words),
             690 => {
                 self.frame.rotation = None;
-                self.find_frame();
+                self.regain_frame();
             }
-            510 => self.scale(line, words),
-            511 => self.mirror(words, -1.0),
-            501 => self.mirror(words, 1.0),
+            510 => self.scale(words, axis_words),
+            511 => self.mirror(axis_words, -1.0),
+            501 => self.mirror(axis_words, 1.0),
             500 => self.frame.scale = None,
-            _ => self.g10(line, words),
+            _ => self.g10(words, axis_words),
         }
         self.reframe();
     }
 
     /// G68: turns the coordinates about a point of the plane (where the tool is, if none is named).
-    fn rotate(&mut self, line: &Words, words: [Option<f64>; 3]) {
+    fn rotate(&mut self, words: &Words, axis_words: [Option<f64>; 3]) {
         let plane = self.modal.plane;
         let (a, b, _) = plane.axes();
         let mut centre = self.place.programmed;
         for axis in [a, b] {
-            centre[axis] = words[axis].unwrap_or(centre[axis]);
+            centre[axis] = axis_words[axis].unwrap_or(centre[axis]);
         }
-        let degrees = line.get(b'R').unwrap_or(0.0);
+        let degrees = words.get(b'R').unwrap_or(0.0);
         let before = self.frame.rotation.map_or(0.0, |(_, _, angle)| if self.modal.incremental { angle } else { 0.0 });
         self.frame.rotation = Some((plane, centre, before + degrees.to_radians()));
     }
 
     /// G51: scales about a point, by P (in thousandths on a Fanuc when it has no decimal point) or by I, J, K.
-    fn scale(&mut self, line: &Words, words: [Option<f64>; 3]) {
-        let centre = Vec3::from_fn(|axis, _| words[axis].unwrap_or(0.0));
+    fn scale(&mut self, words: &Words, axis_words: [Option<f64>; 3]) {
+        let centre = Vec3::from_fn(|axis, _| axis_words[axis].unwrap_or(0.0));
         let factor = |letter: u8| {
-            let value = line.get(letter)?;
-            let text = line.span(letter).unwrap_or_default().of(self.flow.source.program().text());
+            let value = words.get(letter)?;
+            let text = words.span(letter).unwrap_or_default().of(self.flow.source.program().text());
             let thousandths = self.dialect().scales_in_thousandths && !text.contains(&b'.');
             Some(if thousandths { value * 1e-3 } else { value }).filter(|value| *value != 0.0)
         };
@@ -143,9 +143,9 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// G51.1, G50.1: mirrors the named axes about the named point, or stops it.
-    fn mirror(&mut self, words: [Option<f64>; 3], sign: f64) {
+    fn mirror(&mut self, axis_words: [Option<f64>; 3], sign: f64) {
         let (mut centre, mut factor) = self.frame.scale.unwrap_or((Vec3::zeros(), Vec3::repeat(1.0)));
-        for (axis, word) in words.into_iter().enumerate() {
+        for (axis, word) in axis_words.into_iter().enumerate() {
             if let Some(at) = word {
                 centre[axis] = at;
                 factor[axis] = sign * factor[axis].abs();
@@ -154,10 +154,10 @@ impl<F: Family> Interpreter<'_, F> {
         self.frame.scale = Some((centre, factor));
     }
 
-    fn g10(&mut self, line: &Words, words: [Option<f64>; 3]) {
-        let place = line.g.first().map_or_else(Default::default, |g| g.1);
-        let level = line.get(b'L').unwrap_or(0.0);
-        if let (13.0, Some(number), Some(value)) = (level, line.get(b'P'), line.get(b'R')) {
+    fn g10(&mut self, words: &Words, axis_words: [Option<f64>; 3]) {
+        let place = words.g.first().map_or_else(Default::default, |g| g.1);
+        let level = words.get(b'L').unwrap_or(0.0);
+        if let (13.0, Some(number), Some(value)) = (level, words.get(b'P'), words.get(b'R')) {
             let (number, value) = (number.max(0.0) as u32, value * self.modal.unit_mm());
             let known = |table: &[(u32, f64)]| table.iter().rfind(|(d, _)| *d == number).map(|(_, wear)| *wear);
             let before = known(&self.compensation.wear_set).or_else(|| known(&self.env.wear_mm)).unwrap_or(0.0);
@@ -168,15 +168,15 @@ impl<F: Family> Interpreter<'_, F> {
             self.say("nc::g10", Severity::Note, place, "this G10 does not move the tool here", "");
             return;
         }
-        let number = line.get(b'P').unwrap_or(0.0) as u16;
+        let number = words.get(b'P').unwrap_or(0.0) as u16;
         let wcs = if number == 0 { self.modal.wcs } else { 53 + number };
         let known = self.env.origins.iter().any(|(number, _)| *number == wcs);
-        if level == 20.0 && (0..3).any(|axis| words[axis].is_some() && self.place.is_open(axis)) {
-            self.stand_at(words);
+        if level == 20.0 && (0..3).any(|axis| axis_words[axis].is_some() && self.place.is_open(axis)) {
+            self.stand_at(axis_words);
         }
         let mut change = self.frame.change_of(wcs);
         let origin = self.env.origin(wcs);
-        for (axis, word) in words.iter().enumerate() {
+        for (axis, word) in axis_words.iter().enumerate() {
             let Some(value) = word else { continue };
             change[axis] = if level == 20.0 {
                 self.place.tool[axis] - self.frame.g92[axis] - self.frame.local[axis] - value
@@ -186,7 +186,7 @@ impl<F: Family> Interpreter<'_, F> {
                 value - origin[axis]
             };
         }
-        let agrees = |axis: usize| words[axis].is_none_or(|value| (value - origin[axis]).abs() <= AGREES_MM);
+        let agrees = |axis: usize| axis_words[axis].is_none_or(|value| (value - origin[axis]).abs() <= AGREES_MM);
         self.offsets.unstated.retain(|number| *number != wcs);
         if level == 2.0 && !self.modal.incremental && !(known && (0..3).all(agrees)) {
             self.offsets.unstated.push(wcs);
@@ -197,16 +197,19 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// G28, G30: through a point on the way to the reference point, in the axes that are named (all, if none is).
-    pub(crate) fn home(&mut self, line: &Words) {
-        let words = self.words_mm(line);
-        let turns = line.has_any(b"ABC");
-        let named =
-            if turns || words.iter().any(Option::is_some) { words.map(|word| word.is_some()) } else { [true; 3] };
+    pub(crate) fn home(&mut self, words: &Words) {
+        let axis_words = self.words_mm(words);
+        let turns = words.has_any(b"ABC");
+        let named = if turns || axis_words.iter().any(Option::is_some) {
+            axis_words.map(|word| word.is_some())
+        } else {
+            [true; 3]
+        };
         if turns {
-            self.rotary_home(line);
+            self.rotary_home(words);
         }
-        if words.iter().any(Option::is_some) {
-            let target = self.target(line);
+        if axis_words.iter().any(Option::is_some) {
+            let target = self.target(words);
             self.line_to(MoveKind::Rapid, target);
         }
         let mut to = self.place.tool;
@@ -226,8 +229,8 @@ impl<F: Family> Interpreter<'_, F> {
     }
 }
 
-fn set(shift: &mut Vec3, words: [Option<f64>; 3]) {
-    for (axis, word) in words.into_iter().enumerate() {
+fn set(shift: &mut Vec3, axis_words: [Option<f64>; 3]) {
+    for (axis, word) in axis_words.into_iter().enumerate() {
         if let Some(value) = word {
             shift[axis] = value;
         }

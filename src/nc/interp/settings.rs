@@ -12,60 +12,60 @@ use crate::units::rps_from_rpm;
 
 impl<F: Family> Interpreter<'_, F> {
     /// Executes the words of a block in the order a control does.
-    pub(crate) fn execute(&mut self, line: &Words) {
+    pub(crate) fn execute(&mut self, words: &Words) {
         let mut action = Action::Move;
         let mut stated = false;
         let path_mode = self.modal.path_mode;
         let unit_before = self.modal.unit_mm();
         let before = self.modal;
-        for &(code, span) in &line.g {
-            self.setting(code, span, line, &mut action, &mut stated);
+        for &(code, span) in &words.g {
+            self.setting(code, span, words, &mut action, &mut stated);
         }
         if self.block.misread.is_some() {
             self.modal = Modal { wcs: self.modal.wcs, ..before };
             return;
         }
-        if line.g.is_empty() && self.sets_the_firmware(line) {
+        if words.g.is_empty() && self.sets_the_firmware(words) {
             action = Action::Keep;
         }
-        if F::takes_all_words(self, line) {
+        if F::takes_all_words(self, words) {
             return;
         }
         if !matches!(self.modal.motion, Motion::Cycle(_)) {
             self.cycles.modal = None;
         }
-        if let Some(value) = line.get(b'F')
+        if let Some(value) = words.get(b'F')
             && action != Action::Dwell
         {
-            self.feed_word(value, line, unit_before);
+            self.feed_word(value, words, unit_before);
         }
-        self.speed_and_tool(line);
+        self.speed_and_tool(words);
         if F::calls_after_motions(self) {
             self.block.freeze = self.block.freeze.or(Some(Freeze::Cycle));
         }
         match action {
             Action::Move | Action::Machine => {
-                self.motion(line, action == Action::Machine, stated);
+                self.motion(words, action == Action::Machine, stated);
             }
-            Action::Home => self.home(line),
-            Action::Offset(code) => self.offset(line, code),
-            Action::Dwell => self.dwell(line),
+            Action::Home => self.home(words),
+            Action::Offset(code) => self.offset(words, code),
+            Action::Dwell => self.dwell(words),
             Action::Keep => {}
         }
-        F::after_motion(self, line, matches!(action, Action::Move | Action::Machine));
-        if line.has_g(90) {
+        F::after_motion(self, words, matches!(action, Action::Move | Action::Machine));
+        if words.has_g(90) {
             self.modal.path_mode = path_mode;
         }
-        if line.has_g(630) && self.modal.motion == Motion::Synchronised {
+        if words.has_g(630) && self.modal.motion == Motion::Synchronised {
             self.modal.motion = before.motion;
         }
         self.corners.now = self.corners.next.take().or(self.corners.now.take());
-        self.stops(line);
-        F::after_block(self, line);
+        self.stops(words);
+        F::after_block(self, words);
     }
 
-    fn setting(&mut self, code: u16, span: Span, line: &Words, action: &mut Action, stated: &mut bool) {
-        match F::setting(self, code, span, line) {
+    fn setting(&mut self, code: u16, span: Span, words: &Words, action: &mut Action, stated: &mut bool) {
+        match F::setting(self, code, span, words) {
             Setting::AsEverywhere => {}
             Setting::Done => return,
             Setting::Machine => return *action = Action::Machine,
@@ -86,7 +86,7 @@ impl<F: Family> Interpreter<'_, F> {
             30 => motion(Motion::CounterClockwise),
             320 | 330 => motion(Motion::Synchronised),
             331 => motion(Motion::RigidTap),
-            630 => self.tapping_mode(line),
+            630 => self.tapping_mode(words),
             310 | 380..=385 => motion(Motion::Probe),
             730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => motion(Motion::Cycle(code)),
             // Rigid tapping, right and left hand, in the format of Fanuc series 10/11.
@@ -106,12 +106,12 @@ impl<F: Family> Interpreter<'_, F> {
             530 => *action = Action::Machine,
             100 | 520 | 920..=923 | 680 | 690 | 510 | 511 | 500 | 501 => *action = Action::Offset(code),
             281 | 301 => *action = Action::Keep,
-            540 | 541 | 550 | 560 | 570 | 580 | 590..=593 | 1540 => self.select_wcs(code, line),
+            540 | 541 | 550 | 560 | 570 | 580 | 590..=593 | 1540 => self.select_wcs(code, words),
             610 => (modal.path_mode, modal.tapping) = (PathMode::ExactPath, false),
             620 => modal.tapping = false,
             90 | 611 => modal.path_mode = PathMode::ExactStop,
             640 => {
-                let tolerance = line.get(b'P').map(|p| p * modal.unit_mm());
+                let tolerance = words.get(b'P').map(|p| p * modal.unit_mm());
                 modal.tapping = false;
                 modal.path_mode = tolerance.map_or(PathMode::Continuous, PathMode::Tolerance);
             }
@@ -120,14 +120,14 @@ impl<F: Family> Interpreter<'_, F> {
             930 => self.feed_mode(FeedMode::InverseTime),
             940 => self.feed_mode(FeedMode::PerMinute),
             950 => self.feed_mode(FeedMode::PerRev),
-            400 => self.switch_compensation(0.0, false, line, span),
-            410 | 411 => self.switch_compensation(1.0, code == 411, line, span),
-            420 | 421 => self.switch_compensation(-1.0, code == 421, line, span),
+            400 => self.switch_compensation(0.0, false, words, span),
+            410 | 411 => self.switch_compensation(1.0, code == 411, words, span),
+            420 | 421 => self.switch_compensation(-1.0, code == 421, words, span),
             150 => self.modal.polar = None,
             160 => self.modal.polar = self.modal.polar.or(Some((0.0, 0.0))),
             70 => self.refuse_lathe(span, "G7 (diameter mode)"),
             80 if dialect.g8_is_for_lathes => self.refuse_lathe(span, "G8 (radius mode)"),
-            50 | 51 if looks_ahead(line) && !dialect.g8_is_for_lathes => {}
+            50 | 51 if looks_ahead(words) && !dialect.g8_is_for_lathes => {}
             120 | 130 => {
                 *action = Action::Keep;
                 let text = "the circular pocket is kept, not simulated";
@@ -138,12 +138,12 @@ impl<F: Family> Interpreter<'_, F> {
                 self.lose_frame(span, "a tilted plane", "G69 ends it");
             }
             121 | 1070 | 1120 => self.lose_frame(span, "cylindrical or polar interpolation", "its own code ends it"),
-            131 | 1130 => self.find_frame(),
+            131 | 1130 => self.regain_frame(),
             // Tool centre point control, and the offset that turns with the table (Haas G254).
             434 | 435 | 2340 | 2540 => self.doubt(Doubt::TiltedFrame, span),
             430 | 440 | 490 | 2550 => {
                 if !self.frame.lost {
-                    self.certain(Doubt::TiltedFrame);
+                    self.settle(Doubt::TiltedFrame);
                 }
             }
             80 | 110 | 431 | 432 | 531 | 960 | 970 | 1030 | 1870 => {}
@@ -156,10 +156,10 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// G63 with a motion of its own is one tapping stroke (Siemens); for the others it is a mode until G61, G62 or G64.
-    fn tapping_mode(&mut self, line: &Words) {
+    fn tapping_mode(&mut self, words: &Words) {
         self.modal.tapping = self.dialect().g63_is_modal;
-        let own = line.g.iter().any(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
-        if !own && line.has_any(b"XYZ") {
+        let own = words.g.iter().any(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
+        if !own && words.has_any(b"XYZ") {
             self.modal.motion = Motion::Synchronised;
         }
     }
@@ -178,13 +178,13 @@ impl<F: Family> Interpreter<'_, F> {
         self.frame.lost = true;
     }
 
-    /// The frame that was not followed has ended.
-    pub(crate) fn find_frame(&mut self) {
+    /// The frame that is not followed has ended: the coordinates are known again.
+    pub(crate) fn regain_frame(&mut self) {
         self.frame.lost = false;
-        self.certain(Doubt::TiltedFrame);
+        self.settle(Doubt::TiltedFrame);
     }
 
-    /// Something puts a frame in force that is not followed: feeds are kept until it ends.
+    /// `what` turns or bends the coordinates in a way that is not followed: feeds are kept until it ends.
     pub(crate) fn lose_frame(&mut self, place: Span, what: &str, help: &str) {
         self.frame.lost = true;
         self.doubt(Doubt::TiltedFrame, place);
@@ -200,15 +200,15 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// LinuxCNC takes F in before it changes the unit of length, the others after.
-    pub(crate) fn feed_word(&mut self, value: f64, line: &Words, unit_before: f64) {
+    pub(crate) fn feed_word(&mut self, value: f64, words: &Words, unit_before: f64) {
         let early = self.dialect().feed_before_unit;
         let unit = match self.modal.feed_mode {
             FeedMode::InverseTime => 1.0,
             _ if early => unit_before,
             _ => self.modal.unit_mm(),
         };
-        let computed = line.is_computed(b'F');
-        let span = line.span(b'F').unwrap_or_default();
+        let computed = words.is_computed(b'F');
+        let span = words.span(b'F').unwrap_or_default();
         if value <= 0.0 {
             self.say("nc::feed-not-positive", Severity::Warning, span, "the feed is not positive", "write one above 0");
         }
@@ -219,25 +219,25 @@ impl<F: Family> Interpreter<'_, F> {
         self.modal.feed = FeedWord { value: value.max(0.0) * unit, word, computed: word.is_none() };
     }
 
-    fn speed_and_tool(&mut self, line: &Words) {
+    fn speed_and_tool(&mut self, words: &Words) {
         let before = self.modal.spin();
-        if let Some(rpm) = line.get(b'S') {
+        if let Some(rpm) = words.get(b'S') {
             self.modal.speed_rps = rps_from_rpm(rpm.abs());
         }
-        if let Some(number) = line.get(b'T') {
+        if let Some(number) = words.get(b'T') {
             self.modal.next_tool = number.clamp(0.0, f64::from(u32::MAX)) as u32;
             if self.spindle.t_changes_tool {
                 self.change_tool();
             }
         }
-        for &(code, _) in &line.m {
+        for &(code, _) in &words.m {
             match code {
                 30 => self.modal.turning = 1,
                 40 => self.modal.turning = -1,
-                610 => self.modal.tool = line.get(b'Q').map_or(self.modal.tool, |q| q.max(0.0) as u32),
+                610 => self.modal.tool = words.get(b'Q').map_or(self.modal.tool, |q| q.max(0.0) as u32),
                 50 => self.modal.turning = 0,
                 60 => {
-                    if !line.has_m(30) && !line.has_m(40) {
+                    if !words.has_m(30) && !words.has_m(40) {
                         self.modal.turning = 0;
                     }
                     self.change_tool();
@@ -245,7 +245,7 @@ impl<F: Family> Interpreter<'_, F> {
                 _ => {}
             }
         }
-        self.take_speed_of_setup(line);
+        self.take_speed_of_setup(words);
         let spin = self.modal.spin();
         if spin != before {
             self.event(Event::Spindle { spin, line: self.line_number() });
@@ -254,8 +254,8 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Where the program has set no S so far, the speed is what the setup gives for the tool; and where nothing in the program
     /// switches the spindle, somebody did by hand.
-    fn take_speed_of_setup(&mut self, line: &Words) {
-        self.spindle.speed_said |= line.has(b'S');
+    fn take_speed_of_setup(&mut self, words: &Words) {
+        self.spindle.speed_said |= words.has(b'S');
         if self.spindle.speed_said || self.env.speeds_rps.is_empty() {
             return;
         }
@@ -289,32 +289,32 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// `M92 X100`, `M203 X5000`: steps, speeds, accelerations of a firmware; its words are no positions (marlinfw.org, G-code
     /// index: M92, M201, M203–M206, M211, M566, M665, M666, M851, M906). No control of the other families has these with axis words.
-    fn sets_the_firmware(&self, line: &Words) -> bool {
+    fn sets_the_firmware(&self, words: &Words) -> bool {
         const SETTINGS: [u16; 12] = [920, 2010, 2030, 2040, 2050, 2060, 2110, 5660, 6650, 6660, 8510, 9060];
-        self.dialect().settings_by_m && line.m.iter().any(|m| SETTINGS.contains(&m.0))
+        self.dialect().settings_by_m && words.m.iter().any(|m| SETTINGS.contains(&m.0))
     }
 
     /// The same, where the control may well be such a firmware.
-    fn firmware_speaks(&self, line: &Words) -> bool {
-        self.dialect().firmware && self.sets_the_firmware(line)
+    fn firmware_speaks(&self, words: &Words) -> bool {
+        self.dialect().firmware && self.sets_the_firmware(words)
     }
 
-    fn dwell(&mut self, line: &Words) {
-        let long = self.dwell_seconds(line, b'P').or(line.get(b'X')).or(line.get(b'U')).or(line.get(b'F'));
+    fn dwell(&mut self, words: &Words) {
+        let long = self.dwell_seconds(words, b'P').or(words.get(b'X')).or(words.get(b'U')).or(words.get(b'F'));
         let seconds = long.unwrap_or(0.0).max(0.0);
         self.event(Event::Dwell { seconds, line: self.line_number() });
     }
 
     /// A dwell word in s: Fanuc and Haas count ms where there is no decimal point.
-    pub(crate) fn dwell_seconds(&self, line: &Words, letter: u8) -> Option<f64> {
-        let value = line.get(letter)?;
+    pub(crate) fn dwell_seconds(&self, words: &Words, letter: u8) -> Option<f64> {
+        let value = words.get(letter)?;
         let counts_ms = self.dialect().counts_increments;
-        let text = line.span(letter).unwrap_or_default().of(self.flow.source.program().text());
+        let text = words.span(letter).unwrap_or_default().of(self.flow.source.program().text());
         Some(if counts_ms && !text.contains(&b'.') { value * 1e-3 } else { value }.max(0.0))
     }
 
-    pub(crate) fn stops(&mut self, line: &Words) {
-        for &(code, place) in &line.m {
+    pub(crate) fn stops(&mut self, words: &Words) {
+        for &(code, place) in &words.m {
             let end = matches!(code, 20 | 300);
             if end || matches!(code, 0 | 10 | 600) {
                 self.event(Event::Stop { line: self.line_number(), end });
@@ -322,7 +322,7 @@ impl<F: Family> Interpreter<'_, F> {
             match code {
                 // M1 is no doubt: with its switch off the control passes it, so that nothing in the program can rely on it.
                 0 | 600 => self.doubt(Doubt::ProgramStop, place),
-                _ if !self.program.dialect().knows_m(code) && !self.firmware_speaks(line) => {
+                _ if !self.program.dialect().knows_m(code) && !self.firmware_speaks(words) => {
                     self.doubt(Doubt::UnknownCode, place);
                 }
                 _ => {}
@@ -345,6 +345,6 @@ impl<F: Family> Interpreter<'_, F> {
 }
 
 /// G5 P10000, G5.1 Q1: the control reads ahead.
-fn looks_ahead(line: &Words) -> bool {
-    !line.has_any(b"XYZ") && line.has_any(b"PQ")
+fn looks_ahead(words: &Words) -> bool {
+    !words.has_any(b"XYZ") && words.has_any(b"PQ")
 }

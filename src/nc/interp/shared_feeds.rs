@@ -1,5 +1,5 @@
-//! Moves made by the same text get one feed: which ones they are. In: the moves, and the F word of each cycle. Out:
-//! [`Move::shared`], the same number for all moves that must have the same feed.
+//! One text, one feed: a block in a loop, or one F word of a cycle, is written once and drives many moves. In: the moves, and the
+//! block whose F word drives each move of a cycle. Out: [`Move::shared`], the same number for all moves of one such text.
 //!
 //! A block executed several times is one text; so is the F word of a drilling cycle repeated at several positions. Where
 //! both meet (a cycle in a subprogram) the groups are joined.

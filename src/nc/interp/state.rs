@@ -1,7 +1,7 @@
 //! What a control remembers from block to block: modes, frame, place, offsets, spindle, compensation, corners, cycles. Data
 //! only; the files beside this one change it. What one family of dialects remembers alone is in its own room.
 
-use super::intersection::{Moved, Point};
+use super::intersection::{OffsetElement, Point};
 use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
@@ -322,8 +322,8 @@ pub struct BlockState {
     pub splittable: bool,
     /// Length of the contour that it programs, mm, where the tool runs beside it: its time is that of this length.
     pub contour_mm: Option<f64>,
-    /// Its assignments, in force once it is read.
-    pub assignments: Vec<(Target, f64)>,
+    /// Its assignments, in force once it is read; `None` makes a variable vacant.
+    pub assignments: Vec<(Target, Option<f64>)>,
 }
 
 /// G41/G42 in force without moving the tool aside.
@@ -372,14 +372,14 @@ pub struct Active {
     /// Where it was switched on: its ordinal in the program.
     pub range: usize,
     /// The element of the contour before the next corner.
-    pub before: Option<Before>,
+    pub before: Option<PreviousElement>,
 }
 
 /// An element of the contour whose end the next corner may still move.
 #[derive(Debug, Clone, Copy)]
-pub struct Before {
+pub struct PreviousElement {
     /// The element, moved aside.
-    pub moved: Moved,
+    pub moved: OffsetElement,
     /// Direction of the contour at its end.
     pub direction: Point,
     /// Its move; those after it only rise or sink.

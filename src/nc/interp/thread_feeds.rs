@@ -1,5 +1,5 @@
-//! Feeds that belong to a pitch though no code says so. In: the moves and the comments. Out: moves frozen as
-//! [`Freeze::Synchronised`].
+//! Feeds that a thread pitch sets although no tapping code stands there: tapping written as G1, thread milling. In: the moves and
+//! the comments. Out: moves frozen as [`Freeze::Synchronised`].
 //!
 //! Tapping written as G1: a straight feed move along Z, at once followed by one back along the same line, and either
 //! the spindle turns the other way on the way back, or on both ways F = P · S with P a pitch of ISO 261 or ASME B1.1. And

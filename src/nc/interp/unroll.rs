@@ -1,4 +1,4 @@
-//! What is noted down to unroll a program: the plain text so far, and what stands in its way. Data only: `note_down.rs` writes
+//! What is executed down to unroll a program: the plain text so far, and what stands in its way. Data only: `note_down.rs` writes
 //! blocks into it, and each family says what becomes of its tokens.
 
 use super::words::Words;
@@ -30,13 +30,13 @@ pub(crate) struct Record {
 }
 
 /// A block that is executed, and what is known of it.
-pub(crate) struct Noted<'a, F> {
+pub(crate) struct Executed<'a, F> {
     /// The text it belongs to.
     pub program: &'a Program,
     /// Which block.
     pub block: BlockId,
     /// Its words.
-    pub line: &'a Words,
+    pub words: &'a Words,
     /// It is executed in no subprogram.
     pub own: bool,
     /// It stands in the main text.
@@ -47,7 +47,7 @@ pub(crate) struct Noted<'a, F> {
     pub parameters: &'a Parameters,
 }
 
-impl<F> Noted<'_, F> {
+impl<F> Executed<'_, F> {
     /// The dialect of the text.
     pub(crate) fn dialect(&self) -> Dialect {
         self.program.dialect()
@@ -58,7 +58,7 @@ impl<F> Noted<'_, F> {
     }
     /// What the expression of a token came to.
     pub(crate) fn result(&self, span: Span) -> Option<f64> {
-        self.line.results.iter().find(|(place, _)| *place == span).map(|(_, value)| *value)
+        self.words.results.iter().find(|(place, _)| *place == span).map(|(_, value)| *value)
     }
 }
 
@@ -76,19 +76,21 @@ pub(crate) enum Plain {
 
 impl Record {
     /// Notes the value of an F word that is an expression.
-    pub(crate) fn note_feed(&mut self, line: &Words) {
-        let (true, Some(span), Some(value)) = (line.is_computed(b'F'), line.span(b'F'), line.get(b'F')) else { return };
+    pub(crate) fn note_feed(&mut self, words: &Words) {
+        let (true, Some(span), Some(value)) = (words.is_computed(b'F'), words.span(b'F'), words.get(b'F')) else {
+            return;
+        };
         match self.feeds.iter_mut().find(|(known, ..)| *known == span) {
             Some((_, before, same)) => *same &= *before == value,
             None => self.feeds.push((span, value, true)),
         }
     }
 
-    pub(crate) fn stand_in_the_way(&mut self, what: &str, program: &Program, block: BlockId, main: bool) {
-        self.stand_there(what, program, block, main, None);
+    pub(crate) fn note_obstacle(&mut self, what: &str, program: &Program, block: BlockId, main: bool) {
+        self.note_obstacle_at(what, program, block, main, None);
     }
 
-    pub(crate) fn stand_there(
+    pub(crate) fn note_obstacle_at(
         &mut self,
         what: &str,
         program: &Program,

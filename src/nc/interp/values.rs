@@ -9,7 +9,8 @@ use crate::nc::expr::{self, ExprError};
 use crate::nc::token::{Token, TokenKind};
 
 impl<F: Family> Interpreter<'_, F> {
-    /// Value of an expression token; `None` with a diagnostic when it has none.
+    /// Value of an expression token; `None` with a diagnostic when it has none, and without one for a word whose variable is known
+    /// to be vacant: the control leaves that word out (Fanuc B-64304EN, Custom macro, Undefined variable).
     pub(crate) fn value(&mut self, token: Token, text: &[u8]) -> Option<f64> {
         let bytes = token.span.of(text);
         let skip = match token.kind {
@@ -20,14 +21,16 @@ impl<F: Family> Interpreter<'_, F> {
         let bytes = bytes[skip..].trim_ascii_start();
         let bytes = bytes.strip_prefix(b"=").unwrap_or(bytes);
         F::before_value(self, bytes);
-        // A condition may well ask whether a local variable is vacant; an axis word with a vacant one is left out by the control.
+        let word = matches!(token.kind, TokenKind::Computed(_));
+        // A condition may well ask whether a local variable is vacant.
         let decides = match token.kind {
             TokenKind::Computed(b'F' | b'N') => u32::MAX,
             TokenKind::Computed(_) => 0,
             _ => *LOCALS.end(),
         };
-        match self.evaluate(token.span, bytes, decides) {
-            Ok(value) => Some(value),
+        match self.evaluate_or_vacant(token.span, bytes, decides) {
+            Ok(value) if word => value,
+            Ok(value) => Some(value.unwrap_or(0.0)),
             Err(error) => {
                 self.bad_expression(token.span, &error);
                 None
@@ -38,12 +41,18 @@ impl<F: Family> Interpreter<'_, F> {
     /// Value of an expression. Where it hangs on a variable that the program did not set, numbered above `decides`, that is a
     /// doubt.
     pub(crate) fn evaluate(&mut self, place: Span, text: &[u8], decides: u32) -> Result<f64, ExprError> {
+        Ok(self.evaluate_or_vacant(place, text, decides)?.unwrap_or(0.0))
+    }
+
+    /// The same; `None`: it is a variable that is known to be vacant.
+    fn evaluate_or_vacant(&mut self, place: Span, text: &[u8], decides: u32) -> Result<Option<f64>, ExprError> {
         self.parameters.take_unset();
-        let value = expr::evaluate(text, &self.parameters);
-        if self.ask_the_control(place) > decides {
+        let value = expr::evaluate_or_vacant(text, &self.parameters);
+        let asked = self.ask_the_control(place);
+        if asked > decides {
             self.doubt(Doubt::UnknownValue, place);
         }
-        value
+        Ok(value?.or((asked > 0).then_some(0.0)))
     }
 
     /// Says which of the variables that were just read only the control knows: they last from program to program, are its own,
@@ -60,9 +69,12 @@ impl<F: Family> Interpreter<'_, F> {
             match target {
                 expr::Target::Number(index) => {
                     self.sets_the_control(index);
-                    self.parameters.numbered.insert(index, value);
+                    match value {
+                        Some(value) => self.parameters.numbered.insert(index, value),
+                        None => self.parameters.numbered.remove(&index),
+                    };
                 }
-                expr::Target::Name(name) => self.parameters.set_name(&name, value),
+                expr::Target::Name(name) => self.parameters.set_name(&name, value.unwrap_or(0.0)),
             }
         }
     }

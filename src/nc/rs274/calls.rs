@@ -8,28 +8,28 @@ use crate::nc::interp::words::Words;
 
 impl Interpreter<'_, Rs274> {
     /// M97, M98 (M198), M99 of a block.
-    pub(crate) fn call_words(&mut self, line: &Words) {
-        let repeats = line.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
-        for &(code, span) in &line.m {
+    pub(crate) fn call_words(&mut self, words: &Words) {
+        let repeats = words.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
+        for &(code, span) in &words.m {
             match code {
-                970 => self.call_local(line, repeats, span),
-                980 | 1980 => self.call_program(line, repeats, span),
-                990 => self.return_word(line, span),
+                970 => self.call_local(words, repeats, span),
+                980 | 1980 => self.call_program(words, repeats, span),
+                990 => self.return_word(words, span),
                 _ => {}
             }
         }
     }
 
-    fn call_local(&mut self, line: &Words, repeats: u64, span: Span) {
-        let target = line.get(b'P').and_then(|p| self.labels().numbered(p as u32, self.block.id.0));
+    fn call_local(&mut self, words: &Words, repeats: u64, span: Span) {
+        let target = words.get(b'P').and_then(|p| self.labels().numbered(p as u32, self.block.id.0));
         match target {
             Some(block) => self.enter(self.flow.source_id, block as usize, repeats, None),
             None => self.no_routine(span, "its N number"),
         }
     }
 
-    fn call_program(&mut self, line: &Words, repeats: u64, span: Span) {
-        let number = line.get(b'P').map_or(0, |p| p.max(0.0) as u64);
+    fn call_program(&mut self, words: &Words, repeats: u64, span: Span) {
+        let number = words.get(b'P').map_or(0, |p| p.max(0.0) as u64);
         if self.call_by_name(&number.to_string(), repeats, None) {
             return;
         }
@@ -41,8 +41,8 @@ impl Interpreter<'_, Rs274> {
 
     /// G66 P… and its arguments: the macro is called after every block with a motion from the next one on, up to G67.
     /// (G66.1 calls it after every block, with the words of that block: it is kept, not executed.)
-    pub(crate) fn call_after_motions(&mut self, line: &Words, code: u16, span: Span) {
-        let number = line.get(b'P').map_or(0, |p| p.max(0.0) as u64).to_string();
+    pub(crate) fn call_after_motions(&mut self, words: &Words, code: u16, span: Span) {
+        let number = words.get(b'P').map_or(0, |p| p.max(0.0) as u64).to_string();
         let found = code == 660 && (self.labels().routine(&number).is_some() || self.file(&number).is_some());
         if !found {
             let (what, help) = if code == 660 {
@@ -54,9 +54,9 @@ impl Interpreter<'_, Rs274> {
             self.doubt(Doubt::MissingProgram, span);
             self.say("nc::no-routine", Severity::Warning, span, text, help);
         }
-        let repeats = line.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
+        let repeats = words.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
         self.family.modal_macro =
-            Some(ModalMacro { label: found.then_some(number), arguments: arguments(line), repeats });
+            Some(ModalMacro { label: found.then_some(number), arguments: arguments(words), repeats });
     }
 
     /// Is a macro that G66 called being executed?
@@ -65,9 +65,9 @@ impl Interpreter<'_, Rs274> {
     }
 
     /// After a block with a motion, where G66 is in force. The motions of the macro itself call nothing.
-    pub(crate) fn call_modal_macro(&mut self, line: &Words) {
-        let defines = line.has_g(660) || line.has_g(661);
-        let moves = line.has_any(b"XYZ") && !defines;
+    pub(crate) fn call_modal_macro(&mut self, words: &Words) {
+        let defines = words.has_g(660) || words.has_g(661);
+        let moves = words.has_any(b"XYZ") && !defines;
         let Some(ModalMacro { label: Some(label), arguments, repeats }) =
             self.family.modal_macro.clone().filter(|_| moves && !self.flow.ended && !self.in_modal_macro())
         else {
@@ -82,26 +82,26 @@ impl Interpreter<'_, Rs274> {
     }
 
     /// G65; G66 has done its work already.
-    pub(crate) fn call_macro(&mut self, line: &Words) {
-        if !line.has_g(650) {
+    pub(crate) fn call_macro(&mut self, words: &Words) {
+        if !words.has_g(650) {
             return;
         }
-        let repeats = line.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
-        let number = line.get(b'P').map_or(0, |p| p.max(0.0) as u64);
-        let arguments = arguments(line);
+        let repeats = words.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
+        let number = words.get(b'P').map_or(0, |p| p.max(0.0) as u64);
+        let arguments = arguments(words);
         if !self.call_by_name(&number.to_string(), repeats, Some(arguments)) {
-            let span = line.g.first().map_or_else(Span::default, |g| g.1);
+            let span = words.g.first().map_or_else(Span::default, |g| g.1);
             self.no_routine(span, &format!("macro {number}"));
         }
     }
 
-    fn return_word(&mut self, line: &Words, span: Span) {
+    fn return_word(&mut self, words: &Words, span: Span) {
         if !self.in_subprogram() {
             self.say("nc::endless-program", Severity::Note, span, "M99 begins the program again; one pass is read", "");
             self.flow.ended = true;
             return;
         }
-        let target = line.get(b'P').map(|p| p as u32);
+        let target = words.get(b'P').map(|p| p as u32);
         self.return_from_call();
         if let Some(number) = target {
             match self.labels().numbered(number, self.block.id.0) {
@@ -113,9 +113,9 @@ impl Interpreter<'_, Rs274> {
 }
 
 /// The arguments of a macro call: the local variable of each letter.
-fn arguments(line: &Words) -> Vec<(u32, f64)> {
+fn arguments(words: &Words) -> Vec<(u32, f64)> {
     let letters = b"ABCDEFHIJKMQRSTUVWXYZ";
     let places = [1, 2, 3, 7, 8, 9, 11, 4, 5, 6, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26];
-    let argument = |(&letter, place): (&u8, u32)| line.get(letter).map(|value| (place, value));
+    let argument = |(&letter, place): (&u8, u32)| words.get(letter).map(|value| (place, value));
     letters.iter().zip(places).filter_map(argument).collect()
 }

@@ -1,5 +1,5 @@
-//! The family of RS274: ISO 6983 with the O words of LinuxCNC and the Macro B of Fanuc and Haas. In: blocks of its texts. Out: their
-//! words, and the flow of the program.
+//! The family of RS274: ISO 6983 with the O words of LinuxCNC and the Macro B of Fanuc and Haas. In: blocks of its texts. Out:
+//! their words, and the flow of the program.
 
 mod calls;
 mod comments;
@@ -10,13 +10,14 @@ mod unroll;
 
 use state::Rs274;
 
+use super::dialect::PERMANENT;
 use super::doubt::Doubt;
 use super::environment::Environment;
 use super::interp::calls::LOCALS;
 use super::interp::interpreter::{Family, Interpreter, Setting};
 use super::interp::labels::Labels;
 use super::interp::state::After;
-use super::interp::unroll::{Noted, Plain, Record};
+use super::interp::unroll::{Executed, Plain, Record};
 use super::interp::words::Words;
 use super::program::Program;
 use super::token::{Token, TokenKind};
@@ -25,8 +26,6 @@ use crate::ids::BlockId;
 
 /// Letters of words that do something by themselves: all but the number of a block and of a routine.
 const WORDS: &[u8] = b"ABCDEFHIJKLPQRSTUVWXYZ";
-/// Numbered variables from here on outlast a program on Fanuc and its relatives.
-const LASTING: u32 = 500;
 /// What a probing move found: G38 of LinuxCNC, G31 of Fanuc and Haas.
 const PROBED: std::ops::RangeInclusive<u32> = 5061..=5070;
 
@@ -102,7 +101,7 @@ impl Family for Rs274 {
             return 0;
         }
         run.unknown_when_unrolled(place, number);
-        if run.dialect().macro_b && number >= LASTING {
+        if run.dialect().macro_b && number >= PERMANENT {
             run.parameters.numbered.insert(number, 0.0);
             let said = format!("#{number} is kept in the control and not known here: it is read as 0");
             let help = format!("if that matters, set it in the program: #{number} = …");
@@ -136,10 +135,10 @@ impl Family for Rs274 {
         comments::acts(program.dialect(), comment)
     }
 
-    fn obstacles(noted: &Noted<'_, Self>, record: &mut Record) {
+    fn obstacles(executed: &Executed<'_, Self>, record: &mut Record) {
         // G66.1 calls a macro after every block.
-        if noted.program.tokens(noted.block).any(|t| t.kind == TokenKind::Word(b'G') && t.number == 66.1) {
-            record.stand_in_the_way("a modal macro call", noted.program, noted.block, noted.main);
+        if executed.program.tokens(executed.block).any(|t| t.kind == TokenKind::Word(b'G') && t.number == 66.1) {
+            record.note_obstacle("a modal macro call", executed.program, executed.block, executed.main);
         }
     }
 
@@ -154,8 +153,8 @@ impl Family for Rs274 {
         if record.percent { b"%\n".to_vec() } else { Vec::new() }
     }
 
-    fn plain(noted: &Noted<'_, Self>, token: &Token, record: &mut Record) -> Plain {
-        unroll::plain(noted, token, record)
+    fn plain(executed: &Executed<'_, Self>, token: &Token, record: &mut Record) -> Plain {
+        unroll::plain(executed, token, record)
     }
 
     fn steers(program: &Program, _environment: &Environment<'_>) -> bool {

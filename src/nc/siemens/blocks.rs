@@ -1,7 +1,7 @@
 //! Siemens 840D beyond what it shares with ISO: names, assignments, settings; calls, frames and jumps are beside it.
 
 use super::calls::repeats;
-use super::frames::ANEW;
+use super::frames::ENDS_LOST_FRAME;
 use super::state::Siemens;
 use super::structures::structure_word;
 use crate::ids::BlockId;
@@ -17,7 +17,7 @@ use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::PathMode;
 
 /// Names that change nothing the toolpath shows.
-const QUIET: [&str; 26] = [
+const WITHOUT_EFFECT: [&str; 26] = [
     "SOFT",
     "BRISK",
     "DRIVE",
@@ -54,7 +54,7 @@ const SETTINGS: [&str; 13] = [
 
 impl Interpreter<'_, Siemens> {
     /// Names, calls, labels and assignments of a block.
-    pub(crate) fn siemens(&mut self, block: BlockId, line: &mut Words) -> After {
+    pub(crate) fn siemens(&mut self, block: BlockId, words: &mut Words) -> After {
         let source = self.flow.source.clone();
         let text = source.program().text();
         let skip = |kind| matches!(kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment | TokenKind::Label);
@@ -65,7 +65,7 @@ impl Interpreter<'_, Siemens> {
             return After::Done;
         }
         if let Some(word) = structure_word(&tokens[start..], text) {
-            self.structure(&word, block, &tokens[start..], text, line);
+            self.structure(&word, block, &tokens[start..], text, words);
             return After::Done;
         }
         let mut modal = false;
@@ -73,7 +73,7 @@ impl Interpreter<'_, Siemens> {
         for (index, token) in tokens.iter().enumerate() {
             let bytes = token.span.of(text);
             match token.kind {
-                TokenKind::Assignment => self.siemens_assignment(*token, bytes, line),
+                TokenKind::Assignment => self.siemens_assignment(*token, bytes, words),
                 TokenKind::Call => {
                     let (name, arguments) = self.call_parts(token.span, bytes);
                     match name.as_str() {
@@ -85,7 +85,7 @@ impl Interpreter<'_, Siemens> {
                             self.siemens_case(&tokens[index..], text);
                             return After::Done;
                         }
-                        _ => self.siemens_call(&name, arguments, modal, token.span, line),
+                        _ => self.siemens_call(&name, arguments, modal, token.span, words),
                     }
                 }
                 TokenKind::Name => {
@@ -105,7 +105,7 @@ impl Interpreter<'_, Siemens> {
                             return After::Done;
                         }
                         "REPEAT" | "REPEATB" => {
-                            self.repeat_section(&tokens[index..], text, line);
+                            self.repeat_section(&tokens[index..], text, words);
                             return After::Done;
                         }
                         "EXTERN" => return After::Done,
@@ -114,19 +114,19 @@ impl Interpreter<'_, Siemens> {
                             return After::Done;
                         }
                         "DEF" => {
-                            self.define(&tokens[index..], text, line);
+                            self.define(&tokens[index..], text, words);
                             return After::Done;
                         }
-                        "SUPA" => line.g.push((530, token.span)),
-                        "TRAORI" => self.lose_frame(token.span, "TRAORI", ANEW),
-                        "TRAFOOF" => self.find_frame(),
-                        _ if self.frame_word(&name, token.span, &tokens[index..], text, line) => {
-                            line.settle();
+                        "SUPA" => words.g.push((530, token.span)),
+                        "TRAORI" => self.lose_frame(token.span, "TRAORI", ENDS_LOST_FRAME),
+                        "TRAFOOF" => self.regain_frame(),
+                        _ if self.frame_word(&name, token.span, &tokens[index..], text, words) => {
+                            words.settle();
                             return After::Words;
                         }
                         "RET" => self.siemens_return(),
-                        _ if QUIET.contains(&name.as_str()) => {}
-                        _ if self.call_siemens(&name, repeats(line), Vec::new()) => line.called.push(token.span),
+                        _ if WITHOUT_EFFECT.contains(&name.as_str()) => {}
+                        _ if self.call_siemens(&name, repeats(words), Vec::new()) => words.called.push(token.span),
                         _ => {
                             self.doubt(Doubt::MissingProgram, token.span);
                             let said = format!("{name} is not known here");
@@ -139,19 +139,19 @@ impl Interpreter<'_, Siemens> {
         }
         let through = std::mem::take(&mut self.family.through);
         match curve {
-            Some((word, place)) if word == "CT" => self.tangential_arc(line, place),
-            Some((_, place)) => self.arc_through(line, through, place),
+            Some((word, place)) if word == "CT" => self.tangential_arc(words, place),
+            Some((_, place)) => self.arc_through(words, through, place),
             None => {}
         }
-        if let (Some(number), Some(place)) = (line.get(b'L'), line.span(b'L')) {
+        if let (Some(number), Some(place)) = (words.get(b'L'), words.span(b'L')) {
             let name = format!("L{number}");
-            if self.call_siemens(&name, repeats(line), Vec::new()) {
-                line.called.push(place);
+            if self.call_siemens(&name, repeats(words), Vec::new()) {
+                words.called.push(place);
             } else {
                 self.no_routine(place, &name);
             }
         }
-        if line.has_m(170) {
+        if words.has_m(170) {
             self.siemens_return();
         }
         After::Words
@@ -178,7 +178,7 @@ impl Interpreter<'_, Siemens> {
     }
 
     /// `DEF REAL A, B=5`: names without a value begin at zero.
-    fn define(&mut self, tokens: &[Token], text: &[u8], line: &mut Words) {
+    fn define(&mut self, tokens: &[Token], text: &[u8], words: &mut Words) {
         for token in tokens.iter().skip(2) {
             match token.kind {
                 TokenKind::Name => {
@@ -187,7 +187,7 @@ impl Interpreter<'_, Siemens> {
                     self.family.defined.insert(name);
                 }
                 TokenKind::Assignment if !token.span.of(text).contains(&b'"') => {
-                    self.siemens_assignment(*token, token.span.of(text), line);
+                    self.siemens_assignment(*token, token.span.of(text), words);
                     self.family.defined.insert(left_of(token.span.of(text)));
                 }
                 _ => {}
@@ -195,18 +195,18 @@ impl Interpreter<'_, Siemens> {
         }
     }
 
-    pub(crate) fn siemens_assignment(&mut self, token: Token, bytes: &[u8], line: &mut Words) {
+    pub(crate) fn siemens_assignment(&mut self, token: Token, bytes: &[u8], words: &mut Words) {
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let name = left_of(bytes);
         let value = match self.evaluate(token.span, &bytes[equals + 1..], 0) {
             Ok(value) => value,
             Err(error) => return self.bad_expression(token.span, &error),
         };
-        line.results.push((token.span, value));
+        words.results.push((token.span, value));
         let number = name[1..].parse::<u32>().ok();
         match (name.as_str(), number) {
-            ("CR", _) => line.put(b'R', value, token.span, true),
-            ("TURN", _) => line.put(b'P', value + 1.0, token.span, true),
+            ("CR", _) => words.put(b'R', value, token.span, true),
+            ("TURN", _) => words.put(b'P', value + 1.0, token.span, true),
             ("RND", _) => self.corner_after(Corner::Round(value * self.modal.unit_mm()), token.span),
             ("CHF", _) => self.corner_after(Corner::Chamfer(value * self.modal.unit_mm()), token.span),
             ("CHR", _) => self.corner_after(Corner::Legs(value * self.modal.unit_mm()), token.span),
@@ -224,8 +224,8 @@ impl Interpreter<'_, Siemens> {
                 let text = format!("{name} is not followed: the block is read without it");
                 self.not_understood("nc::not-understood", token.span, text, "");
             }
-            (_, Some(1)) if name.starts_with('S') => line.put(b'S', value, token.span, true),
-            (_, Some(1)) if name.starts_with('M') => line.put(b'M', value, token.span, true),
+            (_, Some(1)) if name.starts_with('S') => words.put(b'S', value, token.span, true),
+            (_, Some(1)) if name.starts_with('M') => words.put(b'M', value, token.span, true),
             _ => self.set_variable(&name, value),
         }
     }
@@ -241,13 +241,13 @@ impl Interpreter<'_, Siemens> {
     }
 
     /// G codes that mean something else on this control.
-    pub(super) fn siemens_setting(&mut self, code: u16, line: &Words) -> Setting {
+    pub(super) fn siemens_setting(&mut self, code: u16, words: &Words) -> Setting {
         match code {
             600 => self.modal.path_mode = PathMode::ExactStop,
             6410..=6450 => self.modal.path_mode = PathMode::Continuous,
             700 | 7000 => self.modal.inch = true,
             710 | 7100 => self.modal.inch = false,
-            5000 | 5050..=5990 => self.select_wcs(code, line),
+            5000 | 5050..=5990 => self.select_wcs(code, words),
             3310 | 3320 => self.modal.motion = Motion::Synchronised,
             4500 | 4510 | 6010..=6030 | 9010 | 9020 => {}
             1530 => return Setting::Machine,
@@ -260,7 +260,7 @@ impl Interpreter<'_, Siemens> {
 /// Does a name of this control put something in force, and neither call nor jump?
 pub fn is_setting(name: &[u8]) -> bool {
     let name = String::from_utf8_lossy(name).to_ascii_uppercase();
-    QUIET.contains(&name.as_str()) || SETTINGS.contains(&name.as_str())
+    WITHOUT_EFFECT.contains(&name.as_str()) || SETTINGS.contains(&name.as_str())
 }
 
 /// Does this assignment set an R parameter?

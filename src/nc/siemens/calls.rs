@@ -1,7 +1,7 @@
 //! Calls of Siemens 840D: subprograms with arguments, MCALL, the drilling cycles and hole patterns. In: the name and the
 //! arguments. Out: the routine entered, or the motions the cycle makes; other cycles are kept, and said.
 
-use super::frames::ANEW;
+use super::frames::ENDS_LOST_FRAME;
 use super::state::ModalCall;
 use super::state::Siemens;
 use super::structures::name;
@@ -14,7 +14,8 @@ use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::Freeze;
 
 /// Calls that move nothing here.
-const QUIET: [&str; 9] = ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "SETMS", "STOPRE", "FGROUP", "ORISOF"];
+const WITHOUT_EFFECT: [&str; 9] =
+    ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "SETMS", "STOPRE", "FGROUP", "ORISOF"];
 
 /// Beginnings of the names of the control's own cycles: they cut and come back, and leave frame and feed as they were. Those
 /// that measure (CYCLE97x) set offsets.
@@ -41,12 +42,12 @@ impl Interpreter<'_, Siemens> {
         arguments: Vec<Option<f64>>,
         modal: bool,
         span: Span,
-        line: &mut Words,
+        words: &mut Words,
     ) {
         match name {
-            _ if QUIET.contains(&name) => {}
-            "CYCLE800" if arguments.iter().all(|value| value.unwrap_or(0.0) == 0.0) => self.find_frame(),
-            "CYCLE800" | "TRAORI" => self.lose_frame(span, name, ANEW),
+            _ if WITHOUT_EFFECT.contains(&name) => {}
+            "CYCLE800" if arguments.iter().all(|value| value.unwrap_or(0.0) == 0.0) => self.regain_frame(),
+            "CYCLE800" | "TRAORI" => self.lose_frame(span, name, ENDS_LOST_FRAME),
             "HOLES1" | "HOLES2" => self.hole_pattern(name, &arguments),
             _ if modal => {
                 if drilling_code(name).is_none() {
@@ -56,12 +57,12 @@ impl Interpreter<'_, Siemens> {
                 self.family.modal_call = Some(ModalCall { name: name.to_owned(), arguments });
             }
             _ if drilling_code(name).is_some() => {
-                line.any = true;
+                words.any = true;
                 self.drilling_cycle(&ModalCall { name: name.to_owned(), arguments });
             }
             _ => {
-                if self.call_siemens(name, repeats(line), arguments) {
-                    line.called.push(span);
+                if self.call_siemens(name, repeats(words), arguments) {
+                    words.called.push(span);
                 } else {
                     if !OWN_CYCLES.iter().any(|cycle| name.starts_with(cycle)) {
                         self.doubt(Doubt::MissingProgram, span);
@@ -112,8 +113,8 @@ impl Interpreter<'_, Siemens> {
     }
 
     /// After a block that positions: the cycle MCALL put in force.
-    pub(crate) fn modal_cycle(&mut self, line: &Words) {
-        if line.has_any(b"XY")
+    pub(crate) fn modal_cycle(&mut self, words: &Words) {
+        if words.has_any(b"XY")
             && let Some(call) = self.family.modal_call.clone()
         {
             self.drilling_cycle(&call);
@@ -175,8 +176,8 @@ impl Interpreter<'_, Siemens> {
 }
 
 /// P beside the name of a subprogram.
-pub(crate) fn repeats(line: &Words) -> u64 {
-    line.get(b'P').unwrap_or(1.0).clamp(0.0, 1e9) as u64
+pub(crate) fn repeats(words: &Words) -> u64 {
+    words.get(b'P').unwrap_or(1.0).clamp(0.0, 1e9) as u64
 }
 
 fn drilling_code(name: &str) -> Option<u16> {

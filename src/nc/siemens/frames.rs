@@ -1,5 +1,5 @@
 //! Programmable frames of Siemens 840D: TRANS, ROT, SCALE, MIRROR set the frame anew, ATRANS, AROT, ASCALE, AMIRROR add to
-//! it. In: the words of a block. Out: shift, rotation and scale of the run's frame p ↦ R·S·p + t.
+//! it. In: the axis_words of a block. Out: shift, rotation and scale of the run's frame p ↦ R·S·p + t.
 //!
 //! An addition stands to the right: t += R·S·d, and R·S·A(a) is again of that form where S is one factor with or without
 //! mirrored axes, for S·A(a) = A(±a)·S. What is not of that form freezes all feeds until the frame is set anew.
@@ -12,11 +12,11 @@ use crate::nc::token::{Token, TokenKind};
 use crate::path::{Plane, Vec3};
 
 /// What ends a frame that is not followed.
-pub(crate) const ANEW: &str = "TRANS, ROT, SCALE or MIRROR alone sets the frame anew";
+pub(crate) const ENDS_LOST_FRAME: &str = "TRANS, ROT, SCALE or MIRROR alone sets the frame anew";
 
 impl Interpreter<'_, Siemens> {
     /// Executes a frame instruction; false when the word is none.
-    pub(crate) fn frame_word(&mut self, word: &str, place: Span, tokens: &[Token], text: &[u8], line: &Words) -> bool {
+    pub(crate) fn frame_word(&mut self, word: &str, place: Span, tokens: &[Token], text: &[u8], words: &Words) -> bool {
         let (kind, adds) = match word.strip_prefix('A') {
             Some(kind) => (kind, true),
             None => (word, false),
@@ -27,28 +27,28 @@ impl Interpreter<'_, Siemens> {
         if !adds {
             self.frame.local = Vec3::zeros();
             (self.frame.rotation, self.frame.scale) = (None, None);
-            self.find_frame();
+            self.regain_frame();
         }
-        let words = [b'X', b'Y', b'Z'].map(|letter| line.get(letter));
+        let axis_words = [b'X', b'Y', b'Z'].map(|letter| words.get(letter));
         let plain = match kind {
-            "TRANS" => self.add_shift(words),
+            "TRANS" => self.add_shift(axis_words),
             "ROT" => {
                 let angle = self.plane_angle(tokens, text);
-                self.add_rotation(words, angle)
+                self.add_rotation(axis_words, angle)
             }
-            "SCALE" => self.add_scale(words.map(|word| word.unwrap_or(1.0))),
-            _ => self.add_scale(words.map(|word| if word.is_some() { -1.0 } else { 1.0 })),
+            "SCALE" => self.add_scale(axis_words.map(|word| word.unwrap_or(1.0))),
+            _ => self.add_scale(axis_words.map(|word| if word.is_some() { -1.0 } else { 1.0 })),
         };
         if !plain {
-            self.lose_frame(place, &format!("this {word}"), ANEW);
+            self.lose_frame(place, &format!("this {word}"), ENDS_LOST_FRAME);
         }
         self.reframe();
         true
     }
 
-    fn add_shift(&mut self, words: [Option<f64>; 3]) -> bool {
+    fn add_shift(&mut self, axis_words: [Option<f64>; 3]) -> bool {
         let unit = self.modal.unit_mm();
-        let shift = Vec3::from_fn(|axis, _| words[axis].unwrap_or(0.0) * unit);
+        let shift = Vec3::from_fn(|axis, _| axis_words[axis].unwrap_or(0.0) * unit);
         self.frame.local += self.frame.linear(shift);
         true
     }
@@ -66,9 +66,9 @@ impl Interpreter<'_, Siemens> {
         self.evaluate(tokens[0].span, value, 0).ok()
     }
 
-    fn add_rotation(&mut self, words: [Option<f64>; 3], in_plane: Option<f64>) -> bool {
+    fn add_rotation(&mut self, axis_words: [Option<f64>; 3], in_plane: Option<f64>) -> bool {
         let planes = [Plane::Yz, Plane::Zx, Plane::Xy];
-        let mut turns = (0..3).filter_map(|axis| words[axis].map(|degrees| (planes[axis], degrees)));
+        let mut turns = (0..3).filter_map(|axis| axis_words[axis].map(|degrees| (planes[axis], degrees)));
         let asked = in_plane.map(|degrees| (self.modal.plane, degrees)).or_else(|| turns.next());
         let Some((plane, degrees)) = asked else { return true };
         let before = self.frame.rotation.map_or(0.0, |(_, _, angle)| angle);

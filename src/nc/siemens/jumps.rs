@@ -112,7 +112,7 @@ impl Interpreter<'_, Siemens> {
     }
 
     /// `REPEAT A`, `REPEAT A B`, `REPEATB A`, each with P for how many times more.
-    pub(crate) fn repeat_section(&mut self, tokens: &[Token], text: &[u8], line: &Words) {
+    pub(crate) fn repeat_section(&mut self, tokens: &[Token], text: &[u8], words: &Words) {
         let word = name(&tokens[0], text);
         let is_label = |token: &&Token| matches!(token.kind, TokenKind::Name | TokenKind::Word(b'N'));
         let targets: Vec<Token> = tokens[1..].iter().filter(is_label).copied().collect();
@@ -127,7 +127,7 @@ impl Interpreter<'_, Siemens> {
             ("REPEAT", [Some(first), Some(last)]) => Some((*first, *last + 1)),
             _ => None,
         };
-        let times = line.get(b'P').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
+        let times = words.get(b'P').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
         if let Some((first, end)) = section.filter(|(first, end)| first < end && !(*first..*end).contains(&here)) {
             self.repeat_blocks(first as usize..end as usize, times);
         } else {

@@ -19,7 +19,7 @@ use super::environment::Environment;
 use super::interp::interpreter::{Family, Interpreter, Setting};
 use super::interp::labels::{Labels, OLine};
 use super::interp::state::After;
-use super::interp::unroll::{Noted, Plain, Record};
+use super::interp::unroll::{Executed, Plain, Record};
 use super::interp::words::Words;
 use super::program::Program;
 use super::token::{Token, TokenKind};
@@ -82,8 +82,8 @@ impl Family for Siemens {
         }
     }
 
-    fn plain(noted: &Noted<'_, Self>, token: &Token, _record: &mut Record) -> Plain {
-        unroll::plain(noted, token)
+    fn plain(executed: &Executed<'_, Self>, token: &Token, _record: &mut Record) -> Plain {
+        unroll::plain(executed, token)
     }
 
     fn steers(program: &Program, environment: &Environment<'_>) -> bool {

@@ -43,7 +43,7 @@ pub(crate) fn name(token: &Token, text: &[u8]) -> String {
 
 impl Interpreter<'_, Siemens> {
     /// Executes a block that belongs to a structure.
-    pub(crate) fn structure(&mut self, word: &str, block: BlockId, tokens: &[Token], text: &[u8], line: &mut Words) {
+    pub(crate) fn structure(&mut self, word: &str, block: BlockId, tokens: &[Token], text: &[u8], words: &mut Words) {
         match word {
             "IF" if !self.holds(tokens[0], text) => self.leave(block, tokens[0].span, true),
             "ELSE" => self.leave(block, tokens[0].span, false),
@@ -53,7 +53,7 @@ impl Interpreter<'_, Siemens> {
             "UNTIL" if !self.holds(tokens[0], text) => self.back(block, tokens[0].span, 1),
             "FOR" => {
                 for token in tokens.iter().filter(|token| token.kind == TokenKind::Assignment) {
-                    self.siemens_assignment(*token, token.span.of(text), line);
+                    self.siemens_assignment(*token, token.span.of(text), words);
                 }
                 if !self.counts_on(tokens, text, 0.0) {
                     self.leave(block, tokens[0].span, false);

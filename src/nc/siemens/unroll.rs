@@ -6,30 +6,32 @@ use super::state::Siemens;
 use crate::nc::environment::Environment;
 use crate::nc::expr;
 use crate::nc::interp::calls::routine_exists;
-use crate::nc::interp::unroll::{Noted, Plain, number};
+use crate::nc::interp::unroll::{Executed, Plain, number};
 use crate::nc::interp::values::{left_of, right_of};
 use crate::nc::number::decimal;
 use crate::nc::program::Program;
 use crate::nc::token::{Token, TokenKind};
 
 /// A token of a block in plain text.
-pub(super) fn plain(noted: &Noted<'_, Siemens>, token: &Token) -> Plain {
-    let bytes = noted.bytes(token);
-    let called = noted.line.called.contains(&token.span);
+pub(super) fn plain(executed: &Executed<'_, Siemens>, token: &Token) -> Plain {
+    let bytes = executed.bytes(token);
+    let called = executed.words.called.contains(&token.span);
     match token.kind {
         TokenKind::Word(b'N') | TokenKind::Label => Plain::Dropped,
-        TokenKind::Word(b'M') if !noted.own && token.number == 17.0 => Plain::Dropped,
-        TokenKind::Word(b'P') | TokenKind::Computed(b'P') if !noted.line.called.is_empty() => Plain::Dropped,
+        TokenKind::Word(b'M') if !executed.own && token.number == 17.0 => Plain::Dropped,
+        TokenKind::Word(b'P') | TokenKind::Computed(b'P') if !executed.words.called.is_empty() => Plain::Dropped,
         TokenKind::Word(_) | TokenKind::Name | TokenKind::Call if called => Plain::Dropped,
         TokenKind::Name if bytes.eq_ignore_ascii_case(b"RET") => Plain::Dropped,
-        TokenKind::Call => plain_call(noted, bytes),
-        TokenKind::Computed(letter) => word(noted, letter, token),
-        TokenKind::Assignment if is_variable(bytes) || noted.family.defined.contains(&left_of(bytes)) => Plain::Dropped,
+        TokenKind::Call => plain_call(executed, bytes),
+        TokenKind::Computed(letter) => word(executed, letter, token),
+        TokenKind::Assignment if is_variable(bytes) || executed.family.defined.contains(&left_of(bytes)) => {
+            Plain::Dropped
+        }
         TokenKind::Assignment if bytes.contains(&b'"') => Plain::Same,
         TokenKind::Assignment => {
-            match noted.result(token.span).or_else(|| expr::evaluate(right_of(bytes), noted.parameters).ok()) {
+            match executed.result(token.span).or_else(|| expr::evaluate(right_of(bytes), executed.parameters).ok()) {
                 Some(value) => {
-                    let text = format!("{}={}", left_of(bytes), number(b'X', value, noted.dialect()));
+                    let text = format!("{}={}", left_of(bytes), number(b'X', value, executed.dialect()));
                     Plain::Text(text.into_bytes())
                 }
                 None => Plain::Unknown("an assignment without a value"),
@@ -40,13 +42,13 @@ pub(super) fn plain(noted: &Noted<'_, Siemens>, token: &Token) -> Plain {
 }
 
 /// `X=R1*2` becomes `X10`; `X=IC(R1)` keeps its function.
-fn word(noted: &Noted<'_, Siemens>, letter: u8, token: &Token) -> Plain {
-    let bytes = noted.bytes(token);
+fn word(executed: &Executed<'_, Siemens>, letter: u8, token: &Token) -> Plain {
+    let bytes = executed.bytes(token);
     if bytes.contains(&b'"') {
         return Plain::Same;
     }
-    let Some(value) = noted.result(token.span) else { return Plain::Unknown("a word without a value") };
-    let value = number(letter, value, noted.dialect());
+    let Some(value) = executed.result(token.span) else { return Plain::Unknown("a word without a value") };
+    let value = number(letter, value, executed.dialect());
     let right = bytes.iter().position(|&byte| byte == b'=').map_or(&b""[..], |at| bytes[at + 1..].trim_ascii());
     let function = [&b"AC"[..], b"IC", b"DC", b"ACP", b"ACN"]
         .into_iter()
@@ -58,7 +60,7 @@ fn word(noted: &Noted<'_, Siemens>, letter: u8, token: &Token) -> Plain {
 }
 
 /// `NAME(a, R1, , c)` with values in place of variables; a message that shows some is left out.
-fn plain_call(noted: &Noted<'_, Siemens>, bytes: &[u8]) -> Plain {
+fn plain_call(executed: &Executed<'_, Siemens>, bytes: &[u8]) -> Plain {
     let open = bytes.iter().position(|&byte| byte == b'(').unwrap_or(bytes.len());
     let inner = bytes.get(open + 1..bytes.len().saturating_sub(1)).unwrap_or_default();
     let (mut depth, mut quoted) = (0, false);
@@ -79,9 +81,9 @@ fn plain_call(noted: &Noted<'_, Siemens>, bytes: &[u8]) -> Plain {
     }
     let mut written = Vec::new();
     for part in parts {
-        match expr::evaluate(part, noted.parameters) {
+        match expr::evaluate(part, executed.parameters) {
             _ if literal(&part) => written.push(part.to_vec()),
-            Ok(value) => written.push(number(b'X', value, noted.dialect()).into_bytes()),
+            Ok(value) => written.push(number(b'X', value, executed.dialect()).into_bytes()),
             Err(_) => return Plain::Unknown("an argument without a value"),
         }
     }

@@ -182,7 +182,7 @@ pub fn verify(original: &Program, rewritten: &Program, environment: &Environment
 
 fn verify_unrolled(original: &Program, rewritten: &Program, environment: &Environment<'_>) -> Proof {
     let mut proof = Proof { unrolled: true, ..Proof::default() };
-    let expanded = nc::expand(original, environment);
+    let expanded = nc::unroll(original, environment);
     let plain = parse(expanded.text, Some(original.dialect()));
     for obstacle in expanded.obstacles {
         proof.differ(obstacle.line, None, format!("the original cannot be unrolled: {}", obstacle.text));
