@@ -127,7 +127,7 @@ fn write(folder: &Path, case: &Case, run: &Run, seed: u64) {
     fs::write(folder.join("part.nc"), &case.job.text).unwrap();
     fs::write(folder.join("part.setup.toml"), setup(&case.job, &case.machine)).unwrap();
     fs::write(folder.join("log.csv"), log(run, &case.machine, case.noise_w, seed)).unwrap();
-    fs::write(folder.join("truth.csv"), truth(run, &case.job)).unwrap();
+    fs::write(folder.join("truth.csv"), truth(run, &case.job, &case.machine, seed)).unwrap();
 }
 
 /// Runs the binary with patience; its report, or why there is none.
@@ -287,7 +287,11 @@ fn one(options: &Options, cause: &Cause, seed: u64, folder: &Path, row: &mut Row
         );
     }
     if let Some(keep) = options.keep.as_ref().filter(|_| failed || options.keep_all) {
-        keep_case(folder, &keep.join(format!("{}-{seed}", cause.name)), &format!("{:?}\n", cause.truth));
+        let truth = format!(
+            "{:?}\nstrength {:.3?}, {:.2} of the noise of {:.2} W\n{:?}\n{:?}\n",
+            cause.truth, case.strengths, case.seen, case.noise_w, case.job.truth, case.machine
+        );
+        keep_case(folder, &keep.join(format!("{}-{seed}", cause.name)), &truth);
     }
 }
 

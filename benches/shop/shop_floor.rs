@@ -61,6 +61,9 @@ impl Machine {
 pub struct Sample {
     pub station: Station,
     pub step: usize,
+    /// Power of cutting and edge at the tool, W.
+    pub load: [f64; 2],
+    /// What the meter reads.
     pub watts: f64,
 }
 
@@ -169,7 +172,7 @@ pub fn simulate(job: &Job, machine: &Machine, hidden: &Hidden) -> Run {
         }
         let (mut at, load) = stations[now];
         at.time_s = time;
-        samples.push(Sample { station: at, step: ticks[now].step, watts: reading(&at, load, machine, hidden) });
+        samples.push(Sample { station: at, step: ticks[now].step, load, watts: reading(&at, load, machine, hidden) });
     }
     let mut watts: Vec<f64> = samples.iter().map(|sample| sample.watts).collect();
     for meter in &hidden.meters {
@@ -247,21 +250,28 @@ pub fn misfit_w(run: &Run, plain: &Run, machine: &Machine) -> f64 {
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// The log as the shop would export it.
+/// The rows of the log: up to two seconds of a machine at rest, then the run.
+fn sampled(run: &Run, machine: &Machine, dice: &mut Dice) -> Vec<Sample> {
+    let lead = dice.between(0.0, 2.0);
+    let every = (1.0 / FINE_S) as usize / machine.rate_hz;
+    let first = run.samples[0];
+    let rest = Sample { station: Station { rpm: 0.0, ..first.station }, watts: 0.0, ..first };
+    let mut rows = vec![rest; (lead * machine.rate_hz as f64) as usize];
+    rows.extend(run.samples.iter().step_by(every));
+    rows
+}
+
+/// The log as the shop would export it: noise on the meter, a clock that goes wrong by up to half a thousandth.
 pub fn log(run: &Run, machine: &Machine, noise_w: f64, seed: u64) -> String {
     let mut dice = Dice::new(seed, "noise");
-    let (offset, drift) = (dice.between(0.0, 2.0), 1.0 + dice.between(-1.0, 1.0) * 5e-4);
-    let every = (1.0 / FINE_S) as usize / machine.rate_hz;
+    let rows = sampled(run, machine, &mut dice);
+    let drift = 1.0 + dice.between(-1.0, 1.0) * 5e-4;
     let mut text = String::from(if machine.positions {
         "time_s,x_mm,y_mm,z_mm,feed_mm_min,spindle_rpm,spindle_power_w\n"
     } else {
         "time_s,spindle_power_w\n"
     });
-    let before = (offset * machine.rate_hz as f64) as usize;
-    let first = run.samples[0];
-    let rest = Sample { station: Station { rpm: 0.0, ..first.station }, watts: 0.0, ..first };
-    let lead = std::iter::repeat_n(&rest, before);
-    for (n, sample) in lead.chain(run.samples.iter().step_by(every)).enumerate() {
+    for (n, sample) in rows.iter().enumerate() {
         let time = n as f64 / machine.rate_hz as f64 * drift;
         let watts = sample.watts + noise_w * dice.gauss();
         let s = &sample.station;
@@ -325,15 +335,15 @@ pub fn setup(job: &Job, machine: &Machine) -> String {
     text
 }
 
-/// What a person would look at to see the truth: time, line, pass, power at the tool, reading without noise.
-pub fn truth(run: &Run, job: &Job) -> String {
-    let mut text = String::from("time_s,line,pass,cutting_w,edge_w,depth_mm,immersion_deg,reading_w\n");
-    for sample in run.samples.iter().step_by(5) {
-        let (s, step, load) = (&sample.station, &job.steps[sample.step], run.loads[sample.step]);
+/// What a person would look at to see the truth, row by row of the log: line, pass, power at the tool, reading without noise.
+pub fn truth(run: &Run, job: &Job, machine: &Machine, seed: u64) -> String {
+    let mut text = String::from("line,pass,cutting_w,edge_w,depth_mm,immersion_deg,reading_w\n");
+    for sample in sampled(run, machine, &mut Dice::new(seed, "noise")) {
+        let (s, step, load) = (&sample.station, &job.steps[sample.step], sample.load);
         let _ = writeln!(
             text,
-            "{:.2},{},{},{:.2},{:.2},{:.3},{:.1},{:.2}",
-            s.time_s, step.line, step.pass, load[0], load[1], s.depth_mm, s.immersion_deg, sample.watts
+            "{},{},{:.2},{:.2},{:.3},{:.1},{:.2}",
+            step.line, step.pass, load[0], load[1], s.depth_mm, s.immersion_deg, sample.watts
         );
     }
     text
