@@ -19,6 +19,8 @@ mod physics;
 mod programs;
 #[path = "../benches/shop/shop_floor.rs"]
 mod shop_floor;
+#[path = "../benches/shop/tables.rs"]
+mod tables;
 
 use std::f64::consts::{PI, TAU};
 
@@ -26,7 +28,7 @@ use causes::{Hidden, Truth};
 use engagement::{Grid, RIM, Trail};
 use judge::{Answer, judge};
 use machine::{Drives, Step, run};
-use physics::{Coefficients, Runout, Station, chip_thickness, end_face_power, power};
+use physics::{Coefficients, Runout, Station, chip_thickness, end_face_power, peak_force, power};
 use programs::{Needs, everyday};
 use shop_floor::{Machine, misfit_w, simulate};
 
@@ -185,4 +187,28 @@ fn the_judge_tells_right_from_false_and_rivals_from_both() {
     let speed = answer(r#"{"effects": [], "unnamed": {"covariate": ["spindle speed", "time"]}}"#);
     assert!(judge(cause("gearbox"), &speed).right);
     assert!(matches!(cause("gearbox").truth, Truth::Unlisted(_)));
+}
+
+#[test]
+fn the_peak_force_of_a_straight_edge_is_that_of_its_thickest_chip_and_grows_with_runout() {
+    // One straight edge in a slot 3 mm deep: at φ the force is dz·sqrt((k_tc h + k_te)² + (k_rc h + k_re)²), largest ahead.
+    let at = Station { flutes: 1, speed_mm_s: 20.0 / 3.0, depth_mm: 3.0, ..station() };
+    let rim = [3.0; RIM];
+    let even = peak_force(&at, &rim, &K, Runout::default(), 0.0);
+    let chip = 20.0 / 300.0;
+    near(even, 3.0 * (K.k_tc * chip + K.k_te).hypot(K.k_rc * chip + K.k_re), 0.005);
+    // Three teeth of which one stands out: it takes more than its share.
+    let at = Station { depth_mm: 3.0, ..station() };
+    let even = peak_force(&at, &rim, &K, Runout::default(), 30.0);
+    let uneven = peak_force(&at, &rim, &K, Runout { offset_mm: 0.01, angle: 0.3 }, 30.0);
+    assert!(uneven > 1.02 * even, "{uneven} {even}");
+}
+
+#[test]
+fn a_table_has_its_cuts_and_what_is_hidden_leaves_the_plain_model() {
+    let plain = tables::table("plain", 1.0, 5, 0.03);
+    assert_eq!(plain.text.lines().count(), 65);
+    near(plain.seen, 1.0, 1e-6);
+    assert!(tables::table("flank-wear", 1.0, 5, 0.03).seen > 1.2);
+    assert!(tables::table("path-curvature", 1.0, 5, 0.03).seen > 1.2);
 }

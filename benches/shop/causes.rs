@@ -141,7 +141,7 @@ impl Scene {
 }
 
 /// Speed of the teeth, m/s.
-fn surface_speed(at: &Station) -> f64 {
+pub fn surface_speed(at: &Station) -> f64 {
     at.rpm / 60.0 * std::f64::consts::TAU * at.radius_mm / 1000.0
 }
 
@@ -162,11 +162,17 @@ pub struct Cause {
     pub truth: Truth,
     /// Names that are neither asked for nor false: they say a part of what is so.
     pub tolerated: &'static [&'static str],
+    /// Names that say the same of these data as the covariate: as good an answer, and no false one.
+    pub equivalent: &'static [&'static str],
     pub needs: Needs,
     /// What is built in, one or two of `PARTS`.
     pub parts: &'static [&'static str],
     /// Some causes show with time and power alone only: with positions the log says them outright.
     pub only_without_positions: bool,
+    /// The log holds the peak force in the plane, not the power.
+    pub forces: bool,
+    /// A table of steady cuts, not a log.
+    pub table: bool,
     /// Whether it also acts in another program: an effect does, a moment of this run does not.
     pub carries_over: bool,
 }
@@ -176,9 +182,12 @@ const fn named(name: &'static str, needs: Needs, names: &'static [&'static str])
         name,
         truth: Truth::Named(names),
         tolerated: &[],
+        equivalent: &[],
         needs,
         parts: names,
         only_without_positions: false,
+        forces: false,
+        table: false,
         carries_over: true,
     }
 }
@@ -195,9 +204,12 @@ const fn unlisted(
         name,
         truth: Truth::Unlisted(covariates),
         tolerated,
+        equivalent: &[],
         needs,
         parts,
         only_without_positions: false,
+        forces: false,
+        table: false,
         carries_over,
     }
 }
@@ -208,9 +220,12 @@ pub fn all() -> Vec<Cause> {
         name: "plain",
         truth: Truth::Plain,
         tolerated: &[],
+        equivalent: &[],
         needs: Needs::Any,
         parts: &[],
         only_without_positions: false,
+        forces: false,
+        table: false,
         carries_over: true,
     };
     let mut causes = vec![
@@ -265,7 +280,18 @@ pub fn all() -> Vec<Cause> {
         named("entry+proud", Needs::Entries, &["entry", "stock-proud"]),
         named("speed+axis-power", Needs::Speeds, &["cutting-speed", "axis-power"]),
     ];
+    causes.extend(in_tables());
+    // A seed counts causes by their place: new ones come last, so that the logs of the others stay what they are.
+    causes.push(named("runout", Needs::Any, &["runout"]));
     for cause in &mut causes {
+        cause.forces = cause.name == "runout";
+        cause.equivalent = match cause.name {
+            // A harder layer is a harder region.
+            "layers-z" => &["hard-zone"],
+            // With one diameter, the speed of the spindle is the cutting speed.
+            "gearbox" | "table:gearbox" => &["cutting-speed"],
+            _ => &[],
+        };
         cause.only_without_positions = cause.name == "corner-feed";
         // The time of the chipping belongs to this run.
         cause.carries_over &= !cause.parts.contains(&"edge-chipping");
@@ -273,15 +299,38 @@ pub fn all() -> Vec<Cause> {
     causes
 }
 
+/// The same in tables of steady cuts. `learn-table` takes no tare from the setup, and idle power does rise with speed here:
+/// to say so is true.
+fn in_tables() -> Vec<Cause> {
+    let named = |name, names| Cause { table: true, tolerated: &["tare-speed"], ..named(name, Needs::Any, names) };
+    let unlisted = |name, parts, covariates, tolerated| Cause {
+        table: true,
+        ..unlisted(name, Needs::Any, parts, covariates, tolerated, true)
+    };
+    vec![
+        Cause { truth: Truth::Plain, ..named("table:plain", &[]) },
+        named("table:wear", &["flank-wear"]),
+        named("table:up-down", &["up-down-asymmetry"]),
+        named("table:size", &["size-effect"]),
+        named("table:speed", &["cutting-speed"]),
+        named("table:position", &["edge-position"]),
+        named("table:curvature", &["path-curvature"]),
+        named("table:drive", &["drive-efficiency"]),
+        unlisted("table:saturation", &["saturation"], &["power"], &["tare-speed"]),
+        unlisted("table:gearbox", &["gearbox"], &["speed"], &["tare-speed"]),
+        unlisted("table:set-up-tare", &["set-up-tare"], &["group", "time"], &["tare-warm-up", "tare-speed"]),
+    ]
+}
+
 /// Wear of a flank over the share of its life, 0 to 1: running in, steady, fast (the three phases of tool-life tests,
 /// ISO 8688-2), scaled to 1 at the end.
-fn three_phases(share: f64) -> f64 {
+pub fn three_phases(share: f64) -> f64 {
     let law = |x: f64| 0.35 * (1.0 - (-x / 0.06).exp()) + 0.4 * x + 0.25 * ((x - 1.0) / 0.12).exp();
     (law(share) - law(0.0)) / (law(1.0) - law(0.0))
 }
 
 /// Smooth step from 0 to 1 around `at`.
-fn step(x: f64, at: f64, width: f64) -> f64 {
+pub fn step(x: f64, at: f64, width: f64) -> f64 {
     0.5 * (1.0 + ((x - at) / width).tanh())
 }
 
@@ -328,10 +377,10 @@ fn listed(part: &str, s: f64, scene: &Scene, dice: &mut Dice, hidden: &mut Hidde
                 [1.0 + jump, 1.0 + edge * jump]
             }));
         }
-        // k_tc falls with an exponential towards its value for thick chips.
+        // k_tc goes from one level for thin chips to a lower one for thick chips (the shape of Ko, Yun and Cho's K_n).
         "size-effect" => {
-            let thin = dice.between(0.012, 0.03);
-            hidden.elements.push(Box::new(move |_, e| [1.0 + 0.9 * s * (-e.chip_mm / thin).exp(), 1.0]));
+            let thin = dice.between(0.02, 0.045);
+            hidden.elements.push(Box::new(move |_, e| [1.0 + 0.5 * s * (1.0 - step(e.chip_mm, thin, 0.012)), 1.0]));
         }
         // Built-up edge below, heat above: a parabola with its optimum inside the range.
         "cutting-speed" => {
@@ -388,6 +437,8 @@ fn listed(part: &str, s: f64, scene: &Scene, dice: &mut Dice, hidden: &mut Hidde
             }
             _ => hidden.stock.turn = dice.sign() * 0.008 * s,
         },
+        // Seen by a plate that measures force: the mean power of the teeth hardly changes.
+        "runout" => hidden.runout = Runout { offset_mm: 0.008 * s, angle: dice.between(-0.6, 0.6) },
         "tool-diameter" => hidden.diameter_mm = -0.3 * s,
         // The control stops in every corner until the position has settled.
         "corner-feed" => hidden.settle_s = 0.2 * s,

@@ -106,6 +106,7 @@ pub fn covariates_of(wording: &str) -> Vec<&'static str> {
         ("immersion", begins("immers") || begins("engage") || has(&["contact", "radial", "width", "slot"])),
         ("sliding", begins("slid") || has(&["wear"])),
         ("tool", has(&["tool"])),
+        ("group", has(&["group", "order"]) || text.contains("set up")),
         ("direction", begins("direction")),
         ("pass", begins("pass")),
         ("line", has(&["line", "lines", "block", "blocks"])),
@@ -118,13 +119,15 @@ pub fn covariates_of(wording: &str) -> Vec<&'static str> {
 /// Judges an answer.
 pub fn judge(cause: &Cause, answer: &Answer) -> Verdict {
     let hidden: &[&str] = if let Truth::Named(names) = cause.truth { names } else { &[] };
-    let false_names = answer.false_names(hidden, cause.tolerated);
+    let allowed = [cause.tolerated, cause.equivalent].concat();
+    let false_names = answer.false_names(hidden, &allowed);
     let silent = answer.names.is_empty();
     let carried = |wanted: &[&str]| {
-        answer.covariates.iter().flat_map(|wording| covariates_of(wording)).any(|said| wanted.contains(&said))
+        cause.equivalent.iter().any(|name| answer.voices(name))
+            || answer.covariates.iter().flat_map(|wording| covariates_of(wording)).any(|said| wanted.contains(&said))
     };
     let (right, covariate_right) = match cause.truth {
-        Truth::Plain => (silent, false),
+        Truth::Plain => (false_names.is_empty(), false),
         Truth::Named(names) => (names.iter().all(|name| answer.voices(name)), false),
         Truth::Unlisted(wanted) => (false_names.is_empty() && carried(wanted), carried(wanted)),
     };

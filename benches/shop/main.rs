@@ -1,11 +1,11 @@
 //! The shop: hidden machines that `feedwright learn` has not seen, and how often it finds what is wrong with them.
 //!
-//! `cargo bench --bench shop -- [--seeds dev|judged] [--only CAUSE] [--n 3] [--noise 3] [--binary PATH] [--keep DIR] [--keep-all DIR]`
+//! `cargo bench --bench shop -- [--seeds dev|judged] [--only CAUSE,CAUSE] [--n 3] [--first 0] [--noise 3] [--binary PATH] [--keep DIR] [--keep-all DIR]`
 //!
 //! It shares nothing with the crate: engagement by pixels, forces tooth by tooth, its own machine, meter and programs
 //! (`engagement.rs`, `physics.rs`, `machine.rs`, `programs.rs`, `shop_floor.rs`), causes in forms of their own (`causes.rs`).
 //! For each cause and seed it writes program, setup and log to a folder, runs the binary on them, and judges the report
-//! (`judge.rs`). Nothing here may be fitted to what the binary answers.
+//! (`judge.rs`, `board.rs`). Causes named `table:…` are tables of steady cuts (`tables.rs`) for `learn-table`. Nothing here may be fitted to what the binary answers.
 //!
 //! Strength: a cause is made so strong that the best plain model is left with twice to three times the noise (`VISIBLE`),
 //! no stronger: less could not be asked for, more would be easy (`least_strength` keeps what would be no event at all from
@@ -23,6 +23,7 @@
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::format_collect)]
 
+mod board;
 mod causes;
 mod dice;
 mod engagement;
@@ -31,15 +32,17 @@ mod machine;
 mod physics;
 mod programs;
 mod shop_floor;
+mod tables;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use board::{Row, print_goals, print_heads};
 use causes::{Cause, Hidden, Scene, Truth, hide, least_strength};
 use dice::Dice;
-use judge::{Answer, Verdict, judge};
+use judge::{Answer, judge};
 use programs::{Job, everyday};
 use shop_floor::{Machine, Run, log, mean_cutting_w, misfit_w, setup, simulate, truth};
 
@@ -51,8 +54,11 @@ const PATIENCE_S: u64 = 120;
 /// What was asked for on the command line.
 struct Options {
     base: u64,
-    only: Option<String>,
+    /// Causes to run; all when empty.
+    only: Vec<String>,
+    /// Seeds of each cause, and the first of them: even ones log positions, odd ones time and power alone.
     n: u64,
+    first: u64,
     noise: f64,
     binary: PathBuf,
     /// Where failing cases are kept, and whether the others are too.
@@ -65,8 +71,9 @@ fn options() -> Options {
     let value = |name: &str| args.iter().position(|arg| arg == name).and_then(|i| args.get(i + 1)).cloned();
     Options {
         base: if value("--seeds").as_deref() == Some("judged") { 500_000 } else { 1000 },
-        only: value("--only"),
+        only: value("--only").map(|list| list.split(',').map(str::to_owned).collect()).unwrap_or_default(),
         n: value("--n").map_or(3, |n| n.parse().expect("--n takes a number")),
+        first: value("--first").map_or(0, |n| n.parse().expect("--first takes a number")),
         noise: value("--noise").map_or(3.0, |n| n.parse().expect("--noise takes a number, %")) / 100.0,
         binary: value("--binary").map_or_else(|| PathBuf::from("target/release/feedwright"), PathBuf::from),
         keep: value("--keep").or_else(|| value("--keep-all")).map(PathBuf::from),
@@ -90,7 +97,8 @@ struct Case {
 fn case(cause: &Cause, seed: u64, noise: f64) -> Case {
     let job = everyday(seed, cause.needs, false);
     let mut machine = Machine::new(seed);
-    machine.positions &= !cause.only_without_positions;
+    machine.positions = cause.forces || machine.positions && !cause.only_without_positions;
+    machine.forces = cause.forces;
     let plain = simulate(&job, &machine, &Hidden::default());
     let noise_w = noise * mean_cutting_w(&plain, &machine);
     let scene = Scene::new(&job, &plain, &machine);
@@ -102,23 +110,31 @@ fn case(cause: &Cause, seed: u64, noise: f64) -> Case {
     let mut hidden = Hidden::default();
     let mut strengths = Vec::new();
     for part in cause.parts {
-        let mut strength: f64 = 1.0;
-        for _ in 0..7 {
+        let strength = strong_enough(part, |strength| {
             let mut alone = Hidden::default();
             hide(part, strength, &scene, &mut Dice::new(seed, part), &mut alone);
-            let seen = over_noise(&alone).1;
-            if (VISIBLE[0]..=VISIBLE[1]).contains(&seen) {
-                break;
-            }
-            let wanted: f64 = 0.5 * (VISIBLE[0] + VISIBLE[1]);
-            let step = ((wanted * wanted - 1.0) / (seen * seen - 1.0).max(1e-3)).sqrt().clamp(0.4, 2.5);
-            strength = (strength * step).clamp(least_strength(part), 5.0);
-        }
+            over_noise(&alone).1
+        });
         hide(part, strength, &scene, &mut Dice::new(seed, part), &mut hidden);
         strengths.push(strength);
     }
     let (run, seen) = over_noise(&hidden);
     Case { job, machine, hidden, noise_w, seen, strengths, run }
+}
+
+/// The strength at which a cause leaves the plain model as much as `VISIBLE` says. What is left grows with the strength.
+fn strong_enough(part: &str, mut seen_at: impl FnMut(f64) -> f64) -> f64 {
+    let wanted: f64 = f64::midpoint(VISIBLE[0], VISIBLE[1]);
+    let mut strength: f64 = 1.0;
+    for _ in 0..7 {
+        let seen = seen_at(strength);
+        if (VISIBLE[0]..=VISIBLE[1]).contains(&seen) {
+            break;
+        }
+        let step = ((wanted * wanted - 1.0) / (seen * seen - 1.0).max(1e-3)).sqrt().clamp(0.4, 2.5);
+        strength = (strength * step).clamp(least_strength(part), 5.0);
+    }
+    strength
 }
 
 /// Writes program, setup and log.
@@ -176,110 +192,80 @@ fn on_second_program(options: &Options, cause: &Cause, case: &Case, seed: u64, f
     ["rmse", "score", "test"].iter().find_map(|key| report[*key].as_f64().or_else(|| report[*key]["rmse"].as_f64()))
 }
 
-/// Sums of one row of the table.
-#[derive(Default)]
-struct Row {
-    logs: usize,
-    unseen: usize,
-    right: usize,
-    silent: usize,
-    wrong: usize,
-    covariate: usize,
-    failed: usize,
-    before: Vec<f64>,
-    after: Vec<f64>,
-    second: Vec<f64>,
-    gone: Vec<f64>,
-    seconds: Vec<f64>,
+/// What there is to ask: how, and what to know about it.
+struct Question {
+    args: &'static [&'static str],
+    noise_w: f64,
+    seen: f64,
+    /// For a person who looks at it.
+    about: String,
+    case: Option<Case>,
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    if sorted.is_empty() { f64::NAN } else { sorted[sorted.len() / 2] }
-}
-
-impl Row {
-    fn add(&mut self, verdict: &Verdict, answer: &Answer, noise_w: f64, second: Option<f64>, seconds: f64) {
-        self.logs += 1;
-        self.right += usize::from(verdict.right);
-        self.silent += usize::from(verdict.silent);
-        self.wrong += usize::from(!verdict.false_names.is_empty());
-        self.covariate += usize::from(verdict.covariate_right);
-        self.failed += usize::from(answer.failure.is_some());
-        self.seconds.push(seconds);
-        if let (Some(before), Some(after)) = (answer.before, answer.after) {
-            self.before.push(before / noise_w);
-            self.after.push(after / noise_w);
-            if before > noise_w {
-                self.gone.push(((before - after) / (before - noise_w)).min(1.0));
-            }
-        }
-        self.second.extend(second.map(|watts| watts / noise_w));
-    }
-
-    fn print(&self, name: &str) {
-        println!(
-            "{name:<18} {:>4} {:>5} {:>6} {:>5} {:>9} {:>6} {:>6} {:>8.2} {:>6.2} {:>6.2} {:>5.0}% {:>5.1}",
-            self.logs,
-            self.right,
-            self.silent,
-            self.wrong,
-            self.covariate,
-            self.failed,
-            self.unseen,
-            median(&self.before),
-            median(&self.after),
-            median(&self.second),
-            100.0 * median(&self.gone),
-            median(&self.seconds)
-        );
-    }
-
-    fn take_in(&mut self, other: &Self) {
-        self.logs += other.logs;
-        self.unseen += other.unseen;
-        self.right += other.right;
-        self.silent += other.silent;
-        self.wrong += other.wrong;
-        self.covariate += other.covariate;
-        self.failed += other.failed;
-        self.before.extend(&other.before);
-        self.after.extend(&other.after);
-        self.second.extend(&other.second);
-        self.gone.extend(&other.gone);
-        self.seconds.extend(&other.seconds);
-    }
-}
-
-/// One log: made, asked, judged.
-fn one(options: &Options, cause: &Cause, seed: u64, folder: &Path, row: &mut Row) {
+/// A log with its program and setup, written to the folder.
+fn log_of(options: &Options, cause: &Cause, seed: u64, folder: &Path) -> Question {
     let case = case(cause, seed, options.noise);
-    if !cause.parts.is_empty() && case.seen < 0.95 * VISIBLE[0] {
-        println!("    {} {seed}: unseen, {:.2} of the noise at strength {:?}", cause.name, case.seen, case.strengths);
+    write(folder, &case, &case.run, seed);
+    let about = format!(
+        "{}, {:.0} s, strength {:.2?}, {:.1} of the noise of {:.1} W\n{:?}\n{:?}",
+        if case.machine.positions { "positions" } else { "time and power" },
+        case.run.duration_s,
+        case.strengths,
+        case.seen,
+        case.noise_w,
+        case.job.truth,
+        case.machine
+    );
+    Question {
+        args: &["learn", "part.nc", "--setup", "part.setup.toml", "--log", "log.csv", "-o", "model.toml"],
+        noise_w: case.noise_w,
+        seen: case.seen,
+        about,
+        case: Some(case),
+    }
+}
+
+/// A table of steady cuts with its setup, written to the folder.
+fn table_of(options: &Options, cause: &Cause, seed: u64, folder: &Path) -> Question {
+    let part = cause.parts.first().copied().unwrap_or("plain");
+    let made = |strength: f64| tables::table(part, strength, seed, options.noise);
+    let strength = strong_enough(part, |strength| made(strength).seen);
+    let table = made(strength);
+    fs::create_dir_all(folder).unwrap();
+    fs::write(folder.join("table.csv"), &table.text).unwrap();
+    fs::write(folder.join("part.setup.toml"), &table.setup).unwrap();
+    Question {
+        args: &["learn-table", "table.csv", "--setup", "part.setup.toml", "-o", "model.toml"],
+        noise_w: table.noise_w,
+        seen: table.seen,
+        about: format!("table, strength {strength:.2}, {:.1} of the noise of {:.1} W", table.seen, table.noise_w),
+        case: None,
+    }
+}
+
+/// One log or table: made, asked, judged.
+fn one(options: &Options, cause: &Cause, seed: u64, folder: &Path, row: &mut Row) {
+    let question = if cause.table { table_of } else { log_of }(options, cause, seed, folder);
+    let about = question.about.lines().next().unwrap_or_default();
+    if !cause.parts.is_empty() && question.seen < 0.95 * VISIBLE[0] {
+        println!("    {} {seed}: unseen ({about})", cause.name);
         row.unseen += 1;
         return;
     }
-    write(folder, &case, &case.run, seed);
-    let args = ["learn", "part.nc", "--setup", "part.setup.toml", "--log", "log.csv", "-o", "model.toml"];
     let begin = Instant::now();
-    let answer = match ask(options, folder, &args, "report.json") {
+    let answer = match ask(options, folder, question.args, "report.json") {
         Ok(report) => Answer::read(&report),
         Err(failure) => Answer { failure: Some(failure), ..Answer::default() },
     };
     let seconds = begin.elapsed().as_secs_f64();
     let verdict = judge(cause, &answer);
-    let second = on_second_program(options, cause, &case, seed, folder);
-    row.add(&verdict, &answer, case.noise_w, second, seconds);
+    let second = question.case.as_ref().and_then(|case| on_second_program(options, cause, case, seed, folder));
+    row.add(&verdict, &answer, question.noise_w, second, seconds);
     let failed = !verdict.right || !verdict.false_names.is_empty();
     if failed {
         println!(
-            "    {} {seed} ({}, {:.0} s, {:.1} of the noise, strength {:.2?}): named {:?}, confounded {:?}, carried by {:?} {}",
+            "    {} {seed} ({about}): named {:?}, confounded {:?}, carried by {:?} {}",
             cause.name,
-            if case.machine.positions { "positions" } else { "time" },
-            case.run.duration_s,
-            case.seen,
-            case.strengths,
             answer.names,
             answer.confounded,
             answer.covariates,
@@ -287,10 +273,7 @@ fn one(options: &Options, cause: &Cause, seed: u64, folder: &Path, row: &mut Row
         );
     }
     if let Some(keep) = options.keep.as_ref().filter(|_| failed || options.keep_all) {
-        let truth = format!(
-            "{:?}\nstrength {:.3?}, {:.2} of the noise of {:.2} W\n{:?}\n{:?}\n",
-            cause.truth, case.strengths, case.seen, case.noise_w, case.job.truth, case.machine
-        );
+        let truth = format!("{:?}\n{}\n", cause.truth, question.about);
         keep_case(folder, &keep.join(format!("{}-{seed}", cause.name)), &truth);
     }
 }
@@ -298,7 +281,7 @@ fn one(options: &Options, cause: &Cause, seed: u64, folder: &Path, row: &mut Row
 /// Copies the files of a case, with its truth.
 fn keep_case(folder: &Path, to: &Path, truth: &str) {
     fs::create_dir_all(to).unwrap();
-    for file in ["part.nc", "part.setup.toml", "log.csv", "truth.csv", "report.json", "stderr.txt"] {
+    for file in ["part.nc", "part.setup.toml", "table.csv", "log.csv", "truth.csv", "report.json", "stderr.txt"] {
         let _ = fs::copy(folder.join(file), to.join(file));
     }
     fs::write(to.join("truth.txt"), truth).unwrap();
@@ -307,29 +290,14 @@ fn keep_case(folder: &Path, to: &Path, truth: &str) {
 fn main() {
     let options = options();
     let folder = tempfile::tempdir().unwrap();
-    println!(
-        "{:<18} {:>4} {:>5} {:>6} {:>5} {:>9} {:>6} {:>6} {:>8} {:>6} {:>6} {:>6} {:>5}",
-        "cause",
-        "logs",
-        "right",
-        "silent",
-        "false",
-        "covariate",
-        "failed",
-        "unseen",
-        "before",
-        "after",
-        "second",
-        "gone",
-        "s"
-    );
+    print_heads();
     let mut totals: [Row; 4] = Default::default();
     for (index, cause) in causes::all().iter().enumerate() {
-        if options.only.as_ref().is_some_and(|only| *only != cause.name) {
+        if !options.only.is_empty() && !options.only.iter().any(|only| only == cause.name) {
             continue;
         }
         let mut row = Row::default();
-        for n in 0..options.n {
+        for n in options.first..options.first + options.n {
             let seed = options.base + 64 * index as u64 + n;
             one(&options, cause, seed, &folder.path().join(format!("{index}-{n}")), &mut row);
         }
@@ -341,19 +309,5 @@ fn main() {
         };
         totals[kind].take_in(&row);
     }
-    println!();
-    for (name, total) in ["plain", "one listed", "two listed", "no name"].iter().zip(&totals) {
-        total.print(name);
-    }
-    let share = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
-    let logs: usize = totals.iter().map(|row| row.logs).sum();
-    let wrong: usize = totals.iter().map(|row| row.wrong).sum();
-    println!("\nlisted effect right  {:5.1} %  goal 95", share(totals[1].right, totals[1].logs));
-    println!("pairs right          {:5.1} %  goal 90", share(totals[2].right, totals[2].logs));
-    println!("false names          {:5.1} %  goal at most 2", share(wrong, logs));
-    println!("covariate right      {:5.1} %  goal 80", share(totals[3].covariate, totals[3].logs));
-    println!(
-        "error above the noise that is gone, median over causes without a name {:3.0} %  goal 70",
-        100.0 * median(&totals[3].gone)
-    );
+    print_goals(&totals);
 }

@@ -150,6 +150,51 @@ pub fn power(
     [k.k_tc * cutting * per_edge, k.k_te * edge * per_edge]
 }
 
+/// Steps of the angle in a turn, and height of a slice of the helix, mm, for peak forces.
+const TURN_STEPS: usize = 72;
+const HELIX_SLICE: f64 = 0.5;
+
+/// Largest force in the plane of the feed over one turn of the spindle, N. A slice at height z of tooth j stands at
+/// φ = θ + 2π j/N − z tan β/R; where material stands there it gives (k_tc h + k_te) dz along the cut and (k_rc h + k_re) dz
+/// towards the axis.
+pub fn peak_force(at: &Station, depth: &[f64; RIM], k: &Coefficients, runout: Runout, helix_deg: f64) -> f64 {
+    let turns_per_s = at.rpm / 60.0;
+    if at.speed_mm_s < 1e-6 || turns_per_s <= 0.0 || at.depth_mm < 1e-3 {
+        return 0.0;
+    }
+    let feed_mm = at.speed_mm_s / (turns_per_s * at.flutes as f64);
+    let lag = helix_deg.to_radians().tan() / at.radius_mm;
+    let slices = (at.depth_mm / HELIX_SLICE).ceil() as usize;
+    let dz = at.depth_mm / slices as f64;
+    let mut chips = Vec::with_capacity(at.flutes);
+    let mut largest: f64 = 0.0;
+    for turn in 0..TURN_STEPS {
+        let theta = std::f64::consts::TAU * turn as f64 / TURN_STEPS as f64;
+        let mut force = [0.0; 2];
+        for tooth in 0..at.flutes {
+            for slice in 0..slices {
+                let z = (slice as f64 + 0.5) * dz;
+                let pitch = std::f64::consts::TAU * tooth as f64 / at.flutes as f64;
+                let phi = (theta + pitch - z * lag).rem_euclid(std::f64::consts::TAU);
+                if phi >= std::f64::consts::PI || depth[(phi / std::f64::consts::PI * RIM as f64) as usize] < z {
+                    continue;
+                }
+                chips_with_runout(feed_mm, at, phi, runout, &mut chips);
+                let chip = chips[tooth];
+                if chip <= 0.0 {
+                    continue;
+                }
+                let (along, inward) = ((k.k_tc * chip + k.k_te) * dz, (k.k_rc * chip + k.k_re) * dz);
+                let (sin, cos) = phi.sin_cos();
+                force[0] += along * cos + inward * sin;
+                force[1] += inward * cos - along * sin;
+            }
+        }
+        largest = largest.max(force[0].hypot(force[1]));
+    }
+    largest
+}
+
 /// Power of the end face where the tool goes down, W: every piece of end edge under material takes k_tc times the
 /// downward feed per tooth plus k_te, at speed ω r. Over an area A: P = N ω/(2π) A (k_tc f_down + k_te).
 pub fn end_face_power(at: &Station, area_mm2: f64, down_mm_s: f64, k: &Coefficients) -> [f64; 2] {

@@ -10,7 +10,7 @@ use super::causes::Hidden;
 use super::dice::Dice;
 use super::engagement::{Grid, RIM, Trail};
 use super::machine::{Drives, run};
-use super::physics::{Station, end_face_power, power};
+use super::physics::{Station, end_face_power, peak_force, power};
 use super::programs::{Job, RUN_UP_S, TOOL_CHANGE_S};
 
 /// Pixel of the stock, mm.
@@ -33,6 +33,8 @@ pub struct Machine {
     pub rate_hz: usize,
     /// True: the log holds place, feed and speed; false: time and power.
     pub positions: bool,
+    /// The sensor is a plate under the part that gives the peak force of a turn, N, in place of the meter.
+    pub forces: bool,
 }
 
 impl Machine {
@@ -47,6 +49,7 @@ impl Machine {
             declared: [dice.between(0.85, 1.15), dice.between(0.85, 1.2)],
             rate_hz: dice.pick(&[10, 20, 25, 50]),
             positions: seed.is_multiple_of(2),
+            forces: false,
         }
     }
 
@@ -154,6 +157,9 @@ pub fn simulate(job: &Job, machine: &Machine, hidden: &Hidden) -> Run {
                 let factor = factor(&at);
                 load = [load[0] * factor[0], load[1] * factor[1]];
             }
+            if machine.forces {
+                load = [peak_force(&at, &depth, &job.truth, hidden.runout, tool.helix_deg), 0.0];
+            }
             let contact = touched as f64 / (2.0 * RIM as f64);
             let speed = step.rpm / 60.0 * std::f64::consts::TAU * radius / 1000.0;
             slid[step.tool] += contact * speed * tick.duration_s;
@@ -184,6 +190,9 @@ pub fn simulate(job: &Job, machine: &Machine, hidden: &Hidden) -> Run {
 
 /// What the meter would read at once, W.
 fn reading(at: &Station, load: [f64; 2], machine: &Machine, hidden: &Hidden) -> f64 {
+    if machine.forces {
+        return load[0];
+    }
     let tare: f64 = hidden.tares.iter().map(|factor| factor(at)).product::<f64>() * machine.tare_w(at.rpm);
     let motor = tare + load[0] + load[1];
     let meter = hidden.drives.iter().fold(motor / machine.efficiency, |watts, drive| drive(watts, at));
@@ -219,35 +228,36 @@ pub fn mean_cutting_w(plain: &Run, machine: &Machine) -> f64 {
 pub fn misfit_w(run: &Run, plain: &Run, machine: &Machine) -> f64 {
     let row = |sample: &Sample| {
         let load = plain.loads[sample.step];
-        [load[0], load[1], machine.tare_w(sample.station.rpm), 1.0]
+        ([load[0], load[1], machine.tare_w(sample.station.rpm), 1.0], sample.watts)
     };
+    left_over(&run.samples.iter().step_by(5).map(row).collect::<Vec<_>>())
+}
+
+/// What a fit of four terms by least squares leaves, rms. A term that does nothing gets no weight.
+pub fn left_over(rows: &[([f64; 4], f64)]) -> f64 {
     let mut normal = [[0.0; 5]; 4];
-    for sample in run.samples.iter().step_by(5) {
-        let x = row(sample);
+    for (x, y) in rows {
         for i in 0..4 {
             for j in 0..4 {
                 normal[i][j] += x[i] * x[j];
             }
-            normal[i][4] += x[i] * sample.watts;
+            normal[i][4] += x[i] * y;
         }
     }
+    // Gauss-Jordan on the diagonal; the ridge keeps a term that another one holds from dividing by nothing.
     for i in 0..4 {
-        normal[i][i] *= 1.0 + 1e-12;
+        normal[i][i] = normal[i][i] * (1.0 + 1e-12) + 1e-12;
         let pivot = normal[i];
-        for (j, line) in normal.iter_mut().enumerate().filter(|(j, _)| *j != i) {
-            let factor = line[i] / pivot[i];
-            let _ = j;
-            line.iter_mut().zip(pivot).for_each(|(value, p)| *value -= factor * p);
+        for (j, line) in normal.iter_mut().enumerate() {
+            if j != i {
+                let factor = line[i] / pivot[i];
+                line.iter_mut().zip(pivot).for_each(|(value, p)| *value -= factor * p);
+            }
         }
     }
-    let solution = [0, 1, 2, 3].map(|i| normal[i][4] / normal[i][i]);
-    let squares = run.samples.iter().step_by(5).map(|sample| {
-        let x = row(sample);
-        let fit: f64 = x.iter().zip(solution).map(|(x, s)| x * s).sum();
-        (sample.watts - fit).powi(2)
-    });
-    let squares: Vec<f64> = squares.collect();
-    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    let weights = [0, 1, 2, 3].map(|i| normal[i][4] / normal[i][i]);
+    let left = |(x, y): &([f64; 4], f64)| (y - x.iter().zip(weights).map(|(x, w)| x * w).sum::<f64>()).powi(2);
+    (rows.iter().map(left).sum::<f64>() / rows.len().max(1) as f64).sqrt()
 }
 
 /// The rows of the log: up to two seconds of a machine at rest, then the run.
@@ -266,7 +276,9 @@ pub fn log(run: &Run, machine: &Machine, noise_w: f64, seed: u64) -> String {
     let mut dice = Dice::new(seed, "noise");
     let rows = sampled(run, machine, &mut dice);
     let drift = 1.0 + dice.between(-1.0, 1.0) * 5e-4;
-    let mut text = String::from(if machine.positions {
+    let mut text = String::from(if machine.forces {
+        "time_s,x_mm,y_mm,z_mm,feed_mm_min,spindle_rpm,force_xy_n\n"
+    } else if machine.positions {
         "time_s,x_mm,y_mm,z_mm,feed_mm_min,spindle_rpm,spindle_power_w\n"
     } else {
         "time_s,spindle_power_w\n"
@@ -275,7 +287,7 @@ pub fn log(run: &Run, machine: &Machine, noise_w: f64, seed: u64) -> String {
         let time = n as f64 / machine.rate_hz as f64 * drift;
         let watts = sample.watts + noise_w * dice.gauss();
         let s = &sample.station;
-        if machine.positions {
+        if machine.positions || machine.forces {
             let feed = s.speed_mm_s * 60.0 * (1.0 + 0.003 * dice.gauss());
             let [x, y, z] = s.place.map(|v| v + 0.001 * dice.gauss());
             let _ = writeln!(text, "{time:.3},{x:.3},{y:.3},{z:.3},{feed:.1},{:.0},{watts:.1}", s.rpm);
