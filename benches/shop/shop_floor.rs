@@ -130,7 +130,7 @@ pub fn simulate(job: &Job, machine: &Machine, hidden: &Hidden) -> Run {
             let (from, to) =
                 ([step.from[0], step.from[1], step.from[2] + lower], [step.to[0], step.to[1], step.to[2] + lower]);
             trail.before(&mut stock, from, to, radius);
-            stock.rim(to, along, radius, &mut depth);
+            stock.rim(between(from, to, 0.5), along, radius, &mut depth);
             if flat < 1e-9 {
                 depth.fill(0.0);
             }
@@ -177,7 +177,10 @@ pub fn simulate(job: &Job, machine: &Machine, hidden: &Hidden) -> Run {
             now += 1;
         }
         let (mut at, load) = stations[now];
+        let (tick, step) = (&ticks[now], &job.steps[ticks[now].step]);
         at.time_s = time;
+        let share = (time - tick.time_s) / tick.duration_s.max(1e-9);
+        at.place = between(step.from, step.to, if tick.speed_mm_s > 0.0 { share.min(1.0) } else { 1.0 });
         samples.push(Sample { station: at, step: ticks[now].step, load, watts: reading(&at, load, machine, hidden) });
     }
     let mut watts: Vec<f64> = samples.iter().map(|sample| sample.watts).collect();
@@ -186,6 +189,11 @@ pub fn simulate(job: &Job, machine: &Machine, hidden: &Hidden) -> Run {
     }
     samples.iter_mut().zip(watts).for_each(|(sample, watts)| sample.watts = watts);
     Run { samples, loads, duration_s: last }
+}
+
+/// A share of the way from one place to another.
+fn between(from: [f64; 3], to: [f64; 3], share: f64) -> [f64; 3] {
+    [0, 1, 2].map(|k| from[k] + share * (to[k] - from[k]))
 }
 
 /// What the meter would read at once, W.
