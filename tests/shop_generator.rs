@@ -136,7 +136,6 @@ fn there_and_back() -> Vec<Step> {
             rapid: false,
             wait_s: 0.0,
             rpm: 6000.0,
-            spin_up: 0.0,
             tool: 0,
             line: 1,
             pass: 0,
@@ -186,6 +185,8 @@ fn the_judge_tells_right_from_false_and_rivals_from_both() {
     assert!(!judge(cause("gearbox"), &carried).covariate_right);
     let speed = answer(r#"{"effects": [], "unnamed": {"covariate": ["spindle speed", "time"]}}"#);
     assert!(judge(cause("gearbox"), &speed).right);
+    let hint = answer(r#"{"effects": [], "unexplained": {"largest_correlate": "time (persists over about 2 s)"}}"#);
+    assert!(!judge(cause("coolant-off"), &hint).right);
     assert!(matches!(cause("gearbox").truth, Truth::Unlisted(_)));
 }
 

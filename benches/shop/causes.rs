@@ -264,7 +264,7 @@ pub fn all() -> Vec<Cause> {
             true,
         ),
         unlisted("chatter", Needs::Speeds, &["chatter"], &["speed", "depth", "immersion"], &[], true),
-        unlisted("regeneration", Needs::Speeds, &["regeneration"], &["acceleration", "speed"], &[], true),
+        unlisted("regeneration", Needs::Corners, &["regeneration"], &["acceleration"], &["axis-power"], true),
         unlisted("by-tool", Needs::TwoTools, &["by-tool"], &["tool"], &[], true),
         unlisted("direction", Needs::Any, &["direction"], &["direction"], &[], true),
         unlisted("odd-passes", Needs::Any, &["odd-passes"], &["pass", "line", "time"], &[], false),
@@ -340,7 +340,6 @@ pub fn least_strength(part: &str) -> f64 {
     match part {
         "feed-hold" => 1.0,
         "corner-feed" | "sensor-lag" | "override" => 0.5,
-        "regeneration" => 0.2,
         _ => 0.02,
     }
 }
@@ -529,10 +528,10 @@ fn on_the_machine(part: &str, s: f64, scene: &Scene, dice: &mut Dice, hidden: &m
             let watts = scene.mean_w * 0.15 * s;
             hidden.extra_w.push(Box::new(move |at| if (at.time_s / period).fract() < duty { watts } else { 0.0 }));
         }
-        // Speeding up costs, braking gives back.
+        // The meter stands before all drives: axes that brake give back, m a v.
         "regeneration" => {
-            let inertia = scene.mean_w * s * 2e-7;
-            hidden.extra_w.push(Box::new(move |at| inertia * at.spin_up * at.rpm));
+            let mass = scene.mean_w * s * 4e-6;
+            hidden.extra_w.push(Box::new(move |at| mass * at.acceleration_mm_s2.min(0.0) * at.speed_mm_s));
         }
         _ => return false,
     }

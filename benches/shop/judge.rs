@@ -62,6 +62,8 @@ impl Answer {
         covariates.extend(under(&report["events"], "covariate"));
         if covariates.is_empty() {
             covariates = under(&report["unexplained"], "largest_correlate");
+            // "time (persists over about 2 s)" says that the rest is no noise, and of any cause: it names no covariate.
+            covariates.retain(|hint| !hint.contains("persists"));
         }
         Self {
             names: under(&report["effects"], "name"),

@@ -17,9 +17,8 @@ pub struct Step {
     pub speed_mm_s: f64,
     pub rapid: bool,
     pub wait_s: f64,
-    /// Speed of the spindle, rpm, and how it changes, rpm/s.
+    /// Speed of the spindle, rpm.
     pub rpm: f64,
-    pub spin_up: f64,
     pub tool: usize,
     pub line: usize,
     pub pass: usize,

@@ -38,8 +38,6 @@ pub struct Station {
     pub speed_mm_s: f64,
     pub acceleration_mm_s2: f64,
     pub rpm: f64,
-    /// Change of the spindle's speed, rpm/s.
-    pub spin_up: f64,
     pub tool: usize,
     pub radius_mm: f64,
     pub flutes: usize,

@@ -109,7 +109,6 @@ impl Writer {
                 rapid,
                 wait_s: 0.0,
                 rpm: self.rpm,
-                spin_up: 0.0,
                 tool: self.tool,
                 line: self.lines,
                 pass: self.pass,
@@ -118,7 +117,7 @@ impl Writer {
         self.at = to;
     }
 
-    fn wait(&mut self, seconds: f64, spin_up: f64) {
+    fn wait(&mut self, seconds: f64) {
         self.steps.push(Step {
             from: self.at,
             to: self.at,
@@ -127,7 +126,6 @@ impl Writer {
             rapid: true,
             wait_s: seconds,
             rpm: self.rpm,
-            spin_up,
             tool: self.tool,
             line: self.lines,
             pass: self.pass,
@@ -176,16 +174,15 @@ impl Writer {
         self.rpm = 0.0;
         self.line(&format!("T{number} M6"));
         self.tool = index;
-        self.wait(TOOL_CHANGE_S, 0.0);
+        self.wait(TOOL_CHANGE_S);
         self.speed(rpm);
     }
 
     fn speed(&mut self, rpm: f64) {
         if rpm != self.rpm {
-            let rise = (rpm - self.rpm) / RUN_UP_S;
             self.line(&format!("S{rpm:.0} M3"));
             self.rpm = rpm;
-            self.wait(RUN_UP_S, rise);
+            self.wait(RUN_UP_S);
         }
     }
 }

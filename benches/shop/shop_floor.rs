@@ -113,7 +113,6 @@ pub fn simulate(job: &Job, machine: &Machine, hidden: &Hidden) -> Run {
             speed_mm_s: tick.speed_mm_s,
             acceleration_mm_s2: tick.acceleration_mm_s2,
             rpm: step.rpm,
-            spin_up: step.spin_up,
             tool: step.tool,
             radius_mm: radius,
             flutes: tool.flutes,
