@@ -279,9 +279,16 @@ impl Outline<'_> {
         Disc { centre: [0, 1].map(|axis| self.from[axis] + along * self.dir[axis]), radius, distance }
     }
     fn touch(&self, u: f64, v: f64) -> Touch {
-        let column = self.column(u, v, self.form.top, self.form.radius);
-        let segments = self.form.profile.segments.iter().zip(&self.form.reaches);
-        segments.map(|(segment, reach)| self.segment(segment, reach, u, v)).fold(column, Touch::nearer)
+        let top = self.column(u, v, self.form.top, self.form.radius);
+        let of_segment = |(segment, reach): (&Segment, &Reach)| {
+            let at_its_height = self.segment(segment, reach, u, v);
+            // Where an outline only widens, what stands above a segment lies within those that follow.
+            if self.form.convex {
+                return at_its_height;
+            }
+            at_its_height.nearer(self.column(u, v, reach.high, reach.widest))
+        };
+        self.form.profile.segments.iter().zip(&self.form.reaches).map(of_segment).fold(top, Touch::nearer)
     }
     /// Range of the run in which the outline's heights `low..high` are at height `z`.
     fn range(&self, low: f64, high: f64) -> Option<(f64, f64)> {
@@ -294,12 +301,12 @@ impl Outline<'_> {
     fn column(&self, u: f64, v: f64, low: f64, radius: f64) -> Touch {
         self.range(low, f64::INFINITY).map_or(Touch::NONE, |(a, b)| Touch::of(u, v, u.clamp(a, b), radius))
     }
+    /// The discs of a segment at its own height.
     fn segment(&self, segment: &Segment, reach: &Reach, u: f64, v: f64) -> Touch {
         match segment {
             Segment::Line { from, to } => {
                 let ([r0, z0], [r1, z1]) = if from[1] <= to[1] { (*from, *to) } else { (*to, *from) };
-                let widest = self.column(u, v, z1, r0.max(r1));
-                let Some((a, b)) = self.range(z0, z1).filter(|_| z1 > z0) else { return widest };
+                let Some((a, b)) = self.range(z0, z1).filter(|_| z1 > z0) else { return Touch::NONE };
                 // r(t) = r_a + slope (t − a): the least of hypot(u − t, v) − r(t) is where (t − u) = |v| slope/√(1 − slope²).
                 let per_height = (r1 - r0) / (z1 - z0);
                 let radius = |t: f64| r0 + per_height * (self.z - self.rise * t / self.run - z0);
@@ -310,12 +317,10 @@ impl Outline<'_> {
                     slope * f64::INFINITY
                 };
                 let t = best.clamp(a, b);
-                Touch::of(u, v, t, radius(t)).nearer(widest)
+                Touch::of(u, v, t, radius(t))
             }
             Segment::Arc { centre, radius, .. } => {
-                let Reach { low, high, widest } = *reach;
-                let widest = self.column(u, v, high, widest);
-                let Some((a, b)) = self.range(low, high) else { return widest };
+                let Some((a, b)) = self.range(reach.low, reach.high) else { return Touch::NONE };
                 let per_run = self.rise / self.run;
                 let (r2, above) = (radius * radius, self.z - centre[1]);
                 let radius = |t: f64| {
@@ -330,7 +335,7 @@ impl Outline<'_> {
                     (-off / far - per_run * h / width, bend)
                 };
                 let t = rising_root(slope, a, b);
-                Touch::of(u, v, t, radius(t)).nearer(widest)
+                Touch::of(u, v, t, radius(t))
             }
         }
     }
