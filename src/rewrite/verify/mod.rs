@@ -197,7 +197,8 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
     let mut proof = Proof::default();
     let read = |block_delete| {
         let environment = Environment { block_delete, ..environment.clone() };
-        [original, rewritten].map(|program| interpret(program, &environment))
+        let read = |program| interpret(program, &environment);
+        <[Toolpath; 2]>::from(rayon::join(|| read(original), || read(rewritten)))
     };
     let (roles, off) = rayon::join(|| align::align(original, rewritten, environment.inch, &mut proof), || read(false));
     if proof.holds() {
