@@ -38,7 +38,8 @@ fn made(text: &[u8], setup_text: &str, how: fn(Task, &Watch) -> Result<Run, JobE
 }
 
 /// Words that a second run still changes: the floor of the helix is cleaned by a circle whose wedge thins slowly through the
-/// thickness of an allowance, and either run ends the finishing pass at a station of its own.
+/// thickness of an allowance. Beside it the wall is skimmed or not as the third decimals of the path fall, so that the axial depth is
+/// 4 mm in one run and 0.5 mm in the other, and either run ends the finishing pass at another place.
 const AGAIN: [(&str, usize); 1] = [("pocket in circles, mm", 1)];
 
 /// What came of one program.

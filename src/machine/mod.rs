@@ -270,7 +270,8 @@ pub struct Output {
     pub annotate: Annotate,
     /// Are feeds that are an expression or a variable replaced by numbers? Else they are kept.
     pub replace_computed_feeds: bool,
-    /// Line ranges (first, last; 1-based) left as they are.
+    /// Line ranges (first, last; 1-based) left as they are. They are simulated and judged like all others: what they carry above a
+    /// limit is a fault that the verdict tells, whoever wrote the feed.
     pub exclude: Vec<(u32, u32)>,
 }
 
