@@ -7,7 +7,7 @@ use crate::nc::{Program, TokenKind};
 use super::super::decimal::Decimal;
 use super::super::mark;
 use super::super::view::{Modes, Switched, View, number_bytes};
-use super::Proof;
+use super::proof::Proof;
 
 /// What a line of the rewritten program is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

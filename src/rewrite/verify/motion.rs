@@ -9,7 +9,7 @@ use crate::nc::{Event, Freeze, Move, MoveKind, Spin, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
 
 use super::align::{Role, Roles};
-use super::{Proof, Rise};
+use super::proof::{Proof, Rise};
 
 /// Rounding of sums of coordinates, mm.
 const SAME_MM: f64 = 1e-6;

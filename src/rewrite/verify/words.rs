@@ -15,8 +15,8 @@ use crate::nc::{Freeze, Move, MoveKind, Program, Token, TokenKind, Toolpath};
 
 use super::super::decimal::Decimal;
 use super::super::{mark, view};
-use super::Proof;
 use super::align::{Role, Roles};
+use super::proof::Proof;
 
 /// Largest F that is believed: the writer's own bound, far above any machine in any unit.
 const MOST_F: f64 = 1e9;
