@@ -417,6 +417,34 @@ fn a_vacant_argument_is_not_zero() {
     assert_eq!(path.moves.len(), 0, "0 is not vacant, and #7=#0 makes it so");
 }
 
+/// M129 ends that the tool tip is followed, not a plane that is still tilted.
+#[test]
+fn a_plane_stays_in_doubt_until_it_is_reset() {
+    let doubtful = |end: &str| {
+        let head = "0 BEGIN PGM A MM\n1 PLANE SPATIAL SPA+0 SPB+45 SPC+0 STAY\n2 M128\n3 M129\n";
+        let path = read(&format!("{head}{end}9 L X+10 F500\n10 END PGM A MM\n"), Dialect::Heidenhain);
+        path.doubt_at(feedwright::ids::MoveId(0)).map(|doubted| doubted.doubt)
+    };
+    assert_eq!(doubtful(""), Some(Doubt::TiltedFrame));
+    assert_eq!(doubtful("4 PLANE RESET STAY\n"), None);
+}
+
+#[test]
+fn what_is_of_one_family_is_unknown_to_the_others() {
+    let unread = |text: &str, dialect| read(text, dialect).unread().iter().map(|block| block.0).collect::<Vec<_>>();
+    let text = "G1 X2 F100\nG65 P100 X1\nM30\n";
+    assert_eq!(unread(text, Dialect::Siemens), [1], "no macro of Fanuc's");
+    assert_eq!(unread(&format!("{text}O100\nM99\n"), Dialect::Fanuc), []);
+}
+
+#[test]
+fn a_block_that_cannot_be_read_puts_no_polar_coordinates_in_force() {
+    let end = |text: &str| read(text, Dialect::Fanuc).moves[0].curve().to();
+    let plain = end("G17 G90 G16 G987\nG1 X10. Y90. F100.\nM30\n");
+    assert_eq!((plain.x, plain.y), (10.0, 90.0));
+    assert!((end("G17 G90 G16\nG1 X10. Y90. F100.\nM30\n").y - 10.0).abs() < 1e-9);
+}
+
 #[test]
 fn blocks_that_cannot_be_read_stand_in_their_doubt() {
     let path = read("G1 X1. F100.\nG987 X2.\nX3.\nM77\nG987 X4.\nM30\n", Dialect::Fanuc);
