@@ -143,7 +143,7 @@ fn unrolls(dialect: Dialect, text: &str, environment: &Environment<'_>, expected
     assert!(expanded.obstacles.is_empty(), "{:?}", expanded.obstacles);
     assert_eq!(String::from_utf8(expanded.text.clone()).unwrap(), expected);
     let plain = parse(&expanded.text, dialect);
-    assert!(nc::steers(&program, environment) && !nc::steers(&plain, environment));
+    assert!(nc::has_flow_control(&program, environment) && !nc::has_flow_control(&plain, environment));
     let [before, after] = [&program, &plain].map(|program| nc::interpret(program, environment));
     assert!(before.diagnostics.is_empty() && after.diagnostics.is_empty(), "{:?}", before.diagnostics);
     assert_eq!(before.moves.len(), after.moves.len());
@@ -230,7 +230,7 @@ fn unrolled_programs_of_the_corpus_do_the_same() {
     let mut unrolled = 0;
     for file in programs() {
         let program = nc::parse(std::fs::read(&file).unwrap(), None);
-        if !nc::steers(&program, &surroundings()) || program.dialect().syntax() != nc::Syntax::Rs274 {
+        if !nc::has_flow_control(&program, &surroundings()) || program.dialect().syntax() != nc::Syntax::Rs274 {
             continue;
         }
         let expanded = nc::unroll(&program, &surroundings());
@@ -239,7 +239,7 @@ fn unrolled_programs_of_the_corpus_do_the_same() {
             continue;
         }
         let plain = parse(&expanded.text, program.dialect());
-        assert!(!nc::steers(&plain, &surroundings()), "{}", file.display());
+        assert!(!nc::has_flow_control(&plain, &surroundings()), "{}", file.display());
         let proof = verify(&program, &plain, &surroundings());
         assert!(proof.holds(), "{}: {:?}", file.display(), proof.differences);
         unrolled += 1;

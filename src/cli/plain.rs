@@ -25,7 +25,7 @@ pub fn plain(
     let load = |name: &str| work::subprogram(folder.as_deref(), name);
     let environment = Environment { load: &load, ..Environment::from_job(&job) };
     let environment = nc::unit::settled(&program, environment, Some(&job));
-    if !nc::steers(&program, &environment) {
+    if !nc::has_flow_control(&program, &environment) {
         return Ok(source);
     }
     let bytes = if expand {

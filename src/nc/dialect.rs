@@ -221,7 +221,7 @@ const FANUC: Properties = Properties {
 };
 
 /// Dialects in the order of [`Dialect::ALL`].
-const TABLE: [Properties; 7] = [
+const TABLE: &[Properties] = &[
     GENERIC,
     FANUC,
     // R left out: Haas Mill Operator's Manual, G81.
@@ -329,8 +329,7 @@ impl Dialect {
     /// Its row of the table.
     #[inline]
     pub(crate) fn properties(self) -> &'static Properties {
-        const ROWS: &[Properties] = &TABLE;
-        &ROWS[self as usize]
+        &TABLE[self as usize]
     }
     /// Name in the setup file and on the command line.
     pub fn name(self) -> &'static str {

@@ -27,7 +27,7 @@ pub enum Doubt {
     MissingProgram,
     /// A code that is not known may have moved or changed anything.
     UnknownCode,
-    /// A position hangs on a variable that the program did not set.
+    /// A position depends on a variable that the program did not set.
     UnknownValue,
     /// The program does not say whether it is in inches, and its numbers do not either.
     Unit,
@@ -98,7 +98,7 @@ impl Doubt {
             Doubt::MissingProgram => "a subprogram or macro is missing",
             Doubt::UnknownCode => "a code whose meaning is not known stands before it",
             Doubt::Unit => "the program has neither G20 nor G21, and its numbers fit inches and mm",
-            Doubt::UnknownValue => "its position hangs on a variable that the program does not set",
+            Doubt::UnknownValue => "its position depends on a variable that the program does not set",
         }
     }
 }

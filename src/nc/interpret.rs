@@ -77,8 +77,8 @@ pub fn linked(program: &Program, environment: &Environment<'_>) -> (Program, Too
 }
 
 /// Does the program hold loops, jumps, calls, variables or expressions?
-pub fn steers(program: &Program, environment: &Environment<'_>) -> bool {
-    with_family!(program, Own => Own::steers(program, environment))
+pub fn has_flow_control(program: &Program, environment: &Environment<'_>) -> bool {
+    with_family!(program, Own => Own::has_flow_control(program, environment))
 }
 
 /// Interprets a program once and notes down what is executed.
@@ -110,7 +110,7 @@ pub fn unroll(program: &Program, environment: &Environment<'_>) -> Unrolled {
             lines.flat_map(|line| unnumbered(line).to_vec()).collect()
         };
         if lines(&text, |line| !line.trim_ascii_start().starts_with(b"/")) != lines(&on.text, |_| true) {
-            obstacles.push(obstacle("what is executed hangs on the block-delete switch"));
+            obstacles.push(obstacle("what is executed depends on the block-delete switch"));
         }
     }
     // In the order of the text; those that belong to no line last.

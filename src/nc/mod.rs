@@ -22,7 +22,7 @@ pub mod unit;
 pub use dialect::{CommentForm, Dialect, Syntax};
 pub use doubt::{Doubt, Doubted};
 pub use environment::Environment;
-pub use interpret::{Unrolled, interpret, interpret_each, linked, plain_feeds, steers, unroll};
+pub use interpret::{Unrolled, has_flow_control, interpret, interpret_each, linked, plain_feeds, unroll};
 pub use number::decimal;
 pub use program::{File, MAX_TEXT, Part, Program, parse};
 pub use siemens::is_setting;

@@ -198,7 +198,7 @@ impl Program {
         let first = (0..block.0).rev().take(MOST_CONTINUED).take_while(goes_on).last();
         first.is_some_and(|first| heidenhain_lex::is_comment(before(first)))
     }
-    /// Does any block hang on the block-delete switch?
+    /// Does any block depend on the block-delete switch?
     pub fn has_block_delete(&self) -> bool {
         let mut slash = memchr::memchr_iter(b'/', &self.text).map(|at| self.block_at(at as u32));
         slash.any(|block| self.tokens(block).any(|token| token.kind == TokenKind::Delete))

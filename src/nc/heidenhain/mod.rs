@@ -94,7 +94,7 @@ impl Family for Heidenhain {
         unroll::obstacles(executed, record);
     }
 
-    fn steers_when_unrolled(executed: &Executed<'_, Self>, record: &mut Record) -> bool {
+    fn is_left_out(executed: &Executed<'_, Self>, record: &mut Record) -> bool {
         let steers = unroll::is_left_out(executed);
         record.ended |= !steers && unroll::is_end(executed);
         steers
@@ -112,7 +112,7 @@ impl Family for Heidenhain {
         unroll::plain(executed, token, record)
     }
 
-    fn steers(program: &Program, _environment: &Environment<'_>) -> bool {
-        program.blocks().any(|block| unroll::steers(program, block))
+    fn has_flow_control(program: &Program, _environment: &Environment<'_>) -> bool {
+        program.blocks().any(|block| unroll::has_flow_control(program, block))
     }
 }

@@ -109,7 +109,7 @@ fn continues(program: &Program, block: BlockId) -> bool {
 }
 
 /// Does a block hold loops, jumps, calls or parameters?
-pub(super) fn steers(program: &Program, block: BlockId) -> bool {
+pub(super) fn has_flow_control(program: &Program, block: BlockId) -> bool {
     let text = program.text();
     let parameter = |bytes: &[u8]| memchr::memchr2(b'Q', b'q', bytes).is_some() && !bytes.starts_with(b"\"");
     let continued = continues(program, block);

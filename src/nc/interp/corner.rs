@@ -28,8 +28,8 @@ impl Corner {
 type Worked = (Vec3, Vec3, Option<(Vec3, f64)>);
 
 impl<F: Family> Interpreter<'_, F> {
-    /// Works the corner asked for between the last straight motion and the one to `target`: the last one is made again,
-    /// shorter, and what lies between them after it, in its name.
+    /// Rounds or chamfers the corner between the last straight motion and the one to `target`: the last one is taken back and made
+    /// again up to where the corner begins; the motions of the corner follow it as parts of its block.
     pub(crate) fn work_corner(&mut self, kind: MoveKind, target: Vec3) {
         let Some((corner, place)) = self.corners.now.take() else { return };
         let feed = self.corners.feed.take();
@@ -74,7 +74,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Keeps the straight motion to `target` in mind, if a corner may follow it.
+    /// Remembers the straight motion to `target`, if a corner may cut it short.
     pub(crate) fn keep_leg(&mut self, kind: MoveKind, target: Vec3) {
         let wanted = self.corners.next.is_some() || F::CORNERS_BEHIND;
         if !wanted || kind == MoveKind::Rapid {

@@ -1,8 +1,8 @@
 //! Canned cycles G73, G74, G76, G81–G89 in the three planes, as the motions they make.
 //!
-//! The drilling axis is the normal of the plane. A cycle begins at the level `il` the tool had when cycles came into
-//! force; with G98 it returns to that level (or to R, if that is higher), with G99 to R. With G91, R counts from `il` and
-//! the depth from R. Words stay in force until the cycle is cancelled.
+//! The drilling axis is the normal of the plane. The initial level is where the tool stood when cycles came into force; with G98 a
+//! cycle returns there (or to R, if that is higher), with G99 to R. With G91, R counts from the initial level and the depth
+//! from R. Words stay in force until the cycle is cancelled.
 
 use super::interpreter::{Family, Interpreter};
 use super::state::Cycle;

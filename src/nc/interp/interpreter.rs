@@ -90,7 +90,7 @@ pub(crate) trait Family: Sized {
     /// Unrolling: notes what of a block cannot be unrolled.
     fn obstacles(_noted: &Executed<'_, Self>, _record: &mut Record) {}
     /// Unrolling: is a block left out, because all it does is to steer the flow?
-    fn steers_when_unrolled(_noted: &Executed<'_, Self>, _record: &mut Record) -> bool {
+    fn is_left_out(_noted: &Executed<'_, Self>, _record: &mut Record) -> bool {
         false
     }
     /// Unrolling: a line that is no block but heads the text.
@@ -106,7 +106,7 @@ pub(crate) trait Family: Sized {
     /// Unrolling: a token of a block.
     fn plain(executed: &Executed<'_, Self>, token: &Token, record: &mut Record) -> Plain;
     /// Does a program hold loops, jumps, calls, variables or expressions?
-    fn steers(program: &Program, environment: &Environment<'_>) -> bool;
+    fn has_flow_control(program: &Program, environment: &Environment<'_>) -> bool;
 }
 
 /// Whether a family has put a G code in force.

@@ -57,7 +57,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Says once per range that a rotary axis turns in a cut.
+    /// Warns of a rotary axis that turns in a cut, once until it rests.
     fn warn_of_rotary(&mut self, words: &Words, turned: bool, feeding: bool) {
         let range = turned && feeding;
         let span = ROTARY.iter().find_map(|&letter| words.span(letter)).unwrap_or_default();
@@ -74,7 +74,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.line_to(MoveKind::Feed, target);
     }
 
-    /// The feed stays where a rotary axis turns, and under G63 as a mode, where it belongs to a pitch.
+    /// The feed is kept where a rotary axis turns, and under G63 as a mode, where it belongs to a thread pitch.
     pub(crate) fn freeze_feed(&mut self, turned: bool) {
         if turned {
             self.block.freeze = self.block.freeze.or(Some(Freeze::Rotary));
@@ -228,7 +228,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.tool_to(kind, Curve::Line { from: self.place.tool, to });
     }
 
-    /// Leaves a motion of the tool in the toolpath.
+    /// Moves the tool along a curve: one more motion of the toolpath.
     pub(crate) fn tool_to(&mut self, kind: MoveKind, curve: Curve) {
         let motion = self.motion_of(kind, curve);
         self.out.moves.push(motion);
@@ -258,7 +258,7 @@ impl<F: Family> Interpreter<'_, F> {
         motion
     }
 
-    /// The state of a move made now: the one of the last move of its kind, unless something changed.
+    /// The state of a move made now, shared with the last move of its kind unless something changed.
     fn state(&mut self, kind: MoveKind, feed: Feed) -> Arc<State> {
         let Modal { tool, wcs, path_mode, .. } = self.modal;
         let now = State {

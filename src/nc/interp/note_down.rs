@@ -50,7 +50,7 @@ impl<F: Family> Interpreter<'_, F> {
             if !record.began {
                 F::head(&mut record, program.line_text(block));
             }
-        } else if !F::steers_when_unrolled(&executed, &mut record) {
+        } else if !F::is_left_out(&executed, &mut record) {
             write_block(&executed, &mut record);
         }
         self.record = Some(record);

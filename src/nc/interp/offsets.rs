@@ -34,7 +34,8 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Before a motion: one single offset is the stock's own; a second one is known only where the setup gives both origins.
+    /// Before a motion: the only work offset of a program is that of the stock; where a second one lies is known only if the setup
+    /// gives the origins of both.
     #[inline]
     pub(crate) fn offset_in_use(&mut self) {
         let wcs = self.modal.wcs;

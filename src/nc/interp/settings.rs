@@ -199,7 +199,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// LinuxCNC takes F in before it changes the unit of length, the others after.
+    /// F. LinuxCNC reads it in the unit in force before a G20 or G21 of the same block, the others in the new one.
     pub(crate) fn feed_word(&mut self, value: f64, words: &Words, unit_before: f64) {
         let early = self.dialect().feed_before_unit;
         let unit = match self.modal.feed_mode {
@@ -331,7 +331,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Why a feed move made now must stay as it is.
+    /// Why a feed move made now must keep its feed, as far as its F word says.
     pub(crate) fn feed_freeze(&self) -> Option<Freeze> {
         let feed = &self.modal.feed;
         if feed.computed {

@@ -1,5 +1,5 @@
 //! Values of expressions, and assignments. In: the text of an expression and the variables as they are. Out: its value, and a
-//! doubt where that hangs on a variable that only the control knows.
+//! doubt where that depends on a variable that only the control knows.
 
 use super::calls::LOCALS;
 use super::interpreter::{Family, Interpreter};
@@ -38,7 +38,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Value of an expression. Where it hangs on a variable that the program did not set, numbered above `decides`, that is a
+    /// Value of an expression. Where it depends on a variable that the program did not set, numbered above `decides`, that is a
     /// doubt.
     pub(crate) fn evaluate(&mut self, place: Span, text: &[u8], decides: u32) -> Result<f64, ExprError> {
         Ok(self.evaluate_or_vacant(place, text, decides)?.unwrap_or(0.0))

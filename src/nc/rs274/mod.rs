@@ -157,7 +157,7 @@ impl Family for Rs274 {
         unroll::plain(executed, token, record)
     }
 
-    fn steers(program: &Program, _environment: &Environment<'_>) -> bool {
+    fn has_flow_control(program: &Program, _environment: &Environment<'_>) -> bool {
         let steers = |token: Token| match token.kind {
             TokenKind::Word(b'M') => [97.0, 98.0].contains(&token.number),
             TokenKind::Word(b'G') => [65.0, 66.0].contains(&token.number),

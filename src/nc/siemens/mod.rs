@@ -86,7 +86,7 @@ impl Family for Siemens {
         unroll::plain(executed, token)
     }
 
-    fn steers(program: &Program, environment: &Environment<'_>) -> bool {
-        unroll::Steering { program, environment, calls: Vec::new() }.steers()
+    fn has_flow_control(program: &Program, environment: &Environment<'_>) -> bool {
+        unroll::FlowSearch { program, environment, calls: Vec::new() }.has_flow_control()
     }
 }

@@ -91,7 +91,7 @@ fn plain_call(executed: &Executed<'_, Siemens>, bytes: &[u8]) -> Plain {
 }
 
 /// Looks for what steers the flow.
-pub(super) struct Steering<'a> {
+pub(super) struct FlowSearch<'a> {
     pub(super) program: &'a Program,
     pub(super) environment: &'a Environment<'a>,
     /// Names that were looked up, and whether there is such a subprogram.
@@ -104,8 +104,8 @@ const FLOW: [&str; 23] = [
     "GOTO", "GOTOF", "GOTOB", "GOTOC", "GOTOS", "CASE", "DEF", "PROC", "RET", "EXTERN",
 ];
 
-impl Steering<'_> {
-    pub(super) fn steers(&mut self) -> bool {
+impl FlowSearch<'_> {
+    pub(super) fn has_flow_control(&mut self) -> bool {
         let program = self.program;
         program.blocks().any(|block| program.tokens(block).any(|token| self.token(token)))
     }
