@@ -17,7 +17,6 @@ mod motion;
 mod proof;
 mod words;
 
-use crate::ids::BlockId;
 use crate::nc::{self, Environment, Program, Toolpath, interpret, parse};
 pub use proof::{Difference, ENOUGH, Proof, Rise};
 use words::Done;
