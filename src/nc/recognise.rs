@@ -36,14 +36,15 @@ pub struct Recognised {
     pub others: Vec<Dialect>,
     /// The signs that spoke for it.
     pub signs: Vec<&'static str>,
-    /// The manuals that have these signs, each once.
+    /// The manuals of that control that have these signs, each once.
     pub sources: Vec<&'static str>,
 }
 
 impl Recognised {
     /// Why it was recognised: `G15 H, G56 H: see Okuma OSP-P200M Programming Manual`.
     pub fn why(&self) -> String {
-        format!("{}: see {}", self.signs.join(", "), self.sources.join("; "))
+        let signs = self.signs.join(", ");
+        if self.sources.is_empty() { signs } else { format!("{signs}: see {}", self.sources.join("; ")) }
     }
 }
 
@@ -336,7 +337,9 @@ fn weigh(found: &[&'static Sign]) -> Recognised {
     }
     others.dedup();
     let own = |sign: &&&Sign| sign.speaks_for.iter().any(|(whose, _)| *whose == best);
-    let mut sources: Vec<&'static str> = found.iter().filter(own).map(|sign| sign.source).collect();
+    // The manual of a sign is that of the control it speaks for first.
+    let first = |sign: &&&Sign| sign.speaks_for.first().is_some_and(|(whose, _)| *whose == best);
+    let mut sources: Vec<&'static str> = found.iter().filter(first).map(|sign| sign.source).collect();
     let mut seen = BTreeSet::new();
     sources.retain(|source| seen.insert(*source));
     Recognised { control, others, signs: found.iter().filter(own).map(|sign| sign.what).collect(), sources }
@@ -498,8 +501,9 @@ mod tests {
     #[test]
     fn the_reason_names_signs_and_their_manuals() {
         assert_eq!(of("O100\nG15 H1\nG56 H1\nG0 X10 Y20\n").why(), format!("G15 H, G56 H: see {OKUMA_BOOK}"));
-        let both = of("o100 sub\no100 endsub\nG61.1\n");
-        assert_eq!(both.sources, [LINUXCNC_BOOK, MAZAK_BOOK], "each manual once, in the order of its signs");
+        let both = of("o100 sub\no100 endsub\n#<a>=1\nG61.1\n");
+        assert_eq!(both.signs, ["O-word flow", "#<name>", "G61.1"]);
+        assert_eq!(both.sources, [LINUXCNC_BOOK], "each manual once, and none of another control");
     }
 
     #[test]
