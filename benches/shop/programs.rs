@@ -306,6 +306,9 @@ fn slots(w: &mut Writer, dice: &mut Dice, low: [f64; 3], high: [f64; 3], d: Data
     }
 }
 
+/// Slope of a ramp, a little over two degrees.
+const RAMP_SLOPE: f64 = 0.04;
+
 /// A pocket: a ramp to and fro, then rings outwards with sharp corners.
 fn pocket(w: &mut Writer, dice: &mut Dice, low: [f64; 2], high: [f64; 2], d: Data, levels: usize) {
     let middle = [f64::midpoint(low[0], high[0]), f64::midpoint(low[1], high[1])];
@@ -318,13 +321,15 @@ fn pocket(w: &mut Writer, dice: &mut Dice, low: [f64; 2], high: [f64; 2], d: Dat
     w.cut([w.at[0], w.at[1], 0.2], d.feed);
     for _ in 0..levels {
         let floor = z - d.depth;
-        let ramp = d.radius.max(2.0 * bar);
+        // Legs of one slope: a last one that is nearly level would rub with its end face and make no chip.
+        let down = w.at[2] - floor;
+        let pairs = (down / (2.0 * RAMP_SLOPE * d.radius.max(2.0 * bar))).ceil();
+        let drop = down / (2.0 * pairs);
         w.pass += 1;
-        while w.at[2] > floor + 1e-6 {
-            let next = (w.at[2] - ramp * 0.04).max(floor);
-            w.cut([middle[0] - bar + ramp, middle[1], next], d.feed * 0.5);
-            let next = (next - ramp * 0.04).max(floor);
-            w.cut([middle[0] - bar, middle[1], next], d.feed * 0.5);
+        for _ in 0..pairs as usize {
+            let next = w.at[2] - drop;
+            w.cut([middle[0] - bar + drop / RAMP_SLOPE, middle[1], next], d.feed * 0.5);
+            w.cut([middle[0] - bar, middle[1], next - drop], d.feed * 0.5);
         }
         z = floor;
         let mut grown = 0.0;
