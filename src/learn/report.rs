@@ -41,6 +41,27 @@ pub struct Added {
     pub evidence: String,
 }
 
+/// What no effect of the list explains: a curve over a covariate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unnamed {
+    /// The effect that carries the curve into a model, with its errors.
+    pub added: Added,
+    /// The covariate.
+    pub covariate: String,
+    /// Its unit in `knots`.
+    pub unit: String,
+    /// "load" of the cut, or "tare".
+    pub multiplies: String,
+    /// (covariate, factor): straight between, level beyond, two at one place a step.
+    pub knots: Vec<[f64; 2]>,
+    /// A named effect that depends on the covariate too: the curve is what its form misses.
+    pub beside: Option<String>,
+    /// The effect that this is in another form, where only one follows the covariate.
+    pub family: Option<String>,
+    /// One sentence.
+    pub said: String,
+}
+
 /// An effect that was looked at and not added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rejected {
@@ -61,7 +82,20 @@ pub struct Confounded {
     pub experiment: String,
 }
 
-/// Structure that no effect explains.
+impl LearnReport {
+    /// Names of what was found: effects by their laws, and those that a curve shows in another form.
+    pub fn names(&self) -> Vec<&str> {
+        let laws = self.effects.iter().map(|e| e.name.as_str());
+        laws.chain(self.unnamed.iter().filter_map(|u| u.family.as_deref())).collect()
+    }
+
+    /// Curves that bear no name at all.
+    pub fn nameless(&self) -> impl Iterator<Item = &Unnamed> {
+        self.unnamed.iter().filter(|u| u.family.is_none() && u.beside.is_none())
+    }
+}
+
+/// Structure that no named effect explains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unexplained {
     /// Share of the residual's variance that its strongest correlate predicts on blocks it was not learned on.
@@ -113,6 +147,34 @@ pub struct Alignment {
     pub pauses: Vec<(f64, f64)>,
 }
 
+/// A stretch of a log in which the machine did not run as the program has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeedEvent {
+    /// Time in the log, s.
+    pub time_s: [f64; 2],
+    /// Lines of the program, 1-based.
+    pub lines: [u32; 2],
+    /// Feed over the predicted one; 0: the tool stood.
+    pub ratio: f64,
+}
+
+impl FeedEvent {
+    /// One sentence.
+    pub fn said(&self) -> String {
+        let [from, to] = self.time_s;
+        let [first, last] = self.lines;
+        let lines = if first == last { format!("line {first}") } else { format!("lines {first} to {last}") };
+        if self.ratio == 0.0 {
+            return format!("the tool stood for {:.1} s from {from:.1} s on ({lines}): a pause, and no cut", to - from);
+        }
+        format!(
+            "from {from:.1} s to {to:.1} s ({lines}) the machine ran at {:.0} % of the predicted feed: an override? \
+             The loads are compared at the feed that was measured",
+            100.0 * self.ratio
+        )
+    }
+}
+
 /// A coefficient in one window of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Window {
@@ -141,6 +203,8 @@ pub struct LearnReport {
     pub how: String,
     /// Alignment, for logs.
     pub alignment: Option<Alignment>,
+    /// Where the log shows that the machine stood, or ran at another feed than predicted.
+    pub events: Vec<FeedEvent>,
     /// Base parameters.
     pub base: Vec<Value>,
     /// Condition number of the base fit.
@@ -151,11 +215,13 @@ pub struct LearnReport {
     pub base_test: Errors,
     /// Effects added, in order.
     pub effects: Vec<Added>,
+    /// What no named effect explains, in the order found.
+    pub unnamed: Vec<Unnamed>,
     /// Effects not added.
     pub rejected: Vec<Rejected>,
     /// Effects that could stand for each other.
     pub confounded: Vec<Confounded>,
-    /// What is left; `None`: nothing.
+    /// What the named effects leave; `None`: nothing.
     pub unexplained: Option<Unexplained>,
     /// Errors of the final model.
     pub final_train: Errors,

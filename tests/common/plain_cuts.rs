@@ -41,6 +41,7 @@ force_xy = 500
 "#;
 
 /// A straight move: line of the program, ends, feed in mm/min (`None`: rapid), speed in rev/min.
+#[derive(Clone)]
 struct Leg {
     line: usize,
     from: [f64; 3],
@@ -157,6 +158,10 @@ pub enum Hidden {
     Pump(f64),
     /// Tare rises along x, W/mm. In no list.
     Slide(f64),
+    /// The feed is turned down to this share between two parts of the program. In no list.
+    Override([f64; 2], f64),
+    /// The tool is held at the end of the first cut behind this part of the program, s. In no list.
+    Held(f64, f64),
 }
 
 /// One instant.
@@ -220,9 +225,21 @@ fn cut(leg: &Leg, at: [f64; 3], before: &[Leg], hidden: &[Hidden]) -> [f64; 3] {
     [K_TC * chips * per_n, K_TE * edges * per_n, RADIUS_MM * met]
 }
 
+/// Share of the programmed feed at which the machine runs in a part of the program.
+fn run_at(hidden: &[Hidden], part: f64) -> f64 {
+    let of = |h: &Hidden| match *h {
+        Hidden::Override([from, to], share) if (from..to).contains(&part) => share,
+        _ => 1.0,
+    };
+    hidden.iter().map(of).product()
+}
+
 fn instants(program: &Program, hidden: &[Hidden]) -> Vec<Instant> {
-    let (mut all, mut begin_s) = (Vec::new(), 0.0);
+    let (mut all, mut begin_s, mut held) = (Vec::new(), 0.0, false);
     for (number, leg) in program.legs.iter().enumerate() {
+        let part = number as f64 / program.legs.len() as f64;
+        let feed = leg.feed.map(|feed| feed * run_at(hidden, part));
+        let leg = &Leg { feed, ..leg.clone() };
         let length = (0..3).map(|k| (leg.to[k] - leg.from[k]).powi(2)).sum::<f64>().sqrt();
         let takes_s = length / (leg.feed.unwrap_or(RAPID_MM_MIN) / 60.0);
         let count = (takes_s / STEP_S).ceil().max(1.0) as usize;
@@ -235,6 +252,27 @@ fn instants(program: &Program, hidden: &[Hidden]) -> Vec<Instant> {
             all.push(Instant { time_s, line: leg.line, at, rpm: leg.rpm, cutting_w, edge_w, slid_mm });
         }
         begin_s += takes_s;
+        let next = (number + 1) as f64 / program.legs.len() as f64;
+        for each in hidden {
+            if let Hidden::Held(at, seconds) = *each
+                && leg.feed.is_some()
+                && next > at
+                && !held
+            {
+                held = true;
+                let stands = |k: usize| Instant {
+                    time_s: begin_s + (k as f64 + 0.5) * STEP_S,
+                    line: leg.line,
+                    at: leg.to,
+                    rpm: leg.rpm,
+                    cutting_w: 0.0,
+                    edge_w: 0.0,
+                    slid_mm: 0.0,
+                };
+                all.extend((0..(seconds / STEP_S) as usize).map(stands));
+                begin_s += seconds;
+            }
+        }
     }
     all
 }

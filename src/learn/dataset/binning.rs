@@ -6,7 +6,7 @@
 
 use crate::force::contact::Engaged;
 use crate::learn::align::Aligned;
-use crate::learn::dataset::placed_log::PlacedLog;
+use crate::learn::dataset::placed_log::{Operation, PlacedLog, operations};
 use crate::learn::dataset::samples::{Base, Class, Data, SlowerMachine, UNBOUNDED, VariantColumns};
 use crate::learn::dataset::steady_table::spindle_base;
 use crate::learn::dataset::weights::cell_sizes;
@@ -32,6 +32,10 @@ const MOST_BETWEEN: usize = 200;
 /// Standard deviation of a base coefficient about the declared value, relative: power, forces.
 const PRIOR: [f64; 2] = [0.5, 0.25];
 
+/// Standard deviation of what the spindle takes while it runs up, W, % or A: a thousand holds for every meter and still
+/// keeps a fit that saw no run-up from inventing one.
+const RUN_UP: f64 = 1e3;
+
 /// Force coefficients stay within these factors of the declared ones: a peak force alone cannot tell a larger edge
 /// coefficient from a tooth that stands out, so that the declared material has to.
 const FORCE_BOUNDS: [f64; 2] = [0.6, 1.5];
@@ -55,7 +59,7 @@ pub fn channels(log: &Log) -> Channels {
 /// Data of a log, and how many samples were weighted down.
 pub fn bin_log(log: &Log, aligned: &Aligned, known: &ProgramView, channels: &Channels) -> (Data, usize) {
     let spots = &known.timeline.spots;
-    let mut data = Data { kind_names: tool_names(spots), ..Data::default() };
+    let mut data = Data { kind_names: operation_names(spots), ..Data::default() };
     data.base = base(known.job, channels);
     data.columns = vec![Vec::new(); data.base.len()];
     data.variants = known
@@ -83,11 +87,10 @@ pub fn bin_log(log: &Log, aligned: &Aligned, known: &ProgramView, channels: &Cha
     (data, lowered)
 }
 
-fn tool_names(spots: &[Spot]) -> Vec<String> {
-    let mut tools: Vec<u32> = spots.iter().map(|s| s.tool).collect();
-    tools.sort_unstable();
-    tools.dedup();
-    tools.iter().map(|t| format!("tool {t}")).collect()
+/// Names of the operations; what cuts nothing belongs to the last of all.
+fn operation_names(spots: &[Spot]) -> Vec<String> {
+    let cutting = operations(spots).into_iter().map(|each| format!("tool {} at {} rpm", each.tool, each.rpm));
+    cutting.chain(["air".to_owned()]).collect()
 }
 
 /// Base coefficients: tare, k_tc, k_te for the spindle, and k_rc, k_re beside them for forces.
@@ -98,7 +101,7 @@ fn base(job: &Job, channels: &Channels) -> Vec<Base> {
             name: "run_up".into(),
             unit: unit.into(),
             class: Class::Tare,
-            prior: Some((0.0, 1e6)),
+            prior: Some((0.0, RUN_UP)),
             bounds: UNBOUNDED,
         });
     }
@@ -169,7 +172,8 @@ impl PlacedLog<'_> {
         for (index, share) in self.pieces(self.aligned.program_s[i], quantity, of) {
             let spot = &self.known.timeline.spots[index];
             for (column, b) in columns.iter_mut().zip(base) {
-                *column += share * Self::column(&b.name, quantity, self.rps(i, spot), spot, of(index));
+                let at_predicted_feed = Self::column(&b.name, quantity, self.rps(i, spot), spot, of(index));
+                *column += share * self.at_feed(i, b.class) * at_predicted_feed;
             }
         }
         columns
@@ -211,8 +215,9 @@ impl PlacedLog<'_> {
     /// Adds the cells of one measured quantity.
     fn channel(&self, data: &mut Data, k: usize, quantity: Option<Quantity>, channel: usize) -> usize {
         let values = &self.log.measured[k].1;
-        let valid: Vec<usize> =
-            (0..values.len()).filter(|i| values[*i].is_finite() && self.spot[*i].is_some()).collect();
+        let valid: Vec<usize> = (0..values.len())
+            .filter(|i| values[*i].is_finite() && self.spot[*i].is_some() && !self.stands(*i))
+            .collect();
         let loads = self.rough_loads(quantity, &data.base);
         let weights = self.weights(&valid, values, &loads);
         let (step_s, longest_s) = (median_step(&self.log.time_s), longest_step(&self.log.time_s));
@@ -266,20 +271,24 @@ impl PlacedLog<'_> {
             }
             for (index, share) in self.pieces(at_s, quantity, &declared).into_iter().filter(|(_, share)| *share > 0.0) {
                 let spot = &self.known.timeline.spots[index];
+                let speed_mm_s = self.feed_ratio(i) * spot.speed_mm_s();
                 let (removed, swept) =
-                    (spot.engaged.section_mm2 * spot.speed_mm_s(), spot.engaged.contact_mm2 * self.rps(i, spot));
+                    (spot.engaged.section_mm2 * speed_mm_s, spot.engaged.contact_mm2 * self.rps(i, spot));
                 let more = [removed, swept, removed * spot.engaged.up_share_chip, swept * spot.engaged.up_share];
                 rates.iter_mut().zip(more).for_each(|(r, m)| *r += share * m);
                 for (sums, (offset, phase)) in variants[first..last].iter_mut().zip(runouts()) {
                     let change = &self.known.timeline.runouts[index][offset][phase];
                     for (b, sum) in sums.iter_mut().enumerate() {
                         let plain = Self::column(&data.base[b].name, quantity, self.rps(i, spot), spot, &spot.engaged);
-                        *sum += share * runout_change(quantity, &data.base[b], change, plain) / n;
+                        let at_predicted_feed = runout_change(quantity, &data.base[b], change, plain);
+                        *sum += share * self.at_feed(i, data.base[b].class) * at_predicted_feed / n;
                     }
                 }
             }
             for (index, share) in self.about(at_s) {
-                ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += share * all[index] / n);
+                // A feed that was measured is what it is on any machine.
+                let slower = |all: &Vec<f64>| if self.feed.is_some() { 1.0 } else { all[index] };
+                ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += share * slower(all) / n);
             }
             if let (Some(spot), Some(_)) = (self.spot[i].map(|k| &self.known.timeline.spots[k]), quantity) {
                 for (value, base) in at_sample.iter_mut().zip(&data.base) {
@@ -299,7 +308,8 @@ impl PlacedLog<'_> {
         data.reading.push(reading);
         data.channel.push(channel);
         let spot = self.spot[members[members.len() / 2]].unwrap_or(0);
-        data.kind.push(self.tools.binary_search(&self.known.timeline.spots[spot].tool).unwrap_or(0));
+        let operation = Operation::of(&self.known.timeline.spots[spot]);
+        data.kind.push(self.operations.binary_search(&operation).unwrap_or(self.operations.len()));
         let mut state = self.state(members);
         if rates[0] > 1e-9 && rates[1] > 1e-9 {
             state.chip_thickness_mm = rates[0] / rates[1];
@@ -327,7 +337,7 @@ impl PlacedLog<'_> {
                 let own = if b.class == Class::Tare {
                     *at_end
                 } else {
-                    Self::column(&b.name, quantity, self.rps(i, spot), spot, &spot.engaged)
+                    self.at_feed(i, b.class) * Self::column(&b.name, quantity, self.rps(i, spot), spot, &spot.engaged)
                 };
                 *sum += share * (own - at_end);
             }

@@ -49,13 +49,16 @@ impl PlacedLog<'_> {
             volume_mm3: self.cumulated[index][1] + share * e.section_mm2 * spot.length_mm,
             rps,
             reference_rps: self.reference_rps,
+            tool: f64::from(spot.tool),
             ..State::default()
         };
         [state.path_speed_mm_s, state.path_acceleration_mm_s2] = self.mean_motion(members);
         state.tare_share = self.tare_shape(rps);
+        state.position = spot.from + (spot.to - spot.from) * share;
         let Some(tool) = tool.filter(|_| e.section_mm2 > 1e-6 && rps > 0.0) else { return state };
         let left = crate::path::Vec3::new(-spot.direction.y, spot.direction.x, 0.0);
-        let speed = spot.speed_mm_s();
+        let feed_ratio = members.iter().map(|i| self.feed_ratio(*i)).sum::<f64>() / members.len() as f64;
+        let speed = feed_ratio * spot.speed_mm_s();
         state.feed_per_tooth_mm = speed / (f64::from(tool.flutes) * rps);
         state.chip_thickness_mm = e.section_mm2 * speed / (e.contact_mm2 * rps).max(1e-12);
         state.cutting_speed_mm_s = PI * tool.diameter_mm * rps;

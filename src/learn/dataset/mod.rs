@@ -6,6 +6,7 @@ pub mod binning;
 pub mod covariates;
 pub mod errors;
 pub mod mean_forces;
+pub mod measured_feed;
 pub mod placed_log;
 pub mod samples;
 pub mod section;

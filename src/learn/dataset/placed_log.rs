@@ -3,12 +3,38 @@
 
 use crate::force::contact::Engaged;
 use crate::learn::align::Aligned;
+use crate::learn::dataset::measured_feed::{MeasuredFeed, measured_feed};
+use crate::learn::dataset::samples::Class;
 use crate::learn::log::Log;
 use crate::learn::log::quantity::Quantity;
 use crate::learn::log::quantity::column_factor;
 use crate::learn::program::simulated::ProgramView;
 use crate::learn::program::timeline::{Activity, Spot};
 use crate::learn::regress::statistics::median;
+use crate::units::rpm_from_rps;
+
+/// A tool at a spindle speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::learn) struct Operation {
+    pub(in crate::learn) tool: u32,
+    pub(in crate::learn) rpm: u32,
+}
+
+impl Operation {
+    /// That of a spot.
+    pub(in crate::learn) fn of(spot: &Spot) -> Self {
+        Self { tool: spot.tool, rpm: rpm_from_rps(spot.rps).round() as u32 }
+    }
+}
+
+/// Every operation in which something is cut, in the order of their numbers.
+pub(in crate::learn) fn operations(spots: &[Spot]) -> Vec<Operation> {
+    let cutting = spots.iter().filter(|spot| spot.engaged.section_mm2 > 0.0);
+    let mut all: Vec<Operation> = cutting.map(Operation::of).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
 
 /// The samples laid along the program.
 pub(in crate::learn) struct PlacedLog<'a> {
@@ -20,7 +46,10 @@ pub(in crate::learn) struct PlacedLog<'a> {
     /// Cumulated sliding and volume, and the path since material was met, at the start of each spot.
     pub(in crate::learn) cumulated: Vec<[f64; 3]>,
     pub(in crate::learn) reference_rps: f64,
-    pub(in crate::learn) tools: Vec<u32>,
+    /// Tools with their spindle speeds: the operations of the program.
+    pub(in crate::learn) operations: Vec<Operation>,
+    /// The feed that the log shows; `None` where it shows none.
+    pub(in crate::learn) feed: Option<MeasuredFeed>,
 }
 
 impl<'a> PlacedLog<'a> {
@@ -37,8 +66,25 @@ impl<'a> PlacedLog<'a> {
             spot: aligned.program_s.iter().map(|t| known.timeline.at(*t)).collect(),
             cumulated: cumulated(spots, &tools),
             reference_rps: median(&cutting).max(1e-3),
-            tools,
+            operations: operations(spots),
+            feed: measured_feed(log, aligned, known.timeline),
         }
+    }
+
+    /// Measured feed over the predicted one at a sample; 1 where the log does not tell.
+    pub(in crate::learn) fn feed_ratio(&self, i: usize) -> f64 {
+        self.feed.as_ref().map_or(1.0, |feed| feed.ratio[i])
+    }
+
+    /// Does the tool stand at a sample at which the program feeds?
+    pub(in crate::learn) fn stands(&self, i: usize) -> bool {
+        self.feed.as_ref().is_some_and(|feed| feed.stands(i))
+    }
+
+    /// What the feed of a sample makes of a column at the predicted feed: chips are as thick as the feed is large, edges
+    /// rub as long whatever it is.
+    pub(in crate::learn) fn at_feed(&self, i: usize, class: Class) -> f64 {
+        if class == Class::Cutting { self.feed_ratio(i) } else { 1.0 }
     }
 
     pub(in crate::learn) fn rps(&self, i: usize, spot: &Spot) -> f64 {

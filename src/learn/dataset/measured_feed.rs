@@ -1,0 +1,211 @@
+//! The feed that the machine ran, over the one predicted for that place: an override, a slow corner, a stop at the
+//! control. In: a log laid along its program. Out: a ratio for every sample, or nothing where the log does not say.
+//!
+//! Where positions tie the log to the program, the ratio at a sample is Δp/Δt over [`SPAN_S`] about it, p the predicted
+//! time of the program at the place of the tool and t the time of the log: both run alike where the machine keeps the
+//! predicted feed. Else it is the logged feed over the predicted speed; where a control logs the feed it was told
+//! rather than the one it runs (it does not fall in corners), over the fastest predicted speed of the move.
+
+use crate::learn::align::{Aligned, Method};
+use crate::learn::log::Log;
+use crate::learn::program::timeline::{Activity, Spot, Timeline};
+use crate::learn::regress::statistics::median;
+use crate::learn::report::FeedEvent;
+
+/// Time over which the way of the tool gives its feed, s: a few samples at the 10 … 50 Hz of controls, and shorter than
+/// a block that matters.
+const SPAN_S: f64 = 0.3;
+/// Greatest ratio: overrides end at 150 or 200 %.
+const MOST: f64 = 2.5;
+/// Below this share of the predicted feed the tool stands.
+const STANDS: f64 = 0.05;
+/// Predicted speed over the fastest of its move below which a place counts as a corner.
+const CORNER: f64 = 0.7;
+/// Logged feed over predicted speed in corners beyond which the control logs what it was told.
+const TOLD: f64 = 1.25;
+/// Shortest stand and shortest stretch at another feed that are listed, s, and how far off that feed is.
+const LISTED_S: [f64; 2] = [1.0, 4.0];
+const LISTED_OFF: f64 = 0.05;
+
+/// The ratios of a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredFeed {
+    /// Feed over the predicted one, sample by sample; 1 outside feed moves.
+    pub ratio: Vec<f64>,
+}
+
+/// The feed of every sample over the predicted one; `None` where the log does not tell.
+pub fn measured_feed(log: &Log, aligned: &Aligned, timeline: &Timeline) -> Option<MeasuredFeed> {
+    let in_feed: Vec<Option<usize>> = aligned.program_s.iter().map(|t| feed_spot(timeline, *t)).collect();
+    let ratio = match (&log.feed_mm_s, aligned.method) {
+        (_, Method::Position) => by_way(log, aligned, &in_feed),
+        (Some(feed), _) => by_column(feed, timeline, &in_feed)?,
+        (None, _) => return None,
+    };
+    Some(MeasuredFeed { ratio })
+}
+
+/// Spot of a feed move at a predicted time.
+fn feed_spot(timeline: &Timeline, time_s: f64) -> Option<usize> {
+    timeline.at(time_s).filter(|k| timeline.spots[*k].activity == Activity::Feed)
+}
+
+fn by_way(log: &Log, aligned: &Aligned, in_feed: &[Option<usize>]) -> Vec<f64> {
+    let (t, p) = (&log.time_s, &aligned.program_s);
+    let reach = |i: usize, step: isize| {
+        let mut k = i;
+        while let Some(next) = k.checked_add_signed(step).filter(|n| *n < t.len() && in_feed[*n].is_some()) {
+            k = next;
+            if (t[k] - t[i]).abs() >= 0.5 * SPAN_S {
+                break;
+            }
+        }
+        k
+    };
+    let ratio = |i: usize| {
+        let (from, to) = (reach(i, -1), reach(i, 1));
+        if in_feed[i].is_none() || from == to { 1.0 } else { (p[to] - p[from]) / (t[to] - t[from]) }
+    };
+    (0..t.len()).map(|i| ratio(i).clamp(0.0, MOST)).collect()
+}
+
+fn by_column(feed: &[f64], timeline: &Timeline, in_feed: &[Option<usize>]) -> Option<Vec<f64>> {
+    let spots = &timeline.spots;
+    let of_move = |of: &[Spot]| vec![of.iter().map(Spot::speed_mm_s).fold(0.0, f64::max); of.len()];
+    let fastest: Vec<f64> = spots.chunk_by(|a, b| a.move_id == b.move_id).flat_map(of_move).collect();
+    let known = |i: &usize| feed[*i].is_finite() && in_feed[*i].is_some();
+    let over = |i: usize, k: usize| feed[i] / spots[k].speed_mm_s().max(1e-9);
+    let samples: Vec<(usize, usize)> = (0..feed.len()).filter(known).filter_map(|i| Some((i, in_feed[i]?))).collect();
+    if samples.is_empty() {
+        return None;
+    }
+    let corners = samples.iter().filter(|(_, k)| spots[*k].speed_mm_s() < CORNER * fastest[*k]);
+    let is_told = median(&corners.map(|(i, k)| over(*i, *k)).collect::<Vec<f64>>()) > TOLD;
+    let mut ratio = vec![1.0; feed.len()];
+    for (i, k) in samples {
+        let own = if is_told { feed[i] / fastest[k].max(1e-9) } else { over(i, k) };
+        ratio[i] = own.clamp(0.0, MOST);
+    }
+    Some(ratio)
+}
+
+impl MeasuredFeed {
+    /// Does the tool stand at this sample, where the program feeds?
+    pub fn stands(&self, i: usize) -> bool {
+        self.ratio[i] < STANDS
+    }
+
+    /// Share of the samples in feed moves at which the tool stands.
+    pub fn standing(&self, aligned: &Aligned, timeline: &Timeline) -> f64 {
+        let feeds = |i: &usize| feed_spot(timeline, aligned.program_s[*i]).is_some();
+        let samples: Vec<usize> = (0..self.ratio.len()).filter(feeds).collect();
+        samples.iter().filter(|i| self.stands(**i)).count() as f64 / samples.len().max(1) as f64
+    }
+
+    /// Stands and stretches at another feed, in order.
+    pub fn events(&self, log: &Log, aligned: &Aligned, timeline: &Timeline) -> Vec<FeedEvent> {
+        let place = |i: usize| feed_spot(timeline, aligned.program_s[i]);
+        let kind = |i: usize| [self.stands(i), self.ratio[i] <= 1.0 - LISTED_OFF, self.ratio[i] >= 1.0 + LISTED_OFF];
+        let cut: Vec<usize> = (0..log.time_s.len()).filter(|i| place(*i).is_some()).collect();
+        let mut events = Vec::new();
+        for stretch in cut.chunk_by(|a, b| kind(*a) == kind(*b)) {
+            let (first, last) = (stretch[0], stretch[stretch.len() - 1]);
+            let ratio = median(&stretch.iter().map(|i| self.ratio[*i]).collect::<Vec<f64>>());
+            let is_stand = ratio < STANDS;
+            let lasts_s = log.time_s[last] - log.time_s[first];
+            if lasts_s < LISTED_S[usize::from(!is_stand)] || (ratio - 1.0).abs() < LISTED_OFF {
+                continue;
+            }
+            let line = |i: usize| place(i).map_or(0, |k| timeline.spots[k].line);
+            events.push(FeedEvent {
+                time_s: [log.time_s[first], log.time_s[last]],
+                lines: [line(first), line(last)],
+                ratio: if is_stand { 0.0 } else { ratio },
+            });
+        }
+        events
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::path::Vec3;
+
+    /// Ten seconds along X at 10 mm/s, with a corner at half speed in each second move.
+    fn straight() -> Timeline {
+        let spot = |k: usize| Spot {
+            start_s: 0.1 * k as f64,
+            end_s: 0.1 * (k + 1) as f64,
+            activity: Activity::Feed,
+            move_id: Some(crate::ids::MoveId((k / 10) as u32)),
+            middle_mm: 0.5,
+            line: 1 + (k / 10) as u32,
+            block: 0,
+            tool: 1,
+            rps: 100.0,
+            from: Vec3::new(k as f64, 0.0, 0.0),
+            to: Vec3::new((k + 1) as f64, 0.0, 0.0),
+            direction: Vec3::new(1.0, 0.0, 0.0),
+            length_mm: if k % 10 == 9 { 0.5 } else { 1.0 },
+            curvature_per_mm: 0.0,
+            engaged: crate::force::contact::Engaged::default(),
+        };
+        Timeline { spots: (0..100).map(spot).collect(), runouts: Vec::new() }
+    }
+
+    /// A log of that program at 20 Hz, at `ratio(t)` of its feed.
+    fn logged(ratio: impl Fn(f64) -> f64, feed: Option<f64>) -> (Log, Aligned) {
+        let (mut p, mut t) = (vec![0.0], vec![0.0]);
+        while p[p.len() - 1] < 9.9 {
+            let now = t[t.len() - 1];
+            p.push(p[p.len() - 1] + 0.05 * ratio(now));
+            t.push(now + 0.05);
+        }
+        let feed_mm_s = feed.map(|f| t.iter().map(|now| f * ratio(*now)).collect());
+        let log = Log { time_s: t, feed_mm_s, ..Log::default() };
+        let method = if feed.is_some() { Method::Line } else { Method::Position };
+        (log, Aligned { program_s: p, method, ..Aligned::default() })
+    }
+
+    #[test]
+    fn an_override_is_the_ratio_of_the_times_and_is_listed() {
+        let program = straight();
+        let (log, aligned) = logged(|t| if (2.0..9.0).contains(&t) { 0.8 } else { 1.0 }, None);
+        let found = measured_feed(&log, &aligned, &program).unwrap();
+        assert!((found.ratio[10] - 1.0).abs() < 1e-9 && (found.ratio[100] - 0.8).abs() < 1e-9);
+        let events = found.events(&log, &aligned, &program);
+        assert_eq!(events.len(), 1, "{events:?}");
+        assert!((events[0].ratio - 0.8).abs() < 0.01 && (events[0].time_s[0] - 2.0).abs() < 0.3);
+        assert!(events[0].said().contains("80 % of the predicted feed"), "{}", events[0].said());
+    }
+
+    #[test]
+    fn a_stop_is_a_stand_and_a_short_one_or_a_small_change_is_nothing() {
+        let program = straight();
+        let (log, aligned) = logged(|t| if (4.0..7.0).contains(&t) { 0.0 } else { 1.0 }, None);
+        let found = measured_feed(&log, &aligned, &program).unwrap();
+        assert!(found.stands(110) && !found.stands(20));
+        assert_eq!(found.events(&log, &aligned, &program)[0].ratio, 0.0);
+        for quiet in [|_: f64| 0.97, |t: f64| if (4.0..4.6).contains(&t) { 0.0 } else { 1.0 }] {
+            let (log, aligned) = logged(quiet, None);
+            let found = measured_feed(&log, &aligned, &program).unwrap();
+            assert_eq!(found.events(&log, &aligned, &program), []);
+        }
+    }
+
+    #[test]
+    fn a_logged_feed_that_does_not_fall_in_corners_is_the_one_the_control_was_told() {
+        let program = straight();
+        let (log, aligned) = logged(|_| 0.8, Some(10.0));
+        let told = measured_feed(&log, &aligned, &program).unwrap();
+        assert!(told.ratio[1..190].iter().all(|r| (r - 0.8).abs() < 1e-9));
+        // The same control logging what it runs: half in the corners.
+        let running = |p: f64| if ((p * 10.0) as usize) % 10 == 9 { 4.0 } else { 8.0 };
+        let feed = aligned.program_s.iter().map(|p| running(*p)).collect();
+        let log = Log { feed_mm_s: Some(feed), ..log };
+        let run = measured_feed(&log, &aligned, &program).unwrap();
+        assert!(run.ratio[5..20].iter().all(|r| (r - 0.8).abs() < 1e-9), "{:?}", &run.ratio[..30]);
+        assert_eq!(measured_feed(&Log { feed_mm_s: None, ..log }, &aligned, &program), None);
+    }
+}
