@@ -3,7 +3,7 @@
 //! path in m/min and a the acceleration in m/s²: the axes know nothing of the spindle, and a drive that brakes gives
 //! nothing back.
 
-use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, State};
 
 /// `axis-power`.
 pub const EFFECT: Effect = Effect {
@@ -11,6 +11,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "the meter also feeds the axes: idle power grows with the speed and the acceleration of the path",
     acts: Acts::Measuring,
     covariates: &[Covariate::PathSpeed, Covariate::PathAcceleration],
+    multiplies: Multiplies::Tare,
     parameters: &[
         Parameter {
             name: "friction",

@@ -10,6 +10,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "forces are higher over the first millimetres after the tool enters (shock, chips without way out, a skin)",
     acts: Acts::Load,
     covariates: &[Covariate::SinceEntry],
+    family: &[Covariate::SinceEntry],
     parameters: &[
         Parameter {
             name: "excess",

@@ -9,6 +9,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "edge forces grow with the distance the teeth have slid",
     acts: Acts::Load,
     covariates: &[Covariate::Sliding, Covariate::Time, Covariate::Volume],
+    family: &[Covariate::Sliding],
     parameters: &[
         Parameter {
             name: "growth_per_100m",

@@ -25,6 +25,7 @@ mod stock_proud;
 mod tare_speed;
 mod tare_warm_up;
 mod tool_diameter;
+pub mod unnamed;
 mod up_down;
 
 use crate::path::Vec3;
@@ -89,6 +90,8 @@ pub enum Covariate {
     DirectionY,
     /// Angle of the feed in the plane from X, rad.
     Heading,
+    /// Slope of the path: sine of its angle, negative downwards.
+    Slope,
     /// Signed curvature of the path, 1/mm.
     Curvature,
     /// Actual over commanded feed.
@@ -107,6 +110,8 @@ pub enum Covariate {
     PathAcceleration,
     /// Set-up or part.
     SetUp,
+    /// Number of the tool.
+    Tool,
 }
 
 impl Covariate {
@@ -128,7 +133,8 @@ impl Covariate {
             Covariate::Z => "position z",
             Covariate::DirectionX => "direction x",
             Covariate::DirectionY => "direction y",
-            Covariate::Heading => "heading",
+            Covariate::Heading => "direction of feed",
+            Covariate::Slope => "slope of the path",
             Covariate::Curvature => "path curvature",
             Covariate::FeedRatio => "actual over commanded feed",
             Covariate::LoadChange => "change of load",
@@ -138,6 +144,32 @@ impl Covariate {
             Covariate::PathSpeed => "speed along the path",
             Covariate::PathAcceleration => "acceleration along the path",
             Covariate::SetUp => "set-up",
+            Covariate::Tool => "tool",
+        }
+    }
+
+    /// Factor to the unit that people read it in, and that unit.
+    pub fn shown(self) -> (f64, &'static str) {
+        match self {
+            Covariate::Time => (1.0, "s"),
+            Covariate::Sliding => (1e-3, "m"),
+            Covariate::Volume => (1e-3, "cm³"),
+            Covariate::CuttingSpeed => (0.06, "m/min"),
+            Covariate::SpindleSpeed => (60.0, "rpm"),
+            Covariate::PathSpeed => (60.0, "mm/min"),
+            Covariate::PathAcceleration => (1.0, "mm/s²"),
+            Covariate::Curvature => (1.0, "1/mm"),
+            Covariate::Heading => (1.0_f64.to_degrees(), "°"),
+            Covariate::UpShare
+            | Covariate::DirectionX
+            | Covariate::DirectionY
+            | Covariate::Slope
+            | Covariate::FeedRatio
+            | Covariate::LoadChange
+            | Covariate::Load
+            | Covariate::SetUp
+            | Covariate::Tool => (1.0, ""),
+            _ => (1.0, "mm"),
         }
     }
 
@@ -160,11 +192,14 @@ impl Covariate {
             Covariate::DirectionX => state.direction.x,
             Covariate::DirectionY => state.direction.y,
             Covariate::Heading => heading(state),
+            Covariate::Slope => state.direction.z,
             Covariate::Curvature => state.curvature_per_mm,
             Covariate::EdgePosition => state.edge_position_mm,
             Covariate::SinceEntry => state.since_entry_mm,
             Covariate::PathSpeed => state.path_speed_mm_s,
             Covariate::PathAcceleration => state.path_acceleration_mm_s2,
+            Covariate::Tool => state.tool,
+            Covariate::Load => state.load,
             _ => f64::NAN,
         }
     }
@@ -227,6 +262,10 @@ pub struct State {
     pub path_speed_mm_s: f64,
     /// Acceleration along the path, mm/s².
     pub path_acceleration_mm_s2: f64,
+    /// Number of the tool.
+    pub tool: f64,
+    /// Predicted reading, in its unit: what a meter has to show here. Known in a diagnosis alone.
+    pub load: f64,
     /// The engaged arc in sectors; all shares 0 where it is not known.
     pub sectors: [Sector; SECTORS],
 }
@@ -275,6 +314,8 @@ impl Default for State {
             tare_share: nan,
             path_speed_mm_s: nan,
             path_acceleration_mm_s2: nan,
+            tool: nan,
+            load: nan,
             sectors: [Sector::default(); SECTORS],
         }
     }
@@ -387,6 +428,8 @@ pub enum Place {
     YMin,
     /// Greatest Y.
     YMax,
+    /// A knot of a curve over a covariate.
+    Knot,
 }
 
 /// A parameter of an effect.
@@ -414,8 +457,17 @@ pub struct Parameter {
 impl Parameter {
     /// Is it found by scanning, and not fitted?
     pub fn is_scanned(&self) -> bool {
-        self.place == Some(Place::Instant)
+        matches!(self.place, Some(Place::Instant | Place::Knot))
     }
+}
+
+/// What of a reading an effect changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Multiplies {
+    /// What the cut takes: cutting and edge terms.
+    Load,
+    /// What the spindle takes without a cut.
+    Tare,
 }
 
 /// One named effect: everything that any room needs to know of it stands in its file.
@@ -429,6 +481,10 @@ pub struct Effect {
     pub acts: Acts,
     /// What it depends on.
     pub covariates: &'static [Covariate],
+    /// What of a reading it changes.
+    pub multiplies: Multiplies,
+    /// Covariates that belong to this effect alone: a curve over one of them is this effect in another form than its law.
+    pub family: &'static [Covariate],
     /// Its parameters.
     pub parameters: &'static [Parameter],
     /// What it does to a cut.
@@ -451,6 +507,8 @@ const BARE: Effect = Effect {
     meaning: "",
     acts: Acts::Load,
     covariates: &[],
+    multiplies: Multiplies::Load,
+    family: &[],
     parameters: &[],
     change: |_, _| Change::default(),
     separated_by: "",
@@ -470,6 +528,11 @@ impl Effect {
     /// Is an instant or a place of it looked for in the data?
     pub fn is_looked_for(&self) -> bool {
         self.parameters.iter().any(|p| p.place.is_some())
+    }
+
+    /// Does what it explains follow this covariate, in this part of the reading?
+    pub fn knows(&self, covariate: Covariate, part: Multiplies) -> bool {
+        self.multiplies == part && self.covariates.contains(&covariate)
     }
 
     /// Does it change this of the geometry?
@@ -506,9 +569,15 @@ pub const ALL: &[&Effect] = &[
     &sensor_lag::EFFECT,
 ];
 
-/// The effect of this name.
+/// The effect whose form a curve over a covariate is; `None` where it could be anything.
+pub fn family_of(covariate: Covariate, part: Multiplies) -> Option<&'static Effect> {
+    ALL.iter().copied().find(|effect| effect.multiplies == part && effect.family.contains(&covariate))
+}
+
+/// The effect of this name, be it of the list or a curve that bears none.
 pub fn named(name: &str) -> Option<&'static Effect> {
-    ALL.iter().copied().find(|effect| effect.name == name)
+    let curves = unnamed::CURVES.iter().map(|(_, effect)| *effect);
+    ALL.iter().copied().chain(curves).find(|effect| effect.name == name)
 }
 
 #[cfg(test)]
@@ -524,6 +593,21 @@ mod tests {
             }
         }
         assert!(named("flank-wear").is_some() && named("gremlins").is_none());
+    }
+
+    #[test]
+    fn a_covariate_belongs_to_one_family_at_most() {
+        for effect in ALL {
+            for covariate in effect.family {
+                assert_eq!(family_of(*covariate, effect.multiplies).map(|e| e.name), Some(effect.name));
+                assert!(effect.covariates.contains(covariate));
+            }
+        }
+        // Time and place may be anything.
+        assert!(
+            family_of(Covariate::Time, Multiplies::Load).is_none()
+                && family_of(Covariate::X, Multiplies::Tare).is_none()
+        );
     }
 
     #[test]

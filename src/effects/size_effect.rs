@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "cutting coefficients fall as the chip gets thicker",
     acts: Acts::Load,
     covariates: &[Covariate::ChipThickness, Covariate::FeedPerTooth],
+    family: &[Covariate::ChipThickness, Covariate::FeedPerTooth],
     parameters: &[Parameter {
         name: "exponent",
         unit: "-",

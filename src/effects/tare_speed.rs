@@ -1,6 +1,6 @@
 //! Tare against speed: P₀ · (1 + a·x + b·x²), x = n/n₀ − 1.
 
-use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, State};
 
 /// `tare-speed`.
 pub const EFFECT: Effect = Effect {
@@ -8,6 +8,8 @@ pub const EFFECT: Effect = Effect {
     meaning: "the tare depends on spindle speed otherwise than declared",
     acts: Acts::Load,
     covariates: &[Covariate::SpindleSpeed],
+    multiplies: Multiplies::Tare,
+    family: &[Covariate::SpindleSpeed],
     parameters: &[
         Parameter {
             name: "slope",

@@ -1,6 +1,6 @@
 //! Warm-up of the tare: P₀ · (1 + c·exp(−t/τ)).
 
-use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, State};
 
 /// `tare-warm-up`.
 pub const EFFECT: Effect = Effect {
@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "the tare falls (or rises) as the spindle warms up",
     acts: Acts::Load,
     covariates: &[Covariate::Time],
+    multiplies: Multiplies::Tare,
     parameters: &[
         Parameter {
             name: "excess",

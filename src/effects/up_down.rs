@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "up-milling and climb differ at the same geometry",
     acts: Acts::Load,
     covariates: &[Covariate::UpShare],
+    family: &[Covariate::UpShare],
     parameters: &[
         Parameter {
             name: "cutting",

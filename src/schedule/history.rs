@@ -108,6 +108,7 @@ impl History {
             curvature_per_mm: motion.curve().curvature(middle_mm).norm(),
             edge_position_mm: 0.5 * engaged.axial_mm,
             since_entry_mm: past.since_entry_mm,
+            tool: f64::from(motion.tool),
             ..State::default()
         }
     }

@@ -1,129 +1,192 @@
-//! Patterns that bear no name, as rivals of the effects that do. In: residuals on data left out, the load of the cut, a
-//! covariate. Out: the residuals after a free factor on that load in every bin of the covariate.
+//! What follows a covariate and bears no name: as a rival of the effects that do, and as an effect of its own where
+//! none of them explains it. In: a diagnosis, a model, what it leaves on data left out. Out: curves that the residual
+//! follows ([`super::free_curve`]), and the model with the best of them ([`crate::effects::unnamed`]).
 //!
-//! In a bin f = Σ w r l / Σ w l², over the samples of the other folds: r the residual, l the load of the cut. Such a
-//! pattern takes the shape of anything that depends on its covariate. If one along a covariate that an effect knows
-//! nothing of explains more than the effect does, then the effect only stands in for what is not in the list. And what
-//! a pattern along an effect's own covariate takes away is a misfit of that effect's form before it is another effect.
+//! A curve takes the shape of anything that depends on its covariate. If one along a covariate that an effect knows
+//! nothing of explains more than the effect does in any shape, the effect only stands in for what is not in the list.
 
-use crate::effects::Covariate;
-use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::criteria::is_clearly_better;
-use crate::learn::diagnose::residual::{COVARIATES, bins_of};
-use crate::learn::model::cross_validation::{Split, improvement_by_block, t_statistic};
+use crate::effects::unnamed::{BEYOND, CURVES, KNOTS};
+use crate::effects::{Covariate, Effect, Multiplies};
+use crate::learn::dataset::samples::{Class, Data};
+use crate::learn::diagnose::criteria::{
+    ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, follows_a_curve, is_clearly_better, lowers_held_out,
+    takes_enough,
+};
+use crate::learn::diagnose::diagnosis::Diagnosis;
+use crate::learn::diagnose::forms::FORM_ROUNDS;
+use crate::learn::diagnose::free_curve::{Curve, Follows, Residual};
+use crate::learn::diagnose::trial::{Trial, score_of};
+use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_block, t_statistic};
+use crate::learn::model::design::FittedEffect;
+use crate::learn::model::fit::{Fitted, fit, part};
+use rayon::prelude::*;
 
-/// Bins along a covariate.
-const BINS: usize = 10;
-/// What free patterns are learned from.
-pub struct FreePatterns<'a> {
-    /// Samples.
-    pub data: &'a Data,
-    /// Folds.
-    pub split: &'a Split,
-    /// Load of the cut, by the present model.
-    pub load: &'a [f64],
+/// Curves whose fit is judged on data left out, best first.
+const JUDGED: usize = 3;
+
+/// A curve that a residual follows.
+pub(in crate::learn) struct Found {
+    pub(in crate::learn) covariate: Covariate,
+    pub(in crate::learn) effect: &'static Effect,
+    pub(in crate::learn) follows: Follows,
 }
 
-/// The pattern along one of the covariates that clearly explains more of `before` than what led to `after` does, and
-/// the squares that either leaves over those before.
-pub fn better_pattern(
-    free: &FreePatterns,
-    covariates: &[Covariate],
-    before: &[f64],
-    after: &[f64],
-) -> Option<(Covariate, [f64; 2])> {
-    let squares = |r: &[f64]| {
-        let finite = free.data.used().filter(|i| r[*i].is_finite());
-        finite.map(|i| free.data.weight[i] * r[i].powi(2)).sum::<f64>()
-    };
-    let whole = squares(before).max(1e-300);
-    let left = |covariate: &Covariate| {
-        let pattern = free.corrected(before, *covariate)?;
-        let better = t_statistic(&improvement_by_block(free.data, after, &pattern));
-        is_clearly_better(better).then(|| (*covariate, [squares(&pattern) / whole, squares(after) / whole]))
-    };
-    covariates.iter().filter_map(left).min_by(|a, b| a.1[0].total_cmp(&b.1[0]))
-}
+/// Rank of what only grows while the program runs.
+pub(in crate::learn) const LAST_RANK: usize = 2;
 
-impl FreePatterns<'_> {
-    /// The residual less the pattern along a covariate; `None` where that does not vary.
-    fn corrected(&self, residual: &[f64], covariate: Covariate) -> Option<Vec<f64>> {
-        let values: Vec<f64> = match covariate {
-            Covariate::Load => self.load.to_vec(),
-            other => self.data.state.iter().map(|state| other.of(state)).collect(),
-        };
-        let known = |i: &usize| values[*i].is_finite() && residual[*i].is_finite() && self.load[*i] > 0.0;
-        let used: Vec<usize> = self.data.used().filter(known).collect();
-        if used.len() < 8 * BINS {
-            return None;
-        }
-        let bins = bins_of(&used, &values, BINS)?;
-        let count = bins.iter().max().map_or(1, |m| m + 1);
-        // Sums of every fold and of all, bin by bin.
-        let mut sums = vec![vec![[0.0; 2]; count]; self.split.folds + 1];
-        for (&i, &bin) in used.iter().zip(&bins) {
-            let weighted = self.data.weight[i] * self.load[i];
-            for row in [self.split.fold[i], self.split.folds] {
-                sums[row][bin][0] += weighted * residual[i];
-                sums[row][bin][1] += weighted * self.load[i];
-            }
-        }
-        let mut corrected = residual.to_vec();
-        for (&i, &bin) in used.iter().zip(&bins) {
-            let (all, own) = (sums[self.split.folds][bin], sums[self.split.fold[i]][bin]);
-            let others = all[1] - own[1];
-            if others > 0.0 {
-                corrected[i] -= self.load[i] * (all[0] - own[0]) / others;
-            }
-        }
-        Some(corrected)
+/// What is preferred where a residual follows several covariates as well: a quantity of the process, then a place, then
+/// anything that only grows while the program runs.
+pub(in crate::learn) fn rank(covariate: Covariate) -> usize {
+    match covariate {
+        Covariate::X | Covariate::Y => 1,
+        Covariate::Sliding | Covariate::Volume | Covariate::Time => LAST_RANK,
+        _ => 0,
     }
 }
 
-/// Covariates that none of these effects depends on.
-pub fn unrelated_covariates(effects: &[crate::learn::model::design::FittedEffect]) -> Vec<Covariate> {
-    let known = |c: &Covariate| effects.iter().any(|u| u.effect.covariates.contains(c));
-    COVARIATES.into_iter().filter(|c| !known(c)).collect()
+/// Is it a curve, and not an effect of the list?
+pub(in crate::learn) fn is_unnamed(effect: &Effect) -> bool {
+    CURVES.iter().any(|(_, curve)| curve.name == effect.name)
+}
+
+impl Diagnosis<'_> {
+    /// Every curve that is wanted, of what a model leaves, least squares first.
+    pub(in crate::learn) fn curves(
+        &self,
+        present: &Fitted,
+        left: &[f64],
+        wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
+    ) -> Vec<Found> {
+        let data = &self.train;
+        let (cut, tare) = (self.cut(present), part(data, present, &[Class::Tare]));
+        let open = CURVES.par_iter().filter(|(covariate, effect)| wanted(*covariate, effect.multiplies));
+        let found = open.filter_map(|(covariate, effect)| {
+            let load = if effect.multiplies == Multiplies::Tare { &tare } else { &cut };
+            let values: Vec<f64> = data.state.iter().map(|state| covariate.of(state)).collect();
+            let follows = Residual { data, split: self.split, left, load }.follows(&values)?;
+            Some(Found { covariate: *covariate, effect, follows })
+        });
+        let mut found: Vec<Found> = found.collect();
+        found.sort_by(|a, b| a.follows.squares.total_cmp(&b.follows.squares));
+        found
+    }
+
+    /// What a model leaves when the best curve of those wanted is taken from it as well, if that is clear.
+    pub(in crate::learn) fn less_any_shape(
+        &self,
+        model: &Fitted,
+        left: &[f64],
+        wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
+    ) -> Vec<f64> {
+        let best = self.curves(model, left, wanted).into_iter().next();
+        let better = best.filter(|found| self.is_better(left, &found.follows.left));
+        better.map_or_else(|| left.to_vec(), |found| found.follows.left)
+    }
+
+    /// Does `after` leave clearly less than `before`, block by block?
+    pub(in crate::learn) fn is_better(&self, before: &[f64], after: &[f64]) -> bool {
+        is_clearly_better(t_statistic(&improvement_by_block(&self.train, before, after)))
+    }
+
+    /// The model with the curve that explains most of what it leaves; `None` where none is clear.
+    pub(in crate::learn) fn with_unnamed(&mut self, present: &Fitted) -> Option<Fitted> {
+        let before = held_out_residuals(&self.train, &present.model.effects, self.split);
+        let has = |effect: &Effect| present.model.effects.iter().any(|each| each.effect.name == effect.name);
+        let clear = |found: &Found| {
+            let t = t_statistic(&improvement_by_block(&self.train, &before, &found.follows.left));
+            follows_a_curve(self.drop_of(&before, &found.follows.left), t)
+        };
+        let mut found = self.curves(present, &before, |_, _| true);
+        found.retain(|each| !has(each.effect) && clear(each));
+        self.tried += found.len();
+        let least = &found.first()?.follows.left.clone();
+        // Of those that no other is clearly ahead of, what says most about the process comes first.
+        let as_good = |each: &Found| !self.is_better(&each.follows.left, least);
+        found.sort_by_key(|each| if as_good(each) { rank(each.covariate) } else { usize::MAX });
+        let judged = found.iter().take(JUDGED).find_map(|each| self.judged_curve(present, &before, each));
+        let (trial, after) = judged?;
+        let share = self.share_of_excess(&before, &after, &before, LEAST_EXCESS);
+        let text = format!(
+            "no effect of the list explains it; the curve takes away {:.0} % of what is left beyond the noise",
+            100.0 * share.min(1.0)
+        );
+        let errors = [self.judged(&present.model.effects), self.judged(&trial.fitted.model.effects)];
+        let p = self.p_of_the_search(&trial);
+        self.evidence.push((trial.effect.name, text, p, errors.map(|e| e.rmse)));
+        Some(trial.fitted)
+    }
+
+    /// The curve fitted together with the model, and what both leave on data left out; `None` where that is not less.
+    fn judged_curve(&self, present: &Fitted, before: &[f64], found: &Found) -> Option<(Trial, Vec<f64>)> {
+        let each = as_effect(found.effect, &found.follows.curve);
+        let effects: Vec<FittedEffect> = present.model.effects.iter().cloned().chain([each.clone()]).collect();
+        let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
+        let (score, gain) = score_of(&self.train, present, &fitted, each.asked());
+        // A factor on its bound belongs to a part that the data do not tell.
+        let is_told = fitted.model.effects.last().is_some_and(|last| {
+            let inside = |k: usize| {
+                let parameter = &last.effect.parameters[k];
+                last.values[k] > parameter.min && last.values[k] < parameter.max
+            };
+            (KNOTS..2 * KNOTS).filter(|k| last.free[*k]).all(inside)
+        });
+        if score < self.threshold() || !is_told {
+            return None;
+        }
+        let after = held_out_residuals(&self.train, &fitted.model.effects, self.split);
+        let t = t_statistic(&improvement_by_block(&self.train, before, &after));
+        let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
+        let of_rest = self.share_of_excess(before, &after, before, NOISE_KNOWN_TO);
+        let shows = lowers_held_out(self.drop_of(before, &after), t)
+            && takes_enough(share, of_rest)
+            && self.change_of_load(present, before, &after) >= ENGAGEMENT_KNOWN_TO;
+        shows.then_some((Trial { effect: found.effect, fitted, gain, score }, after))
+    }
+}
+
+/// A curve as the effect that it is: factors over that of its heaviest part, which stays 1 beside the base coefficients.
+fn as_effect(effect: &'static Effect, curve: &Curve) -> FittedEffect {
+    let heaviest = curve.weight.iter().copied().fold(0.0, f64::max);
+    let level = curve.weight.iter().position(|w| *w == heaviest).unwrap_or(0);
+    let n = curve.knots.len().min(KNOTS);
+    let reference = (1.0 + curve.knots[level][1]).max(0.05);
+    let bounds = (effect.parameters[KNOTS].min, effect.parameters[KNOTS].max);
+    let factor = |k: usize| ((1.0 + curve.knots[k][1]) / reference).clamp(bounds.0, bounds.1);
+    let at = (0..KNOTS).map(|k| if k < n { curve.knots[k][0] } else { BEYOND });
+    let factors = (0..KNOTS).map(|k| if k < n { factor(k) } else { 1.0 });
+    let free = |k: usize| (KNOTS..KNOTS + n).contains(&k) && curve.weight[k - KNOTS] < heaviest;
+    let steps = f64::from(u8::from(curve.in_steps));
+    FittedEffect {
+        effect,
+        values: at.chain(factors).chain([steps]).collect(),
+        free: (0..=2 * KNOTS).map(free).collect(),
+    }
+}
+
+/// The data with the reading that a model has for every sample, as a covariate of its own.
+pub(in crate::learn) fn with_predicted_loads(data: &Data, predicted: &[f64]) -> Data {
+    let mut data = data.clone();
+    data.state.iter_mut().zip(predicted).for_each(|(state, load)| state.load = *load);
+    data
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::State;
-    use crate::path::Vec3;
 
-    /// Cuts along X and Y in turn in 20 blocks; along Y everything takes a tenth more.
-    fn crossed() -> (Data, Split, Vec<f64>) {
-        let n = 400;
-        let along_y = |i: usize| (i / 7) % 2 == 1;
-        let direction = |i: usize| if along_y(i) { Vec3::new(0.0, 1.0, 0.0) } else { Vec3::new(1.0, 0.0, 0.0) };
-        let load: Vec<f64> = (0..n).map(|i| 100.0 + (i % 5) as f64).collect();
-        let wobble = |i: usize| ((i * 7919) % 101) as f64 / 50.0 - 1.0;
-        let data = Data {
-            reading: (0..n).map(|i| if along_y(i) { 0.1 * load[i] } else { 0.0 } + wobble(i)).collect(),
-            weight: vec![1.0; n],
-            state: (0..n).map(|i| State { direction: direction(i), time_s: i as f64, ..State::default() }).collect(),
-            block: (0..n).map(|i| i / 20).collect(),
-            ..Data::default()
-        };
-        let fold = (0..n).map(|i| (i / 20) % 5).collect();
-        (data, Split { test: vec![false; n], fold, folds: 5, how: String::new() }, load)
+    #[test]
+    fn the_heaviest_part_of_a_curve_is_the_base_and_the_others_are_fitted() {
+        let effect = crate::effects::named("unnamed-load-z").unwrap();
+        let curve = Curve { knots: vec![[-9.0, 0.17], [-4.5, -0.02]], weight: vec![10.0, 90.0], in_steps: true };
+        let each = as_effect(effect, &curve);
+        assert_eq!(crate::effects::unnamed::knots(&each.values), [[-4.5, 1.17 / 0.98], [-4.5, 1.0]]);
+        assert_eq!(each.asked(), 1);
+        assert!(effect.is_physical(&each.values) && is_unnamed(effect));
+        assert!(!is_unnamed(crate::effects::named("flank-wear").unwrap()));
     }
 
     #[test]
-    fn the_pattern_that_is_there_beats_what_stands_in_for_it() {
-        let (data, split, load) = crossed();
-        let free = FreePatterns { data: &data, split: &split, load: &load };
-        let before = data.reading.clone();
-        // Something that takes away half of every residual.
-        let half: Vec<f64> = before.iter().map(|r| 0.7 * r).collect();
-        let (along, [pattern, named]) = better_pattern(&free, &COVARIATES, &before, &half).unwrap();
-        assert!(matches!(along, Covariate::DirectionX | Covariate::DirectionY));
-        assert!(pattern < 0.02 && (named - 0.49).abs() < 1e-9, "{pattern} {named}");
-        // Nothing beats what leaves the noise alone, and a pattern along time does not know the direction.
-        let noise: Vec<f64> =
-            before.iter().zip(&data.state).zip(&load).map(|((r, s), l)| r - 0.1 * l * s.direction.y).collect();
-        assert_eq!(better_pattern(&free, &COVARIATES, &before, &noise), None);
-        assert_eq!(better_pattern(&free, &[Covariate::Time], &before, &half), None);
+    fn time_is_the_last_that_a_residual_may_follow() {
+        assert!(rank(Covariate::Z) < rank(Covariate::X) && rank(Covariate::Y) < rank(Covariate::Time));
     }
 }

@@ -1,0 +1,326 @@
+//! A curve through a residual: which share of a load is missing, over one covariate, in whatever shape the data have.
+//! In: residuals on data left out, the load, values of the covariate. Out: [`Curve`], and what it leaves in folds that
+//! it was not learned on.
+//!
+//! Residuals r and loads l of weight w are summed at every value of the covariate, A = Σ w l², B = Σ w l r. *Steps*: the
+//! range is cut in two again and again where Σ B²/A over the parts grows most; the share of a part is ΣB/ΣA. *Bends*:
+//! straight from knot to knot, the knots at equal sums of A, by least squares.
+
+use crate::effects::unnamed::KNOTS;
+use crate::learn::dataset::samples::Data;
+use crate::learn::model::cross_validation::Split;
+use nalgebra::{DMatrix, DVector};
+
+/// Fewest samples in a part, and their least share: fewer are outliers, or the end of a move.
+const FEWEST: usize = 6;
+const LEAST_PART: f64 = 0.01;
+/// Fewest samples that a curve is looked for in.
+const FEWEST_IN_ALL: usize = 4 * FEWEST;
+/// Values of a covariate that differ by less, relative to its range, are the same.
+const SAME: f64 = 1e-9;
+
+/// The shape of a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// So many level parts.
+    Steps(usize),
+    /// So many knots.
+    Bends(usize),
+}
+
+/// From simple to rich.
+const SHAPES: [Shape; 7] = [
+    Shape::Steps(2),
+    Shape::Bends(3),
+    Shape::Steps(3),
+    Shape::Steps(4),
+    Shape::Bends(5),
+    Shape::Steps(6),
+    Shape::Bends(KNOTS),
+];
+
+/// Share of the load that is missing at the knots: (covariate, share); straight between or level from each on, and level
+/// beyond the first and the last.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// In rising order; of steps the first is the least value there is.
+    pub knots: Vec<[f64; 2]>,
+    /// Σ w l² about each knot, or in each part.
+    pub weight: Vec<f64>,
+    /// Is it level from each knot to the next?
+    pub in_steps: bool,
+}
+
+impl Curve {
+    /// Share at a value of the covariate; 0 where that is not known.
+    pub fn at(&self, x: f64) -> f64 {
+        let next = self.knots.partition_point(|knot| knot[0] <= x);
+        match (next.checked_sub(1).map(|k| self.knots[k]), self.knots.get(next)) {
+            _ if x.is_nan() => 0.0,
+            (None, None) => 0.0,
+            (None, Some(first)) => first[1],
+            (Some(last), None) => last[1],
+            (Some(last), Some(_)) if self.in_steps => last[1],
+            (Some(a), Some(b)) => a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]),
+        }
+    }
+}
+
+/// The best curve of a residual.
+#[derive(Debug, Clone)]
+pub struct Follows {
+    /// Learned on all folds.
+    pub curve: Curve,
+    /// The residual less the curve learned on the other folds.
+    pub left: Vec<f64>,
+    /// Σ w r² of that.
+    pub squares: f64,
+}
+
+/// Sums at a value of the covariate.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    at: f64,
+    samples: usize,
+    a: f64,
+    b: f64,
+}
+
+/// What a curve is looked for in.
+pub struct Residual<'a> {
+    /// Samples.
+    pub data: &'a Data,
+    /// Folds.
+    pub split: &'a Split,
+    /// Residual on data left out.
+    pub left: &'a [f64],
+    /// The load that the curve multiplies.
+    pub load: &'a [f64],
+}
+
+impl Residual<'_> {
+    /// The shape of least squares in folds that it was not learned on; of shapes that leave as much the simplest.
+    /// `None` where the covariate does not vary or is known of too few samples.
+    pub fn follows(&self, values: &[f64]) -> Option<Follows> {
+        let known = |i: &usize| values[*i].is_finite() && self.left[*i].is_finite() && self.load[*i] > 0.0;
+        let mut used: Vec<usize> = self.data.used().filter(known).collect();
+        if used.len() < FEWEST_IN_ALL {
+            return None;
+        }
+        used.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+        let same = SAME * (values[used[used.len() - 1]] - values[used[0]]);
+        let groups: Vec<&[usize]> = used.chunk_by(|a, b| values[*b] - values[*a] <= same).collect();
+        if groups.len() < 2 {
+            return None;
+        }
+        let all = self.sums(&groups, values, None);
+        let others: Vec<Vec<Sums>> = (0..self.split.folds).map(|fold| self.sums(&groups, values, Some(fold))).collect();
+        let learned: Vec<Vec<Option<Curve>>> = others.iter().map(|sums| every_shape(sums)).collect();
+        let mut best: Option<(f64, usize, Vec<f64>)> = None;
+        for (shape, _) in SHAPES.iter().enumerate() {
+            let mut left = self.left.to_vec();
+            for &i in &used {
+                let curve = learned[self.split.fold[i]][shape].as_ref();
+                left[i] -= self.load[i] * curve.map_or(0.0, |curve| curve.at(values[i]));
+            }
+            let squares = self.squares(&left);
+            if best.as_ref().is_none_or(|(least, ..)| squares < *least * (1.0 - RICHER)) {
+                best = Some((squares, shape, left));
+            }
+        }
+        let (squares, shape, left) = best?;
+        Some(Follows { curve: every_shape(&all).swap_remove(shape)?, left, squares })
+    }
+
+    /// Σ w r² over the samples that count.
+    pub fn squares(&self, left: &[f64]) -> f64 {
+        let finite = self.data.used().filter(|i| left[*i].is_finite());
+        finite.map(|i| self.data.weight[i] * left[i].powi(2)).sum()
+    }
+
+    /// Sums over every fold but one; values that none of those has are left out.
+    fn sums(&self, groups: &[&[usize]], values: &[f64], but: Option<usize>) -> Vec<Sums> {
+        let of = |group: &&[usize]| {
+            let mut sums = Sums { at: values[group[0]], ..Sums::default() };
+            for &i in group.iter().filter(|i| Some(self.split.fold[**i]) != but) {
+                let weighted = self.data.weight[i] * self.load[i];
+                sums.samples += 1;
+                sums.a += weighted * self.load[i];
+                sums.b += weighted * self.left[i];
+            }
+            sums
+        };
+        groups.iter().map(of).filter(|sums| sums.samples > 0).collect()
+    }
+}
+
+/// Share of ΣA that lies beyond either of the outermost knots.
+const BEYOND_ENDS: f64 = 0.01;
+
+/// Least relative drop of the squares that is worth a richer shape: about one standard error of a thousand samples.
+const RICHER: f64 = 0.01;
+
+/// The curve of every shape; `None` where there are too few samples for it.
+fn every_shape(sums: &[Sums]) -> Vec<Option<Curve>> {
+    let so_far = cumulated(sums);
+    let borders = borders(&so_far);
+    let curve = |shape: &Shape| match *shape {
+        Shape::Steps(parts) => steps(sums, &so_far, borders.get(..parts - 1)?),
+        Shape::Bends(knots) => bends(sums, knots),
+    };
+    SHAPES.iter().map(curve).collect()
+}
+
+/// Sums below every value, from none on.
+fn cumulated(sums: &[Sums]) -> Vec<Sums> {
+    let mut so_far = vec![Sums::default()];
+    for each in sums {
+        let last = so_far[so_far.len() - 1];
+        so_far.push(Sums { samples: last.samples + each.samples, a: last.a + each.a, b: last.b + each.b, ..*each });
+    }
+    so_far
+}
+
+/// ΣA, ΣB of the values from … to.
+fn over(so_far: &[Sums], from: usize, to: usize) -> [f64; 2] {
+    [so_far[to].a - so_far[from].a, so_far[to].b - so_far[from].b]
+}
+
+/// Borders between parts, the one that gains most first.
+fn borders(so_far: &[Sums]) -> Vec<usize> {
+    let least = FEWEST.max((LEAST_PART * so_far[so_far.len() - 1].samples as f64) as usize);
+    let gain = |from: usize, to: usize| {
+        let [a, b] = over(so_far, from, to);
+        if a > 0.0 { b * b / a } else { 0.0 }
+    };
+    let is_part = |from: usize, to: usize| so_far[to].samples - so_far[from].samples >= least;
+    let cut = |from: usize, to: usize| {
+        let cuts = (from + 1..to).filter(|k| is_part(from, *k) && is_part(*k, to));
+        let gained = cuts.map(|k| (gain(from, k) + gain(k, to) - gain(from, to), k));
+        let (gained, at) = gained.max_by(|x, y| x.0.total_cmp(&y.0))?;
+        Some((gained, from, at, to))
+    };
+    let mut open: Vec<(f64, usize, usize, usize)> = cut(0, so_far.len() - 1).into_iter().collect();
+    let mut borders = Vec::new();
+    while borders.len() + 1 < KNOTS {
+        let Some(best) = (0..open.len()).max_by(|a, b| open[*a].0.total_cmp(&open[*b].0)) else { break };
+        let (_, from, at, to) = open.swap_remove(best);
+        borders.push(at);
+        open.extend([cut(from, at), cut(at, to)].into_iter().flatten());
+    }
+    borders
+}
+
+fn steps(sums: &[Sums], so_far: &[Sums], borders: &[usize]) -> Option<Curve> {
+    let mut edges: Vec<usize> = borders.iter().copied().chain([0, sums.len()]).collect();
+    edges.sort_unstable();
+    let from = |k: usize| if k == 0 { sums[0].at } else { f64::midpoint(sums[k - 1].at, sums[k].at) };
+    let part = |pair: &[usize]| {
+        let [a, b] = over(so_far, pair[0], pair[1]);
+        ([from(pair[0]), if a > 0.0 { b / a } else { 0.0 }], a)
+    };
+    let (knots, weight): (Vec<[f64; 2]>, Vec<f64>) = edges.windows(2).map(part).unzip();
+    (knots.len() == borders.len() + 1).then_some(Curve { knots, weight, in_steps: true })
+}
+
+fn bends(sums: &[Sums], count: usize) -> Option<Curve> {
+    let known: Vec<&Sums> = sums.iter().filter(|each| each.a > 0.0).collect();
+    let whole: f64 = known.iter().map(|each| each.a).sum();
+    let mut places: Vec<f64> = Vec::new();
+    let mut so_far = 0.0;
+    for each in &known {
+        so_far += each.a;
+        // The outermost knots leave a little beyond them: what few samples say there is no shape.
+        let share = |k: usize| BEYOND_ENDS + (1.0 - 2.0 * BEYOND_ENDS) * k as f64 / (count - 1) as f64;
+        while places.len() < count && so_far >= share(places.len()) * whole {
+            places.push(each.at);
+        }
+    }
+    let least = 1e-3 * (places.last()? - places.first()?);
+    places.dedup_by(|b, a| *b - *a <= least);
+    if places.len() < 2 {
+        return None;
+    }
+    let n = places.len();
+    let hats = |x: f64| {
+        let k = places.partition_point(|p| *p <= x).clamp(1, n - 1);
+        let share = ((x - places[k - 1]) / (places[k] - places[k - 1])).clamp(0.0, 1.0);
+        [(k - 1, 1.0 - share), (k, share)]
+    };
+    let (mut normal, mut rhs) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
+    for each in &known {
+        for (a, x) in hats(each.at) {
+            rhs[a] += x * each.b;
+            for (b, y) in hats(each.at) {
+                normal[(a, b)] += each.a * x * y;
+            }
+        }
+    }
+    let weight: Vec<f64> = (0..n).map(|k| normal[(k, k)]).collect();
+    for k in 0..n {
+        normal[(k, k)] += 1e-6 * whole / n as f64;
+    }
+    let shares = normal.cholesky()?.solve(&rhs);
+    Some(Curve {
+        knots: places.iter().zip(shares.iter()).map(|(at, share)| [*at, *share]).collect(),
+        weight,
+        in_steps: false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{Covariate, State};
+    use crate::path::Vec3;
+
+    /// 24 blocks of 40 samples with a load of 100 and a noise of 1; z falls from 0 to −10, and `share(z)` is missing.
+    fn falling(share: impl Fn(f64) -> f64) -> (Data, Split, Vec<f64>) {
+        let n = 960;
+        let z = |i: usize| -10.0 * ((i * 577) % n) as f64 / n as f64;
+        let wobble = |i: usize| ((i * 7919) % 101) as f64 / 50.0 - 1.0;
+        let state = |i: usize| State { position: Vec3::new(0.0, 0.0, z(i)), ..State::default() };
+        let data = Data {
+            reading: (0..n).map(|i| 100.0 * share(z(i)) + wobble(i)).collect(),
+            weight: vec![1.0; n],
+            state: (0..n).map(state).collect(),
+            block: (0..n).map(|i| i / 40).collect(),
+            ..Data::default()
+        };
+        let fold = (0..n).map(|i| (i / 40) % 5).collect();
+        (data, Split { test: vec![false; n], fold, folds: 5, how: String::new() }, vec![100.0; n])
+    }
+
+    fn found(share: impl Fn(f64) -> f64) -> Follows {
+        let (data, split, load) = falling(share);
+        let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
+        let z: Vec<f64> = data.state.iter().map(|state| Covariate::Z.of(state)).collect();
+        residual.follows(&z).unwrap()
+    }
+
+    #[test]
+    fn a_step_a_window_and_a_bend_are_found_in_their_own_shape() {
+        let step = found(|z| if z < -4.5 { 0.18 } else { 0.0 });
+        assert!(step.curve.in_steps && step.curve.knots.len() == 2, "{:?}", step.curve);
+        assert!((step.curve.knots[1][0] + 4.5).abs() < 0.15 && (step.curve.at(-9.0) - 0.18).abs() < 0.005);
+        let window = found(|z| if (-7.0..-4.0).contains(&z) { -0.2 } else { 0.0 });
+        assert!((window.curve.at(-5.5) + 0.2).abs() < 0.01 && window.curve.at(-1.0).abs() < 0.01);
+        let bend = found(|z| 0.004 * z * z);
+        for z in [-9.0, -5.0, -1.0] {
+            assert!((bend.curve.at(z) - 0.004 * z * z).abs() < 0.02, "{z}: {:?}", bend.curve);
+        }
+        // What is left is the noise, 1/3 a sample, and beside each border a sample in each of the five folds.
+        let noise = 960.0 / 3.0;
+        assert!(bend.squares < 1.35 * noise, "{}", bend.squares);
+        assert!(step.squares < noise + 5.0 * 18f64.powi(2), "{}", step.squares);
+        assert!(window.squares < noise + 10.0 * 20f64.powi(2), "{}", window.squares);
+    }
+
+    #[test]
+    fn a_covariate_that_stands_still_has_no_curve() {
+        let (data, split, load) = falling(|_| 0.1);
+        let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
+        assert!(residual.follows(&vec![3.0; data.len()]).is_none());
+        assert!(residual.follows(&vec![f64::NAN; data.len()]).is_none());
+    }
+}
