@@ -95,9 +95,31 @@ fn a_chipped_edge_is_named() {
 
 #[test]
 fn what_is_in_no_list_is_unexplained() {
-    for hidden in [Hidden::Pump(60.0), Hidden::Slide(0.4)] {
-        let (report, over_noise) = diagnosed(&rows(), &[hidden], Tied::Position, 7);
-        assert!(report.effects.is_empty() && report.unexplained.is_some(), "{hidden:?}: {}", report.verdict);
-        assert!(over_noise > 1.5, "{hidden:?}: {over_noise}");
-    }
+    let (report, over_noise) = diagnosed(&rows(), &[Hidden::Pump(60.0)], Tied::Position, 7);
+    assert!(report.effects.is_empty() && report.unexplained.is_some(), "{}", report.verdict);
+    assert!(over_noise > 1.5, "{over_noise}");
+}
+
+/// What the guide of an axis takes grows along it, whatever is cut: no effect of the list, and a curve over X.
+#[test]
+fn what_is_in_no_list_and_follows_a_covariate_is_learned_without_a_name() {
+    let (report, over_noise) = diagnosed(&rows(), &[Hidden::Slide(0.4)], Tied::Position, 7);
+    assert!(report.effects.is_empty() && report.unexplained.is_some(), "{}", report.verdict);
+    let curve = &report.unnamed[0];
+    assert_eq!((curve.covariate.as_str(), curve.multiplies.as_str()), ("position x", "tare"), "{}", report.verdict);
+    assert!(curve.added.test_rmse_after < 0.8 * curve.added.test_rmse_before && over_noise < 1.1, "{over_noise}");
+}
+
+/// An override and a hold are found, listed and taken out: with them the coefficients are those without, to a percent.
+#[test]
+fn an_override_and_a_hold_are_events_and_no_effect() {
+    let k_tc = |report: &LearnReport| report.final_base.iter().find(|v| v.name == "k_tc").unwrap().value;
+    let (plain, _) = diagnosed(&rows(), &[], Tied::Position, 7);
+    let turned_down = [Hidden::Override([0.3, 0.6], 0.7), Hidden::Held(0.8, 12.0)];
+    let (report, over_noise) = diagnosed(&rows(), &turned_down, Tied::Position, 7);
+    assert!(report.effects.is_empty() && report.unnamed.is_empty() && over_noise < 1.15, "{}", report.verdict);
+    let deviation = k_tc(&report) / k_tc(&plain) - 1.0;
+    assert!(deviation.abs() < 0.01, "{deviation}");
+    let ratios: Vec<f64> = report.events.iter().map(|event| event.ratio).collect();
+    assert!(ratios.iter().any(|r| (r - 0.7).abs() < 0.02) && ratios.contains(&0.0), "{:?}", report.events);
 }

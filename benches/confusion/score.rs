@@ -75,7 +75,7 @@ impl Outcome {
     }
 
     fn judge(&mut self, case: &Case, deviation: [f64; 2], report: &LearnReport) {
-        self.named = report.effects.iter().map(|e| e.name.clone()).collect();
+        self.named = report.names().into_iter().map(str::to_owned).collect();
         self.confounded = report.confounded.iter().flat_map(|c| c.names.clone()).collect();
         self.unexplained = report.unexplained.as_ref().map(|u| u.largest_correlate.clone());
         self.false_names = self.named.iter().filter(|name| !case.names.contains(&name.as_str())).count();

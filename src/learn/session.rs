@@ -6,6 +6,7 @@ use crate::learn::align::load::by_load;
 use crate::learn::align::stretch;
 use crate::learn::align::{Aligned, by_position};
 use crate::learn::dataset::binning::{Channels, bin_log, channels};
+use crate::learn::dataset::measured_feed::measured_feed;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::criteria::{covers_in_part, is_slower};
 use crate::learn::diagnose::doubts::{self, covered, unseen_ends};
@@ -141,6 +142,8 @@ pub fn learn_with_data(
     report.samples = log.time_s.len();
     report.down_weighted = lowered;
     report.alignment = Some(alignment_of(&aligned, log));
+    report.events = measured_feed(log, &aligned, &prepared.timeline)
+        .map_or_else(Vec::new, |feed| feed.events(log, &aligned, &prepared.timeline));
     report.warnings.extend(log.warnings.iter().cloned());
     let covered = covered(&aligned, &prepared.timeline);
     if covers_in_part(covered) {

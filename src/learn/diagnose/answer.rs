@@ -1,15 +1,18 @@
 //! The answer of a diagnosis. In: base model and final model. Out: [`LearnReport`] with errors on data that neither was
 //! fitted on, what is left, and the verdict.
 
+use crate::effects::unnamed::{CURVES, knots};
+use crate::effects::{Covariate, Multiplies, family_of};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::criteria::{is_structure, tells_apart};
+use crate::learn::diagnose::criteria::{is_no_worse, is_structure, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
+use crate::learn::diagnose::unnamed::is_unnamed;
 use crate::learn::model::cross_validation::without;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::Fitted;
-use crate::learn::report::{Added, ChannelError, LearnReport, Transfer, Unexplained, Value};
+use crate::learn::report::{Added, ChannelError, LearnReport, Transfer, Unexplained, Unnamed, Value};
 
 impl Diagnosis<'_> {
     /// Held-out errors of each measured quantity.
@@ -26,7 +29,11 @@ impl Diagnosis<'_> {
     pub(in crate::learn) fn report(&mut self, base: &Fitted, fitted: &Fitted) -> LearnReport {
         let data = self.data;
         let errors_of = |f: &Fitted, d: &Data| errors(d, |i| d.reading[i] - f.predicted[i]);
-        let effects = fitted.model.effects.iter().enumerate().map(|(e, each)| self.added(e, each, fitted)).collect();
+        let added = |e: usize| self.added(e, &fitted.model.effects[e], fitted);
+        let (curves, effects): (Vec<usize>, Vec<usize>) =
+            (0..fitted.model.effects.len()).partition(|e| is_unnamed(fitted.model.effects[*e].effect));
+        let unnamed = curves.into_iter().map(|e| said(added(e), &fitted.model.effects, e)).collect();
+        let effects = effects.into_iter().map(added).collect();
         let used = data.used().count();
         LearnReport {
             samples: data.len(),
@@ -39,6 +46,7 @@ impl Diagnosis<'_> {
             base_train: errors_of(base, &self.train),
             base_test: self.judged(&[]),
             effects,
+            unnamed,
             rejected: std::mem::take(&mut self.rejected),
             final_train: errors_of(fitted, &self.train),
             final_test: self.judged(&fitted.model.effects),
@@ -49,7 +57,8 @@ impl Diagnosis<'_> {
             noise_floor: noise_floor(data, &fitted.residuals(data)),
             transfer: self.transfer(base, fitted),
             variants_tried: self.tried,
-            supports_model: tells_apart(base.condition),
+            supports_model: tells_apart(base.condition)
+                && is_no_worse(self.judged(&[]).rmse, self.judged(&fitted.model.effects).rmse),
             ..LearnReport::default()
         }
     }
@@ -60,20 +69,23 @@ impl Diagnosis<'_> {
             found.cloned().unwrap_or((each.effect.name, String::new(), 1.0, [f64::NAN; 2]));
         let first: usize =
             fitted.model.effects[..e].iter().map(|u| u.values.len()).sum::<usize>() + fitted.model.base.len();
-        let parameters =
-            each.effect.parameters.iter().zip(&each.values).enumerate().map(|(k, (parameter, value))| Value {
-                name: parameter.name.into(),
-                value: *value,
-                std_error: fitted.covariance[(first + k, first + k)].max(0.0).sqrt(),
-                unit: parameter.unit.into(),
-            });
+        let std_error = |k: usize| fitted.covariance[(first + k, first + k)].max(0.0).sqrt();
+        // A curve leaves out the knots that it does without.
+        let in_use = |k: usize| !is_unnamed(each.effect) || each.effect.parameters[k].neutral != Some(each.values[k]);
+        let value = |k: usize| Value {
+            name: each.effect.parameters[k].name.into(),
+            value: each.values[k],
+            std_error: std_error(k),
+            unit: each.effect.parameters[k].unit.into(),
+        };
+        let doubts = (0..each.values.len()).filter(|k| each.free[*k]).filter_map(|k| doubt(each, k, std_error(k)));
         Added {
             name: each.effect.name.into(),
-            parameters: parameters.collect(),
+            parameters: (0..each.values.len()).filter(|k| in_use(*k)).map(value).collect(),
             p_value,
             test_rmse_before: errors[0],
             test_rmse_after: errors[1],
-            evidence,
+            evidence: std::iter::once(evidence).chain(doubts).collect::<Vec<String>>().join("; "),
         }
     }
 
@@ -111,7 +123,95 @@ fn covariance(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
     (0..p).map(|a| (0..p).map(|b| fitted.covariance[(a, b)]).collect()).collect()
 }
 
-pub(in crate::learn) fn unexplained(data: &Data, fitted: &Fitted, seed: u64) -> Option<Unexplained> {
+/// What is to be said of a fitted parameter: it stands on a bound, or the data do not tell it.
+fn doubt(each: &FittedEffect, k: usize, std_error: f64) -> Option<String> {
+    let (parameter, value) = (&each.effect.parameters[k], each.values[k]);
+    if parameter.is_scanned() {
+        return None;
+    }
+    let near = |bound: f64| (value - bound).abs() <= 1e-6 * (parameter.max - parameter.min);
+    let is_off = |bound: f64| parameter.neutral == Some(bound) || bound == 0.0;
+    if [parameter.min, parameter.max].into_iter().any(|bound| near(bound) && !is_off(bound)) {
+        return Some(format!("{} stands on its bound ({value:.4})", parameter.name));
+    }
+    let size = (value - parameter.neutral.unwrap_or(0.0)).abs();
+    (std_error > size)
+        .then(|| format!("{} is not determined ({value:.4} ± {std_error:.4} {})", parameter.name, parameter.unit))
+}
+
+/// A curve as the report has it; `effects[e]` is the one.
+fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
+    let each = &effects[e];
+    let of_curve = CURVES.iter().find(|(_, effect)| effect.name == each.effect.name);
+    let (covariate, multiplies) =
+        of_curve.map_or((Covariate::Time, Multiplies::Load), |(covariate, effect)| (*covariate, effect.multiplies));
+    let (factor, unit) = covariate.shown();
+    let knots: Vec<[f64; 2]> = knots(&each.values).into_iter().map(|[at, f]| [at * factor, f]).collect();
+    let beside = effects.iter().find(|other| !is_unnamed(other.effect) && other.effect.knows(covariate, multiplies));
+    let what = if multiplies == Multiplies::Tare { "the tare" } else { "the load of the cut" };
+    Unnamed {
+        covariate: covariate.name().to_owned(),
+        unit: unit.to_owned(),
+        multiplies: if multiplies == Multiplies::Tare { "tare" } else { "load" }.to_owned(),
+        beside: beside.map(|other| other.effect.name.to_owned()),
+        family: family_of(covariate, multiplies).filter(|_| beside.is_none()).map(|effect| effect.name.to_owned()),
+        said: sentence(what, covariate.name(), unit, &knots),
+        knots,
+        added,
+    }
+}
+
+/// What a curve says, in one sentence: beyond a value, between two, or from one to another.
+fn sentence(what: &str, covariate: &str, unit: &str, knots: &[[f64; 2]]) -> String {
+    let more = |factor: f64, than: f64| {
+        let percent = 100.0 * (factor / than - 1.0);
+        format!("{:.0} % {}", percent.abs(), if percent < 0.0 { "lower" } else { "higher" })
+    };
+    let at = |x: f64| format!("{} {unit}", rounded(x)).trim_end().to_owned();
+    let is_step = |k: usize| (knots[k + 1][0] - knots[k][0]).abs() < 1e-9 * knots[k][0].abs().max(1.0);
+    match *knots {
+        [a, b] if is_step(0) && a[1] > b[1] => format!("below {covariate} {} {what} is {}", at(a[0]), more(a[1], b[1])),
+        [a, b] if is_step(0) => format!("above {covariate} {} {what} is {}", at(b[0]), more(b[1], a[1])),
+        [a, b, c, d] if is_step(0) && is_step(2) => {
+            let (inside, outside) = (f64::midpoint(b[1], c[1]), f64::midpoint(a[1], d[1]));
+            format!("between {covariate} {} and {} {what} is {}", at(a[0]), at(d[0]), more(inside, outside))
+        }
+        _ => {
+            let by = |k: &&[f64; 2], other: &&[f64; 2]| k[1].total_cmp(&other[1]);
+            let (Some(low), Some(high)) = (knots.iter().min_by(by), knots.iter().max_by(by)) else {
+                return format!("{what} follows {covariate}");
+            };
+            format!(
+                "{what} follows {covariate}: at {} it is {} than at {}",
+                at(high[0]),
+                more(high[1], low[1]),
+                at(low[0])
+            )
+        }
+    }
+}
+
+/// Three significant digits.
+fn rounded(x: f64) -> String {
+    let digits = if x == 0.0 { 0 } else { (2 - x.abs().log10().floor() as i32).clamp(0, 6) };
+    let text = format!("{x:.*}", digits as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// What no named effect explains: the first curve without a name, or a pattern that none of them took away.
+pub(in crate::learn) fn unexplained(
+    data: &Data,
+    fitted: &Fitted,
+    report: &LearnReport,
+    seed: u64,
+) -> Option<Unexplained> {
+    if let Some(first) = report.nameless().next() {
+        let [before, after] = [first.added.test_rmse_before, first.added.test_rmse_after];
+        return Some(Unexplained {
+            test_r2_of_residual_structure: 1.0 - (after / before.max(1e-300)).powi(2),
+            largest_correlate: first.covariate.clone(),
+        });
+    }
     let residual = fitted.residuals(data);
     let strongest = patterns(data, &residual, &fitted.predicted, seed).into_iter().next()?;
     is_structure(strongest.test_r2, data.is_series())
@@ -119,24 +219,64 @@ pub(in crate::learn) fn unexplained(data: &Data, fitted: &Fitted, seed: u64) -> 
 }
 
 pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
-    let names: Vec<&str> = report.effects.iter().map(|e| e.name.as_str()).collect();
+    let names = report.names();
     let (before, after) = (report.base_test.rmse, report.final_test.rmse);
-    let found = match names.as_slice() {
-        [] => "Nothing to add: no effect of the list explains the residual".to_owned(),
-        some => format!("The residual is explained by {}; held-out error {before:.4} → {after:.4}", some.join(" and ")),
+    let fell = format!("held-out error {before:.4} → {after:.4}");
+    let found = match (names.as_slice(), report.unnamed.as_slice()) {
+        ([], []) => "Nothing to add: no effect of the list explains the residual".to_owned(),
+        ([], _) => format!("No effect of the list explains the residual, a curve without a name does; {fell}"),
+        (some, _) => format!("The residual is explained by {}; {fell}", some.join(" and ")),
     };
     let rivals =
         report.confounded.iter().map(|c| format!("{} cannot be told from {}", c.names[0], c.names[1..].join(", ")));
-    let left = report.unexplained.as_ref().map(|u| {
+    let curves = report.unnamed.iter().map(|u| match (&u.family, &u.beside) {
+        (Some(name), _) => format!("{name} in a form of its own: {}", u.said),
+        (None, Some(name)) => format!("beside {name}, whose law misses it: {}", u.said),
+        (None, None) => format!("without a name: {}", u.said),
+    });
+    let is_curve = report.nameless().next().is_some();
+    let left = report.unexplained.as_ref().filter(|_| !is_curve).map(|u| {
         format!(
             "{:.0} % of the remaining variance follows {} and is unexplained",
             100.0 * u.test_r2_of_residual_structure,
             u.largest_correlate
         )
     });
-    let mut parts: Vec<String> = std::iter::once(found).chain(rivals).chain(left).collect();
-    if report.effects.is_empty() && report.unexplained.is_none() {
+    let mut parts: Vec<String> = std::iter::once(found).chain(rivals).chain(curves).chain(left).collect();
+    if names.is_empty() && report.unnamed.is_empty() && report.unexplained.is_none() {
         parts[0] = format!("Nothing to add: what is left ({after:.4}) has no structure beyond noise");
     }
+    if !(report.effects.is_empty() && report.unnamed.is_empty()) && after > before {
+        parts.push("on the data kept for the judgement the error rose, so that no model rests on it".to_owned());
+    }
     parts.join("; ") + "."
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_is_one_sentence_with_a_place_and_a_size() {
+        let load = |knots: &[[f64; 2]]| sentence("the load of the cut", "position z", "mm", knots);
+        assert_eq!(load(&[[-4.5, 1.18], [-4.5, 1.0]]), "below position z -4.5 mm the load of the cut is 18 % higher");
+        assert_eq!(
+            load(&[[141.0, 1.0], [141.0, 0.8], [203.0, 0.8], [203.0, 1.0]]),
+            "between position z 141 mm and 203 mm the load of the cut is 20 % lower"
+        );
+        assert_eq!(
+            load(&[[100.0, 1.0], [150.0, 1.1], [200.0, 1.3]]),
+            "the load of the cut follows position z: at 200 mm it is 30 % higher than at 100 mm"
+        );
+    }
+
+    #[test]
+    fn a_parameter_on_its_bound_or_smaller_than_its_error_is_said() {
+        let wear = crate::effects::named("flank-wear").unwrap();
+        let with =
+            |growth: f64| FittedEffect { effect: wear, values: vec![growth, 0.0, 0.1, 0.0], free: vec![true; 4] };
+        assert!(doubt(&with(50.0), 0, 0.1).unwrap().contains("stands on its bound"));
+        assert!(doubt(&with(0.5), 0, 0.6).unwrap().contains("not determined"));
+        assert_eq!(doubt(&with(0.5), 0, 0.4), None);
+    }
 }

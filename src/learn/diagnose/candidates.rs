@@ -79,7 +79,7 @@ fn placed(effect: &Effect, data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
             Some(Place::XMax) => found[1],
             Some(Place::YMin) => found[2],
             Some(Place::YMax) => found[3],
-            None => p.neutral.filter(|_| !is_instant).unwrap_or(start),
+            Some(Place::Knot) | None => p.neutral.filter(|_| !is_instant).unwrap_or(start),
         };
         effect.parameters.iter().zip(values).map(value).collect()
     };

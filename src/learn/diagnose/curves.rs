@@ -3,6 +3,7 @@
 
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::residual::COVARIATES;
+use crate::learn::diagnose::unnamed::with_predicted_loads;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::design::in_model;
 use crate::learn::model::fit::fit;
@@ -47,8 +48,14 @@ const BINS: usize = 14;
 
 /// What there is to show; empty where the model cannot be fitted.
 pub fn curves(data: &Data, report: &LearnReport) -> Curves {
-    let effects: Vec<FittedEffect> = report.effects.iter().filter_map(in_model).collect();
-    let Some((base, last)) = whitened(data).and_then(|d| fit(&d, &[], 0).zip(fit(&d, &effects, 25))) else {
+    let unnamed = report.unnamed.iter().map(|u| &u.added);
+    let effects: Vec<FittedEffect> = report.effects.iter().chain(unnamed).filter_map(in_model).collect();
+    let fits = |data: Data| {
+        let base = fit(&data, &[], 0)?;
+        let last = fit(&with_predicted_loads(&data, &base.predicted), &effects, 25)?;
+        Some((base, last))
+    };
+    let Some((base, last)) = whitened(data).and_then(fits) else {
         return Curves::default();
     };
     let channels = data.channel_names.iter().enumerate();

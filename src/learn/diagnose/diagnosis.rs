@@ -5,6 +5,7 @@ use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::criteria::least_score;
 use crate::learn::diagnose::trial::Trial;
 use crate::learn::model::cross_validation::Split;
+use crate::learn::model::design::FittedEffect;
 use crate::learn::report::Rejected;
 
 /// How a diagnosis is run.
@@ -16,11 +17,13 @@ pub struct Options {
     pub max_effects: usize,
     /// Seed of the permutation tests.
     pub seed: u64,
+    /// Effects that the model begins with: those of a model learned before. They stay where they still pay.
+    pub known: Vec<FittedEffect>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { candidates: crate::effects::ALL.to_vec(), max_effects: 4, seed: 1 }
+        Self { candidates: crate::effects::ALL.to_vec(), max_effects: 4, seed: 1, known: Vec::new() }
     }
 }
 
@@ -33,6 +36,8 @@ pub(in crate::learn) struct Diagnosis<'a> {
     pub(in crate::learn) tried: usize,
     pub(in crate::learn) rejected: Vec<Rejected>,
     pub(in crate::learn) evidence: Vec<(&'static str, String, f64, [f64; 2])>,
+    /// Two effects that explain the residual only together: neither stays without the other.
+    pub(in crate::learn) pair: Vec<&'static str>,
     /// Held-out residual of the base model on the training blocks.
     pub(in crate::learn) base_residual: Vec<f64>,
     /// Noise of neighbouring readings; 0 where it is not known.

@@ -2,10 +2,11 @@
 //! declares. Out: one clause for each doubt, with the likely cause.
 
 use crate::learn::align::{Aligned, Method, stretch};
+use crate::learn::dataset::measured_feed::measured_feed;
 use crate::learn::dataset::samples::{Base, Class, Data};
 use crate::learn::diagnose::criteria::{
     covers_too_little, explains_next_to_nothing, is_negative, is_of_a_material, is_of_another_program,
-    is_ratio_of_materials, is_stretch_of_a_machine,
+    is_ratio_of_materials, is_stretch_of_a_machine, stands_too_long,
 };
 use crate::learn::log::Log;
 use crate::learn::model::fit::{Fitted, fit};
@@ -28,6 +29,13 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
         doubts.push(format!(
             "{:.0} % of the log do not fit this program: is it the log of another one?",
             100.0 * aligned.misfit
+        ));
+    }
+    let standing = measured_feed(log, aligned, timeline).map_or(0.0, |feed| feed.standing(aligned, timeline));
+    if stands_too_long(standing) {
+        doubts.push(format!(
+            "the tool stands in {:.0} % of the samples at which the program feeds: are the units of the positions right?",
+            100.0 * standing
         ));
     }
     let covered = covered(aligned, timeline);

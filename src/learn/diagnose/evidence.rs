@@ -2,25 +2,55 @@
 //! what it leaves on data left out, or why that is no effect.
 //!
 //! Its score pays for its parameters, they are physical, it takes away enough of what is left, on data left out too and
-//! more than errors of the engagement can; no pattern without a name does better, and no other kind of cut gets worse.
+//! more than errors of the engagement can, beside the effects before it in whatever shape those may have; no curve over
+//! a covariate that it knows nothing of does better, and no other kind of cut gets worse.
 //! The thresholds are those of [`super::criteria`].
 
-use crate::effects::{Covariate, Effect};
+use crate::effects::{Covariate, Effect, Multiplies, Place};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Class;
 use crate::learn::diagnose::candidates::why_not;
 use crate::learn::diagnose::criteria::{
-    ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, NOISE_WITH_MEMORY, leaves_much, lowers_held_out, takes_enough,
+    ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, NOISE_WITH_MEMORY, PLACED_BY, leaves_much, lowers_held_out,
+    takes_enough,
 };
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial, unphysical};
-use crate::learn::diagnose::unnamed::{FreePatterns, better_pattern, unrelated_covariates};
-use crate::learn::model::cross_validation::{improvement_by_block, t_statistic};
+use crate::learn::diagnose::unnamed::{Found, LAST_RANK, rank};
+use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_block, t_statistic};
 use crate::learn::model::fit::{Fitted, part};
 use crate::learn::report::Rejected;
 use rayon::prelude::*;
 
+/// Does an effect of a model know that the reading follows this covariate?
+fn knows(model: &Fitted, covariate: Covariate, part: Multiplies) -> bool {
+    model.model.effects.iter().any(|each| each.effect.knows(covariate, part))
+}
+
+/// Curves that a trial is held against, best first.
+const RIVAL_CURVES: usize = 4;
+
+/// What the trials of a round are held against.
+pub(in crate::learn) struct Present<'a> {
+    /// The model so far.
+    pub(in crate::learn) model: &'a Fitted,
+    /// What it leaves on data left out.
+    pub(in crate::learn) left: Vec<f64>,
+    /// The same less everything that follows the covariates of its effects.
+    less_any_shape: Vec<f64>,
+    /// The curves that what it leaves follows, best first.
+    pub(in crate::learn) curves: Vec<Found>,
+}
+
 impl Diagnosis<'_> {
+    /// See [`Present`].
+    pub(in crate::learn) fn present<'m>(&self, model: &'m Fitted) -> Present<'m> {
+        let left = held_out_residuals(&self.train, &model.model.effects, self.split);
+        let less_any_shape = self.less_any_shape(model, &left, |covariate, part| knows(model, covariate, part));
+        let curves = self.curves(model, &left, |covariate, part| !knows(model, covariate, part));
+        Present { model, left, less_any_shape, curves }
+    }
+
     /// Every candidate on top of the present model.
     pub(in crate::learn) fn trials(&mut self, present: &Fitted, note: bool) -> Vec<Trial> {
         let has = |effect: &Effect| present.model.effects.iter().any(|u| u.effect.name == effect.name);
@@ -39,15 +69,19 @@ impl Diagnosis<'_> {
         tried.into_iter().filter_map(|(_, trial)| trial).collect()
     }
 
-    /// What a trial leaves on data left out where the present model leaves `before`, or why that shows no effect.
-    pub(in crate::learn) fn shown(&self, present: &Fitted, trial: &Trial, before: &[f64]) -> Result<Vec<f64>, String> {
+    /// What a trial leaves on data left out, or why that shows no effect.
+    pub(in crate::learn) fn shown(&self, present: &Present, trial: &Trial) -> Result<Vec<f64>, String> {
         if trial.score < self.threshold() {
             return Err(format!("it explains too little for its parameters (score {:.1})", trial.score));
         }
         if let Some(why) = unphysical(trial.fitted.model.effects.last(), self.data.clock_s) {
             return Err(why);
         }
-        let after = self.unseen_residuals(present, trial);
+        if let Some(why) = self.between_operations(trial) {
+            return Err(why);
+        }
+        let before = &present.left;
+        let after = self.unseen_residuals(present.model, trial);
         let drop = self.drop_of(before, &after);
         let t = t_statistic(&improvement_by_block(&self.train, before, &after));
         let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
@@ -58,7 +92,7 @@ impl Diagnosis<'_> {
         if !lowers_held_out(drop, t) {
             return Err(format!("it does not lower the held-out error ({:+.2} %, t = {t:.1})", -100.0 * drop));
         }
-        let change = self.change_of_load(present, before, &after);
+        let change = self.change_of_load(present.model, before, &after);
         if change < ENGAGEMENT_KNOWN_TO {
             return Err(format!(
                 "it changes the load by {:.2} %, and the engagement is known to {:.1} %",
@@ -66,8 +100,8 @@ impl Diagnosis<'_> {
                 100.0 * ENGAGEMENT_KNOWN_TO
             ));
         }
-        let misfit = self.misfit_of_form(present, trial, before, &after);
-        misfit.or_else(|| self.harms_another_kind(present, trial)).map_or(Ok(after), Err)
+        let misfit = self.misfit_of_form(present, trial, &after).or_else(|| self.stands_in(present, trial, &after));
+        misfit.or_else(|| self.harms_another_kind(present.model, trial)).map_or(Ok(after), Err)
     }
 
     /// Held-out squares that go from `before` to `after`, over those of `whole` beyond the noise, which are taken as no
@@ -102,39 +136,66 @@ impl Diagnosis<'_> {
         part(&self.train, fitted, &[Class::Cutting, Class::Edge])
     }
 
-    /// Does a free pattern along what the effects before it depend on explain more than the trial?
-    pub(in crate::learn) fn misfit_of_form(
-        &self,
-        present: &Fitted,
-        trial: &Trial,
-        before: &[f64],
-        after: &[f64],
-    ) -> Option<String> {
-        let known = present.model.effects.iter().flat_map(|u| u.effect.covariates.iter().copied());
-        let own: Vec<Covariate> = known.filter(|c| !trial.effect.covariates.contains(c)).collect();
-        let load = self.cut(present);
-        let free = FreePatterns { data: &self.train, split: self.split, load: &load };
-        let (along, [pattern, named]) = better_pattern(&free, &own, before, after)?;
-        Some(format!(
-            "what the effects before it leave follows {}, as they do: a free pattern along that leaves {:.0} % of it, this effect {:.0} %",
-            along.name(),
-            100.0 * pattern,
-            100.0 * named
-        ))
+    /// Does the trial only make up for the shape of the effects before it? It has to lower the held-out error beside
+    /// them in any shape.
+    fn misfit_of_form(&self, present: &Present, trial: &Trial, after: &[f64]) -> Option<String> {
+        if present.model.model.effects.is_empty() {
+            return None;
+        }
+        let before = &present.less_any_shape;
+        let theirs = |covariate, part| knows(present.model, covariate, part) && !trial.effect.knows(covariate, part);
+        let after = self.less_any_shape(&trial.fitted, after, theirs);
+        let drop = self.drop_of(before, &after);
+        let t = t_statistic(&improvement_by_block(&self.train, before, &after));
+        let rest = self.share_of_excess(before, &after, before, NOISE_KNOWN_TO);
+        let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
+        (!lowers_held_out(drop, t) || !takes_enough(share, rest)).then(|| {
+            format!(
+                "beside the effects found before it, in any shape they may have, it lowers the held-out error by {:.2} % \
+                 (t = {t:.1})",
+                100.0 * drop
+            )
+        })
     }
 
-    /// Why the effects found only stand in for something else: a free pattern along what none of them depends on
-    /// explains more than all of them.
-    pub(in crate::learn) fn stand_in(&self, base: &Fitted, fitted: &Fitted, after: &[f64]) -> Option<String> {
-        let load = self.cut(base);
-        let free = FreePatterns { data: &self.train, split: self.split, load: &load };
-        let covariates = unrelated_covariates(&fitted.model.effects);
-        let (along, [pattern, named]) = better_pattern(&free, &covariates, &self.base_residual, after)?;
+    /// Why an instant is no accident: no operation is cut both before and after it, so that it may as well be what one
+    /// operation differs by from the next.
+    fn between_operations(&self, trial: &Trial) -> Option<String> {
+        let last = trial.fitted.model.effects.last()?;
+        let instant = last.effect.parameters.iter().position(|p| p.place == Some(Place::Instant))?;
+        let at_s = last.values[instant];
+        let load = self.cut(&trial.fitted);
+        let cutting: Vec<usize> = self.train.used().filter(|i| load[*i] > 0.0).collect();
+        let count = |kind: usize, is_after: bool| {
+            let members = cutting.iter().filter(|i| self.data.kind[**i] == kind);
+            members.filter(|i| (self.data.state[**i].time_s >= at_s) == is_after).count()
+        };
+        let is_within = |kind: &usize| count(*kind, false).min(count(*kind, true)) >= PLACED_BY;
+        let kinds = self.kinds();
+        (!kinds.is_empty() && !kinds.iter().any(is_within))
+            .then(|| format!("it begins at {at_s:.0} s, between two operations: it may be what they differ by"))
+    }
+
+    /// Why the trial only stands in for something else: a curve along what it does not depend on explains more than it
+    /// does in any shape; of an effect that only knows how long the program has run, as much.
+    pub(in crate::learn) fn stands_in(&self, present: &Present, trial: &Trial, after: &[f64]) -> Option<String> {
+        let own = |covariate, part| trial.effect.knows(covariate, part);
+        let shaped = self.less_any_shape(&trial.fitted, after, own);
+        let others = present.curves.iter().filter(|found| !own(found.covariate, found.effect.multiplies));
+        let is_late = trial.effect.covariates.iter().all(|covariate| rank(*covariate) == LAST_RANK);
+        let better = others.take(RIVAL_CURVES).find(|found| {
+            let left = &found.follows.left;
+            if is_late && rank(found.covariate) == 0 {
+                return !self.is_better(left, after);
+            }
+            self.is_better(&shaped, left)
+        })?;
+        let share = |left: &[f64]| 100.0 * (1.0 - self.drop_of(&present.left, left)).powi(2);
         Some(format!(
-            "a free pattern along {} leaves {:.0} % of the squares of the base model, all effects found together {:.0} %",
-            along.name(),
-            100.0 * pattern,
-            100.0 * named
+            "a curve along {} leaves {:.0} % of the squares, this effect in any shape {:.0} %",
+            better.covariate.name(),
+            share(&better.follows.left),
+            share(&shaped)
         ))
     }
 }

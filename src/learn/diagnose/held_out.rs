@@ -3,10 +3,10 @@
 
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::criteria::harms;
+use crate::learn::diagnose::criteria::{harms, harms_elsewhere};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial};
-use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_block, t_statistic, without};
+use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::Errors;
@@ -66,8 +66,24 @@ impl Diagnosis<'_> {
         1.0 - (a / f64::max(b, 1e-300)).sqrt()
     }
 
-    /// An effect must not make cuts worse that it was not fitted on.
+    /// An effect must not make cuts worse that it was not fitted on: in a log all its operations together, each of them
+    /// left out in turn; in a table each kind by itself.
     pub(in crate::learn) fn harms_another_kind(&self, present: &Fitted, trial: &Trial) -> Option<String> {
+        if self.data.is_series() { self.harms_operations(present, trial) } else { self.harms_a_kind(present, trial) }
+    }
+
+    fn harms_operations(&self, present: &Fitted, trial: &Trial) -> Option<String> {
+        let kinds = self.kinds();
+        let by_operation = Split { fold: self.data.kind.clone(), folds: kinds.last()? + 1, ..self.split.clone() };
+        let [before, after] = [&present.model.effects, &trial.fitted.model.effects]
+            .map(|effects| held_out_residuals(&self.train, effects, &by_operation));
+        let drop = self.drop_of(&before, &after);
+        harms_elsewhere(drop).then(|| {
+            format!("fitted without an operation, it makes that worse ({:+.1} % error over all of them)", -100.0 * drop)
+        })
+    }
+
+    fn harms_a_kind(&self, present: &Fitted, trial: &Trial) -> Option<String> {
         for kind in self.kinds() {
             let members: Vec<usize> = self.data.used().filter(|i| self.data.kind[*i] == kind).collect();
             let others = self.train.with_weights(without(&self.train, |i| self.data.kind[i] == kind));

@@ -9,6 +9,7 @@ pub mod diagnosis;
 pub mod doubts;
 pub mod evidence;
 pub mod forms;
+pub mod free_curve;
 pub mod held_out;
 pub mod over_time;
 pub mod replacement;

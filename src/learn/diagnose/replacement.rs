@@ -22,9 +22,9 @@ impl Diagnosis<'_> {
         let trials = self.trials(without_it, false).into_iter().filter(|t| t.effect.name != own.name);
         let best =
             trials.max_by(|a, b| a.score.total_cmp(&b.score)).filter(|best| best.score >= same + CONFOUNDED_WITHIN)?;
-        let [before, with_own] =
-            [without_it, found].map(|model| held_out_residuals(&self.train, &model.model.effects, self.split));
-        let after = self.shown(without_it, &best, &before).ok()?;
+        let present = self.present(without_it);
+        let with_own = held_out_residuals(&self.train, &found.model.effects, self.split);
+        let after = self.shown(&present, &best).ok()?;
         if self.drop_of(&with_own, &after) <= 0.0 {
             return None;
         }
@@ -98,6 +98,7 @@ mod tests {
             tried: 0,
             rejected: Vec::new(),
             evidence: Vec::new(),
+            pair: Vec::new(),
             base_residual: held_out_residuals(data, &[], &split),
             floor: NOISE * noise,
             noise: NOISE * noise,

@@ -205,7 +205,7 @@ fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -
 }
 
 /// Bin of each used sample, by quantiles; `None` when there is only one.
-pub fn bins_of(used: &[usize], values: &[f64], count: usize) -> Option<Vec<usize>> {
+fn bins_of(used: &[usize], values: &[f64], count: usize) -> Option<Vec<usize>> {
     let mut sorted: Vec<f64> = used.iter().map(|i| values[*i]).collect();
     sorted.sort_by(f64::total_cmp);
     let mut edges: Vec<f64> = (1..count).map(|k| sorted[k * sorted.len() / count]).collect();

@@ -5,24 +5,28 @@
 //!    inflation of its own residual (neighbouring samples that are left with a common error count as one); its score is
 //!    G − k ln(n/φ) for k parameters.
 //! 3. The best is added if its score is above the threshold, its parameters are physical, it lowers the held-out error of
-//!    the folds by more than one standard error over the blocks, and it does no harm on kinds of cuts it was not fitted on.
-//! 4. Rivals within the margin of the best that have nothing to add to it are reported as confounded with it.
-//!    When none is found alone, pairs are tried: one may hide the other from the fit.
-//! 5. Again from 2; then each effect must still pay beside the others, and no other must do better in its place. An effect
-//!    that explains less than a pattern without a name ([`super::unnamed`]) is not named.
-//! 6. What pattern is left in the residual is reported as unexplained.
+//!    the folds by more than one standard error over the blocks, beside the effects before it in any shape, no curve along
+//!    something that it knows nothing of does better, and it does no harm on kinds of cuts it was not fitted on.
+//! 4. Rivals that leave no more on data left out than the best, and have nothing to add to it, are reported as confounded
+//!    with it. When none is found alone, pairs are tried: one may hide the other from the fit.
+//! 5. Where no effect of the list is left to add, the curve over a covariate that lowers the held-out error most is added
+//!    without a name ([`super::unnamed`]), and the list is gone through again beside it.
+//! 6. Each effect must still pay beside the others, and no other must do better in its place. What remains after that is
+//!    reported beside what was found; it takes nothing back.
 
 use crate::effects::Acts;
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::answer::{unexplained, verdict};
 use crate::learn::diagnose::criteria::{
-    CONFOUNDED_WITHIN, LEAST_EXCESS, explains_too_little, pair_explains, pairs_are_worth_it,
+    CONFOUNDED_WITHIN, LEAST_EXCESS, leaves_as_much, lowers_held_out, pair_explains, pairs_are_worth_it,
 };
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
+use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
 use crate::learn::diagnose::trial::{Trial, best_trial, p_value, score_of, unphysical};
+use crate::learn::diagnose::unnamed::{Found, is_unnamed, with_predicted_loads};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
@@ -34,9 +38,15 @@ const PAIRED: usize = 6;
 /// Pairs that are judged on data left out, best first.
 const PAIRS_JUDGED: usize = 4;
 
+/// Most curves without a name.
+const MOST_CURVES: usize = 2;
+/// Share of the best score that a rival needs to be looked at.
+const RIVAL_SCORE: f64 = 0.7;
+
 /// Runs the whole diagnosis.
 pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnReport> {
     let scaled = whitened(data)?;
+    let scaled = with_predicted_loads(&scaled, &fit(&scaled, &[], 0)?.predicted);
     let train = scaled.with_weights(without(&scaled, |i| split.test[i]));
     let mut search = Diagnosis {
         data: &scaled,
@@ -46,20 +56,19 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
         tried: 0,
         rejected: Vec::new(),
         evidence: Vec::new(),
+        pair: Vec::new(),
         base_residual: Vec::new(),
         floor: 0.0,
         noise: 0.0,
     };
     let base = fit(&search.train, &[], 0)?;
     let begin = search.timed(&base);
+    let begin = search.with_known(begin)?;
     search.base_residual = held_out_residuals(&search.train, &begin.model.effects, split);
     search.floor = noise_floor(&search.train, &base.residuals(data)).unwrap_or(0.0);
     search.noise = noise_with_memory(&search.train, &base.residuals(data)).unwrap_or(0.0);
     let (fitted, confounded) = search.add_effects(&begin);
     let fitted = search.prune(fitted);
-    let fitted = search.withdraw(&begin, fitted);
-    let nothing = fitted.model.effects.len() == begin.model.effects.len();
-    let fitted = if nothing { search.pair(&begin).unwrap_or(fitted) } else { fitted };
     // What an effect made of one channel has stood in its noise so far.
     let several = data.channel.iter().any(|c| *c != data.channel[0]);
     let weighed = if several { weighed_by(data, &fitted) } else { scaled.clone() };
@@ -70,24 +79,59 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     let mut report = search.report(&base, &fitted);
     report.confounded =
         confounded.into_iter().filter(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0])).collect();
-    report.unexplained = unexplained(&weighed, &fitted, options.seed);
+    report.unexplained = unexplained(&weighed, &fitted, &report, options.seed);
     report.verdict = verdict(&report);
     Some(report)
 }
 
 impl Diagnosis<'_> {
     fn add_effects(&mut self, base: &Fitted) -> (Fitted, Vec<Confounded>) {
-        let mut present = base.clone();
+        let mut found = base.clone();
         let mut confounded: Vec<Confounded> = Vec::new();
-        for round in 0..self.options.max_effects {
-            let mut trials = self.trials(&present, round == 0);
-            trials.sort_by(|a, b| b.score.total_cmp(&a.score));
-            let Some(chosen) = self.first_accepted(&present, &trials) else { break };
-            confounded.retain(|c| !c.names.iter().any(|name| name == trials[chosen].effect.name));
-            confounded.extend(self.rivals(&trials, chosen));
-            present = self.shaped(trials.swap_remove(chosen).fitted);
+        let (mut named, mut curves, mut begun) = (0, 0, false);
+        loop {
+            let next =
+                if named < self.options.max_effects { self.next_named(&found, !begun, &mut confounded) } else { None };
+            let is_first = !std::mem::replace(&mut begun, true);
+            if let Some(next) = next {
+                (found, named) = (next, named + 1);
+                continue;
+            }
+            if let Some(pair) = is_first.then(|| self.pair(base)).flatten() {
+                (found, named) = (pair, named + 2);
+                continue;
+            }
+            let curve = if curves < MOST_CURVES { self.with_unnamed(&found) } else { None };
+            let Some(curve) = curve else { return (found, confounded) };
+            (found, curves) = (curve, curves + 1);
         }
-        (present, confounded)
+    }
+
+    /// The model with the effects of the one that learning begins from.
+    fn with_known(&mut self, begin: Fitted) -> Option<Fitted> {
+        let has = |known: &FittedEffect| begin.model.effects.iter().any(|each| each.effect.name == known.effect.name);
+        let known: Vec<FittedEffect> = self.options.known.iter().filter(|known| !has(known)).cloned().collect();
+        if known.is_empty() {
+            return Some(begin);
+        }
+        let effects: Vec<FittedEffect> = begin.model.effects.iter().cloned().chain(known.iter().cloned()).collect();
+        let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
+        let errors = [self.judged(&begin.model.effects).rmse, self.judged(&fitted.model.effects).rmse];
+        for each in &known {
+            self.evidence.push((each.effect.name, "of the model that learning began from".to_owned(), 1.0, errors));
+        }
+        Some(fitted)
+    }
+
+    /// The model with the best effect of the list that stands every test, and who could stand in its place.
+    fn next_named(&mut self, model: &Fitted, note: bool, confounded: &mut Vec<Confounded>) -> Option<Fitted> {
+        let mut trials = self.trials(model, note);
+        trials.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let present = self.present(model);
+        let (chosen, after) = self.first_accepted(&present, &trials)?;
+        confounded.retain(|c| !c.names.iter().any(|name| name == trials[chosen].effect.name));
+        confounded.extend(self.rivals(&present, &trials, chosen, &after));
+        Some(self.shaped(trials.swap_remove(chosen).fitted))
     }
 
     /// The base model, with the acceleration that the times of the blocks show.
@@ -103,28 +147,27 @@ impl Diagnosis<'_> {
         fitted
     }
 
-    /// Index of the best trial that stands every test.
-    fn first_accepted(&mut self, present: &Fitted, trials: &[Trial]) -> Option<usize> {
-        let before = held_out_residuals(&self.train, &present.model.effects, self.split);
+    /// Index of the best trial that stands every test, and what it leaves on data left out.
+    fn first_accepted(&mut self, present: &Present, trials: &[Trial]) -> Option<(usize, Vec<f64>)> {
         for (k, trial) in trials.iter().enumerate() {
-            let after = match self.shown(present, trial, &before) {
+            let after = match self.shown(present, trial) {
                 Ok(after) => after,
                 Err(why) => {
                     self.reject(trial, why);
                     continue;
                 }
             };
-            let p_value = p_value(trial);
+            let p_value = self.p_of_the_search(trial);
             let text = format!(
                 "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
-                100.0 * self.drop_of(&before, &after),
-                t_statistic(&improvement_by_block(&self.train, &before, &after)),
+                100.0 * self.drop_of(&present.left, &after),
+                t_statistic(&improvement_by_block(&self.train, &present.left, &after)),
                 trial.score
             );
-            let errors = [self.judged(&present.model.effects), self.judged(&trial.fitted.model.effects)];
+            let errors = [self.judged(&present.model.model.effects), self.judged(&trial.fitted.model.effects)];
             self.evidence.push((trial.effect.name, text, p_value, errors.map(|e| e.rmse)));
             self.rejected.retain(|r| r.name != trial.effect.name);
-            return Some(k);
+            return Some((k, after));
         }
         None
     }
@@ -152,12 +195,18 @@ impl Diagnosis<'_> {
         }
         pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
         pairs.truncate(PAIRS_JUDGED);
+        let curves = self.curves(base, &self.base_residual, |_, _| true);
         let judged = pairs.into_iter().find_map(|(score, two)| {
             let after = held_out_residuals(&self.train, &two.fitted.model.effects, self.split);
             let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual, LEAST_EXCESS);
             let t = t_statistic(&improvement_by_block(&self.train, &self.base_residual, &after));
             let enough = pair_explains(share, t) && !self.leaves_much(&after);
-            let sound = enough && self.stand_in(base, &two.fitted, &after).is_none();
+            let better = |found: &Found| {
+                let knows = |u: &FittedEffect| u.effect.knows(found.covariate, found.effect.multiplies);
+                let known = two.fitted.model.effects.iter().any(knows);
+                !known && self.is_better(&after, &found.follows.left)
+            };
+            let sound = enough && !curves.iter().any(better);
             sound.then_some((score, two, share))
         });
         let (score, two, share) = judged?;
@@ -167,38 +216,28 @@ impl Diagnosis<'_> {
                 "only together with the other it takes away {:.0} % of what the base model leaves (score {score:.1})",
                 100.0 * share
             );
-            self.evidence.push((each.effect.name, text, p_value(&two), errors));
+            self.evidence.push((each.effect.name, text, self.p_of_the_search(&two), errors));
             self.rejected.retain(|r| r.name != each.effect.name);
         }
-        Some(self.prune(two.fitted))
+        self.pair = two.fitted.model.effects[base.model.effects.len()..].iter().map(|u| u.effect.name).collect();
+        Some(self.prune(two.fitted)).filter(|left| left.model.effects.len() > base.model.effects.len() + 1)
     }
 
-    /// Effects that leave most of the excess are no explanation of it. What a noise with memory has beyond the
-    /// differences of neighbouring readings is no excess, nor is what lies within the accuracy of the noise.
-    fn withdraw(&mut self, base: &Fitted, fitted: Fitted) -> Fitted {
-        if fitted.model.effects.len() == base.model.effects.len() {
-            return fitted;
-        }
-        let after = held_out_residuals(&self.train, &fitted.model.effects, self.split);
-        let mean = |r: &[f64]| errors(&self.train, |i| r[i]).rmse.powi(2);
-        let [whole, left] = [&self.base_residual, &after].map(|r| mean(r) - self.noise.powi(2));
-        let little =
-            || format!("all effects found together leave {:.0} % of what the base model leaves", 100.0 * left / whole);
-        let why = (explains_too_little(whole, left, mean(&after)) || self.leaves_much(&after)).then(little);
-        let why = why.or_else(|| self.stand_in(base, &fitted, &after));
-        let Some(why) = why else { return fitted };
-        let kept = base.model.effects.len();
-        for each in &fitted.model.effects[kept..] {
-            self.rejected.push(Rejected { name: each.effect.name.into(), why: why.clone() });
-        }
-        base.clone()
-    }
-
-    /// Rivals as good as the chosen one that have nothing to add to it.
-    fn rivals(&self, trials: &[Trial], chosen: usize) -> Option<Confounded> {
+    /// Rivals that explain as much as the chosen one, which leaves `after`, and have nothing to add to it: by their
+    /// likelihood, or by what they leave on data left out, whatever their parameters are charged.
+    fn rivals(&self, present: &Present, trials: &[Trial], chosen: usize, after: &[f64]) -> Option<Confounded> {
         let best = &trials[chosen];
+        let as_good = |t: &Trial| {
+            let left = self.unseen_residuals(present.model, t);
+            let worse = t_statistic(&improvement_by_block(&self.train, &left, after));
+            let share = self.drop_of(&present.left, &left) / self.drop_of(&present.left, after).max(1e-12);
+            leaves_as_much(share, worse)
+        };
         let close = |t: &&Trial| {
-            t.effect.name != best.effect.name && t.score > self.threshold() && best.gain - t.gain < CONFOUNDED_WITHIN
+            t.effect.name != best.effect.name
+                && t.score > self.threshold()
+                && unphysical(t.fitted.model.effects.last(), self.data.clock_s).is_none()
+                && (best.gain - t.gain < CONFOUNDED_WITHIN || (t.score > RIVAL_SCORE * best.score && as_good(t)))
         };
         let adds = |t: &Trial| {
             let trial = best_trial(&self.train, &best.fitted, &best.fitted.model.effects, t.effect).1;
@@ -213,10 +252,7 @@ impl Diagnosis<'_> {
             std::iter::once(best.effect.separated_by).chain(rivals.iter().map(|t| t.effect.separated_by)).collect();
         Some(Confounded {
             names: names.map(str::to_owned).collect(),
-            why: format!(
-                "their likelihoods differ by less than e^{:.0} and neither adds to the other",
-                0.5 * CONFOUNDED_WITHIN
-            ),
+            why: "each leaves as little of the residual as the other, and neither adds to the other".to_owned(),
             experiment: cuts.join("; "),
         })
     }
@@ -235,10 +271,10 @@ impl Diagnosis<'_> {
             }
             let asked = present.model.effects[k].asked();
             let (score, _) = score_of(&self.train, &without_it, &present, asked);
-            if score < self.threshold() {
+            if score < self.threshold() || !self.still_lowers(&present, k) {
                 self.rejected
                     .push(Rejected { name: own.name.into(), why: "the effects added after it explain as much".into() });
-                present = without_it;
+                present = if self.pair.contains(&own.name) { self.without_pair(&without_it) } else { without_it };
                 k = 0;
                 continue;
             }
@@ -250,5 +286,41 @@ impl Diagnosis<'_> {
             k += 1;
         }
         present
+    }
+
+    /// The model without the other of a pair of which one is gone: it explains nothing alone.
+    fn without_pair(&mut self, present: &Fitted) -> Fitted {
+        let is_left = |each: &&FittedEffect| !self.pair.contains(&each.effect.name);
+        let others: Vec<FittedEffect> = present.model.effects.iter().filter(is_left).cloned().collect();
+        for name in present.model.effects.iter().map(|u| u.effect.name).filter(|name| self.pair.contains(name)) {
+            self.rejected
+                .push(Rejected { name: name.into(), why: "it explained the residual only with another".into() });
+        }
+        fit(&self.train, &others, 12).unwrap_or_else(|| present.clone())
+    }
+
+    /// Does an effect lower the held-out error beside curves without a name? Those over its own covariates are taken
+    /// out with it: they are its shape.
+    fn still_lowers(&self, present: &Fitted, k: usize) -> bool {
+        let effects = &present.model.effects;
+        if !effects.iter().any(|each| is_unnamed(each.effect)) {
+            return true;
+        }
+        let own = &effects[k];
+        let is_its_shape = |each: &FittedEffect| {
+            let mut along = each.effect.covariates.iter();
+            is_unnamed(each.effect) && along.any(|c| own.effect.knows(*c, each.effect.multiplies))
+        };
+        let others: Vec<FittedEffect> =
+            remove(effects, k).into_iter().filter(|each| is_unnamed(own.effect) || !is_its_shape(each)).collect();
+        let with: Vec<FittedEffect> = others.iter().chain([own]).cloned().collect();
+        let [before, after] = [&others, &with].map(|each| held_out_residuals(&self.train, each, self.split));
+        let t = t_statistic(&improvement_by_block(&self.train, &before, &after));
+        lowers_held_out(self.drop_of(&before, &after), t)
+    }
+
+    /// Chance of the gain of a trial in the best of all models that were fitted (Bonferroni).
+    pub(in crate::learn) fn p_of_the_search(&self, trial: &Trial) -> f64 {
+        (p_value(trial) * self.tried.max(1) as f64).min(1.0)
     }
 }

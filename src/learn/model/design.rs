@@ -5,11 +5,12 @@
 //! Π cutting · feed ratio, edge columns by Π edge; a lag filters along time last. Factors differ from sample to sample;
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
-use crate::effects::{Change, Effect, Parameter, State, named};
+use crate::effects::{Acts, Change, Effect, Parameter, State, named};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 use crate::learn::report::Added;
+use crate::machine::material::{EffectUse, Process};
 
 /// Steps in which the load is found whose reading is known.
 const INVERSIONS: usize = 24;
@@ -40,6 +41,18 @@ pub fn in_model(added: &Added) -> Option<FittedEffect> {
     let values: Vec<f64> = effect.parameters.iter().map(value).collect::<Option<_>>()?;
     let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v)).collect();
     Some(FittedEffect { effect, values, free })
+}
+
+/// The effects of a model file on loads and readings; those on geometry and motion are the job's.
+pub fn in_model_file(process: &Process) -> Vec<FittedEffect> {
+    let acting = |used: &EffectUse| {
+        let effect = named(&used.name).filter(|e| matches!(e.acts, Acts::Load | Acts::Measuring))?;
+        let given = |name: &str| used.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| *value);
+        let values: Vec<f64> = effect.parameters.iter().map(|p| given(p.name).or(p.neutral)).collect::<Option<_>>()?;
+        let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v) && !p.is_scanned());
+        Some(FittedEffect { effect, free: free.collect(), values })
+    };
+    process.effects.iter().filter_map(acting).collect()
 }
 
 /// What the effects of a report change of every cut alike.
