@@ -83,6 +83,8 @@ pub enum Command {
     Learn(Learn),
     /// The same from a table of steady cuts
     LearnTable(LearnTable),
+    /// Hold a model against a log or a table that it has not seen
+    Evaluate(Evaluate),
     /// Print any stage of the pipeline
     Dump(Dump),
     /// List what is built in
@@ -304,6 +306,34 @@ pub struct Learn {
     /// Write the NC program of the cuts that separate effects which explain the log equally well.
     #[arg(long, value_name = "NEXT.nc")]
     pub experiment: Option<PathBuf>,
+}
+
+/// `evaluate`.
+#[derive(Debug, Args)]
+pub struct Evaluate {
+    /// Process model, as `calibrate` and `learn` write it.
+    #[arg(value_name = "MODEL.toml")]
+    pub held: PathBuf,
+    /// NC program of the log; without --log a table of steady cuts, CSV.
+    pub input: PathBuf,
+    /// Measured log of the program: CSV or MTConnect adapter output.
+    #[arg(long, value_name = "LOG")]
+    pub log: Option<PathBuf>,
+    /// Setup file; without it PROGRAM.setup.toml beside the program.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Names of columns: THEIRS=OURS,…
+    #[arg(long, value_name = "MAP")]
+    pub columns: Option<String>,
+    /// What a sample of a force is.
+    #[arg(long, value_name = "WHAT", default_value = "peak")]
+    pub sample: SampleKind,
+    /// Time over which an instantaneous force is followed for its peak, s; one turn of the spindle when absent.
+    #[arg(long, value_name = "S")]
+    pub window: Option<f64>,
+    /// Write the report as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
 }
 
 /// What a sample of a force is.

@@ -8,6 +8,7 @@ use super::error::CliError;
 use super::input;
 use super::output::{Kind, Output, Outputs};
 use super::screen::Screen;
+use crate::job::learned;
 use crate::learn::calibrate::experiment::experiment;
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{SteadyRow, TableTool, rows};
@@ -18,6 +19,7 @@ use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::log::columns::{DataError, Frame, read};
 use crate::learn::log::resultant::Sample;
 use crate::learn::model::cross_validation::{by_blocks, by_kind};
+use crate::learn::model::design::in_model_file;
 use crate::learn::process_model;
 use crate::learn::program::declared::declared;
 use crate::learn::report::LearnReport;
@@ -32,7 +34,10 @@ use crate::setup;
 pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let source = input::program(&command.program)?;
     let log = input::file(&command.log)?;
-    let found = input::setup(command.setup.as_deref(), &source, global)?;
+    let mut found = input::setup(command.setup.as_deref(), &source, global)?;
+    for told in learned::apply(&mut found.job) {
+        screen.say(&format!("{} = {} ({})\n", told.key, told.value, told.source));
+    }
     let inputs = [source.path.clone(), found.path.clone(), Some(command.log.clone())];
     let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
     let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
@@ -41,13 +46,9 @@ pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome
     let next = open(&mut outputs, command.experiment.as_deref(), Kind::Markup)?;
     let options = LogOptions {
         mapping: mapping(command.columns.as_deref())?,
-        sample: match command.sample {
-            SampleKind::Instant => Sample::Instant,
-            SampleKind::Mean => Sample::Mean,
-            SampleKind::Peak => Sample::Peak,
-        },
+        sample: sample(command.sample),
         window_s: command.window,
-        diagnosis: Options::default(),
+        diagnosis: Options { known: in_model_file(&found.job.process), ..Options::default() },
     };
     let bar = screen.progress("learning");
     let learned = run(&source.bytes, &found.job, &log, &options, Some(&|path| std::fs::read(path)));
@@ -62,6 +63,25 @@ pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome
     let process = process_model::of_report(&report, &found.job);
     let text = model_text(process.as_ref(), &process_model::provenance(&report));
     finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
+}
+
+/// What a sample of a force is, as the command line has it.
+pub(super) fn sample(kind: SampleKind) -> Sample {
+    match kind {
+        SampleKind::Instant => Sample::Instant,
+        SampleKind::Mean => Sample::Mean,
+        SampleKind::Peak => Sample::Peak,
+    }
+}
+
+/// Reads a model file.
+pub(super) fn model_file(path: &Path) -> Result<Process, CliError> {
+    let text = input::text(path)?;
+    setup::load_model(&text).map_err(|error| CliError::Drawn {
+        file: path.display().to_string(),
+        text: text.into_bytes(),
+        diagnostics: error.diagnostics(),
+    })
 }
 
 /// The cuts that separate rivals; nothing is written where there are none.

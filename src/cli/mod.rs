@@ -5,6 +5,7 @@ mod args;
 mod calibrate;
 mod dump;
 mod error;
+mod evaluate;
 mod input;
 mod keep;
 mod learn;
@@ -54,6 +55,7 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Calibrate(command) => calibrate::calibrate(command, global, screen),
         Command::Learn(command) => learn::learn(command, global, screen),
         Command::LearnTable(command) => learn::learn_table(command, global, screen),
+        Command::Evaluate(command) => evaluate::evaluate(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),
         Command::Library(command) => library::library(command),
         Command::Schema => screen::put(crate::setup::schema().as_bytes()).map(|()| Outcome::Done),

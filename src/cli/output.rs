@@ -150,8 +150,9 @@ fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
 
 /// Does a file carry our mark?
 fn is_ours(bytes: &[u8], kind: Kind) -> bool {
-    let head = &bytes[..bytes.len().min(4096)];
-    let holds = |mark: &str| memchr::memmem::find(head, mark.as_bytes()).is_some();
+    // The mark stands at the head of most files, and behind the other keys of a report in JSON.
+    let (head, tail) = (&bytes[..bytes.len().min(4096)], &bytes[bytes.len().saturating_sub(4096)..]);
+    let holds = |mark: &str| [head, tail].iter().any(|part| memchr::memmem::find(part, mark.as_bytes()).is_some());
     match kind {
         Kind::Program => crate::rewrite::is_ours(&crate::nc::parse(bytes.to_vec(), None)),
         Kind::Json => holds(&format!("\"{}\"", crate::report::WRITTEN_BY)),

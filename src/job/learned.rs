@@ -2,9 +2,10 @@
 //! Out: stock, tools and machine as those effects say, and what was done, for the list of assumptions.
 //!
 //! Effects on loads stay in the process model: the force room applies them station by station. Effects on the measuring
-//! chain change no cut. An accident of the log (a chipped edge) does not happen again: it is taken out.
+//! chain change no cut. An accident of the log (a chipped edge) does not happen again: it is taken out, unless the model
+//! has it from the beginning on, as one does that cannot tell it from something that stays.
 
-use crate::effects::{Acts, Change, Effect, State, named};
+use crate::effects::{Acts, Change, Effect, Place, State, named};
 use crate::machine::material::EffectUse;
 use crate::machine::{Job, StockShape};
 use crate::setup::Assumption;
@@ -25,7 +26,7 @@ pub fn apply(job: &mut Job) -> Vec<Assumption> {
                 said.push(learned(effect, format!("{:.0} % of the declared", 100.0 * change.acceleration)));
             }
             Acts::Measuring => said.push(learned(effect, "changes readings, not the cut".into())),
-            Acts::Load if effect.is_accident => {
+            Acts::Load if effect.is_accident && !is_from_the_beginning(effect, &used) => {
                 job.process.effects.retain(|other| other.name != used.name);
                 said.push(learned(effect, "left out: it happened once; these are the loads of a sound tool".into()));
             }
@@ -33,6 +34,12 @@ pub fn apply(job: &mut Job) -> Vec<Assumption> {
         }
     }
     said
+}
+
+/// Does its instant lie at the beginning of the program?
+fn is_from_the_beginning(effect: &Effect, used: &EffectUse) -> bool {
+    let instant = effect.parameters.iter().find(|p| p.place == Some(Place::Instant));
+    instant.is_some_and(|p| used.parameters.iter().any(|(name, value)| name == p.name && *value <= 0.0))
 }
 
 /// Effects on geometry and motion do not depend on the cut.
@@ -109,5 +116,12 @@ mod tests {
         let mut job = job("edge-chipping", &[("jump_cutting", 0.2), ("jump_edge", 0.3), ("time", 100.0)]);
         assert_eq!(apply(&mut job).len(), 1);
         assert!(job.process.effects.is_empty());
+    }
+
+    #[test]
+    fn an_accident_from_the_beginning_on_stays() {
+        let mut job = job("edge-chipping", &[("jump_cutting", 0.2), ("jump_edge", 0.3), ("time", 0.0)]);
+        assert_eq!(apply(&mut job), []);
+        assert_eq!(job.process.effects.len(), 1);
     }
 }

@@ -22,7 +22,7 @@ mod follow;
 mod force_rate;
 mod growth;
 mod known;
-mod learned;
+pub mod learned;
 mod look;
 pub mod plausible;
 mod ratios;

@@ -16,6 +16,7 @@
 //! | [`calibrate`] | coefficients from steady cuts, a record of forces or a load meter; the test cuts that would give them |
 //! | [`process_model`] | the process model that a diagnosis or a calibration supports |
 //! | [`session`] | the whole way from a log to its report |
+//! | [`evaluate`] | a model held against data that it has not seen |
 
 pub mod report;
 pub mod regress;
@@ -29,3 +30,4 @@ pub mod runout;
 pub mod calibrate;
 pub mod process_model;
 pub mod session;
+pub mod evaluate;

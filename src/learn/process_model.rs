@@ -3,9 +3,10 @@
 //! Normal and axial coefficients that were not measured keep their ratio to the tangential ones of the setup (or Xu's
 //! ratios where the setup has none).
 
+use crate::effects::{Acts, Place, named};
 use crate::learn::calibrate::Calibration;
 use crate::learn::program::declared::of_job;
-use crate::learn::report::{LearnReport, Value};
+use crate::learn::report::{Added, LearnReport, Value};
 use crate::machine::Job;
 use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process, SHARES};
 
@@ -27,17 +28,35 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
         base,
         tare_w: value("tare").filter(|_| !relative),
         tare_rps: report.tare_rps.filter(|_| !relative),
-        effects: report
-            .effects
-            .iter()
-            .map(|e| EffectUse {
-                name: e.name.clone(),
-                parameters: e.parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
-            })
-            .collect(),
+        effects: effects(report, &job.process),
         covariance: report.covariance.clone(),
         covariance_of: report.final_base.iter().map(|v| v.name.clone()).collect(),
     })
+}
+
+/// Effects of a report, behind those on geometry and motion of the model that learning began from.
+fn effects(report: &LearnReport, begun_from: &Process) -> Vec<EffectUse> {
+    let found = report.effects.iter().chain(report.unnamed.iter().map(|u| &u.added));
+    let found: Vec<EffectUse> = found.map(|added| in_use(added, report)).collect();
+    let is_of_the_job = |used: &&EffectUse| {
+        let acts = named(&used.name).map(|effect| effect.acts);
+        matches!(acts, Some(Acts::Geometry | Acts::Motion)) && found.iter().all(|new| new.name != used.name)
+    };
+    begun_from.effects.iter().filter(is_of_the_job).cloned().chain(found.clone()).collect()
+}
+
+/// An effect as a model file has it. An accident that may as well be something that stays acts from the beginning of
+/// the program on: until a cut has parted the two, the larger load is the safe one.
+fn in_use(added: &Added, report: &LearnReport) -> EffectUse {
+    let effect = named(&added.name);
+    let is_in_doubt = effect.is_some_and(|e| e.is_accident)
+        && report.confounded.iter().any(|rivals| rivals.names.contains(&added.name));
+    let value = |p: &Value| {
+        let parameter = effect.and_then(|e| e.parameters.iter().find(|own| own.name == p.name));
+        let is_instant = parameter.is_some_and(|own| own.place == Some(Place::Instant));
+        (p.name.clone(), if is_in_doubt && is_instant { 0.0 } else { p.value })
+    };
+    EffectUse { name: added.name.clone(), parameters: added.parameters.iter().map(value).collect() }
 }
 
 fn scaled(k_tc: f64, k_te: f64, declared: Option<LinearEdge>, k_rc: Option<f64>, k_re: Option<f64>) -> LinearEdge {
@@ -92,4 +111,36 @@ pub fn provenance(report: &LearnReport) -> String {
     );
     report.final_base.iter().for_each(|v| text += &line(v));
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learn::report::Confounded;
+
+    /// A report that names edge chipping at 100 s.
+    fn chipped(rivals: &[&str]) -> LearnReport {
+        let value = |name: &str, value: f64| Value { name: name.into(), value, std_error: 0.01, unit: String::new() };
+        let added = Added {
+            name: "edge-chipping".into(),
+            parameters: vec![value("jump_cutting", 0.2), value("jump_edge", 0.1), value("time", 100.0)],
+            p_value: 0.0,
+            test_rmse_before: 1.0,
+            test_rmse_after: 0.5,
+            evidence: String::new(),
+        };
+        let confounded = Confounded {
+            names: rivals.iter().map(|name| (*name).to_owned()).collect(),
+            why: String::new(),
+            experiment: String::new(),
+        };
+        LearnReport { effects: vec![added], confounded: vec![confounded], ..LearnReport::default() }
+    }
+
+    #[test]
+    fn chipping_that_may_be_a_hard_zone_loads_the_tool_from_the_beginning() {
+        let time_of = |report: &LearnReport| effects(report, &Process::default())[0].parameters[2].1;
+        assert_eq!(time_of(&chipped(&["edge-chipping", "hard-zone"])), 0.0);
+        assert_eq!(time_of(&chipped(&["flank-wear", "hard-zone"])), 100.0);
+    }
 }

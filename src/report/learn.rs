@@ -5,7 +5,8 @@ use serde_json::{Value as Json, json};
 use super::WRITTEN_BY;
 use crate::learn::calibrate::Calibration;
 use crate::learn::calibrate::plan::{Plan, TestCut};
-use crate::learn::report::{Errors, LearnReport, Value};
+use crate::learn::evaluate::{Evaluation, OfQuantity};
+use crate::learn::report::{Errors, LearnReport, Unnamed, Value};
 
 /// JSON report of a diagnosis.
 pub fn learn_json(r: &LearnReport) -> String {
@@ -23,10 +24,11 @@ pub fn learn_json(r: &LearnReport) -> String {
         .iter()
         .map(|e| {
             json!({
-                "name": e.name, "parameters": values(&e.parameters), "p_value": e.p_value,
+                "name": e.name, "form": "law", "parameters": values(&e.parameters), "p_value": e.p_value,
                 "test_rmse_before": e.test_rmse_before, "test_rmse_after": e.test_rmse_after, "evidence": e.evidence,
             })
         })
+        .chain(r.unnamed.iter().filter_map(of_a_family))
         .collect();
     let unexplained = r.unexplained.as_ref().map(|u| {
         json!({
@@ -45,6 +47,11 @@ pub fn learn_json(r: &LearnReport) -> String {
             "train": errors(&r.base_train), "test": errors(&r.base_test),
         },
         "effects": effects,
+        "unnamed": r.unnamed.iter().filter(|u| u.family.is_none()).map(|u| json!({
+            "covariate": u.covariate, "unit": u.unit, "multiplies": u.multiplies, "knots": u.knots, "beside": u.beside,
+            "said": u.said, "p_value": u.added.p_value, "effect": u.added.name, "evidence": u.added.evidence,
+            "test_rmse_before": u.added.test_rmse_before, "test_rmse_after": u.added.test_rmse_after,
+        })).collect::<Vec<_>>(),
         "rejected": r.rejected.iter().map(|x| json!({ "name": x.name, "why": x.why })).collect::<Vec<_>>(),
         "confounded": r.confounded.iter()
             .map(|c| json!({ "names": c.names, "why": c.why, "experiment": c.experiment })).collect::<Vec<_>>(),
@@ -62,12 +69,28 @@ pub fn learn_json(r: &LearnReport) -> String {
         "windows": r.windows.iter()
             .map(|w| json!({ "time_s": w.time_s, "cutting": w.cutting, "edge": w.edge })).collect::<Vec<_>>(),
         "wear": r.wear,
+        "events": r.events.iter().map(|e| json!({
+            "kind": if e.ratio == 0.0 { "hold" } else { "override" }, "covariate": "feed", "time_s": e.time_s,
+            "lines": e.lines, "feed_ratio": e.ratio, "said": e.said(),
+        })).collect::<Vec<_>>(),
         "variants_tried": r.variants_tried,
         "warnings": r.warnings,
         "supports_model": r.supports_model,
         "verdict": r.verdict,
     });
     text(&report)
+}
+
+/// An effect that a curve shows in another form than its law.
+fn of_a_family(u: &Unnamed) -> Option<Json> {
+    u.family.as_ref().map(|name| {
+        json!({
+            "name": name, "form": "curve", "said": u.said, "covariate": u.covariate, "unit": u.unit, "knots": u.knots,
+            "effect": u.added.name, "parameters": values(&u.added.parameters), "p_value": u.added.p_value,
+            "test_rmse_before": u.added.test_rmse_before, "test_rmse_after": u.added.test_rmse_after,
+            "evidence": u.added.evidence,
+        })
+    })
 }
 
 /// JSON report of a calibration.
@@ -89,6 +112,48 @@ pub fn calibrate_json(c: &Calibration) -> String {
         "notes": c.notes,
         "doubts": c.doubts,
     }))
+}
+
+/// JSON of a model held against data that it has not seen.
+pub fn evaluate_json(e: &Evaluation) -> String {
+    let of = |q: &OfQuantity| {
+        json!({
+            "name": q.name, "samples": q.samples, "model": errors(&q.model), "without_effects": errors(&q.without_effects),
+            "about_mean_rmse": q.about_mean, "bias": q.bias,
+        })
+    };
+    text(&json!({
+        "written_by": WRITTEN_BY,
+        "samples": e.samples,
+        "alignment": e.tied.map(|(method, uncertainty_s)| json!({ "method": method, "uncertainty_s": uncertainty_s })),
+        "effects": e.effects,
+        "quantities": e.quantities.iter().map(of).collect::<Vec<_>>(),
+        "test": e.quantities.first().map(|q| errors(&q.model)),
+    }))
+}
+
+/// The same in words.
+pub fn evaluate_words(e: &Evaluation) -> String {
+    let mut text = match e.tied {
+        Some((method, s)) => {
+            format!("{} samples, tied to the program by {method} (± {s:.2} s); nothing was fitted\n", e.samples)
+        }
+        None => format!("{} cuts; nothing was fitted\n", e.samples),
+    };
+    if !e.effects.is_empty() {
+        text += &format!("effects in the model: {}\n", e.effects.join(", "));
+    }
+    for q in &e.quantities {
+        text += &format!(
+            "{}: error {:.3} ({:.1} %), mean of reading - prediction {:+.3}\n  without the effects {:.3}; about the mean of \
+             the readings {:.3}\n",
+            q.name, q.model.rmse, q.model.mape, q.bias, q.without_effects.rmse, q.about_mean
+        );
+        if q.model.rmse >= q.about_mean {
+            text += "  this model says less of these data than their mean does\n";
+        }
+    }
+    text
 }
 
 /// JSON of planned test cuts.
@@ -156,12 +221,18 @@ pub fn learn_words(r: &LearnReport) -> String {
     for e in &r.effects {
         text += &format!("+ {}: {}\n{}", e.name, e.evidence, lines(&e.parameters));
     }
+    for u in &r.unnamed {
+        let name =
+            u.family.as_ref().map_or("without a name".to_owned(), |name| format!("{name}, in a form of its own"));
+        text += &format!("+ {name}: {} ({})\n", u.said, u.added.evidence);
+    }
     for c in &r.confounded {
         text += &format!("? {} ({}); to separate them: {}\n", c.names.join(" or "), c.why, c.experiment);
     }
     for t in &r.transfer {
         text += &format!("  on {} ({} samples): error {:.4} → {:.4}\n", t.kind, t.samples, t.rmse_before, t.rmse_after);
     }
+    r.events.iter().for_each(|event| text += &format!("event: {}\n", event.said()));
     r.wear.iter().chain(&r.warnings).for_each(|note| text += &format!("note: {note}\n"));
     text
 }

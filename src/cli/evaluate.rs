@@ -1,0 +1,66 @@
+//! `evaluate`: a model and data that it has not seen in, what it is off by out.
+
+use std::path::Path;
+
+use super::Outcome;
+use super::args::{Evaluate, Global};
+use super::error::CliError;
+use super::input;
+use super::learn::{efficiency, finish, load, mapping, model_file, open, refused, sample, steady};
+use super::output::{Kind, Outputs};
+use super::screen::Screen;
+use crate::job::learned;
+use crate::learn::dataset::table_data::data;
+use crate::learn::diagnose::Options;
+use crate::learn::evaluate::{Evaluation, of_data, of_log};
+use crate::learn::session::LogOptions;
+use crate::report::learn::{evaluate_json, evaluate_words};
+
+/// Holds a model against a log or a table.
+pub fn evaluate(command: &Evaluate, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let inputs = [Some(command.held.clone()), Some(command.input.clone()), command.log.clone(), command.setup.clone()];
+    let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
+    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let found = match &command.log {
+        Some(log) => on_log(command, log, global, screen)?,
+        None => on_table(command)?,
+    };
+    finish(screen, json, &evaluate_json(&found), None, None, &evaluate_words(&found))
+}
+
+fn on_log(command: &Evaluate, log: &Path, global: &Global, screen: Screen) -> Result<Evaluation, CliError> {
+    let source = input::program(&command.input)?;
+    let bytes = input::file(log)?;
+    let mut job = input::setup(command.setup.as_deref(), &source, global)?.job;
+    job.process = model_file(&command.held)?;
+    for told in learned::apply(&mut job) {
+        screen.say(&format!("{} = {} ({})\n", told.key, told.value, told.source));
+    }
+    let options = LogOptions {
+        mapping: mapping(command.columns.as_deref())?,
+        sample: sample(command.sample),
+        window_s: command.window,
+        diagnosis: Options::default(),
+    };
+    let bar = screen.progress("evaluating");
+    let found = of_log(&source.bytes, &job, &bytes, &options, Some(&|path| std::fs::read(path)));
+    bar.finish_and_clear();
+    found.map_err(|error| refused(&error, log))
+}
+
+fn on_table(command: &Evaluate) -> Result<Evaluation, CliError> {
+    let bytes = input::file(&command.input)?;
+    let setup = command.setup.as_deref().ok_or_else(|| {
+        CliError::new(
+            "a table of steady cuts needs the tool of a setup",
+            "give --setup S.toml, or --log with a program",
+        )
+    })?;
+    let mut job = load(setup)?;
+    job.process = model_file(&command.held)?;
+    let of = |error| refused(&error, &command.input);
+    let (frame, table) = steady(&bytes, command.columns.as_deref(), Some(&job)).map_err(|e| of(e.into()))?;
+    let efficiency = efficiency(Some(&job));
+    let found = data(&frame, &table, |y| y * efficiency.at(y)).map_err(|e| of(e.into()))?;
+    of_data(&found, &job).map_err(|e| of(e.into()))
+}

@@ -1,0 +1,130 @@
+//! A model held against data that it has not seen. In: a job with the model and a log of a program, or a table of
+//! steady cuts. Out: [`Evaluation`]: what the model is off by, beside the same coefficients without its effects and the
+//! plain mean of the readings. Nothing is fitted.
+
+use crate::engage::Loader;
+use crate::learn::dataset::binning::channels;
+use crate::learn::dataset::errors::errors;
+use crate::learn::dataset::samples::{Class, Data};
+use crate::learn::diagnose::unnamed::with_predicted_loads;
+use crate::learn::log::columns::DataError;
+use crate::learn::log::read_log;
+use crate::learn::log::resultant::resultant;
+use crate::learn::model::design::{FittedEffect, in_model_file};
+use crate::learn::model::fit::{Model, predict};
+use crate::learn::program::declared::in_force;
+use crate::learn::program::simulated::simulate_for;
+use crate::learn::report::Errors;
+use crate::learn::session::{LearnError, LogOptions, dataset_of};
+use crate::machine::Job;
+
+/// Errors of one measured quantity, in its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OfQuantity {
+    /// Quantity and unit.
+    pub name: String,
+    /// Samples that count.
+    pub samples: usize,
+    /// Of the model.
+    pub model: Errors,
+    /// Of its coefficients without its effects.
+    pub without_effects: Errors,
+    /// Root mean square about the mean of the readings: a model that is worse says nothing.
+    pub about_mean: f64,
+    /// Mean of reading − prediction.
+    pub bias: f64,
+}
+
+/// What a model is off by.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Evaluation {
+    /// Samples read.
+    pub samples: usize,
+    /// How the log was tied to its program, and to how many seconds; `None` for tables.
+    pub tied: Option<(&'static str, f64)>,
+    /// Effects of the model that acted.
+    pub effects: Vec<String>,
+    /// Quantity by quantity.
+    pub quantities: Vec<OfQuantity>,
+}
+
+/// Holds the model of a job against a log of one of its programs. Effects on geometry and motion are those of the job
+/// already.
+pub fn of_log(
+    program: &[u8],
+    job: &Job,
+    log: &[u8],
+    options: &LogOptions,
+    loader: Option<Loader>,
+) -> Result<Evaluation, LearnError> {
+    let mut log = read_log(log, &options.mapping)?;
+    resultant(&mut log, options.sample, options.window_s);
+    let channels = channels(&log);
+    let prepared = simulate_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
+    let (data, aligned, _) = dataset_of(&prepared, job, &log, &channels)?;
+    let found = of_data(&data, job)?;
+    Ok(Evaluation { samples: log.time_s.len(), tied: Some((aligned.method.name(), aligned.uncertainty_s)), ..found })
+}
+
+/// Holds the model of a job against data.
+pub fn of_data(data: &Data, job: &Job) -> Result<Evaluation, DataError> {
+    let base: Vec<f64> = data.base.iter().map(|base| coefficient(&base.name, data, job)).collect::<Result<_, _>>()?;
+    let effects: Vec<FittedEffect> = in_model_file(&job.process);
+    let plain = Model { base: base.clone(), effects: Vec::new() };
+    let data = &with_predicted_loads(&steady(data), &predict(data, &plain));
+    let without = predict(data, &plain);
+    let predicted = predict(data, &Model { base, effects: effects.clone() });
+    let of = |(c, name): (usize, &String)| {
+        let on = |p: &[f64]| errors(data, |i| if data.channel[i] == c { data.reading[i] - p[i] } else { f64::NAN });
+        let members: Vec<usize> = data.used().filter(|i| data.channel[*i] == c).collect();
+        let weight: f64 = members.iter().map(|i| data.weight[*i]).sum();
+        let mean = |of: &dyn Fn(usize) -> f64| members.iter().map(|&i| data.weight[i] * of(i)).sum::<f64>() / weight;
+        let middle = mean(&|i| data.reading[i]);
+        OfQuantity {
+            name: name.clone(),
+            samples: members.len(),
+            model: on(&predicted),
+            without_effects: on(&without),
+            about_mean: mean(&|i| (data.reading[i] - middle).powi(2)).sqrt(),
+            bias: mean(&|i| data.reading[i] - predicted[i]),
+        }
+    };
+    let quantities = data.channel_names.iter().enumerate().map(of).collect();
+    let effects = effects.iter().map(|each| each.effect.name.to_owned()).collect();
+    Ok(Evaluation { samples: data.len(), tied: None, effects, quantities })
+}
+
+/// The data without the samples in which the spindle runs up: what its mass takes is in no model.
+fn steady(data: &Data) -> Data {
+    let Some(run_up) = data.base.iter().position(|base| base.name == "run_up") else { return data.clone() };
+    let runs_up = |i: usize| data.columns[run_up][i] > 0.0;
+    data.with_weights((0..data.len()).map(|i| if runs_up(i) { 0.0 } else { data.weight[i] }).collect())
+}
+
+/// Value of a base coefficient in the job.
+fn coefficient(name: &str, data: &Data, job: &Job) -> Result<f64, DataError> {
+    let unfit = |why: &str| DataError::Unfit(why.to_owned());
+    let linear = || in_force(job).ok_or_else(|| unfit("the model has no linear edge coefficients to compare"));
+    let is_relative = data.base.iter().any(|b| b.class == Class::Cutting && !b.unit.starts_with("N/"));
+    if is_relative {
+        return Err(unfit("a load in percent or ampere belongs to no coefficients: evaluate needs W, N·m or N"));
+    }
+    match name {
+        "tare" => Ok(tare_w(data, job)),
+        "run_up" => Ok(0.0),
+        "k_tc" => linear().map(|k| k.k_tc),
+        "k_te" => linear().map(|k| k.k_te),
+        "k_rc" => linear().map(|k| k.k_rc),
+        "k_re" => linear().map(|k| k.k_re),
+        other => Err(unfit(&format!("the model says nothing of {other}"))),
+    }
+}
+
+/// Tare at the spindle speed that the data refer theirs to: that of the model, as the declared one varies with speed.
+fn tare_w(data: &Data, job: &Job) -> f64 {
+    let declared = &job.machine.spindle.tare_w;
+    let rps = data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite()).unwrap_or(0.0);
+    let Some(learned_w) = job.process.tare_w else { return declared.at(rps) };
+    let there_w = job.process.tare_rps.map_or(0.0, |of| declared.at(of));
+    if there_w > 0.0 { learned_w * declared.at(rps) / there_w } else { learned_w }
+}
