@@ -5,8 +5,9 @@ use crate::effects::unnamed::{CURVES, knots};
 use crate::effects::{Covariate, Multiplies, family_of};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::criteria::{is_no_worse, is_structure, tells_apart};
+use crate::learn::diagnose::criteria::{is_no_worse, is_structure, lowers_elsewhere, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
+use crate::learn::diagnose::forms::remove;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
 use crate::learn::diagnose::unnamed::is_unnamed;
 use crate::learn::model::cross_validation::without;
@@ -32,7 +33,12 @@ impl Diagnosis<'_> {
         let added = |e: usize| self.added(e, &fitted.model.effects[e], fitted);
         let (curves, effects): (Vec<usize>, Vec<usize>) =
             (0..fitted.model.effects.len()).partition(|e| is_unnamed(fitted.model.effects[*e].effect));
-        let unnamed = curves.into_iter().map(|e| said(added(e), &fitted.model.effects, e)).collect();
+        let unnamed = curves.into_iter().map(|e| {
+            let mut curve = said(added(e), &fitted.model.effects, e);
+            curve.family = curve.family.filter(|_| self.holds_elsewhere(&fitted.model.effects, e));
+            curve
+        });
+        let unnamed = unnamed.collect();
         let effects = effects.into_iter().map(added).collect();
         let used = data.used().count();
         LearnReport {
@@ -61,6 +67,12 @@ impl Diagnosis<'_> {
                 && is_no_worse(self.judged(&[]).rmse, self.judged(&fitted.model.effects).rmse),
             ..LearnReport::default()
         }
+    }
+
+    /// Does a curve lower the error on operations that it was not learned on? One that follows what only differs from
+    /// operation to operation may be anything that does.
+    fn holds_elsewhere(&self, effects: &[FittedEffect], e: usize) -> bool {
+        self.drop_elsewhere(&remove(effects, e), effects).is_none_or(lowers_elsewhere)
     }
 
     fn added(&self, e: usize, each: &FittedEffect, fitted: &Fitted) -> Added {

@@ -119,6 +119,11 @@ pub(in crate::learn) fn harms_elsewhere(drop: f64) -> bool {
     drop < 1.0 - HARM
 }
 
+/// Does it lower that error, so that a curve earns the name of a family?
+pub(in crate::learn) fn lowers_elsewhere(drop: f64) -> bool {
+    drop >= LEAST_DROP
+}
+
 /// Do the times of the blocks show a slower machine?
 pub(in crate::learn) fn is_slower(factor: f64, nats: f64) -> bool {
     factor < SLOWER_THAN && nats > SLOWER_NATS
@@ -251,6 +256,7 @@ mod tests {
         assert!(pairs_are_worth_it(1.31, 1.0) && !pairs_are_worth_it(1.29, 1.0));
         assert!(leaves_much(1.0, 0.08) && !leaves_much(1.0, 0.06));
         assert!(harms(1.03, -1.1) && !harms(1.01, -9.0) && !harms(1.5, -0.9));
+        assert!(lowers_elsewhere(0.006) && !lowers_elsewhere(0.004));
         assert!(harms_elsewhere(-0.03) && !harms_elsewhere(-0.01));
         assert!(is_slower(0.59, 31.0) && !is_slower(0.61, 99.0) && !is_slower(0.1, 29.0));
     }

@@ -72,12 +72,17 @@ impl Diagnosis<'_> {
         if self.data.is_series() { self.harms_operations(present, trial) } else { self.harms_a_kind(present, trial) }
     }
 
-    fn harms_operations(&self, present: &Fitted, trial: &Trial) -> Option<String> {
+    /// By how much the error over operations falls from one model to another, each operation left out in turn; `None`
+    /// where there is only one.
+    pub(in crate::learn) fn drop_elsewhere(&self, from: &[FittedEffect], to: &[FittedEffect]) -> Option<f64> {
         let kinds = self.kinds();
         let by_operation = Split { fold: self.data.kind.clone(), folds: kinds.last()? + 1, ..self.split.clone() };
-        let [before, after] = [&present.model.effects, &trial.fitted.model.effects]
-            .map(|effects| held_out_residuals(&self.train, effects, &by_operation));
-        let drop = self.drop_of(&before, &after);
+        let [before, after] = [from, to].map(|effects| held_out_residuals(&self.train, effects, &by_operation));
+        Some(self.drop_of(&before, &after))
+    }
+
+    fn harms_operations(&self, present: &Fitted, trial: &Trial) -> Option<String> {
+        let drop = self.drop_elsewhere(&present.model.effects, &trial.fitted.model.effects)?;
         harms_elsewhere(drop).then(|| {
             format!("fitted without an operation, it makes that worse ({:+.1} % error over all of them)", -100.0 * drop)
         })
