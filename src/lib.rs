@@ -15,6 +15,7 @@ pub mod force;
 pub mod schedule;
 pub mod rewrite;
 pub mod learn;
+pub mod finish;
 pub mod setup;
 pub mod report;
 pub mod job;
