@@ -85,6 +85,14 @@ pub enum Command {
     LearnTable(LearnTable),
     /// Hold a model against a log or a table that it has not seen
     Evaluate(Evaluate),
+    /// Draft a setup from the program's text and a tool library
+    Init(Init),
+    /// Without a command: draft a setup where none is there, rewrite the feeds, show the page
+    #[command(hide = true)]
+    Start(Start),
+    /// Read the tool libraries of other software
+    #[command(subcommand)]
+    Tools(Tools),
     /// Print any stage of the pipeline
     Dump(Dump),
     /// List what is built in
@@ -134,6 +142,34 @@ pub struct Work {
     /// Write the stock as the program leaves it: FILE.stock for the next program, FILE.stl for other software.
     #[arg(long, value_name = "FILE")]
     pub save_stock: Option<PathBuf>,
+}
+
+impl Work {
+    /// A program with nothing else said.
+    pub fn of(program: PathBuf) -> Self {
+        Self {
+            program,
+            setup: None,
+            json: None,
+            json_blocks: false,
+            report: None,
+            csv: None,
+            svg: None,
+            reference: None,
+            cycle_time: None,
+            confidence: None,
+            dump_problem: None,
+            cache: false,
+            save_stock: None,
+        }
+    }
+}
+
+impl Optimize {
+    /// With nothing else said.
+    pub fn of(work: Work) -> Self {
+        Self { work, output: None, expand: false, accept_infeasible: false, accept_collisions: false, stress: false }
+    }
 }
 
 /// `optimize`.
@@ -231,6 +267,72 @@ pub enum PlanKind {
     MeanForce,
     /// Steps of R/10 in depth, for the layers of a ball end
     Layer,
+}
+
+/// What the program's text does not tell, said by the user.
+#[derive(Debug, Args)]
+pub struct Told {
+    /// Tool library: Fusion .json or .tools, FreeCAD .fctb or .fctl, LinuxCNC .tbl.
+    #[arg(long, value_name = "LIB")]
+    pub tools: Option<PathBuf>,
+    /// A tool in words, over comment and library: "T1 flat D10 3 flutes".
+    #[arg(long, value_name = "WORDS")]
+    pub tool: Vec<String>,
+    /// The blank: "X0 Y0 Z-20 X100 Y60 Z0", "around" for the box around the cutting moves, or a line of [stock].
+    #[arg(long, value_name = "CORNERS", allow_hyphen_values = true)]
+    pub stock: Option<String>,
+    /// The material: a name of the library, or as people call it: 6061, 4140, 316.
+    #[arg(long, value_name = "NAME")]
+    pub material: Option<String>,
+    /// The machine: a name of `feedwright library machines`.
+    #[arg(long, value_name = "NAME")]
+    pub machine: Option<String>,
+}
+
+/// `init`.
+#[derive(Debug, Args)]
+pub struct Init {
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// What its text does not tell.
+    #[command(flatten)]
+    pub told: Told,
+    /// Where the setup goes; without it PROGRAM.setup.toml beside the program; - is standard output.
+    #[arg(short, long, value_name = "S.toml")]
+    pub output: Option<PathBuf>,
+}
+
+/// No command.
+#[derive(Debug, Args)]
+pub struct Start {
+    /// NC program.
+    pub program: PathBuf,
+    /// What its text does not tell.
+    #[command(flatten)]
+    pub told: Told,
+    /// Do not open the page.
+    #[arg(long)]
+    pub no_open: bool,
+}
+
+/// `tools`.
+#[derive(Debug, Subcommand)]
+pub enum Tools {
+    /// Print the tools of a library as [[tool]] tables of a setup
+    Import(Import),
+}
+
+/// `tools import`.
+#[derive(Debug, Args)]
+pub struct Import {
+    /// Fusion .json or .tools, FreeCAD .fctb or .fctl, LinuxCNC .tbl.
+    pub file: PathBuf,
+    /// A library that states no unit (LinuxCNC) is in inches.
+    #[arg(long)]
+    pub inch: bool,
+    /// Write the tables to a file; - is standard output.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
 }
 
 /// `calibrate`; `--model` names the force model: power (default), linear-edge, kienzle, sigmoid, layer, response, polynomial.

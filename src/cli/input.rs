@@ -7,7 +7,7 @@ use super::args::Global;
 use super::error::CliError;
 use crate::machine::Job;
 use crate::nc::{self, Dialect, Program};
-use crate::setup::{self, Assumption};
+use crate::setup::{self, Assumption, Facts};
 
 /// A program with its name.
 #[derive(Debug)]
@@ -171,17 +171,22 @@ pub fn beside(source: &Source) -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-/// Tool and stock comments of the program, where they suffice; else the smallest setup to write.
-fn from_comments(source: &Source, global: &Global) -> Result<Setup, CliError> {
+/// What the text of a program tells of its setup.
+pub fn facts(source: &Source, global: &Global) -> Result<Facts, CliError> {
     let program = parse(source, global, None)?;
     let path = nc::interpret(&program, &nc::unit::settled(&program, nc::Environment::default(), None));
-    let materials = setup::library::materials();
-    let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
-    let sketch = setup::sketch(&program, &path, &names);
-    if sketch.missing.is_empty() {
-        let loaded = setup::load(&sketch.text, Path::new("."));
+    Ok(Facts::of_program(&program, &path))
+}
+
+/// Tool and stock comments of the program, where they suffice; else what a setup lacks.
+fn from_comments(source: &Source, global: &Global) -> Result<Setup, CliError> {
+    let facts = facts(source, global)?;
+    let lacking = facts.lacking();
+    let text = facts.text();
+    if lacking.is_empty() {
+        let loaded = setup::load(&text, Path::new("."));
         let (job, mut assumptions) =
-            loaded.map_err(|error| drawn(Path::new("setup from comments"), sketch.text.clone(), &error))?;
+            loaded.map_err(|error| drawn(Path::new("setup from comments"), text.clone(), &error))?;
         let told = Assumption {
             key: "tool, stock".into(),
             value: "as the comments of the program tell".into(),
@@ -190,15 +195,15 @@ fn from_comments(source: &Source, global: &Global) -> Result<Setup, CliError> {
         assumptions.insert(0, told);
         return Ok(Setup { job, assumptions, path: None });
     }
-    let place = match &source.path {
-        Some(path) => path.with_extension("setup.toml").display().to_string(),
-        None => "a file and name it with --setup".into(),
+    let (name, place) = match &source.path {
+        Some(path) => (path.display().to_string(), path.with_extension("setup.toml").display().to_string()),
+        None => ("PROGRAM".into(), "a file and name it with --setup".into()),
     };
+    let lacks: Vec<&str> = lacking.iter().map(|lacking| lacking.what.as_str()).collect();
     Err(CliError::new(
-        format!("there is no setup for {}, and its comments do not tell: {}", source.name, sketch.missing.join(", ")),
+        format!("there is no setup for {}, and its comments do not tell: {}", source.name, lacks.join(", ")),
         format!(
-            "write to {place}, with your values:\n\n{}\n[limits]\nforce_xy = 300  # N, and others: see `feedwright schema`",
-            sketch.text
+            "`feedwright init {name}` writes this to {place}; fill in what is unknown:\n\n{text}\n[limits]\nforce_xy = 300  # N, and others: see `feedwright schema`"
         ),
     ))
 }

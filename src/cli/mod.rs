@@ -6,6 +6,7 @@ mod calibrate;
 mod dump;
 mod error;
 mod evaluate;
+mod init;
 mod input;
 mod keep;
 mod learn;
@@ -16,8 +17,10 @@ mod output;
 mod problem;
 mod plain;
 mod screen;
+mod start;
 mod subprograms;
 mod toolpath;
+mod tools;
 mod verify;
 mod work;
 
@@ -31,7 +34,7 @@ use screen::Screen;
 
 /// Reads the arguments of the process, does what they say.
 pub fn run() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::parse_from(start::with_command(std::env::args_os()));
     let screen = Screen::new(&arguments.global);
     match dispatch(&arguments, screen) {
         Ok(outcome) => ExitCode::from(outcome.exit_code()),
@@ -56,6 +59,9 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Learn(command) => learn::learn(command, global, screen),
         Command::LearnTable(command) => learn::learn_table(command, global, screen),
         Command::Evaluate(command) => evaluate::evaluate(command, global, screen),
+        Command::Init(command) => init::init(command, global, screen),
+        Command::Start(command) => start::start(command, global, screen),
+        Command::Tools(args::Tools::Import(command)) => tools::import(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),
         Command::Library(command) => library::library(command),
         Command::Schema => screen::put(crate::setup::schema().as_bytes()).map(|()| Outcome::Done),

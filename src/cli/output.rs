@@ -26,6 +26,8 @@ pub enum Kind {
     Cache,
     /// Stock, for the next program or as a mesh.
     Stock,
+    /// Setup that people go on writing in: never replaced unasked.
+    Setup,
 }
 
 /// A file to be.
@@ -159,6 +161,7 @@ fn is_ours(bytes: &[u8], kind: Kind) -> bool {
         Kind::Csv => holds(crate::report::CSV_HEAD),
         Kind::Markup => holds(crate::report::MARK),
         Kind::Cache => bytes.starts_with(crate::engage::cache::FAMILY),
+        Kind::Setup => false,
         Kind::Stock => bytes.starts_with(saved::FAMILY) || bytes.starts_with(saved::MESH_MARK),
     }
 }

@@ -193,6 +193,23 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// Is a load of the cut limited, or its chip?
+    pub fn has_load(&self) -> bool {
+        let loads = [
+            self.force_xy_n,
+            self.force_normal_mean_n,
+            self.force_axial_n,
+            self.power_w,
+            self.torque_nmm,
+            self.deflection_mm,
+            self.surface_error_mm,
+            self.bending_stress_mpa,
+            self.chip_thickness_max_mm,
+            self.feed_per_tooth_max_mm,
+        ];
+        loads.iter().any(Option::is_some)
+    }
+
     /// These limits, with those that `over` gives put in their place.
     pub fn overridden_by(&self, over: &Limits) -> Limits {
         Limits {

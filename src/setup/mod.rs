@@ -5,7 +5,7 @@
 //! text ─serde─▶ file::SetupFile (as written) ─read::Reader─▶ Job + assumptions, or diagnostics with their place
 //! ```
 
-mod comments;
+mod draft;
 mod error;
 mod file;
 mod forms;
@@ -19,8 +19,9 @@ mod quantity;
 mod read;
 mod stock;
 mod tool;
+pub mod tool_library;
 
-pub use comments::{Sketch, sketch};
+pub use draft::{Facts, Known, Lacking, Of, ToolKnown};
 pub use error::SetupError;
 pub use process::{load as load_model, write as write_model};
 pub use read::Assumption;

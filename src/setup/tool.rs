@@ -27,6 +27,11 @@ const SHAPES: [(&str, Shape); 12] = [
     ("probe", Shape::Probe),
 ];
 
+/// Is it a shape that a setup may name?
+pub fn is_shape(word: &str) -> bool {
+    SHAPES.iter().any(|(name, _)| *name == word)
+}
+
 /// One tool, or `None` when it has no number.
 pub fn tool(reader: &mut Reader, table: &ToolTable, position: usize) -> Option<Tool> {
     let Some(number) = table.number else {

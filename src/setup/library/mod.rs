@@ -25,6 +25,9 @@ const MILLING: f64 = 1.2;
 pub struct MaterialEntry {
     /// Name in the setup file.
     pub name: String,
+    /// What people call it, in small letters.
+    #[serde(default)]
+    pub names: Vec<String>,
     /// What it is.
     pub meaning: String,
     /// Where the numbers come from.

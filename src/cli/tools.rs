@@ -1,0 +1,32 @@
+//! `tools import`: the tools of other software as tables of a setup; and the library that `init` reads.
+
+use std::path::Path;
+
+use super::Outcome;
+use super::args::{Global, Import};
+use super::error::CliError;
+use super::input;
+use super::output::{Kind, Outputs};
+use super::screen::Screen;
+use super::work::subprogram;
+use crate::setup::tool_library::{self, Library};
+
+/// Prints or writes the tables.
+pub fn import(command: &Import, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let mut outputs = Outputs::new([command.file.clone()], global.force);
+    let output = outputs.open(command.output.as_deref().unwrap_or(Path::new("-")), Kind::Setup)?;
+    let library = library(&command.file, command.inch)?;
+    for note in &library.notes {
+        screen.say(note);
+    }
+    output.write(tool_library::tables(&library.tools).as_bytes())?;
+    Ok(Outcome::Done)
+}
+
+/// Reads a library.
+pub fn library(path: &Path, inch: bool) -> Result<Library, CliError> {
+    let bytes = input::file(path)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let beside = |name: &str| subprogram(path.parent(), name);
+    tool_library::read(&name, &bytes, inch, &beside).map_err(|error| CliError::new(error.text, error.help))
+}
