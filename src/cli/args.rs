@@ -83,6 +83,8 @@ pub enum Command {
     Learn(Learn),
     /// The same from a table of steady cuts
     LearnTable(LearnTable),
+    /// Show what is read of a measured log, and propose its columns
+    Log(LogView),
     /// Hold a model against a log or a table that it has not seen
     Evaluate(Evaluate),
     /// Draft a setup from the program's text and a tool library
@@ -356,7 +358,7 @@ pub struct Calibrate {
     /// Setup file with the tool and the efficiency of the drive.
     #[arg(long, value_name = "S.toml")]
     pub setup: Option<PathBuf>,
-    /// Names of columns: THEIRS=OURS,…
+    /// Names of columns: THEIRS=OURS,…, or of all columns in their order; see `feedwright log`.
     #[arg(long, value_name = "MAP")]
     pub columns: Option<String>,
     /// Power with nothing cut, W, when it is known.
@@ -373,8 +375,23 @@ pub struct Calibrate {
     pub json: Option<PathBuf>,
 }
 
+/// What a log may hold, for `learn --help`.
+const LOG_COLUMNS: &str = "Columns of a log, by the names in its header or as --columns maps them (units in brackets or at the end are \
+converted, case and blanks do not matter):
+  time_s                       seconds, ISO 8601, a date and time, or a time of day
+  x_mm y_mm z_mm               position in the work frame
+  line, block                  physical line (from 1), index of the block (from 0)
+  feed_mm_min, spindle_rpm, tool, feed_override_percent
+and at least one of
+  spindle_power_w              as the meter reads it
+  spindle_torque_nm  spindle_current_a  spindle_load_percent
+  force_x_n force_y_n force_z_n force_xy_n
+Tables with commas, semicolons, tabs or blanks, decimal commas, lines before the header, a row of units; workbooks (.xlsx); MTConnect \
+adapter output (SHDR) and streams (XML). `feedwright log FILE` shows what is read of a file.";
+
 /// `learn`.
 #[derive(Debug, Args)]
+#[command(after_help = LOG_COLUMNS)]
 pub struct Learn {
     /// NC program.
     pub program: PathBuf,
@@ -384,7 +401,7 @@ pub struct Learn {
     /// Setup file; without it PROGRAM.setup.toml beside the program.
     #[arg(long, value_name = "S.toml")]
     pub setup: Option<PathBuf>,
-    /// Names of columns: THEIRS=OURS,…
+    /// Names of columns: THEIRS=OURS,…, or of all columns in their order; see `feedwright log`.
     #[arg(long, value_name = "MAP")]
     pub columns: Option<String>,
     /// What a sample of a force is.
@@ -410,6 +427,23 @@ pub struct Learn {
     pub experiment: Option<PathBuf>,
 }
 
+/// `log`.
+#[derive(Debug, Args)]
+#[command(after_help = LOG_COLUMNS)]
+pub struct LogView {
+    /// Measured log: a table (CSV with any separator, workbook .xlsx), MTConnect adapter output or streams.
+    pub file: PathBuf,
+    /// Names of columns: THEIRS=OURS,…; for a file without a header the names of all its columns: time_s,x_mm,…
+    #[arg(long, value_name = "MAP")]
+    pub columns: Option<String>,
+    /// Write the columns that are proposed into this setup, as its [log] table.
+    #[arg(long, value_name = "S.toml")]
+    pub write: Option<PathBuf>,
+    /// Write what was read as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+}
+
 /// `evaluate`.
 #[derive(Debug, Args)]
 pub struct Evaluate {
@@ -424,7 +458,7 @@ pub struct Evaluate {
     /// Setup file; without it PROGRAM.setup.toml beside the program.
     #[arg(long, value_name = "S.toml")]
     pub setup: Option<PathBuf>,
-    /// Names of columns: THEIRS=OURS,…
+    /// Names of columns: THEIRS=OURS,…, or of all columns in their order; see `feedwright log`.
     #[arg(long, value_name = "MAP")]
     pub columns: Option<String>,
     /// What a sample of a force is.
@@ -457,7 +491,7 @@ pub struct LearnTable {
     /// Setup file with the tool and the efficiency of the drive.
     #[arg(long, value_name = "S.toml")]
     pub setup: Option<PathBuf>,
-    /// Names of columns: THEIRS=OURS,…
+    /// Names of columns: THEIRS=OURS,…, or of all columns in their order; see `feedwright log`.
     #[arg(long, value_name = "MAP")]
     pub columns: Option<String>,
     /// Write the model file.

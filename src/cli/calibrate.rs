@@ -5,7 +5,7 @@ use super::Outcome;
 use super::args::{Calibrate, Global, PlanKind};
 use super::error::CliError;
 use super::input;
-use super::learn::{declared_k_tc, efficiency, finish, load, mapping, model_text, open, refused, steady};
+use super::learn::{declared_k_tc, efficiency, finish, load, mapping_or, model_text, open, refused, steady};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::learn::calibrate::{CalibrateOptions, Calibration, calibrate as fit_table};
@@ -107,7 +107,8 @@ fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<
         return load_meter::coefficients(&readings, &ready(false)?, &job).map_err(|e| wrong(e.into()));
     };
     let wrong = |error: LearnError| refused(&error, path);
-    let log = read_log(&input::file(path)?, &mapping(command.columns.as_deref())?).map_err(|e| wrong(e.into()))?;
+    let log =
+        read_log(&input::file(path)?, &mapping_or(command.columns.as_deref(), &job)?).map_err(|e| wrong(e.into()))?;
     let channels = channels(&log);
     let prepared = ready(false)?;
     let tied = aligned(&prepared, &job, &log, &channels).map_err(wrong)?;

@@ -6,7 +6,7 @@ use super::Outcome;
 use super::args::{Evaluate, Global};
 use super::error::CliError;
 use super::input;
-use super::learn::{efficiency, finish, load, mapping, model_file, open, refused, sample, steady};
+use super::learn::{efficiency, finish, load, mapping_or, model_file, open, refused, sample, steady};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::job::learned;
@@ -37,7 +37,7 @@ fn on_log(command: &Evaluate, log: &Path, global: &Global, screen: Screen) -> Re
         screen.say(&format!("{} = {} ({})\n", told.key, told.value, told.source));
     }
     let options = LogOptions {
-        mapping: mapping(command.columns.as_deref())?,
+        mapping: mapping_or(command.columns.as_deref(), &job)?,
         sample: sample(command.sample),
         window_s: command.window,
         diagnosis: Options::default(),

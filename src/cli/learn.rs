@@ -45,7 +45,7 @@ pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome
     let page = open(&mut outputs, command.report.as_deref(), Kind::Markup)?;
     let next = open(&mut outputs, command.experiment.as_deref(), Kind::Markup)?;
     let options = LogOptions {
-        mapping: mapping(command.columns.as_deref())?,
+        mapping: mapping_or(command.columns.as_deref(), &found.job)?,
         sample: sample(command.sample),
         window_s: command.window,
         diagnosis: Options { known: in_model_file(&found.job.process), ..Options::default() },
@@ -186,15 +186,26 @@ pub(super) fn efficiency(setup: Option<&Job>) -> Table {
     setup.map_or_else(|| Table::constant(1.0), |job| job.machine.spindle.efficiency.clone())
 }
 
-/// `theirs=ours,…`.
+/// `theirs=ours,…`, or the names of all columns in their order, `time_s,x_mm,…`, for a file without a header (theirs is then empty).
 pub(super) fn mapping(text: Option<&str>) -> Result<Vec<(String, String)>, CliError> {
+    let Some(text) = text else { return Ok(Vec::new()) };
+    let in_order = !text.contains('=');
     let pair = |part: &str| {
-        let (theirs, ours) = part.split_once('=').ok_or_else(|| {
-            CliError::new(format!("--columns: `{part}` is no mapping"), "write THEIRS=OURS, several with commas")
-        })?;
+        let (theirs, ours) = if in_order { ("", part) } else { part.split_once('=').unwrap_or(("", "")) };
+        if ours.trim().is_empty() {
+            return Err(CliError::new(
+                format!("--columns: `{part}` is no mapping"),
+                "write THEIRS=OURS, several with commas, or the names of all columns in their order",
+            ));
+        }
         Ok((theirs.trim().to_owned(), ours.trim().to_owned()))
     };
-    text.map_or_else(|| Ok(Vec::new()), |text| text.split(',').map(pair).collect())
+    text.split(',').map(pair).collect()
+}
+
+/// The mapping of the command line, else that of the setup.
+pub(super) fn mapping_or(text: Option<&str>, job: &Job) -> Result<Vec<(String, String)>, CliError> {
+    if text.is_none() { Ok(job.log_columns.clone()) } else { mapping(text) }
 }
 
 /// Data that cannot be used.

@@ -12,6 +12,7 @@ mod keep;
 mod learn;
 mod library;
 mod limits;
+mod log;
 mod optimize;
 mod output;
 mod problem;
@@ -58,6 +59,7 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Calibrate(command) => calibrate::calibrate(command, global, screen),
         Command::Learn(command) => learn::learn(command, global, screen),
         Command::LearnTable(command) => learn::learn_table(command, global, screen),
+        Command::Log(command) => log::log(command, global, screen),
         Command::Evaluate(command) => evaluate::evaluate(command, global, screen),
         Command::Init(command) => init::init(command, global, screen),
         Command::Start(command) => start::start(command, global, screen),

@@ -365,6 +365,8 @@ pub struct Reference {
 /// Everything the core needs to know besides the program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
+    /// Names of columns in the logs of the machine, theirs to ours.
+    pub log_columns: Vec<(String, String)>,
     /// The machine.
     pub machine: Machine,
     /// The tools, by number.

@@ -41,6 +41,16 @@ pub struct SetupFile {
     pub output: Option<OutputTable>,
     /// What `calibrate` and `learn` found.
     pub process: Option<ProcessTable>,
+    /// How the logs of this machine are read.
+    pub log: Option<LogTable>,
+}
+
+/// How the logs of a machine are read.
+#[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
+#[serde(deny_unknown_fields)]
+pub struct LogTable {
+    /// Names of columns, theirs to ours, as `feedwright log` proposes them: `{ "Leistung [kW]" = "spindle_power_kw" }`.
+    pub columns: Option<BTreeMap<String, String>>,
 }
 
 /// Machine and control.

@@ -82,7 +82,9 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupEr
     };
     let mut machine = machine::machine(reader, &machine_table, file.offsets.as_ref());
     machine.unsaid.speeds_rps = speeds(reader, file.tool.as_deref().unwrap_or(&[]));
+    let log = file.log.as_ref().and_then(|log| log.columns.clone()).unwrap_or_default();
     Ok(Job {
+        log_columns: log.into_iter().collect(),
         machine,
         stocks: stock::stocks(reader, file, &tools, dir),
         fixtures: fixtures(reader, file),

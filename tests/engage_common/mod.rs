@@ -73,6 +73,7 @@ pub fn block(min: [f64; 3], max: [f64; 3]) -> Stock {
 pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
     let axis = Axis { velocity_mm_s: 200.0, acceleration_mm_s2: 1000.0, jerk_mm_s3: None };
     Job {
+        log_columns: Vec::new(),
         machine: Machine {
             dialect: None,
             rapid_mm_s: 200.0,

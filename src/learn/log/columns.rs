@@ -1,36 +1,17 @@
 //! Reads measured data: CSV with a header into columns of numbers and of text. A log and a table of steady cuts begin
 //! here.
 //!
-//! `#` lines are comments. A header is lower-cased, everything between words becomes `_`, and a unit at its end that
+//! `#` lines are comments; where a table begins, what its columns are called and how it writes numbers is found by [`super::layout`]. A header is lower-cased, everything between words becomes `_`, and a unit at its end that
 //! measures the same as the wanted one is converted (`feed_mm_s` is read as `feed_mm_min`, `power [kW]` as
-//! `spindle_power_w`). Missing values (empty, NA, NaN, -) are NaN. Separator is the comma, the semicolon or the tab
-//! that the header has most of.
+//! `spindle_power_w`). Missing values (empty, NA, NaN, -) are NaN.
 
-use crate::units::{header_factor, header_units};
+use super::cells::{self, SAMPLE};
+use super::layout::{self, Layout, layout};
+use super::names::{plain, quantity, same};
+use super::stamps;
+use crate::units::header_factor;
 
-/// Why data cannot be used at all.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum DataError {
-    /// No rows.
-    #[error("the data are empty: {0}")]
-    Empty(&'static str),
-    /// Not CSV.
-    #[error("the data cannot be read: {0}")]
-    Unreadable(String),
-    /// A column that is needed is not there.
-    #[error(
-        "the data have no column `{missing}`; there are: {present}. Rename it in the header or map it with --columns"
-    )]
-    NoColumn {
-        /// Wanted.
-        missing: String,
-        /// Found.
-        present: String,
-    },
-    /// The data are there, but they do not fit what they are said to be.
-    #[error("{0}")]
-    Unfit(String),
-}
+pub use super::error::DataError;
 
 /// Columns of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -41,109 +22,80 @@ pub struct Frame {
     pub rows: usize,
     /// What was noticed.
     pub warnings: Vec<String>,
+    /// How the table lies in its file; `None` where it is no table.
+    pub layout: Option<Layout>,
 }
 
-/// Other names that quantities go by.
-const ALIASES: &[(&str, &str)] = &[
-    ("power", "spindle_power"),
-    ("pm", "spindle_power"),
-    ("torque", "spindle_torque"),
-    ("current", "spindle_current"),
-    ("load", "spindle_load"),
-    ("spindle_speed", "spindle"),
-    ("rotary_velocity", "spindle"),
-    ("s", "spindle"),
-    ("n", "spindle"),
-    ("timestamp", "time"),
-    ("t", "time"),
-    ("feedrate", "feed"),
-    ("feed_rate", "feed"),
-    ("path_feedrate", "feed"),
-    ("ft", "feed_per_tooth"),
-    ("fz", "feed_per_tooth"),
-    ("ap", "axial_depth"),
-    ("da", "axial_depth"),
-    ("axial", "axial_depth"),
-    ("depth_of_cut", "axial_depth"),
-    ("ae", "radial_depth"),
-    ("rd", "radial_depth"),
-    ("dw", "radial_depth"),
-    ("radial", "radial_depth"),
-    ("width_of_cut", "radial_depth"),
-    ("tz", "layer_height"),
-    ("qdot", "removal_rate"),
-    ("adot", "contact_rate"),
-    ("cutting_strategy", "side"),
-    ("cut", "side"),
-    ("tool_number", "tool"),
-    ("fx", "force_x"),
-    ("fy", "force_y"),
-    ("fz_force", "force_z"),
-    ("fxy", "force_xy"),
-    ("line_number", "line"),
-    ("block_number", "block"),
-];
-
-/// Reads a file; `mapping` renames columns (theirs, ours) first.
+/// Reads a file; `mapping` renames columns (theirs, ours) first. A mapping whose first names are empty names the columns in their order.
 pub fn read(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataError> {
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.trim_start_matches('\u{feff}');
-    let header = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let header = header.ok_or(DataError::Empty("no header and no rows"))?;
-    let separator = [b',', b';', b'\t'].into_iter().max_by_key(|c| header.bytes().filter(|b| b == c).count());
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(separator.unwrap_or(b','))
-        .comment(Some(b'#'))
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let headers = reader.headers().map_err(|e| DataError::Unreadable(e.to_string()))?.clone();
-    for (theirs, _) in mapping {
-        if !headers.iter().any(|name| same(theirs, name)) {
-            let present: Vec<String> = headers.iter().map(plain).collect();
+    let cells = cells::open(bytes)?;
+    let sample: Vec<Vec<String>> = cells.rows().take(SAMPLE).collect::<Result<_, _>>()?;
+    if sample.is_empty() {
+        return Err(DataError::Empty("no header and no rows"));
+    }
+    let mut layout = layout(&sample, &cells.last_remark(), cells.separator);
+    name_in_order(&mut layout, mapping)?;
+    for (theirs, _) in mapping.iter().filter(|(theirs, _)| !theirs.is_empty()) {
+        if !layout.names.iter().any(|name| same(theirs, name)) {
+            let present: Vec<String> = layout.names.iter().map(|name| plain(name)).collect();
             return Err(DataError::Unfit(format!(
                 "--columns: the data have no column `{theirs}`; there are: {}",
                 present.join(", ")
             )));
         }
     }
-    let rename =
-        |name: &str| mapping.iter().find(|(theirs, _)| same(theirs, name)).map_or(plain(name), |(_, ours)| plain(ours));
-    let names: Vec<String> = headers.iter().map(rename).collect();
+    let rename = |name: &String| {
+        let mapped = mapping.iter().find(|(theirs, _)| same(theirs, name));
+        mapped.map_or_else(|| plain(name), |(_, ours)| plain(ours))
+    };
+    let names: Vec<String> = layout.names.iter().map(rename).collect();
     let mut frame = Frame { cells: vec![Vec::new(); names.len()], names, ..Frame::default() };
-    for record in reader.records() {
-        let record = record.map_err(|e| DataError::Unreadable(e.to_string()))?;
+    for record in cells.rows().skip(layout.first_row) {
+        let mut record = record?;
         for (k, column) in frame.cells.iter_mut().enumerate() {
-            column.push(record.get(k).unwrap_or("").to_owned());
+            column.push(record.get_mut(k).map(std::mem::take).unwrap_or_default());
         }
         frame.rows += 1;
     }
     if frame.rows == 0 {
         return Err(DataError::Empty("a header without rows"));
     }
+    frame.warnings.extend(two_of_a_kind(&frame.names));
+    frame.layout = Some(layout);
     Ok(frame)
 }
 
-/// Whether a name given to `--columns` means this header: as it stands in the file, or as messages print it.
-fn same(given: &str, header: &str) -> bool {
-    given == header || plain(given) == plain(header)
+/// Names given in order, for a file without a header (or in place of one that says nothing).
+fn name_in_order(layout: &mut Layout, mapping: &[(String, String)]) -> Result<(), DataError> {
+    let given: Vec<&String> = mapping.iter().filter(|(theirs, _)| theirs.is_empty()).map(|(_, ours)| ours).collect();
+    if given.is_empty() {
+        return Ok(());
+    }
+    if given.len() != layout.names.len() {
+        return Err(DataError::Unfit(format!(
+            "--columns names {} columns; the data have {}: {}",
+            given.len(),
+            layout.names.len(),
+            layout.names.join(", ")
+        )));
+    }
+    layout.names = given.into_iter().cloned().collect();
+    Ok(())
 }
 
-/// Lower case, words joined by one `_`.
-fn plain(name: &str) -> String {
-    let spaced: String =
-        name.to_lowercase().replace('%', " percent ").replace('µ', "u").replace('³', "3").replace('²', "2");
-    let words: Vec<&str> =
-        spaced.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty() && *w != "per").collect();
-    words.join("_").replace("feed_tooth", "feed_per_tooth")
-}
-
-/// (quantity, unit) of a header.
-fn quantity(name: &str) -> (String, Option<&'static str>) {
-    let unit = header_units().into_iter().find(|unit| name.strip_suffix(unit).is_some_and(|head| head.ends_with('_')));
-    let base = unit.map_or(name, |u| &name[..name.len() - u.len() - 1]);
-    let alias = ALIASES.iter().find(|(theirs, _)| *theirs == base).map_or(base, |(_, ours)| ours);
-    (alias.to_owned(), unit)
+/// Columns that are taken for the same quantity: the first counts.
+fn two_of_a_kind(names: &[String]) -> Vec<String> {
+    let kinds: Vec<String> = names.iter().map(|name| quantity(name).0).collect();
+    let mut said: Vec<String> = Vec::new();
+    for (k, kind) in kinds.iter().enumerate() {
+        if let Some(first) = kinds[..k].iter().position(|other| other == kind).filter(|_| !kind.is_empty()) {
+            said.push(format!(
+                "columns {} and {} are both {kind}: the first is read; --columns says which is meant",
+                names[first], names[k]
+            ));
+        }
+    }
+    said
 }
 
 impl Frame {
@@ -153,7 +105,7 @@ impl Frame {
         let text =
             |values: Vec<f64>| values.iter().map(|v| if v.is_nan() { String::new() } else { v.to_string() }).collect();
         let (names, cells) = columns.into_iter().map(|(name, values)| (name, text(values))).unzip();
-        Self { names, cells, rows, warnings: Vec::new() }
+        Self { names, cells, rows, ..Self::default() }
     }
 
     fn find(&self, wanted: &str) -> Option<(usize, f64)> {
@@ -176,7 +128,19 @@ impl Frame {
     /// Numbers of a column in the unit of the wanted name; missing values are NaN; `None`: no such column.
     pub fn numbers(&self, wanted: &str) -> Option<Vec<f64>> {
         let (k, factor) = self.find(wanted)?;
-        Some(self.cells[k].iter().map(|cell| cell.parse::<f64>().map_or(f64::NAN, |v| v * factor)).collect())
+        let comma = self.layout.as_ref().is_some_and(|layout| layout.decimal_comma);
+        let value = |cell: &String| layout::number(cell, comma).map_or(f64::NAN, |value| value * factor);
+        Some(self.cells[k].iter().map(value).collect())
+    }
+
+    /// Times in s, whether they are numbers, dates or times of day; `None`: no such column.
+    pub fn times(&self, wanted: &str) -> Option<Vec<f64>> {
+        let (k, _) = self.find(wanted)?;
+        let known = self.cells[k].iter().find(|cell| !cell.is_empty());
+        if known.is_some_and(|cell| stamps::is_stamp(cell)) {
+            return Some(stamps::times_s(&self.cells[k]));
+        }
+        self.numbers(wanted)
     }
 
     /// Numbers of a column that must be there.

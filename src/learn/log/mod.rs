@@ -1,60 +1,78 @@
-//! Reads a measured log: CSV or MTConnect adapter output (SHDR) into columns over time, and says what is odd about it.
+//! Reads a measured log: a table, or MTConnect adapter output (SHDR) or streams, into columns over time, and says what is odd about it.
 //!
 //! In: bytes. Out: [`Log`]: rising times in s from the first sample, positions, lines or blocks, feed, speed, tool, and
 //! the measured quantities; missing values are NaN. Stamps that run backwards are sorted, repeated ones merged; both
 //! are counted, and so are gaps, of which nothing is known. SHDR lines `timestamp|item|value|item|value…` are sampled
 //! at every stamp with the last value of each item: what does not change is known there without a stamp.
 
+pub mod error;
+pub mod names;
+pub mod stamps;
+pub mod layout;
+pub mod cells;
 pub mod columns;
 pub mod gaps;
-
+pub mod mtconnect;
+pub mod on_change;
+pub mod oddities;
 pub mod quantity;
 pub mod resultant;
+pub mod sampled;
+pub mod seen;
 pub mod shdr;
 pub mod signal;
 
+pub use sampled::Log;
+
 use crate::learn::log::columns::{DataError, Frame, read};
 use crate::learn::log::quantity::MEASURED;
-
-/// What a log says, sample by sample.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Log {
-    /// Time, s.
-    pub time_s: Vec<f64>,
-    /// Position, mm, each axis.
-    pub position_mm: Option<[Vec<f64>; 3]>,
-    /// Physical line, 1-based.
-    pub line: Option<Vec<f64>>,
-    /// Feed along the path, mm/s.
-    pub feed_mm_s: Option<Vec<f64>>,
-    /// Spindle speed, rev/s.
-    pub rps: Option<Vec<f64>>,
-    /// Tool.
-    pub tool: Option<Vec<f64>>,
-    /// Measured quantities: name and values.
-    pub measured: Vec<(&'static str, Vec<f64>)>,
-    /// Rows come where something changes: values hold until the next, and a time without rows is no gap.
-    pub on_change: bool,
-    /// What was noticed.
-    pub warnings: Vec<String>,
-}
 
 /// Reads a log; `mapping` renames columns (theirs, ours).
 pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataError> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(DataError::Empty("the log has no samples"));
     }
-    if shdr::is_shdr(bytes) {
-        return Ok(Log { on_change: true, ..from_frame(&shdr::shdr(bytes, mapping)?)? });
+    let (kind, frame) = frame(bytes, mapping)?;
+    let mut log = Log { on_change: kind.is_on_change(), ..from_frame(&frame)? };
+    if !log.on_change {
+        log.warnings.extend(gaps::said(&gaps::gaps(&log.time_s)));
     }
-    let mut log = from_frame(&read(bytes, mapping)?)?;
-    log.warnings.extend(gaps::said(&gaps::gaps(&log.time_s)));
+    log.warnings.extend(oddities::of(&log));
     Ok(log)
+}
+
+/// What kind of file a log is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A table: text or workbook.
+    Table,
+    /// Output of an MTConnect adapter.
+    Shdr,
+    /// Answer of an MTConnect agent.
+    Streams,
+}
+
+impl Kind {
+    /// Its rows come where something changes.
+    pub fn is_on_change(self) -> bool {
+        self != Kind::Table
+    }
+}
+
+/// The columns of a log of any kind.
+pub fn frame(bytes: &[u8], mapping: &[(String, String)]) -> Result<(Kind, Frame), DataError> {
+    if mtconnect::is_streams(bytes) {
+        return Ok((Kind::Streams, mtconnect::streams(bytes, mapping)?));
+    }
+    if shdr::is_shdr(bytes) {
+        return Ok((Kind::Shdr, shdr::shdr(bytes, mapping)?));
+    }
+    Ok((Kind::Table, read(bytes, mapping)?))
 }
 
 /// A log from columns.
 pub fn from_frame(frame: &Frame) -> Result<Log, DataError> {
-    let time = frame.needed("time_s")?;
+    let time = frame.times("time_s").ok_or(()).or_else(|()| frame.needed("time_s"))?;
     let mut warnings = frame.warnings.clone();
     let order = ordered(&time, &mut warnings)?;
     let take = |name: &str| frame.numbers(name).map(|values| order.iter().map(|i| values[*i]).collect::<Vec<f64>>());

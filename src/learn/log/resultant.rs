@@ -5,7 +5,7 @@
 //! are instantaneous; the magnitude of the mean vector where samples are means (over whole turns), which is compared
 //! with the predicted magnitude of the mean force. A magnitude is the same on the tool and on the workpiece.
 
-use crate::learn::log::Log;
+use crate::learn::log::sampled::Log;
 use std::collections::VecDeque;
 
 /// What a sample of a force is.

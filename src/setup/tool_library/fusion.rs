@@ -39,13 +39,15 @@ pub fn from_zip(bytes: &[u8], name: &str) -> Result<Library, Unreadable> {
     let unreadable = |why: String| Unreadable::new(format!("{name} is not a library of Fusion: {why}"), help);
     let mut archive =
         zip::ZipArchive::new(std::io::Cursor::new(bytes)).map_err(|error| unreadable(error.to_string()))?;
-    let inside = archive.file_names().find(|name| name.to_lowercase().ends_with(".json")).map(str::to_owned);
+    let mut names = archive.file_names().flatten().map(|name| name.to_string());
+    let inside = names.find(|name| name.to_lowercase().ends_with(".json"));
+    drop(names);
     let inside = inside.ok_or_else(|| unreadable("there is no .json in it".into()))?;
     let file = archive.by_name(&inside).map_err(|error| unreadable(error.to_string()))?;
     let mut json = Vec::new();
     file.take(LARGEST + 1).read_to_end(&mut json).map_err(|error| unreadable(error.to_string()))?;
     if json.len() as u64 > LARGEST {
-        return Err(unreadable(format!("{inside} is larger than {} MiB", LARGEST >> 20)));
+        return Err(unreadable(format!("the .json in it is larger than {} MiB", LARGEST >> 20)));
     }
     from_json(&json, name)
 }

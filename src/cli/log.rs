@@ -1,0 +1,54 @@
+//! `log`: what is read of a measured log, before any program is held against it.
+
+use super::Outcome;
+use super::args::{Global, LogView};
+use super::error::CliError;
+use super::input;
+use super::learn::{mapping, open};
+use super::output::{Kind, Outputs};
+use super::screen::Screen;
+use crate::learn::log::seen::see;
+use crate::report;
+
+/// Shows a log, and writes the mapping it proposes into the setup where that is asked for.
+pub fn log(command: &LogView, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let mut outputs = Outputs::new([command.file.clone()], global.force);
+    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let bytes = input::file(&command.file)?;
+    let name = command.file.display().to_string();
+    let seen = see(&bytes, &mapping(command.columns.as_deref())?).map_err(|error| {
+        CliError::new(
+            format!("{name}: {error}"),
+            "give a table with a header (CSV, workbook), or MTConnect output; --columns names columns",
+        )
+    })?;
+    if json.as_ref().is_some_and(super::output::Output::is_stdout) {
+        screen.say(&report::log_text(&seen, &name));
+    } else {
+        screen.show(&report::log_text(&seen, &name))?;
+    }
+    if let Some(output) = json {
+        output.write(report::log_json(&seen, &name).as_bytes())?;
+    }
+    if let Some(setup) = &command.write {
+        let proposed = seen.proposed();
+        if proposed.is_empty() {
+            screen.say("there is nothing to map: the setup stays as it is");
+            return Ok(Outcome::Done);
+        }
+        let text = input::text(setup)?;
+        if text.lines().any(|line| line.trim() == "[log]") {
+            return Err(CliError::new(
+                format!("{} has a [log] table already", setup.display()),
+                format!("put this into it: {}", report::log_columns(&proposed)),
+            ));
+        }
+        let table = format!("{}\n\n[log]\n{}\n", text.trim_end(), report::log_columns(&proposed));
+        // The file was just read and only grows: it is written over whoever wrote it.
+        Outputs::new([], true).open(setup, Kind::Setup)?.write(table.as_bytes())?;
+        screen.say(&format!("written   [log] columns into {}", setup.display()));
+        let mapped = see(&bytes, &proposed).is_ok_and(|seen| seen.unusable.is_none());
+        return Ok(if mapped { Outcome::Done } else { Outcome::Unmet });
+    }
+    Ok(if seen.unusable.is_some() { Outcome::Unmet } else { Outcome::Done })
+}

@@ -1,0 +1,190 @@
+//! A file as rows of cells, before anything in it has a meaning. In: bytes. Out: its kind, and its rows one by one: text with commas,
+//! semicolons, tabs or blanks between the cells, or the first sheet of a workbook that has more than a few.
+
+use super::error::DataError;
+use calamine::Reader;
+
+/// What separates the cells of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Separator {
+    /// One character.
+    Byte(u8),
+    /// Any number of blanks.
+    Blanks,
+    /// A workbook has cells of its own.
+    Workbook,
+}
+
+impl Separator {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Separator::Byte(b';') => "semicolons",
+            Separator::Byte(b'\t') => "tabs",
+            Separator::Byte(_) => "commas",
+            Separator::Blanks => "blanks",
+            Separator::Workbook => "cells of a workbook",
+        }
+    }
+}
+
+/// A separator when as many lines agree on more than one cell; where two do equally well the earlier: a semicolon or tab beside commas
+/// means that those are decimal.
+const SEPARATORS: [Separator; 4] =
+    [Separator::Byte(b';'), Separator::Byte(b'\t'), Separator::Byte(b','), Separator::Blanks];
+
+/// Lines from which the separator and the layout are told.
+pub const SAMPLE: usize = 300;
+
+/// A file's rows.
+#[derive(Debug)]
+pub struct Cells<'a> {
+    /// What separates them.
+    pub separator: Separator,
+    text: std::borrow::Cow<'a, str>,
+    sheet: Vec<Vec<String>>,
+}
+
+/// Opens a file.
+///
+/// # Errors
+/// A workbook that cannot be read.
+pub fn open(bytes: &[u8]) -> Result<Cells<'_>, DataError> {
+    if bytes.starts_with(b"PK\x03\x04") {
+        return Ok(Cells { separator: Separator::Workbook, text: "".into(), sheet: workbook(bytes)? });
+    }
+    let text = match bytes {
+        // Measuring software on Windows writes UTF-16.
+        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes).into(),
+        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes).into(),
+        _ => String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
+    };
+    let mut cells = Cells { separator: Separator::Byte(b','), text, sheet: Vec::new() };
+    let mut best = 1;
+    for separator in SEPARATORS {
+        cells.separator = separator;
+        let rows: Vec<Vec<String>> = cells.rows().take(SAMPLE).filter_map(Result::ok).collect();
+        let (_, length, _) = longest_run(&rows);
+        if length > best {
+            best = length;
+        }
+    }
+    let of = |separator: &Separator| {
+        let probe = Cells { separator: *separator, text: cells.text.as_ref().into(), sheet: Vec::new() };
+        let rows: Vec<Vec<String>> = probe.rows().take(SAMPLE).filter_map(Result::ok).collect();
+        longest_run(&rows).1
+    };
+    let chosen = SEPARATORS.into_iter().find(|separator| of(separator) >= best && best > 1);
+    cells.separator = chosen.unwrap_or(Separator::Byte(b','));
+    Ok(cells)
+}
+
+fn utf16(bytes: &[u8], pair: fn([u8; 2]) -> u16) -> String {
+    let units = bytes.chunks_exact(2).map(|two| pair([two[0], two[1]]));
+    char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+}
+
+/// Where the longest stretch of rows with as many cells (two at least) begins, how long it is, and how many cells its rows have.
+pub fn longest_run(rows: &[Vec<String>]) -> (usize, usize, usize) {
+    let (mut best, mut begin) = ((0, 0, 0), 0);
+    for at in 0..rows.len() {
+        if at > 0 && rows[at].len() != rows[at - 1].len() {
+            begin = at;
+        }
+        if rows[at].len() > 1 && at + 1 - begin > best.1 {
+            best = (begin, at + 1 - begin, rows[at].len());
+        }
+    }
+    best
+}
+
+impl Cells<'_> {
+    /// Its rows in order, without remarks (`#`) and empty lines.
+    pub fn rows(&self) -> Box<dyn Iterator<Item = Result<Vec<String>, DataError>> + '_> {
+        match self.separator {
+            Separator::Workbook => Box::new(self.sheet.iter().map(|row| Ok(row.clone()))),
+            Separator::Blanks => {
+                let lines = self.text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+                Box::new(lines.map(|line| Ok(line.split_whitespace().map(str::to_owned).collect())))
+            }
+            Separator::Byte(separator) => {
+                let reader = csv::ReaderBuilder::new()
+                    .delimiter(separator)
+                    .comment(Some(b'#'))
+                    .flexible(true)
+                    .has_headers(false)
+                    .trim(csv::Trim::All)
+                    .from_reader(self.text.as_bytes());
+                Box::new(reader.into_records().map(|record| match record {
+                    Ok(record) => Ok(record.iter().map(str::to_owned).collect()),
+                    Err(error) => Err(DataError::Unreadable(error.to_string())),
+                }))
+            }
+        }
+    }
+
+    /// The last remark before the data, as cells: files that LinuxCNC and numpy write name their columns there.
+    pub fn last_remark(&self) -> Vec<String> {
+        let remarks = self.text.lines().take_while(|line| line.starts_with('#') || line.trim().is_empty());
+        let last = remarks.filter(|line| line.starts_with('#')).last().unwrap_or_default().trim_start_matches('#');
+        match self.separator {
+            Separator::Byte(byte) => last.split(char::from(byte)).map(|cell| cell.trim().to_owned()).collect(),
+            _ => last.split_whitespace().map(str::to_owned).collect(),
+        }
+    }
+}
+
+/// The sheet of a workbook that has the most rows, as text.
+fn workbook(bytes: &[u8]) -> Result<Vec<Vec<String>>, DataError> {
+    let wrong = |error: calamine::XlsxError| DataError::Unreadable(format!("the workbook: {error}"));
+    let mut book: calamine::Xlsx<_> = calamine::Xlsx::new(std::io::Cursor::new(bytes)).map_err(wrong)?;
+    let mut best: Vec<Vec<String>> = Vec::new();
+    for name in book.sheet_names().clone() {
+        let range = book.worksheet_range(&name).map_err(wrong)?;
+        if range.height() > best.len() {
+            best = range.rows().map(|row| row.iter().map(cell).collect()).collect();
+        }
+    }
+    // A sheet is as wide as its widest row: a title has one cell and not one and many empty ones.
+    for row in &mut best {
+        row.truncate(row.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1));
+    }
+    best.retain(|row| !row.is_empty());
+    Ok(best)
+}
+
+/// A cell as text; a date becomes a stamp of ISO 8601.
+fn cell(data: &calamine::Data) -> String {
+    match data {
+        calamine::Data::DateTime(when) => {
+            // Days since 1899-12-30; below one day it is a time of day.
+            let seconds = when.as_f64() * 86_400.0;
+            if seconds < 86_400.0 { format!("{seconds}") } else { format!("{}", seconds - 25_569.0 * 86_400.0) }
+        }
+        other => other.to_string().trim().to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_separator_is_the_one_the_lines_agree_on() {
+        let of = |text: &str| open(text.as_bytes()).unwrap().separator;
+        assert_eq!(of("a,b\n1,2\n3,4\n"), Separator::Byte(b','));
+        assert_eq!(of("a;b\n1,5;2,5\n3,1;4,2\n"), Separator::Byte(b';'));
+        assert_eq!(of("a\tb\n1,5\t2,5\n"), Separator::Byte(b'\t'));
+        assert_eq!(of("0 1.5 2.5\n1 3.5 4\n"), Separator::Blanks);
+        assert_eq!(of("time stamp,power\n2026-01-02 10:00:00,5\n2026-01-02 10:00:01,6\n"), Separator::Byte(b','));
+        assert_eq!(of("one\n1\n"), Separator::Byte(b','));
+    }
+
+    #[test]
+    fn text_in_sixteen_bits_is_read() {
+        let mut bytes = vec![0xff, 0xfe];
+        "a;b\n1;2\n".encode_utf16().for_each(|unit| bytes.extend(unit.to_le_bytes()));
+        let cells = open(&bytes).unwrap();
+        assert_eq!(cells.rows().next().unwrap().unwrap(), ["a", "b"]);
+    }
+}

@@ -1,0 +1,133 @@
+//! Where the data of a file begin and what its columns are called. In: its first rows. Out: names with their units, the first row of
+//! data, and how numbers are written. A preamble before the header and a row of units under it are found; a file without a header has
+//! columns `column_1`, `column_2`, …
+
+use super::cells::{Separator, longest_run};
+use super::stamps::is_stamp;
+
+/// How a table lies in its file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layout {
+    /// What separates the cells.
+    pub separator: Separator,
+    /// Names as the file writes them, with the unit of a row of units in brackets.
+    pub names: Vec<String>,
+    /// Rows before the first row of data.
+    pub first_row: usize,
+    /// Rows before the header.
+    pub preamble: usize,
+    /// The names are the file's own.
+    pub has_header: bool,
+    /// There is a row of units.
+    pub has_units: bool,
+    /// Numbers are written with a comma: `1,5`.
+    pub decimal_comma: bool,
+}
+
+/// Finds the layout from the first rows; `remark` is the last remark before the data.
+pub fn layout(rows: &[Vec<String>], remark: &[String], separator: Separator) -> Layout {
+    let (begin, length, mut cells) = longest_run(rows);
+    // A single column, or rows of all lengths: the first row is the header, as in any CSV.
+    let begin = if length == 0 { 0 } else { begin };
+    if length == 0 {
+        cells = rows.first().map_or(0, Vec::len);
+    }
+    let (header, mut first_row) = match begin {
+        at if rows.get(at).is_some_and(|row| is_header(row)) => (Some(at), at + 1),
+        at if at > 0 && is_header(&rows[at - 1]) && rows[at - 1].len().abs_diff(cells) <= 1 => (Some(at - 1), at),
+        at => (None, at),
+    };
+    let own = header.map(|at| rows[at].clone());
+    let remarked = (own.is_none() && remark.len() == cells && is_header(remark)).then(|| remark.to_vec());
+    let has_header = own.is_some() || remarked.is_some();
+    let mut names = own.or(remarked).unwrap_or_else(|| (1..=cells).map(|k| format!("column_{k}")).collect());
+    let units = rows.get(first_row).filter(|row| header.is_some() && is_units(row));
+    let has_units = units.is_some();
+    if let Some(units) = units {
+        for (name, unit) in names.iter_mut().zip(units).filter(|(_, unit)| !unit.is_empty()) {
+            *name = format!("{name} [{}]", unit.trim_matches(['[', ']', '(', ')']));
+        }
+        first_row += 1;
+    }
+    let data = &rows[first_row.min(rows.len())..];
+    Layout {
+        separator,
+        names,
+        preamble: header.unwrap_or(first_row),
+        first_row,
+        has_header,
+        has_units,
+        decimal_comma: separator != Separator::Byte(b',') && is_decimal_comma(data),
+    }
+}
+
+/// A header has words and no numbers or times.
+fn is_header(row: &[String]) -> bool {
+    let value = |cell: &String| number(cell, true).is_some() || number(cell, false).is_some() || is_stamp(cell);
+    row.iter().any(|cell| cell.contains(char::is_alphabetic)) && !row.iter().any(value)
+}
+
+/// A row of units: every cell that says something is a unit or a bracket.
+fn is_units(row: &[String]) -> bool {
+    let units = crate::units::header_units();
+    let known = |cell: &str| {
+        let plain = super::names::plain(cell);
+        cell == "-" || units.contains(&plain.as_str()) || (cell.starts_with(['[', '(']) && cell.ends_with([']', ')']))
+    };
+    let said: Vec<&String> = row.iter().filter(|cell| !cell.is_empty()).collect();
+    !said.is_empty() && said.iter().all(|cell| known(cell))
+}
+
+/// Do more cells write a comma where others have a point?
+fn is_decimal_comma(rows: &[Vec<String>]) -> bool {
+    let cells = || rows.iter().flatten();
+    let commas = cells().filter(|cell| cell.contains(',') && number(cell, true).is_some()).count();
+    let points =
+        cells().filter(|cell| !cell.contains(',') && cell.contains('.') && number(cell, false).is_some()).count();
+    commas > points
+}
+
+/// A cell as a number. With a decimal comma, points are thousands: `1.234,5`.
+pub fn number(cell: &str, decimal_comma: bool) -> Option<f64> {
+    if !decimal_comma {
+        return cell.parse().ok();
+    }
+    let digits = |c: char| c.is_ascii_digit() || "+-.,eE".contains(c);
+    cell.chars().all(digits).then(|| cell.replace('.', "").replace(',', ".").parse().ok())?
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cells::open;
+    use super::*;
+
+    fn of(text: &str) -> Layout {
+        let cells = open(text.as_bytes()).unwrap();
+        let rows: Vec<Vec<String>> = cells.rows().map(Result::unwrap).collect();
+        layout(&rows, &cells.last_remark(), cells.separator)
+    }
+
+    #[test]
+    fn preambles_units_and_missing_headers_are_found() {
+        let plain = of("time_s,power\n0,5\n1,6\n");
+        assert!(plain.has_header && plain.first_row == 1 && plain.preamble == 0 && !plain.decimal_comma);
+        let export = of("Measurement 7\nMachine;VMC\n\nTime;Power\ns;kW\n0,02;1,5\n0,04;1,6\n0,06;1,7\n");
+        assert_eq!(export.names, ["Time [s]", "Power [kW]"]);
+        assert!(export.has_units && export.decimal_comma && export.first_row == 4, "{export:?}");
+        let bare = of("0 1.5 2.5\n1 3.5 4\n2 1 1\n");
+        assert!(!bare.has_header && bare.names == ["column_1", "column_2", "column_3"] && bare.first_row == 0);
+        let remarked = of("# halsampler\n# time_s x_mm spindle_power_w\n0 1.5 2.5\n1 3.5 4\n");
+        assert_eq!(remarked.names, ["time_s", "x_mm", "spindle_power_w"]);
+        let words = of("group,side,feed\na,up,5\nb,down,6\n");
+        assert!(words.has_header && words.first_row == 1);
+    }
+
+    #[test]
+    fn numbers_with_a_comma_are_numbers() {
+        assert_eq!(number("1.234,5", true), Some(1234.5));
+        assert_eq!(number("-0,02", true), Some(-0.02));
+        assert_eq!(number("1.5", false), Some(1.5));
+        assert_eq!(number("up", true), None);
+        assert_eq!(number("", true), None);
+    }
+}

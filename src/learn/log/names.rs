@@ -1,0 +1,66 @@
+//! Names of columns. In: a header as a file writes it. Out: words joined by `_`, the quantity they stand for and its unit.
+
+use crate::units::header_units;
+
+/// Other names that quantities go by.
+const ALIASES: &[(&str, &str)] = &[
+    ("power", "spindle_power"),
+    ("pm", "spindle_power"),
+    ("torque", "spindle_torque"),
+    ("current", "spindle_current"),
+    ("load", "spindle_load"),
+    ("spindle_speed", "spindle"),
+    ("rotary_velocity", "spindle"),
+    ("s", "spindle"),
+    ("n", "spindle"),
+    ("timestamp", "time"),
+    ("t", "time"),
+    ("feedrate", "feed"),
+    ("feed_rate", "feed"),
+    ("path_feedrate", "feed"),
+    ("ft", "feed_per_tooth"),
+    ("fz", "feed_per_tooth"),
+    ("ap", "axial_depth"),
+    ("da", "axial_depth"),
+    ("axial", "axial_depth"),
+    ("depth_of_cut", "axial_depth"),
+    ("ae", "radial_depth"),
+    ("rd", "radial_depth"),
+    ("dw", "radial_depth"),
+    ("radial", "radial_depth"),
+    ("width_of_cut", "radial_depth"),
+    ("tz", "layer_height"),
+    ("qdot", "removal_rate"),
+    ("adot", "contact_rate"),
+    ("cutting_strategy", "side"),
+    ("cut", "side"),
+    ("tool_number", "tool"),
+    ("fx", "force_x"),
+    ("fy", "force_y"),
+    ("fz_force", "force_z"),
+    ("fxy", "force_xy"),
+    ("line_number", "line"),
+    ("block_number", "block"),
+];
+
+/// Whether a name given to `--columns` means this header: as it stands in the file, or as messages print it.
+pub fn same(given: &str, header: &str) -> bool {
+    given == header || plain(given) == plain(header)
+}
+
+/// Lower case, words joined by one `_`.
+pub fn plain(name: &str) -> String {
+    let spaced: String =
+        name.to_lowercase().replace('%', " percent ").replace('µ', "u").replace('³', "3").replace('²', "2");
+    let words: Vec<&str> =
+        spaced.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty() && *w != "per").collect();
+    words.join("_").replace("feed_tooth", "feed_per_tooth")
+}
+
+/// (quantity, unit) of a header.
+pub fn quantity(name: &str) -> (String, Option<&'static str>) {
+    let unit = header_units().into_iter().find(|unit| name.strip_suffix(unit).is_some_and(|head| head.ends_with('_')));
+    let base = unit.map_or(name, |u| &name[..name.len() - u.len() - 1]);
+    let alias = ALIASES.iter().find(|(theirs, _)| *theirs == base).map_or(base, |(_, ours)| ours);
+    (alias.to_owned(), unit)
+}

@@ -1,0 +1,146 @@
+//! What is odd about measured values, said and not mended: a reading that stands at the end of its range, single values that no load
+//! makes, a unit that cannot be the one the column names. In: a log. Out: sentences.
+
+use super::sampled::Log;
+use crate::learn::regress::statistics::median;
+
+/// Least and greatest value that the largest reading of a quantity has on a milling machine, in the unit of its column, and what to
+/// suspect outside: spindles idle with tens of watts and end at some 100 kW and 2000 N·m (makers' tables of router spindles and of
+/// gear-driven boring mills); cutting forces stay between newtons and tens of kilonewtons.
+const PLAUSIBLE: [(&str, f64, f64, &str); 6] = [
+    ("spindle_power_w", 15.0, 3e5, "kW below, mW above"),
+    ("spindle_torque_nm", 0.005, 5e3, "kN·m below, N·mm above"),
+    ("spindle_load_percent", 1.5, 1e3, "a share of 1 below, thousandths above"),
+    ("force_x_n", 0.5, 1e5, "kN below, mN above"),
+    ("force_y_n", 0.5, 1e5, "kN below, mN above"),
+    ("force_xy_n", 0.5, 1e5, "kN below, mN above"),
+];
+
+/// Least share of the readings that stand at the top before it is called a stop: a noisy reading meets its largest value once or twice.
+const CLIPPED_SHARE: f64 = 0.005;
+/// So many times more readings at the top than in the next 2 % of the range below it: what ends by itself thins out.
+const CLIPPED_EXCESS: f64 = 3.0;
+/// A spike leaves both its neighbours by so many times the usual step from reading to reading: a fifth of a millionth of normal noise
+/// does by chance, and an entry of the tool stays up.
+const SPIKE_STEPS: f64 = 12.0;
+/// And by this share of the range of the middle 98 %.
+const SPIKE_RANGE: f64 = 0.5;
+
+/// What is odd.
+pub fn of(log: &Log) -> Vec<String> {
+    let mut said: Vec<String> = milliseconds(log).into_iter().collect();
+    for (name, values) in &log.measured {
+        said.extend(implausible(name, values));
+        let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
+        said.extend(clipped(name, values, &known));
+        if !log.on_change && name.starts_with("spindle") {
+            said.extend(spikes(name, values, &log.time_s, &known));
+        }
+    }
+    said
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().filter(|value| value.is_finite()).fold(0.0, |most: f64, value| most.max(value.abs()))
+}
+
+fn implausible(name: &str, values: &[f64]) -> Option<String> {
+    let (_, least, greatest, suspect) = PLAUSIBLE.iter().find(|(known, ..)| *known == name)?;
+    let most = largest(values);
+    let odd = most > 0.0 && !(*least..=*greatest).contains(&most);
+    odd.then(|| format!("{name} ends at {most:.3}: is it in another unit by a factor of 1000 ({suspect})?"))
+}
+
+fn clipped(name: &str, values: &[f64], known: &[usize]) -> Option<String> {
+    let (least, most) =
+        known.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), i| (a.min(values[*i]), b.max(values[*i])));
+    let at_top = known.iter().filter(|i| values[**i] == most).count();
+    let below = known.iter().filter(|i| values[**i] < most && values[**i] > most - 0.02 * (most - least)).count();
+    let many = at_top >= 10 && at_top as f64 > CLIPPED_SHARE * known.len() as f64;
+    let runs = known.windows(3).any(|three| three.iter().all(|i| values[*i] == most));
+    let odd = many && runs && most > least && at_top as f64 > CLIPPED_EXCESS * below as f64;
+    odd.then(|| {
+        format!("{name} stands at {most} in {at_top} readings and never above: its range ends there, the load may not")
+    })
+}
+
+fn spikes(name: &str, values: &[f64], time_s: &[f64], known: &[usize]) -> Option<String> {
+    if known.len() < 100 {
+        return None;
+    }
+    let steps: Vec<f64> = known.windows(2).map(|two| (values[two[1]] - values[two[0]]).abs()).collect();
+    let mut sorted: Vec<f64> = known.iter().map(|i| values[*i]).collect();
+    sorted.sort_by(f64::total_cmp);
+    let range = sorted[sorted.len() * 99 / 100] - sorted[sorted.len() / 100];
+    let least = (SPIKE_STEPS * median(&steps)).max(SPIKE_RANGE * range);
+    let alone = |three: &&[usize]| {
+        let [before, at, after] = [three[0], three[1], three[2]].map(|i| values[i]);
+        (at - before).abs() > least && (at - after).abs() > least && (at > before) == (at > after)
+    };
+    let found: Vec<usize> = known.windows(3).filter(alone).map(|three| three[1]).collect();
+    let first = found.first().filter(|_| least > 0.0 && found.len() * 100 < known.len())?;
+    Some(format!(
+        "{name} leaps for one reading {} times (first {:.4} at {:.2} s): no load of a cut does that",
+        found.len(),
+        values[*first],
+        time_s[*first]
+    ))
+}
+
+/// Whole-numbered times with steps of 5 to 1000 are rather milliseconds (1 to 200 Hz) than readings minutes apart.
+fn milliseconds(log: &Log) -> Option<String> {
+    let whole = log.time_s.iter().all(|time| time.fract() == 0.0);
+    let steps: Vec<f64> = log.time_s.windows(2).map(|two| two[1] - two[0]).collect();
+    let step = median(&steps);
+    (whole && !log.on_change && log.time_s.len() >= 100 && (5.0..=1000.0).contains(&step))
+        .then(|| format!("readings are {step} s apart: if the times are milliseconds, name the column time_ms"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn log(values: Vec<f64>, step_s: f64) -> Log {
+        let time_s = (0..values.len()).map(|k| k as f64 * step_s).collect();
+        Log { time_s, measured: vec![("spindle_power_w", values)], ..Log::default() }
+    }
+
+    /// A cut of 40 s at some 800 W with a little noise, at 20 Hz, with air before and after.
+    fn cut() -> Vec<f64> {
+        let noise = |k: usize| ((k * 7919) % 101) as f64 * 0.2;
+        (0..1000).map(|k| if (100..900).contains(&k) { 800.0 + (k % 200) as f64 } else { 200.0 } + noise(k)).collect()
+    }
+
+    #[test]
+    fn a_clean_cut_is_not_odd() {
+        assert_eq!(of(&log(cut(), 0.05)), Vec::<String>::new());
+        // A load meter in whole percent meets its largest value now and then.
+        let meter: Vec<f64> = cut().iter().map(|value| (value * 0.05).round()).collect();
+        assert_eq!(of(&log(meter, 0.05)), Vec::<String>::new());
+    }
+
+    #[test]
+    fn an_end_of_range_and_a_spike_are_said() {
+        let clipped = cut().into_iter().map(|value| value.min(950.0)).collect();
+        let said = of(&log(clipped, 0.05));
+        assert!(said.len() == 1 && said[0].contains("stands at 950"), "{said:?}");
+        let mut spiky = cut();
+        spiky[500] = 4000.0;
+        let said = of(&log(spiky, 0.05));
+        assert!(said.len() == 1 && said[0].contains("at 25.00 s"), "{said:?}");
+        // Two readings in a row are a load.
+        let mut load = cut();
+        (load[500], load[501]) = (4000.0, 4000.0);
+        assert_eq!(of(&log(load, 0.05)), Vec::<String>::new());
+    }
+
+    #[test]
+    fn units_that_cannot_be_are_suspected() {
+        let kilowatts = cut().into_iter().map(|value| value * 1e-3).collect();
+        assert!(of(&log(kilowatts, 0.05))[0].contains("kW"), "a thousandth");
+        let milliwatts = cut().into_iter().map(|value| value * 1e3).collect();
+        assert!(of(&log(milliwatts, 0.05))[0].contains("mW"), "a thousand times");
+        assert!(of(&log(cut(), 50.0))[0].contains("time_ms"));
+        assert_eq!(of(&log(cut(), 1.0)), Vec::<String>::new());
+    }
+}

@@ -1,0 +1,24 @@
+//! A log once it is read: times, places and readings, sample by sample.
+
+/// What a log says, sample by sample.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Log {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Position, mm, each axis.
+    pub position_mm: Option<[Vec<f64>; 3]>,
+    /// Physical line, 1-based.
+    pub line: Option<Vec<f64>>,
+    /// Feed along the path, mm/s.
+    pub feed_mm_s: Option<Vec<f64>>,
+    /// Spindle speed, rev/s.
+    pub rps: Option<Vec<f64>>,
+    /// Tool.
+    pub tool: Option<Vec<f64>>,
+    /// Measured quantities: name and values.
+    pub measured: Vec<(&'static str, Vec<f64>)>,
+    /// Rows come where something changes: values hold until the next, and a time without rows is no gap.
+    pub on_change: bool,
+    /// What was noticed.
+    pub warnings: Vec<String>,
+}

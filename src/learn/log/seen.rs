@@ -1,0 +1,248 @@
+//! What is seen in a log before any program is held against it. In: bytes. Out: its kind and layout, each column with what it is read
+//! as, the clock, what happened by the log alone, and a proposal for the columns that were not understood.
+
+use super::columns::Frame;
+use super::error::DataError;
+use super::gaps::{gaps, median_step};
+use super::layout::Layout;
+use super::names::quantity;
+use super::{Kind, Log, frame, from_frame, oddities};
+
+/// A column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeenColumn {
+    /// Its name as understood.
+    pub name: String,
+    /// What it is read as; `None`: it is not used.
+    pub read_as: Option<&'static str>,
+    /// What it may be, where it is not used.
+    pub proposed: Option<String>,
+    /// Least and greatest value, in the file's unit; `None`: it holds no numbers.
+    pub range: Option<[f64; 2]>,
+    /// Cells without a value, percent.
+    pub missing_percent: f64,
+}
+
+/// Something that happened, by the log alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Happened {
+    /// From, to, s.
+    pub time_s: [f64; 2],
+    /// What.
+    pub what: String,
+}
+
+/// A log as it is read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// What kind of file.
+    pub kind: Kind,
+    /// How a table lies in it.
+    pub layout: Option<Layout>,
+    /// Rows.
+    pub rows: usize,
+    /// The columns in their order.
+    pub columns: Vec<SeenColumn>,
+    /// Length, s, and usual step of its clock, s.
+    pub clock_s: Option<[f64; 2]>,
+    /// Stretches without readings, s.
+    pub gaps_s: Vec<[f64; 2]>,
+    /// What happened.
+    pub happened: Vec<Happened>,
+    /// What is odd.
+    pub warnings: Vec<String>,
+    /// Why `learn` cannot use it; `None`: it can.
+    pub unusable: Option<String>,
+}
+
+/// Our columns by the quantity of their names.
+const OURS: [(&str, &str); 25] = [
+    ("time", "time_s"),
+    ("x", "x_mm"),
+    ("y", "y_mm"),
+    ("z", "z_mm"),
+    ("line", "line"),
+    ("block", "block"),
+    ("feed", "feed_mm_min"),
+    ("feed_override", "feed_override_percent"),
+    ("spindle", "spindle_rpm"),
+    ("spindle_angle", "spindle_angle_deg"),
+    ("tool", "tool"),
+    ("spindle_power", "spindle_power_w"),
+    ("spindle_torque", "spindle_torque_nm"),
+    ("spindle_current", "spindle_current_a"),
+    ("spindle_load", "spindle_load_percent"),
+    ("x_load", "x_load_percent"),
+    ("y_load", "y_load_percent"),
+    ("z_load", "z_load_percent"),
+    ("force_x", "force_x_n"),
+    ("force_y", "force_y_n"),
+    ("force_z", "force_z_n"),
+    ("force_xy", "force_xy_n"),
+    ("group", "group"),
+    ("order", "order"),
+    ("side", "side"),
+];
+
+/// Words in names of other software, English and German, and the column they speak for; the first that fits counts.
+const WORDS: [(&[&str], &str); 17] = [
+    (&["override"], "feed_override_percent"),
+    (&["power", "leistung", "wattage", "watt"], "spindle_power_w"),
+    (&["torque", "moment", "drehmoment"], "spindle_torque_nm"),
+    (&["current", "strom", "ampere", "amps"], "spindle_current_a"),
+    (&["load", "last", "auslastung", "utilization", "utilisation"], "spindle_load_percent"),
+    (&["rpm", "drehzahl", "spindlespeed", "speed"], "spindle_rpm"),
+    (&["feed", "feedrate", "vorschub", "bahnvorschub"], "feed_mm_min"),
+    (&["line", "satz", "zeile", "lineno"], "line"),
+    (&["tool", "werkzeug", "toolno"], "tool"),
+    (&["time", "zeit", "timestamp", "uhrzeit", "seconds", "sekunden"], "time_s"),
+    (&["forcex", "kraftx"], "force_x_n"),
+    (&["forcey", "krafty"], "force_y_n"),
+    (&["forcez", "kraftz"], "force_z_n"),
+    (&["x", "xpos", "xact", "posx", "xist", "istx"], "x_mm"),
+    (&["y", "ypos", "yact", "posy", "yist", "isty"], "y_mm"),
+    (&["z", "zpos", "zact", "posz", "zist", "istz"], "z_mm"),
+    (&["n"], "spindle_rpm"),
+];
+
+/// Looks at a log; `mapping` as for `learn`.
+///
+/// # Errors
+/// A file that holds no rows of cells.
+pub fn see(bytes: &[u8], mapping: &[(String, String)]) -> Result<Seen, DataError> {
+    let (kind, frame) = frame(bytes, mapping)?;
+    let read = from_frame(&frame).map(|log| Log { on_change: kind.is_on_change(), ..log });
+    let mut seen = Seen {
+        kind,
+        rows: frame.rows,
+        columns: columns(&frame),
+        clock_s: None,
+        gaps_s: Vec::new(),
+        happened: Vec::new(),
+        warnings: frame.warnings.clone(),
+        unusable: None,
+        layout: frame.layout.clone(),
+    };
+    match read {
+        Ok(log) => {
+            let end = log.time_s.last().copied().unwrap_or(0.0);
+            seen.clock_s = Some([end, median_step(&log.time_s)]);
+            if !log.on_change {
+                seen.gaps_s = gaps(&log.time_s);
+            }
+            seen.happened = happened(&log, frame.numbers("feed_override_percent").as_deref());
+            seen.warnings = [log.warnings.clone(), oddities::of(&log)].concat();
+        }
+        Err(error) => seen.unusable = Some(error.to_string()),
+    }
+    Ok(seen)
+}
+
+impl Seen {
+    /// The mapping that is proposed: theirs, ours.
+    pub fn proposed(&self) -> Vec<(String, String)> {
+        let of = |column: &SeenColumn| Some((column.name.clone(), column.proposed.clone()?));
+        self.columns.iter().filter_map(of).collect()
+    }
+}
+
+fn columns(frame: &Frame) -> Vec<SeenColumn> {
+    let read_as = |name: &str| {
+        let base = quantity(name).0;
+        OURS.iter().find(|(ours, _)| *ours == base).map(|(_, column)| *column)
+    };
+    let mut taken: Vec<&str> = Vec::new();
+    let mut columns: Vec<SeenColumn> = Vec::new();
+    for name in frame.names() {
+        let first = read_as(name).filter(|column| !taken.contains(column));
+        taken.extend(first);
+        let values = frame.numbers(name).unwrap_or_default();
+        let known = values.iter().filter(|value| value.is_finite());
+        let range = known.clone().fold(None, |range: Option<[f64; 2]>, value| {
+            let [least, most] = range.unwrap_or([*value, *value]);
+            Some([least.min(*value), most.max(*value)])
+        });
+        let empty = frame.text(name).map_or(0, |cells| cells.iter().filter(|cell| cell.is_empty()).count());
+        columns.push(SeenColumn {
+            name: name.clone(),
+            read_as: first,
+            proposed: None,
+            range,
+            missing_percent: 100.0 * empty as f64 / frame.rows.max(1) as f64,
+        });
+    }
+    for column in columns.iter_mut().filter(|column| column.read_as.is_none() && column.range.is_some()) {
+        let proposed = proposal(&column.name).filter(|(ours, _)| !taken.contains(ours));
+        taken.extend(proposed.as_ref().map(|(ours, _)| *ours));
+        column.proposed = proposed.map(|(_, text)| text);
+    }
+    columns
+}
+
+/// The column that the words of a name speak for, with the unit that the name carries.
+fn proposal(name: &str) -> Option<(&'static str, String)> {
+    let (base, unit) = quantity(name);
+    let words: Vec<&str> = base.split('_').collect();
+    let joined = words.concat();
+    let fits = |listed: &&[&str]| listed.iter().any(|word| words.contains(word) || joined == *word);
+    let (_, ours) = WORDS.iter().find(|(listed, _)| fits(listed))?;
+    let (own, own_unit) = quantity(ours);
+    let measures = unit.zip(own_unit).is_none_or(|(theirs, ours)| crate::units::header_factor(theirs, ours).is_some());
+    measures.then(|| (*ours, unit.map_or((*ours).to_owned(), |unit| format!("{own}_{unit}"))))
+}
+
+/// Shortest time that something lasts before it is told, s: below it, a tool change or a corner.
+const TOLD_S: f64 = 2.0;
+
+fn happened(log: &Log, override_percent: Option<&[f64]>) -> Vec<Happened> {
+    let mut found = Vec::new();
+    if let Some(rps) = &log.rps {
+        found.extend(stretches(log, |i| rps[i] < 0.1, |_| "the spindle stands".to_owned()));
+    }
+    if let Some([x, y, z]) = &log.position_mm {
+        let still = |i: usize| i > 0 && x[i] == x[i - 1] && y[i] == y[i - 1] && z[i] == z[i - 1];
+        found.extend(stretches(log, still, |_| "the axes stand".to_owned()));
+    }
+    if let Some(percent) = override_percent.filter(|values| values.len() == log.time_s.len()) {
+        let off = |i: usize| percent[i].is_finite() && (percent[i] - 100.0).abs() > 0.5;
+        found.extend(stretches(log, off, |i| format!("feed override at {} %", percent[i])));
+    }
+    found.sort_by(|a, b| a.time_s[0].total_cmp(&b.time_s[0]));
+    found
+}
+
+fn stretches(log: &Log, holds: impl Fn(usize) -> bool, what: impl Fn(usize) -> String) -> Vec<Happened> {
+    let mut found = Vec::new();
+    let mut begin = None;
+    for i in 0..=log.time_s.len() {
+        match (i < log.time_s.len() && holds(i), begin) {
+            (true, None) => begin = Some(i),
+            (false, Some(from)) => {
+                let time_s = [log.time_s[from], log.time_s[i.min(log.time_s.len() - 1)]];
+                if time_s[1] - time_s[0] >= TOLD_S {
+                    found.push(Happened { time_s, what: what(from) });
+                }
+                begin = None;
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_other_software_are_proposed_with_their_units() {
+        let of = |name: &str| proposal(name).map(|(_, text)| text);
+        assert_eq!(of("spindel_leistung_kw").as_deref(), Some("spindle_power_kw"));
+        assert_eq!(of("auslastung_percent").as_deref(), Some("spindle_load_percent"));
+        assert_eq!(of("x_ist_mm").as_deref(), Some("x_mm"));
+        assert_eq!(of("drehzahl").as_deref(), Some("spindle_rpm"));
+        assert_eq!(of("temperature_c"), None);
+        // A power in amperes is none.
+        assert_eq!(of("power_meter_a"), None);
+    }
+}
