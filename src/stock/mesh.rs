@@ -82,6 +82,30 @@ pub fn read_stl(bytes: &[u8]) -> Result<(Mesh, Vec<String>), MeshError> {
     Ok((mesh, notes))
 }
 
+/// Reads a mesh as a surface, which need not be closed; it looks up. The notes say what was repaired.
+pub fn read_surface(bytes: &[u8]) -> Result<(Mesh, Vec<String>), MeshError> {
+    let mut notes = Vec::new();
+    let mut mesh = weld(&corners(bytes)?, 0.0);
+    clean(&mut mesh, &mut notes);
+    if mesh.triangles.is_empty() {
+        return Err(MeshError::Empty);
+    }
+    orient(&mut mesh, &mut notes)?;
+    if has_gaps(&mesh) {
+        let level = |[a, b, c]: &[u32; 3]| {
+            let [a, b, c] = [*a, *b, *c].map(|k| mesh.vertices[k as usize]);
+            (b - a).cross(&(c - a)).z
+        };
+        if mesh.triangles.iter().map(level).sum::<f64>() < 0.0 {
+            mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            notes.push("the surface looked down and was turned".into());
+        }
+    } else {
+        outward(&mut mesh, &mut notes);
+    }
+    Ok((mesh, notes))
+}
+
 /// Corners of all triangles, three a triangle.
 fn corners(bytes: &[u8]) -> Result<Vec<Vec3>, MeshError> {
     let count = bytes.get(80..84).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);

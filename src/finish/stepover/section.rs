@@ -1,0 +1,328 @@
+//! What a finishing pass cuts at one place, in the plane across its feed. In: the tool on the surface, the pass before it, the
+//! stock. Out: engaged arcs of the tool's rings, and the scallop left between the two passes.
+//!
+//! Axes in that plane: e₁ level, to the left of the feed; e₂ = t × e₁. The surface there is a circle of curvature κ (positive
+//! concave, seen from the tool) through the point of contact c with the normal n; a point q lies above it by
+//!
+//! s(q) = (2 n·v − κ v²) / (1 + √(1 − 2κ n·v + κ² v²)), v = q − c.
+//!
+//! Stock is where s < d, the normal thickness left by the operation before, and where the pass beside did not cut: its ball of
+//! radius r, drawn along the feed, leaves a circle, widened by the bottom flat along e₁ and open upwards (the shank goes on).
+//! A point of a ring at the immersion angle φ lies at ρ(cos φ e₁ + sin φ f) + z k from the tip, f the level direction of the feed;
+//! it is projected along the feed, which is exact where the passes run straight.
+
+use super::shape::Shape;
+use crate::engage::EngagedArc;
+use crate::machine::Slice;
+use crate::path::Vec3;
+use std::f64::consts::{PI, TAU};
+
+/// Angles looked at on a ring, its ends included; between two of them that differ the border is halved out.
+const LOOKS: usize = 40;
+/// Halvings of a border: 10° to a millionth of a radian.
+const HALVINGS: usize = 18;
+
+/// What is known of the surface and the stock where the tool touches.
+#[derive(Debug, Clone, Copy)]
+pub struct Ground {
+    /// Point of contact, mm.
+    pub contact: Vec3,
+    /// Unit normal there, into the tool.
+    pub normal: Vec3,
+    /// Curvature of the surface across the feed, 1/mm; positive: concave.
+    pub curvature_per_mm: f64,
+    /// Thickness of the stock along the normal, mm.
+    pub stock_mm: f64,
+}
+
+/// What has been cut beside this pass.
+#[derive(Debug, Clone, Copy)]
+pub enum Beside {
+    /// A pass with its tip here.
+    Pass(Vec3),
+    /// The stock ends here, on the side of this point that is away from the tool.
+    Edge(Vec3),
+}
+
+/// The plane across the feed, with the tool in it.
+#[derive(Debug, Clone, Copy)]
+pub struct Section {
+    shape: Shape,
+    tip: Vec3,
+    tangent: Vec3,
+    across: [Vec3; 2],
+    contact: [f64; 2],
+    normal: [f64; 2],
+    curvature: f64,
+    stock_mm: f64,
+    beside: Near,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Near {
+    /// Middle of the ball of the pass beside.
+    Pass([f64; 2]),
+    /// Where the stock ends, and to which side (±1) there is none.
+    Edge(f64, f64),
+}
+
+impl Section {
+    /// The section at a tip under a feed in the unit direction `tangent`, which is not upright.
+    pub fn new(shape: Shape, tip: Vec3, tangent: Vec3, ground: &Ground, beside: Beside) -> Self {
+        let e1 = Vec3::new(-tangent.y, tangent.x, 0.0).normalize();
+        let across = [e1, tangent.cross(&e1)];
+        let flat = |p: &Vec3| across.map(|e| p.dot(&e));
+        let normal = flat(&ground.normal);
+        let length = normal[0].hypot(normal[1]);
+        let ball = |tip: &Vec3| flat(&(tip + shape.corner_mm * Vec3::z()));
+        let near = match beside {
+            Beside::Pass(tip) => Near::Pass(ball(&tip)),
+            Beside::Edge(at) => {
+                let at = flat(&at)[0];
+                Near::Edge(at, (at - flat(&tip)[0]).signum())
+            }
+        };
+        Self {
+            shape,
+            tip,
+            tangent,
+            across,
+            contact: flat(&ground.contact),
+            normal: normal.map(|n| n / length),
+            curvature: ground.curvature_per_mm,
+            stock_mm: ground.stock_mm,
+            beside: near,
+        }
+    }
+
+    /// Height of a point of the plane above the surface, mm.
+    fn above(&self, q: [f64; 2]) -> f64 {
+        let v = [q[0] - self.contact[0], q[1] - self.contact[1]];
+        let (along, square, k) =
+            (self.normal[0] * v[0] + self.normal[1] * v[1], v[0] * v[0] + v[1] * v[1], self.curvature);
+        let root = (1.0 - 2.0 * k * along + k * k * square).max(0.0).sqrt();
+        (2.0 * along - k * square) / (1.0 + root)
+    }
+
+    /// How far a point of the plane lies outside what the tool cut on the pass beside, mm; negative inside.
+    fn outside(&self, q: [f64; 2]) -> f64 {
+        match self.beside {
+            Near::Edge(at, side) => (at - q[0]) * side,
+            Near::Pass(ball) => {
+                let level = ((q[0] - ball[0]).abs() - self.shape.flat_mm).max(0.0);
+                let down = (ball[1] - q[1]).max(0.0);
+                level.hypot(down) - self.shape.corner_mm
+            }
+        }
+    }
+
+    /// Positive in stock.
+    fn stock(&self, q: [f64; 2]) -> f64 {
+        (self.stock_mm - self.above(q)).min(self.outside(q))
+    }
+
+    /// Engaged arcs of rings, sorted by ring.
+    pub fn arcs(&self, rings: &[Slice]) -> Vec<EngagedArc> {
+        let mut arcs = Vec::new();
+        for (index, ring) in rings.iter().enumerate() {
+            self.arcs_of(ring, &mut |entry, exit| {
+                arcs.push(EngagedArc { slice: index as u16, entry_rad: entry as f32, exit_rad: exit as f32 });
+            });
+        }
+        arcs
+    }
+
+    fn arcs_of(&self, ring: &Slice, put: &mut dyn FnMut(f64, f64)) {
+        let Some([from, to]) = self.leading(ring) else { return };
+        let level = self.tangent.x.hypot(self.tangent.y);
+        let forward = Vec3::new(self.tangent.x, self.tangent.y, 0.0) / level;
+        let middle = self.tip + ring.z_mm * Vec3::z();
+        let flat = |p: &Vec3| self.across.map(|e| p.dot(&e));
+        let (middle, forward, left) = (flat(&middle), flat(&forward), flat(&self.across[0]));
+        let stock = |phi: f64| {
+            let (sin, cos) = phi.sin_cos();
+            let at = |k: usize| middle[k] + ring.radius_mm * (cos * left[k] + sin * forward[k]);
+            self.stock([at(0), at(1)])
+        };
+        let at = |k: usize| from + (to - from) * k as f64 / (LOOKS - 1) as f64;
+        let (mut before, mut entry) = (stock(from), None);
+        if before > 0.0 {
+            entry = Some(from);
+        }
+        for k in 1..LOOKS {
+            let here = stock(at(k));
+            if (here > 0.0) != (before > 0.0) {
+                let border = border(&stock, at(k - 1), at(k));
+                match entry.take() {
+                    Some(entry) => put(entry, border),
+                    None => entry = Some(border),
+                }
+            }
+            before = here;
+        }
+        if let Some(entry) = entry {
+            put(entry, to);
+        }
+    }
+
+    /// Angles at which a ring cuts forward: where its normal has a part along the feed.
+    fn leading(&self, ring: &Slice) -> Option<[f64; 2]> {
+        let swing = self.tangent.x.hypot(self.tangent.y) * ring.normal_r;
+        let base = self.tangent.z * ring.normal_z;
+        if base + swing <= 1e-12 {
+            return None;
+        }
+        if base >= swing {
+            return Some([-0.5 * PI, -0.5 * PI + TAU]);
+        }
+        let low = (-base / swing).clamp(-1.0, 1.0).asin();
+        Some([low, PI - low])
+    }
+
+    /// Height of the scallop between this pass and the one beside, mm; 0 beside an edge.
+    pub fn scallop_mm(&self) -> f64 {
+        let Near::Pass(before) = self.beside else { return 0.0 };
+        let centre = self.tip + self.shape.corner_mm * Vec3::z();
+        let here = self.across.map(|e| centre.dot(&e));
+        let cusp =
+            if self.shape.flat_mm > 0.0 { self.widened_cusp(here, before) } else { self.ball_cusp(here, before) };
+        cusp.map_or(f64::INFINITY, |q| self.above(q).max(0.0))
+    }
+
+    /// Where two circles meet below their middles.
+    fn ball_cusp(&self, here: [f64; 2], before: [f64; 2]) -> Option<[f64; 2]> {
+        let (dx, dy) = (before[0] - here[0], before[1] - here[1]);
+        let apart = dx.hypot(dy);
+        let r = self.shape.corner_mm;
+        if apart >= 2.0 * r {
+            return None;
+        }
+        if apart < 1e-9 {
+            return Some([here[0] - r * self.normal[0], here[1] - r * self.normal[1]]);
+        }
+        let (down, half) = ((r * r - 0.25 * apart * apart).sqrt(), 0.5);
+        let side = [-dy / apart, dx / apart];
+        // Of the two, the one towards the surface.
+        let sign = if side[0] * self.normal[0] + side[1] * self.normal[1] > 0.0 { -1.0 } else { 1.0 };
+        Some([here[0] + half * dx + sign * down * side[0], here[1] + half * dy + sign * down * side[1]])
+    }
+
+    /// Where the lower sides of two bull-nose ends meet between their middles.
+    fn widened_cusp(&self, here: [f64; 2], before: [f64; 2]) -> Option<[f64; 2]> {
+        let Shape { flat_mm: a, corner_mm: r } = self.shape;
+        let low = |ball: [f64; 2], x: f64| {
+            let q = ((x - ball[0]).abs() - a).max(0.0);
+            if q < r { ball[1] - (r * r - q * q).sqrt() } else { f64::INFINITY }
+        };
+        let higher_here = |x: f64| low(here, x) > low(before, x);
+        let (mut near, mut far) = (here[0], before[0]);
+        if higher_here(near) || !higher_here(far) {
+            // One is below the other all the way: the cusp is at the outer end of the higher one.
+            let steep = if higher_here(near) { near } else { far };
+            let z = low(here, steep).max(low(before, steep));
+            return z.is_finite().then_some([steep, z]);
+        }
+        for _ in 0..40 {
+            let middle = 0.5 * (near + far);
+            if higher_here(middle) {
+                far = middle;
+            } else {
+                near = middle;
+            }
+        }
+        let z = low(here, near);
+        z.is_finite().then_some([near, z])
+    }
+}
+
+/// Where the sign of a function changes between two angles.
+fn border(of: &dyn Fn(f64) -> f64, from: f64, to: f64) -> f64 {
+    let (mut a, mut b, inside) = (from, to, of(from) > 0.0);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (a + b);
+        if (of(middle) > 0.0) == inside {
+            a = middle;
+        } else {
+            b = middle;
+        }
+    }
+    0.5 * (a + b)
+}
+
+/// Scallop height between two passes of a ball of radius `r`, its middles `apart` mm, on a surface whose curvature across
+/// the passes is κ (positive concave), in closed form: with ρ = 1/κ and middles at ρ − r from the centre of curvature
+/// h = ρ − √((ρ − r)² − (p/2)²) − √(r² − (p/2)²); on a plane h = r − √(r² − (p/2)²), mm.
+pub fn ball_scallop_mm(r: f64, curvature_per_mm: f64, apart_mm: f64) -> f64 {
+    let half = 0.5 * apart_mm;
+    let down = (r * r - half * half).max(0.0).sqrt();
+    if curvature_per_mm == 0.0 {
+        return r - down;
+    }
+    let rho = curvature_per_mm.recip();
+    let to_middle = ((rho - r) * (rho - r) - half * half).max(0.0).sqrt() * rho.signum();
+    rho - to_middle - down
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane(slope_rad: f64, curvature_per_mm: f64) -> Ground {
+        let normal = Vec3::new(0.0, -slope_rad.sin(), slope_rad.cos());
+        Ground { contact: Vec3::zeros(), normal, curvature_per_mm, stock_mm: 0.1 }
+    }
+
+    /// Scallops of a ball on slopes, in hollows and on crowns, against the closed form.
+    #[test]
+    fn scallops_of_a_ball_are_those_of_the_closed_form() {
+        let r = 3.0;
+        for slope_deg in [0.0f64, 20.0, 60.0, 80.0] {
+            for curvature in [0.0, 0.05, -0.05, 0.2, -0.2] {
+                let (sin, cos) = slope_deg.to_radians().sin_cos();
+                let ground = plane(slope_deg.to_radians(), curvature);
+                let middle = ground.normal * r;
+                // The middle of the pass beside on the parallel curve, one turn of 0.1 rad or 0.4 mm away.
+                let uphill = Vec3::new(0.0, cos, sin);
+                let before = if curvature == 0.0 {
+                    middle - 0.4 * uphill
+                } else {
+                    let rho = 1.0 / curvature;
+                    let (s, c) = (0.4f64 / (rho - r)).sin_cos();
+                    ground.normal * rho - (rho - r) * (ground.normal * c + uphill * s)
+                };
+                let tip = |middle: Vec3| middle - r * Vec3::z();
+                let section = Section::new(Shape::ball(r), tip(middle), Vec3::x(), &ground, Beside::Pass(tip(before)));
+                let expected = ball_scallop_mm(r, curvature, (middle - before).norm());
+                let found = section.scallop_mm();
+                assert!((found - expected).abs() < 1e-9, "{slope_deg} {curvature}: {found} {expected}");
+            }
+        }
+    }
+
+    /// On a floor a bull-nose end leaves a scallop only where its corners meet: with flats that overlap none.
+    #[test]
+    fn a_bull_nose_leaves_no_scallop_on_a_floor_until_its_flats_part() {
+        let shape = Shape { flat_mm: 2.0, corner_mm: 1.0 };
+        let ground = plane(0.0, 0.0);
+        let at = |y: f64| {
+            Section::new(shape, Vec3::zeros(), Vec3::x(), &ground, Beside::Pass(Vec3::new(0.0, -y, 0.0))).scallop_mm()
+        };
+        assert!(at(3.9) < 1e-9);
+        assert!((at(4.6) - (1.0 - (1.0f64 - 0.09).sqrt())).abs() < 1e-9);
+        assert!(at(6.1).is_infinite());
+    }
+
+    /// A level slot in stock of 0.1 mm over a floor: a ring at z meets stock on its whole leading half while z < 0.1 mm.
+    #[test]
+    fn a_slot_engages_the_leading_half_of_the_rings_below_the_stock() {
+        let ground = plane(0.0, 0.0);
+        let far = Beside::Edge(Vec3::new(0.0, -10.0, 0.0));
+        let section = Section::new(Shape::ball(3.0), Vec3::zeros(), Vec3::x(), &ground, far);
+        let rings = crate::machine::Profile::ball(6.0, 6.0).slices(0.02);
+        let arcs = section.arcs(&rings);
+        let below = rings.iter().filter(|ring| ring.z_mm < 0.1).count();
+        assert_eq!(arcs.len(), below);
+        let whole = |arc: &&EngagedArc| arc.entry_rad.abs() < 1e-5 && (f64::from(arc.exit_rad) - PI).abs() < 1e-5;
+        assert_eq!(arcs.iter().filter(whole).count(), below);
+    }
+}

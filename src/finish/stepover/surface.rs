@@ -1,0 +1,170 @@
+//! The surface to be finished: triangles as the drop-cutter wants them. In: the bytes of an STL file. Out: triangles, which of
+//! their edges and corners lie on the rim of what is machined, what was repaired; or why the surface cannot be used.
+//!
+//! An open surface is welcome. What is machined are the facets that look up and are no steeper than a limit; their rim is where
+//! the surface ends or becomes steeper. A hole in the surface is an outline inside the largest one: the tool would sink
+//! into it by r − √(r² − w²/4).
+
+use super::shape::Shape;
+use crate::machine::Box3;
+use crate::path::Vec3;
+use crate::stock::{Mesh, MeshError, mesh};
+use std::collections::HashMap;
+
+/// Mark of a triangle whose edge k lies on the rim: this, shifted by k.
+pub const RIM_EDGE: u8 = 1;
+/// Mark of a triangle whose corner k lies on the rim: this, shifted by k.
+pub const RIM_CORNER: u8 = 8;
+/// Mark of a triangle that is not machined: too steep, or looking down.
+pub const STEEP: u8 = 64;
+
+/// A surface to be finished.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    /// Corners of the triangles, mm.
+    pub triangles: Vec<[Vec3; 3]>,
+    /// Marks of each.
+    pub marks: Vec<u8>,
+    /// Outlines where the surface ends, the longest first.
+    pub outlines: Vec<Outline>,
+    /// Smallest box that holds it, mm.
+    pub extent: Box3,
+    /// What was repaired, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// A closed line of open edges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outline {
+    /// Length, mm.
+    pub length_mm: f64,
+    /// Smallest box about it, mm.
+    pub low: Vec3,
+    /// Its other corner, mm.
+    pub high: Vec3,
+}
+
+impl Outline {
+    /// Its narrower side in the plane, mm.
+    pub fn width_mm(&self) -> f64 {
+        (self.high.x - self.low.x).min(self.high.y - self.low.y)
+    }
+}
+
+impl Surface {
+    /// Reads a surface; `factor` brings its numbers to mm, facets steeper than `steepest_rad` are not machined.
+    pub fn read(bytes: &[u8], factor: f64, steepest_rad: f64) -> Result<Self, MeshError> {
+        let (mut mesh, notes) = mesh::read_surface(bytes)?;
+        mesh.vertices.iter_mut().for_each(|p| *p *= factor);
+        Ok(Self::of_mesh(&mesh, steepest_rad, notes))
+    }
+
+    /// The surface of a mesh.
+    pub fn of_mesh(mesh: &Mesh, steepest_rad: f64, notes: Vec<String>) -> Self {
+        let corner = |k: u32| mesh.vertices[k as usize];
+        let triangles: Vec<[Vec3; 3]> = mesh.triangles.iter().map(|ids| ids.map(corner)).collect();
+        let least = steepest_rad.cos();
+        let machined = |[a, b, c]: &[Vec3; 3]| {
+            let across = (b - a).cross(&(c - a));
+            across.z >= least * across.norm()
+        };
+        let steep: Vec<bool> = triangles.iter().map(|triangle| !machined(triangle)).collect();
+        let (marks, outlines) = rims(mesh, &steep);
+        Self { triangles, marks, outlines, extent: mesh.extent(), notes }
+    }
+
+    /// The same turned about Z, counter-clockwise.
+    #[must_use]
+    pub fn turned(mut self, angle_rad: f64) -> Self {
+        let (sin, cos) = angle_rad.sin_cos();
+        let turn = |p: &mut Vec3| (p.x, p.y) = (cos * p.x - sin * p.y, sin * p.x + cos * p.y);
+        self.triangles.iter_mut().flatten().for_each(turn);
+        let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+        let corners = self.triangles.iter().flatten();
+        let (min, max) = corners.fold(start, |(low, high), p| (low.inf(p), high.sup(p)));
+        self.extent = Box3 { min, max };
+        self
+    }
+
+    /// Holes into which a tool sinks by more than `tolerance_mm`.
+    pub fn holes(&self, shape: Shape, tolerance_mm: f64) -> Vec<Outline> {
+        let sinks = |hole: &&Outline| {
+            let half = 0.5 * hole.width_mm() - shape.flat_mm;
+            half > 0.0 && shape.height(shape.flat_mm + half).is_none_or(|by_mm| by_mm > tolerance_mm)
+        };
+        // The longest outline is where the surface ends, unless it has a bottom and ends nowhere.
+        self.outlines.iter().skip(1).filter(sinks).copied().collect()
+    }
+
+    /// Its area seen from above where it is machined, mm².
+    pub fn machined_mm2(&self) -> f64 {
+        let level = |[a, b, c]: &[Vec3; 3]| 0.5 * (b - a).cross(&(c - a)).z;
+        self.triangles.iter().zip(&self.marks).filter(|(_, marks)| **marks & STEEP == 0).map(|(t, _)| level(t)).sum()
+    }
+}
+
+/// Marks of the triangles, and the outlines of a mesh.
+fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u8>, Vec<Outline>) {
+    let mut edges: Vec<(u32, u32, u32, u8)> = Vec::with_capacity(3 * mesh.triangles.len());
+    for (index, ids) in mesh.triangles.iter().enumerate() {
+        for k in 0..3u8 {
+            let (a, b) = (ids[k as usize], ids[(k as usize + 1) % 3]);
+            edges.push((a.min(b), a.max(b), index as u32, k));
+        }
+    }
+    edges.sort_unstable();
+    let mut marks: Vec<u8> = steep.iter().map(|steep| if *steep { STEEP } else { 0 }).collect();
+    let mut on_rim = vec![false; mesh.vertices.len()];
+    let mut open = Vec::new();
+    for group in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let machined = group.iter().filter(|edge| !steep[edge.2 as usize]).count();
+        if group.len() == 1 {
+            open.push((group[0].0, group[0].1));
+        }
+        if machined == 1 {
+            for edge in group {
+                marks[edge.2 as usize] |= RIM_EDGE << edge.3;
+            }
+            on_rim[group[0].0 as usize] = true;
+            on_rim[group[0].1 as usize] = true;
+        }
+    }
+    for (marks, ids) in marks.iter_mut().zip(&mesh.triangles) {
+        for k in 0..3 {
+            *marks |= if on_rim[ids[k] as usize] { RIM_CORNER << k } else { 0 };
+        }
+    }
+    (marks, outlines(mesh, &open))
+}
+
+/// Joins open edges that share a vertex, the longest outline first.
+fn outlines(mesh: &Mesh, open: &[(u32, u32)]) -> Vec<Outline> {
+    let mut beside: HashMap<u32, Vec<usize>> = HashMap::new();
+    for (k, (a, b)) in open.iter().enumerate() {
+        beside.entry(*a).or_default().push(k);
+        beside.entry(*b).or_default().push(k);
+    }
+    let mut seen = vec![false; open.len()];
+    let mut found = Vec::new();
+    for start in 0..open.len() {
+        let mut outline =
+            Outline { length_mm: 0.0, low: Vec3::repeat(f64::INFINITY), high: Vec3::repeat(f64::NEG_INFINITY) };
+        let mut stack = vec![start];
+        while let Some(k) = stack.pop() {
+            if std::mem::replace(&mut seen[k], true) {
+                continue;
+            }
+            let ends = [open[k].0, open[k].1];
+            let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
+            outline.length_mm += (b - a).norm();
+            outline.low = outline.low.inf(&a).inf(&b);
+            outline.high = outline.high.sup(&a).sup(&b);
+            stack.extend(ends.iter().flat_map(|v| &beside[v]).filter(|k| !seen[**k]));
+        }
+        if outline.length_mm > 0.0 {
+            found.push(outline);
+        }
+    }
+    found.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
+    found
+}
