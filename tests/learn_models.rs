@@ -73,6 +73,48 @@ fn response_finds_its_plane_in_spite_of_an_outlier() {
     assert!(miss(Loss::Tukey) < 0.05 && miss(Loss::Squares) > 3.0 * miss(Loss::Tukey), "{}", miss(Loss::Tukey));
 }
 
+/// Every term of the polynomial of Kakino and Ibaraki comes back, in mm and about the middle of the table; where the table has
+/// two chips only, the square of the chip cannot be told and is said.
+#[test]
+fn response_finds_all_six_terms_where_the_table_tells_them() {
+    let names = ["b0", "b_l", "b_t", "b_ll", "b_tt", "b_lt"];
+    let truth = [40.0, 12.0, 900.0, 1.5, 4000.0, 150.0];
+    let table = |feeds: &[f64]| {
+        let mut noise = Noise(3);
+        let mut csv = format!("{HEAD},force_xy_n\n");
+        for (b, f) in [0.5, 1.5, 3.0, 5.0, 10.0].into_iter().flat_map(|b| feeds.iter().map(move |f| (b, *f))) {
+            let theta = (1.0 - b / 5.0f64).acos();
+            let (l, t) = (5.0 * theta, f * if theta > 0.5 * PI { 1.0 } else { theta.sin() });
+            let terms = [1.0, l, t, l * l, t * t, l * t];
+            let force: f64 = terms.iter().zip(truth).map(|(x, b)| x * b).sum::<f64>() + 0.1 * noise.normal();
+            let _ = writeln!(csv, "g{b},6000,{f},3,{b},down,10,3,{force}");
+        }
+        calibrated(&csv, "response", CalibrateOptions::default())
+    };
+    let whole = table(&[0.02, 0.05, 0.1]);
+    assert_eq!(whole.parameters.len(), 6, "{whole:?}");
+    for (name, truth) in names.iter().zip(truth) {
+        let (found, error) = value(&whole, name);
+        assert!((found - truth).abs() < 4.0 * error && error < 0.3 * truth, "{name}: {found} ± {error} for {truth}");
+    }
+    // b0 as a polynomial about the middle of the table: β₀ is the force there.
+    let derived = |name: &str| whole.derived.iter().find(|v| v.name == name).unwrap().value;
+    let (l, t) = (derived("x1_middle"), derived("x2_middle"));
+    let middle: f64 = [1.0, l, t, l * l, t * t, l * t].iter().zip(names).map(|(x, n)| x * value(&whole, n).0).sum();
+    assert!((derived("beta_0") / middle - 1.0).abs() < 1e-9);
+    let flat =
+        "group,spindle_rpm,feed_per_tooth_mm,axial_depth_mm,radial_depth_mm,side,diameter_mm,flutes,force_xy_n\n";
+    let mut csv = flat.to_owned();
+    for (k, f) in [0.02, 0.04, 0.06, 0.08].into_iter().cycle().take(8).enumerate() {
+        let b = if k < 4 { 1.0 } else { 4.0 };
+        let theta = (1.0 - b / 5.0f64).acos();
+        let (l, t) = (5.0 * theta, f * theta.sin());
+        let _ = writeln!(csv, "g{b},6000,{f},3,{b},down,10,3,{}", 40.0 + 12.0 * l + 900.0 * t + 9000.0 * t * t);
+    }
+    let two = calibrated(&csv, "response", CalibrateOptions::default());
+    assert!(two.notes.iter().any(|note| note.contains("cannot tell b_ll")), "{:?}", two.notes);
+}
+
 #[test]
 fn force_from_power_is_stated_as_uncertain_as_it_is() {
     let row = |shape: &str| {
