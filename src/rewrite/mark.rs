@@ -5,7 +5,8 @@
 //! the feed it stands for ([`super::memory`]). A note follows an F word that was changed:
 //! `FW F1240 was 600 power 98% T3` says the feed in force, the feed of the program it was optimised from, what bounds it,
 //! how much of that limit is used, and the tool. `FW F600 kept` stands where a feed is restated. Where notes are not wanted or do
-//! not fit their lines, `FW WAS 600x12 800` behind the header lists those feeds in the order of the F words. Only comments of exactly
+//! not fit their lines, `FW WAS 600x12 800` behind the header lists those feeds in the order of the F words.
+//! `FW CHECK 2 CYCLE 1` stands where force or power is to be read for the life of the tool ([`super::checks`]). Only comments of exactly
 //! this grammar are ours; everything else in a comment belongs to the user. The words are plain ASCII without brackets or
 //! quotes, so that every dialect can carry them in its own comment form.
 
@@ -21,6 +22,8 @@ const HEADER: &str = "FEEDWRIGHT";
 const NOTE: &str = "FW";
 /// Second word of a list of original feeds.
 const WAS: &str = "WAS";
+/// Second word of the mark of a check point.
+const CHECK: &str = "CHECK";
 
 /// What a note says.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -48,6 +51,13 @@ pub enum Ours {
     Note(Note),
     /// F numbers of the program that the file was optimised from, each with how many F words in a row stand for it.
     Was(Vec<(String, usize)>),
+    /// Here force or power is to be read.
+    Check {
+        /// Number of the check point.
+        number: u32,
+        /// Number of the cut in it.
+        cycle: u32,
+    },
 }
 
 /// Text of the header comment.
@@ -63,6 +73,18 @@ pub fn run_text(was: &str, count: usize) -> String {
 /// Text of a comment that lists original feeds.
 pub fn was_text(runs: &[String]) -> String {
     format!("{NOTE} {WAS} {}", runs.join(" "))
+}
+
+/// Text of the comment before a cut of a check point.
+pub fn check_text(number: u32, cycle: u32) -> String {
+    format!("{NOTE} {CHECK} {number} CYCLE {cycle}")
+}
+
+fn read_check(text: &str) -> Option<Ours> {
+    let mut words = text.split(' ').skip(2);
+    let number = words.next()?.parse().ok()?;
+    let cycle = words.nth(1)?.parse().ok()?;
+    (check_text(number, cycle) == text).then_some(Ours::Check { number, cycle })
 }
 
 fn read_was(words: std::str::Split<'_, char>) -> Option<Ours> {
@@ -142,7 +164,7 @@ pub fn read(comment: &[u8]) -> Option<Ours> {
     if words.next() == Some(NOTE) && words.next() == Some(WAS) {
         return read_was(words);
     }
-    Note::read(inner).map(Ours::Note)
+    read_check(inner).or_else(|| Note::read(inner).map(Ours::Note))
 }
 
 /// Does the program carry our mark?
@@ -220,6 +242,9 @@ mod tests {
             "(fw F600)",
             "(FW  F600)",
             "(FW F)",
+            "(FW CHECK 1)",
+            "(FW CHECK 1 CYCLE 01)",
+            "(FW CHECK 1 CYCLE 1 MORE)",
             "(FW WAS)",
             "(FW WAS 600x1)",
             "(FW WAS 600 MORE)",

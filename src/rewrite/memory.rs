@@ -72,7 +72,7 @@ impl Memory {
                     let each = runs.into_iter().flat_map(|(was, count)| std::iter::repeat_n(was, count));
                     listed.extend(each.take(room));
                 }
-                Ours::Note(_) => {}
+                Ours::Note(_) | Ours::Check { .. } => {}
             }
         }
         let whole = listed.is_empty() || listed.len() == words.len();

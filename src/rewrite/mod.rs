@@ -2,6 +2,7 @@
 //! have. Out: its bytes with F words changed or put in, blocks cut where the feed changes inside them, and comments of our
 //! own; everything else byte for byte as it was.
 
+mod checks;
 pub mod decimal;
 pub mod edit;
 mod emit;
@@ -17,6 +18,7 @@ pub mod verify;
 mod view;
 mod write;
 
+pub use checks::{CheckMark, checks, with_checks};
 pub use freeze::freeze;
 pub use mark::{is_ours, strip};
 pub use reference::{Reference, forgets, references};

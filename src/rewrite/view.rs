@@ -135,7 +135,7 @@ impl View {
     pub fn note(&self) -> Option<(&Span, &mark::Note)> {
         self.ours.iter().find_map(|(span, ours)| match ours {
             Ours::Note(note) => Some((span, note)),
-            Ours::Header(_) | Ours::Was(_) => None,
+            Ours::Header(_) | Ours::Was(_) | Ours::Check { .. } => None,
         })
     }
 }
