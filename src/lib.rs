@@ -16,6 +16,7 @@ pub mod schedule;
 pub mod rewrite;
 pub mod learn;
 pub mod finish;
+pub mod toollife;
 pub mod setup;
 pub mod report;
 pub mod job;

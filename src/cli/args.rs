@@ -95,6 +95,8 @@ pub enum Command {
     /// Read the tool libraries of other software
     #[command(subcommand)]
     Tools(Tools),
+    /// Make a tool last: check points, wear index, feeds that reach a target
+    Toollife(ToolLife),
     /// Print any stage of the pipeline
     Dump(Dump),
     /// List what is built in
@@ -170,7 +172,15 @@ impl Work {
 impl Optimize {
     /// With nothing else said.
     pub fn of(work: Work) -> Self {
-        Self { work, output: None, expand: false, accept_infeasible: false, accept_collisions: false, stress: false }
+        Self {
+            work,
+            output: None,
+            wear_budget: Vec::new(),
+            expand: false,
+            accept_infeasible: false,
+            accept_collisions: false,
+            stress: false,
+        }
     }
 }
 
@@ -194,6 +204,9 @@ pub struct Optimize {
     /// Write the program even if it cuts at rapid, or shank, holder or a fixture are touched.
     #[arg(long)]
     pub accept_collisions: bool,
+    /// Use at most this share of the life of each tool that has a law of wear in the setup, like 0.05; T3=0.05 for one tool.
+    #[arg(long, value_name = "SHARE", value_parser = life_share)]
+    pub wear_budget: Vec<crate::machine::LifeShare>,
     /// Simulate the written program again with stock, offset, coefficients, runout and override other than assumed.
     #[arg(long)]
     pub stress: bool,
@@ -505,6 +518,111 @@ pub struct LearnTable {
     pub report: Option<PathBuf>,
 }
 
+/// `toollife`.
+#[derive(Debug, Args)]
+pub struct ToolLife {
+    /// What of it.
+    #[command(subcommand)]
+    pub what: ToolLifeCommand,
+}
+
+/// Long-term regulation of the cutting load over the life of a tool.
+#[derive(Debug, Subcommand)]
+pub enum ToolLifeCommand {
+    /// Choose check points, mark them in the program, and write the first feeds with which the tool shall last
+    Plan(LifePlan),
+    /// Take what was read at check points, predict when the tool is worn out, and rewrite the feeds from the next one on
+    Update(LifeUpdate),
+}
+
+/// How feeds are regulated for a long life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Least time within the wear that the program may cause
+    Budget,
+    /// The whole profile at the force that the line to the target has at the next check point
+    Force,
+}
+
+/// What both have in common.
+#[derive(Debug, Args)]
+pub struct LifeFiles {
+    /// NC program; for update the one that plan or the last update wrote.
+    pub program: PathBuf,
+    /// Setup file; without it PROGRAM.setup.toml beside the program. Its tool needs a law of wear (wear = { … }).
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Tool; without it the only one of the program with a law of wear.
+    #[arg(long, value_name = "N")]
+    pub tool: Option<u32>,
+    /// State of the tool, read where it is there and written; without it TN.life.toml beside the program.
+    #[arg(long, value_name = "T.life.toml")]
+    pub state: Option<PathBuf>,
+    /// Where the program goes; without it PROGRAM.life.EXT, then PROGRAM.life.2.EXT … beside the program.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    /// Where the table of check points goes, to be filled in; without it beside the output, as .csv.
+    #[arg(long, value_name = "CHECKS.csv")]
+    pub table: Option<PathBuf>,
+    /// Write the report as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+    /// How the feeds are regulated.
+    #[arg(long, value_name = "HOW", default_value = "budget")]
+    pub method: Method,
+    /// Write the program even if the target cannot be reached, or limits be met, at the lowest feeds.
+    #[arg(long)]
+    pub accept_infeasible: bool,
+}
+
+/// `toollife plan`.
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("target").required(true).args(["target_length", "target_parts"])))]
+pub struct LifePlan {
+    /// Files.
+    #[command(flatten)]
+    pub files: LifeFiles,
+    /// Length that the tool shall cut in all, what it has cut already included, m.
+    #[arg(long, value_name = "M", value_parser = positive)]
+    pub target_length: Option<f64>,
+    /// Programs like this one that the tool shall still cut, this one included.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub target_parts: Option<u32>,
+    /// Probability with which it shall last.
+    #[arg(long, value_name = "SHARE", value_parser = confidence, default_value = "0.9")]
+    pub assurance: f64,
+    /// Length cut before the first check point, m; without it as between the others.
+    #[arg(long, value_name = "M", value_parser = positive)]
+    pub first: Option<f64>,
+    /// Length cut from each check point to the next, m; without it a quarter of what the program cuts.
+    #[arg(long, value_name = "M", value_parser = positive)]
+    pub every: Option<f64>,
+    /// A new tool is in the spindle: what is in the state file belongs to the old one.
+    #[arg(long)]
+    pub new_tool: bool,
+}
+
+/// `toollife update`.
+#[derive(Debug, Args)]
+pub struct LifeUpdate {
+    /// Files.
+    #[command(flatten)]
+    pub files: LifeFiles,
+    /// What was read: the table of check points with force_xy_n, force_xy_mean_n or spindle_power_w filled in; or a whole log
+    /// with positions or lines, from which the check points are cut.
+    #[arg(long, value_name = "CSV")]
+    pub measured: PathBuf,
+    /// Names of columns: THEIRS=OURS,…
+    #[arg(long, value_name = "MAP")]
+    pub columns: Option<String>,
+    /// What a sample of a force is, in a log.
+    #[arg(long, value_name = "WHAT", default_value = "peak")]
+    pub sample: SampleKind,
+    /// Time over which an instantaneous force is followed for its peak, s, in a log.
+    #[arg(long, value_name = "S")]
+    pub window: Option<f64>,
+}
+
 /// A stage of the pipeline.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum Stage {
@@ -568,6 +686,18 @@ fn own_percentile(text: &str) -> Result<f64, String> {
     percentile.filter(|percentile| (0.0..=100.0).contains(percentile)).ok_or_else(|| help.to_owned())
 }
 
+fn life_share(text: &str) -> Result<crate::machine::LifeShare, String> {
+    let (tool, share) = match text.split_once('=') {
+        Some((tool, share)) => (Some(tool), share),
+        None => (None, text),
+    };
+    let help = "write a share of the life from above 0 to 1, like 0.05 for every tool or T3=0.05 for one";
+    let number = |tool: &str| tool.strip_prefix(['T', 't']).and_then(|number| number.parse().ok());
+    let tool = tool.map(|tool| number(tool).ok_or(help)).transpose()?;
+    let share = share.parse::<f64>().ok().filter(|share| *share > 0.0 && *share <= 1.0).ok_or(help)?;
+    Ok(crate::machine::LifeShare { tool, share })
+}
+
 fn ratio(text: &str) -> Result<f64, String> {
     let ratio = text.parse::<f64>().ok().filter(|ratio| *ratio > 0.0 && ratio.is_finite());
     ratio.ok_or_else(|| "it is a ratio of feeds, after over before: 1.3 allows 30 % more".to_owned())
@@ -578,6 +708,11 @@ fn cycle_time(text: &str) -> Result<f64, String> {
     let seconds = parts.iter().try_fold(0.0, |sum, part| part.filter(|p| *p >= 0.0).map(|part| 60.0 * sum + part));
     let sound = seconds.filter(|seconds| parts.len() <= 3 && *seconds > 0.0 && seconds.is_finite());
     sound.ok_or_else(|| "write minutes and seconds, like 12:34, or 1:12:34".to_owned())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| *value > 0.0 && value.is_finite());
+    value.ok_or_else(|| "it is a length in m, above 0".to_owned())
 }
 
 fn confidence(text: &str) -> Result<f64, String> {
@@ -617,6 +752,9 @@ mod tests {
         assert!(["", "x", "1:-2", "0:0", "1:2:3:4", "nan"].iter().all(|text| cycle_time(text).is_err()));
         assert_eq!([own_percentile("self"), own_percentile("self:95")], [Ok(100.0), Ok(95.0)]);
         assert!(["", "other", "self:", "self:101", "self:nan"].iter().all(|text| own_percentile(text).is_err()));
+        let life = |text: &str| life_share(text).map(|life| (life.tool, life.share)).ok();
+        assert_eq!([life("0.05"), life("T3=1")], [Some((None, 0.05)), Some((Some(3), 1.0))]);
+        assert!(["", "0", "1.1", "3=0.5", "T=0.5", "nan"].iter().all(|text| life(text).is_none()));
         assert!(confidence("0.95").is_ok() && confidence("1").is_err() && confidence("nan").is_err());
     }
 

@@ -159,11 +159,12 @@ fn drawn(path: &Path, text: String, error: &setup::SetupError) -> CliError {
     CliError::Drawn { file: path.display().to_string(), text: text.into_bytes(), diagnostics: error.diagnostics() }
 }
 
-/// `part.setup.toml` beside `part.nc`, and beside `part.fw.nc` too.
+/// `part.setup.toml` beside `part.nc`, and beside `part.fw.nc` and `part.life.nc` too.
 pub fn beside(source: &Source) -> Option<PathBuf> {
     let path = source.path.as_ref()?;
     let stem = path.file_stem()?.to_str()?;
-    let names = [Some(stem), stem.strip_suffix(".fw")];
+    let life = stem.split_once(".life").map(|(plain, _)| plain);
+    let names = [Some(stem), stem.strip_suffix(".fw"), life];
     names
         .into_iter()
         .flatten()

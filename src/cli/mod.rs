@@ -20,6 +20,7 @@ mod plain;
 mod screen;
 mod start;
 mod subprograms;
+mod toollife;
 mod toolpath;
 mod tools;
 mod verify;
@@ -64,6 +65,7 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Init(command) => init::init(command, global, screen),
         Command::Start(command) => start::start(command, global, screen),
         Command::Tools(args::Tools::Import(command)) => tools::import(command, global, screen),
+        Command::Toollife(command) => toollife::toollife(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),
         Command::Library(command) => library::library(command),
         Command::Schema => screen::put(crate::setup::schema().as_bytes()).map(|()| Outcome::Done),

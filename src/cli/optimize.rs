@@ -12,8 +12,9 @@ use super::plain::plain;
 use super::problem;
 use super::screen::Screen;
 use super::subprograms;
-use super::work::{Done, inputs, peak_memory, run_keeping, wanted};
+use super::work::{Done, execute, inputs, peak_memory, run_keeping, task, wanted};
 use crate::job::{self, Wanted};
+use crate::machine::{Job, LifeShare, Tool};
 use crate::report::{self, Extras, HeldBack, Run, Verdict};
 
 /// Rewrites the feeds.
@@ -28,7 +29,9 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let setup = command.work.setup.as_deref();
     let beside = subprograms::folder(&target, &source);
     let wanted = Wanted { rewrites_files: beside.is_some(), ..wanted(&command.work, command.stress) };
-    let done = kept.with(|keep| run_keeping(source, setup, job::optimize, global, wanted, screen, keep))?;
+    let mut task = task(&source, setup, global, wanted)?;
+    task.job.life = budgets(&command.wear_budget, &task.job)?;
+    let done = kept.with(|keep| execute(source, task, job::optimize, global, screen, keep))?;
     kept.write()?;
     let written = done.run.written.as_ref().expect("optimize always writes");
     let to_stdout = program.is_stdout() || reports.uses_stdout();
@@ -71,6 +74,23 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     kept.write()?;
     let to_stdout = reports.uses_stdout();
     Ok(reports.write(&done, global, screen, to_stdout)?.outcome)
+}
+
+/// The budgets of wear, each for a tool whose law is known.
+fn budgets(asked: &[LifeShare], job: &Job) -> Result<Vec<LifeShare>, CliError> {
+    let known = |tool: &&Tool| tool.wear.is_some() && job.fresh_index(tool).is_some();
+    let known: Vec<u32> = job.tools.iter().filter(known).map(|tool| tool.number).collect();
+    let unknown = asked.iter().find(|life| life.tool.map_or(known.is_empty(), |number| !known.contains(&number)));
+    match unknown {
+        None => Ok(asked.to_vec()),
+        Some(life) => Err(CliError::new(
+            format!(
+                "--wear-budget: the setup has no law of wear of {}",
+                life.tool.map_or_else(|| "any tool".to_owned(), |number| format!("T{number}"))
+            ),
+            "write it under its [[tool]]: wear = { rate = 0.3, feed_per_tooth = 0.1, exponent = 1, end = 400 }",
+        )),
+    }
 }
 
 /// Did the user say that the program is to be written all the same?

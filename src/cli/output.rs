@@ -28,6 +28,10 @@ pub enum Kind {
     Stock,
     /// Setup that people go on writing in: never replaced unasked.
     Setup,
+    /// State of a tool.
+    ToolState,
+    /// Table of check points.
+    Checks,
 }
 
 /// A file to be.
@@ -160,6 +164,8 @@ fn is_ours(bytes: &[u8], kind: Kind) -> bool {
         Kind::Json => holds(&format!("\"{}\"", crate::report::WRITTEN_BY)),
         Kind::Csv => holds(crate::report::CSV_HEAD),
         Kind::Markup => holds(crate::report::MARK),
+        Kind::ToolState => bytes.starts_with(crate::setup::STATE_MARK.as_bytes()),
+        Kind::Checks => bytes.starts_with(crate::report::life::CHECKS_HEAD.as_bytes()),
         Kind::Cache => bytes.starts_with(crate::engage::cache::FAMILY),
         Kind::Setup => false,
         Kind::Stock => bytes.starts_with(saved::FAMILY) || bytes.starts_with(saved::MESH_MARK),

@@ -62,9 +62,26 @@ pub fn run_keeping(
     screen: Screen,
     keep: Keep,
 ) -> Result<Done, CliError> {
-    let found = input::setup(setup, &source, global)?;
-    let program = input::parse(&source, global, Some(&found.job))?;
-    let task = Task { program, job: found.job, assumptions: found.assumptions, wanted };
+    let task = task(&source, setup, global, wanted)?;
+    execute(source, task, pipeline, global, screen, keep)
+}
+
+/// A program with its setup, as read.
+pub fn task(source: &Source, setup: Option<&Path>, global: &Global, wanted: Wanted) -> Result<Task, CliError> {
+    let found = input::setup(setup, source, global)?;
+    let program = input::parse(source, global, Some(&found.job))?;
+    Ok(Task { program, job: found.job, assumptions: found.assumptions, wanted })
+}
+
+/// Runs the pipeline over a task.
+pub fn execute(
+    source: Source,
+    task: Task,
+    pipeline: Pipeline,
+    global: &Global,
+    screen: Screen,
+    keep: Keep,
+) -> Result<Done, CliError> {
     let bar = screen.progress("");
     let start = Instant::now();
     let folder = source.path.as_deref().and_then(Path::parent).map(Path::to_owned);

@@ -226,6 +226,8 @@ pub struct State {
     pub time_s: f64,
     /// Distance that each tooth of this tool has slid through material, mm.
     pub sliding_mm: f64,
+    /// Rise of the wear index since the edge was fresh over the index of a fresh edge, by the tool's own law.
+    pub worn: f64,
     /// Volume this tool has removed so far, mm³.
     pub volume_mm3: f64,
     /// Spindle speed, rev/s.
@@ -296,6 +298,7 @@ impl Default for State {
         Self {
             time_s: nan,
             sliding_mm: nan,
+            worn: nan,
             volume_mm3: nan,
             rps: nan,
             reference_rps: nan,

@@ -26,7 +26,7 @@ impl Affine {
     }
     /// With factors on its edge part (`base`) and its cutting part (`slope`).
     fn under(self, factors: &Factors) -> Self {
-        Self { base: self.base * factors.edge, slope: self.slope * factors.cutting }
+        Self { base: self.base * factors.edge_worn(), slope: self.slope * factors.cutting }
     }
     pub(super) fn scaled(self, by: f64) -> Self {
         Self { base: self.base * by, slope: self.slope * by }
@@ -134,7 +134,7 @@ fn dot(a: C, b: C) -> f64 {
 }
 
 /// Everything at one station; see the head of the file. Feeds are mm per tooth. Edge forces are multiplied by
-/// `factors.edge`, cutting forces by `factors.cutting`; a peak is taken at the feed plus `factors.peak_feed_mm`.
+/// `factors.edge_worn()`, cutting forces by `factors.cutting`; a peak is taken at the feed plus `factors.peak_feed_mm`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Spans {
     pub list: Vec<Span>,
@@ -153,7 +153,7 @@ impl Spans {
     pub(super) fn forces(&self, f: f64, factors: &Factors) -> Forces {
         let peak = f + factors.peak_feed_mm;
         Forces {
-            xy_peak: self.peak_xy(peak * factors.cutting, factors.edge).0.sqrt(),
+            xy_peak: self.peak_xy(peak * factors.cutting, factors.edge_worn()).0.sqrt(),
             axial_peak: largest(self.list.iter().flat_map(|span| span.axial), peak, factors),
             torque_peak: largest(self.list.iter().map(|span| span.torque), peak, factors),
             wall: largest(self.wall.iter().copied(), peak, factors),
@@ -217,7 +217,7 @@ impl Spans {
 
     /// Cap on the peak |F_xy|, per tooth.
     pub(super) fn cap_xy(&self, limit_n: f64, factors: &Factors) -> Cap {
-        let edge = self.list.iter().map(|span| span.edge.norm_sqr()).fold(0.0, f64::max).sqrt() * factors.edge;
+        let edge = self.list.iter().map(|span| span.edge.norm_sqr()).fold(0.0, f64::max).sqrt() * factors.edge_worn();
         if edge > limit_n {
             return Cap::Unreachable;
         }
@@ -228,7 +228,7 @@ impl Spans {
         let mut f = (limit_n - edge) / steepest.sqrt();
         let mut per_unit = 0.0;
         for _ in 0..30 {
-            let (_, e, b) = self.peak_xy(f, factors.edge);
+            let (_, e, b) = self.peak_xy(f, factors.edge_worn());
             let half = dot(e, b);
             let root = (half * half + b.norm_sqr() * (limit_n * limit_n - e.norm_sqr()).max(0.0)).sqrt();
             let next = (root - half) / b.norm_sqr();

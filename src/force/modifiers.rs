@@ -9,7 +9,10 @@ use crate::machine::material::Process;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Factors {
     pub cutting: f64,
+    /// On edge forces, by effects alone.
     pub edge: f64,
+    /// Rise of the wear index over that of a fresh edge.
+    pub worn: f64,
     pub tare: f64,
     /// Added to the feed per tooth where a peak is asked for, mm.
     pub peak_feed_mm: f64,
@@ -17,7 +20,14 @@ pub(super) struct Factors {
 
 impl Default for Factors {
     fn default() -> Self {
-        Self { cutting: 1.0, edge: 1.0, tare: 1.0, peak_feed_mm: 0.0 }
+        Self { cutting: 1.0, edge: 1.0, worn: 0.0, tare: 1.0, peak_feed_mm: 0.0 }
+    }
+}
+
+impl Factors {
+    /// On the edge forces of a law along the edge, wear included.
+    pub(super) fn edge_worn(&self) -> f64 {
+        self.edge * (1.0 + self.worn)
     }
 }
 
@@ -61,7 +71,7 @@ impl Effects {
     /// At a station whose state has no feed in it yet; `chip_per_feed` is the mean chip thickness per feed per tooth.
     pub(super) fn at(&self, state: &State, chip_per_feed: f64) -> Modifiers {
         if self.0.is_empty() {
-            return Modifiers::Constant(Factors::default());
+            return Modifiers::Constant(Factors { worn: worn(state), ..Factors::default() });
         }
         let moving = Moving { effects: self.clone(), state: *state, chip_per_feed };
         let (thin, thick) = (moving.at(0.01), moving.at(0.3));
@@ -104,7 +114,7 @@ impl Modifiers {
 impl Moving {
     fn at(&self, f: f64) -> Factors {
         let state = State { feed_per_tooth_mm: f, chip_thickness_mm: self.chip_per_feed * f, ..self.state };
-        let mut factors = Factors::default();
+        let mut factors = Factors { worn: worn(&state), ..Factors::default() };
         for (effect, values) in self.effects.0.iter().filter(|(effect, _)| effect.acts == Acts::Load) {
             let change = (effect.change)(values, &state);
             factors.cutting *= known(change.cutting);
@@ -114,6 +124,11 @@ impl Moving {
         }
         factors
     }
+}
+
+/// Wear by the tool's own law; none where it has no law.
+fn worn(state: &State) -> f64 {
+    if state.worn.is_finite() { state.worn } else { 0.0 }
 }
 
 /// A factor that rests on something unknown here is left out.

@@ -147,7 +147,7 @@ impl Scan {
     /// Force of one edge at chip thickness `h`.
     fn of_edge(&self, edge: &Edge, h: f64, law: Ready, factors: &Factors) -> Sample {
         let ring = &self.rings[edge.ring as usize];
-        let [t, p, axial] = law.forces(ring, h, [factors.cutting, factors.edge]);
+        let [t, p, axial] = law.forces(ring, h, [factors.cutting, factors.edge_worn()]);
         let plane = C::new(-t * edge.cos + p * edge.sin, t * edge.sin + p * edge.cos);
         Sample { plane, axial, torque: t * ring.radius_mm, wall: 0.0 }
     }

@@ -4,7 +4,8 @@
 //! as proportional to chip thickness over the arc: F_t = F/√(1+s²), F_n = s F_t. These models say nothing of axial force.
 //!
 //! What the formula says at no chip thickness (b0 + b_l L + b_ll L²; C0 + C1 L) is its edge force: effects on edge coefficients
-//! multiply it (b0 is the index of wear), effects on cutting coefficients the rest. Where it comes out negative it is no
+//! multiply it, effects on cutting coefficients the rest; wear by the tool's own law adds to b0 (C0), which is its index.
+//! Where it comes out negative it is no
 //! force of the edge, only a bend of the fit, and goes with the rest.
 //!
 //! On an arc from 0 to α (or π − α to π) t_m is f sin α with Ibaraki (Eq. 4) and r − √(r² + f² − 2 r f sin α) with Nishida,
@@ -49,6 +50,14 @@ impl Formula {
                 let (l, t) = (layer.contact_mm, UM_PER_MM * chip_of_paths(layer.radius_mm, f, layer.sin));
                 self.edge(layer) + layer.height_mm * (c2 * t + c3 * l * t)
             }
+        }
+    }
+
+    /// What wear adds to as a multiple: b0, and C0 on the height of the layer, N.
+    fn index(&self, layer: &Layer) -> f64 {
+        match self {
+            Formula::Response([b0, ..]) => *b0,
+            Formula::Layer([c0, ..]) => layer.height_mm * c0,
         }
     }
 
@@ -105,7 +114,8 @@ impl Summary {
         for layer in self.cutting_layers() {
             let edge = self.formula.edge(layer);
             let rest = self.formula.resultant(layer, f + factors.peak_feed_mm) - edge.max(0.0);
-            let peak = (rest * factors.cutting + edge.max(0.0) * factors.edge).max(0.0);
+            let worn = edge.max(0.0) + self.formula.index(layer) * factors.worn;
+            let peak = (rest * factors.cutting + worn * factors.edge).max(0.0);
             let (t, n) = (peak * along, peak * along * self.normal_share);
             forces.xy_peak += peak;
             forces.torque_peak += t * layer.radius_mm;

@@ -23,11 +23,13 @@ mod force_rate;
 mod growth;
 mod known;
 pub mod learned;
+mod life;
 mod look;
 pub mod plausible;
 mod ratios;
 mod switch;
 mod tighten;
+pub mod tool_life;
 mod used;
 mod wanted;
 mod worn;
@@ -194,7 +196,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
             Some(wanted::limited(&mut job, &sections(&program, &toolpath, &map), &toolpath, &map, percentile));
     }
     let mut problem = asked(&program, &toolpath, &map, &job, &edges.history(&toolpath, &map, &job));
-    answers.wear = wanted::keep_wear(&mut problem, &toolpath, &map, &job);
+    answers.wear = life::keep_wear(&mut problem, &toolpath, &map, &job);
     let switched = switch::both_positions(&program, &job, &toolpath, &mut problem, edges, watch)?;
     let (switched, told) = switched.map_or((None, None), |(switched, told)| (Some(Box::new(switched)), Some(told)));
     assumptions.extend(told);

@@ -1,13 +1,11 @@
 //! What a run is asked besides the feeds, and how the job and the answers follow from it. In: [`Wanted`], a job, what was found.
-//! Out: limits from the program itself, room for doubt, a wear budget kept, the control fitted to a measured time.
+//! Out: limits from the program itself, room for doubt, the control fitted to a measured time.
 
 use crate::engage::EngagementMap;
-use crate::force::contact::engaged;
-use crate::machine::{Job, LimitKind};
+use crate::machine::Job;
 use crate::nc::Toolpath;
 use crate::report::Run;
-use crate::report::answers::{Cycle, Moved, Reference, Surface, Wear};
-use crate::schedule::budget::{Budget, Kept, keep};
+use crate::report::answers::{Cycle, Moved, Reference, Surface};
 use crate::schedule::cycle::{fits, saved_percent};
 use crate::schedule::marks::final_surface;
 use crate::schedule::operations::{Section, segments};
@@ -80,51 +78,6 @@ fn moved(plain: &Problem, other: &Problem) -> (f64, f64) {
         largest = if change.abs() > largest.abs() { change } else { largest };
     }
     (if length > 0.0 { sum / length } else { 0.0 }, largest)
-}
-
-/// Lowers the caps until the wear budget is kept; `None` without one.
-pub fn keep_wear(problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Option<Wear> {
-    let budget = job.wear?;
-    let mut rate = contact(problem, toolpath, map, job);
-    let cuts = problem.nodes.iter().zip(&rate).filter(|(node, _)| node.cutting && node.free);
-    let programmed: f64 = cuts.map(|(node, c)| c * node.programmed_mm_s.powf(budget.exponent) * node.length_mm()).sum();
-    if programmed <= 0.0 {
-        return None;
-    }
-    for c in &mut rate {
-        *c /= programmed;
-    }
-    let kept = keep(problem, &rate, &Budget { exponent: budget.exponent, most: budget.most });
-    let (used, price_s, impossible) = match kept {
-        Kept::Slack { used } => (used, 0.0, false),
-        Kept::Bound { used, price_s } => (used, price_s, false),
-        Kept::Impossible { used } => (used, 0.0, true),
-    };
-    if impossible {
-        for node in problem.nodes.iter_mut().filter(|node| node.cutting && node.free) {
-            node.infeasible = node.infeasible.or(Some(LimitKind::Budget));
-        }
-    }
-    Some(Wear { most: budget.most, used, percent_saves_s: 0.01 * budget.most * price_s, impossible })
-}
-
-/// Edge area over material in a revolution at each node, mm².
-fn contact(problem: &Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<f64> {
-    let mut rate = vec![0.0; problem.nodes.len()];
-    for (index, motion) in toolpath.moves.iter().enumerate() {
-        let Some(tool) = job.tool(motion.tool) else { continue };
-        let id = crate::ids::MoveId(index as u32);
-        let stations = map.stations_of(id);
-        for node in problem.of_move[index].clone() {
-            let middle_mm = 0.5 * (problem.nodes[node as usize].from_mm + problem.nodes[node as usize].to_mm);
-            let Some(station) = stations.get(stations.partition_point(|station| station.to_mm < middle_mm)) else {
-                continue;
-            };
-            let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
-            rate[node as usize] = engaged(station, map, map.slices_of(motion.tool), tool.flutes, tangent_z).contact_mm2;
-        }
-    }
-    rate
 }
 
 /// Final surfaces before and after; `None` without any.

@@ -7,12 +7,14 @@ pub mod material;
 mod otherwise;
 pub mod profile;
 pub mod tool;
+pub mod wear;
 
 pub use curve::Table;
 pub use limits::{LimitKind, Limits};
 pub use material::Material;
 pub use profile::{Profile, Segment, Slice};
 pub use tool::{Runout, Shape, Tool};
+pub use wear::{Wear, WearLaw, fresh_index};
 
 use crate::path::Vec3;
 
@@ -295,6 +297,15 @@ pub struct WearBudget {
     pub most: f64,
 }
 
+/// The most that a program may use of the life of a tool whose law of wear is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LifeShare {
+    /// The tool; `None`: every tool with a law.
+    pub tool: Option<u32>,
+    /// Share of the life from a fresh edge to the end of its index.
+    pub share: f64,
+}
+
 /// Kind of a cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CutKind {
@@ -385,6 +396,8 @@ pub struct Job {
     pub air_feed: Option<AirFeed>,
     /// Budget of wear.
     pub wear: Option<WearBudget>,
+    /// Shares of the lives of tools that the program may use; the last that speaks of a tool holds.
+    pub life: Vec<LifeShare>,
     /// Confidence at which load limits hold against what is uncertain in the process model; `None`: at its best values.
     pub confidence: Option<f64>,
     /// Operations; the last that matches wins.
@@ -409,6 +422,11 @@ impl Job {
     /// Coefficients that hold for this tool: its own, else those of the first stock.
     pub fn material(&self, tool: &Tool) -> Option<&Material> {
         self.tool_material(tool.number)
+    }
+    /// Index of wear of a fresh edge of this tool, and its unit; `None` where its force model has none.
+    pub fn fresh_index(&self, tool: &Tool) -> Option<(f64, &'static str)> {
+        let own = self.process.base.as_ref().or_else(|| self.material(tool).map(|material| &material.model));
+        own.and_then(fresh_index)
     }
     fn tool_material(&self, number: u32) -> Option<&Material> {
         let own = self.tool(number).and_then(|tool| tool.coefficients.as_ref());

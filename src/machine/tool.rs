@@ -3,6 +3,7 @@
 use super::limits::Limits;
 use super::material::Material;
 use super::profile::Profile;
+use super::wear::Wear;
 
 /// Kinds of cutter the setup file names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -85,6 +86,8 @@ pub struct Tool {
     pub coefficients: Option<Material>,
     /// Its own limits.
     pub limits: Limits,
+    /// How it wears, where that is known.
+    pub wear: Option<Wear>,
 }
 
 impl Tool {

@@ -20,9 +20,9 @@ pub struct Answers {
     /// Moves that leave the finished surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub final_surface: Option<Surface>,
-    /// `wear` under [limits]: what the program uses of its budget.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wear: Option<Wear>,
+    /// What the program uses of the budget of wear of each tool.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub wear: Vec<Wear>,
 }
 
 /// Limits taken from the program itself.
@@ -83,13 +83,21 @@ pub struct Surface {
 /// What a wear budget came to.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Wear {
-    /// Wear of the program as programmed is 1.
+    /// Tool number.
+    pub tool: u32,
+    /// The most it may use: a share of its life, or of what the program uses as programmed.
     pub most: f64,
-    /// Wear at the highest feeds allowed.
+    /// What it uses at the highest feeds allowed.
     pub used: f64,
+    /// Is it a share of its life?
+    pub of_life: bool,
     /// Seconds that one percent more of it would save.
     pub percent_saves_s: f64,
-    /// Not even the lowest feeds keep it.
+    /// Seconds that a life longer by a tenth costs, at the highest feeds allowed; `None` where no feeds give it.
+    pub longer_life_costs_s: Option<f64>,
+    /// By the law of this tool a slower feed never spares it.
+    pub slower_is_no_safer: bool,
+    /// No feeds keep it.
     pub impossible: bool,
 }
 
@@ -108,9 +116,7 @@ impl Answers {
         if let Some(surface) = &self.final_surface {
             text += &surface.text(rewritten);
         }
-        if let Some(wear) = &self.wear {
-            text += &wear.text();
-        }
+        text.extend(self.wear.iter().map(Wear::text));
         if !self.stress.is_empty() {
             text += "stress    the written program, largest load over its limit (99 % of the length below)\n";
         }
@@ -174,11 +180,20 @@ impl Surface {
 
 impl Wear {
     fn text(&self) -> String {
-        let rest = if self.impossible {
-            "not even the lowest feeds keep it".to_owned()
-        } else {
-            format!("one percent more saves {} s", short(self.percent_saves_s))
+        let of = if self.of_life { "its life" } else { "the program's as programmed" };
+        let rest = match self.longer_life_costs_s {
+            _ if self.impossible && self.slower_is_no_safer => {
+                "no feeds keep it: slower ones do not spare this tool; change it earlier".to_owned()
+            }
+            _ if self.impossible => "not even the lowest feeds keep it".to_owned(),
+            Some(costs_s) => {
+                let saves = short(self.percent_saves_s);
+                format!("10 % more life costs {} s, one percent more wear saves {saves} s", short(costs_s))
+            }
+            None => {
+                format!("no feeds give 10 % more life; one percent more wear saves {} s", short(self.percent_saves_s))
+            }
         };
-        format!("wear      {} of the program's as programmed, {} allowed; {rest}\n", short(self.used), short(self.most))
+        format!("wear T{}   {} of {of}, {} allowed; {rest}\n", self.tool, short(self.used), short(self.most))
     }
 }

@@ -10,6 +10,7 @@ mod json;
 pub mod learn;
 mod learn_page;
 mod log;
+pub mod life;
 pub mod over;
 mod picture;
 pub mod run;

@@ -1,10 +1,13 @@
 //! A budget of wear over the whole program. In: a problem, a rate per length that rises with the feed, and the most that may
 //! be used. Out: the problem with caps that keep the budget, and the price of one more unit.
 //!
-//! Time and wear of a piece of length ds at speed v are ds/v and c·v^p·ds (0 < p < 2; c belongs to the piece). With one price
+//! Time and wear of a piece of length ds at speed v are ds/v and c·v^p·ds (0 < p ≤ 2; c belongs to the piece). With one price
 //! λ (s per unit) for the whole program, ds/v + λ c v^p ds falls up to v* = (1/(λ c p))^(1/(p+1)) and rises beyond: v* is a
 //! cap, and the budget costs one bisection over λ. The budget is checked at the caps; where the control stays below
 //! them less is used, so it holds. The answer is local in the sense that run-ups are not traded against it.
+//!
+//! Where p ≤ 0 a slower feed never wears a tool less: the caps are the best there is, and a budget that they do not keep is
+//! kept by no feeds. Wear of nodes whose feed may not change counts as programmed.
 //!
 //! There is no budget of energy, because none could bind: the tare and the edges take a power that does not grow with the
 //! feed, chips a power at most proportional to it, so the energy P/v of a millimetre of path never rises with v. The fastest
@@ -37,9 +40,9 @@ pub enum Kept {
         /// Seconds that one more unit would save.
         price_s: f64,
     },
-    /// Not even the lowest feeds keep it; caps are at the floors.
+    /// No feeds keep it; caps are at the floors, or as they were where slower feeds are no better.
     Impossible {
-        /// What is used at the floors.
+        /// What is used at the least.
         used: f64,
     },
 }
@@ -49,8 +52,7 @@ pub fn keep(problem: &mut Problem, rate: &[f64], budget: &Budget) -> Kept {
     let used_at = |price_s: f64| -> f64 {
         let of = |(i, c): (usize, &f64)| {
             let node = &problem.nodes[i];
-            let counts = node.cutting && node.free && *c > 0.0;
-            if counts {
+            if node.cutting && *c > 0.0 {
                 c * speed(problem, i, *c, price_s, budget).powf(budget.exponent) * node.length_mm()
             } else {
                 0.0
@@ -61,6 +63,9 @@ pub fn keep(problem: &mut Problem, rate: &[f64], budget: &Budget) -> Kept {
     let free = used_at(0.0);
     if free <= budget.most {
         return Kept::Slack { used: free };
+    }
+    if budget.exponent <= 0.0 {
+        return Kept::Impossible { used: free };
     }
     let lowest = used_at(f64::INFINITY);
     let price_s = if lowest > budget.most { f64::INFINITY } else { bisect(&used_at, budget.most) };
@@ -77,9 +82,27 @@ pub fn keep(problem: &mut Problem, rate: &[f64], budget: &Budget) -> Kept {
     if lowest > budget.most { Kept::Impossible { used } } else { Kept::Bound { used, price_s } }
 }
 
-/// Speed of a node at a price: v*, between its floor and its cap.
+/// Time at the caps that keeping this budget takes more than `kept`, whose caps were lowered from `fresh`, s; `None` where
+/// no feeds keep it.
+pub fn extra_s(fresh: &Problem, kept: &Problem, rate: &[f64], budget: &Budget) -> Option<f64> {
+    let mut tighter = fresh.clone();
+    let most_s = |problem: &Problem| -> f64 {
+        let cuts = problem.nodes.iter().filter(|node| node.cutting && node.free);
+        cuts.map(|node| node.length_mm() / node.cap.feed_mm_s).sum()
+    };
+    let possible = !matches!(keep(&mut tighter, rate, budget), Kept::Impossible { .. });
+    possible.then(|| most_s(&tighter) - most_s(kept))
+}
+
+/// Speed of a node at a price: v*, between its floor and its cap; as programmed where it may not change.
 fn speed(problem: &Problem, i: usize, c: f64, price_s: f64, budget: &Budget) -> f64 {
     let node = &problem.nodes[i];
+    if !node.free {
+        return node.programmed_mm_s;
+    }
+    if budget.exponent <= 0.0 {
+        return node.cap.feed_mm_s;
+    }
     let wanted = (1.0 / (price_s * c * budget.exponent)).powf(1.0 / (budget.exponent + 1.0));
     wanted.max(node.floor.feed_mm_s).min(node.cap.feed_mm_s)
 }
@@ -134,5 +157,44 @@ mod tests {
         let slope = (solve(3.999).0 - solve(4.001).0) / 0.002;
         assert!((slope / price_s - 1.0).abs() < 1e-3, "{time} {slope} {price_s}");
         assert!(matches!(solve(1e-9).1, Kept::Impossible { .. }));
+        // A tenth more life, which is a budget a tenth smaller, costs what the two answers differ in.
+        let mut kept = fresh.clone();
+        keep(&mut kept, &rate, &Budget { exponent: 1.5, most: 4.0 });
+        let costs_s = extra_s(&fresh, &kept, &rate, &Budget { exponent: 1.5, most: 4.0 / 1.1 });
+        assert!((costs_s.unwrap() - (solve(4.0 / 1.1).0 - time)).abs() < 1e-9);
+        assert_eq!(extra_s(&fresh, &kept, &rate, &Budget { exponent: 1.5, most: 1e-9 }), None);
+    }
+
+    #[test]
+    fn where_slower_is_no_safer_no_feed_is_lowered() {
+        let bound = |feed_mm_s| Bound { feed_mm_s, kind: LimitKind::Power, per_unit: 0.0 };
+        let node = Node {
+            move_id: MoveId(0),
+            from_mm: 0.0,
+            to_mm: 10.0,
+            cap: bound(50.0),
+            floor: bound(1.0),
+            programmed_mm_s: 10.0,
+            cutting: true,
+            free: true,
+            uncertain: false,
+            final_surface: false,
+            kept: None,
+            unkept: None,
+            infeasible: None,
+        };
+        for exponent in [-1.0, 0.0] {
+            let used = 10.0 * 50f64.powf(exponent);
+            for (most, possible) in [(1.01 * used, true), (0.99 * used, false)] {
+                let mut problem = Problem { nodes: vec![node], ..Problem::default() };
+                let kept = keep(&mut problem, &[1.0], &Budget { exponent, most });
+                assert_eq!(matches!(kept, Kept::Slack { .. }), possible, "{exponent} {kept:?}");
+                assert_eq!(problem.nodes[0].cap.feed_mm_s, 50.0);
+            }
+        }
+        // Its own feed, where that may not change.
+        let mut problem = Problem { nodes: vec![Node { free: false, ..node }], ..Problem::default() };
+        let kept = keep(&mut problem, &[1.0], &Budget { exponent: 1.0, most: 200.0 });
+        assert_eq!(kept, Kept::Slack { used: 100.0 });
     }
 }

@@ -13,25 +13,29 @@ use super::realise::{pieces_of_moves, realise};
 use crate::effects::{Acts, Covariate, State, named};
 use crate::engage::{EngagementMap, Station};
 use crate::force::contact::{Engaged, engaged};
-use crate::machine::Job;
+use crate::machine::{Job, Tool, Wear};
 use crate::nc::{Event, Move, Toolpath};
 use crate::path::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Does a load depend on more than the engagement, because the process model has effects on loads?
+/// Does a load depend on more than the engagement, because the process model has effects on loads or a tool wears?
 pub fn is_asked_for(job: &Job) -> bool {
-    acting(job, &|_| true)
+    any_law(job, |_| true) || acting(job, &|_| true)
 }
 
 /// Does a load depend on the feeds of what was cut before, through time or the way the teeth slid?
 pub fn follows_feeds(job: &Job) -> bool {
-    acting(job, &|covariate| matches!(covariate, Covariate::Time | Covariate::Sliding))
+    any_law(job, |_| true) || acting(job, &|covariate| matches!(covariate, Covariate::Time | Covariate::Sliding))
 }
 
 /// Do edges wear with the way they slide, so that slower feeds wear them more per mm of path?
 pub fn wears(job: &Job) -> bool {
-    acting(job, &|covariate| covariate == Covariate::Sliding)
+    any_law(job, |wear| wear.law.exponent < 0.0) || acting(job, &|covariate| covariate == Covariate::Sliding)
+}
+
+fn any_law(job: &Job, holds: impl Fn(&Wear) -> bool) -> bool {
+    job.tools.iter().filter_map(|tool| tool.wear.as_ref()).any(holds)
 }
 
 fn acting(job: &Job, on: &dyn Fn(Covariate) -> bool) -> bool {
@@ -46,6 +50,10 @@ struct Past {
     sliding_mm: f64,
     volume_mm3: f64,
     since_entry_mm: f64,
+    /// Length cut, each mm with the pace at which it wears the tool, mm.
+    wear_mm: f64,
+    /// Length cut, mm.
+    cut_mm: f64,
 }
 
 /// The past of every station; empty where no effect asks for it.
@@ -54,6 +62,33 @@ pub struct History {
     past: Arc<Vec<Past>>,
     engaged: Arc<Vec<Engaged>>,
     tare_rps: f64,
+    edges: Vec<Edge>,
+    /// What each tool has cut at the end, and with the pace of its wear, mm.
+    in_all: Vec<(u32, [f64; 2])>,
+}
+
+/// A tool that wears by a law of its own.
+#[derive(Debug, Clone, Copy)]
+struct Edge {
+    tool: u32,
+    wear: Wear,
+    fresh: f64,
+    flutes: f64,
+}
+
+impl Edge {
+    /// Those of a job; a tool whose force model has no index of wear is left out.
+    fn all(job: &Job) -> Vec<Self> {
+        let edge = |tool: &Tool| {
+            let (fresh, _) = job.fresh_index(tool)?;
+            Some(Self { tool: tool.number, wear: tool.wear?, fresh, flutes: f64::from(tool.flutes) })
+        };
+        job.tools.iter().filter_map(edge).collect()
+    }
+    /// Its index behind so much wearing cut.
+    fn index(&self, wear_mm: f64) -> f64 {
+        self.wear.index.unwrap_or(self.fresh) + self.wear.law.rate_per_mm * wear_mm
+    }
 }
 
 impl History {
@@ -63,15 +98,17 @@ impl History {
             return Self::default();
         }
         let engaged: Vec<Engaged> = map.stations.par_iter().map(|station| met(toolpath, map, job, station)).collect();
-        let past = pasts(toolpath, map, job, &engaged, feeds);
+        let (past, tools) = pasts(toolpath, map, job, &engaged, feeds);
+        let in_all = tools.iter().map(|(tool, past)| (*tool, [past.cut_mm, past.wear_mm])).collect();
         let tare_rps = job.process.tare_rps.unwrap_or(f64::NAN);
-        Self { past: Arc::new(past), engaged: Arc::new(engaged), tare_rps }
+        Self { past: Arc::new(past), engaged: Arc::new(engaged), tare_rps, edges: Edge::all(job), in_all }
     }
 
     /// The same with edges that have not slid: no feeds leave less wear behind.
     pub fn unworn(mut self) -> Self {
         for past in Arc::make_mut(&mut self.past) {
             past.sliding_mm = 0.0;
+            past.wear_mm = 0.0;
         }
         self
     }
@@ -79,6 +116,16 @@ impl History {
     /// How far each tooth has slid when it is at a station of the map, mm.
     pub fn slid_mm(&self, station: usize) -> f64 {
         self.past.get(station).map_or(0.0, |past| past.sliding_mm)
+    }
+
+    /// Length that a tool has cut at the end, and that length with the pace of its wear, mm.
+    pub fn cut_by(&self, tool: u32) -> [f64; 2] {
+        self.in_all.iter().find(|(known, _)| *known == tool).map_or([0.0; 2], |(_, mm)| *mm)
+    }
+
+    /// Length that the tool has cut when it is at a station of the map, and that length with the pace of its wear, mm.
+    pub fn cut_mm(&self, station: usize) -> [f64; 2] {
+        self.past.get(station).map_or([0.0; 2], |past| [past.cut_mm, past.wear_mm])
     }
 
     /// State of a cut; speed and chip thickness are filled in from the engagement.
@@ -94,9 +141,12 @@ impl History {
         let direction = motion.curve().tangent(middle_mm);
         let left = Vec3::new(-direction.y, direction.x, 0.0);
         let [ahead, aside] = engaged.contact_mm;
+        // A tool with a law of its own wears by nothing else.
+        let edge = self.edges.iter().find(|edge| edge.tool == motion.tool);
         State {
             time_s: past.time_s,
-            sliding_mm: past.sliding_mm,
+            sliding_mm: if edge.is_some() { 0.0 } else { past.sliding_mm },
+            worn: edge.map_or(0.0, |edge| edge.index(past.wear_mm) / edge.fresh - 1.0),
             volume_mm3: past.volume_mm3,
             reference_rps: self.tare_rps,
             axial_depth_mm: engaged.axial_mm,
@@ -121,9 +171,16 @@ fn met(toolpath: &Toolpath, map: &EngagementMap, job: &Job, station: &Station) -
     engaged(station, map, map.slices_of(motion.tool), tool.flutes, tangent_z)
 }
 
-fn pasts(toolpath: &Toolpath, map: &EngagementMap, job: &Job, engaged: &[Engaged], feeds: &[FeedPiece]) -> Vec<Past> {
+fn pasts(
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    job: &Job,
+    engaged: &[Engaged],
+    feeds: &[FeedPiece],
+) -> (Vec<Past>, Vec<(u32, Past)>) {
     let seconds = realise(toolpath, feeds, &job.machine).move_s;
     let of_move = pieces_of_moves(feeds, toolpath.moves.len());
+    let edges = Edge::all(job);
     let mut past = vec![Past::default(); map.stations.len()];
     let mut tools: Vec<(u32, Past)> = Vec::new();
     let mut now_s = 0.0;
@@ -138,10 +195,11 @@ fn pasts(toolpath: &Toolpath, map: &EngagementMap, job: &Job, engaged: &[Engaged
                 let pieces = &feeds[of_move[id.ix()].start as usize..of_move[id.ix()].end as usize];
                 let pace = Pace::new(pieces, motion.curve().length(), seconds[id.ix()]);
                 let tool = so_far(&mut tools, motion.tool);
+                let edge = edges.iter().find(|edge| edge.tool == motion.tool);
                 for index in map.of_move[id.ix()].clone().map(|index| index as usize) {
                     let station = &map.stations[index];
                     let [start_s, end_s] = [station.from_mm, station.to_mm].map(|at_mm| now_s + pace.at(at_mm));
-                    past[index] = tool.through(station, &engaged[index], motion.spin.rps, start_s, end_s - start_s);
+                    past[index] = tool.through(station, &engaged[index], motion.spin.rps, [start_s, end_s], edge);
                 }
                 if map.of_move[id.ix()].is_empty() {
                     tool.since_entry_mm = 0.0;
@@ -150,7 +208,7 @@ fn pasts(toolpath: &Toolpath, map: &EngagementMap, job: &Job, engaged: &[Engaged
             }
         }
     }
-    past
+    (past, tools)
 }
 
 /// When a move is where: its time is shared by its pieces as their commanded feeds share it.
@@ -192,8 +250,19 @@ fn so_far(tools: &mut Vec<(u32, Past)>, number: u32) -> &mut Past {
 impl Past {
     /// What lies behind a station (its middle; of the path since entry its beginning, where an entry weighs most); the tool
     /// then stands at its end.
-    fn through(&mut self, station: &Station, met: &Engaged, rps: f64, start_s: f64, took_s: f64) -> Self {
-        let length_mm = station.length_mm();
+    fn through(
+        &mut self,
+        station: &Station,
+        met: &Engaged,
+        rps: f64,
+        [start_s, end_s]: [f64; 2],
+        edge: Option<&Edge>,
+    ) -> Self {
+        let (length_mm, took_s) = (station.length_mm(), end_s - start_s);
+        let cut_mm = if station.arc_count > 0 { length_mm } else { 0.0 };
+        let pace = |edge: &Edge| edge.wear.law.pace(length_mm / (took_s * rps * edge.flutes));
+        let wear_mm =
+            edge.filter(|_| cut_mm > 0.0 && took_s > 0.0 && rps > 0.0).map_or(0.0, |edge| cut_mm * pace(edge));
         let (slid_mm, removed_mm3) = (met.way_mm * rps * took_s, met.section_mm2 * length_mm);
         if station.arc_count == 0 {
             self.since_entry_mm = 0.0;
@@ -203,9 +272,13 @@ impl Past {
             sliding_mm: self.sliding_mm + 0.5 * slid_mm,
             volume_mm3: self.volume_mm3 + 0.5 * removed_mm3,
             since_entry_mm: self.since_entry_mm,
+            wear_mm: self.wear_mm + 0.5 * wear_mm,
+            cut_mm: self.cut_mm + 0.5 * cut_mm,
         };
         self.sliding_mm += slid_mm;
         self.volume_mm3 += removed_mm3;
+        self.wear_mm += wear_mm;
+        self.cut_mm += cut_mm;
         if station.arc_count > 0 {
             self.since_entry_mm += length_mm;
         }

@@ -237,6 +237,30 @@ pub struct ToolTable {
     pub coefficients: Option<NameOr<MaterialTable>>,
     /// Limits that override `[limits]` for this tool.
     pub limits: Option<LimitsTable>,
+    /// How it wears over the metres that it cuts.
+    pub wear: Option<ToolWearTable>,
+}
+
+/// How a tool wears. Its index of wear is the part of the force that does not come from the chip: b0 of the response model
+/// (N), k_te of the linear edge model (N/mm); a fresh edge has that of the material. It rises per metre of cut by
+/// rate · (feed per tooth / feed_per_tooth)^exponent.
+#[derive(Debug, Deserialize, JsonSchema, Clone)]
+#[serde(deny_unknown_fields, expecting = "a table like { rate = 0.3, feed_per_tooth = 0.1, exponent = 1, end = 400 }")]
+pub struct ToolWearTable {
+    /// Rise of the index per metre of cut at that feed per tooth.
+    pub rate: Quantity,
+    /// Feed per tooth at which the rate was seen, mm.
+    pub feed_per_tooth: Quantity,
+    /// Power of the feed, from -1 (the way the teeth slide) to 2; above 0 a slower feed spares the edge.
+    pub exponent: Quantity,
+    /// Index at which the tool is worn out.
+    pub end: Quantity,
+    /// Index when the program begins; absent: a fresh edge.
+    pub index: Option<Quantity>,
+    /// Relative standard deviation of the rate from tool to tool.
+    pub rate_scatter: Option<Quantity>,
+    /// Standard deviation of the index at the end from tool to tool.
+    pub end_scatter: Option<Quantity>,
 }
 
 /// Offset of the cutter axis from the spindle axis.

@@ -20,6 +20,7 @@ mod read;
 mod stock;
 mod tool;
 pub mod tool_library;
+mod tool_state;
 
 pub use draft::{Facts, Known, Lacking, Of, ToolKnown};
 pub use error::SetupError;
@@ -32,6 +33,7 @@ use file::{MachineTable, SetupFile};
 use forms::NameOr;
 use read::Reader;
 use std::path::Path;
+pub use tool_state::{PlannedProgram, ReadingState, STATE_MARK, ToolState, read_tool_state, write_tool_state};
 
 /// Key of the default that hangs on the process model.
 const FEED_CHANGE: &str = "limits.feed_change.max";
@@ -51,7 +53,29 @@ pub fn load(text: &str, dir: &Path) -> Result<(Job, Vec<Assumption>), SetupError
         reader.assume(FEED_CHANGE, most.to_string(), why);
         job.limits.feed_change_max = Some(most);
     }
+    worn(&mut reader, &job);
     if reader.wrong.is_empty() { Ok((job, reader.assumptions)) } else { Err(SetupError::Values(reader.wrong)) }
+}
+
+/// Laws of wear that do not fit the force model of their tool.
+fn worn(reader: &mut Reader, job: &Job) {
+    for tool in &job.tools {
+        let Some(wear) = tool.wear else { continue };
+        let key = |what: &str| format!("tool[T{}].wear{what}", tool.number);
+        let Some((fresh, unit)) = job.fresh_index(tool) else {
+            let text = "the force model of this tool has no index of wear: no force that does not come from the chip";
+            reader.complain(&key(""), text, "give k_te of the linear edge model, b0 of response, or c0 of layer");
+            continue;
+        };
+        if wear.law.end <= fresh {
+            let text = format!("{} {unit} is not above the {fresh} {unit} of a fresh edge", wear.law.end);
+            reader.complain(&key(".end"), text, "the index rises from that of a fresh edge to its end");
+        }
+        if wear.index.is_some_and(|index| index < fresh) {
+            let text = format!("an edge cannot be sharper than a fresh one, whose index is {fresh} {unit}");
+            reader.complain(&key(".index"), text, "give the index it has now, or leave it out for a fresh edge");
+        }
+    }
 }
 
 /// Puts another process model into a job, as `--model` does, with the default that hangs on it.
@@ -94,6 +118,7 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupEr
         confirmed: limits::confirmed(reader, "confirm", file.confirm.as_deref()),
         air_feed,
         wear: limits::wear(reader, file.limits.as_ref()),
+        life: Vec::new(),
         confidence: None,
         operations,
         references: Vec::new(),

@@ -29,6 +29,7 @@ pub fn mill(profile: Profile, diameter_mm: f64, flutes: u32, helix_deg: f64) -> 
         centre_cutting: true,
         coefficients: None,
         limits: Limits::default(),
+        wear: None,
     }
 }
 

@@ -40,6 +40,7 @@ pub fn tool(number: u32, shape: Shape, profile: Profile) -> Tool {
         centre_cutting: true,
         coefficients: None,
         limits: Limits::default(),
+        wear: None,
     }
 }
 
@@ -105,6 +106,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
         confirmed: Vec::new(),
         air_feed: None,
         wear: None,
+        life: Vec::new(),
         confidence: None,
         operations: Vec::new(),
         references: Vec::new(),

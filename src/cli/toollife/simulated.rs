@@ -1,0 +1,27 @@
+//! A program as it stands, simulated. In: its text, the setup, how the tool is worn. Out: the run.
+
+use super::super::args::{Global, LifeFiles};
+use super::super::error::CliError;
+use super::super::input::Source;
+use super::super::screen::Screen;
+use super::super::work::{execute, task};
+use crate::job::tool_life::with_wear;
+use crate::job::{self, Keep, Wanted};
+use crate::machine::Wear;
+use crate::report::Run;
+
+/// The run over a program as it stands.
+pub fn simulated(
+    source: &Source,
+    files: &LifeFiles,
+    wear: Option<(u32, Wear)>,
+    global: &Global,
+    screen: Screen,
+) -> Result<Run, CliError> {
+    let copy = Source { bytes: source.bytes.clone(), name: source.name.clone(), path: source.path.clone() };
+    let mut task = task(&copy, files.setup.as_deref(), global, Wanted::default())?;
+    if let Some((tool, wear)) = wear {
+        with_wear(&mut task.job, tool, wear, None);
+    }
+    Ok(execute(copy, task, job::simulate, global, screen, Keep::default())?.run)
+}

@@ -1,0 +1,99 @@
+//! Budgets of wear, one for each tool. In: a problem, what the cutter meets, the job. Out: caps lowered until each tool keeps its
+//! budget, and what the budgets cost.
+//!
+//! A tool with a law of its own ([`crate::machine::wear`]) has its budget as a share of its whole life, from a fresh edge to
+//! the end of its index; one without as a share of what the program uses as it stands (`[limits] wear`: contact area times feed
+//! to a power).
+
+use crate::engage::EngagementMap;
+use crate::force::contact::engaged;
+use crate::ids::MoveId;
+use crate::machine::{Job, LimitKind, Tool};
+use crate::nc::Toolpath;
+use crate::report::answers::Wear;
+use crate::schedule::Problem;
+use crate::schedule::budget::{Budget, Kept, extra_s, keep};
+
+/// How much longer a life is whose cost is told: a tenth.
+const LONGER: f64 = 0.1;
+
+/// Lowers the caps until every budget is kept; one answer for each tool that has one.
+pub fn keep_wear(problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Wear> {
+    let tools = job.tools.iter().filter(|tool| toolpath.moves.iter().any(|motion| motion.tool == tool.number));
+    tools.filter_map(|tool| of_tool(tool, problem, toolpath, map, job)).collect()
+}
+
+fn of_tool(tool: &Tool, problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Option<Wear> {
+    let (rate, budget, of_life) = of_its_life(tool, problem, toolpath, job)
+        .map(|(rate, budget)| (rate, budget, true))
+        .or_else(|| of_the_program(tool, problem, toolpath, map, job).map(|(rate, budget)| (rate, budget, false)))?;
+    let fresh = problem.clone();
+    let kept = keep(problem, &rate, &budget);
+    let (used, price_s, impossible) = match kept {
+        Kept::Slack { used } => (used, 0.0, false),
+        Kept::Bound { used, price_s } => (used, price_s, false),
+        Kept::Impossible { used } => (used, 0.0, true),
+    };
+    if impossible {
+        let mine = problem.nodes.iter_mut().zip(&rate).filter(|(node, c)| node.cutting && node.free && **c > 0.0);
+        mine.for_each(|(node, _)| node.infeasible = node.infeasible.or(Some(LimitKind::Budget)));
+    }
+    let shorter = Budget { most: budget.most.min(used) / (1.0 + LONGER), ..budget };
+    let costs_s = extra_s(&fresh, problem, &rate, &shorter).filter(|_| !impossible);
+    Some(Wear {
+        tool: tool.number,
+        most: budget.most,
+        used,
+        of_life,
+        percent_saves_s: 0.01 * budget.most * price_s,
+        longer_life_costs_s: costs_s,
+        slower_is_no_safer: of_life && budget.exponent <= 0.0,
+        impossible,
+    })
+}
+
+/// Wear of a millimetre of each node at a feed of 1 mm/s as a share of the tool's life, and the budget.
+fn of_its_life(tool: &Tool, problem: &Problem, toolpath: &Toolpath, job: &Job) -> Option<(Vec<f64>, Budget)> {
+    let share = job.life.iter().rfind(|life| life.tool.is_none_or(|number| number == tool.number))?.share;
+    let (law, (fresh, _)) = (tool.wear?.law, job.fresh_index(tool)?);
+    let per_mm = law.rate_per_mm / (law.end - fresh);
+    let rate = |motion: &crate::nc::Move| {
+        let per_tooth = 1.0 / (motion.spin.rps * f64::from(tool.flutes));
+        if motion.tool == tool.number && per_tooth.is_finite() { per_mm * law.pace(per_tooth) } else { 0.0 }
+    };
+    let nodes = problem.nodes.iter().map(|node| rate(&toolpath.moves[node.move_id.ix()]));
+    Some((nodes.collect(), Budget { exponent: law.exponent, most: share }))
+}
+
+/// The same as a share of what this tool uses in the program as it stands.
+fn of_the_program(
+    tool: &Tool,
+    problem: &Problem,
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    job: &Job,
+) -> Option<(Vec<f64>, Budget)> {
+    let budget = job.wear?;
+    let mut rate = contact(tool, problem, toolpath, map);
+    let cuts = problem.nodes.iter().zip(&rate).filter(|(node, _)| node.cutting && node.free);
+    let programmed: f64 = cuts.map(|(node, c)| c * node.programmed_mm_s.powf(budget.exponent) * node.length_mm()).sum();
+    rate.iter_mut().zip(&problem.nodes).for_each(|(c, node)| *c = if node.free { *c / programmed } else { 0.0 });
+    (programmed > 0.0).then_some((rate, Budget { exponent: budget.exponent, most: budget.most }))
+}
+
+/// Edge area of a tool over material in a revolution at each node, mm².
+fn contact(tool: &Tool, problem: &Problem, toolpath: &Toolpath, map: &EngagementMap) -> Vec<f64> {
+    let mut rate = vec![0.0; problem.nodes.len()];
+    for (index, motion) in toolpath.moves.iter().enumerate().filter(|(_, motion)| motion.tool == tool.number) {
+        let stations = map.stations_of(MoveId(index as u32));
+        for node in problem.of_move[index].clone() {
+            let middle_mm = 0.5 * (problem.nodes[node as usize].from_mm + problem.nodes[node as usize].to_mm);
+            let Some(station) = stations.get(stations.partition_point(|station| station.to_mm < middle_mm)) else {
+                continue;
+            };
+            let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
+            rate[node as usize] = engaged(station, map, map.slices_of(motion.tool), tool.flutes, tangent_z).contact_mm2;
+        }
+    }
+    rate
+}

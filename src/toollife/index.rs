@@ -1,0 +1,77 @@
+//! The wear index from a reading. In: the load at a check point as a function of how far the edge is worn, and what was read
+//! there. Out: the index, or why the reading can be none.
+//!
+//! A load rises with the index and with nothing else while the cut stays the same, so the index is where the predicted load
+//! is the one read; for the response model that is β₀ = F − (b_l L + b_t t_m + …).
+
+/// A reading below this share of what a fresh edge loads, or above what a worn-out one does by the inverse, is no load of this
+/// cut: force models are off by some ten per cent, units by a factor of 4 or more. Judgement.
+pub const PLAUSIBLE: f64 = 0.4;
+/// Units that readings are taken for each other by, each with its factor on the unit expected.
+const UNITS: [(f64, &str); 5] = [
+    (1e-3, "thousands of the unit (kN, kW)"),
+    (1e3, "thousandths of the unit (mN, mW)"),
+    (1.0 / 4.448, "pounds-force"),
+    (1.0 / 9.807, "kilograms-force"),
+    (1.0 / 745.7, "horsepower"),
+];
+
+/// What a reading says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Seen {
+    /// Rise of the index over that of a fresh edge; below 0 where the reading lies below a fresh edge's.
+    Worn(f64),
+    /// It is no load of this cut; the unit that it may be in.
+    Implausible(Option<&'static str>),
+}
+
+/// The index from a reading. `load(worn)`: the load at the check point with an edge whose index has risen by `worn` times that
+/// of a fresh one; `end`: that rise of a worn-out edge.
+pub fn seen(reading: f64, end: f64, load: &dyn Fn(f64) -> f64) -> Seen {
+    let (fresh, worn_out) = (load(0.0), load(end));
+    let plausible = |reading: f64| reading >= PLAUSIBLE * fresh && reading <= worn_out / PLAUSIBLE;
+    if !plausible(reading) {
+        let unit = UNITS.iter().find(|(factor, _)| plausible(reading / factor)).map(|(_, unit)| *unit);
+        return Seen::Implausible(unit);
+    }
+    // The load is affine in the wear or nearly so: the secant from fresh to worn out, then bisection about it.
+    let (mut low, mut high) = (-1.0, end.max(0.1));
+    while load(high) < reading {
+        high *= 2.0;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if load(middle) < reading { low = middle } else { high = middle }
+    }
+    Seen::Worn(0.5 * (low + high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(worn: f64) -> f64 {
+        163.2 + 86.8 * (1.0 + worn)
+    }
+
+    #[test]
+    fn the_index_is_where_the_predicted_load_is_the_one_read() {
+        for worn in [-0.2, 0.0, 0.7, 3.0] {
+            let Seen::Worn(found) = seen(load(worn), 1.7, &load) else { panic!("{worn}") };
+            assert!((found - worn).abs() < 1e-9, "{found}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_unit_is_named() {
+        assert_eq!(seen(0.26, 1.7, &load), Seen::Implausible(Some("thousands of the unit (kN, kW)")));
+        assert_eq!(seen(260e3, 1.7, &load), Seen::Implausible(Some("thousandths of the unit (mN, mW)")));
+        assert_eq!(seen(58.0, 1.7, &load), Seen::Implausible(Some("pounds-force")));
+        assert_eq!(seen(-250.0, 1.7, &load), Seen::Implausible(None));
+        let bounds = [PLAUSIBLE * load(0.0), load(1.7) / PLAUSIBLE];
+        assert!(matches!(seen(1.001 * bounds[0], 1.7, &load), Seen::Worn(_)));
+        assert!(matches!(seen(0.999 * bounds[0], 1.7, &load), Seen::Implausible(_)));
+        assert!(matches!(seen(0.999 * bounds[1], 1.7, &load), Seen::Worn(_)));
+        assert!(matches!(seen(1.001 * bounds[1], 1.7, &load), Seen::Implausible(_)));
+    }
+}

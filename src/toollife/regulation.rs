@@ -1,0 +1,115 @@
+//! How fast a tool may be worn so that it lasts. In: the trend of its index, its law, the length that it still has to cut. Out:
+//! feeds relative to those of the plan.
+//!
+//! Two ways. *By budget*: the pace (f/f₀)^p, as a mean over the length to come, with which the tool reaches the target with the
+//! assurance asked for; the program's own feeds then follow from a budget of wear, in least time
+//! ([`crate::schedule::budget`]). *By shift* (Ibaraki, Shimizu, Matsubara, section 3.2): the force at the next check point is to
+//! lie on the target line, and the whole profile of feeds is shifted by the ratio that brings it there.
+//!
+//! Both rest on p > 0. Where p ≤ 0 a slower feed does not spare the tool, and regulation never slows it.
+
+use super::trend::Trend;
+use crate::machine::WearLaw;
+
+/// A line of force against the length cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetLine {
+    /// Where regulation begins, m.
+    pub from_m: f64,
+    /// Force there, N.
+    pub from_n: f64,
+    /// Where the tool is to be used up, m.
+    pub to_m: f64,
+    /// Force there, N.
+    pub to_n: f64,
+}
+
+impl TargetLine {
+    /// Force at a length, N; beyond the target that of the target.
+    pub fn at(&self, m: f64) -> f64 {
+        let span = (self.to_m - self.from_m).max(f64::MIN_POSITIVE);
+        self.from_n + (self.to_n - self.from_n) * ((m - self.from_m) / span).clamp(0.0, 1.0)
+    }
+    /// Ratio of feeds with which the force is on the line at the next check point, `next_m`: there the force at the reference
+    /// feed will be `expected_n`, and it changes by `per_ratio_n` times the ratio less one.
+    pub fn shift(&self, next_m: f64, expected_n: f64, per_ratio_n: f64) -> f64 {
+        1.0 + (self.at(next_m) - expected_n) / per_ratio_n
+    }
+}
+
+/// What regulation does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Regulation {
+    /// Feeds so that the mean pace of wear over the rest is this.
+    Pace(f64),
+    /// Feeds as they are or faster: a slower one does not spare this tool (p ≤ 0). Whether it lasts with the assurance asked
+    /// for at the pace of now.
+    NoUse {
+        /// It does.
+        lasts: bool,
+    },
+    /// The index is at its end with more than the probability left open: no feed helps.
+    WornOut,
+}
+
+/// Pace of wear with which a tool lasts for `rest_m` more metres with probability `assurance`. `now_m`: what it has cut, at the
+/// reference feed; `pace_now`: the pace of the feeds as they stand.
+pub fn regulate(trend: &Trend, law: &WearLaw, now_m: f64, rest_m: f64, assurance: f64, pace_now: f64) -> Regulation {
+    let end_m = trend.worn_out_m(1.0 - assurance, law.end, law.end_scatter);
+    let left_m = end_m.map_or(f64::INFINITY, |end_m| end_m - now_m);
+    if law.slower_is_safer() {
+        if left_m <= 0.0 { Regulation::WornOut } else { Regulation::Pace(left_m / rest_m) }
+    } else {
+        Regulation::NoUse { lasts: left_m >= pace_now * rest_m }
+    }
+}
+
+/// Ratio of feeds with a pace of wear; 1 where the pace does not depend on the feed.
+pub fn ratio_of_pace(law: &WearLaw, pace: f64) -> f64 {
+    if law.exponent == 0.0 { 1.0 } else { pace.max(0.0).powf(law.exponent.recip()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::toollife::trend::{Known, Reading, trend};
+
+    fn law(exponent: f64) -> WearLaw {
+        WearLaw { rate_per_mm: 4e-4, feed_per_tooth_mm: 0.1, exponent, end: 400.0, rate_scatter: 0.2, end_scatter: 0.0 }
+    }
+
+    fn seen() -> Trend {
+        let readings: Vec<Reading> =
+            (1..=8).map(|k| 20.0 * f64::from(k)).map(|at_m| Reading { at_m, index: 150.0 + 0.4 * at_m }).collect();
+        trend(&readings, &Known { rate: 0.4, rate_deviation: 0.08, noise: 2.0 }).unwrap()
+    }
+
+    #[test]
+    fn the_pace_uses_up_what_is_left_over_the_rest() {
+        // Worn out at 625 m; 160 are cut.
+        let Regulation::Pace(pace) = regulate(&seen(), &law(1.0), 160.0, 465.0, 0.5, 1.0) else { panic!() };
+        assert!((pace - 1.0).abs() < 1e-4, "{pace}");
+        let Regulation::Pace(sure) = regulate(&seen(), &law(1.0), 160.0, 465.0, 0.9, 1.0) else { panic!() };
+        assert!(sure < pace, "{sure}");
+        let Regulation::Pace(longer) = regulate(&seen(), &law(2.0), 160.0, 930.0, 0.5, 1.0) else { panic!() };
+        assert!((longer - 0.5).abs() < 1e-4);
+        assert!((ratio_of_pace(&law(2.0), longer) - 0.5f64.sqrt()).abs() < 1e-4);
+        assert_eq!(regulate(&seen(), &law(1.0), 700.0, 10.0, 0.5, 1.0), Regulation::WornOut);
+    }
+
+    #[test]
+    fn where_slower_is_no_safer_nothing_is_slowed() {
+        for p in [-1.0, 0.0] {
+            assert_eq!(regulate(&seen(), &law(p), 160.0, 400.0, 0.5, 1.0), Regulation::NoUse { lasts: true });
+            assert_eq!(regulate(&seen(), &law(p), 160.0, 500.0, 0.5, 1.0), Regulation::NoUse { lasts: false });
+        }
+    }
+
+    #[test]
+    fn the_line_ends_at_the_target_and_the_shift_meets_it() {
+        let line = TargetLine { from_m: 210.0, from_n: 250.0, to_m: 400.0, to_n: 400.0 };
+        assert_eq!([line.at(210.0), line.at(305.0), line.at(400.0), line.at(700.0)], [250.0, 325.0, 400.0, 400.0]);
+        let ratio = line.shift(305.0, 300.0, 163.2);
+        assert!((300.0 + 163.2 * (ratio - 1.0) - 325.0).abs() < 1e-9);
+    }
+}
