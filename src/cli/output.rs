@@ -160,7 +160,10 @@ fn is_ours(bytes: &[u8], kind: Kind) -> bool {
     let (head, tail) = (&bytes[..bytes.len().min(4096)], &bytes[bytes.len().saturating_sub(4096)..]);
     let holds = |mark: &str| [head, tail].iter().any(|part| memchr::memmem::find(part, mark.as_bytes()).is_some());
     match kind {
-        Kind::Program => crate::rewrite::is_ours(&crate::nc::parse(bytes.to_vec(), None)),
+        Kind::Program => {
+            holds(crate::finish::stepover::text::MARK)
+                || crate::rewrite::is_ours(&crate::nc::parse(bytes.to_vec(), None))
+        }
         Kind::Json => holds(&format!("\"{}\"", crate::report::WRITTEN_BY)),
         Kind::Csv => holds(crate::report::CSV_HEAD),
         Kind::Markup => holds(crate::report::MARK),

@@ -1,13 +1,25 @@
 //! Passes of varying step-over. In: the mesh of a surface, the job, a reference force and a scallop limit. Out: the passes of a ball
-//! or bull-nose end over it, as motions and as an NC program, with what they are predicted to do.
+//! or bull-nose end over it, as motions and as an NC program, with what they are predicted and found to do.
 //!
-//! [`surface`] reads the mesh, [`drop`] lowers the tool onto it.
+//! ```text
+//! bytes ─surface─▶ triangles ─drop─▶ tip and contact at any place ─section─▶ engaged arcs, scallop
+//!            ─reach─▶ how far to step over ─passes─▶ curves and feeds ─path─▶ motions ─text─▶ program ─check─▶ loads
+//! ```
+//! [`job`] runs through all of it.
 
+pub mod check;
 pub mod drop;
+pub mod hollow;
+pub mod job;
+pub mod passes;
+pub mod path;
+pub mod reach;
 pub mod section;
 pub mod shape;
 pub mod surface;
+pub mod text;
 
 pub use drop::{Contact, Dropper};
+pub use job::{Answer, Ask, Refusal, run};
 pub use shape::Shape;
 pub use surface::Surface;

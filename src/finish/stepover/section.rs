@@ -18,9 +18,9 @@ use crate::path::Vec3;
 use std::f64::consts::{PI, TAU};
 
 /// Angles looked at on a ring, its ends included; between two of them that differ the border is halved out.
-const LOOKS: usize = 40;
-/// Halvings of a border: 10° to a millionth of a radian.
-const HALVINGS: usize = 18;
+const LOOKS: usize = 17;
+/// Halvings of a border: 11° to a hundred-thousandth of a radian.
+const HALVINGS: usize = 14;
 
 /// What is known of the surface and the stock where the tool touches.
 #[derive(Debug, Clone, Copy)]
@@ -111,7 +111,7 @@ impl Section {
             Near::Pass(ball) => {
                 let level = ((q[0] - ball[0]).abs() - self.shape.flat_mm).max(0.0);
                 let down = (ball[1] - q[1]).max(0.0);
-                level.hypot(down) - self.shape.corner_mm
+                (level * level + down * down).sqrt() - self.shape.corner_mm
             }
         }
     }
@@ -139,6 +139,9 @@ impl Section {
         let middle = self.tip + ring.z_mm * Vec3::z();
         let flat = |p: &Vec3| self.across.map(|e| p.dot(&e));
         let (middle, forward, left) = (flat(&middle), flat(&forward), flat(&self.across[0]));
+        if self.clear(middle, ring.radius_mm) {
+            return;
+        }
         let stock = |phi: f64| {
             let (sin, cos) = phi.sin_cos();
             let at = |k: usize| middle[k] + ring.radius_mm * (cos * left[k] + sin * forward[k]);
@@ -163,6 +166,14 @@ impl Section {
         if let Some(entry) = entry {
             put(entry, to);
         }
+    }
+
+    /// Does a ring about `middle` stay above the stock all round? On a hollow the surface rises by no more than κ v²/2.
+    fn clear(&self, middle: [f64; 2], radius_mm: f64) -> bool {
+        let v = [middle[0] - self.contact[0], middle[1] - self.contact[1]];
+        let nearest = self.normal[0] * v[0] + self.normal[1] * v[1] - radius_mm;
+        let reach = (v[0] * v[0] + v[1] * v[1]).sqrt() + radius_mm;
+        nearest - 0.5 * self.curvature.max(0.0) * reach * reach > self.stock_mm
     }
 
     /// Angles at which a ring cuts forward: where its normal has a part along the feed.

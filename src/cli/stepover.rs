@@ -1,0 +1,102 @@
+//! `stepover`: the mesh of a surface and a setup in; a program of passes of varying step-over out.
+
+use std::path::Path;
+
+use super::Outcome;
+use super::args::{Global, Stepover, Unit};
+use super::error::CliError;
+use super::input;
+use super::learn::{load, open};
+use super::output::{Kind, Outputs};
+use super::screen::Screen;
+use crate::finish::stepover::{Ask, Refusal, Surface, run};
+use crate::nc::Dialect;
+use crate::report::{stepover_html, stepover_json, stepover_words};
+use crate::units::{MM_PER_INCH, mm_s_from_mm_min, rps_from_rpm};
+
+/// Facets steeper than this are not machined from above, degrees.
+const STEEPEST_DEG: f64 = 85.0;
+
+/// Plans, checks, writes.
+pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+    let inputs = [Some(command.surface.clone()), Some(command.setup.clone()), global.model.clone()];
+    let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
+    let target = command.output.clone().unwrap_or_else(|| command.surface.with_extension("nc"));
+    let program = outputs.open(&target, Kind::Program)?;
+    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let page = open(&mut outputs, command.report.as_deref(), Kind::Markup)?;
+    let mut job = load(&command.setup)?;
+    if let Some(model) = &global.model {
+        job.process = super::learn::model_file(model)?;
+    }
+    for told in crate::job::learned::apply(&mut job) {
+        screen.say(&format!("{} = {} ({})\n", told.key, told.value, told.source));
+    }
+    let named = global.dialect.as_deref().or(job.machine.dialect.as_deref());
+    let dialect = named.and_then(Dialect::from_name).unwrap_or(Dialect::Generic);
+    let factor = if command.unit == Unit::Inch { MM_PER_INCH } else { 1.0 };
+    let bytes = input::file(&command.surface)?;
+    let surface = Surface::read(&bytes, factor, STEEPEST_DEG.to_radians())
+        .map_err(|error| CliError::new(format!("{}: {error}", command.surface.display()), "give the surface as STL"))?;
+    let [least, largest] = [command.least_step_over, command.largest_step_over];
+    let positive = [
+        ("--reference-force", command.reference_force),
+        ("--feed", command.feed),
+        ("--rpm", command.rpm),
+        ("--scallop", Some(command.scallop)),
+        ("--stock", Some(command.stock)),
+        ("--tolerance", Some(command.tolerance)),
+        ("--least-step-over", least),
+        ("--largest-step-over", largest),
+    ];
+    if let Some((name, value)) = positive.into_iter().find(|(_, x)| x.is_some_and(|x| !(x > 0.0 && x.is_finite()))) {
+        let value = value.unwrap_or_default();
+        return Err(CliError::new(format!("{name} {value} makes no sense"), "give a positive number"));
+    }
+    if !(0.0..=45.0).contains(&command.turn) {
+        return Err(CliError::new(format!("--turn {} makes no sense", command.turn), "give degrees from 0 to 45"));
+    }
+    let ask = Ask {
+        tool: command.tool,
+        rps: command.rpm.map(rps_from_rpm),
+        feed_mm_s: command.feed.map(mm_s_from_mm_min),
+        force_n: command.reference_force,
+        scallop_mm: command.scallop,
+        stock_mm: command.stock,
+        step_over_mm: [least, largest],
+        direction_rad: command.direction.to_radians(),
+        turn_rad: command.turn.to_radians(),
+        tolerance_mm: command.tolerance,
+    };
+    let bar = screen.progress("planning");
+    let found = run(&surface, &job, dialect, &ask);
+    bar.finish_and_clear();
+    let answer = found.map_err(|error| refused(&error, &command.surface))?;
+    let to_stdout = program.is_stdout() || json.as_ref().is_some_and(super::output::Output::is_stdout);
+    let words = stepover_words(&answer);
+    if to_stdout {
+        screen.say(&words);
+    } else {
+        screen.show(&words)?;
+    }
+    if let Some(json) = json {
+        json.write(stepover_json(&answer).as_bytes())?;
+    }
+    if let Some(page) = page {
+        page.write(stepover_html(&answer, &command.surface.display().to_string()).as_bytes())?;
+    }
+    if !answer.varying.check.events.is_empty() {
+        screen.say("nothing was written: the program would do what it must not (events above)");
+        return Ok(Outcome::Unmet);
+    }
+    program.write(answer.varying.text.as_bytes())?;
+    if !to_stdout {
+        screen.say(&format!("written   {}", target.display()));
+    }
+    Ok(Outcome::Done)
+}
+
+fn refused(error: &Refusal, surface: &Path) -> CliError {
+    let Refusal::Plain { why, help } = error;
+    CliError::new(format!("{}: {why}", surface.display()), help.clone())
+}

@@ -1,0 +1,178 @@
+//! What the written program does, by the ordinary pipeline. In: its text, the job, the stock the surface carries. Out: force and
+//! time of every station that cuts, the largest force, the share of the contact length near the reference.
+//!
+//! The text is read, interpreted and simulated like any other program, in a height field that stands above the surface by the
+//! stock; nothing of the plan is used but the line each motion stands on.
+
+use super::drop::Dropper;
+use super::passes::Bind;
+use super::shape::Shape;
+use super::surface::Surface;
+use crate::engage::{self, EngageError};
+use crate::ids::MoveId;
+use crate::machine::{Box3, Job, StockShape};
+use crate::nc::{self, Dialect, Environment, MoveKind};
+use crate::path::Vec3;
+use crate::schedule::caps::Cutters;
+use crate::schedule::{as_programmed, realise};
+use crate::stock::{Blank, Piece, Relief, saved};
+use rayon::prelude::*;
+
+/// What came out.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Check {
+    /// Time of the program, s.
+    pub time_s: f64,
+    /// Time of its feed motions, s.
+    pub feed_s: f64,
+    /// Length on which something is cut on a pass, mm.
+    pub contact_mm: f64,
+    /// Length of that on which the force is what bounds the step-over, mm.
+    pub bound_mm: f64,
+    /// Share of that length on which the force lies within 10 % of the reference.
+    pub within_10_percent: f64,
+    /// Its mean over the reference, by length.
+    pub mean_ratio: f64,
+    /// Largest force on passes, N, and its line.
+    pub largest_n: (f64, u32),
+    /// Force that 99 % of the contact length stays below, N.
+    pub p99_n: f64,
+    /// Largest force on leads and links, N, and its line.
+    pub links_n: (f64, u32),
+    /// Force on every pass: mean by length and largest, N.
+    pub by_pass: Vec<[f64; 2]>,
+    /// What the program cuts at rapid, or otherwise must not do, one sentence each.
+    pub events: Vec<String>,
+    /// What could not be read, one sentence each.
+    pub doubts: Vec<String>,
+}
+
+/// Cells of the stock, mm: a quarter of the least step-over would be finer than the walls need, which are exact.
+const CELL_MM: f64 = 0.1;
+/// Most cells along the longer side.
+const CELLS: f64 = 1500.0;
+/// Stations of the check lie at most this far apart, mm.
+const SPACING_MM: f64 = 1.0;
+/// Bottom of the stock below the lowest point of the surface, mm.
+const BELOW_MM: f64 = 5.0;
+
+/// Stock that stands above a surface by a constant thickness along the normal: a ball of that radius that rests on the surface has its
+/// middle on the parallel surface.
+pub fn stock(surface: &Surface, thickness_mm: f64) -> Piece {
+    let extent = Box3 {
+        min: Vec3::new(surface.extent.min.x, surface.extent.min.y, surface.extent.min.z - BELOW_MM),
+        max: Vec3::new(surface.extent.max.x, surface.extent.max.y, surface.extent.max.z + thickness_mm),
+    };
+    let side = (extent.max - extent.min).xy().amax();
+    let cell = CELL_MM.max(side / CELLS);
+    let size = [0, 1].map(|axis| (((extent.max[axis] - extent.min[axis]) / cell).ceil() as usize).max(1));
+    let middle = |axis: usize, k: usize| {
+        extent.min[axis] + (k as f64 + 0.5) * (extent.max[axis] - extent.min[axis]) / size[axis] as f64
+    };
+    let ball = Dropper::new(surface, Shape::ball(thickness_mm.max(1e-3)));
+    let places: Vec<[f64; 2]> =
+        (0..size[0] * size[1]).map(|k| [middle(0, k % size[0]), middle(1, k / size[0])]).collect();
+    let height = |p: &[f64; 2]| ball.drop(*p).map_or(extent.min.z, |contact| contact.tip_mm + thickness_mm) as f32;
+    let heights: Vec<f32> = places.par_iter().with_min_len(256).map(height).collect();
+    Piece::uncut(Blank::Heights(Box::new(Relief::from_rows(extent, size, heights))), cell)
+}
+
+/// Name under which the simulation asks for the stock.
+const NAME: &str = "stock above the surface";
+
+/// Simulates a program; `lines` are those of its motions, `of` what each is part of, `piece` the stock.
+pub fn check(
+    text: &str,
+    dialect: Dialect,
+    job: &Job,
+    piece: &Piece,
+    parts: &[(u32, Option<(u32, Bind)>)],
+    reference_n: f64,
+) -> Result<Check, EngageError> {
+    let mut job = job.clone();
+    job.stocks.truncate(1);
+    for stock in &mut job.stocks {
+        stock.shape = StockShape::Saved(NAME.into());
+        stock.offset = None;
+        stock.moved_mm = Vec3::zeros();
+    }
+    let program = nc::parse(text.as_bytes().to_vec(), Some(dialect));
+    let environment = Environment::from_job(&job);
+    let toolpath = nc::interpret(&program, &nc::unit::settled(&program, environment, Some(&job)));
+    let bytes = saved::to_bytes(piece, Vec3::zeros());
+    let options = engage::Options {
+        spacing_mm: SPACING_MM,
+        cell_mm: Some(piece.field.cell[0].max(piece.field.cell[1])),
+        loader: Some(&|_| Ok(bytes.clone())),
+        ..engage::Options::default()
+    };
+    let map = engage::engage(&toolpath, &job, &options, &|_| {})?;
+    let feeds = as_programmed(&toolpath);
+    let cutters = Cutters::new(&toolpath, &map, &job, &feeds);
+    let realised = realise(&toolpath, &feeds, &job.machine);
+    let feed_s =
+        toolpath.moves.iter().zip(&realised.move_s).filter(|(m, _)| m.kind == MoveKind::Feed).map(|(_, s)| s).sum();
+    let mut found = Check { time_s: realised.total_s, feed_s, ..Check::default() };
+    let forces: Vec<f64> = map
+        .stations
+        .par_iter()
+        .map(|station| {
+            let motion = &toolpath.moves[station.move_id.ix()];
+            let cut = cutters.cut(&map, motion, station);
+            let loads = cutters.of(station.move_id).filter(|_| station.arc_count > 0);
+            loads.map_or(0.0, |cutter| cutter.line(&cut).loads(motion.feed.mm_s).force_xy_peak_n)
+        })
+        .collect();
+    let (mut near, mut sum, mut all) = (0.0, 0.0, Vec::new());
+    for (station, force) in map.stations.iter().zip(forces).filter(|(station, _)| station.arc_count > 0) {
+        let line = toolpath.moves[station.move_id.ix()].line;
+        let part = parts.binary_search_by_key(&line, |(line, _)| *line).ok().and_then(|k| parts[k].1);
+        let length = station.length_mm();
+        let Some((pass, bind)) = part else {
+            if force > found.links_n.0 {
+                found.links_n = (force, line);
+            }
+            continue;
+        };
+        found.contact_mm += length;
+        all.push((force, length));
+        if force > found.largest_n.0 {
+            found.largest_n = (force, line);
+        }
+        let pass = pass as usize;
+        if found.by_pass.len() <= pass {
+            found.by_pass.resize(pass + 1, [0.0; 2]);
+        }
+        found.by_pass[pass][1] = found.by_pass[pass][1].max(force);
+        if bind == Bind::Force {
+            found.bound_mm += length;
+            sum += force * length;
+            near += if (force / reference_n - 1.0).abs() <= 0.1 { length } else { 0.0 };
+        }
+    }
+    let of = |sum: f64| if found.bound_mm > 0.0 { sum / found.bound_mm } else { 0.0 };
+    (found.within_10_percent, found.mean_ratio) = (of(near), of(sum) / reference_n);
+    found.p99_n = below(&mut all, 0.99);
+    let line_of = |id: MoveId| toolpath.moves[id.ix()].line;
+    found.events = map
+        .events
+        .iter()
+        .map(|event| format!("line {}: {:?} {}", line_of(event.move_id), event.kind, event.detail))
+        .collect();
+    found.doubts = toolpath.diagnostics.iter().map(|diagnostic| diagnostic.text.clone()).collect();
+    Ok(found)
+}
+
+/// The value that a share of the length stays below.
+fn below(all: &mut [(f64, f64)], share: f64) -> f64 {
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let whole: f64 = all.iter().map(|(_, length)| length).sum();
+    let mut sum = 0.0;
+    for (force, length) in all.iter() {
+        sum += length;
+        if sum >= share * whole {
+            return *force;
+        }
+    }
+    all.last().map_or(0.0, |(force, _)| *force)
+}

@@ -1,0 +1,382 @@
+//! The passes side by side. In: a terrain, bounds, feeds to choose from, a reference force. Out: passes as curves y(x) with the
+//! feed of each, and what bounds them where.
+//!
+//! The frame is turned so that passes run along X and follow each other towards +Y. Columns stand side by side along X. In each the
+//! surface is machined on some stretches of Y. From a pass y_k the next may lie, column by column, as far as [`Reach`] says; over
+//! gaps it goes to where the next stretch begins, and a rest at the end of a stretch that is wider than half a step-over gets a
+//! pass on its edge. As a pass may turn away from X by no more than a slope L, the next one is the largest curve with that
+//! slope below what the columns allow:
+//!
+//! y_{k+1}(x) = min over x' of allowed(x') + L |x − x'|.
+//!
+//! It nowhere exceeds what is allowed; L = 0 gives straight passes. Each pass has one feed: the one with which it clears the
+//! most area a second.
+
+use super::reach::{Bounds, Reach, Terrain};
+use super::section::Beside;
+use crate::path::Vec3;
+use rayon::prelude::*;
+
+/// What the passes have to keep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wish {
+    /// Bounds of step-over and scallop.
+    pub bounds: Bounds,
+    /// Force that is not exceeded, N.
+    pub reference_n: f64,
+    /// Feeds to choose from, mm/s, the largest last.
+    pub feeds_mm_s: Vec<f64>,
+    /// Steepest that a pass may turn away from its direction.
+    pub turn: f64,
+    /// One step-over for all passes, mm, in place of what the columns allow.
+    pub constant_mm: Option<f64>,
+}
+
+/// What bounds the step-over at a place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bind {
+    /// The reference force.
+    Force,
+    /// The scallop limit.
+    Scallop,
+    /// The largest step-over.
+    Largest,
+    /// Even the least step-over exceeds the force.
+    Least,
+    /// The pass may not turn further, or keeps to the constant step-over.
+    Neighbours,
+    /// An edge of the surface.
+    Edge,
+}
+
+/// One place of a pass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// Column.
+    pub column: u32,
+    /// Place in the plane, mm.
+    pub at: [f64; 2],
+    /// Step-over from the pass before, mm; 0 at an edge.
+    pub step_mm: f64,
+    /// Predicted force, N.
+    pub force_n: f64,
+    /// Scallop towards the pass before, mm.
+    pub scallop_mm: f64,
+    /// What bounds it.
+    pub bind: Bind,
+    /// Tip, mm.
+    pub tip: Vec3,
+}
+
+/// One pass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pass {
+    /// Y at every column, mm.
+    pub curve: Vec<f64>,
+    /// Stretches on the surface, each a list of spots along +X.
+    pub stretches: Vec<Vec<Spot>>,
+    /// Feed, mm/s.
+    pub feed_mm_s: f64,
+}
+
+/// All passes, and what columns allowed.
+#[derive(Debug, Clone, Default)]
+pub struct Plan {
+    /// In order towards +Y.
+    pub passes: Vec<Pass>,
+    /// Distance of the columns, mm.
+    pub column_mm: f64,
+    /// X of the first column, mm.
+    pub first_mm: f64,
+    /// Largest step-over that is allowed everywhere, for each feed of the wish, mm.
+    pub everywhere_mm: Vec<f64>,
+    /// Least time that passes along this direction need to cut, s: at every place the feed and the step-over whose product is largest.
+    pub bound_s: f64,
+    /// Share of the places where even the least step-over exceeds the force.
+    pub out_of_reach: f64,
+}
+
+/// The columns, each with the stretches of Y on which the surface is machined.
+pub struct Columns {
+    first_mm: f64,
+    column_mm: f64,
+    stretches: Vec<Vec<[f64; 2]>>,
+}
+
+/// Steps by which the end of a stretch is halved out.
+const HALVINGS: u32 = 12;
+
+impl Columns {
+    /// Looks where the tool touches what is machined: columns and rows at most `fine_mm` apart.
+    pub fn new(terrain: &Terrain, low: [f64; 2], high: [f64; 2], column_mm: f64, fine_mm: f64) -> Self {
+        let reach = terrain.shape().radius_mm();
+        let count = ((high[0] - low[0] + 2.0 * reach) / column_mm).ceil() as usize + 1;
+        let first_mm = low[0] - reach;
+        let rows = ((high[1] - low[1] + 2.0 * reach) / fine_mm).ceil() as usize + 1;
+        let column = |i: usize| {
+            let x = first_mm + i as f64 * column_mm;
+            let on = |y: f64| terrain.dropper.drop([x, y]).is_some_and(|contact| !contact.rim);
+            let at = |j: usize| low[1] - reach + j as f64 * fine_mm;
+            let (mut found, mut begin, mut before) = (Vec::new(), None, false);
+            for j in 0..=rows {
+                let here = j < rows && on(at(j));
+                if here && !before {
+                    begin = Some(if j == 0 { at(0) } else { border(&on, at(j - 1), at(j)) });
+                }
+                if let (true, false, Some(begin)) = (before, here, begin) {
+                    found.push([begin, border(&on, at(j), at(j - 1))]);
+                }
+                before = here;
+            }
+            found
+        };
+        Self { first_mm, column_mm, stretches: (0..count).into_par_iter().map(column).collect() }
+    }
+
+    /// X of a column, mm.
+    fn x(&self, i: usize) -> f64 {
+        self.first_mm + i as f64 * self.column_mm
+    }
+
+    /// Is the surface machined at this Y of a column?
+    fn on(&self, i: usize, y: f64) -> bool {
+        self.stretch(i, y).is_some()
+    }
+
+    fn stretch(&self, i: usize, y: f64) -> Option<[f64; 2]> {
+        let slack = 1e-6;
+        self.stretches[i].iter().find(|[from, to]| (from - slack..=to + slack).contains(&y)).copied()
+    }
+
+    /// Where the next stretch of a column begins above a Y; infinite where there is none.
+    fn next(&self, i: usize, y: f64) -> f64 {
+        self.stretches[i].iter().map(|[from, _]| *from).find(|from| *from > y + 1e-6).unwrap_or(f64::INFINITY)
+    }
+}
+
+/// Where `on` begins to hold between a place where it does not and one where it does: on the side where it holds.
+fn border(on: &dyn Fn(f64) -> bool, out: f64, inside: f64) -> f64 {
+    let (mut a, mut b) = (out, inside);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (a + b);
+        if on(middle) {
+            b = middle;
+        } else {
+            a = middle;
+        }
+    }
+    b
+}
+
+/// What a column allows for the next pass.
+struct Allowed {
+    /// Steps by feed, mm, and what bounds them; empty in a gap.
+    steps: Vec<(f64, Bind)>,
+    reach: Option<Reach>,
+}
+
+/// Plans the passes over the columns.
+pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
+    let count = columns.stretches.len();
+    let mut plan = Plan {
+        column_mm: columns.column_mm,
+        first_mm: columns.first_mm,
+        everywhere_mm: vec![f64::INFINITY; wish.feeds_mm_s.len()],
+        ..Plan::default()
+    };
+    let begin: Vec<f64> = (0..count).map(|i| columns.next(i, f64::NEG_INFINITY)).collect();
+    let half = (terrain.shape().radius_mm() / columns.column_mm).round() as usize;
+    let mut curve = below(&begin, wish.turn, columns.column_mm, half);
+    let mut feed = *wish.feeds_mm_s.last().unwrap_or(&1.0);
+    let mut binds = vec![Bind::Edge; count];
+    let (mut places, mut beyond) = (0usize, 0usize);
+    let mut before: Option<Vec<f64>> = None;
+    while curve.iter().any(|y| y.is_finite()) {
+        let run = [way(plan.passes.len()), feed];
+        plan.passes.push(look(terrain, columns, &curve, before.as_deref(), &binds, run));
+        let ahead = headings(&curve, columns.column_mm, way(plan.passes.len()));
+        let column = |i: usize| {
+            let mut allowed = Allowed { steps: Vec::new(), reach: None };
+            if let (Some(_), None) = (columns.stretch(i, curve[i]), wish.constant_mm) {
+                allowed.reach = terrain.reach([columns.x(i), curve[i]], ahead[i], &wish.bounds);
+            }
+            if let Some(reach) = &allowed.reach {
+                allowed.steps = wish.feeds_mm_s.iter().map(|f| bound(reach, *f, wish)).collect();
+            }
+            allowed
+        };
+        let mut allowed: Vec<Allowed> = (0..count).into_par_iter().map(column).collect();
+        for allowed in allowed.iter().filter(|allowed| !allowed.steps.is_empty()) {
+            places += 1;
+            beyond += usize::from(allowed.steps.iter().all(|(_, bind)| *bind == Bind::Least));
+            for (least, (step, _)) in plan.everywhere_mm.iter_mut().zip(&allowed.steps) {
+                *least = least.min(*step);
+            }
+        }
+        let offers: Vec<Offer> =
+            (0..wish.feeds_mm_s.len()).map(|k| offer(columns, &curve, &allowed, k, (wish, half))).collect();
+        let rate = |k: usize| wish.feeds_mm_s[k] * offers[k].gain_mm2;
+        let best = (0..offers.len()).reduce(|a, b| if rate(b) > rate(a) { b } else { a }).unwrap_or(0);
+        let settle = |(i, allowed): (usize, &mut Allowed)| {
+            let (Some(reach), Some(step)) = (&allowed.reach, allowed.steps.get_mut(best)) else { return };
+            if step.1 == Bind::Force {
+                let ask = [wish.feeds_mm_s[best], wish.reference_n];
+                step.0 = terrain.settled_mm([columns.x(i), curve[i]], ahead[i], reach, ask);
+            }
+        };
+        allowed.par_iter_mut().enumerate().for_each(settle);
+        let Offer { next, binds: bound_by, .. } = offer(columns, &curve, &allowed, best, (wish, half));
+        plan.bound_s += least_time(columns, &curve, &next, &allowed, wish);
+        feed = wish.feeds_mm_s.get(best).copied().unwrap_or(feed);
+        binds = bound_by;
+        before = Some(std::mem::replace(&mut curve, next));
+    }
+    plan.out_of_reach = beyond as f64 / places.max(1) as f64;
+    plan
+}
+
+/// The step-over that a place allows at a feed, and what bounds it.
+fn bound(reach: &Reach, feed_mm_s: f64, wish: &Wish) -> (f64, Bind) {
+    let (step, within) = reach.step_mm(feed_mm_s, wish.reference_n);
+    let bind = match step {
+        _ if !within => Bind::Least,
+        step if step < reach.by_scallop_mm => Bind::Force,
+        step if step < wish.bounds.largest_mm => Bind::Scallop,
+        _ => Bind::Largest,
+    };
+    (step, bind)
+}
+
+/// The next pass at one feed.
+#[derive(Default)]
+struct Offer {
+    next: Vec<f64>,
+    binds: Vec<Bind>,
+    /// Area between the passes where the surface is machined, mm².
+    gain_mm2: f64,
+}
+
+fn offer(columns: &Columns, curve: &[f64], allowed: &[Allowed], feed: usize, (wish, half): (&Wish, usize)) -> Offer {
+    let column = |i: usize| {
+        let y = curve[i];
+        let Some([_, end]) = columns.stretch(i, y) else { return (columns.next(i, y), Bind::Edge) };
+        let known = allowed[i].steps.get(feed).copied();
+        let (step, bind) = match wish.constant_mm {
+            Some(step) => (step, Bind::Neighbours),
+            None => known.unwrap_or((wish.bounds.least_mm, Bind::Edge)),
+        };
+        if y + step <= end {
+            (y + step, bind)
+        } else if end - y > 0.5 * step {
+            (end, Bind::Edge)
+        } else {
+            (columns.next(i, y), Bind::Edge)
+        }
+    };
+    let (tops, mut binds): (Vec<f64>, Vec<Bind>) = (0..curve.len()).map(column).unzip();
+    let next = below(&tops, wish.turn, columns.column_mm, half);
+    let mut gain_mm2 = 0.0;
+    for i in 0..curve.len() {
+        if next[i] < tops[i] - 1e-9 && tops[i].is_finite() {
+            binds[i] = Bind::Neighbours;
+        }
+        if columns.on(i, curve[i]) && next[i].is_finite() {
+            gain_mm2 += (next[i] - curve[i]) * columns.column_mm;
+        }
+    }
+    Offer { next, binds, gain_mm2 }
+}
+
+/// Mean over `half` columns either way of the least over as many: nowhere above the curve itself, and without its fine waves.
+fn smooth(curve: &[f64], half: usize) -> Vec<f64> {
+    let window = |i: usize| i.saturating_sub(half)..(i + half + 1).min(curve.len());
+    let least: Vec<f64> =
+        (0..curve.len()).map(|i| curve[window(i)].iter().fold(f64::INFINITY, |a, b| a.min(*b))).collect();
+    (0..curve.len()).map(|i| least[window(i)].iter().sum::<f64>() / window(i).len() as f64).collect()
+}
+
+/// Largest curve of a slope no steeper than `turn` below the tops, without fine waves where it may turn at all: those of one pass
+/// would come back enlarged in the next.
+fn below(tops: &[f64], turn: f64, column_mm: f64, half: usize) -> Vec<f64> {
+    let mut curve = if turn > 0.0 { smooth(tops, half) } else { tops.to_vec() };
+    let rise = turn * column_mm;
+    for i in 1..curve.len() {
+        curve[i] = curve[i].min(curve[i - 1] + rise);
+    }
+    for i in (1..curve.len()).rev() {
+        curve[i - 1] = curve[i - 1].min(curve[i] + rise);
+    }
+    curve
+}
+
+/// Passes run to and fro: the first along +X.
+pub fn way(pass: usize) -> f64 {
+    if pass.is_multiple_of(2) { 1.0 } else { -1.0 }
+}
+
+/// Unit heading of a curve at each column, along +X or against it.
+fn headings(curve: &[f64], column_mm: f64, way: f64) -> Vec<[f64; 2]> {
+    let last = curve.len() - 1;
+    let heading = |i: usize| {
+        let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
+        let slope = (curve[b] - curve[a]) / ((b - a).max(1) as f64 * column_mm);
+        let slope = if slope.is_finite() { slope } else { 0.0 };
+        let length = slope.hypot(1.0);
+        [way / length, way * slope / length]
+    };
+    (0..curve.len()).map(heading).collect()
+}
+
+/// Least time in which the area between two passes is cut, s: dx·dy·√(1 + z'²)/(f·s), the largest f·s over the feeds.
+fn least_time(columns: &Columns, curve: &[f64], next: &[f64], allowed: &[Allowed], wish: &Wish) -> f64 {
+    let column = |i: usize| {
+        let rate =
+            wish.feeds_mm_s.iter().zip(&allowed[i].steps).map(|(feed, (step, _))| feed * step).fold(0.0, f64::max);
+        let [_, end] = columns.stretch(i, curve[i]).filter(|_| rate > 0.0)?;
+        let depth = next[i].min(end) - curve[i];
+        let longer = allowed[i].reach.as_ref().map_or(1.0, |reach| reach.longer);
+        Some(depth.max(0.0) * columns.column_mm * longer / rate)
+    };
+    (0..curve.len()).filter_map(column).sum()
+}
+
+/// What a pass does on its stretches.
+fn look(
+    terrain: &Terrain,
+    columns: &Columns,
+    curve: &[f64],
+    before: Option<&[f64]>,
+    binds: &[Bind],
+    [way, feed_mm_s]: [f64; 2],
+) -> Pass {
+    let ahead = headings(curve, columns.column_mm, way);
+    let spot = |i: usize| {
+        let at = [columns.x(i), curve[i]];
+        let [from, _] = columns.stretch(i, curve[i])?;
+        // The pass before lies on the same stretch, or the stock begins at its end.
+        let beside = before.map(|before| before[i]).filter(|y| *y >= from - 1e-6).and_then(|y| {
+            let tip = terrain.dropper.drop([at[0], y])?.tip_mm;
+            Some((Beside::Pass(Vec3::new(at[0], y, tip)), curve[i] - y))
+        });
+        let contact = terrain.dropper.drop([at[0], from])?;
+        let (beside, step_mm) = beside.unwrap_or((Beside::Edge(contact.point - 1e-3 * Vec3::y()), 0.0));
+        let here = terrain.here(at, ahead[i], beside)?;
+        let force_n = terrain.line(&here).loads(feed_mm_s).force_xy_peak_n;
+        let bind = if step_mm > 0.0 { binds[i] } else { Bind::Edge };
+        let scallop_mm = here.scallop_mm;
+        Some(Spot { column: i as u32, at, step_mm, force_n, scallop_mm, bind, tip: here.tip })
+    };
+    let spots: Vec<Option<Spot>> = (0..curve.len()).into_par_iter().map(spot).collect();
+    let mut stretches: Vec<Vec<Spot>> = Vec::new();
+    let mut open = false;
+    for spot in spots {
+        match spot {
+            Some(spot) if open => stretches.last_mut().into_iter().for_each(|stretch| stretch.push(spot)),
+            Some(spot) => stretches.push(vec![spot]),
+            None => {}
+        }
+        open = spot.is_some();
+    }
+    stretches.retain(|stretch| stretch.len() > 1);
+    Pass { curve: curve.to_vec(), stretches, feed_mm_s }
+}

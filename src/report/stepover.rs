@@ -1,0 +1,244 @@
+//! What a plan of varying step-over found, as JSON and as text on the screen. In: an [`Answer`]. Out: text.
+
+use super::WRITTEN_BY;
+use super::summary::{clock, short};
+use crate::finish::stepover::Answer;
+use crate::finish::stepover::job::{Program, cutting_s};
+use crate::finish::stepover::passes::{Bind, Pass, Spot};
+use crate::units::{mm_min_from_mm_s, rpm_from_rps};
+use serde::Serialize;
+use std::fmt::Write;
+
+#[derive(Serialize)]
+struct Report {
+    written_by: &'static str,
+    tool: u32,
+    spindle_rpm: f64,
+    reference_n: f64,
+    scallop_limit_mm: f64,
+    step_over_bounds_mm: [f64; 2],
+    varying: Side,
+    constant: Option<Constant>,
+    /// Time against constant step-over, %.
+    saved_percent: Option<f64>,
+    price: Price,
+    passes: Vec<PassRow>,
+    notes: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Price {
+    s_per_n: f64,
+    s_per_um: f64,
+}
+
+#[derive(Serialize)]
+struct Constant {
+    step_over_mm: f64,
+    feed_mm_min: f64,
+    #[serde(flatten)]
+    side: Side,
+}
+
+#[derive(Serialize)]
+struct Side {
+    passes: usize,
+    motions: usize,
+    time_s: f64,
+    cutting_s: f64,
+    scallop_max_mm: f64,
+    predicted: Predicted,
+    simulated: Simulated,
+}
+
+#[derive(Serialize)]
+struct Predicted {
+    force_max_n: f64,
+    /// Least time of passes along this direction, and how far above it the cutting time lies.
+    bound_s: Option<f64>,
+    gap_percent: Option<f64>,
+    /// Share of the path that each bound holds.
+    bound_by_percent: Vec<(&'static str, f64)>,
+}
+
+#[derive(Serialize)]
+struct Simulated {
+    force_max_n: f64,
+    force_max_line: u32,
+    force_p99_n: f64,
+    links_force_max_n: f64,
+    contact_mm: f64,
+    force_bound_mm: f64,
+    within_10_percent: f64,
+    mean_ratio: f64,
+    events: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct PassRow {
+    pass: usize,
+    feed_mm_min: f64,
+    length_mm: f64,
+    step_over_mm: [f64; 2],
+    force_n: [f64; 2],
+    scallop_mm: [f64; 2],
+    simulated_force_max_n: f64,
+}
+
+fn name(bind: Bind) -> &'static str {
+    match bind {
+        Bind::Force => "force",
+        Bind::Scallop => "scallop",
+        Bind::Largest => "largest step-over",
+        Bind::Least => "least step-over",
+        Bind::Neighbours => "rest of the pass",
+        Bind::Edge => "edge",
+    }
+}
+
+fn spots(passes: &[Pass]) -> impl Iterator<Item = &Spot> {
+    passes.iter().flat_map(|pass| pass.stretches.iter().flatten())
+}
+
+fn largest(passes: &[Pass], of: impl Fn(&Spot) -> f64) -> f64 {
+    spots(passes).map(of).fold(0.0, f64::max)
+}
+
+fn side(program: &Program, bounded: bool) -> Side {
+    let (plan, check) = (&program.plan, &program.check);
+    let all = spots(&plan.passes).count().max(1) as f64;
+    let share = |bind: Bind| 100.0 * spots(&plan.passes).filter(|spot| spot.bind == bind).count() as f64 / all;
+    let binds = [Bind::Force, Bind::Scallop, Bind::Largest, Bind::Least, Bind::Neighbours, Bind::Edge];
+    let cutting = cutting_s(plan);
+    Side {
+        passes: plan.passes.iter().filter(|pass| !pass.stretches.is_empty()).count(),
+        motions: program.steps.len(),
+        time_s: check.time_s,
+        cutting_s: cutting,
+        scallop_max_mm: largest(&plan.passes, |spot| spot.scallop_mm),
+        predicted: Predicted {
+            force_max_n: largest(&plan.passes, |spot| spot.force_n),
+            bound_s: bounded.then_some(plan.bound_s),
+            gap_percent: bounded.then_some(100.0 * (cutting / plan.bound_s.max(1e-9) - 1.0)),
+            bound_by_percent: binds.into_iter().map(|bind| (name(bind), share(bind))).collect(),
+        },
+        simulated: Simulated {
+            force_max_n: check.largest_n.0,
+            force_max_line: check.largest_n.1,
+            force_p99_n: check.p99_n,
+            links_force_max_n: check.links_n.0,
+            contact_mm: check.contact_mm,
+            force_bound_mm: check.bound_mm,
+            within_10_percent: 100.0 * check.within_10_percent,
+            mean_ratio: check.mean_ratio,
+            events: check.events.clone(),
+        },
+    }
+}
+
+fn row(number: usize, pass: &Pass, simulated: [f64; 2]) -> PassRow {
+    let range = |of: &dyn Fn(&Spot) -> f64| {
+        let values = pass.stretches.iter().flatten().map(of);
+        values.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], x| [low.min(x), high.max(x)])
+    };
+    let length = |stretch: &Vec<Spot>| stretch.windows(2).map(|two| (two[1].tip - two[0].tip).norm()).sum::<f64>();
+    PassRow {
+        pass: number + 1,
+        feed_mm_min: mm_min_from_mm_s(pass.feed_mm_s),
+        length_mm: pass.stretches.iter().map(length).sum(),
+        step_over_mm: range(&|spot| spot.step_mm),
+        force_n: range(&|spot| spot.force_n),
+        scallop_mm: range(&|spot| spot.scallop_mm),
+        simulated_force_max_n: simulated[1],
+    }
+}
+
+/// Time that is saved against constant step-over, %.
+fn saved(answer: &Answer) -> Option<f64> {
+    let (_, constant) = answer.constant.as_ref()?;
+    Some(100.0 * (1.0 - answer.varying.check.time_s / constant.check.time_s))
+}
+
+/// The report as JSON.
+pub fn stepover_json(answer: &Answer) -> String {
+    let varying = &answer.varying;
+    let simulated = |k: usize| varying.check.by_pass.get(k).copied().unwrap_or_default();
+    let passes = varying.plan.passes.iter().enumerate().filter(|(_, pass)| !pass.stretches.is_empty());
+    let constant = answer.constant.as_ref().map(|(step, program)| Constant {
+        step_over_mm: *step,
+        feed_mm_min: program.plan.passes.first().map_or(0.0, |pass| mm_min_from_mm_s(pass.feed_mm_s)),
+        side: side(program, false),
+    });
+    let report = Report {
+        written_by: WRITTEN_BY,
+        tool: answer.tool,
+        spindle_rpm: rpm_from_rps(answer.rps),
+        reference_n: answer.reference_n,
+        scallop_limit_mm: answer.bounds.scallop_mm,
+        step_over_bounds_mm: [answer.bounds.least_mm, answer.bounds.largest_mm],
+        varying: side(varying, true),
+        constant,
+        saved_percent: saved(answer),
+        price: Price { s_per_n: answer.prices[0], s_per_um: answer.prices[1] },
+        passes: passes.map(|(k, pass)| row(k, pass, simulated(k))).collect(),
+        notes: answer.notes.clone(),
+    };
+    serde_json::to_string_pretty(&report).map_or_else(|_| String::new(), |text| text + "\n")
+}
+
+/// The report on the screen.
+pub fn stepover_words(answer: &Answer) -> String {
+    let whole = side(&answer.varying, true);
+    let mut text = String::new();
+    for note in &answer.notes {
+        let _ = writeln!(text, "note      {note}");
+    }
+    let _ = writeln!(
+        text,
+        "passes    {}, {} of cutting at the feeds, {} in all; the least that passes along this direction need is {}",
+        whole.passes,
+        clock(whole.cutting_s),
+        clock(whole.time_s),
+        clock(answer.varying.plan.bound_s)
+    );
+    let by: Vec<String> = whole
+        .predicted
+        .bound_by_percent
+        .iter()
+        .filter(|(_, percent)| *percent > 0.05)
+        .map(|(name, percent)| format!("{name} {percent:.1} %"))
+        .collect();
+    let _ = writeln!(text, "bounds    {}", by.join(", "));
+    let _ = writeln!(
+        text,
+        "simulated {} N at most on passes (line {}), 99 % of them below {} N, on leads and links {} N; reference {} N",
+        short(whole.simulated.force_max_n),
+        whole.simulated.force_max_line,
+        short(whole.simulated.force_p99_n),
+        short(whole.simulated.links_force_max_n),
+        short(answer.reference_n)
+    );
+    if whole.simulated.force_bound_mm > 0.0 {
+        let _ = writeln!(
+            text,
+            "          where the force bounds the step-over: mean {:.1} % of the reference, within 10 % of it on {:.1} % of {} mm",
+            100.0 * whole.simulated.mean_ratio,
+            whole.simulated.within_10_percent,
+            short(whole.simulated.force_bound_mm)
+        );
+    }
+    let _ = writeln!(text, "scallop   {:.4} mm at most", whole.scallop_max_mm);
+    if let (Some((step, constant)), Some(percent)) = (&answer.constant, saved(answer)) {
+        let _ = writeln!(
+            text,
+            "constant  {step:.3} mm seen from above keeps force and scallop everywhere: {}, {} passes; varying takes {percent:.1} % less",
+            clock(constant.check.time_s),
+            constant.plan.passes.iter().filter(|pass| !pass.stretches.is_empty()).count()
+        );
+    }
+    let _ = writeln!(text, "prices    {:+.2} s per N, {:+.2} s per um of scallop", answer.prices[0], answer.prices[1]);
+    for event in whole.simulated.events.iter().take(5) {
+        let _ = writeln!(text, "event     {event}");
+    }
+    text
+}

@@ -1,0 +1,176 @@
+//! Passes of varying step-over: against published figures, and from the outside.
+
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
+
+#[path = "../examples/surfaces.rs"]
+mod surfaces;
+
+use assert_cmd::Command;
+use feedwright::finish::stepover::reach::{Bounds, Terrain};
+use feedwright::finish::stepover::{Dropper, Shape, Surface};
+use feedwright::force::Cutter;
+use feedwright::path::Vec3;
+use feedwright::setup;
+use feedwright::stock::Mesh;
+use std::path::Path;
+
+const SETUP: &str = "programs/mould.setup.toml";
+
+/// Nishida, Eq. 1, stock 0.1 mm, 0.05 mm per tooth: the step-over along the slope at which a pass carries 5 N, by the slope from
+/// level, mm (figures of the independent sum).
+const FIVE_NEWTONS: [(f64, f64); 10] = [
+    (5.0, 0.715),
+    (10.0, 0.524),
+    (15.0, 0.468),
+    (20.0, 0.431),
+    (30.0, 0.371),
+    (40.0, 0.323),
+    (50.0, 0.286),
+    (60.0, 0.259),
+    (70.0, 0.241),
+    (75.0, 0.235),
+];
+
+#[test]
+fn step_overs_for_five_newtons_are_those_of_the_layer_model() {
+    let (job, _) = setup::load(&std::fs::read_to_string(SETUP).unwrap(), Path::new("programs")).unwrap();
+    let tool = &job.tools[0];
+    let rings: Vec<_> = tool.profile.slices(0.005).into_iter().filter(|ring| ring.z_mm < 3.5).collect();
+    let material = job.material(tool).unwrap();
+    let cutter = Cutter::new(tool, material, &job.machine.spindle, &job.process, &rings, 160.0).unwrap();
+    for (slope_deg, expected) in FIVE_NEWTONS {
+        let (sin, cos) = f64::to_radians(slope_deg).sin_cos();
+        let at = |x: f64, u: f64| Vec3::new(x, u * cos, u * sin);
+        let vertices = vec![at(-50.0, -50.0), at(50.0, -50.0), at(50.0, 50.0), at(-50.0, 50.0)];
+        let plane = Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] };
+        let surface = Surface::of_mesh(&plane, 1.5, Vec::new());
+        let dropper = Dropper::new(&surface, Shape::ball(3.0));
+        let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &|_| 0.1 };
+        let bounds = Bounds { scallop_mm: 0.1, least_mm: 0.02, largest_mm: 1.0 };
+        let (p, ahead, ask) = ([0.0, 0.0], [1.0, 0.0], [16.0, 5.0]);
+        let reach = terrain.reach(p, ahead, &bounds).unwrap();
+        let found = terrain.settled_mm(p, ahead, &reach, ask) / cos;
+        println!("{slope_deg} degrees: {found:.4} mm, {expected} mm");
+        assert!((found / expected - 1.0).abs() < 0.01, "{slope_deg} degrees: {found} mm instead of {expected}");
+    }
+}
+
+/// A part of a concave cylinder of 40 mm radius, 20 mm along X, from 10 to 60 degrees.
+fn small_cylinder() -> Vec<[[f64; 3]; 3]> {
+    surfaces::sheet([20, 250], |u, v| {
+        let slope = (10.0 + 50.0 * v).to_radians();
+        [20.0 * u, 40.0 * slope.sin(), -40.0 * slope.cos()]
+    })
+}
+
+fn setup_for(folder: &Path, stock: &str) -> std::path::PathBuf {
+    let text = std::fs::read_to_string(SETUP).unwrap();
+    let line = text.lines().find(|line| line.starts_with("box = ")).unwrap();
+    let path = folder.join("part.setup.toml");
+    std::fs::write(&path, text.replace(line, stock)).unwrap();
+    path
+}
+
+const CYLINDER_STOCK: &str = "box = { min = [0, 6, -45], max = [20, 36, -15] }";
+
+fn stepover(folder: &Path, stl: &[u8], stock: &str, more: &[&str]) -> std::process::Output {
+    let (part, setup) = (folder.join("part.stl"), setup_for(folder, stock));
+    std::fs::write(&part, stl).unwrap();
+    let mut command = Command::cargo_bin("feedwright").unwrap();
+    command.arg("stepover").arg("--surface").arg(&part).arg("--setup").arg(&setup).args(more);
+    command.output().unwrap()
+}
+
+#[test]
+fn a_cylinder_is_finished_at_a_constant_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let (program, json) = (folder.path().join("part.nc"), folder.path().join("r.json"));
+    let page = folder.path().join("r.html");
+    let (json_path, page_path) = (json.to_str().unwrap(), page.to_str().unwrap());
+    let more = ["--feed", "960", "--reference-force", "6", "--json", json_path, "--report", page_path];
+    let out = stepover(folder.path(), &surfaces::stl(&small_cylinder()), CYLINDER_STOCK, &more);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    let varying = &report["varying"];
+    // The scallop limit holds everywhere, and the written program is simulated like any other.
+    assert!(varying["scallop_max_mm"].as_f64().unwrap() <= 0.0101, "{varying}");
+    assert!(varying["simulated"]["within_10_percent"].as_f64().unwrap() >= 95.0, "{varying}");
+    assert!((varying["simulated"]["mean_ratio"].as_f64().unwrap() - 1.0).abs() < 0.03, "{varying}");
+    assert!(report["saved_percent"].as_f64().unwrap() > 20.0, "{report}");
+    assert!(report["price"]["s_per_n"].as_f64().unwrap() < 0.0 && report["price"]["s_per_um"].as_f64().unwrap() < 0.0);
+    assert!(std::fs::read_to_string(&page).unwrap().matches("<rect").count() > 1000);
+    // Every line is read without a doubt.
+    let mut simulate = Command::cargo_bin("feedwright").unwrap();
+    let setup = folder.path().join("part.setup.toml");
+    let read = simulate.arg("toolpath").arg(&program).arg("--setup").arg(&setup).output().unwrap();
+    assert!(read.status.success() && read.stderr.is_empty(), "{}", String::from_utf8_lossy(&read.stderr));
+}
+
+/// Bad input: a clear error, exit code 2, and nothing written.
+#[test]
+fn bad_surfaces_are_refused_and_nothing_is_written() {
+    let good = small_cylinder();
+    let scaled = |by: f64| good.iter().map(|t| t.map(|p| p.map(|x| by * x))).collect::<Vec<_>>();
+    let mut not_a_number = surfaces::stl(&good);
+    not_a_number[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
+    // Four millimetres along X, three across.
+    let in_hole = |k: usize| (8..12).contains(&(k / 2 % 20)) && (100..130).contains(&(k / 2 / 20));
+    let hole: Vec<_> = good.iter().enumerate().filter(|(k, _)| !in_hole(*k)).map(|(_, t)| *t).collect();
+    let flat: Vec<_> = good.iter().map(|t| [t[0], t[0], t[1]]).collect();
+    // A groove whose radius is smaller than the tool's.
+    let groove = surfaces::sheet([20, 100], |u, v| {
+        let slope = (160.0 * v - 80.0).to_radians();
+        [20.0 * u, 20.0 + 2.0 * slope.sin(), -20.0 - 2.0 * slope.cos()]
+    });
+    let feed = ["--feed", "960"];
+    let low = ["--feed", "960", "--reference-force", "0.05"];
+    let cases: [(&str, Vec<u8>, &[&str], &str); 7] = [
+        ("25.4 times too large", surfaces::stl(&scaled(25.4)), &feed, "25.4"),
+        ("25.4 times too small", surfaces::stl(&scaled(1.0 / 25.4)), &feed, "inches"),
+        ("not a number", not_a_number, &feed, "no number"),
+        ("hole", surfaces::stl(&hole), &feed, "hole"),
+        ("no area", surfaces::stl(&flat), &feed, "no triangles with an area"),
+        ("groove", surfaces::stl(&groove), &feed, "larger than every concave radius"),
+        ("force out of reach", surfaces::stl(&good), &low, "out of reach"),
+    ];
+    for (what, stl, more, said) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let out = stepover(folder.path(), &stl, CYLINDER_STOCK, more);
+        let error = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(2), "{what}: {error}");
+        assert!(error.contains(said), "{what}: {error}");
+        assert!(!folder.path().join("part.nc").exists(), "{what}");
+    }
+}
+
+/// Heights against opencamlib, where Python has it.
+#[test]
+fn heights_are_those_of_opencamlib() {
+    let folder = tempfile::tempdir().unwrap();
+    let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
+    let has = std::process::Command::new(&python).args(["-c", "import opencamlib"]).output();
+    if !has.is_ok_and(|out| out.status.success()) {
+        println!("opencamlib is not installed: heights are not compared");
+        return;
+    }
+    let triangles = surfaces::mould([60, 40]);
+    let stl = surfaces::stl(&triangles);
+    let surface = Surface::read(&stl, 1.0, 1.4).unwrap();
+    std::fs::write(folder.path().join("mould.stl"), &stl).unwrap();
+    let shapes = [("ball", Shape::ball(3.0)), ("bull", Shape { flat_mm: 2.0, corner_mm: 1.0 })];
+    for (name, shape) in shapes {
+        let dropper = Dropper::new(&surface, shape);
+        let mut csv = format!("x,y,tip_mm\n# {name} {} {} 1\n", shape.radius_mm(), shape.corner_mm);
+        for k in 0..2000 {
+            let p = [80.0 * f64::from(k % 50) / 49.0, 60.0 * f64::from(k / 50) / 39.0];
+            csv += &format!("{},{},{}\n", p[0], p[1], dropper.drop(p).unwrap().tip_mm);
+        }
+        std::fs::write(folder.path().join(format!("{name}.csv")), csv).unwrap();
+    }
+    let script = std::process::Command::new(&python)
+        .arg("tests/bench/compare_opencamlib.py")
+        .args([folder.path().to_str().unwrap(), "ball", "bull"])
+        .output()
+        .unwrap();
+    assert!(script.status.success(), "{}", String::from_utf8_lossy(&script.stdout));
+}
