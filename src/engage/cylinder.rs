@@ -2,7 +2,7 @@
 //! between which levels lie, and the directions in which something may be met. Out: arcs and their removal area.
 //!
 //! Equal ends of a stack mean that all between are equal. Where engagement changes much though no level lies there (a floor on a
-//! slope, a groove), rings are halved until it changes evenly.
+//! slope, a groove), rings are halved until it changes evenly; where it ends, until the height of that is known.
 
 use super::arcs::RawArc;
 use super::gaps::Interval;
@@ -53,7 +53,7 @@ impl Work<'_> {
         area_mm2
     }
 
-    /// Rings of a cylinder over which engagement changes much though no level lies there (a floor on a slope, a groove) are
+    /// Rings of a cylinder over which engagement changes much or ends though no level lies there (a floor on a slope, a groove) are
     /// halved until it changes little over each part. What the lowest meets at its lower end, and the highest at its upper,
     /// no other ring tells.
     pub(super) fn refine(&self, found: Vec<Side>, windows: &Shared) -> Vec<Side> {
@@ -94,14 +94,17 @@ impl Work<'_> {
     }
 
     /// Appends a ring of a cylinder in so many halves of halves at most, given what its lower and its upper end meet: whole
-    /// where its middle meets about their mean.
+    /// where its middle meets about their mean. Where engagement ends in it, its height is sought: a layer counts by it, however
+    /// short its contact.
     fn halve(&self, ring: &SubRing, [from, to]: [&Shared; 2], depth: u32, out: &mut Vec<Side>) {
         if same(from, to) {
             out.push(Side { ring: *ring, angles: from.clone() });
             return;
         }
         let middle: Shared = self.ring(ring, from).into();
-        if depth == 0 || (extent(&middle) - 0.5 * (extent(from) + extent(to))).abs() <= EVEN_RAD {
+        let ends = from.is_empty() != to.is_empty();
+        let even = (extent(&middle) - 0.5 * (extent(from) + extent(to))).abs() <= EVEN_RAD;
+        if depth == 0 || (even && !ends) {
             out.push(Side { ring: *ring, angles: middle });
             return;
         }
@@ -145,9 +148,9 @@ impl Work<'_> {
     }
 }
 
-/// Does engagement change much from one to the other?
+/// Does engagement change much from one to the other, or end between them?
 fn differ(a: &Shared, b: &Shared) -> bool {
-    !Rc::ptr_eq(a, b) && (extent(a) - extent(b)).abs() > JUMP_RAD
+    !Rc::ptr_eq(a, b) && (a.is_empty() != b.is_empty() || (extent(a) - extent(b)).abs() > JUMP_RAD)
 }
 
 fn same(a: &[Interval], b: &[Interval]) -> bool {
