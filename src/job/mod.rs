@@ -27,6 +27,7 @@ mod life;
 mod look;
 pub mod plausible;
 mod ratios;
+pub mod semifinish;
 mod switch;
 mod tighten;
 pub mod tool_life;

@@ -15,7 +15,7 @@ mod plan;
 mod reference;
 mod split;
 pub mod verify;
-mod view;
+pub(crate) mod view;
 mod write;
 
 pub use checks::{CheckMark, checks, with_checks};

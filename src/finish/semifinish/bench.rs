@@ -1,0 +1,257 @@
+//! Both programs simulated as one. In: the semi-finish as it came or with offsets. Out: for each stretch of the finishing path its
+//! loads, and what of the semi-finish it meets.
+
+use super::centres::Centres;
+use super::knots::Knots;
+use super::linked::linked;
+use super::met::{Left, Met, Sample, Stand, met};
+use super::{SemifinishError, Task};
+use crate::engage::workpiece::shift;
+use crate::engage::{Again, EngagementMap, Station};
+use crate::force::Loads;
+use crate::ids::MoveId;
+use crate::machine::{Job, Shape, Tool};
+use crate::nc::{Move, MoveKind, Toolpath};
+use crate::path::{Curve, Vec3};
+use crate::schedule::as_programmed;
+use crate::schedule::caps::Cutters;
+use rayon::prelude::*;
+
+/// Longest stretch of the finishing path that one force stands for, mm.
+const STRETCH_MM: f64 = 2.0;
+
+/// What stays the same from round to round.
+pub(super) struct Bench<'a> {
+    pub task: &'a Task<'a>,
+    pub semi_tool: &'a Tool,
+    pub finish_tool: &'a Tool,
+    pub knots: Knots,
+}
+
+/// A look at both programs.
+pub(super) struct Look {
+    pub map: EngagementMap,
+    pub toolpath: Toolpath,
+    pub first: usize,
+    made_of: Vec<(u32, [f64; 2])>,
+}
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(task: &'a Task<'a>) -> Result<Self, SemifinishError> {
+        let semi_tool = ball("semi-finishing", task.semi, task.job)?;
+        let finish_tool = ball("finishing", task.finish, task.job)?;
+        let movable: Vec<bool> = task
+            .semi
+            .moves
+            .iter()
+            .zip(task.movable)
+            .map(|(motion, movable)| *movable && motion.tool == semi_tool.number && motion.kind == MoveKind::Feed)
+            .collect();
+        Ok(Self { task, semi_tool, finish_tool, knots: Knots::new(task.semi, &movable) })
+    }
+
+    /// Simulates both with these offsets of the knots. What the semi-finish itself meets is asked for once: after that it has the
+    /// stations of the look at the programs as they came, and only clears what it clears.
+    pub(super) fn look(&self, offsets: &[Vec3], base: Option<&Look>) -> Result<Look, SemifinishError> {
+        let (semi, made_of) = self.moved(offsets);
+        let both = linked(semi, self.task.finish);
+        let mut of_move: Vec<Option<MoveId>> = made_of.iter().map(|(of, _)| Some(MoveId(*of))).collect();
+        of_move.resize(both.toolpath.moves.len(), None);
+        let again = base.map(|base| Again { known: &base.map, of_move: &of_move });
+        let map = (self.task.simulate)(&both.toolpath, again)?;
+        Ok(Look { map, toolpath: both.toolpath, first: both.first, made_of })
+    }
+
+    /// The semi-finish with offsets, and of each of its moves the move it is made of and the part of it.
+    fn moved(&self, offsets: &[Vec3]) -> (Toolpath, Vec<(u32, [f64; 2])>) {
+        let semi = self.task.semi;
+        let (mut moves, mut made_of, mut first) = (Vec::with_capacity(semi.moves.len()), Vec::new(), Vec::new());
+        for (index, motion) in semi.moves.iter().enumerate() {
+            first.push(moves.len() as u32);
+            let curve = motion.curve();
+            let curves = self.knots.moved(&curve, index, offsets, self.task.wanted.tolerance_mm);
+            for (curve, part) in curves {
+                let mut moved: Move = motion.clone();
+                moved.set_curve(curve);
+                moves.push(moved);
+                made_of.push((index as u32, part));
+            }
+        }
+        first.push(moves.len() as u32);
+        let new = |id: MoveId| MoveId(first[id.ix().min(semi.moves.len())]);
+        let mut path = semi.clone();
+        path.moves = moves;
+        path.between.iter_mut().for_each(|(id, _)| *id = new(*id));
+        path.shifts.iter_mut().for_each(|(id, _)| *id = new(*id));
+        for doubted in &mut path.doubts {
+            (doubted.from, doubted.until) = (new(doubted.from), doubted.until.map(new));
+        }
+        (path, made_of)
+    }
+
+    /// The stretches of the finishing path that cut.
+    pub(super) fn samples(&self, look: &Look) -> Vec<Sample> {
+        let mut samples: Vec<Sample> = Vec::new();
+        // Way since the tool last was in the air; and where, among the samples, the current cut began.
+        let (mut way, mut begin) = (0.0, 0);
+        let contact_mm = self.contact_mm();
+        let close = |samples: &mut [Sample]| {
+            let mut left = 0.0;
+            for sample in samples.iter_mut().rev() {
+                sample.edge |= left + 0.5 * sample.length_mm < contact_mm;
+                left += sample.length_mm;
+            }
+        };
+        for (index, motion) in self.task.finish.moves.iter().enumerate() {
+            if motion.tool != self.finish_tool.number || motion.kind == MoveKind::Rapid {
+                close(&mut samples[begin..]);
+                (way, begin) = (0.0, samples.len());
+                continue;
+            }
+            for station in look.stations(index as u32) {
+                if station.arc_count == 0 {
+                    close(&mut samples[begin..]);
+                    (way, begin) = (0.0, samples.len());
+                    continue;
+                }
+                let parts = (station.length_mm() / STRETCH_MM).ceil().max(1.0);
+                let length_mm = station.length_mm() / parts;
+                for part in 0..parts as usize {
+                    let s_mm = station.from_mm + (part as f64 + 0.5) * length_mm;
+                    let edge = way + 0.5 * length_mm < contact_mm;
+                    samples.push(Sample { of: index as u32, s_mm, length_mm, edge });
+                    way += length_mm;
+                }
+            }
+        }
+        close(&mut samples[begin..]);
+        samples
+    }
+
+    /// How far from the middle of the ball it may be in contact: half the chord that the thickest layer cuts off it, mm.
+    fn contact_mm(&self) -> f64 {
+        let (radius, most) = (self.finish_tool.radius_mm(), self.task.wanted.stock_mm[1]);
+        (radius * radius - (radius - most.min(radius)).powi(2)).sqrt()
+    }
+
+    /// Loads at the samples; none where nothing is cut.
+    pub(super) fn loads(look: &Look, job: &Job, samples: &[Sample]) -> Vec<Loads> {
+        let cutters = Cutters::new(&look.toolpath, &look.map, job, &as_programmed(&look.toolpath));
+        let of = |sample: &Sample| {
+            let id = MoveId(look.first as u32 + sample.of);
+            let motion = &look.toolpath.moves[id.ix()];
+            let station = look.station(sample).filter(|station| station.arc_count > 0);
+            let cutter = cutters.of(id).filter(|_| motion.feed.mm_s > 0.0);
+            let both = station.zip(cutter);
+            both.map(|(station, cutter)| cutter.loads(&cutters.cut(&look.map, motion, station), motion.feed.mm_s))
+                .unwrap_or_default()
+        };
+        samples.par_iter().map(of).collect()
+    }
+
+    /// Can forces of the finish be predicted?
+    pub(super) fn has_force(&self, look: &Look, samples: &[Sample]) -> bool {
+        let cutters = Cutters::new(&look.toolpath, &look.map, self.task.job, &as_programmed(&look.toolpath));
+        samples.iter().any(|sample| cutters.of(MoveId(look.first as u32 + sample.of)).is_some())
+    }
+
+    /// What the samples meet.
+    pub(super) fn met(&self, look: &Look, samples: &[Sample]) -> Vec<Met> {
+        let tool = self.semi_tool;
+        let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.tool == tool.number;
+        let semi = &look.toolpath.moves[..look.first];
+        let curves = semi.iter().enumerate().filter(|(_, motion)| cuts(motion)).map(|(index, motion)| {
+            (index as u32, shifted(&motion.curve(), shift(self.task.job, &look.toolpath, motion.wcs)))
+        });
+        let centres = Centres::new(curves, tool.radius_mm());
+        let lengths_mm: Vec<f64> = semi.iter().map(|motion| motion.curve().length()).collect();
+        let left = Left {
+            centres: &centres,
+            radius_mm: tool.radius_mm(),
+            made_of: &look.made_of,
+            lengths_mm: &lengths_mm,
+            knots: &self.knots,
+        };
+        let stands = self.stands(look, samples);
+        let stations: Vec<Option<(&Station, Stand)>> = samples
+            .iter()
+            .zip(stands)
+            .map(|(sample, stand)| look.station(sample).filter(|station| station.arc_count > 0).map(|s| (s, stand)))
+            .collect();
+        met(&stations, &look.map, look.map.slices_of(self.finish_tool.number), self.finish_tool.radius_mm(), &left)
+    }
+
+    /// Tip and heading at the samples; a vertical move keeps the heading before it.
+    pub(super) fn stands(&self, look: &Look, samples: &[Sample]) -> Vec<Stand> {
+        let mut dir = [1.0, 0.0];
+        let stand = |sample: &Sample| {
+            let motion = &look.toolpath.moves[look.first + sample.of as usize];
+            let curve = motion.curve();
+            let along = curve.tangent(sample.s_mm);
+            let level = along.x.hypot(along.y);
+            if level > 1e-9 {
+                dir = [along.x / level, along.y / level];
+            }
+            Stand { tip: curve.point(sample.s_mm) + shift(self.task.job, &look.toolpath, motion.wcs), dir }
+        };
+        samples.iter().map(stand).collect()
+    }
+
+    /// The path of the centre of the finishing ball.
+    pub(super) fn finish_centres(&self, toolpath: &Toolpath) -> Centres {
+        let number = self.finish_tool.number;
+        let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.tool == number;
+        let moves = self.task.finish.moves.iter().enumerate().filter(|(_, motion)| cuts(motion));
+        let curves = moves.map(|(index, motion)| {
+            (index as u32, shifted(&motion.curve(), shift(self.task.job, toolpath, motion.wcs)))
+        });
+        Centres::new(curves, self.finish_tool.radius_mm())
+    }
+}
+
+impl Look {
+    /// Stations of a move of the finish.
+    fn stations(&self, of: u32) -> &[Station] {
+        self.map.stations_of(MoveId(self.first as u32 + of))
+    }
+    /// The station of a sample.
+    pub(super) fn station(&self, sample: &Sample) -> Option<&Station> {
+        let stations = self.stations(sample.of);
+        stations.get(stations.partition_point(|station| station.to_mm < sample.s_mm))
+    }
+    /// Length on which the finish cuts, mm.
+    pub(super) fn cut_mm(&self) -> f64 {
+        let stations = self.map.stations.iter().filter(|s| s.move_id.ix() >= self.first && s.arc_count > 0);
+        stations.map(Station::length_mm).sum()
+    }
+}
+
+pub(super) fn shifted(curve: &Curve, by: Vec3) -> Curve {
+    match curve {
+        Curve::Line { from, to } => Curve::Line { from: from + by, to: to + by },
+        Curve::Arc(arc) => {
+            let mut arc = *arc;
+            (arc.from, arc.to, arc.centre) = (arc.from + by, arc.to + by, arc.centre + by);
+            Curve::Arc(arc)
+        }
+    }
+}
+
+/// The one ball end mill that a program cuts with.
+fn ball<'a>(which: &'static str, path: &Toolpath, job: &'a Job) -> Result<&'a Tool, SemifinishError> {
+    let mut used: Vec<u32> =
+        path.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).map(|motion| motion.tool).collect();
+    used.sort_unstable();
+    used.dedup();
+    let tools: Vec<&Tool> = used.iter().filter_map(|number| job.tool(*number)).collect();
+    let balls: Vec<&Tool> = tools.iter().copied().filter(|tool| tool.shape == Shape::Ball).collect();
+    match balls[..] {
+        [one] => Ok(one),
+        [one, two, ..] => Err(SemifinishError::TwoBalls { which, tools: [one.number, two.number] }),
+        [] => {
+            let names: Vec<String> = used.iter().map(|number| format!("T{number}")).collect();
+            let found = if names.is_empty() { "it has no feed move".into() } else { names.join(", ") };
+            Err(SemifinishError::NoBall { which, found })
+        }
+    }
+}

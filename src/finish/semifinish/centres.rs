@@ -1,0 +1,254 @@
+//! Where the centre of a ball goes. In: the curves of feed moves in the common frame, the radius. Out: short straight pieces of the
+//! path of the centre, by place; and for a point the piece from which the ball reaches furthest over it.
+//!
+//! A ball with its shank keeps clear what lies within R of its centre, and above the centre what lies within R of its axis. So
+//! with c(s) the centre, a point x lies on the surface that a pass leaves where the least over s of d(x, c(s)) is R; d is the
+//! distance in space below the height of the centre, and in the plane above it.
+
+use crate::path::{Curve, Vec3};
+
+/// Chords of an arc stay within this of it, mm.
+const SAGITTA_MM: f64 = 2e-4;
+/// Sides of the cells in which pieces are looked for, in radii.
+const CELL: f64 = 1.0 / 3.0;
+
+/// A straight piece of the path of a centre.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    ends: [Vec3; 2],
+    /// Its curve, by the number given.
+    of: u32,
+    /// Its ends along the curve, mm.
+    s_mm: [f64; 2],
+}
+
+/// A place on the path from which a point is reached.
+#[derive(Debug, Clone, Copy)]
+pub struct Nearest {
+    /// d(x, c), mm.
+    pub distance_mm: f64,
+    /// The curve, by the number given.
+    pub of: u32,
+    /// The place along it, mm.
+    pub s_mm: f64,
+    /// The centre there.
+    pub centre: Vec3,
+}
+
+/// The path of a centre by cells in the plane.
+#[derive(Debug, Default)]
+pub struct Centres {
+    pieces: Vec<Piece>,
+    low: [f64; 2],
+    cell_mm: f64,
+    across: [usize; 2],
+    /// Where the pieces of each cell begin in `listed`, and one more.
+    first: Vec<u32>,
+    listed: Vec<u32>,
+}
+
+impl Centres {
+    /// The path of a ball's centre over these curves of its tip.
+    pub fn new(curves: impl Iterator<Item = (u32, Curve)>, radius_mm: f64) -> Self {
+        let cell_mm = CELL * radius_mm;
+        let up = Vec3::new(0.0, 0.0, radius_mm);
+        let mut pieces = Vec::new();
+        for (of, curve) in curves {
+            let length = curve.length();
+            let bend = curve.curvature(0.5 * length).norm();
+            let chord = if bend > 0.0 { (8.0 * SAGITTA_MM / bend).sqrt() } else { f64::INFINITY };
+            let count = (length / chord.min(cell_mm)).ceil().max(1.0);
+            let at = |k: f64| length * k / count;
+            for k in 0..count as usize {
+                let s_mm = [at(k as f64), at(k as f64 + 1.0)];
+                pieces.push(Piece { ends: s_mm.map(|s| curve.point(s) + up), of, s_mm });
+            }
+        }
+        Self::of(pieces, cell_mm)
+    }
+
+    fn of(pieces: Vec<Piece>, cell_mm: f64) -> Self {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for end in pieces.iter().flat_map(|piece| piece.ends) {
+            for axis in 0..2 {
+                (low[axis], high[axis]) = (low[axis].min(end[axis]), high[axis].max(end[axis]));
+            }
+        }
+        if pieces.is_empty() {
+            return Self::default();
+        }
+        let across = [0, 1].map(|axis| ((high[axis] - low[axis]) / cell_mm) as usize + 1);
+        let mut centres =
+            Self { pieces, low, cell_mm, across, first: vec![0; across[0] * across[1] + 1], listed: vec![] };
+        let cells: Vec<Vec<usize>> = centres.pieces.iter().map(|piece| centres.cells_of(piece)).collect();
+        for cell in cells.iter().flatten() {
+            centres.first[cell + 1] += 1;
+        }
+        for k in 1..centres.first.len() {
+            centres.first[k] += centres.first[k - 1];
+        }
+        let mut next = centres.first.clone();
+        centres.listed = vec![0; cells.iter().map(Vec::len).sum()];
+        for (index, cells) in cells.iter().enumerate() {
+            for cell in cells {
+                centres.listed[next[*cell] as usize] = index as u32;
+                next[*cell] += 1;
+            }
+        }
+        centres
+    }
+
+    fn column(&self, axis: usize, at: f64) -> usize {
+        (((at - self.low[axis]) / self.cell_mm).max(0.0) as usize).min(self.across[axis] - 1)
+    }
+
+    fn window(&self, low: [f64; 2], high: [f64; 2]) -> [std::ops::RangeInclusive<usize>; 2] {
+        [0, 1].map(|axis| self.column(axis, low[axis])..=self.column(axis, high[axis]))
+    }
+
+    fn cells_of(&self, piece: &Piece) -> Vec<usize> {
+        let [a, b] = piece.ends;
+        let [columns, rows] = self.window([a.x.min(b.x), a.y.min(b.y)], [a.x.max(b.x), a.y.max(b.y)]);
+        rows.flat_map(|row| columns.clone().map(move |column| row * self.across[0] + column)).collect()
+    }
+
+    /// Is there no path?
+    pub fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
+    /// Pieces within about `reach_mm` of a place, each once, in order; `out` is emptied first.
+    pub fn near(&self, at: Vec3, reach_mm: f64, out: &mut Vec<u32>) {
+        out.clear();
+        if self.is_empty() {
+            return;
+        }
+        let [columns, rows] = self.window([at.x - reach_mm, at.y - reach_mm], [at.x + reach_mm, at.y + reach_mm]);
+        for row in rows {
+            let cells = row * self.across[0] + columns.start()..row * self.across[0] + columns.end() + 1;
+            let listed = &self.listed[self.first[cells.start] as usize..self.first[cells.end] as usize];
+            out.extend(listed.iter().copied().filter(|piece| {
+                let [a, b] = self.pieces[*piece as usize].ends;
+                let (low, high) = (a.inf(&b), a.sup(&b));
+                (0..3).all(|axis| at[axis] + reach_mm >= low[axis] && at[axis] - reach_mm <= high[axis])
+            }));
+        }
+        out.sort_unstable();
+        out.dedup();
+    }
+
+    /// The place among these pieces from which the ball reaches furthest over a point.
+    pub fn nearest(&self, pieces: &[u32], x: Vec3) -> Option<Nearest> {
+        let mut best: Option<Nearest> = None;
+        for index in pieces {
+            let piece = &self.pieces[*index as usize];
+            let (t, distance_mm) = piece.distance(x);
+            if best.is_none_or(|best| distance_mm < best.distance_mm) {
+                let [a, b] = piece.ends;
+                let [from, to] = piece.s_mm;
+                best =
+                    Some(Nearest { distance_mm, of: piece.of, s_mm: from + t * (to - from), centre: a + (b - a) * t });
+            }
+        }
+        best
+    }
+
+    /// Distance from the pass nearest to a place to the next pass beside it, in the plane normal to `normal`; `None` where there is
+    /// none within `reach_mm`. A piece beside it lies more than `across` of its distance off the direction of the path.
+    pub fn spacing(&self, at: Vec3, normal: Vec3, reach_mm: f64, across: f64) -> Option<f64> {
+        let mut near = Vec::new();
+        self.near(at, reach_mm, &mut near);
+        let own = self.nearest_piece(&near, at)?;
+        let [a, b] = self.pieces[own as usize].ends;
+        let along = (b - a).try_normalize(0.0)?;
+        let from = a + along * (at - a).dot(&along).clamp(0.0, (b - a).norm());
+        let beside = near.iter().filter(|piece| **piece != own).filter_map(|piece| {
+            let [a, b] = self.pieces[*piece as usize].ends;
+            let (_, off) = closest(b - a, from - a, false);
+            let (t, _) = closest(b - a, from - a, false);
+            let way = a + (b - a) * t - from;
+            let level = way - normal * way.dot(&normal);
+            (off > 1e-6 && level.dot(&along).abs() < across * level.norm()).then(|| level.norm())
+        });
+        beside.reduce(f64::min)
+    }
+
+    fn nearest_piece(&self, pieces: &[u32], at: Vec3) -> Option<u32> {
+        let off = |piece: &u32| {
+            let [a, b] = self.pieces[*piece as usize].ends;
+            closest(b - a, at - a, false).1
+        };
+        pieces.iter().copied().min_by(|p, q| off(p).total_cmp(&off(q)))
+    }
+}
+
+impl Piece {
+    /// The place (0 … 1) from which a point is reached best, and d(x, c) there.
+    fn distance(&self, x: Vec3) -> (f64, f64) {
+        let [a, b] = self.ends;
+        let along = b - a;
+        let (t, level) = closest(along, x - a, false);
+        let centre_z = a.z + t * along.z;
+        if x.z <= centre_z {
+            return (t, level);
+        }
+        closest(along, x - a, true)
+    }
+}
+
+/// The place on a line from the origin nearest to `x`, in space or in the plane, and its distance.
+fn closest(along: Vec3, x: Vec3, level: bool) -> (f64, f64) {
+    let flat = |v: Vec3| if level { Vec3::new(v.x, v.y, 0.0) } else { v };
+    let (along, x) = (flat(along), flat(x));
+    let square = along.norm_squared();
+    let t = if square > 0.0 { (x.dot(&along) / square).clamp(0.0, 1.0) } else { 0.0 };
+    (t, (x - along * t).norm())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_finds_the_pass_that_left_it() {
+        // Three passes along Y, 1 mm apart in X; their balls of radius 3 leave cusps half way.
+        let pass = |k: u32| {
+            let x = f64::from(k);
+            (k, Curve::Line { from: Vec3::new(x, 0.0, 0.0), to: Vec3::new(x, 40.0, 0.0) })
+        };
+        let centres = Centres::new((0..3).map(pass), 3.0);
+        let mut near = Vec::new();
+        for (x, of) in [(0.9_f64, 1), (1.4, 1), (1.6, 2)] {
+            let left = Vec3::new(x, 17.3, 3.0 - (9.0 - (x - f64::from(of)).powi(2)).sqrt());
+            centres.near(Vec3::new(x, 17.3, 3.0), 3.0, &mut near);
+            let found = centres.nearest(&near, left).expect("a pass");
+            assert_eq!(found.of, of);
+            assert!((found.distance_mm - 3.0).abs() < 1e-12 && (found.s_mm - 17.3).abs() < 1e-12);
+        }
+        // Above the centre the shank counts.
+        centres.near(Vec3::new(2.0, 5.0, 3.0), 4.0, &mut near);
+        let beside = centres.nearest(&near, Vec3::new(5.0, 5.0, 9.0)).expect("a pass");
+        assert_eq!((beside.of, beside.distance_mm), (2, 3.0));
+    }
+
+    #[test]
+    fn an_arc_is_followed_within_its_sagitta() {
+        use crate::path::{Arc, Plane};
+        let arc = Arc::new(
+            Plane::Zx,
+            Vec3::new(20.0, 0.0, 0.0),
+            Vec3::new(0.0, 0.0, -20.0),
+            Vec3::zeros(),
+            std::f64::consts::FRAC_PI_2,
+        );
+        let centres = Centres::new(std::iter::once((7, Curve::Arc(arc))), 3.0);
+        let mut near = Vec::new();
+        for part in [0.1, 0.37, 0.8] {
+            let s = part * arc.length();
+            let centre = Curve::Arc(arc).point(s) + Vec3::new(0.0, 0.0, 3.0);
+            centres.near(centre, 1.0, &mut near);
+            let found = centres.nearest(&near, centre).expect("the arc");
+            assert!(found.distance_mm < SAGITTA_MM && (found.s_mm - s).abs() < 1e-3, "{found:?}");
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Does the moved semi-finish cut below what the finish leaves? In: the stock as the finish alone leaves it, as the semi-finish left
+//! it, and as the moved one does, on the same cells. Out: the cells on which it does, and how deep.
+//!
+//! Heights of cells are exact at their middles. The finished surface is where the finish cuts deeper than the semi-finish as it came
+//! did. Beside it, at the far side of the ball on the first and last pass, the moved one may reach further than both: that is told
+//! apart, for whether it matters only the drawing says.
+
+use crate::stock::{Piece, UNTOUCHED};
+
+/// Depth that counts, mm: half an increment of 0.001 mm in X, Y and Z, on a wall of 75°, is 0.002 mm of height.
+const DEEP_MM: f32 = 0.002;
+
+/// What was found.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Gouge {
+    /// Cells of the finished surface.
+    pub cells: usize,
+    /// Of these, cells that the moved semi-finish leaves lower.
+    pub gouged: usize,
+    /// Largest depth below, along Z, mm.
+    pub deepest_mm: f64,
+    /// Middle of that cell, mm.
+    pub at: [f64; 2],
+    /// Cells beside the finished surface that the moved semi-finish leaves lower than finish and semi-finish as they came.
+    pub beside: usize,
+    /// Largest depth below there, along Z, mm.
+    pub beside_mm: f64,
+}
+
+/// Holds the moved semi-finish against the finish alone, and against itself as it came.
+pub fn gouge(finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Gouge {
+    let mut found = Gouge::default();
+    for ((finish, semi), moved) in finish.iter().zip(semi).zip(moved) {
+        let heights = [finish, semi, moved].map(|piece| piece.field.by_row(|tile| &tile.heights));
+        let ids = finish.field.by_row(|tile| &tile.ids);
+        let (field, across) = (&moved.field, moved.field.size[0]);
+        if heights.iter().any(|heights| heights.len() != ids.len()) {
+            continue;
+        }
+        for k in 0..ids.len() {
+            let [finish, semi, moved] = [heights[0][k], heights[1][k], heights[2][k]];
+            if ids[k] == UNTOUCHED || finish > semi - DEEP_MM {
+                if finish.min(semi) - moved > DEEP_MM {
+                    found.beside += 1;
+                    found.beside_mm = found.beside_mm.max(f64::from(finish.min(semi) - moved));
+                }
+                continue;
+            }
+            found.cells += 1;
+            let below = finish.min(semi) - moved;
+            if below <= DEEP_MM {
+                continue;
+            }
+            found.gouged += 1;
+            if f64::from(below) > found.deepest_mm {
+                found.deepest_mm = f64::from(below);
+                let middle = |axis: usize, k: usize| field.extent.min[axis] + (k as f64 + 0.5) * field.cell[axis];
+                found.at = [middle(0, k % across), middle(1, k / across)];
+            }
+        }
+    }
+    found
+}
