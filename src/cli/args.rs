@@ -97,6 +97,8 @@ pub enum Command {
     Tools(Tools),
     /// Make a tool last: check points, wear index, feeds that reach a target
     Toollife(ToolLife),
+    /// Move a semi-finishing path so that the force of the finish is constant
+    Semifinish(Semifinish),
     /// Plan finishing passes of varying step-over on the mesh of a surface, and write their program
     Stepover(Stepover),
     /// Print any stage of the pipeline
@@ -184,6 +186,50 @@ impl Optimize {
             stress: false,
         }
     }
+}
+
+/// `semifinish`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Moves a semi-finishing path along the normal of the surface, so that the finishing pass behind it meets the same \
+                  force everywhere: more stock where it cuts easily, less where it cuts hard. Both programs are simulated as one. \
+                  Only coordinates of cutting moves change; feeds, words and lines stay. The moved program goes through `optimize` \
+                  like any other; `verify` refuses it on purpose, `--prove` is its own proof."
+)]
+pub struct Semifinish {
+    /// Semi-finishing program, cut with one ball end mill.
+    pub program: PathBuf,
+    /// Finishing program that runs behind it; it is not changed.
+    #[arg(long, value_name = "FINISH", required_unless_present = "prove")]
+    pub finish: Option<PathBuf>,
+    /// Setup file of both; without it PROGRAM.setup.toml beside the semi-finish.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+    /// Where to write the moved program; without it PROGRAM.moved.EXT beside it.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    /// Write the report as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+    /// Reference of the finishing force in the plane normal to the tool axis, N; without it limits.force_xy of the setup, else the
+    /// mean as programmed.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub force_xy: Option<f64>,
+    /// Least and largest stock that may be left, mm.
+    #[arg(long, value_name = "MIN,MAX", value_parser = least_and_largest, default_value = "0.05,0.4")]
+    pub stock: [f64; 2],
+    /// Largest change of stock per mm along the path.
+    #[arg(long, value_name = "MM", default_value_t = crate::finish::semifinish::CHANGE)]
+    pub change: f64,
+    /// How far chords that take the place of an arc may be off, mm.
+    #[arg(long, value_name = "MM", default_value_t = crate::finish::semifinish::TOLERANCE_MM)]
+    pub tolerance: f64,
+    /// Prove instead that MOVED differs from PROGRAM in coordinates of cutting moves only, each by no more than --within.
+    #[arg(long, value_name = "MOVED", conflicts_with_all = ["finish", "output"], requires = "within")]
+    pub prove: Option<PathBuf>,
+    /// Largest distance between a point of MOVED and of PROGRAM, mm.
+    #[arg(long, value_name = "MM", requires = "prove")]
+    pub within: Option<f64>,
 }
 
 /// `optimize`.
@@ -832,4 +878,10 @@ mod tests {
         assert_eq!(bytes("1.5 MiB"), Ok(3 << 19));
         assert!(bytes("lots").is_err() && bytes("-1").is_err());
     }
+}
+
+/// `0.05,0.4`: two numbers.
+fn least_and_largest(text: &str) -> Result<[f64; 2], String> {
+    let both: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    both.try_into().map_err(|_| "two numbers with a comma between, like 0.05,0.4".to_owned())
 }

@@ -18,6 +18,7 @@ mod output;
 mod problem;
 mod plain;
 mod screen;
+mod semifinish;
 mod stepover;
 mod start;
 mod subprograms;
@@ -67,6 +68,7 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Start(command) => start::start(command, global, screen),
         Command::Tools(args::Tools::Import(command)) => tools::import(command, global, screen),
         Command::Toollife(command) => toollife::toollife(command, global, screen),
+        Command::Semifinish(command) => semifinish::semifinish(command, global, screen),
         Command::Stepover(command) => stepover::stepover(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),
         Command::Library(command) => library::library(command),

@@ -119,7 +119,8 @@ pub fn subprogram(folder: Option<&Path>, name: &str) -> Option<Vec<u8>> {
     std::fs::read(folder.join(name)).ok()
 }
 
-fn explain(error: &JobError, file: &str) -> CliError {
+/// An error of the pipeline with its remedy.
+pub fn explain(error: &JobError, file: &str) -> CliError {
     match error {
         JobError::NoMotion => {
             CliError::new(format!("{file}: {error}"), "give an NC program; if it is one, name its --dialect")
@@ -146,7 +147,7 @@ fn tool_table(number: u32) -> String {
 }
 
 /// Half the memory of the machine, bytes, where the system tells.
-fn half_the_machine() -> Option<u64> {
+pub fn half_the_machine() -> Option<u64> {
     let info = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = info.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 512)
