@@ -1,0 +1,314 @@
+//! `semifinish` from the outside: depths for a constant force on inclined planes against an independent sum of Nishida's Eq. 1 and
+//! the numbers worked out for his paper (shared/reference/PAPERS.md, section 3), the proof of the moved program, bad input.
+//!
+//! A plane of slope θ is cut in passes along Y from below, each one pick further up; the ball has R = 3 mm and two teeth, the feed
+//! per tooth is 0.05 mm. This is the case of the paper: locally a plane, the pass before it one pick below.
+
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+
+const R: f64 = 3.0;
+const FEED_PER_TOOTH: f64 = 0.05;
+/// Coefficients of Eq. 1 (PAPERS.md): N/mm, L in mm, t_m in µm.
+const C: [f64; 4] = [3.6033, -2.3323, 0.3534, 0.3487];
+const PASSES: i32 = 16;
+
+/// Force of Eq. 1 on a plane of slope θ under a layer of depth d, summed over layers of 1.5 µm; nothing of the program's is used.
+///
+/// In the section normal to the feed, with the centre of the ball at the origin and the slope rising towards +x: the pass before has
+/// its centre at −p (cos θ, sin θ) and has cleared x up to its own outline; the layer reaches up to −x sin θ + z cos θ = −R + d. What
+/// is left of the circle of radius r at height z lies between x₀ and r: contact angle α = acos(x₀/r).
+fn eq_1(theta: f64, pick: f64, depth: f64) -> f64 {
+    let (sin, cos) = theta.to_radians().sin_cos();
+    let outline = |z: f64| if z < 0.0 { (R * R - z * z).max(0.0).sqrt() } else { R };
+    let dz = 1.5e-3;
+    let mut force = 0.0;
+    for k in 0..(2.0 * R / dz) as usize {
+        let z = -R + (k as f64 + 0.5) * dz;
+        let r = outline(z);
+        let below = z + pick * sin;
+        let before = if below < -R { f64::NEG_INFINITY } else { outline(below) - pick * cos };
+        let layer = (z * cos + R - depth) / sin;
+        let from = before.max(layer).max(-r);
+        if from >= r {
+            continue;
+        }
+        let alpha = (from / r).acos();
+        let f = FEED_PER_TOOTH;
+        let chip = r - (r * r + f * f - 2.0 * r * f * alpha.min(std::f64::consts::FRAC_PI_2).sin()).sqrt();
+        let (l, t) = (r * alpha, 1e3 * chip);
+        force += dz * (C[0] + C[1] * l + C[2] * t + C[3] * l * t);
+    }
+    force
+}
+
+/// Depth for a force: the one-dimensional root at a single contact.
+fn root(theta: f64, pick: f64, force: f64) -> f64 {
+    let (mut low, mut high) = (1e-3, 1.0);
+    while high - low > 1e-6 {
+        let middle = 0.5 * (low + high);
+        if eq_1(theta, pick, middle) < force { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// Passes over a plane, `above` the finished one.
+fn plane(theta: f64, pick: f64, above: f64) -> String {
+    let (sin, cos) = theta.to_radians().sin_cos();
+    let mut text =
+        String::from("%\nO10 (PLANE)\nN10 G21 G17 G40 G90 G94\nN20 T1 M6\nN30 S9600 M3\nN40 G54 G0 X0 Y-6 Z40\n");
+    for k in 0..PASSES {
+        let u = pick * f64::from(k - PASSES / 2);
+        let (x, z) = (u * cos - (R + above) * sin, u * sin + (R + above) * cos - R);
+        let _ = write!(text, "G0 X{x:.4} Y-5.0\nG0 Z{:.4}\nG1 Z{z:.4} F960\nG1 Y11.0\nG0 Z40.0\n", z + 3.0);
+    }
+    text + "M30\n%\n"
+}
+
+fn setup(more: &str) -> String {
+    format!(
+        "resolution = 0.1\n[machine]\ndialect = \"fanuc\"\n[machine.spindle]\nmax_rpm = 12000\n\
+         [stock]\nbox = {{ min = [-12, 0, -20], max = [12, 6, 15] }}\n\
+         [material]\nmodel = \"layer\"\nc0 = {}\nc1 = {}\nc2 = {}\nc3 = {}\n\
+         [[tool]]\nnumber = 1\nshape = \"ball\"\ndiameter = 6\nflutes = 2\nhelix = 30\nflute_length = 40\noverhang = 45\n\
+         material = \"carbide\"\n{more}",
+        C[0], C[1], C[2], C[3]
+    )
+}
+
+struct Shop {
+    dir: tempfile::TempDir,
+}
+
+impl Shop {
+    fn with(semi: &str, finish: &str) -> Self {
+        let shop = Self { dir: tempfile::tempdir().unwrap() };
+        for (name, text) in [("semi.nc", semi), ("finish.nc", finish), ("s.toml", &setup(""))] {
+            fs::write(shop.path(name), text).unwrap();
+        }
+        shop
+    }
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+    fn run(&self, arguments: &[&str]) -> (i32, String, String) {
+        let mut command = Command::cargo_bin("feedwright").unwrap();
+        let output = command.current_dir(self.dir.path()).args(arguments).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+    }
+    fn semifinish(&self, more: &[&str]) -> (i32, String, String) {
+        let fixed = ["semifinish", "semi.nc", "--finish", "finish.nc", "--setup", "s.toml", "-o", "out.nc", "--force"];
+        self.run(&[&fixed[..], &["--json", "r.json"], more].concat())
+    }
+    fn report(&self) -> serde_json::Value {
+        serde_json::from_slice(&fs::read(self.path("r.json")).unwrap()).unwrap()
+    }
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+}
+
+/// Means of keys over the stretches of full cut of the passes in the middle: what lies below and above is as on an endless plane.
+fn middle(report: &serde_json::Value, keys: [&str; 3]) -> [f64; 3] {
+    let first = 6 + 5 * (PASSES as u64 / 2 - 1);
+    let rows = report["path"].as_array().unwrap();
+    let rows: Vec<_> = rows
+        .iter()
+        .filter(|row| row["free"] == true && (first..first + 10).contains(&row["line"].as_u64().unwrap()))
+        .collect();
+    assert!(!rows.is_empty());
+    keys.map(|key| rows.iter().map(|row| row[key].as_f64().unwrap()).sum::<f64>() / rows.len() as f64)
+}
+
+const DEPTHS: [(f64, [f64; 6]); 2] =
+    [(0.3, [0.377, 0.340, 0.304, 0.279, 0.263, 0.238]), (0.8, [0.207, 0.163, 0.144, 0.132, 0.125, 0.120])];
+const SLOPES: [f64; 6] = [5.0, 15.0, 30.0, 45.0, 60.0, 75.0];
+
+#[test]
+fn the_independent_sum_is_that_of_the_paper() {
+    for (pick, depths) in DEPTHS {
+        for (theta, depth) in SLOPES.into_iter().zip(depths) {
+            let found = root(theta, pick, 10.0);
+            assert!((found / depth - 1.0).abs() < 0.01, "pick {pick}, {theta}°: {found} {depth}");
+        }
+    }
+    let half =
+        [(5.0, 4.38, 0.2666), (20.0, 5.44, 0.2233), (40.0, 6.21, 0.1971), (60.0, 6.73, 0.1819), (75.0, 6.93, 0.1724)];
+    for (theta, force, depth) in half {
+        assert!((eq_1(theta, 0.5, 0.1) / force - 1.0).abs() < 0.01, "{theta}°: {}", eq_1(theta, 0.5, 0.1));
+        assert!((root(theta, 0.5, 10.0) / depth - 1.0).abs() < 0.01, "{theta}°: {}", root(theta, 0.5, 10.0));
+    }
+}
+
+#[test]
+fn the_force_of_a_layer_is_right_at_every_slope() {
+    for theta in [5.0, 15.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0] {
+        for depth in [0.1, 0.2] {
+            let shop = Shop::with(&plane(theta, 0.5, depth), &plane(theta, 0.5, 0.0));
+            let (code, _, said) = shop.semifinish(&["--stock", "0.02,0.6"]);
+            assert_eq!(code, 0, "{said}");
+            let [force, stock, slope] =
+                middle(&shop.report(), ["force_xy_peak_n_before", "stock_before_mm", "slope_deg"]);
+            let expected = eq_1(theta, 0.5, depth);
+            println!(
+                "{theta}°, {depth} mm: {force:.3} N, by the sum {expected:.3} N ({:+.2} %)",
+                100.0 * (force / expected - 1.0)
+            );
+            assert!((stock - depth).abs() < 2e-3 && (slope - theta).abs() < 1.5, "{theta}°: {stock} {slope}");
+            assert!((force / expected - 1.0).abs() < 0.01, "{theta}°, {depth} mm: {force} N, by the sum {expected} N");
+        }
+    }
+}
+
+#[test]
+fn stock_for_ten_newtons_is_the_root_at_every_slope() {
+    for pick in [0.3, 0.5, 0.8] {
+        for theta in SLOPES {
+            let shop = Shop::with(&plane(theta, pick, 0.1), &plane(theta, pick, 0.0));
+            let (code, _, said) = shop.semifinish(&["--stock", "0.02,0.6", "--force-xy", "10"]);
+            assert_eq!(code, 0, "{said}");
+            let report = shop.report();
+            let [force, stock, _] = middle(&report, ["force_xy_peak_n_after", "stock_after_mm", "slope_deg"]);
+            let expected = root(theta, pick, 10.0);
+            println!(
+                "pick {pick}, {theta}°: {stock:.4} mm, by the root {expected:.4} mm ({:+.2} %); {force:.3} N",
+                100.0 * (stock / expected - 1.0)
+            );
+            assert!(
+                (stock / expected - 1.0).abs() < 0.03,
+                "pick {pick}, {theta}°: {stock} mm, by the root {expected} mm"
+            );
+            assert!((force / 10.0 - 1.0).abs() < 0.02, "pick {pick}, {theta}°: {force} N");
+            assert_eq!(report["gouge"]["gouged"], 0);
+        }
+    }
+}
+
+#[test]
+fn only_coordinates_change_and_the_proof_says_so() {
+    let semi = plane(40.0, 0.5, 0.1);
+    let shop = Shop::with(&semi, &plane(40.0, 0.5, 0.0));
+    let (code, said, _) = shop.semifinish(&["--force-xy", "9"]);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("lateral only") && said.contains("no covariance"), "{said}");
+    let moved = shop.text("out.nc");
+    assert_ne!(moved, semi);
+    for (own, other) in semi.lines().zip(moved.lines()) {
+        assert!(own == other || own.starts_with("G1"), "{own} → {other}");
+    }
+    let largest = shop.report()["moved"]["largest_offset_mm"].as_f64().unwrap();
+    let within = format!("{:.3}", largest + 0.001);
+    let prove = |name: &str, within: &str| shop.run(&["semifinish", "semi.nc", "--prove", name, "--within", within]);
+    let (code, said, _) = prove("out.nc", &within);
+    assert!(code == 0 && said.contains("only coordinates of cutting moves differ"), "{said}");
+    assert_eq!(prove("out.nc", &format!("{:.3}", largest - 0.005)).0, 1, "beyond the bound");
+    // The proof of feeds refuses it.
+    assert_eq!(shop.run(&["verify", "semi.nc", "out.nc"]).0, 1);
+    // Nothing else may differ.
+    let rapid = moved.lines().find(|line| line.starts_with("G0 X") && line.contains("Y-5.0")).unwrap();
+    for (what, other) in [
+        ("feed", moved.replacen("F960", "F961", 1)),
+        ("speed", moved.replacen("S9600", "S9601", 1)),
+        ("rapid", moved.replacen(rapid, &rapid.replace("Y-5.0", "Y-5.1"), 1)),
+        ("line left out", moved.replacen("G0 Z40.0\n", "", 1)),
+        ("line put in", moved.replacen("G0 Z40.0\n", "G0 Z40.0\nG0 Z40.0\n", 1)),
+        ("cut at rapid", moved.replacen("G1 Y", "G0 Y", 1)),
+        ("comment", moved.replacen("(PLANE)", "(PLAIN)", 1)),
+        ("end", moved.replacen("M30", "M2", 1)),
+    ] {
+        assert_ne!(other, moved, "{what}");
+        fs::write(shop.path("other.nc"), other).unwrap();
+        assert_eq!(prove("other.nc", "5").0, 1, "{what}");
+    }
+}
+
+#[test]
+fn what_makes_no_sense_is_said_and_nothing_is_written() {
+    let (semi, finish) = (plane(30.0, 0.5, 0.1), plane(30.0, 0.5, 0.0));
+    let refused = |semi: &str, finish: &str, more: &[&str], word: &str| {
+        let shop = Shop::with(semi, finish);
+        let (code, _, said) = shop.semifinish(more);
+        assert_eq!(code, 2, "{said}");
+        assert!(said.contains(word), "{word}: {said}");
+        assert!(!shop.path("out.nc").exists() && !shop.path("r.json").exists());
+    };
+    refused(&finish, &semi, &[], "wrong order");
+    let away = finish.replace("Y-5.0", "Y-45.0").replace("Y11.0", "Y-29.0");
+    refused(&semi, &away, &[], "cuts nothing that the semi-finish left");
+    refused(&semi, &finish, &["--force-xy", "900"], "out of reach");
+    refused(&semi, &finish, &["--force-xy", "0.2"], "out of reach");
+    refused(&semi, &finish, &["--force-xy", "-3"], "positive");
+    refused(&semi, &finish, &["--stock", "0.3,0.2"], "makes no sense");
+    refused(&semi, &semi, &[], "the same program");
+    refused(&semi, &finish.replace("T1", "T7"), &[], "T7");
+    refused(&semi, "%\nO1\nM30\n%\n", &[], "no motion");
+}
+
+#[test]
+fn a_coarse_semi_finish_is_warned_of() {
+    let shop = Shop::with(&plane(30.0, 1.0, 0.1), &plane(30.0, 0.5, 0.0));
+    let (code, _, said) = shop.semifinish(&["--force-xy", "9"]);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("1.000 mm apart, those of the finish 0.500 mm"), "{said}");
+    let shop = Shop::with(&plane(30.0, 0.5, 0.1), &plane(30.0, 0.5, 0.0));
+    assert!(!shop.semifinish(&["--force-xy", "9"]).2.contains("apart"));
+}
+
+/// Passes across the plane of a trough (a concave cylinder along Y), as arcs in ZX.
+fn trough(above: f64) -> String {
+    let radius = 20.0 - R - above;
+    let mut text = String::from("%\nO11 (TROUGH)\nG21 G17 G40 G90 G94\nT1 M6\nS9600 M3\nG54 G0 X-20 Y-6 Z40\n");
+    for k in 0..14 {
+        let (from, to) = (-radius * 0.5, radius * 0.5);
+        let z = 10.0 - (radius * radius - from * from).sqrt() - R;
+        let _ = write!(
+            text,
+            "G0 X{from:.4} Y{:.4}\nG1 Z{z:.4} F960\nG18 G2 X{to:.4} Z{z:.4} I{:.4} K{:.4}\nG0 Z40.0\n",
+            0.5 * f64::from(k),
+            -from,
+            10.0 - R - z
+        );
+    }
+    text + "M30\n%\n"
+}
+
+#[test]
+fn arcs_stay_arcs_or_become_chords_within_the_tolerance() {
+    let shop = Shop::with(&trough(0.1), &trough(0.0));
+    let (code, said, err) = shop.semifinish(&["--force-xy", "9", "--stock", "0.03,0.6"]);
+    assert_eq!(code, 0, "{said}{err}");
+    let report = shop.report();
+    println!("{said}");
+    assert!(report["force"]["after"]["unbound_within_10_percent"].as_f64().unwrap() >= 95.0, "{said}");
+    assert_eq!(report["gouge"]["gouged"], 0);
+    let within = format!("{:.4}", report["moved"]["largest_offset_mm"].as_f64().unwrap() + 0.003);
+    let (code, said, _) = shop.run(&["semifinish", "semi.nc", "--prove", "out.nc", "--within", &within]);
+    assert_eq!(code, 0, "{said}");
+}
+
+#[test]
+fn the_programs_of_the_project_come_to_a_constant_force() {
+    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("programs/finishing");
+    for (name, more) in
+        [("mould", ["--force-xy", "10", "--stock", "0.05,0.4"]), ("petal", ["--force-xy", "8", "--stock", "0.12,0.22"])]
+    {
+        let dir = tempfile::tempdir().unwrap();
+        let file = |end: &str| programs.join(format!("{name}-{end}")).display().to_string();
+        let [out, json] = ["out.nc", "r.json"].map(|name| dir.path().join(name).display().to_string());
+        let (semi, finish, setup) = (file("semi.nc"), file("finish.nc"), file("semi.setup.toml"));
+        let fixed = ["semifinish", &semi, "--finish", &finish, "--setup", &setup, "-o", &out, "--json", &json];
+        let output = Command::cargo_bin("feedwright").unwrap().args(fixed).args(more).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        println!("{name}: {said}");
+        assert_eq!(output.status.code(), Some(0), "{said}{}", String::from_utf8_lossy(&output.stderr));
+        let report: serde_json::Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
+        assert_eq!(report["gouge"]["gouged"], 0);
+        assert!(report["force"]["after"]["unbound_within_10_percent"].as_f64().unwrap() >= 95.0, "{said}");
+    }
+}
