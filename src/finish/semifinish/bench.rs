@@ -128,6 +128,12 @@ impl<'a> Bench<'a> {
         samples
     }
 
+    /// Length of the feed moves of the finish with its ball, mm.
+    pub(super) fn finish_length_mm(&self) -> f64 {
+        let cuts = |motion: &&Move| motion.kind == MoveKind::Feed && motion.tool == self.finish_tool.number;
+        self.task.finish.moves.iter().filter(cuts).map(|motion| motion.curve().length()).sum()
+    }
+
     /// How far from the middle of the ball it may be in contact: half the chord that the thickest layer cuts off it, mm.
     fn contact_mm(&self) -> f64 {
         let (radius, most) = (self.finish_tool.radius_mm(), self.task.wanted.stock_mm[1]);

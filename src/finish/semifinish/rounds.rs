@@ -109,9 +109,7 @@ pub fn solve(task: &Task) -> Result<Answer, SemifinishError> {
         return Err(SemifinishError::NoForce { tool: bench.finish_tool.number });
     }
     let met = bench.met(&base, &samples);
-    if met.iter().all(|met| met.shares.is_empty()) {
-        return Err(apart(&bench, &base)?);
-    }
+    meet(&bench, &base, &samples, &met)?;
     let unknowns = Unknowns::new(&bench, &base, &samples, &met)?;
     let picks_mm = super::picks::picks(&bench, &base, &unknowns_tips(&bench, &base, &unknowns));
     if !samples.iter().zip(&met).any(|(sample, met)| !sample.edge && unknowns.free_share(met) >= FREE) {
@@ -141,19 +139,29 @@ fn check(task: &Task) -> Result<(), SemifinishError> {
     Ok(())
 }
 
-/// Why the programs do not meet: in the other order they may.
-fn apart(bench: &Bench, base: &Look) -> Result<SemifinishError, SemifinishError> {
+/// Share of the finishing path that must meet the semi-finish, or the programs are tried in the other order.
+const MEETING: f64 = 0.5;
+
+/// Do the programs meet, and in this order? At the far sides of their first and last passes they do in either.
+fn meet(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Result<(), SemifinishError> {
     let task = bench.task;
+    let length = |samples: &[Sample], met: &[Met]| -> f64 {
+        let both = samples.iter().zip(met).filter(|(_, met)| !met.shares.is_empty());
+        both.map(|(sample, _)| sample.length_mm).sum()
+    };
+    let here_mm = length(samples, met);
+    if here_mm >= MEETING * bench.finish_length_mm() {
+        return Ok(());
+    }
     let movable = vec![false; task.finish.moves.len()];
     let swapped = Task { semi: task.finish, finish: task.semi, movable: &movable, ..*task };
     let other = Bench::new(&swapped)?;
     let look = other.look(&vec![Vec3::zeros(); other.knots.list.len()], None)?;
     let samples = other.samples(&look);
-    let meets = other.met(&look, &samples).iter().any(|met| !met.shares.is_empty());
-    if meets {
-        return Ok(SemifinishError::WrongOrder);
+    if length(&samples, &other.met(&look, &samples)) > here_mm {
+        return Err(SemifinishError::WrongOrder);
     }
-    Ok(SemifinishError::NeverMeet { cut_mm: base.cut_mm() })
+    if here_mm > 0.0 { Ok(()) } else { Err(SemifinishError::NeverMeet { cut_mm: base.cut_mm() }) }
 }
 
 fn unknowns_tips(bench: &Bench, base: &Look, unknowns: &Unknowns) -> Vec<(Vec3, Vec3)> {
