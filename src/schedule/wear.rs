@@ -28,6 +28,10 @@
 //! Before x* the feeds √(u₀² − 2 E g α K x) / K hold the limit; beyond x* none do, however slow: a tool that must go further
 //! has to be changed. (One feed for the whole cut lasts for x*/2 at most, at v = u₀ / 2K.)
 //!
+//! Where a tool wears by a law of its own with p > 0 ([`crate::machine::wear`]) the argument turns round: higher feeds wear it more,
+//! so the wear behind v⁰ is the most there can be, and the caps of the first round hold. They are lower than need be: a limit may be
+//! called unmet that feeds between would meet.
+//!
 //! Time since the start also follows the feeds (a spindle that warms up). The same rounds serve: caps only fall, so what is
 //! written holds its limits; where slower feeds would allow more, a little of it is not used.
 
