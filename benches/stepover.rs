@@ -41,7 +41,8 @@ fn main() {
             rayon::current_num_threads()
         );
         if let Some(folder) = &folder {
-            let mut csv = format!("x,y,tip_mm\n# {name} {} {} {seconds}\n", shape.radius_mm(), shape.corner_mm);
+            let (radius, corner, count) = (shape.radius_mm(), shape.corner_mm, places.len());
+            let mut csv = format!("x,y,tip_mm\n# {name} {radius} {corner} {seconds} {count}\n");
             for (p, contact) in places.iter().zip(&found) {
                 let _ = writeln!(csv, "{},{},{}", p[0], p[1], contact.unwrap().tip_mm);
             }

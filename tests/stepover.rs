@@ -160,7 +160,7 @@ fn heights_are_those_of_opencamlib() {
     let shapes = [("ball", Shape::ball(3.0)), ("bull", Shape { flat_mm: 2.0, corner_mm: 1.0 })];
     for (name, shape) in shapes {
         let dropper = Dropper::new(&surface, shape);
-        let mut csv = format!("x,y,tip_mm\n# {name} {} {} 1\n", shape.radius_mm(), shape.corner_mm);
+        let mut csv = format!("x,y,tip_mm\n# {name} {} {} 1 2000\n", shape.radius_mm(), shape.corner_mm);
         for k in 0..2000 {
             let p = [80.0 * f64::from(k % 50) / 49.0, 60.0 * f64::from(k / 50) / 39.0];
             csv += &format!("{},{},{}\n", p[0], p[1], dropper.drop(p).unwrap().tip_mm);
