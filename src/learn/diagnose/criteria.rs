@@ -55,6 +55,11 @@ const STRUCTURE: f64 = 0.15;
 /// effect is refused for it. Judgement.
 const HARM: f64 = 1.02;
 const HARM_T: f64 = 1.0;
+/// Most range of a covariate within an operation, over its range in the log, at which it changes between operations only.
+const STEADY_WITHIN: f64 = 0.05;
+/// Standard errors by which an effect beside others must lower the held-out error: one-sided 5 % of the normal distribution, as the
+/// search has already taken the best once.
+const LEAST_T_BESIDE: f64 = 1.645;
 /// An acceleration that the times of the blocks show counts below this share of the declared one, and with so many
 /// nats. Judgement.
 const SLOWER_THAN: f64 = 0.6;
@@ -76,6 +81,11 @@ pub(in crate::learn) fn takes_enough(share: f64, of_rest: f64) -> bool {
 /// Is the held-out error lower, by its size and by the scatter of the blocks?
 pub(in crate::learn) fn lowers_held_out(drop: f64, t: f64) -> bool {
     drop >= LEAST_DROP && t >= LEAST_T
+}
+
+/// The same of an effect beside those that were found before it.
+pub(in crate::learn) fn lowers_held_out_beside(drop: f64, t: f64) -> bool {
+    drop >= LEAST_DROP && t >= LEAST_T_BESIDE
 }
 
 /// Does a rival leave as little on data left out as the best? `share`: of its drop; `t`: of what the best leaves less.
@@ -122,6 +132,12 @@ pub(in crate::learn) fn harms_elsewhere(drop: f64) -> bool {
 /// Does it lower that error, so that a curve earns the name of a family?
 pub(in crate::learn) fn lowers_elsewhere(drop: f64) -> bool {
     drop >= LEAST_DROP
+}
+
+/// Is a covariate the same all through an operation? `within`: its range there; `all`: its range over the log. A spindle keeps its speed
+/// to some percent under load (slip of an induction motor, some 3 %).
+pub(in crate::learn) fn is_steady_within(within: f64, all: f64) -> bool {
+    within <= STEADY_WITHIN * all
 }
 
 /// Do the times of the blocks show a slower machine?
@@ -257,6 +273,8 @@ mod tests {
         assert!(leaves_much(1.0, 0.08) && !leaves_much(1.0, 0.06));
         assert!(harms(1.03, -1.1) && !harms(1.01, -9.0) && !harms(1.5, -0.9));
         assert!(lowers_elsewhere(0.006) && !lowers_elsewhere(0.004));
+        assert!(lowers_held_out_beside(0.006, 1.7) && !lowers_held_out_beside(0.006, 1.6));
+        assert!(is_steady_within(0.04, 1.0) && !is_steady_within(0.06, 1.0));
         assert!(harms_elsewhere(-0.03) && !harms_elsewhere(-0.01));
         assert!(is_slower(0.59, 31.0) && !is_slower(0.61, 99.0) && !is_slower(0.1, 29.0));
     }

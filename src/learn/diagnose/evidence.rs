@@ -12,7 +12,7 @@ use crate::learn::dataset::samples::Class;
 use crate::learn::diagnose::candidates::why_not;
 use crate::learn::diagnose::criteria::{
     ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, NOISE_WITH_MEMORY, PLACED_BY, leaves_much, lowers_held_out,
-    takes_enough,
+    lowers_held_out_beside, takes_enough,
 };
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial, unphysical};
@@ -149,7 +149,7 @@ impl Diagnosis<'_> {
         let t = t_statistic(&improvement_by_block(&self.train, before, &after));
         let rest = self.share_of_excess(before, &after, before, NOISE_KNOWN_TO);
         let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
-        (!lowers_held_out(drop, t) || !takes_enough(share, rest)).then(|| {
+        (!lowers_held_out_beside(drop, t) || !takes_enough(share, rest)).then(|| {
             format!(
                 "beside the effects found before it, in any shape they may have, it lowers the held-out error by {:.2} % \
                  (t = {t:.1})",

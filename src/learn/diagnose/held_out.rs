@@ -1,9 +1,10 @@
 //! What a trial does to data that it was not fitted on. In: the diagnosis with its split, a trial. Out: residuals of
 //! blocks left out, and whether kinds of cuts left out get worse.
 
+use crate::effects::Covariate;
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::criteria::{harms, harms_elsewhere};
+use crate::learn::diagnose::criteria::{harms, harms_elsewhere, is_steady_within, lowers_elsewhere};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
@@ -83,9 +84,32 @@ impl Diagnosis<'_> {
 
     fn harms_operations(&self, present: &Fitted, trial: &Trial) -> Option<String> {
         let drop = self.drop_elsewhere(&present.model.effects, &trial.fitted.model.effects)?;
+        if self.is_of_operations(trial.effect.covariates) && !lowers_elsewhere(drop) {
+            return Some(format!(
+                "what it follows is the same all through an operation, and an operation that it was not fitted on it does \
+                 not predict better ({:+.1} % error over all of them): it may be anything they differ by",
+                -100.0 * drop
+            ));
+        }
         harms_elsewhere(drop).then(|| {
             format!("fitted without an operation, it makes that worse ({:+.1} % error over all of them)", -100.0 * drop)
         })
+    }
+
+    /// Does what an effect follows change from operation to operation alone? Within one only its prediction of another
+    /// could then show it.
+    fn is_of_operations(&self, covariates: &[Covariate]) -> bool {
+        let range = |covariate: Covariate, kind: Option<usize>| {
+            let members = self.train.used().filter(|i| kind.is_none_or(|kind| self.data.kind[*i] == kind));
+            let values = members.map(|i| covariate.of(&self.data.state[i])).filter(|value| value.is_finite());
+            let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            (most - least).max(0.0)
+        };
+        let is_steady = |covariate: &Covariate| {
+            let all = range(*covariate, None);
+            all > 0.0 && self.kinds().into_iter().all(|kind| is_steady_within(range(*covariate, Some(kind)), all))
+        };
+        !covariates.is_empty() && covariates.iter().all(is_steady)
     }
 
     fn harms_a_kind(&self, present: &Fitted, trial: &Trial) -> Option<String> {
