@@ -3,6 +3,7 @@
 //! columns `column_1`, `column_2`, …
 
 use super::cells::{Separator, longest_run};
+use super::names::is_ours;
 use super::stamps::is_stamp;
 
 /// How a table lies in its file.
@@ -32,11 +33,14 @@ pub fn layout(rows: &[Vec<String>], remark: &[String], separator: Separator) -> 
     if length == 0 {
         cells = rows.first().map_or(0, Vec::len);
     }
-    let (header, mut first_row) = match begin {
-        at if rows.get(at).is_some_and(|row| is_header(row)) => (Some(at), at + 1),
-        at if at > 0 && is_header(&rows[at - 1]) && rows[at - 1].len().abs_diff(cells) <= 1 => (Some(at - 1), at),
-        at => (None, at),
-    };
+    let first_value = (begin..begin + length).find(|at| !is_header(&rows[*at]));
+    // The words above the first values: lines of the preamble that have as many cells, the header, perhaps units.
+    let units_at = first_value.filter(|at| *at > begin).map(|at| at - 1).filter(|at| is_units(&rows[*at]));
+    let words = begin..units_at.or(first_value).unwrap_or(begin + 1).min(rows.len());
+    let above = begin.checked_sub(1).filter(|at| is_header(&rows[*at]) && rows[*at].len().abs_diff(cells) <= 1);
+    let known = |at: &usize| rows[*at].iter().filter(|cell| is_ours(cell)).count();
+    let header = words.filter(|at| is_header(&rows[*at])).max_by_key(known).or(above);
+    let mut first_row = header.map_or(begin, |at| at + 1);
     let own = header.map(|at| rows[at].clone());
     let remarked = (own.is_none() && remark.len() == cells && is_header(remark)).then(|| remark.to_vec());
     let has_header = own.is_some() || remarked.is_some();
@@ -120,6 +124,8 @@ mod tests {
         assert_eq!(remarked.names, ["time_s", "x_mm", "spindle_power_w"]);
         let words = of("group,side,feed\na,up,5\nb,down,6\n");
         assert!(words.has_header && words.first_row == 1);
+        // A row of words and missing values below the header is a row of data.
+        assert_eq!(of("group,side,feed\na,up,NA\nb,down,6\nc,up,7\n").first_row, 1);
     }
 
     #[test]

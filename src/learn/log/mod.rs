@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn odd_clocks_are_said() {
         let rows = |times: &[f64]| {
-            let body: String = times.iter().map(|t| format!("{t},5")).collect::<Vec<_>>().join("\n");
+            let body: String = times.iter().map(|t| format!("{t},500")).collect::<Vec<_>>().join("\n");
             read_log(format!("time_s,spindle_power_w\n{body}").as_bytes(), &[])
         };
         let rising: Vec<f64> = (0..40).map(f64::from).collect();

@@ -64,3 +64,38 @@ pub fn quantity(name: &str) -> (String, Option<&'static str>) {
     let alias = ALIASES.iter().find(|(theirs, _)| *theirs == base).map_or(base, |(_, ours)| ours);
     (alias.to_owned(), unit)
 }
+
+/// Our columns by the quantity of their names.
+pub const OURS: [(&str, &str); 25] = [
+    ("time", "time_s"),
+    ("x", "x_mm"),
+    ("y", "y_mm"),
+    ("z", "z_mm"),
+    ("line", "line"),
+    ("block", "block"),
+    ("feed", "feed_mm_min"),
+    ("feed_override", "feed_override_percent"),
+    ("spindle", "spindle_rpm"),
+    ("spindle_angle", "spindle_angle_deg"),
+    ("tool", "tool"),
+    ("spindle_power", "spindle_power_w"),
+    ("spindle_torque", "spindle_torque_nm"),
+    ("spindle_current", "spindle_current_a"),
+    ("spindle_load", "spindle_load_percent"),
+    ("x_load", "x_load_percent"),
+    ("y_load", "y_load_percent"),
+    ("z_load", "z_load_percent"),
+    ("force_x", "force_x_n"),
+    ("force_y", "force_y_n"),
+    ("force_z", "force_z_n"),
+    ("force_xy", "force_xy_n"),
+    ("group", "group"),
+    ("order", "order"),
+    ("side", "side"),
+];
+
+/// Is a header one of ours, by its quantity?
+pub fn is_ours(header: &str) -> bool {
+    let base = quantity(&plain(header)).0;
+    OURS.iter().any(|(own, _)| *own == base)
+}

@@ -5,7 +5,7 @@ use super::columns::Frame;
 use super::error::DataError;
 use super::gaps::{gaps, median_step};
 use super::layout::Layout;
-use super::names::quantity;
+use super::names::{OURS, quantity};
 use super::{Kind, Log, frame, from_frame, oddities};
 
 /// A column.
@@ -54,35 +54,6 @@ pub struct Seen {
     /// Why `learn` cannot use it; `None`: it can.
     pub unusable: Option<String>,
 }
-
-/// Our columns by the quantity of their names.
-const OURS: [(&str, &str); 25] = [
-    ("time", "time_s"),
-    ("x", "x_mm"),
-    ("y", "y_mm"),
-    ("z", "z_mm"),
-    ("line", "line"),
-    ("block", "block"),
-    ("feed", "feed_mm_min"),
-    ("feed_override", "feed_override_percent"),
-    ("spindle", "spindle_rpm"),
-    ("spindle_angle", "spindle_angle_deg"),
-    ("tool", "tool"),
-    ("spindle_power", "spindle_power_w"),
-    ("spindle_torque", "spindle_torque_nm"),
-    ("spindle_current", "spindle_current_a"),
-    ("spindle_load", "spindle_load_percent"),
-    ("x_load", "x_load_percent"),
-    ("y_load", "y_load_percent"),
-    ("z_load", "z_load_percent"),
-    ("force_x", "force_x_n"),
-    ("force_y", "force_y_n"),
-    ("force_z", "force_z_n"),
-    ("force_xy", "force_xy_n"),
-    ("group", "group"),
-    ("order", "order"),
-    ("side", "side"),
-];
 
 /// Words in names of other software, English and German, and the column they speak for; the first that fits counts.
 const WORDS: [(&[&str], &str); 17] = [
