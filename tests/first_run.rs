@@ -240,3 +240,30 @@ fn files_that_are_no_library_are_refused() {
         assert!(code == 2 && said.contains(words), "{name}: {said}");
     }
 }
+
+#[test]
+fn a_dry_run_reports_and_writes_no_program() {
+    let bench = Bench::new();
+    bench.run(&["init", "part.nc", "--material", "316", "--stock", "around", "--tool", "T1 3 flutes"]);
+    let (code, shown, said) = bench.run(&["optimize", "part.nc", "--dry-run", "--json", "r.json"]);
+    assert_eq!(code, 0, "{said}");
+    assert!(shown.contains("checked   only feeds differ") && said.contains("--dry-run"), "{shown}{said}");
+    assert_eq!(bench.names(), ["part.nc", "part.setup.toml", "r.json"]);
+    assert_eq!(bench.run(&["optimize", "part.nc"]).1, shown);
+}
+
+#[test]
+fn shells_and_man_know_every_command() {
+    let bench = Bench::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let (code, shown, _) = bench.run(&["completions", shell]);
+        let known = ["optimize", "init", "learn"].iter().all(|name| shown.contains(name));
+        assert!(code == 0 && known, "{shell}: {shown}");
+    }
+    let (code, page, _) = bench.run(&["man"]);
+    assert!(
+        code == 0 && page.contains(".TH feedwright 1") && page.contains("Rewrite the feeds of a program"),
+        "{page}"
+    );
+    assert_eq!(bench.run(&["completions", "cheese"]).0, 2);
+}

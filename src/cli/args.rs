@@ -107,6 +107,17 @@ pub enum Command {
     Library(Library),
     /// Print the JSON Schema of the setup file
     Schema,
+    /// Print completions for a shell
+    Completions(Completions),
+    /// Print the manual page
+    Man,
+}
+
+/// `completions`.
+#[derive(Debug, Args)]
+pub struct Completions {
+    /// Which shell.
+    pub shell: clap_complete::Shell,
 }
 
 /// Program, setup and reports.
@@ -183,6 +194,7 @@ impl Optimize {
             expand: false,
             accept_infeasible: false,
             accept_collisions: false,
+            dry_run: false,
             stress: false,
         }
     }
@@ -255,6 +267,9 @@ pub struct Optimize {
     /// Use at most this share of the life of each tool that has a law of wear in the setup, like 0.05; T3=0.05 for one tool.
     #[arg(long, value_name = "SHARE", value_parser = life_share)]
     pub wear_budget: Vec<crate::machine::LifeShare>,
+    /// Do everything but write the program: summary and reports tell what it would be.
+    #[arg(long)]
+    pub dry_run: bool,
     /// Simulate the written program again with stock, offset, coefficients, runout and override other than assumed.
     #[arg(long)]
     pub stress: bool,

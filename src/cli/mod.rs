@@ -20,6 +20,7 @@ mod plain;
 mod screen;
 mod semifinish;
 mod stepover;
+mod shell;
 mod start;
 mod subprograms;
 mod toollife;
@@ -72,6 +73,8 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Stepover(command) => stepover::stepover(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),
         Command::Library(command) => library::library(command),
+        Command::Completions(command) => shell::completions(command.shell),
+        Command::Man => shell::manual(),
         Command::Schema => screen::put(crate::setup::schema().as_bytes()).map(|()| Outcome::Done),
     }
 }

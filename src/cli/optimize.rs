@@ -22,7 +22,7 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let source = input::program(&command.work.program)?;
     let mut outputs = Outputs::new(inputs(&source, command.work.setup.as_deref(), global), global.force);
     let target = target(command.output.as_deref(), &source);
-    let program = outputs.open(&target, Kind::Program)?;
+    let program = if command.dry_run { None } else { Some(outputs.open(&target, Kind::Program)?) };
     let reports = Reports::open(&command.work, &mut outputs)?;
     let kept = Kept::open(&command.work, &source, &mut outputs, screen)?;
     let source = plain(source, command.work.setup.as_deref(), command.expand, global, screen)?;
@@ -34,7 +34,7 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let done = kept.with(|keep| execute(source, task, job::optimize, global, screen, keep))?;
     kept.write()?;
     let written = done.run.written.as_ref().expect("optimize always writes");
-    let to_stdout = program.is_stdout() || reports.uses_stdout();
+    let to_stdout = program.as_ref().is_some_and(Output::is_stdout) || reports.uses_stdout();
     if !written.check.identical {
         return Err(CliError::new(
             format!(
@@ -49,6 +49,10 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
         screen.say(refusal(why));
         return Ok(verdict.outcome);
     }
+    let Some(program) = program else {
+        screen.say(&format!("not written, as --dry-run asks: {}", target.display()));
+        return Ok(verdict.outcome);
+    };
     let files = beside.map(|folder| subprograms::write(&written.files, &folder, &done.source, &mut outputs));
     let files = files.transpose()?.unwrap_or_default();
     program.write(&written.bytes)?;
