@@ -4,6 +4,8 @@
 //!
 //! `cargo run --example contour_parallel > programs/island.nc`
 
+#![allow(clippy::print_stdout)]
+
 /// Length and width of the rectangle, mm.
 const SIZE_MM: [f64; 2] = [150.0, 66.0];
 /// Radial step, mm.

@@ -865,6 +865,12 @@ fn bytes(text: &str) -> Result<u64, String> {
     }
 }
 
+/// `0.05,0.4`: two numbers.
+fn least_and_largest(text: &str) -> Result<[f64; 2], String> {
+    let both: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    both.try_into().map_err(|_| "two numbers with a comma between, like 0.05,0.4".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -893,10 +899,4 @@ mod tests {
         assert_eq!(bytes("1.5 MiB"), Ok(3 << 19));
         assert!(bytes("lots").is_err() && bytes("-1").is_err());
     }
-}
-
-/// `0.05,0.4`: two numbers.
-fn least_and_largest(text: &str) -> Result<[f64; 2], String> {
-    let both: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
-    both.try_into().map_err(|_| "two numbers with a comma between, like 0.05,0.4".to_owned())
 }
