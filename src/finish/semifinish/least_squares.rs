@@ -237,7 +237,9 @@ mod tests {
         let problem = step(40);
         let x = problem.solve();
         assert!(x.iter().all(|x| *x <= 0.75));
-        assert!(x.windows(2).all(|two| (two[1] - two[0]).abs() <= 0.1 + 1e-9));
+        // Differences are held to what the method stands still at.
+        let steepest = x.windows(2).map(|two| (two[1] - two[0]).abs()).fold(0.0, f64::max);
+        assert!(steepest <= 0.1 + STILL_MM, "{steepest}: {x:?}");
         // Far from the step the rows are met, and beyond it the bound.
         assert!(x[..14].iter().all(|x| x.abs() < 1e-4), "{x:?}");
         assert!(x[26..].iter().all(|x| (x - 0.75).abs() < 1e-4));
