@@ -20,6 +20,8 @@ const PLAUSIBLE: [(&str, f64, f64, &str); 6] = [
 const CLIPPED_SHARE: f64 = 0.005;
 /// So many times more readings at the top than in the next 2 % of the range below it: what ends by itself thins out.
 const CLIPPED_EXCESS: f64 = 3.0;
+/// Most share of the other readings that may stand as still, three alike in a row, where the top is to say something.
+const STILL_SHARE: f64 = 0.05;
 /// A spike leaves both its neighbours by so many times the usual step from reading to reading: a fifth of a millionth of normal noise
 /// does by chance, and an entry of the tool stays up.
 const SPIKE_STEPS: f64 = 12.0;
@@ -57,8 +59,12 @@ fn clipped(name: &str, values: &[f64], known: &[usize]) -> Option<String> {
     let at_top = known.iter().filter(|i| values[**i] == most).count();
     let below = known.iter().filter(|i| values[**i] < most && values[**i] > most - 0.02 * (most - least)).count();
     let many = at_top >= 10 && at_top as f64 > CLIPPED_SHARE * known.len() as f64;
-    let runs = known.windows(3).any(|three| three.iter().all(|i| values[*i] == most));
-    let odd = many && runs && most > least && at_top as f64 > CLIPPED_EXCESS * below as f64;
+    // A signal without noise, or in coarse steps, stands still anywhere: its top says nothing.
+    let still = |three: &&[usize]| three.iter().all(|i| values[*i] == values[three[0]]);
+    let (top, elsewhere): (Vec<&[usize]>, Vec<&[usize]>) =
+        known.windows(3).filter(still).partition(|three| values[three[0]] == most);
+    let lively = (elsewhere.len() as f64) < STILL_SHARE * (known.len() - at_top) as f64;
+    let odd = many && lively && !top.is_empty() && most > least && at_top as f64 > CLIPPED_EXCESS * below as f64;
     odd.then(|| {
         format!("{name} stands at {most} in {at_top} readings and never above: its range ends there, the load may not")
     })
@@ -124,6 +130,9 @@ mod tests {
         let clipped = cut().into_iter().map(|value| value.min(950.0)).collect();
         let said = of(&log(clipped, 0.05));
         assert!(said.len() == 1 && said[0].contains("stands at 950"), "{said:?}");
+        // Without noise every level of a load stands still.
+        let level = |k: u32| if k % 200 < 100 { 950.0 } else { 300.0 };
+        assert_eq!(of(&log((0..1000).map(level).collect(), 0.05)), Vec::<String>::new());
         let mut spiky = cut();
         spiky[500] = 4000.0;
         let said = of(&log(spiky, 0.05));
