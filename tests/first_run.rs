@@ -114,6 +114,22 @@ fn a_draft_is_never_written_over_and_what_is_unknown_does_not_run() {
 }
 
 #[test]
+fn what_is_no_program_is_said_and_no_setup_is_drafted_for_it() {
+    let bench = Bench::new();
+    bench.put("mesh.nc", b"solid part\nfacet normal 0 0 1\nendsolid\n");
+    bench.put("notes.txt", b"Call the customer about the bracket.\nTwo pieces, by Friday.\n");
+    bench.put("part.json", b"{\"tool\": 3}");
+    for (name, words) in [("mesh.nc", "a mesh (STL)"), ("part.json", "JSON"), ("notes.txt", "no tool moves at a feed")]
+    {
+        for arguments in [&[name][..], &["init", name]] {
+            let (code, _, said) = bench.run(arguments);
+            assert!(code == 2 && said.contains(words), "{arguments:?}: {said}");
+        }
+    }
+    assert_eq!(bench.names(), ["mesh.nc", "notes.txt", "part.json", "part.nc"]);
+}
+
+#[test]
 fn what_makes_no_sense_is_refused_with_its_option() {
     let bench = Bench::new();
     for (arguments, words) in [

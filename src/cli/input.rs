@@ -54,6 +54,12 @@ fn check(source: &Source) -> Result<(), CliError> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(CliError::new(format!("{name} is empty"), "give an NC program with at least one motion"));
     }
+    if let Some(what) = other_kind(bytes) {
+        return Err(CliError::new(
+            format!("{name} is {what}, not an NC program"),
+            "give the program that the machine runs",
+        ));
+    }
     if bytes.len() > nc::MAX_TEXT {
         return Err(CliError::new(format!("{name} is larger than 4 GiB"), "split the program"));
     }
@@ -64,6 +70,22 @@ fn check(source: &Source) -> Result<(), CliError> {
         ));
     }
     Ok(())
+}
+
+/// Text that people give in place of a program: a mesh, a report, a setup.
+fn other_kind(bytes: &[u8]) -> Option<&'static str> {
+    let head = &bytes[..bytes.len().min(1 << 16)];
+    let text = head.trim_ascii_start();
+    let holds = |part: &str| memchr::memmem::find(head, part.as_bytes()).is_some();
+    let begins = |part: &str| text.starts_with(part.as_bytes());
+    let line = |wanted: &[u8]| head.split(|byte| *byte == b'\n').any(|line| line.trim_ascii() == wanted);
+    match () {
+        () if begins("solid") && (holds("facet") || holds("endsolid")) => Some("a mesh (STL)"),
+        () if begins("{") && holds("\":") => Some("JSON"),
+        () if begins("<") && (holds("<html") || holds("<svg") || holds("<?xml")) => Some("a page or XML"),
+        () if line(b"[stock]") || line(b"[[tool]]") => Some("a setup file"),
+        () => None,
+    }
 }
 
 /// Control characters are rare in a program, though a tape may begin with NUL.
@@ -176,6 +198,12 @@ pub fn beside(source: &Source) -> Option<PathBuf> {
 pub fn facts(source: &Source, global: &Global) -> Result<Facts, CliError> {
     let program = parse(source, global, None)?;
     let path = nc::interpret(&program, &nc::unit::settled(&program, nc::Environment::default(), None));
+    if path.moves.iter().all(|motion| motion.kind != nc::MoveKind::Feed) {
+        return Err(CliError::new(
+            format!("{}: no tool moves at a feed in it", source.name),
+            "give an NC program; if it is one, name its --dialect",
+        ));
+    }
     Ok(Facts::of_program(&program, &path))
 }
 
@@ -230,5 +258,19 @@ mod tests {
         assert!(looks_binary(b"\x7fELF\x02\x01\x01\0\0\0\0\0\0\0\0\0\x03\0>\0\x01\0\0\0"));
         assert!(looks_binary(b"G\x000\0 \0X\x001\0"));
         assert!(!looks_binary(b"G0 X1"));
+    }
+
+    #[test]
+    fn what_is_no_program_is_told_by_its_text() {
+        for (text, what) in [
+            ("solid part\nfacet normal 0 0 1\n", Some("a mesh (STL)")),
+            ("{\"data\": []}", Some("JSON")),
+            ("<!doctype html>\n<html>", Some("a page or XML")),
+            ("units = \"mm\"\n[stock]\n", Some("a setup file")),
+            ("%\nO1\n(SOLID CARBIDE)\nG0 X1\n", None),
+            ("solid state\nG1 X1", None),
+        ] {
+            assert_eq!(other_kind(text.as_bytes()), what, "{text}");
+        }
     }
 }
