@@ -93,8 +93,19 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
     if !to_stdout {
         screen.say(&format!("written   {}", target.display()));
     }
+    let (force_n, reference_n) = (answer.varying.check.p99_n, answer.reference_n);
+    if force_n > HELD_WITHIN * reference_n {
+        screen.say(&format!(
+            "the reference of {reference_n:.1} N is not held: on a hundredth of the way the force is above {force_n:.1} N; look at the page \
+             (--report) before it runs"
+        ));
+        return Ok(Outcome::Unmet);
+    }
     Ok(Outcome::Done)
 }
+
+/// The force counts as held up to this ratio of the reference: within 10 %, as is asked of constancy.
+const HELD_WITHIN: f64 = 1.1;
 
 fn refused(error: &Refusal, surface: &Path) -> CliError {
     let Refusal::Plain { why, help } = error;
