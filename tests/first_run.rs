@@ -72,6 +72,7 @@ fn what_is_lacking_can_be_said_and_the_second_run_needs_nothing() {
     assert_eq!(code, 0, "{shown}{errors}");
     assert_eq!(bench.names(), ["part.fw.html", "part.fw.nc", "part.nc", "part.setup.toml"]);
     assert!(shown.contains("reference loads"), "its own loads are the limit: {shown}");
+    assert!(!shown.contains("-0.0 %"), "{shown}");
     let setup = bench.text("part.setup.toml");
     for line in [
         "material = \"aluminium\"  # --material: 7075",

@@ -133,8 +133,8 @@ impl Reference {
             format!(
                 "          coefficients {:+.0} %: feeds {:+.1} % on average, {:+.1} % at most\n",
                 100.0 * (moved.factor - 1.0),
-                moved.mean_percent,
-                moved.largest_percent
+                super::unsigned_zero(moved.mean_percent, 1),
+                super::unsigned_zero(moved.largest_percent, 1)
             )
         };
         let lines: String = self.coefficients.iter().map(each).collect();
