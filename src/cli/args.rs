@@ -196,6 +196,7 @@ impl Optimize {
             accept_collisions: false,
             dry_run: false,
             stress: false,
+            sign_off: None,
         }
     }
 }
@@ -273,6 +274,10 @@ pub struct Optimize {
     /// Simulate the written program again with stock, offset, coefficients, runout and override other than assumed.
     #[arg(long)]
     pub stress: bool,
+    /// Write one page to print and sign: hashes, limits, assumptions, what keeps its feed, the largest rise, and the worst under --stress,
+    /// which it asks for.
+    #[arg(long, value_name = "FILE.html")]
+    pub sign_off: Option<PathBuf>,
 }
 
 /// `verify`.

@@ -15,12 +15,15 @@ use crate::engage::EngagementMap;
 use crate::engage::cache::{Key, Unusable, from_bytes, to_bytes};
 use crate::job::Keep;
 use crate::path::Vec3;
+use crate::report::Relief;
 use crate::stock::{Piece, saved};
 
 /// Files to be, and what the pipeline has handed over for them.
 pub struct Kept {
     cache: Option<PathBuf>,
     stock: Option<Stock>,
+    /// The page shows the stock; a simulation that is not made again leaves none.
+    shows: bool,
     bytes: RefCell<Option<Vec<u8>>>,
     pieces: RefCell<Vec<(Piece, Vec3)>>,
     screen: Screen,
@@ -47,7 +50,8 @@ impl Kept {
             }
         };
         let stock = command.save_stock.as_deref().map(|path| stock(path, outputs)).transpose()?;
-        Ok(Self { cache, stock, bytes: RefCell::default(), pieces: RefCell::default(), screen })
+        let shows = command.report.is_some() && cache.is_none();
+        Ok(Self { cache, stock, shows, bytes: RefCell::default(), pieces: RefCell::default(), screen })
     }
 
     /// Runs `work` with the hooks.
@@ -63,7 +67,7 @@ impl Kept {
         work(Keep {
             recall: if cached { Some(&recall) } else { None },
             remember: if cached { Some(&remember) } else { None },
-            stock: if self.stock.is_some() { Some(&stock) } else { None },
+            stock: if self.stock.is_some() || self.shows { Some(&stock) } else { None },
         })
     }
 
@@ -80,6 +84,11 @@ impl Kept {
             Err(Unusable::Damaged) => format!("cache     {name} is damaged or of another version: simulated anew"),
         });
         found.ok()
+    }
+
+    /// The stock as a page shows it.
+    pub fn reliefs(&self) -> Vec<Relief> {
+        self.pieces.borrow().iter().map(|(piece, _)| Relief::of(&piece.field)).collect()
     }
 
     /// Writes what was handed over.

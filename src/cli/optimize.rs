@@ -15,7 +15,7 @@ use super::subprograms;
 use super::work::{Done, execute, inputs, peak_memory, run_keeping, task, wanted};
 use crate::job::{self, Wanted};
 use crate::machine::{Job, LifeShare, Tool};
-use crate::report::{self, Extras, HeldBack, Run, Verdict};
+use crate::report::{self, Extras, HeldBack, Relief, Run, Verdict};
 
 /// Rewrites the feeds.
 pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
@@ -23,15 +23,20 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let mut outputs = Outputs::new(inputs(&source, command.work.setup.as_deref(), global), global.force);
     let target = target(command.output.as_deref(), &source);
     let program = if command.dry_run { None } else { Some(outputs.open(&target, Kind::Program)?) };
-    let reports = Reports::open(&command.work, &mut outputs)?;
+    let mut reports = Reports::open(&command.work, &mut outputs)?;
+    reports.sign_off = command.sign_off.as_deref().map(|path| outputs.open(path, Kind::Markup)).transpose()?;
     let kept = Kept::open(&command.work, &source, &mut outputs, screen)?;
     let source = plain(source, command.work.setup.as_deref(), command.expand, global, screen)?;
     let setup = command.work.setup.as_deref();
     let beside = subprograms::folder(&target, &source);
-    let wanted = Wanted { rewrites_files: beside.is_some(), ..wanted(&command.work, command.stress) };
+    let wanted = Wanted {
+        rewrites_files: beside.is_some(),
+        ..wanted(&command.work, command.stress || command.sign_off.is_some())
+    };
     let mut task = task(&source, setup, global, wanted)?;
     task.job.life = budgets(&command.wear_budget, &task.job)?;
     let done = kept.with(|keep| execute(source, task, job::optimize, global, screen, keep))?;
+    let stock = kept.reliefs();
     kept.write()?;
     let written = done.run.written.as_ref().expect("optimize always writes");
     let to_stdout = program.as_ref().is_some_and(Output::is_stdout) || reports.uses_stdout();
@@ -44,7 +49,11 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
             "nothing was written; leave the block out with [output] exclude, and please report it",
         ));
     }
-    let verdict = reports.write(&done, global, screen, to_stdout)?;
+    let setup_text = setup_text(command.work.setup.as_deref(), &done.source);
+    let may_write =
+        |verdict: &Verdict| program.is_some() && verdict.held_back().into_iter().all(|why| is_accepted(why, command));
+    let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), is_written: &may_write };
+    let verdict = reports.write(&shown, global, screen, to_stdout)?;
     if let Some(why) = verdict.held_back().into_iter().find(|why| !is_accepted(*why, command)) {
         screen.say(refusal(why));
         return Ok(verdict.outcome);
@@ -75,9 +84,12 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     let setup = command.setup.as_deref();
     let wanted = wanted(command, false);
     let done = kept.with(|keep| run_keeping(source, setup, job::simulate, global, wanted, screen, keep))?;
+    let stock = kept.reliefs();
     kept.write()?;
     let to_stdout = reports.uses_stdout();
-    Ok(reports.write(&done, global, screen, to_stdout)?.outcome)
+    let setup_text = setup_text(setup, &done.source);
+    let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), is_written: &|_| false };
+    Ok(reports.write(&shown, global, screen, to_stdout)?.outcome)
 }
 
 /// The budgets of wear, each for a tool whose law is known.
@@ -128,6 +140,20 @@ fn target(given: Option<&Path>, source: &Source) -> PathBuf {
     path.with_file_name(name)
 }
 
+/// The bytes of the setup, where there is one.
+fn setup_text(given: Option<&Path>, source: &Source) -> Option<Vec<u8>> {
+    std::fs::read(given.map(Path::to_owned).or_else(|| input::beside(source))?).ok()
+}
+
+/// What the reports show.
+struct Found<'a> {
+    done: &'a Done,
+    stock: &'a [Relief],
+    setup: Option<&'a [u8]>,
+    /// Will the program be written under this verdict?
+    is_written: &'a dyn Fn(&Verdict) -> bool,
+}
+
 /// Where the reports go, each ready before the work begins.
 struct Reports {
     json: Option<Output>,
@@ -136,6 +162,7 @@ struct Reports {
     csv: Option<Output>,
     svg: Option<Output>,
     problem: Option<Output>,
+    sign_off: Option<Output>,
 }
 
 impl Reports {
@@ -148,18 +175,23 @@ impl Reports {
             csv: open(&command.csv, Kind::Csv)?,
             svg: open(&command.svg, Kind::Markup)?,
             problem: open(&command.dump_problem, Kind::Json)?,
+            sign_off: None,
         })
     }
 
     fn uses_stdout(&self) -> bool {
-        [&self.json, &self.html, &self.csv, &self.svg, &self.problem].into_iter().flatten().any(Output::is_stdout)
+        [&self.json, &self.html, &self.csv, &self.svg, &self.problem, &self.sign_off]
+            .into_iter()
+            .flatten()
+            .any(Output::is_stdout)
     }
 
     /// Files as asked for; the summary to standard output, or to standard error where that is taken. Returns the verdict that
     /// they all show.
-    fn write(self, done: &Done, global: &Global, screen: Screen, stdout_taken: bool) -> Result<Verdict, CliError> {
-        let Done { source, run } = done;
+    fn write(self, found: &Found, global: &Global, screen: Screen, stdout_taken: bool) -> Result<Verdict, CliError> {
+        let Done { source, run } = found.done;
         let figures = report::figures(run);
+        let from = report::provenance(run, found.setup);
         screen.diagnostics(&source.name, &source.bytes, &run.diagnostics);
         let summary = report::summary(run, &figures, &source.name);
         if stdout_taken {
@@ -172,7 +204,7 @@ impl Reports {
         }
         if let Some(output) = self.json {
             let extras = Extras { blocks: self.json_blocks, timings: global.timings.then(peak_memory) };
-            output.write(report::json(run, &figures, &source.name, extras).as_bytes())?;
+            output.write(report::json(run, &figures, &from, &source.name, extras).as_bytes())?;
         }
         if let Some(output) = self.problem {
             output.write(problem::json(run, &source.name).as_bytes())?;
@@ -184,7 +216,14 @@ impl Reports {
             output.write(report::picture(run, &figures, &source.name).as_bytes())?;
         }
         if let Some(output) = self.html {
-            output.write(report::html(run, &figures, &source.name).as_bytes())?;
+            let sections = job::sections(&run.program, &run.toolpath, &run.map);
+            let shown =
+                report::Shown { run, figures: &figures, file: &source.name, sections: &sections, stock: found.stock };
+            output.write(report::html(&shown).as_bytes())?;
+        }
+        if let Some(output) = self.sign_off {
+            let is_written = (found.is_written)(&figures.verdict);
+            output.write(report::sign_off(run, &figures, &from, &source.name, is_written).as_bytes())?;
         }
         Ok(figures.verdict)
     }

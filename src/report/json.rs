@@ -2,7 +2,6 @@
 //! program's unit; feeds in mm/min.
 
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -12,6 +11,7 @@ use super::blocks::{BlockRow, blocks};
 use super::bounds::Share;
 use super::figures::{Figures, LimitFigure};
 use super::over::Worst;
+use super::provenance::{Provenance, sha256};
 use super::run::{Run, Written};
 use super::verdict::{Fault, Verdict};
 use crate::diag::{self, Severity};
@@ -49,6 +49,7 @@ struct Report<'a> {
     tool: Vec<ToolPart>,
     #[serde(flatten)]
     answers: &'a Answers,
+    provenance: &'a Provenance,
 }
 
 /// Everything that cuts is counted, frozen, kept and infeasible blocks included, but for `free_worst_ratio`.
@@ -235,7 +236,7 @@ struct ToolPart {
 }
 
 /// The report as text.
-pub fn json(run: &Run, figures: &Figures, file: &str, extras: Extras) -> String {
+pub fn json(run: &Run, figures: &Figures, from: &Provenance, file: &str, extras: Extras) -> String {
     let report = Report {
         written_by: WRITTEN_BY,
         verdict: verdict(&figures.verdict),
@@ -256,6 +257,7 @@ pub fn json(run: &Run, figures: &Figures, file: &str, extras: Extras) -> String 
         warnings: warnings(run, figures),
         tool: tools(figures),
         answers: &run.answers,
+        provenance: from,
     };
     serde_json::to_string_pretty(&report).expect("the report is plain data") + "\n"
 }
@@ -294,13 +296,12 @@ fn fault(fault: &Fault) -> FaultPart<'_> {
 }
 
 fn program<'a>(run: &Run, file: &'a str) -> ProgramPart<'a> {
-    let digest = Sha256::digest(run.program.own_text());
     ProgramPart {
         file,
         blocks: run.program.own_len(),
         motions: run.toolpath.moves.len(),
         dialect: run.program.dialect().name(),
-        sha256: digest.iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}")),
+        sha256: sha256(run.program.own_text()),
     }
 }
 

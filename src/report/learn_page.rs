@@ -20,11 +20,13 @@ const COLUMNS: usize = 3;
 /// The page.
 pub fn learn_html(report: &LearnReport, shown: &Curves, file: &str) -> String {
     let mut body = format!("<p>{}</p>\n", escaped(&report.verdict));
+    body += &ladder(report);
+    body += &alignment(report);
     for trace in &shown.traces {
         body += &picture(trace);
     }
     if !shown.along.is_empty() {
-        body += "<h2>Mean residual along what was cut, before and after</h2>\n";
+        body += "<h2>Mean residual along what was cut, before and after (the most telling first)</h2>\n";
         body += &residuals(&shown.along);
     }
     body += &tables(report);
@@ -63,11 +65,8 @@ impl Frame {
             "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"#c8c8c8\"/>"
         );
         let mut text = |x: f64, y: f64, anchor: &str, content: &str| {
-            let _ = writeln!(
-                svg,
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"#505050\">{}</text>",
-                escaped(content)
-            );
+            let _ =
+                writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>", escaped(content));
         };
         text(left - 4.0, top + 10.0, "end", &short(y1));
         text(left - 4.0, top + height, "end", &short(y0));
@@ -83,7 +82,7 @@ fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
 
 fn open(height: f64) -> String {
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"Helvetica,Arial,sans-serif\" font-size=\"12\">\n"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"own\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"Helvetica,Arial,sans-serif\" font-size=\"12\">\n"
     )
 }
 
@@ -128,6 +127,51 @@ fn residuals(along: &[CovariateCurve]) -> String {
         frame.line(&mut svg, each.bins.iter().map(|b| (b[0], b[2])), AFTER);
     }
     svg + "</svg>\n"
+}
+
+/// Effect by effect, how the error fell: on the data that were fitted once, on data held out at every rung.
+fn ladder(report: &LearnReport) -> String {
+    let number = |v: f64| if v.is_finite() { short(v) } else { String::new() };
+    let mut rows = vec![vec![
+        "base model".to_owned(),
+        String::new(),
+        number(report.base_test.rmse),
+        String::new(),
+        format!("{} on fitted data", number(report.base_train.rmse)),
+    ]];
+    let rungs = report.effects.iter().chain(report.unnamed.iter().map(|unnamed| &unnamed.added));
+    rows.extend(rungs.map(|effect| {
+        vec![
+            format!("+ {}", effect.name),
+            number(effect.test_rmse_before),
+            number(effect.test_rmse_after),
+            number(effect.p_value),
+            effect.evidence.clone(),
+        ]
+    }));
+    rows.push(vec![
+        "final model".to_owned(),
+        number(report.base_test.rmse),
+        number(report.final_test.rmse),
+        String::new(),
+        format!("{} on fitted data", number(report.final_train.rmse)),
+    ]);
+    table("Effect by effect: error on data held out", &["model", "before", "after", "chance without it", "why"], &rows)
+}
+
+/// How the log was tied to the program.
+fn alignment(report: &LearnReport) -> String {
+    let Some(found) = &report.alignment else { return String::new() };
+    let [before, held, after] = found.outside;
+    let mut rows = vec![
+        vec!["tied by".to_owned(), found.method.clone()],
+        vec!["the program begins in the log at".to_owned(), format!("{:.3} s", found.offset_s)],
+        vec!["log seconds for a predicted second".to_owned(), format!("{:.5}", found.stretch)],
+        vec!["uncertainty of a sample's place".to_owned(), format!("{:.3} s", found.uncertainty_s)],
+        vec!["samples before, held, after".to_owned(), format!("{before}, {held}, {after}")],
+    ];
+    rows.extend(report.events.iter().map(|event| vec!["event".to_owned(), event.said()]));
+    table("Alignment", &["", ""], &rows)
 }
 
 fn tables(report: &LearnReport) -> String {

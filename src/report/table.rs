@@ -8,6 +8,7 @@ use super::run::Run;
 use super::stations::{Feeds, StationLoads, each_station};
 use super::unsigned_zero;
 use crate::force::Loads;
+use crate::ids::MoveId;
 use crate::machine::Slice;
 use crate::schedule::rules::{Rules, rules};
 use crate::units::{deg_from_rad, mm_min_from_mm_s, rpm_from_rps};
@@ -127,7 +128,7 @@ fn contact_area(run: &Run, found: &StationLoads) -> f64 {
 }
 
 /// Time at the beginning of each station: the realised time of each move, shared in its inside by length over feed.
-struct Clock<'a> {
+pub(super) struct Clock<'a> {
     run: &'a Run,
     /// Start of each move, s, before and after.
     starts: [Vec<f64>; 2],
@@ -138,7 +139,7 @@ struct Clock<'a> {
 }
 
 impl<'a> Clock<'a> {
-    fn new(run: &'a Run) -> Self {
+    pub(super) fn new(run: &'a Run) -> Self {
         let starts = [&run.realised_before, run.realised_after()].map(|realised| {
             let mut now = 0.0;
             let start = |s: &f64| {
@@ -149,7 +150,16 @@ impl<'a> Clock<'a> {
         });
         Self { run, starts, current: None, inside: [0.0; 2], whole: [1.0; 2] }
     }
-    fn at(&mut self, found: &StationLoads, feeds: &[Feeds; 2]) -> [f64; 2] {
+    /// Before and after, at the beginning of a move.
+    pub(super) fn start_of(&self, id: MoveId) -> [f64; 2] {
+        [0, 1].map(|side| self.starts[side].get(id.ix()).copied().unwrap_or(0.0))
+    }
+    /// Before and after, at the end of the last move.
+    pub(super) fn end(&self) -> [f64; 2] {
+        [&self.run.realised_before, self.run.realised_after()].map(|realised| realised.move_s.iter().sum())
+    }
+    /// Before and after, at the beginning of a station; stations come in order.
+    pub(super) fn at(&mut self, found: &StationLoads, feeds: &[Feeds; 2]) -> [f64; 2] {
         let id = found.station.move_id;
         if self.current != Some(id.0) {
             self.current = Some(id.0);

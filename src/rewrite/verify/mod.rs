@@ -74,6 +74,21 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
     proof
 }
 
+/// For every line of a rewritten program, the line of its original (by index) that it stands for or stands before. Where the
+/// texts do not fit each other, lines are paired as far as they do.
+pub fn written_for(original: &Program, rewritten: &Program, inch: bool) -> Vec<usize> {
+    let roles = align::align(original, rewritten, inch, &mut Proof::default());
+    let mut lines = vec![original.len().saturating_sub(1); roles.of.len()];
+    let mut next = original.len().saturating_sub(1);
+    for (line, role) in lines.iter_mut().zip(&roles.of).rev() {
+        if let align::Role::Same(block) | align::Role::Piece(block) | align::Role::Last(block) = role {
+            next = block.ix();
+        }
+        *line = next;
+    }
+    lines
+}
+
 /// With the block-delete switch off, and on where a block hangs on it.
 fn each_switch(original: &Program, environment: &Environment<'_>, mut with: impl FnMut(&Environment<'_>)) {
     let switches: &[bool] = if original.has_block_delete() { &[false, true] } else { &[false] };

@@ -1,0 +1,232 @@
+//! The tables of the page, and its first screen. In: a run with its figures. Out: markup that works without a script.
+
+use super::listing::Listing;
+use super::operations::Operation;
+use crate::diag;
+use crate::report::bounds::Share;
+use crate::report::figures::{Figures, LimitFigure, ToolFigure};
+use crate::report::html::{escaped, folded, marked, table};
+use crate::report::over::MET;
+use crate::report::run::Run;
+use crate::report::summary::{clock, short};
+use crate::report::verdict::{Fault, Outcome};
+
+/// Lines of a fault that are listed.
+const LINES: usize = 200;
+
+/// Verdict, what to check, time: what is seen first.
+pub fn first(run: &Run, figures: &Figures, listing: &Listing, checks: &[String]) -> String {
+    let things = checks.iter().fold(String::new(), |text, check| text + &format!("<li>{}</li>\n", escaped(check)));
+    format!(
+        "{}<div class=\"first\"><div><h2>Check before running it</h2>\n<ol id=\"checks\">\n{things}</ol></div>\n<div><h2>Time</h2>\n{}</div></div>\n{}",
+        verdict(run, figures),
+        times(run, listing),
+        faults(figures)
+    )
+}
+
+/// Every table behind the views.
+pub fn all(run: &Run, figures: &Figures, operations: &[Operation]) -> String {
+    [
+        by_operation(run, operations),
+        by_cause(run),
+        limits(figures),
+        bounds(figures),
+        tools(figures),
+        checked(run, figures),
+        places(run),
+    ]
+    .concat()
+}
+
+/// The headline.
+fn verdict(run: &Run, figures: &Figures) -> String {
+    let verdict = &figures.verdict;
+    let class = if verdict.outcome == Outcome::Done { "good" } else { "bad" };
+    format!(
+        "<div class=\"verdict {class}\"><b>{}</b>\n<p class=\"{class}\">{}</p></div>\n",
+        super::checks::stamp(run, figures),
+        escaped(&verdict.headline)
+    )
+}
+
+/// Every fault with its lines.
+fn faults(figures: &Figures) -> String {
+    let row = |fault: &Fault| {
+        let lines: Vec<String> = fault.lines.iter().take(LINES).map(ToString::to_string).collect();
+        let more = if fault.lines.len() > LINES { ", …" } else { "" };
+        vec![fault.kind.name().to_owned(), fault.text.clone(), format!("{}{more}", lines.join(", "))]
+    };
+    let rows: Vec<Vec<String>> = figures.verdict.faults.iter().map(row).collect();
+    table("Faults", &["what", "", "lines"], &rows)
+}
+
+/// Time before and after as bars, and how much of the program was changed.
+fn times(run: &Run, listing: &Listing) -> String {
+    let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
+    if run.written.is_none() {
+        return format!("<p>{} as programmed.</p>\n", clock(before));
+    }
+    let longest = before.max(after).max(f64::MIN_POSITIVE);
+    let bar = |name: &str, class: &str, seconds: f64| {
+        let share = 100.0 * seconds / longest;
+        format!(
+            "<span>{name}</span><i class=\"{class}\" style=\"width:{share:.1}%\"></i><span>{}</span>",
+            clock(seconds)
+        )
+    };
+    format!(
+        "<div class=\"times\">{}{}</div><p>{:.1} % {}. {} of {} lines changed.</p>\n",
+        bar("before", "was", before),
+        bar("after", "is", after),
+        100.0 * (after / before.max(f64::MIN_POSITIVE) - 1.0).abs(),
+        if after <= before { "shorter" } else { "longer" },
+        listing.changed,
+        listing.lines
+    )
+}
+
+fn by_operation(run: &Run, operations: &[Operation]) -> String {
+    let row = |operation: &Operation| {
+        let [before, after] = operation.time_s;
+        let mut cells = vec![operation.name.clone(), clock(before)];
+        if run.written.is_some() {
+            cells.extend([clock(after), saved(before, after)]);
+        }
+        cells
+    };
+    let rows: Vec<Vec<String>> = operations.iter().map(row).collect();
+    table(
+        "Time by operation (its moves)",
+        &["operation", "before", "after", "change"][..if run.written.is_some() { 4 } else { 2 }],
+        &rows,
+    )
+}
+
+fn saved(before: f64, after: f64) -> String {
+    let percent = if before > 0.0 { 100.0 * (after / before - 1.0) } else { 0.0 };
+    format!("{:+.1} %", crate::report::unsigned_zero(percent, 1))
+}
+
+/// Time by cause; a cause is named once, whichever side has it.
+fn by_cause(run: &Run) -> String {
+    let (before, after) = (&run.realised_before.by_cause, &run.realised_after().by_cause);
+    let mut names: Vec<&str> = before.iter().chain(after).filter(|(_, s)| *s > 0.0).map(|(name, _)| *name).collect();
+    let mut seen = Vec::new();
+    names.retain(|name| {
+        !seen.contains(name) && {
+            seen.push(*name);
+            true
+        }
+    });
+    let of = |side: &[(&'static str, f64)], name: &str| {
+        side.iter().find(|(known, _)| *known == name).map_or(0.0, |(_, s)| *s)
+    };
+    let row = |name: &&str| {
+        let mut cells = vec![(*name).to_owned(), clock(of(before, name))];
+        if run.written.is_some() {
+            cells.push(clock(of(after, name)));
+        }
+        cells
+    };
+    let rows: Vec<Vec<String>> = names.iter().map(row).collect();
+    table("Time by cause", &["cause", "before", "after"][..if run.written.is_some() { 3 } else { 2 }], &rows)
+}
+
+/// What reading the written file back gave.
+fn checked(run: &Run, figures: &Figures) -> String {
+    let Some(written) = &run.written else { return String::new() };
+    format!(
+        "<p>Read back: {}; {}.</p>\n",
+        if written.check.identical { "only feeds differ" } else { "more than feeds differs" },
+        escaped(&figures.verdict.largest())
+    )
+}
+
+fn limits(figures: &Figures) -> String {
+    let number = |value: Option<f64>| value.map_or_else(String::new, short);
+    let percent = |ratio: Option<f64>| ratio.map_or_else(String::new, |ratio| format!("{:.1} %", 100.0 * ratio));
+    let row = |figure: &LimitFigure| {
+        let of_spindle = if figure.of_spindle { " of the spindle" } else { "" };
+        vec![
+            format!("{}{of_spindle}", figure.kind.name()),
+            figure.tool.map_or_else(String::new, |tool| format!("T{tool}")),
+            format!("{} {}", number(figure.limit), figure.kind.unit()),
+            number(figure.before_max),
+            percent(figure.ratios[0]),
+            number(figure.after_max),
+            percent(figure.ratios[1]),
+            figure.at.map_or_else(String::new, |place| {
+                place.line.to_string() + &place.apart.map_or_else(String::new, |apart| format!(" {}", apart.name()))
+            }),
+            number(figure.after_p99),
+            format!("{:.1} %", figure.active_time_percent),
+            figure.shadow_price.map_or_else(String::new, |price| format!("{price:+.3}")),
+        ]
+    };
+    let head = [
+        "limit",
+        "tool",
+        "value",
+        "largest before",
+        "of the limit",
+        "largest after",
+        "of the limit",
+        "line",
+        "99 % below",
+        "binds",
+        "s per unit",
+    ];
+    let beyond = |row: usize, column: usize| match column {
+        4 => figures.limits[row].ratios[0].is_some_and(|ratio| ratio > MET),
+        6 => figures.limits[row].ratios[1].is_some_and(|ratio| ratio > MET),
+        _ => false,
+    };
+    let rows: Vec<Vec<String>> = figures.limits.iter().map(row).collect();
+    marked("Limits (every cut counted: frozen, kept and infeasible blocks too)", &head, &rows, &beyond)
+}
+
+fn bounds(figures: &Figures) -> String {
+    let row = |share: &Share| {
+        let reason = share.reason.unwrap_or_default().to_owned();
+        vec![share.name.to_owned(), format!("{:.1} %", share.percent), reason]
+    };
+    let rows: Vec<_> = figures.bounds.iter().map(row).collect();
+    table("What bounds the feed", &["limit", "of the cutting time", "why"], &rows)
+}
+
+fn tools(figures: &Figures) -> String {
+    let row = |tool: &ToolFigure| {
+        vec![
+            format!("T{}", tool.number),
+            format!("{} W", short(tool.power_max_w)),
+            format!("{} N", short(tool.force_peak_n)),
+            clock(tool.cut_time_s),
+            format!("{} mm", short(tool.cut_length_mm)),
+        ]
+    };
+    let rows: Vec<_> = figures.tools.iter().map(row).collect();
+    table("Tools", &["tool", "largest power", "largest force", "cutting time", "cutting length"], &rows)
+}
+
+fn places(run: &Run) -> String {
+    let infeasible: Vec<Vec<String>> = run
+        .infeasible()
+        .into_iter()
+        .map(|place| vec![place.line.to_string(), place.limit.name().into(), format!("{} mm", short(place.length_mm))])
+        .collect();
+    let frozen: Vec<Vec<String>> = run.frozen().into_iter().map(|(line, why)| vec![line.to_string(), why]).collect();
+    let warnings: Vec<Vec<String>> = diag::kinds(&run.diagnostics)
+        .iter()
+        .map(|kind| {
+            let line = kind.first.line.map_or_else(String::new, |line| line.to_string());
+            vec![line, kind.first.code.into(), kind.text()]
+        })
+        .collect();
+    let assumptions: Vec<Vec<String>> =
+        run.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.source.clone()]).collect();
+    folded("Limits that cannot be met", &["line", "limit", "length"], &infeasible)
+        + &folded("Blocks that keep their feed", &["line", "why"], &frozen)
+        + &folded("Warnings", &["line", "code", "what"], &warnings)
+        + &folded("Assumptions", &["key", "value", "source"], &assumptions)
+}
