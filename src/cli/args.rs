@@ -322,6 +322,9 @@ pub struct Limits {
     /// Write the figures as JSON; - is standard output.
     #[arg(long, value_name = "R.json")]
     pub json: Option<PathBuf>,
+    /// Put the proposed limits into the setup file; what it limits already stays.
+    #[arg(long)]
+    pub write: bool,
 }
 
 /// What forces act on.

@@ -13,11 +13,14 @@ use super::output::{Kind, Outputs};
 use super::screen::{self, Screen};
 use super::work::{inputs, run};
 use crate::job;
+use crate::job::propose::{Item, Proposal, propose};
 use crate::machine::{CutKind, Job, LimitKind, Scope, Tool};
 use crate::report::{in_report_unit, short};
 use crate::schedule::operations::{Segment, segments, whole_tools};
 use crate::schedule::reference::{Distribution, distributions};
-use crate::units::Dimension;
+use crate::setup::amend::{Amendment, amend};
+use crate::units::{Dimension, MM_PER_INCH};
+use std::path::Path;
 
 /// Shares of the cut length that are printed; the third is the suggestion.
 const SHARES: [f64; 5] = [0.5, 0.9, 0.95, 0.99, 1.0];
@@ -28,6 +31,24 @@ struct Report<'a> {
     file: &'a str,
     tools: Vec<ToolPart>,
     operations: Vec<OperationPart>,
+    proposed: Vec<ProposalPart>,
+}
+
+/// Limits proposed for a tool or for one of its operations, in the setup's units.
+#[derive(Serialize)]
+struct ProposalPart {
+    tool: u32,
+    operation: Option<String>,
+    lines: Option<[u32; 2]>,
+    limits: Vec<ProposedLimit>,
+}
+
+#[derive(Serialize)]
+struct ProposedLimit {
+    name: &'static str,
+    unit: &'static str,
+    value: f64,
+    reason: String,
 }
 
 /// An operation of the program: cuts of one tool, under one comment, of one kind.
@@ -69,6 +90,7 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
     let source = input::program(&command.program)?;
     let mut outputs = Outputs::new(inputs(&source, command.setup.as_deref(), global), global.force);
     let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
+    let setup = command.setup.clone().or_else(|| input::beside(&source));
     let done = run(source, command.setup.as_deref(), job::simulate, global, job::Wanted::default(), screen)?;
     let (toolpath, map) = (&done.run.toolpath, &done.run.map);
     let found = distributions(&whole_tools(toolpath, map), toolpath, map, &done.run.job);
@@ -78,14 +100,23 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
         .chunk_by(|a, b| a.segment == b.segment)
         .map(|loads| operation(&parts[loads[0].segment], tool(loads, &done.run.job)))
         .collect();
+    let proposals = propose(&done.run);
     let tools: Vec<ToolPart> =
         found.chunk_by(|a, b| a.tool == b.tool).map(|loads| tool(loads, &done.run.job)).collect();
     match json {
         Some(output) => {
-            let report = Report { written_by: crate::report::WRITTEN_BY, file: &done.source.name, tools, operations };
+            let proposed = proposals.iter().map(|one| proposed(one, done.run.job.inch)).collect();
+            let file = &done.source.name;
+            let report = Report { written_by: crate::report::WRITTEN_BY, file, tools, operations, proposed };
             output.write((serde_json::to_string_pretty(&report).expect("plain data") + "\n").as_bytes())?;
         }
-        None => screen::put(words(&tools, &operations).as_bytes())?,
+        None => screen::put(words(&tools, &operations, &proposals, done.run.job.inch).as_bytes())?,
+    }
+    if command.write {
+        let Some(path) = setup else {
+            return Err(CliError::new("--write has no setup to write into", "make one with `feedwright init`"));
+        };
+        write(&path, &proposals, done.run.job.inch, screen)?;
     }
     Ok(Outcome::Done)
 }
@@ -124,36 +155,67 @@ fn setup_unit(kind: LimitKind, inch: bool) -> (&'static str, f64) {
     factor.map_or((kind.unit(), 1.0), |factor| (length.bare(inch), factor))
 }
 
-fn words(tools: &[ToolPart], operations: &[OperationPart]) -> String {
+fn proposed(proposal: &Proposal, inch: bool) -> ProposalPart {
+    let limit = |item: &Item| {
+        let (unit, per_unit) = setup_unit(item.kind, inch);
+        let value = in_report_unit(item.kind, item.value) / per_unit;
+        ProposedLimit { name: item.kind.name(), unit, value, reason: why(item, inch) }
+    };
+    ProposalPart {
+        tool: proposal.tool,
+        operation: proposal.operation.as_ref().map(|(name, _)| name.clone()),
+        lines: proposal.operation.as_ref().map(|(_, lines)| *lines),
+        limits: proposal.items.iter().map(limit).collect(),
+    }
+}
+
+fn words(tools: &[ToolPart], operations: &[OperationPart], proposals: &[Proposal], inch: bool) -> String {
     let mut text = String::new();
+    let of_tool = |number: u32| proposals.iter().find(|one| one.tool == number && one.operation.is_none());
     for tool in tools {
         text += &format!(
-            "T{}: {} mm of cuts; loads that a share of them stays below\n",
+            "T{}: {} of cuts; loads that a share of them stays below\n",
             tool.number,
-            short(tool.cut_length_mm)
+            length(tool.cut_length_mm, inch)
         );
         text += &table(tool);
+        text += &of_tool(tool.number).map_or_else(String::new, |one| suggestion(one, inch));
     }
     if operations.len() > tools.len() {
         text += "\nBy operation (what one survives says nothing about another):\n";
         for operation in operations {
-            text += &heading(operation);
+            text += &heading(operation, inch);
             text += &table(&operation.cuts);
         }
+    }
+    let mut parts = proposals.iter().filter(|one| one.operation.is_some()).peekable();
+    if parts.peek().is_some() {
+        text += "\nProposed for operations of tools that have several:\n";
+    }
+    for one in parts {
+        let Some((name, [first, last])) = &one.operation else { continue };
+        text +=
+            &format!("T{} {name}, lines {first} to {last}, {} of cuts\n", one.tool, length(one.cut_length_mm, inch));
+        text += &suggestion(one, inch);
     }
     text
 }
 
-fn heading(operation: &OperationPart) -> String {
+/// A length in the unit of the setup.
+fn length(mm: f64, inch: bool) -> String {
+    if inch { format!("{} in", short(mm / MM_PER_INCH)) } else { format!("{} mm", short(mm)) }
+}
+
+fn heading(operation: &OperationPart, inch: bool) -> String {
     let last = operation.last_line.map_or_else(|| "the end".to_owned(), |line| line.to_string());
     format!(
-        "T{} {}, {}, up to {} mm deep, lines {} to {last}: {} mm of cuts\n",
+        "T{} {}, {}, up to {} deep, lines {} to {last}: {} of cuts\n",
         operation.cuts.number,
         if operation.name.is_empty() { "(no comment)" } else { &operation.name },
         operation.kind,
-        short(operation.depths_mm[1]),
+        length(operation.depths_mm[1], inch),
         operation.first_line,
-        short(operation.cuts.cut_length_mm)
+        length(operation.cuts.cut_length_mm, inch)
     )
 }
 
@@ -164,28 +226,67 @@ fn table(tool: &ToolPart) -> String {
         let cells = row.iter().fold(String::new(), |text, value| text + &format!("{:>10}", short(*value)));
         text += &format!("  {:<20}{cells} {}\n", load.name, load.unit);
     }
-    text + &suggestion(tool)
+    text
 }
 
-/// A line for the tool's table in the setup: the loads it meets, of those that hold a feed down. A drill has no force in the
-/// plane, so its axial force stands in; what would be written as 0 is rounding and no limit.
-fn suggestion(tool: &ToolPart) -> String {
-    if tool.keeps_feed {
+/// The limits that are proposed, as a line for the setup, and below it why.
+fn suggestion(proposal: &Proposal, inch: bool) -> String {
+    if proposal.keeps_feed {
         return "  no limit to propose: this tool keeps its programmed feeds\n".to_owned();
     }
-    let written = |kind: LimitKind| {
-        let load = tool.loads.iter().find(|load| load.name == kind.name())?;
-        let value = short(load.suggested);
-        (value != "0").then(|| format!("{} = {value}", load.name))
-    };
-    let force = written(LimitKind::ForceXy).or_else(|| written(LimitKind::ForceAxial));
-    let items: Vec<String> =
-        [force, written(LimitKind::Power), written(LimitKind::Deflection)].into_iter().flatten().collect();
-    if items.is_empty() {
+    if proposal.items.is_empty() {
         return "  no limit to propose: nothing is cut\n".to_owned();
     }
-    format!(
-        "  suggested (95 % of the length stays below), in the setup's units:\n  limits = {{ {} }}\n",
-        items.join(", ")
-    )
+    let items: Vec<String> = proposal
+        .items
+        .iter()
+        .map(|item| format!("{} = {}", item.kind.name(), in_setup(item.kind, item.value, inch)))
+        .collect();
+    let why = proposal.items.iter().map(|item| format!("  # {}: {}\n", item.kind.name(), why(item, inch)));
+    format!("  proposed, in the setup's units:\n  limits = {{ {} }}\n{}", items.join(", "), why.collect::<String>())
+}
+
+fn why(item: &Item, inch: bool) -> String {
+    item.why(&|kind, value| format!("{} {}", in_setup(kind, value, inch), setup_unit(kind, inch).0))
+}
+
+/// A value as the setup takes it.
+fn in_setup(kind: LimitKind, value: f64, inch: bool) -> String {
+    short(in_report_unit(kind, value) / setup_unit(kind, inch).1)
+}
+
+/// Puts the proposals into the setup.
+fn write(path: &Path, proposals: &[Proposal], inch: bool, screen: Screen) -> Result<(), CliError> {
+    let text = std::fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?;
+    let amendments: Vec<Amendment> =
+        proposals.iter().filter(|one| !one.items.is_empty()).map(|one| amendment(one, inch)).collect();
+    let (new, left) = amend(&text, &amendments).map_err(|error| {
+        CliError::new(
+            format!("{}: {error}", path.display()),
+            "nothing was written; put the lines that `feedwright limits` prints into the setup by hand",
+        )
+    })?;
+    for sentence in left {
+        screen.say(&format!("kept      {sentence}"));
+    }
+    if new == text {
+        screen.say(&format!("unchanged {}: it has every limit that is proposed", path.display()));
+        return Ok(());
+    }
+    Outputs::new([], true).open(path, Kind::Setup)?.write(new.as_bytes())?;
+    screen.say(&format!("written   {}", path.display()));
+    Ok(())
+}
+
+fn amendment(proposal: &Proposal, inch: bool) -> Amendment {
+    let limit = |item: &Item| (item.kind.name().to_owned(), in_setup(item.kind, item.value, inch), why(item, inch));
+    let name = proposal.operation.as_ref().map_or("", |(name, _)| name.as_str());
+    // A comment in the setup is one line of plain characters.
+    let plain: String = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    Amendment {
+        tool: proposal.tool,
+        lines: proposal.operation.as_ref().map(|(_, lines)| *lines),
+        limits: proposal.items.iter().map(limit).collect(),
+        heading: format!("T{} {plain}", proposal.tool).trim_end().to_owned(),
+    }
 }

@@ -26,6 +26,7 @@ pub mod learned;
 mod life;
 mod look;
 pub mod plausible;
+pub mod propose;
 mod ratios;
 pub mod semifinish;
 mod switch;

@@ -5,6 +5,7 @@
 //! text ─serde─▶ file::SetupFile (as written) ─read::Reader─▶ Job + assumptions, or diagnostics with their place
 //! ```
 
+pub mod amend;
 mod draft;
 mod error;
 mod file;
