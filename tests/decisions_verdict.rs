@@ -255,7 +255,7 @@ fn the_spindles_curve_stands_in_the_table_like_a_limit() {
     let curve: Vec<&Value> = found.said_of_limits().filter(|limit| limit["of_spindle"] == true).collect();
     assert_eq!(curve.len(), 1, "{}", found.json["limits"]);
     assert_eq!((curve[0]["name"].as_str(), curve[0]["limit"].as_f64()), (Some("power"), Some(100.0)));
-    assert!(found.screen.contains("power of spindle"), "{}", found.screen);
+    assert!(found.screen.contains("spindle power, all there is"), "{}", found.screen);
 }
 
 fn verified(dir: &Path, arguments: &[&str]) -> (i32, String, Value) {

@@ -2,7 +2,7 @@
 //! happens when the world is not as assumed, what a measured cycle time says; and final surfaces on their own. In: numbers found by [`crate::job`].
 //! Out: lines for the screen; the JSON report takes them as they are.
 
-use super::summary::{clock, short};
+use super::summary::{clock, length, short};
 use serde::Serialize;
 
 /// What was found; each part only if it was asked for.
@@ -113,9 +113,6 @@ impl Answers {
         if let Some(reference) = &self.reference {
             text += &reference.text();
         }
-        if let Some(surface) = &self.final_surface {
-            text += &surface.text(rewritten);
-        }
         text.extend(self.wear.iter().map(Wear::text));
         if !self.stress.is_empty() {
             text += "stress    the written program, largest load over its limit (99 % of the length below)\n";
@@ -169,12 +166,14 @@ impl Cycle {
 }
 
 impl Surface {
-    fn text(&self, rewritten: bool) -> String {
+    /// A line for the screen; the length in the unit of the program.
+    pub fn text(&self, rewritten: bool, inch: bool) -> String {
         let [before, after] = self.mark_max_mm.map(|mm| short(1e3 * mm));
         let marks = if rewritten { format!("{before} → {after}") } else { before };
         let [before, after] = self.commanded_s.map(clock);
         let time = if rewritten { format!("{before} → {after}") } else { before };
-        format!("surface   {} mm of path leave it, {time}; feed marks up to {marks} µm\n", short(self.length_mm))
+        let length = length(self.length_mm, inch);
+        format!("surface   {length} of path leave it, {time}; feed marks up to {marks} µm\n")
     }
 }
 

@@ -31,6 +31,15 @@ impl Apart {
         }
     }
 
+    /// The same in the words of the shop.
+    pub fn plain(self) -> &'static str {
+        match self {
+            Apart::Infeasible => "too heavy at the lowest feed allowed",
+            Apart::Frozen => "its feed is not to be changed",
+            Apart::Kept => "its feed could not be rewritten",
+        }
+    }
+
     /// Of a stretch of a move: `nodes` are those on it, `kept` says whether the rewriting kept its block.
     pub fn of<'a>(motion: &Move, mut nodes: impl Iterator<Item = &'a Node>, kept: bool) -> Option<Self> {
         let held = nodes.try_fold(false, |held, node| (node.infeasible.is_none()).then_some(held || !node.free));

@@ -1,33 +1,59 @@
-//! The summary on the screen, at most 100 columns wide: time before and after, the worst ratio to each limit before and
-//! after, what bounds the feed and at what price, what was left alone, what was assumed.
+//! The summary on the screen, at most 100 columns wide and, without further questions asked, [`LINES`] lines long: the verdict, time before
+//! and after, the loads nearest to their limits, what holds the feeds, what was changed, what was left alone. In the words of the shop; the
+//! page and the JSON report have everything.
 
 use super::bounds;
 use super::figures::{Figures, LimitFigure};
 use super::run::{Run, Written};
+use super::words::plain;
 use crate::diag::{self, Severity};
+use crate::machine::LimitKind;
+use crate::units::MM_PER_INCH;
 
+/// Lines of the summary: what a screen beside a machine shows at a glance.
+const LINES: usize = 20;
 /// Widest line of the summary.
 const COLUMNS: usize = 100;
+/// Faults after the first that are named.
+const MORE_FAULTS: usize = 1;
+/// Loads that are listed.
+const LOADS: usize = 4;
+/// Reasons that are listed for what holds the feeds.
+const HOLDERS: usize = 4;
 
 /// The summary as text.
 pub fn summary(run: &Run, figures: &Figures, file: &str) -> String {
     let mut text = String::new();
     text += &verdict(figures);
     text += &head(run, file);
-    text += &times(run);
-    text += &run.answers.text(run.written.is_some());
-    text += &loads(run, figures);
-    text += &bounds(figures);
-    text += &output(run, figures);
-    text += &apart(run, figures);
-    fitted(&text)
+    // Where something is wrong, that has the room.
+    let is_fine = figures.verdict.faults.is_empty();
+    let (rewritten, inch) = (run.written.is_some(), run.toolpath.inch);
+    text += &times(run, is_fine);
+    text += &run.answers.text(rewritten);
+    if is_fine {
+        text += &run.answers.final_surface.as_ref().map_or_else(String::new, |surface| surface.text(rewritten, inch));
+    }
+    let mut rest = String::new();
+    if is_fine {
+        rest += &bounds(figures);
+    }
+    rest += &output(run, figures);
+    rest += &apart(run, figures);
+    let rest = fitted(&rest);
+    let rows = LINES.saturating_sub(text.lines().count() + rest.lines().count() + 2).clamp(1, LOADS);
+    fitted(&text) + &loads(run, figures, rows) + &rest
 }
 
 /// The headline, and the faults behind it.
 fn verdict(figures: &Figures) -> String {
     let mut text = folded("", &figures.verdict.headline);
-    for fault in figures.verdict.faults.iter().skip(1) {
+    let more = figures.verdict.faults.get(1..).unwrap_or_default();
+    for fault in &more[..more.len().min(MORE_FAULTS)] {
         text += &folded("", &fault.text);
+    }
+    if more.len() > MORE_FAULTS {
+        text += &format!("and {} more, on the page (--report)\n", more.len() - MORE_FAULTS);
     }
     text
 }
@@ -67,19 +93,11 @@ fn folded(label: &str, sentence: &str) -> String {
 }
 
 fn head(run: &Run, file: &str) -> String {
-    format!(
-        "{file}: {} blocks, {} motions, {}, {}; stock {:.0} mm³ removed of {:.0}, cell {:.3} mm\n",
-        run.program.own_len(),
-        run.toolpath.moves.len(),
-        run.program.dialect().name(),
-        if run.toolpath.inch { "inch" } else { "mm" },
-        run.map.removed_mm3,
-        run.map.initial_mm3,
-        run.map.cell_mm
-    )
+    let unit = if run.toolpath.inch { "inch" } else { "mm" };
+    format!("{file}: {} lines, {}, {unit}\n", run.program.own_len(), run.program.dialect().name())
 }
 
-fn times(run: &Run) -> String {
+fn times(run: &Run, with_causes: bool) -> String {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     let mut text = match &run.written {
         Some(_) => format!(
@@ -91,6 +109,9 @@ fn times(run: &Run) -> String {
         ),
         None => format!("time      {}\n", clock(before)),
     };
+    if !with_causes {
+        return text;
+    }
     let causes = &run.realised_after().by_cause;
     let whole = after.max(f64::MIN_POSITIVE);
     let shares: Vec<String> = causes
@@ -129,40 +150,65 @@ fn wrapped(indent: &str, items: &[String]) -> String {
     if line.is_empty() { text } else { text + &format!("{indent}{line}\n") }
 }
 
-fn loads(run: &Run, figures: &Figures) -> String {
-    let rows: Vec<&LimitFigure> = figures.limits.iter().filter(|figure| figure.before_max.is_some()).collect();
+/// The loads nearest to their limits, one row for each load of each tool.
+fn loads(run: &Run, figures: &Figures, most: usize) -> String {
+    let rewritten = run.written.is_some();
+    let share = |figure: &LimitFigure| figure.ratios[usize::from(rewritten)].unwrap_or(0.0);
+    let mut rows: Vec<&LimitFigure> = figures.limits.iter().filter(|figure| figure.before_max.is_some()).collect();
     if rows.is_empty() {
         return "no load limit is in force: feeds in cuts are never raised\n".into();
     }
+    rows.sort_by(|a, b| share(b).total_cmp(&share(a)));
+    let side = if rewritten { ["before", "after"] } else { ["", "load"] };
     let mut text = format!(
-        "\n{:<20}{:>5}{:>14}{:>12}{:>12}{:>9}{:>9}{:>8}\n",
-        "largest load", "tool", "limit", "before", "after", "before", "after", "line"
+        "{:<28}{:>5}{:>14}{:>12}{:>12}{:>10}{:>8}\n",
+        "nearest to their limits", "tool", "limit", side[0], side[1], "of it", "line"
     );
-    for figure in rows {
-        text += &load_row(figure, run.written.is_some());
+    let shown = rows.len().min(most);
+    rows[..shown].iter().for_each(|figure| text += &load_row(figure, run));
+    if rows.len() > shown {
+        text += &format!(
+            "          {} more rows, all below {:.0} % of their limits\n",
+            rows.len() - shown,
+            (100.0 * share(rows[shown])).ceil()
+        );
     }
     text
 }
 
-fn load_row(figure: &LimitFigure, rewritten: bool) -> String {
-    let limit = figure.limit.unwrap_or(f64::NAN);
-    let (before, after) = (figure.before_max.unwrap_or(0.0), figure.after_max.unwrap_or(0.0));
+fn load_row(figure: &LimitFigure, run: &Run) -> String {
+    let rewritten = run.written.is_some();
+    let (factor, unit) = shown_unit(figure.kind, run.toolpath.inch);
+    let number = |value: Option<f64>| value.map_or_else(String::new, |value| short(factor * value));
+    let (value, ratio) =
+        if rewritten { (figure.after_max, figure.ratios[1]) } else { (figure.before_max, figure.ratios[0]) };
     let tool = figure.tool.map_or(String::new(), |tool| format!("T{tool}"));
-    let percent = |ratio: Option<f64>| ratio.map_or_else(String::new, |ratio| format!("{:.0} %", 100.0 * ratio));
+    let of_it = ratio.map_or_else(String::new, |ratio| format!("{:.0} %", 100.0 * ratio));
     let line = figure.at.map_or_else(String::new, |place| place.line.to_string());
-    let apart = figure.at.and_then(|place| place.apart).map_or("", super::over::Apart::name);
-    let unit = figure.kind.unit();
+    let name =
+        if figure.of_spindle { format!("{}, all there is", plain(figure.kind)) } else { plain(figure.kind).to_owned() };
     let mut row = format!(
-        "{:<20}{tool:>5}{:>14}{:>12}{:>12}{:>9}{:>9}{line:>8} {apart}",
-        if figure.of_spindle { format!("{} of spindle", figure.kind.name()) } else { figure.kind.name().to_owned() },
-        format!("{} {unit}", short(limit)),
-        short(before),
-        if rewritten { short(after) } else { String::new() },
-        percent(figure.ratios[0]),
-        if rewritten { percent(figure.ratios[1]) } else { String::new() }
+        "{name:<28}{tool:>5}{:>14}{:>12}{:>12}{of_it:>10}{line:>8}",
+        format!("{} {unit}", number(figure.limit)),
+        if rewritten { number(figure.before_max) } else { String::new() },
+        number(value)
     );
     row.truncate(row.trim_end().len());
     row + "\n"
+}
+
+/// Lengths in the unit of the program; the factor from the unit of the report.
+fn shown_unit(kind: LimitKind, inch: bool) -> (f64, &'static str) {
+    match kind.unit() {
+        "mm" if inch => (1.0 / MM_PER_INCH, "in"),
+        "mm/min" if inch => (1.0 / MM_PER_INCH, "in/min"),
+        unit => (1.0, unit),
+    }
+}
+
+/// A length in the unit of the program.
+pub fn length(mm: f64, inch: bool) -> String {
+    if inch { format!("{} in", short(mm / MM_PER_INCH)) } else { format!("{} mm", short(mm)) }
 }
 
 /// Four significant digits.
@@ -178,67 +224,50 @@ pub fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
+/// What holds the feeds, by the share of the cutting time.
 fn bounds(figures: &Figures) -> String {
-    if figures.bounds.is_empty() {
+    let shares: Vec<_> =
+        figures.bounds.iter().zip(bounds::whole(&figures.bounds)).filter(|(_, percent)| *percent > 0).collect();
+    if shares.is_empty() {
         return String::new();
     }
-    let mut text = String::from("\nwhat bounds the feed, of the cutting time\n");
-    for (share, percent) in
-        figures.bounds.iter().zip(bounds::whole(&figures.bounds)).filter(|(_, percent)| *percent > 0)
-    {
-        let reason = share.reason.map_or_else(String::new, |why| format!(": {why}"));
-        text += &folded(&format!("{percent:>8} %  "), &format!("{}{reason}", share.name));
+    let named =
+        |share: &bounds::Share| match (LimitKind::ALL.iter().find(|kind| kind.name() == share.name), share.reason) {
+            (_, Some(why)) => format!("kept, {why}"),
+            (Some(kind), None) => plain(*kind).to_owned(),
+            (None, None) => share.name.to_owned(),
+        };
+    let mut items: Vec<String> =
+        shares.iter().take(HOLDERS).map(|(share, percent)| format!("{percent} % {}", named(share))).collect();
+    let rest: u32 = shares.iter().skip(HOLDERS).map(|(_, percent)| percent).sum();
+    if rest > 0 {
+        items.push(format!("{rest} % other"));
     }
-    text + &prices(figures)
-}
-
-fn prices(figures: &Figures) -> String {
-    let mut seen: Vec<&'static str> = Vec::new();
-    let mut items = Vec::new();
-    for figure in &figures.limits {
-        let (Some(price), Some(limit)) = (figure.shadow_price, figure.limit) else { continue };
-        if seen.contains(&figure.kind.name()) || price.abs() * limit.abs() < 0.5 {
-            continue;
-        }
-        seen.push(figure.kind.name());
-        let percent = 0.01 * limit;
-        let unit = if figure.kind.unit() == "-" { String::new() } else { format!(" {}", figure.kind.unit()) };
-        items.push(format!("{} +{}{unit}: {:+.2} s", figure.kind.name(), short(percent), price * percent));
-    }
-    if items.is_empty() {
-        String::new()
-    } else {
-        format!("one percent more of a limit\n{}", wrapped("          ", &items))
-    }
+    folded("held by   ", &items.join("; "))
 }
 
 fn output(run: &Run, figures: &Figures) -> String {
     let Some(written) = &run.written else { return String::new() };
     let stats = &written.stats;
     let check = &written.check;
-    format!(
-        "\noutput    {} F words ({} before), {} changed, {} inserted, {} blocks added; {}{}\nchecked   {}; read back; {} motions cut in pieces or near a limit simulated again at {} mm{}{}\n{}",
-        stats.f_words_after,
-        stats.f_words_before,
+    let text = format!(
+        "changed   {} F words, {} put in, {} lines added{}\nchecked   {}; read back and simulated again{}\n",
         stats.f_words_changed,
         stats.f_words_inserted,
         stats.blocks_added,
-        loss(written),
         bound(written),
         if check.identical { "only feeds differ" } else { "MORE THAN FEEDS DIFFERS" },
-        check.simulated_again,
-        short(check.spacing_mm),
-        check.force_rate_ratio.map_or(String::new(), |ratio| format!(", rate of force {ratio:.3}")),
-        if check.rounds > 0 { format!(" (caps tightened {} times)", check.rounds) } else { String::new() },
-        folded("          ", &figures.verdict.largest())
-    )
+        check.force_rate_ratio.map_or(String::new(), |ratio| format!(", force rises at {ratio:.3} of its limit"))
+    );
+    // Without a fault the headline has said it.
+    if figures.verdict.faults.is_empty() { text } else { text + &folded("          ", &figures.verdict.largest()) }
 }
 
 /// What the bound on growth costs, where it binds.
 fn bound(written: &Written) -> String {
     let costs_s = written.schedule.bound_costs_s;
     if written.schedule.lambda_s > 0.0 {
-        format!("\n          output.max_growth is used up: it costs {costs_s:.1} s")
+        format!("; output.max_growth is used up, which costs {costs_s:.1} s")
     } else {
         String::new()
     }
@@ -253,21 +282,15 @@ fn kept_feeds(frozen: &[(u32, String)]) -> String {
             None => reasons.push((why, vec![*line])),
         }
     }
-    let row = |(index, (why, lines)): (usize, &(&str, Vec<u32>))| {
-        let head = if index == 0 { "frozen" } else { "" };
-        let (count, s) = (lines.len(), if lines.len() == 1 { " keeps its" } else { "s keep their" });
-        format!("{head:<10}{count} block{s} feed, {}: {why}\n", some_lines(lines))
+    reasons.sort_by_key(|(_, lines)| std::cmp::Reverse(lines.len()));
+    let Some((why, lines)) = reasons.first() else { return String::new() };
+    let all = frozen.len();
+    let s = if all == 1 { " keeps its" } else { "s keep their" };
+    let more = match reasons.len() {
+        1 => String::new(),
+        count => format!("; {} more reasons on the page", count - 1),
     };
-    reasons.iter().enumerate().map(row).collect()
-}
-
-fn loss(written: &Written) -> String {
-    loss_words(super::loss_percent(written))
-}
-
-/// Rounding may leave a time a hair below the bound: that is nothing, not minus nothing.
-fn loss_words(percent: f64) -> String {
-    format!("{:.1} % over the continuous optimum", (10.0 * percent).round() / 10.0 + 0.0)
+    folded("kept      ", &format!("{all} line{s} feed; {} of them, {}: {why}{more}", lines.len(), some_lines(lines)))
 }
 
 fn apart(run: &Run, figures: &Figures) -> String {
@@ -277,29 +300,29 @@ fn apart(run: &Run, figures: &Figures) -> String {
         let length: f64 = infeasible.iter().map(|place| place.length_mm).sum();
         let lines: Vec<u32> = infeasible.iter().map(|place| place.line).collect();
         text += &format!(
-            "infeasible {} places, {} mm ({:.1} % of the cutting length), {}: lowest feed allowed\n",
-            infeasible.len(),
-            short(length),
+            "too heavy {} at the lowest feed allowed, {} ({:.1} % of the cuts), {}\n",
+            if infeasible.len() == 1 { "1 place".to_owned() } else { format!("{} places", infeasible.len()) },
+            self::length(length, run.toolpath.inch),
             100.0 * run.infeasible_share(),
             some_lines(&lines)
         );
     }
     let frozen = run.frozen();
     text += &kept_feeds(&frozen);
-    for (line, what) in figures.overbent(run) {
-        text += &format!("line {line}: {what}\n");
+    if let Some((line, what)) = figures.overbent(run).first() {
+        text += &folded("", &format!("line {line}: {what}"));
     }
     let kinds = diag::kinds(&run.diagnostics);
     let warnings: Vec<_> = kinds.iter().filter(|kind| kind.first.severity >= Severity::Warning).collect();
     let places: u32 = warnings.iter().map(|kind| kind.places).sum();
     if places as usize > warnings.len() {
-        text += &format!("warnings  {} kinds, {places} places\n", warnings.len());
+        text += &format!("warnings  {} kinds, in {places} places\n", warnings.len());
     } else if places > 0 {
         text += &format!("warnings  {places}\n");
     }
     if !run.assumptions.is_empty() {
         text += &format!(
-            "assumed   {} values that the setup does not give; the report lists them\n",
+            "assumed   {} values that the setup does not give; the page lists them (--report)\n",
             run.assumptions.len()
         );
     }
@@ -321,12 +344,6 @@ fn some_lines(lines: &[u32]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_loss_that_rounds_to_nothing_has_no_sign() {
-        let words = |percent| loss_words(percent).split(" %").next().unwrap_or_default().to_owned();
-        assert_eq!([-0.04, 0.04, 0.06, -0.06].map(words), ["0.0", "0.0", "0.1", "-0.1"]);
-    }
 
     #[test]
     fn numbers_are_short() {

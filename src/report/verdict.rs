@@ -8,7 +8,8 @@
 
 use super::over::{Apart, Beyond, MET, Over, Worst};
 use super::run::{Run, Written};
-use super::summary::short;
+use super::summary::length;
+use super::words::plain;
 use crate::diag::Severity;
 use crate::engage::EventKind;
 
@@ -192,7 +193,7 @@ impl Verdict {
         let Some(worst) = self.over.largest() else { return "no load is limited".into() };
         let apart = self.over.worst.iter().any(|worst| worst.place.apart.is_some()) || !self.over.beyond.is_empty();
         let free = if apart && self.rewritten {
-            format!("; {:.3} without frozen, kept and infeasible blocks", self.over.free_ratio)
+            format!("; {:.3} where the feed was free to be chosen", self.over.free_ratio)
         } else {
             String::new()
         };
@@ -227,9 +228,9 @@ fn good(over: &Over, rewritten: bool) -> String {
 
 /// The limit, the tool and the line of a load, and why its feed is not free.
 fn place(worst: &Worst) -> String {
-    let of_spindle = if worst.limit.of_spindle { " of the spindle" } else { "" };
-    let apart = worst.place.apart.map_or_else(String::new, |apart| format!(", {}", apart.name()));
-    let (name, tool, line) = (worst.limit.kind.name(), worst.place.tool, worst.place.line);
+    let of_spindle = if worst.limit.of_spindle { ", all there is" } else { "" };
+    let apart = worst.place.apart.map_or_else(String::new, |apart| format!(", {}", apart.plain()));
+    let (name, tool, line) = (plain(worst.limit.kind), worst.place.tool, worst.place.line);
     format!("{name}{of_spindle}, T{tool}, line {line}{apart}")
 }
 
@@ -298,6 +299,8 @@ fn happens(kind: FaultKind) -> &'static str {
 
 /// Faults of a program that was rewritten.
 fn of_written(run: &Run, written: &Written, over: &Over) -> Vec<Fault> {
+    let inch = run.toolpath.inch;
+    let beyond = |found: &Beyond| beyond(found, inch);
     let mut faults: Vec<Fault> =
         over.beyond.iter().filter(|b| b.apart != Some(Apart::Infeasible)).map(beyond).collect();
     faults.extend(infeasible(run, over));
@@ -312,7 +315,7 @@ fn of_written(run: &Run, written: &Written, over: &Over) -> Vec<Fault> {
     faults
 }
 
-fn beyond(found: &Beyond) -> Fault {
+fn beyond(found: &Beyond, inch: bool) -> Fault {
     let (kind, why) = match found.apart {
         None => (FaultKind::Beyond, "in the written program"),
         Some(Apart::Kept) => (FaultKind::Kept, "where the rewriting had to keep the programmed feed"),
@@ -320,12 +323,12 @@ fn beyond(found: &Beyond) -> Fault {
     };
     let worst = &found.worst;
     let text = format!(
-        "{} of T{} is {:.3} of its limit {why}, {}, {} mm",
-        worst.limit.kind.name(),
+        "{} of T{} is {:.3} of its limit {why}, {}, {}",
+        plain(worst.limit.kind),
         worst.place.tool,
         worst.ratio(),
         named(&found.lines),
-        short(found.length_mm)
+        length(found.length_mm, inch)
     );
     Fault { kind, text, lines: found.lines.clone(), length_mm: found.length_mm, worst: Some(*worst) }
 }
@@ -341,8 +344,8 @@ fn infeasible(run: &Run, over: &Over) -> Option<Fault> {
     let worst = over.beyond.iter().find(|b| b.apart == Some(Apart::Infeasible)).map(|b| b.worst);
     let share = run.infeasible_share();
     let load = worst.map_or_else(
-        || first.limit.name().to_owned(),
-        |worst| format!("{} of T{} is {:.3} of its limit", worst.limit.kind.name(), worst.place.tool, worst.ratio()),
+        || plain(first.limit).to_owned(),
+        |worst| format!("{} of T{} is {:.3} of its limit", plain(worst.limit.kind), worst.place.tool, worst.ratio()),
     );
     let (kind, text) = if share > HOPELESS {
         let text = format!(
@@ -354,7 +357,10 @@ fn infeasible(run: &Run, over: &Over) -> Option<Fault> {
     } else {
         let at = named(&lines);
         let met = if worst.is_some() { "" } else { " cannot be met" };
-        (FaultKind::Infeasible, format!("{load}{met} even at the lowest feed allowed, {at}, {} mm", short(length_mm)))
+        (
+            FaultKind::Infeasible,
+            format!("{load}{met} even at the lowest feed allowed, {at}, {}", length(length_mm, run.toolpath.inch)),
+        )
     };
     Some(Fault { kind, text, lines, length_mm, worst })
 }
