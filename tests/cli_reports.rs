@@ -389,7 +389,7 @@ fn a_limit_that_cannot_be_met_is_said_first_and_nothing_is_written() {
 #[test]
 fn every_stage_can_be_dumped() {
     let dir = bench();
-    for stage in ["tokens", "blocks", "moves", "prices", "loads", "surface", "problem"] {
+    for stage in ["tokens", "blocks", "moves", "engagement", "loads", "surface", "problem"] {
         let output = feedwright(dir.path()).args(["dump", stage, "part.nc"]).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{stage}");
         assert!(output.stdout.split(|byte| *byte == b'\n').count() > 5, "{stage} says nothing");

@@ -21,9 +21,13 @@ pub fn amend(text: &str, amendments: &[Amendment]) -> Result<(String, Vec<String
     let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| error.to_string())?;
     let for_all: Vec<String> = keys(document.get("limits").and_then(Item::as_table_like));
     let mut left = Vec::new();
+    // An operation's limits hold before those of its tool: what a person wrote there stays for operations too.
+    let mut given: Vec<(u32, Vec<String>)> = Vec::new();
     for one in amendments.iter().filter(|one| one.lines.is_none()) {
         let table = tool_table(&mut document, one.tool)
             .ok_or_else(|| format!("there is no [[tool]] table with number = {}", one.tool))?;
+        let own = keys(table.get("limits").and_then(Item::as_table_like));
+        given.push((one.tool, own.into_iter().chain(for_all.iter().cloned()).collect()));
         put(table, one, &for_all, &mut left);
     }
     let operations: Vec<&Amendment> = amendments.iter().filter(|one| one.lines.is_some()).collect();
@@ -39,7 +43,8 @@ pub fn amend(text: &str, amendments: &[Amendment]) -> Result<(String, Vec<String
     }
     let mut tables = ArrayOfTables::new();
     for one in operations {
-        if let Some(table) = operation(one, &for_all, tables.is_empty()) {
+        let own = given.iter().find(|(tool, _)| *tool == one.tool).map_or(&for_all, |(_, own)| own);
+        if let Some(table) = operation(one, own, tables.is_empty()) {
             tables.push(table);
         }
     }
@@ -90,10 +95,10 @@ fn put(table: &mut Table, one: &Amendment, for_all: &[String], left: &mut Vec<St
     }
 }
 
-/// An `[[operation]]` with its match and its limits; `None` where every limit is given for everything.
-fn operation(one: &Amendment, for_all: &[String], is_first: bool) -> Option<Table> {
+/// An `[[operation]]` with its match and its limits; `None` where every limit is given already.
+fn operation(one: &Amendment, given: &[String], is_first: bool) -> Option<Table> {
     let mut limits = InlineTable::new();
-    for (name, value, _) in one.limits.iter().filter(|(name, ..)| !for_all.contains(name)) {
+    for (name, value, _) in one.limits.iter().filter(|(name, ..)| !given.contains(name)) {
         limits.insert(name, number(value));
     }
     if limits.is_empty() {
@@ -157,6 +162,10 @@ mod tests {
             ),
             "{new}"
         );
+        // A limit of the tool that a person wrote holds in its operations too.
+        let own = "[[tool]]\nnumber = 2\nlimits = { force_xy = 800 }\n";
+        let (kept, _) = amend(own, &[one(2, None), one(2, Some([10, 40]))]).unwrap();
+        assert_eq!(kept.matches("force_xy").count(), 1, "{kept}");
         let (again, left) = amend(&new, &[one(2, Some([1, 2]))]).unwrap();
         assert_eq!((again, left.len()), (new, 1));
     }
