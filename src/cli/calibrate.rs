@@ -1,11 +1,15 @@
 //! `calibrate`: coefficients from a table of steady cuts, from the log of a program, from a load meter read by eye; or the
 //! program of the cuts that would give them.
 
-use super::Outcome;
-use super::args::{Calibrate, Global, PlanKind};
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+
 use super::error::CliError;
 use super::input;
-use super::learn::{declared_k_tc, efficiency, finish, load, mapping_or, model_text, open, refused, steady};
+use super::learn::{
+    SETUP_OF_TABLE, declared_k_tc, efficiency, finish, load, mapping_or, model_text, open, refused, steady,
+};
+use super::options::{ColumnMap, Common, ForceOn, Global};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::learn::calibrate::{CalibrateOptions, Calibration, calibrate as fit_table};
@@ -21,8 +25,55 @@ use crate::learn::program::simulated::{SimulatedProgram, simulate_for};
 use crate::learn::regress::linear::Loss;
 use crate::learn::session::{LearnError, aligned};
 use crate::machine::Job;
+use crate::report::Outcome;
 use crate::report::learn::{calibrate_json, calibrate_words, plan_json, plan_words};
-use std::path::Path;
+
+/// `calibrate`; `--model` names the force model: power (default), linear-edge, kienzle, sigmoid, layer, response, polynomial.
+#[derive(Debug, Args)]
+#[command(mut_arg("setup", |arg| arg.help(SETUP_OF_TABLE)))]
+pub struct Calibrate {
+    /// Table of steady cuts, CSV; with --log or --reading the NC program.
+    #[arg(value_name = "TABLE.csv")]
+    pub input: Option<PathBuf>,
+    /// Write the NC program of the test cuts instead (-o), and say how well they will tell the coefficients.
+    #[arg(long, value_name = "KIND", conflicts_with_all = ["input", "log", "reading"])]
+    pub plan: Option<PlanKind>,
+    /// Log of the program: its steady cuts are the table.
+    #[arg(long, value_name = "LOG", conflicts_with = "reading")]
+    pub log: Option<PathBuf>,
+    /// Load meter read by eye while the program runs, one for each tool: "T1 peak 45% idle 8%" (%, W or kW).
+    #[arg(long, value_name = "LINE")]
+    pub reading: Vec<String>,
+    /// What measured forces act on.
+    #[arg(long, value_name = "WHAT", default_value = "workpiece")]
+    pub force_on: ForceOn,
+    /// Setup and report.
+    #[command(flatten)]
+    pub common: Common,
+    /// How its columns are named.
+    #[command(flatten)]
+    pub map: ColumnMap,
+    /// Power with nothing cut, W, when it is known.
+    #[arg(long, value_name = "W")]
+    pub tare: Option<f64>,
+    /// Outliers count less (Huber).
+    #[arg(long)]
+    pub robust: bool,
+    /// Write the model file.
+    #[arg(short, long, value_name = "model.toml")]
+    pub output: Option<PathBuf>,
+}
+
+/// Kinds of test cuts.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum PlanKind {
+    /// Eight immersions by four feeds, for spindle power
+    Power,
+    /// Nine cuts of an orthogonal array, for mean forces
+    MeanForce,
+    /// Steps of R/10 in depth, for the layers of a ball end
+    Layer,
+}
 
 /// Coefficients from steady cuts.
 pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
@@ -32,9 +83,9 @@ pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result
     let input = command.input.clone().ok_or_else(|| {
         CliError::new("nothing to calibrate from", "give TABLE.csv, PROGRAM with --log or --reading, or --plan KIND")
     })?;
-    let inputs = [Some(input.clone()), command.setup.clone(), command.log.clone()];
+    let inputs = [Some(input.clone()), command.common.setup.clone(), command.log.clone()];
     let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
-    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let json = open(&mut outputs, command.common.json(), Kind::Json)?;
     let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
     let result = if command.log.is_some() || !command.reading.is_empty() {
         from_program(command, &input, global)?
@@ -58,9 +109,9 @@ fn model_name(global: &Global) -> String {
 
 fn from_table(command: &Calibrate, table: &Path, global: &Global) -> Result<Calibration, CliError> {
     let bytes = input::file(table)?;
-    let setup = command.setup.as_deref().map(load).transpose()?;
+    let setup = command.common.setup().map(load).transpose()?;
     let wrong = |error: DataError| refused(&error.into(), table);
-    let (frame, rows) = steady(&bytes, command.columns.as_deref(), setup.as_ref()).map_err(wrong)?;
+    let (frame, rows) = steady(&bytes, command.map.columns.as_deref(), setup.as_ref()).map_err(wrong)?;
     if model_name(global) == "sigmoid" {
         let tool = setup.as_ref().and_then(|job| record_tool(job, &frame));
         let tool = tool.ok_or_else(|| {
@@ -94,7 +145,7 @@ fn fit(
 /// Readings of a load meter, or a log, of a program.
 fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<Calibration, CliError> {
     let source = input::program(program)?;
-    let found = input::setup(command.setup.as_deref(), &source, global)?;
+    let found = input::setup(command.common.setup(), &source, global)?;
     let job = found.job;
     let wrong = |error: LearnError| refused(&error, program);
     let ready = |forces: bool| -> Result<SimulatedProgram, CliError> {
@@ -107,8 +158,8 @@ fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<
         return load_meter::coefficients(&readings, &ready(false)?, &job).map_err(|e| wrong(e.into()));
     };
     let wrong = |error: LearnError| refused(&error, path);
-    let log =
-        read_log(&input::file(path)?, &mapping_or(command.columns.as_deref(), &job)?).map_err(|e| wrong(e.into()))?;
+    let log = read_log(&input::file(path)?, &mapping_or(command.map.columns.as_deref(), &job)?)
+        .map_err(|e| wrong(e.into()))?;
     let channels = channels(&log);
     let prepared = ready(false)?;
     let tied = aligned(&prepared, &job, &log, &channels).map_err(wrong)?;
@@ -121,7 +172,7 @@ fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<
 
 /// Writes the program of test cuts.
 fn plan_tests(kind: PlanKind, command: &Calibrate, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
-    let setup = command.setup.as_deref().ok_or_else(|| {
+    let setup = command.common.setup().ok_or_else(|| {
         CliError::new("test cuts need a setup", "give --setup with machine, stock (a box) and the tool to be tested")
     })?;
     let job = load(setup)?;
@@ -131,7 +182,7 @@ fn plan_tests(kind: PlanKind, command: &Calibrate, global: &Global, screen: Scre
         PlanKind::Layer => plan::Kind::Layer,
     };
     let mut outputs = Outputs::new([setup.to_owned()], global.force);
-    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let json = open(&mut outputs, command.common.json(), Kind::Json)?;
     let program = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
     let plan = plan::plan(kind, &job)
         .map_err(|error| CliError::new(error.to_string(), "see `feedwright schema` for stock and tools"))?;

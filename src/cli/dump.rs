@@ -1,17 +1,49 @@
 //! `dump`: any stage, for people who want to see. One record per line, tab-separated with a head line.
 
+use clap::{Args, ValueEnum};
 use std::io::{self, Write};
+use std::path::PathBuf;
 
-use super::Outcome;
-use super::args::{Dump, Global, Stage};
 use super::error::CliError;
 use super::input;
+use super::options::Global;
 use super::screen::Screen;
 use super::work::run;
 use crate::job;
 use crate::nc::{self, Environment, FeedMode, MoveKind, Program, Toolpath, interpret};
-use crate::report::{self, Run};
+use crate::report::{self, Outcome, Run};
 use crate::units::{deg_from_rad, mm_min_from_mm_s, rpm_from_rps};
+
+/// `dump`.
+#[derive(Debug, Args)]
+pub struct Dump {
+    /// Which stage.
+    pub stage: Stage,
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// Setup file; without it PROGRAM.setup.toml beside the program.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: Option<PathBuf>,
+}
+
+/// A stage of the pipeline.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Stage {
+    /// Tokens with their bytes
+    Tokens,
+    /// Blocks
+    Blocks,
+    /// Motions with feed, tool and freeze
+    Moves,
+    /// Engaged arcs at every station
+    Engagement,
+    /// Loads at every station at the programmed feed
+    Loads,
+    /// Points of the machined walls with their error at the programmed feed
+    Surface,
+    /// What the schedule is asked
+    Problem,
+}
 
 /// Prints one stage.
 pub fn dump(command: &Dump, global: &Global, screen: Screen) -> Result<Outcome, CliError> {

@@ -1,12 +1,12 @@
 //! `evaluate`: a model and data that it has not seen in, what it is off by out.
 
-use std::path::Path;
+use clap::Args;
+use std::path::{Path, PathBuf};
 
-use super::Outcome;
-use super::args::{Evaluate, Global};
 use super::error::CliError;
 use super::input;
 use super::learn::{efficiency, finish, load, mapping_or, model_file, open, refused, sample, steady};
+use super::options::{ColumnMap, Common, Global, Samples};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::job::learned;
@@ -14,13 +14,37 @@ use crate::learn::dataset::table_data::data;
 use crate::learn::diagnose::Options;
 use crate::learn::evaluate::{Evaluation, of_data, of_log};
 use crate::learn::session::LogOptions;
+use crate::report::Outcome;
 use crate::report::learn::{evaluate_json, evaluate_words};
+
+/// `evaluate`.
+#[derive(Debug, Args)]
+pub struct Evaluate {
+    /// Process model, as `calibrate` and `learn` write it.
+    #[arg(value_name = "MODEL.toml")]
+    pub held: PathBuf,
+    /// NC program of the log; without --log a table of steady cuts, CSV.
+    pub input: PathBuf,
+    /// Measured log of the program: CSV or MTConnect adapter output.
+    #[arg(long, value_name = "LOG")]
+    pub log: Option<PathBuf>,
+    /// Setup and report.
+    #[command(flatten)]
+    pub common: Common,
+    /// How its columns are named.
+    #[command(flatten)]
+    pub map: ColumnMap,
+    /// What its forces are.
+    #[command(flatten)]
+    pub samples: Samples,
+}
 
 /// Holds a model against a log or a table.
 pub fn evaluate(command: &Evaluate, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
-    let inputs = [Some(command.held.clone()), Some(command.input.clone()), command.log.clone(), command.setup.clone()];
+    let inputs =
+        [Some(command.held.clone()), Some(command.input.clone()), command.log.clone(), command.common.setup.clone()];
     let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
-    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let json = open(&mut outputs, command.common.json(), Kind::Json)?;
     let found = match &command.log {
         Some(log) => on_log(command, log, global, screen)?,
         None => on_table(command)?,
@@ -31,15 +55,15 @@ pub fn evaluate(command: &Evaluate, global: &Global, screen: Screen) -> Result<O
 fn on_log(command: &Evaluate, log: &Path, global: &Global, screen: Screen) -> Result<Evaluation, CliError> {
     let source = input::program(&command.input)?;
     let bytes = input::file(log)?;
-    let mut job = input::setup(command.setup.as_deref(), &source, global)?.job;
+    let mut job = input::setup(command.common.setup(), &source, global)?.job;
     job.process = model_file(&command.held)?;
     for told in learned::apply(&mut job) {
         screen.say(&format!("{} = {} ({})\n", told.key, told.value, told.source));
     }
     let options = LogOptions {
-        mapping: mapping_or(command.columns.as_deref(), &job)?,
-        sample: sample(command.sample),
-        window_s: command.window,
+        mapping: mapping_or(command.map.columns.as_deref(), &job)?,
+        sample: sample(command.samples.sample),
+        window_s: command.samples.window,
         diagnosis: Options::default(),
     };
     let bar = screen.progress("evaluating");
@@ -50,7 +74,7 @@ fn on_log(command: &Evaluate, log: &Path, global: &Global, screen: Screen) -> Re
 
 fn on_table(command: &Evaluate) -> Result<Evaluation, CliError> {
     let bytes = input::file(&command.input)?;
-    let setup = command.setup.as_deref().ok_or_else(|| {
+    let setup = command.common.setup().ok_or_else(|| {
         CliError::new(
             "a table of steady cuts needs the tool of a setup",
             "give --setup S.toml, or --log with a program",
@@ -59,7 +83,7 @@ fn on_table(command: &Evaluate) -> Result<Evaluation, CliError> {
     let mut job = load(setup)?;
     job.process = model_file(&command.held)?;
     let of = |error| refused(&error, &command.input);
-    let (frame, table) = steady(&bytes, command.columns.as_deref(), Some(&job)).map_err(|e| of(e.into()))?;
+    let (frame, table) = steady(&bytes, command.map.columns.as_deref(), Some(&job)).map_err(|e| of(e.into()))?;
     let efficiency = efficiency(Some(&job));
     let found = data(&frame, &table, |y| y * efficiency.at(y)).map_err(|e| of(e.into()))?;
     of_data(&found, &job).map_err(|e| of(e.into()))

@@ -1,17 +1,51 @@
 //! `init`: a setup to start from. In: a program, a tool library, the user's words. Out: `PROGRAM.setup.toml` in which every value names
 //! its source and what is not known stays unknown. On a terminal it asks for what is missing.
 
+use clap::Args;
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use super::Outcome;
-use super::args::{Global, Init, Told};
 use super::error::CliError;
 use super::input::{self, Source};
+use super::options::Global;
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use super::tools;
+use crate::report::Outcome;
 use crate::setup::{Facts, Lacking, Of};
+
+/// What the program's text does not tell, said by the user.
+#[derive(Debug, Args)]
+pub struct Told {
+    /// Tool library: Fusion .json or .tools, FreeCAD .fctb or .fctl, LinuxCNC .tbl.
+    #[arg(long, value_name = "LIB")]
+    pub tools: Option<PathBuf>,
+    /// A tool in words, over comment and library: "T1 flat D10 3 flutes".
+    #[arg(long, value_name = "WORDS")]
+    pub tool: Vec<String>,
+    /// The blank: "X0 Y0 Z-20 X100 Y60 Z0", "around" for the box around the cutting moves, or a line of [stock].
+    #[arg(long, value_name = "CORNERS", allow_hyphen_values = true)]
+    pub stock: Option<String>,
+    /// The material: a name of the library, or as people call it: 6061, 4140, 316.
+    #[arg(long, value_name = "NAME")]
+    pub material: Option<String>,
+    /// The machine: a name of `feedwright library machines`.
+    #[arg(long, value_name = "NAME")]
+    pub machine: Option<String>,
+}
+
+/// `init`.
+#[derive(Debug, Args)]
+pub struct Init {
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// What its text does not tell.
+    #[command(flatten)]
+    pub told: Told,
+    /// Where the setup goes; without it PROGRAM.setup.toml beside the program; - is standard output.
+    #[arg(short, long, value_name = "S.toml")]
+    pub output: Option<PathBuf>,
+}
 
 /// Writes the setup; the outcome says whether it can be used as it is.
 pub fn init(command: &Init, global: &Global, screen: Screen) -> Result<Outcome, CliError> {

@@ -3,8 +3,8 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::args::Global;
 use super::error::CliError;
+use super::options::Global;
 use crate::machine::Job;
 use crate::nc::{self, Dialect, Program};
 use crate::setup::{self, Assumption, Facts};
@@ -102,20 +102,8 @@ fn looks_binary(bytes: &[u8]) -> bool {
 pub fn parse(source: &Source, global: &Global, job: Option<&Job>) -> Result<Program, CliError> {
     let named = global.dialect.as_deref().or_else(|| job.and_then(|job| job.machine.dialect.as_deref()));
     let program = nc::parse(source.bytes.clone(), named.and_then(Dialect::from_name));
-    let foreign = program.recognised().cloned().or_else(|| nc::recognise::foreign(&source.bytes, program.dialect()));
-    if let Some((found, why)) = foreign.and_then(|found| found.control.refusal().map(|why| (found, why))) {
-        let (control, signs) = (found.control.name(), found.why());
-        let names: Vec<&str> = Dialect::ALL[1..].iter().map(|dialect| dialect.name()).collect();
-        return Err(CliError::new(
-            format!("{}: this is a program for {control} ({signs}), which is not read: {why}", source.name),
-            format!("post it for a control that is read: {}", names.join(", ")),
-        ));
-    }
-    match nc::turning::refusal(&program).filter(|_| !global.mill) {
-        Some(why) => Err(CliError::new(
-            format!("{}: {why}", source.name),
-            "only milling programs are rewritten; if a mill runs this one, say so with --mill",
-        )),
+    match nc::refusal(&program, global.mill) {
+        Some(why) => Err(CliError::new(format!("{}: {}", source.name, why.text), why.help)),
         None => Ok(program),
     }
 }

@@ -6,11 +6,11 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
-use super::args::Work;
 use super::error::CliError;
 use super::input::Source;
 use super::output::{Kind, Output, Outputs};
 use super::screen::Screen;
+use super::work::Work;
 use crate::engage::EngagementMap;
 use crate::engage::cache::{Key, Unusable, from_bytes, to_bytes};
 use crate::job::Keep;

@@ -1,11 +1,11 @@
 //! `learn` and `learn-table`: measured data in, named effects and a model file out.
 
-use std::path::Path;
+use clap::Args;
+use std::path::{Path, PathBuf};
 
-use super::Outcome;
-use super::args::{Global, Learn, LearnTable, SampleKind};
 use super::error::CliError;
 use super::input;
+use super::options::{ColumnMap, Common, ForceOn, Global, SampleKind, Samples};
 use super::output::{Kind, Output, Outputs};
 use super::screen::Screen;
 use crate::job::learned;
@@ -27,27 +27,96 @@ use crate::learn::session::{LearnError, Learned, LogOptions, run};
 use crate::machine::material::Process;
 use crate::machine::{Job, Table};
 use crate::report::learn::{learn_json, learn_words};
-use crate::report::learn_html;
+use crate::report::{Outcome, learn_html};
 use crate::setup;
+
+/// What a log may hold, for `learn --help`.
+pub(super) const LOG_COLUMNS: &str = "Columns of a log, by the names in its header or as --columns maps them (units in brackets or at the end are \
+converted, case and blanks do not matter):
+  time_s                       seconds, ISO 8601, a date and time, or a time of day
+  x_mm y_mm z_mm               position in the work frame
+  line, block                  physical line (from 1), index of the block (from 0)
+  feed_mm_min, spindle_rpm, tool, feed_override_percent
+and at least one of
+  spindle_power_w              as the meter reads it
+  spindle_torque_nm  spindle_current_a  spindle_load_percent
+  force_x_n force_y_n force_z_n force_xy_n
+Tables with commas, semicolons, tabs or blanks, decimal commas, lines before the header, a row of units; workbooks (.xlsx); MTConnect \
+adapter output (SHDR) and streams (XML). `feedwright log FILE` shows what is read of a file.";
+
+/// What a table of steady cuts takes from a setup.
+pub(super) const SETUP_OF_TABLE: &str = "Setup file with the tool and the efficiency of the drive";
+
+/// `learn`.
+#[derive(Debug, Args)]
+#[command(after_help = LOG_COLUMNS)]
+pub struct Learn {
+    /// NC program.
+    pub program: PathBuf,
+    /// Measured log: CSV or MTConnect adapter output.
+    #[arg(long, value_name = "LOG")]
+    pub log: PathBuf,
+    /// Setup and report.
+    #[command(flatten)]
+    pub common: Common,
+    /// How its columns are named.
+    #[command(flatten)]
+    pub map: ColumnMap,
+    /// What its forces are.
+    #[command(flatten)]
+    pub samples: Samples,
+    /// What measured forces act on (a resultant is the same on both).
+    #[arg(long, value_name = "WHAT", default_value = "workpiece")]
+    pub force_on: ForceOn,
+    /// Write the model file.
+    #[arg(short, long, value_name = "model.toml")]
+    pub output: Option<PathBuf>,
+    /// Write the report as one HTML file.
+    #[arg(long, value_name = "R.html")]
+    pub report: Option<PathBuf>,
+    /// Write the NC program of the cuts that separate effects which explain the log equally well.
+    #[arg(long, value_name = "NEXT.nc")]
+    pub experiment: Option<PathBuf>,
+}
+
+/// `learn-table`.
+#[derive(Debug, Args)]
+#[command(mut_arg("setup", |arg| arg.help(SETUP_OF_TABLE)))]
+pub struct LearnTable {
+    /// Table of steady cuts, CSV.
+    pub table: PathBuf,
+    /// Setup and report.
+    #[command(flatten)]
+    pub common: Common,
+    /// How its columns are named.
+    #[command(flatten)]
+    pub map: ColumnMap,
+    /// Write the model file.
+    #[arg(short, long, value_name = "model.toml")]
+    pub output: Option<PathBuf>,
+    /// Write the report as one HTML file.
+    #[arg(long, value_name = "R.html")]
+    pub report: Option<PathBuf>,
+}
 
 /// Closes the loop for a program and its log.
 pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let source = input::program(&command.program)?;
     let log = input::file(&command.log)?;
-    let mut found = input::setup(command.setup.as_deref(), &source, global)?;
+    let mut found = input::setup(command.common.setup(), &source, global)?;
     for told in learned::apply(&mut found.job) {
         screen.say(&format!("{} = {} ({})\n", told.key, told.value, told.source));
     }
     let inputs = [source.path.clone(), found.path.clone(), Some(command.log.clone())];
     let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
-    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+    let json = open(&mut outputs, command.common.json(), Kind::Json)?;
     let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
     let page = open(&mut outputs, command.report.as_deref(), Kind::Markup)?;
     let next = open(&mut outputs, command.experiment.as_deref(), Kind::Markup)?;
     let options = LogOptions {
-        mapping: mapping_or(command.columns.as_deref(), &found.job)?,
-        sample: sample(command.sample),
-        window_s: command.window,
+        mapping: mapping_or(command.map.columns.as_deref(), &found.job)?,
+        sample: sample(command.samples.sample),
+        window_s: command.samples.window,
         diagnosis: Options { known: in_model_file(&found.job.process), ..Options::default() },
     };
     let bar = screen.progress("learning");
@@ -111,14 +180,14 @@ fn write_experiment(
 /// Diagnosis of a table of steady cuts.
 pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let bytes = input::file(&command.table)?;
-    let setup = command.setup.as_deref().map(load).transpose()?;
+    let setup = command.common.setup().map(load).transpose()?;
     let mut outputs =
-        Outputs::new([Some(command.table.clone()), command.setup.clone()].into_iter().flatten(), global.force);
-    let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
+        Outputs::new([Some(command.table.clone()), command.common.setup.clone()].into_iter().flatten(), global.force);
+    let json = open(&mut outputs, command.common.json(), Kind::Json)?;
     let model = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
     let page = open(&mut outputs, command.report.as_deref(), Kind::Markup)?;
-    let (frame, table) =
-        steady(&bytes, command.columns.as_deref(), setup.as_ref()).map_err(|e| refused(&e.into(), &command.table))?;
+    let (frame, table) = steady(&bytes, command.map.columns.as_deref(), setup.as_ref())
+        .map_err(|e| refused(&e.into(), &command.table))?;
     let efficiency = efficiency(setup.as_ref());
     let found = data(&frame, &table, |y| y * efficiency.at(y)).map_err(|e| refused(&e.into(), &command.table))?;
     let main = main_kind(&found.kind, found.kind_names.len());
@@ -167,16 +236,7 @@ pub(super) fn steady(
 ) -> Result<(Frame, Vec<SteadyRow>), DataError> {
     let mapping = mapping(columns).map_err(|error| DataError::Unfit(error.to_string()))?;
     let frame = read(bytes, &mapping)?;
-    let tools: Vec<TableTool> = setup
-        .iter()
-        .flat_map(|job| &job.tools)
-        .map(|tool| TableTool {
-            number: tool.number,
-            diameter_mm: tool.diameter_mm,
-            flutes: tool.flutes,
-            shape: tool.shape,
-        })
-        .collect();
+    let tools: Vec<TableTool> = setup.iter().flat_map(|job| &job.tools).map(TableTool::from).collect();
     let table = rows(&frame, &tools)?;
     Ok((frame, table))
 }

@@ -1,11 +1,34 @@
 //! `library`: what is built in.
 
-use super::Outcome;
-use super::args::{Library, Shelf};
+use clap::{Args, ValueEnum};
+
 use super::error::CliError;
 use super::screen;
 use crate::effects::Parameter;
+use crate::report::Outcome;
 use crate::setup::library;
+
+/// `library`.
+#[derive(Debug, Args)]
+pub struct Library {
+    /// Which shelf; all of them when absent.
+    pub shelf: Option<Shelf>,
+}
+
+/// A shelf of the library.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Shelf {
+    /// Tool presets
+    Tools,
+    /// Materials with their coefficients
+    Materials,
+    /// Machines
+    Machines,
+    /// Effects that diagnosis may name
+    Effects,
+    /// Force models
+    Models,
+}
 
 /// Lists one shelf, or all of them.
 pub fn library(command: &Library) -> Result<Outcome, CliError> {

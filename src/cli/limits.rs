@@ -3,24 +3,38 @@
 //! The reference of a load is what 95 % of the cut length stays below: cuts that are usual for this program stay as they
 //! are, the rare heavy ones are slowed down, and light ones may be speeded up to it.
 
+use clap::Args;
 use serde::Serialize;
+use std::path::PathBuf;
 
-use super::Outcome;
-use super::args::{Global, Limits};
 use super::error::CliError;
 use super::input;
+use super::options::{Common, Global};
 use super::output::{Kind, Outputs};
 use super::screen::{self, Screen};
 use super::work::{inputs, run};
 use crate::job;
 use crate::job::propose::{Item, Proposal, propose};
 use crate::machine::{CutKind, Job, LimitKind, Scope, Tool};
-use crate::report::{in_report_unit, short};
+use crate::report::{Outcome, short};
 use crate::schedule::operations::{Segment, segments, whole_tools};
 use crate::schedule::reference::{Distribution, distributions};
 use crate::setup::amend::{Amendment, amend};
 use crate::units::{Dimension, MM_PER_INCH};
 use std::path::Path;
+
+/// `limits`.
+#[derive(Debug, Args)]
+pub struct Limits {
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// Setup and report.
+    #[command(flatten)]
+    pub common: Common,
+    /// Put the proposed limits into the setup file; what it limits already stays.
+    #[arg(long)]
+    pub write: bool,
+}
 
 /// Shares of the cut length that are printed; the third is the suggestion.
 const SHARES: [f64; 5] = [0.5, 0.9, 0.95, 0.99, 1.0];
@@ -88,10 +102,10 @@ struct LoadPart {
 /// Prints the distributions.
 pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let source = input::program(&command.program)?;
-    let mut outputs = Outputs::new(inputs(&source, command.setup.as_deref(), global), global.force);
-    let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
-    let setup = command.setup.clone().or_else(|| input::beside(&source));
-    let done = run(source, command.setup.as_deref(), job::simulate, global, job::Wanted::default(), screen)?;
+    let mut outputs = Outputs::new(inputs(&source, command.common.setup(), global), global.force);
+    let json = command.common.json().map(|path| outputs.open(path, Kind::Json)).transpose()?;
+    let setup = command.common.setup.clone().or_else(|| input::beside(&source));
+    let done = run(source, command.common.setup(), job::simulate, global, job::Wanted::default(), screen)?;
     let (toolpath, map) = (&done.run.toolpath, &done.run.map);
     let found = distributions(&whole_tools(toolpath, map), toolpath, map, &done.run.job);
     let parts = segments(&job::sections(&done.run.program, toolpath, map), toolpath, map, &done.run.job);
@@ -144,7 +158,7 @@ fn tool(loads: &[Distribution], job: &Job) -> ToolPart {
 
 fn load(found: &Distribution, inch: bool) -> LoadPart {
     let (unit, per_unit) = setup_unit(found.kind, inch);
-    let [p50, p90, p95, p99, max] = SHARES.map(|share| in_report_unit(found.kind, found.quantile(share)) / per_unit);
+    let [p50, p90, p95, p99, max] = SHARES.map(|share| found.kind.in_report_unit(found.quantile(share)) / per_unit);
     LoadPart { name: found.kind.name(), unit, p50, p90, p95, p99, max, suggested: p95 }
 }
 
@@ -158,7 +172,7 @@ fn setup_unit(kind: LimitKind, inch: bool) -> (&'static str, f64) {
 fn proposed(proposal: &Proposal, inch: bool) -> ProposalPart {
     let limit = |item: &Item| {
         let (unit, per_unit) = setup_unit(item.kind, inch);
-        let value = in_report_unit(item.kind, item.value) / per_unit;
+        let value = item.kind.in_report_unit(item.value) / per_unit;
         ProposedLimit { name: item.kind.name(), unit, value, reason: why(item, inch) }
     };
     ProposalPart {
@@ -252,7 +266,7 @@ fn why(item: &Item, inch: bool) -> String {
 
 /// A value as the setup takes it.
 fn in_setup(kind: LimitKind, value: f64, inch: bool) -> String {
-    short(in_report_unit(kind, value) / setup_unit(kind, inch).1)
+    short(kind.in_report_unit(value) / setup_unit(kind, inch).1)
 }
 
 /// Puts the proposals into the setup.

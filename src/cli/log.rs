@@ -1,14 +1,34 @@
 //! `log`: what is read of a measured log, before any program is held against it.
 
-use super::Outcome;
-use super::args::{Global, LogView};
+use clap::Args;
+use std::path::PathBuf;
+
 use super::error::CliError;
 use super::input;
-use super::learn::{mapping, open};
+use super::learn::{LOG_COLUMNS, mapping, open};
+use super::options::{ColumnMap, Global};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::learn::log::seen::see;
 use crate::report;
+use crate::report::Outcome;
+
+/// `log`.
+#[derive(Debug, Args)]
+#[command(after_help = LOG_COLUMNS)]
+pub struct LogView {
+    /// Measured log: a table (CSV with any separator, workbook .xlsx), MTConnect adapter output or streams.
+    pub file: PathBuf,
+    /// How its columns are named.
+    #[command(flatten)]
+    pub map: ColumnMap,
+    /// Write the columns that are proposed into this setup, as its [log] table.
+    #[arg(long, value_name = "S.toml")]
+    pub write: Option<PathBuf>,
+    /// Write what was read as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+}
 
 /// Shows a log, and writes the mapping it proposes into the setup where that is asked for.
 pub fn log(command: &LogView, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
@@ -16,7 +36,7 @@ pub fn log(command: &LogView, global: &Global, screen: Screen) -> Result<Outcome
     let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
     let bytes = input::file(&command.file)?;
     let name = command.file.display().to_string();
-    let seen = see(&bytes, &mapping(command.columns.as_deref())?).map_err(|error| {
+    let seen = see(&bytes, &mapping(command.map.columns.as_deref())?).map_err(|error| {
         CliError::new(
             format!("{name}: {error}"),
             "give a table with a header (CSV, workbook), or MTConnect output; --columns names columns",

@@ -14,6 +14,7 @@ mod library;
 mod limits;
 mod log;
 mod optimize;
+mod options;
 mod output;
 mod problem;
 mod plain;
@@ -29,17 +30,18 @@ mod tools;
 mod verify;
 mod work;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use std::process::ExitCode;
 
 use crate::report::Outcome;
-use args::{Arguments, Command, Global};
+use args::{Arguments, Command};
 use error::CliError;
+use options::Global;
 use screen::Screen;
 
 /// Reads the arguments of the process, does what they say.
 pub fn run() -> ExitCode {
-    let arguments = Arguments::parse_from(start::with_command(std::env::args_os()));
+    let arguments = Arguments::parse_from(start::with_command(std::env::args_os(), &Arguments::command()));
     let screen = Screen::new(&arguments.global);
     match dispatch(&arguments, screen) {
         Ok(outcome) => ExitCode::from(outcome.exit_code()),
@@ -67,14 +69,14 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Evaluate(command) => evaluate::evaluate(command, global, screen),
         Command::Init(command) => init::init(command, global, screen),
         Command::Start(command) => start::start(command, global, screen),
-        Command::Tools(args::Tools::Import(command)) => tools::import(command, global, screen),
+        Command::Tools(tools::Tools::Import(command)) => tools::import(command, global, screen),
         Command::Toollife(command) => toollife::toollife(command, global, screen),
         Command::Semifinish(command) => semifinish::semifinish(command, global, screen),
         Command::Stepover(command) => stepover::stepover(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),
         Command::Library(command) => library::library(command),
-        Command::Completions(command) => shell::completions(command.shell),
-        Command::Man => shell::manual(),
+        Command::Completions(command) => shell::completions(command.shell, Arguments::command()),
+        Command::Man => shell::manual(Arguments::command()),
         Command::Schema => screen::put(crate::setup::schema().as_bytes()).map(|()| Outcome::Done),
     }
 }

@@ -1,33 +1,85 @@
 //! `optimize` and `simulate`.
 
+use clap::Args;
 use std::path::{Path, PathBuf};
 
-use super::Outcome;
-use super::args::{Global, Optimize, Work};
 use super::error::CliError;
 use super::input::{self, Source};
 use super::keep::Kept;
+use super::options::Global;
 use super::output::{Kind, Output, Outputs};
 use super::plain::plain;
 use super::problem;
 use super::screen::Screen;
 use super::subprograms;
-use super::work::{Done, execute, inputs, peak_memory, run_keeping, task, wanted};
+use super::work::{Done, Work, execute, inputs, peak_memory, run_keeping, task, wanted};
 use crate::job::{self, Wanted};
 use crate::machine::{Job, LifeShare, Tool};
-use crate::report::{self, Extras, HeldBack, Relief, Run, Verdict};
+use crate::report::{self, Extras, HeldBack, Outcome, Relief, Run, Verdict};
+
+/// `optimize`.
+#[derive(Debug, Args)]
+pub struct Optimize {
+    /// Program, setup and reports.
+    #[command(flatten)]
+    pub work: Work,
+    /// Where the program goes; without it PROGRAM.fw.EXT beside the program; - is standard output. In another folder the files
+    /// of its subprograms are written beside it, under their own names.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    /// Unroll loops, calls and expressions into plain blocks, so that each pass gets its own feeds. What cannot be written as
+    /// plain blocks (values only the control knows, modal macros) is refused with its place.
+    #[arg(long)]
+    pub expand: bool,
+    /// Write the program even if limits cannot be met on more than a fifth of the cutting length.
+    #[arg(long)]
+    pub accept_infeasible: bool,
+    /// Write the program even if it cuts at rapid, or shank, holder or a fixture are touched.
+    #[arg(long)]
+    pub accept_collisions: bool,
+    /// Use at most this share of the life of each tool that has a law of wear in the setup, like 0.05; T3=0.05 for one tool.
+    #[arg(long, value_name = "SHARE", value_parser = life_share)]
+    pub wear_budget: Vec<LifeShare>,
+    /// Do everything but write the program: summary and reports tell what it would be.
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Simulate the written program again with stock, offset, coefficients, runout and override other than assumed.
+    #[arg(long)]
+    pub stress: bool,
+    /// Write one page to print and sign: hashes, limits, assumptions, what keeps its feed, the largest rise, and the worst under --stress,
+    /// which it asks for.
+    #[arg(long, value_name = "FILE.html")]
+    pub sign_off: Option<PathBuf>,
+}
+
+impl Optimize {
+    /// With nothing else said.
+    pub fn of(work: Work) -> Self {
+        Self {
+            work,
+            output: None,
+            wear_budget: Vec::new(),
+            expand: false,
+            accept_infeasible: false,
+            accept_collisions: false,
+            dry_run: false,
+            stress: false,
+            sign_off: None,
+        }
+    }
+}
 
 /// Rewrites the feeds.
 pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let source = input::program(&command.work.program)?;
-    let mut outputs = Outputs::new(inputs(&source, command.work.setup.as_deref(), global), global.force);
+    let mut outputs = Outputs::new(inputs(&source, command.work.common.setup(), global), global.force);
     let target = target(command.output.as_deref(), &source);
     let program = if command.dry_run { None } else { Some(outputs.open(&target, Kind::Program)?) };
     let mut reports = Reports::open(&command.work, &mut outputs)?;
     reports.sign_off = command.sign_off.as_deref().map(|path| outputs.open(path, Kind::Markup)).transpose()?;
     let kept = Kept::open(&command.work, &source, &mut outputs, screen)?;
-    let source = plain(source, command.work.setup.as_deref(), command.expand, global, screen)?;
-    let setup = command.work.setup.as_deref();
+    let source = plain(source, command.work.common.setup(), command.expand, global, screen)?;
+    let setup = command.work.common.setup();
     let beside = subprograms::folder(&target, &source);
     let wanted = Wanted {
         rewrites_files: beside.is_some(),
@@ -49,7 +101,7 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
             "nothing was written; leave the block out with [output] exclude, and please report it",
         ));
     }
-    let setup_text = setup_text(command.work.setup.as_deref(), &done.source);
+    let setup_text = setup_text(command.work.common.setup(), &done.source);
     let may_write =
         |verdict: &Verdict| program.is_some() && verdict.held_back().into_iter().all(|why| is_accepted(why, command));
     let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), is_written: &may_write };
@@ -77,11 +129,11 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
 /// Predicts, changes nothing.
 pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let source = input::program(&command.program)?;
-    let mut outputs = Outputs::new(inputs(&source, command.setup.as_deref(), global), global.force);
+    let mut outputs = Outputs::new(inputs(&source, command.common.setup(), global), global.force);
     let reports = Reports::open(command, &mut outputs)?;
     let kept = Kept::open(command, &source, &mut outputs, screen)?;
-    let source = plain(source, command.setup.as_deref(), false, global, screen)?;
-    let setup = command.setup.as_deref();
+    let source = plain(source, command.common.setup(), false, global, screen)?;
+    let setup = command.common.setup();
     let wanted = wanted(command, false);
     let done = kept.with(|keep| run_keeping(source, setup, job::simulate, global, wanted, screen, keep))?;
     let stock = kept.reliefs();
@@ -169,7 +221,7 @@ impl Reports {
     fn open(command: &Work, outputs: &mut Outputs) -> Result<Self, CliError> {
         let mut open = |path: &Option<PathBuf>, kind| path.as_deref().map(|path| outputs.open(path, kind)).transpose();
         Ok(Self {
-            json: open(&command.json, Kind::Json)?,
+            json: open(&command.common.json, Kind::Json)?,
             json_blocks: command.json_blocks,
             html: open(&command.report, Kind::Markup)?,
             csv: open(&command.csv, Kind::Csv)?,
@@ -235,4 +287,16 @@ fn timings(run: &Run) -> String {
     format!(
         "stages    parse {parse:.2} s, simulate {simulate:.2} s, schedule {schedule:.2} s, rewrite {rewrite:.2} s, check {check:.2} s{memory}"
     )
+}
+
+fn life_share(text: &str) -> Result<LifeShare, String> {
+    let (tool, share) = match text.split_once('=') {
+        Some((tool, share)) => (Some(tool), share),
+        None => (None, text),
+    };
+    let help = "write a share of the life from above 0 to 1, like 0.05 for every tool or T3=0.05 for one";
+    let number = |tool: &str| tool.strip_prefix(['T', 't']).and_then(|number| number.parse().ok());
+    let tool = tool.map(|tool| number(tool).ok_or(help)).transpose()?;
+    let share = share.parse::<f64>().ok().filter(|share| *share > 0.0 && *share <= 1.0).ok_or(help)?;
+    Ok(LifeShare { tool, share })
 }

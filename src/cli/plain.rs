@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use super::args::Global;
 use super::error::CliError;
 use super::input::{self, Source};
+use super::options::Global;
 use super::screen::Screen;
 use super::work;
 use crate::nc::{self, Environment};

@@ -6,8 +6,8 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, Write};
 
-use super::args::Global;
 use super::error::CliError;
+use super::options::Global;
 use crate::diag::{self, Diagnostic, Severity};
 
 /// Settings of the output.

@@ -1,21 +1,63 @@
 //! `semifinish`: a moved semi-finish for a constant finishing force, and the proof of one.
 
+use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::Outcome;
-use super::args::{Global, Semifinish};
 use super::error::CliError;
 use super::input::{self, Source};
+use super::options::{Common, Global};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use super::work;
 use crate::engage;
-use crate::finish::semifinish::{Wanted, proof};
+use crate::finish::semifinish::{CHANGE, TOLERANCE_MM, Wanted, proof};
 use crate::job::semifinish::{MoveError, Pair, Shifted, semifinish as moved};
 use crate::job::{Keep, Watch};
 use crate::nc::{self, Environment};
-use crate::report::{Semifinished, semifinish_report};
+use crate::report::{Outcome, Semifinished, semifinish_report};
+
+/// `semifinish`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Moves a semi-finishing path along the normal of the surface, so that the finishing pass behind it meets the same \
+                  force everywhere: more stock where it cuts easily, less where it cuts hard. Both programs are simulated as one. \
+                  Only coordinates of cutting moves change; feeds, words and lines stay. The moved program goes through `optimize` \
+                  like any other; `verify` refuses it on purpose, `--prove` is its own proof."
+)]
+#[command(mut_arg("setup", |arg| arg.help("Setup file of both; without it PROGRAM.setup.toml beside the semi-finish")))]
+pub struct Semifinish {
+    /// Semi-finishing program, cut with one ball end mill.
+    pub program: PathBuf,
+    /// Finishing program that runs behind it; it is not changed.
+    #[arg(long, value_name = "FINISH", required_unless_present = "prove")]
+    pub finish: Option<PathBuf>,
+    /// Setup and report.
+    #[command(flatten)]
+    pub common: Common,
+    /// Where to write the moved program; without it PROGRAM.moved.EXT beside it.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    /// Reference of the finishing force in the plane normal to the tool axis, N; without it limits.force_xy of the setup, else the
+    /// mean as programmed.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub force_xy: Option<f64>,
+    /// Least and largest stock that may be left, mm.
+    #[arg(long, value_name = "MIN,MAX", value_parser = least_and_largest, default_value = "0.05,0.4")]
+    pub stock: [f64; 2],
+    /// Largest change of stock per mm along the path.
+    #[arg(long, value_name = "MM", default_value_t = CHANGE)]
+    pub change: f64,
+    /// How far chords that take the place of an arc may be off, mm.
+    #[arg(long, value_name = "MM", default_value_t = TOLERANCE_MM)]
+    pub tolerance: f64,
+    /// Prove instead that MOVED differs from PROGRAM in coordinates of cutting moves only, each by no more than --within.
+    #[arg(long, value_name = "MOVED", conflicts_with_all = ["finish", "output"], requires = "within")]
+    pub prove: Option<PathBuf>,
+    /// Largest distance between a point of MOVED and of PROGRAM, mm.
+    #[arg(long, value_name = "MM", requires = "prove")]
+    pub within: Option<f64>,
+}
 
 /// Moves the semi-finish, or proves that a program is one that was moved.
 pub fn semifinish(command: &Semifinish, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
@@ -33,12 +75,12 @@ pub fn semifinish(command: &Semifinish, global: &Global, screen: Screen) -> Resu
             "give the program that runs before the finishing pass first, and the finishing pass with --finish",
         ));
     }
-    let setup = input::setup(command.setup.as_deref(), &semi, global)?;
+    let setup = input::setup(command.common.setup(), &semi, global)?;
     let inputs = [semi.path.clone(), finish.path.clone(), setup.path.clone(), global.model.clone()];
     let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
     let target = target(command.output.as_deref(), &semi);
     let output = outputs.open(&target, Kind::Program)?;
-    let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
+    let json = command.common.json().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let wanted = Wanted {
         force_n: command.force_xy,
         stock_mm: command.stock,
@@ -144,10 +186,10 @@ fn proven(
     screen: Screen,
 ) -> Result<Outcome, CliError> {
     let [before, after] = [input::program(&command.program)?, input::program(other)?];
-    let setup = input::setup_if_any(command.setup.as_deref(), &before, global)?;
-    let inputs = [before.path.clone(), after.path.clone(), command.setup.clone()];
+    let setup = input::setup_if_any(command.common.setup(), &before, global)?;
+    let inputs = [before.path.clone(), after.path.clone(), command.common.setup.clone()];
     let mut outputs = Outputs::new(inputs.into_iter().flatten(), global.force);
-    let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
+    let json = command.common.json().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let job = setup.as_ref().map(|setup| &setup.job);
     let program = input::parse(&before, global, job)?;
     let moved = nc::parse(after.bytes.clone(), Some(program.dialect()));
@@ -184,4 +226,10 @@ fn proven(
     }
     screen.show(&text)?;
     Ok(if proof.holds() { Outcome::Done } else { Outcome::Unmet })
+}
+
+/// `0.05,0.4`: two numbers.
+fn least_and_largest(text: &str) -> Result<[f64; 2], String> {
+    let both: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    both.try_into().map_err(|_| "two numbers with a comma between, like 0.05,0.4".to_owned())
 }

@@ -1,25 +1,41 @@
 //! No command: `feedwright part.nc` does what a person at a machine wants first. Without a setup it drafts one (and asks on a terminal
 //! for what the text does not tell), then rewrites the feeds and shows the page.
 
-use clap::CommandFactory;
+use clap::{Args, Command};
 use std::ffi::OsString;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-use super::Outcome;
-use super::args::{Arguments, Global, Optimize, Start, Work};
 use super::error::CliError;
+use super::init::Told;
 use super::input::Source;
+use super::optimize::Optimize;
+use super::options::{Common, Global};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
+use super::work::Work;
 use super::{init, input, optimize};
 use crate::machine::{Job, Limits};
+use crate::report::Outcome;
+
+/// No command.
+#[derive(Debug, Args)]
+pub struct Start {
+    /// NC program.
+    pub program: PathBuf,
+    /// What its text does not tell.
+    #[command(flatten)]
+    pub told: Told,
+    /// Do not open the page.
+    #[arg(long)]
+    pub no_open: bool,
+}
 
 /// The arguments with the command `start` put in where the first is a file and no command.
-pub fn with_command(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> {
+pub fn with_command(arguments: impl Iterator<Item = OsString>, known: &Command) -> Vec<OsString> {
     let mut arguments: Vec<OsString> = arguments.collect();
     let is_program = arguments.get(1).is_some_and(|first| {
-        let command = Arguments::command().get_subcommands().any(|command| command.get_name() == first);
+        let command = known.get_subcommands().any(|command| command.get_name() == first);
         let option = first.to_string_lossy().starts_with('-');
         !command && !option && Path::new(first).is_file()
     });
@@ -40,7 +56,7 @@ pub fn start(command: &Start, global: &Global, screen: Screen) -> Result<Outcome
     let job = input::setup(Some(&setup), &source, global)?.job;
     let work = Work {
         report: Some(page.clone()),
-        setup: Some(setup),
+        common: Common { setup: Some(setup), json: None },
         // Without a limit of its own the program's own loads are the limit: nothing is loaded more than it is already.
         reference: (!limits_a_load(&job)).then_some(100.0),
         ..Work::of(command.program.clone())
@@ -79,5 +95,5 @@ fn drafted(command: &Start, source: &Source, global: &Global, screen: Screen) ->
 fn limits_a_load(job: &Job) -> bool {
     let tools = job.tools.iter().map(|tool| &tool.limits);
     let operations = job.operations.iter().map(|operation| &operation.limits);
-    std::iter::once(&job.limits).chain(tools).chain(operations).any(Limits::has_load)
+    std::iter::once(&job.limits).chain(tools).chain(operations).any(Limits::bounds_a_load)
 }

@@ -1,18 +1,84 @@
 //! `stepover`: the mesh of a surface and a setup in; a program of passes of varying step-over out.
 
-use std::path::Path;
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
 
-use super::Outcome;
-use super::args::{Global, Stepover, Unit};
 use super::error::CliError;
 use super::input;
 use super::learn::{load, open};
+use super::options::Global;
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::finish::stepover::{Ask, Refusal, Surface, run};
 use crate::nc::Dialect;
-use crate::report::{stepover_html, stepover_json, stepover_words};
+use crate::report::{Outcome, stepover_html, stepover_json, stepover_words};
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min, rps_from_rpm};
+
+/// `stepover`: passes of a ball or bull-nose end mill over a surface, each as far from the one before as the reference force and the
+/// scallop limit allow. The program is simulated before it is written.
+#[derive(Debug, Args)]
+pub struct Stepover {
+    /// Mesh of the surface, binary or text STL; it need not be closed. In work coordinates.
+    #[arg(long, value_name = "PART.stl")]
+    pub surface: PathBuf,
+    /// Setup file: machine, tool, material, limits.
+    #[arg(long, value_name = "S.toml")]
+    pub setup: PathBuf,
+    /// Where the program goes; without it PART.nc beside the mesh; - is standard output.
+    #[arg(short, long, value_name = "OUT.nc")]
+    pub output: Option<PathBuf>,
+    /// Write the report as JSON; - is standard output.
+    #[arg(long, value_name = "R.json")]
+    pub json: Option<PathBuf>,
+    /// Write the surface coloured by force and by scallop as one HTML file.
+    #[arg(long, value_name = "R.html")]
+    pub report: Option<PathBuf>,
+    /// Unit of the numbers in the mesh.
+    #[arg(long, value_name = "UNIT", default_value = "mm")]
+    pub unit: Unit,
+    /// Tool number; the only ball or bull-nose end mill of the setup when absent.
+    #[arg(long, value_name = "T")]
+    pub tool: Option<u32>,
+    /// Spindle speed, rev/min; that of the tool in the setup when absent.
+    #[arg(long, value_name = "RPM")]
+    pub rpm: Option<f64>,
+    /// One feed for all passes, mm/min; each pass gets its best one within the limits of the setup when absent.
+    #[arg(long, value_name = "F")]
+    pub feed: Option<f64>,
+    /// Peak force that is held, N; force_xy of the setup when absent.
+    #[arg(long, value_name = "N")]
+    pub reference_force: Option<f64>,
+    /// Largest scallop height, mm.
+    #[arg(long, value_name = "MM", default_value_t = 0.01)]
+    pub scallop: f64,
+    /// Thickness of the stock that stands on the surface, along its normal, mm.
+    #[arg(long, value_name = "MM", default_value_t = 0.1)]
+    pub stock: f64,
+    /// Least step-over seen from above, mm; a fiftieth of the tool's radius when absent.
+    #[arg(long, value_name = "MM")]
+    pub least_step_over: Option<f64>,
+    /// Largest step-over seen from above, mm; the tool's radius when absent.
+    #[arg(long, value_name = "MM")]
+    pub largest_step_over: Option<f64>,
+    /// Direction of the passes from +X, degrees; they follow each other to their left.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub direction: f64,
+    /// How far a pass may turn away from its direction, degrees: 0 is straight.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
+    pub turn: f64,
+    /// How far the lines of the program may lie from the path on the surface, mm.
+    #[arg(long, value_name = "MM", default_value_t = 0.003)]
+    pub tolerance: f64,
+}
+
+/// Units of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Unit {
+    /// Millimetres
+    Mm,
+    /// Inches
+    Inch,
+}
 
 /// Facets steeper than this are not machined from above, degrees.
 const STEEPEST_DEG: f64 = 85.0;

@@ -1,16 +1,29 @@
 //! `toolpath`: the motions as interpreted, for comparison with a control.
 
+use clap::Args;
 use serde::Serialize;
+use std::path::PathBuf;
 
-use super::Outcome;
-use super::args::{Global, Toolpath as Arguments};
 use super::error::CliError;
 use super::input;
+use super::options::{Common, Global, SETUP_OF_MOTIONS};
 use super::output::{Kind, Outputs};
 use super::screen::{self, Screen};
 use crate::nc::{self, Environment, Event, FeedMode, Move, MoveKind, Toolpath};
 use crate::path::{Curve, Vec3};
+use crate::report::Outcome;
 use crate::units::{mm_min_from_mm_s, rpm_from_rps};
+
+/// `toolpath`.
+#[derive(Debug, Args)]
+#[command(mut_arg("setup", |arg| arg.help(SETUP_OF_MOTIONS)))]
+pub struct Motions {
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// Setup and report.
+    #[command(flatten)]
+    pub common: Common,
+}
 
 #[derive(Serialize)]
 struct Report {
@@ -39,12 +52,12 @@ struct Motion {
 }
 
 /// Prints the motions.
-pub fn toolpath(command: &Arguments, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
+pub fn toolpath(command: &Motions, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let source = input::program(&command.program)?;
-    let setup = input::setup_if_any(command.setup.as_deref(), &source, global)?;
-    let inputs = source.path.clone().into_iter().chain(command.setup.clone());
+    let setup = input::setup_if_any(command.common.setup(), &source, global)?;
+    let inputs = source.path.clone().into_iter().chain(command.common.setup.clone());
     let mut outputs = Outputs::new(inputs, global.force);
-    let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
+    let json = command.common.json().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let job = setup.as_ref().map(|setup| &setup.job);
     let program = input::parse(&source, global, job)?;
     let folder = source.path.as_deref().and_then(std::path::Path::parent).map(std::path::Path::to_owned);

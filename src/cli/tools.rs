@@ -1,15 +1,36 @@
 //! `tools import`: the tools of other software as tables of a setup; and the library that `init` reads.
 
-use std::path::Path;
+use clap::{Args, Subcommand};
+use std::path::{Path, PathBuf};
 
-use super::Outcome;
-use super::args::{Global, Import};
 use super::error::CliError;
 use super::input;
+use super::options::Global;
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use super::work::subprogram;
+use crate::report::Outcome;
 use crate::setup::tool_library::{self, Library};
+
+/// `tools`.
+#[derive(Debug, Subcommand)]
+pub enum Tools {
+    /// Print the tools of a library as [[tool]] tables of a setup
+    Import(Import),
+}
+
+/// `tools import`.
+#[derive(Debug, Args)]
+pub struct Import {
+    /// Fusion .json or .tools, FreeCAD .fctb or .fctl, LinuxCNC .tbl.
+    pub file: PathBuf,
+    /// A library that states no unit (LinuxCNC) is in inches.
+    #[arg(long)]
+    pub inch: bool,
+    /// Write the tables to a file; - is standard output.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
 
 /// Prints or writes the tables.
 pub fn import(command: &Import, global: &Global, screen: Screen) -> Result<Outcome, CliError> {

@@ -1,21 +1,37 @@
 //! `verify`: the proof that only feeds differ.
 
-use std::path::Path;
+use clap::Args;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::Outcome;
-use super::args::{Global, Verify};
 use super::error::CliError;
 use super::input;
+use super::options::{Common, Global, SETUP_OF_MOTIONS};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use super::work;
 use crate::ids::BlockId;
 use crate::nc::{self, Environment, Program};
-use crate::report::short;
+use crate::report::{Outcome, short};
 use crate::rewrite::{self, Proof, verify::Rise};
 use crate::units::{MM_PER_INCH, mm_min_from_mm_s};
+
+/// `verify`.
+#[derive(Debug, Args)]
+#[command(mut_arg("setup", |arg| arg.help(SETUP_OF_MOTIONS)))]
+pub struct Verify {
+    /// The program as it was.
+    pub original: PathBuf,
+    /// The program with its feeds rewritten.
+    pub rewritten: PathBuf,
+    /// Setup and report.
+    #[command(flatten)]
+    pub common: Common,
+    /// A feed that is raised by more than this ratio is a fault, like 1.3.
+    #[arg(long, value_name = "R", value_parser = ratio)]
+    pub max_rise: Option<f64>,
+}
 
 /// Differences that are listed; the rest is counted.
 const LISTED: usize = 36;
@@ -117,10 +133,10 @@ fn placed(rise: &Rise, unrolled: bool, before: &Program, after: &Program) -> Ris
 pub fn verify(command: &Verify, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let original = input::program(&command.original)?;
     let rewritten = input::program(&command.rewritten)?;
-    let setup = input::setup_if_any(command.setup.as_deref(), &original, global)?;
+    let setup = input::setup_if_any(command.common.setup(), &original, global)?;
     let paths = [&original, &rewritten].map(|source| source.path.clone());
-    let mut outputs = Outputs::new(paths.into_iter().flatten().chain(command.setup.clone()), global.force);
-    let json = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
+    let mut outputs = Outputs::new(paths.into_iter().flatten().chain(command.common.setup.clone()), global.force);
+    let json = command.common.json().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let job = setup.as_ref().map(|setup| &setup.job);
     let before = input::parse(&original, global, job)?;
     let after = nc::parse(rewritten.bytes.clone(), Some(before.dialect()));
@@ -242,4 +258,9 @@ fn report<'a>(finding: &'a Finding, original: &'a str, rewritten: &'a str) -> Re
         max_rise: finding.max_rise,
         lines_beyond_max_rise: finding.beyond,
     }
+}
+
+fn ratio(text: &str) -> Result<f64, String> {
+    let ratio = text.parse::<f64>().ok().filter(|ratio| *ratio > 0.0 && ratio.is_finite());
+    ratio.ok_or_else(|| "it is a ratio of feeds, after over before: 1.3 allows 30 % more".to_owned())
 }

@@ -1,16 +1,78 @@
 //! What `optimize`, `simulate`, `limits` and `dump` share: reading, running the pipeline with progress and clock, and
 //! turning its errors into messages that say what to do.
 
+use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::args::{Global, Work};
 use super::error::CliError;
 use super::input::{self, Source};
+use super::options::{Common, Global, confidence};
 use super::screen::Screen;
+pub(crate) use crate::api::subprogram;
 use crate::engage;
 use crate::job::{JobError, Keep, Task, Wanted, Watch};
 use crate::report::Run;
+
+/// Program, setup and reports.
+#[derive(Debug, Args)]
+pub struct Work {
+    /// NC program; - is standard input.
+    pub program: PathBuf,
+    /// Setup and report.
+    #[command(flatten)]
+    pub common: Common,
+    /// With the blocks in the JSON report.
+    #[arg(long)]
+    pub json_blocks: bool,
+    /// Write the report as one HTML file.
+    #[arg(long, value_name = "R.html")]
+    pub report: Option<PathBuf>,
+    /// Write one row per station.
+    #[arg(long, value_name = "R.csv")]
+    pub csv: Option<PathBuf>,
+    /// Draw feed and load along the path.
+    #[arg(long, value_name = "R.svg")]
+    pub svg: Option<PathBuf>,
+    /// Limit every tool to the loads it meets in this program as it stands: self, or self:PERCENTILE of the cut length.
+    #[arg(long, value_name = "self[:PCT]", value_parser = own_percentile)]
+    pub reference: Option<f64>,
+    /// What the original takes on the machine, [h:]min:s: fits acceleration and corner tolerance to it.
+    #[arg(long, value_name = "MIN:S", value_parser = cycle_time)]
+    pub cycle_time: Option<f64>,
+    /// Keep the load limits at this confidence against what is uncertain in coefficients and stock, like 0.95.
+    #[arg(long, value_name = "SHARE", value_parser = confidence)]
+    pub confidence: Option<f64>,
+    /// Write the problem that is solved, with its answer, as JSON; - is standard output.
+    #[arg(long, value_name = "FILE")]
+    pub dump_problem: Option<PathBuf>,
+    /// Keep what was simulated beside the program, as PROGRAM.fwcache: other limits are then solved at once.
+    #[arg(long)]
+    pub cache: bool,
+    /// Write the stock as the program leaves it: FILE.stock for the next program, FILE.stl for other software.
+    #[arg(long, value_name = "FILE")]
+    pub save_stock: Option<PathBuf>,
+}
+
+impl Work {
+    /// A program with nothing else said.
+    pub fn of(program: PathBuf) -> Self {
+        Self {
+            program,
+            common: Common::default(),
+            json_blocks: false,
+            report: None,
+            csv: None,
+            svg: None,
+            reference: None,
+            cycle_time: None,
+            confidence: None,
+            dump_problem: None,
+            cache: false,
+            save_stock: None,
+        }
+    }
+}
 
 /// What is asked besides, by the options of a command.
 pub fn wanted(work: &Work, stress: bool) -> Wanted {
@@ -110,15 +172,6 @@ pub fn execute(
     }
 }
 
-/// A file of this name beside the program.
-pub fn subprogram(folder: Option<&Path>, name: &str) -> Option<Vec<u8>> {
-    let safe = !name.is_empty()
-        && name.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c))
-        && !name.starts_with('.');
-    let folder = folder.filter(|_| safe)?;
-    std::fs::read(folder.join(name)).ok()
-}
-
 /// An error of the pipeline with its remedy.
 pub fn explain(error: &JobError, file: &str) -> CliError {
     match error {
@@ -158,4 +211,21 @@ pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}
+
+fn own_percentile(text: &str) -> Result<f64, String> {
+    let help = "write self, or self:95 for the 95th percentile of the cut length";
+    let percentile = match text.split_once(':') {
+        None if text == "self" => Some(100.0),
+        Some(("self", number)) => number.trim_end_matches('%').parse().ok(),
+        _ => None,
+    };
+    percentile.filter(|percentile| (0.0..=100.0).contains(percentile)).ok_or_else(|| help.to_owned())
+}
+
+fn cycle_time(text: &str) -> Result<f64, String> {
+    let parts: Vec<Option<f64>> = text.split(':').map(|part| part.parse::<f64>().ok()).collect();
+    let seconds = parts.iter().try_fold(0.0, |sum, part| part.filter(|p| *p >= 0.0).map(|part| 60.0 * sum + part));
+    let sound = seconds.filter(|seconds| parts.len() <= 3 && *seconds > 0.0 && seconds.is_finite());
+    sound.ok_or_else(|| "write minutes and seconds, like 12:34, or 1:12:34".to_owned())
 }

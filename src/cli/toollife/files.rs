@@ -3,11 +3,12 @@
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
-use super::super::args::{Global, LifeFiles};
 use super::super::error::CliError;
 use super::super::input::{self, Source};
+use super::super::options::Global;
 use super::super::output::Outputs;
 use super::super::work::inputs;
+use super::arguments::LifeFiles;
 use crate::machine::{Job, Tool};
 use crate::report::Run;
 use crate::setup::{ToolState, read_tool_state};
@@ -24,7 +25,7 @@ pub struct Files {
 impl Files {
     /// With the inputs of a command kept.
     pub fn new(files: &LifeFiles, source: &Source, global: &Global) -> Self {
-        let outputs = Outputs::new(inputs(source, files.setup.as_deref(), global), global.force);
+        let outputs = Outputs::new(inputs(source, files.common.setup(), global), global.force);
         let folder = source.path.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
         Self { outputs, state: files.state.clone(), folder }
     }

@@ -1,24 +1,30 @@
 //! `toollife plan` and `toollife update`. In: a program, its setup, the state of a tool, readings. Out: the program with check
 //! points and new feeds, the table to fill in, the state, a report.
 
+mod arguments;
 mod files;
 mod finish;
+mod now;
+mod outputs;
 mod readings;
+mod reported;
 mod simulated;
 mod taken;
+mod wanted;
 
-use super::Outcome;
-use super::args::{Global, LifePlan, LifeUpdate, ToolLife, ToolLifeCommand};
 use super::error::CliError;
 use super::input::{self, Source};
+use super::options::Global;
 use super::screen::Screen;
 use crate::ids::BlockId;
 use crate::job::tool_life::ToolRun;
 use crate::machine::Wear;
-use crate::report::Run;
+use crate::report::{Outcome, Run};
 use crate::rewrite::{self, CheckMark};
 use crate::setup::ToolState;
 use crate::toollife::check_points::{self, CheckPoint, Spread};
+pub use arguments::ToolLife;
+use arguments::{LifePlan, LifeUpdate, ToolLifeCommand};
 use files::{Files, digest, no_tool, the_tool};
 use finish::{Planned, finish};
 use simulated::simulated;
@@ -84,7 +90,7 @@ fn update(command: &LifeUpdate, global: &Global, screen: Screen) -> Result<Outco
     let source = input::program(&command.files.program)?;
     let mut files = Files::new(&command.files, &source, global);
     files.outputs.keep(&command.measured);
-    let job = input::setup(command.files.setup.as_deref(), &source, global)?.job;
+    let job = input::setup(command.files.common.setup(), &source, global)?.job;
     let wears: Vec<u32> = job.tools.iter().filter(|tool| tool.wear.is_some()).map(|tool| tool.number).collect();
     let only = wears.first().copied().filter(|_| wears.len() == 1);
     let number = command.files.tool.or(only).ok_or_else(|| no_tool(&wears))?;

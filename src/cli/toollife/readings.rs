@@ -1,10 +1,10 @@
 //! What was read at check points. In: a table with the check points, or a whole log; the run over the program they belong to.
 //! Out: one load for each check point, in order.
 
-use super::super::args::LifeUpdate;
 use super::super::error::CliError;
 use super::super::input;
 use super::super::learn::{mapping, refused, sample};
+use super::arguments::LifeUpdate;
 use crate::job::tool_life::{CheckCut, LoadKind, ToolRun};
 use crate::learn::align::line::by_line;
 use crate::learn::align::{Aligned, by_position};
@@ -48,7 +48,7 @@ pub struct Told {
 pub fn read(command: &LifeUpdate, run: &Run, tool: u32, state: &ToolState) -> Result<Told, CliError> {
     let path = &command.measured;
     let bytes = input::file(path)?;
-    let mapping = mapping(command.columns.as_deref())?;
+    let mapping = mapping(command.map.columns.as_deref())?;
     let cuts = ToolRun::new(run, tool).checks();
     if cuts.is_empty() {
         return Err(CliError::new("the program has no check points", "run `feedwright toollife plan` on it"));
@@ -58,8 +58,8 @@ pub fn read(command: &LifeUpdate, run: &Run, tool: u32, state: &ToolState) -> Re
         of_table(&frame, &cuts, run, state)?
     } else {
         let mut log = read_log(&bytes, &mapping).map_err(|error| refused(&error.into(), path))?;
-        resultant(&mut log, sample(command.sample), command.window);
-        of_log(&log, &cuts, run, state, sample(command.sample))?
+        resultant(&mut log, sample(command.samples.sample), command.samples.window);
+        of_log(&log, &cuts, run, state, sample(command.samples.sample))?
     };
     if told.readings.is_empty() {
         return Err(CliError::new(

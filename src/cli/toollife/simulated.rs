@@ -1,10 +1,11 @@
 //! A program as it stands, simulated. In: its text, the setup, how the tool is worn. Out: the run.
 
-use super::super::args::{Global, LifeFiles};
 use super::super::error::CliError;
 use super::super::input::Source;
+use super::super::options::Global;
 use super::super::screen::Screen;
 use super::super::work::{execute, task};
+use super::arguments::LifeFiles;
 use crate::job::tool_life::with_wear;
 use crate::job::{self, Keep, Wanted};
 use crate::machine::Wear;
@@ -19,7 +20,7 @@ pub fn simulated(
     screen: Screen,
 ) -> Result<Run, CliError> {
     let copy = Source { bytes: source.bytes.clone(), name: source.name.clone(), path: source.path.clone() };
-    let mut task = task(&copy, files.setup.as_deref(), global, Wanted::default())?;
+    let mut task = task(&copy, files.common.setup(), global, Wanted::default())?;
     if let Some((tool, wear)) = wear {
         with_wear(&mut task.job, tool, wear, None);
     }

@@ -1,0 +1,71 @@
+//! What regulation asks of the feeds. In: where the tool stands, its trend and law. Out: a budget of wear or a most force, or why
+//! there is none.
+
+use super::super::error::CliError;
+use super::arguments::Method;
+use super::now::Now;
+use crate::machine::WearLaw;
+use crate::report;
+use crate::setup::ToolState;
+use crate::toollife::regulation::{Regulation, regulate};
+use crate::toollife::trend::Trend;
+
+/// What regulation asks of the feeds.
+pub struct Wants {
+    /// Share of its life that the tool may use in the whole program.
+    pub share: Option<f64>,
+    /// Most force, N.
+    pub force_n: Option<f64>,
+    /// Will the tool last?
+    pub lasts: bool,
+}
+
+/// Asks the regulation.
+pub fn wanted(
+    now: &Now,
+    trend: &Trend,
+    law: &WearLaw,
+    state: &ToolState,
+    method: Method,
+    notes: &mut Vec<String>,
+) -> Result<Wants, CliError> {
+    let why = if law.exponent < 0.0 { "wears it more per metre" } else { "wears it as much per metre" };
+    let exponent = report::short(law.exponent);
+    match regulate(trend, law, now.total_m[1], now.rest_m, state.assurance, now.pace) {
+        Regulation::WornOut => Err(CliError::unmet(
+            format!(
+                "T{} is worn out, or so near to it that no feed keeps the assurance of {}: index {:.1} {} at {:.1} m, end {:.1}",
+                state.tool,
+                state.assurance,
+                trend.at(now.total_m[1]),
+                state.index_unit,
+                now.total_m[0],
+                law.end
+            ),
+            "nothing was written; change the tool, then `toollife plan --new-tool`",
+        )),
+        Regulation::NoUse { .. } if method == Method::Force => Err(CliError::new(
+            format!(
+                "the exponent of the law of wear is {exponent}: a slower feed {why}, so lowering the force shortens no wear"
+            ),
+            "leave --method out; nothing was written",
+        )),
+        Regulation::NoUse { lasts } => {
+            notes.push(format!(
+                "the exponent of its law of wear is {exponent}: a slower feed {why}, so no feed was lowered for its life"
+            ));
+            Ok(Wants { share: None, force_n: None, lasts })
+        }
+        Regulation::Pace(_) if method == Method::Force => {
+            let force_n = now.force_n.ok_or_else(|| {
+                CliError::new("there is no check point ahead to regulate the force at", "leave --method out")
+            })?;
+            Ok(Wants { share: None, force_n: Some(force_n), lasts: true })
+        }
+        Regulation::Pace(pace) => {
+            let wear_m = now.done_m[1] + pace * (now.cut_m - now.done_m[0]);
+            let share = 1e3 * law.rate_per_mm * wear_m / (law.end - state.fresh);
+            Ok(Wants { share: Some(share.max(f64::MIN_POSITIVE)), force_n: None, lasts: true })
+        }
+    }
+}
