@@ -5,7 +5,7 @@ use super::centres::Centres;
 use super::knots::Knots;
 use super::linked::linked;
 use super::met::{Left, Met, Sample, Stand, met};
-use super::{SemifinishError, Task};
+use super::task::{SemifinishError, Task};
 use crate::engage::workpiece::shift;
 use crate::engage::{Again, EngagementMap, Station};
 use crate::force::Loads;
@@ -14,7 +14,7 @@ use crate::machine::{Job, Shape, Tool};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::{Curve, Vec3};
 use crate::schedule::as_programmed;
-use crate::schedule::caps::Cutters;
+use crate::schedule::cutters::Cutters;
 use rayon::prelude::*;
 
 /// Longest stretch of the finishing path that one force stands for, mm.

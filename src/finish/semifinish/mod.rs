@@ -21,161 +21,18 @@ mod linked;
 mod met;
 mod picks;
 pub mod proof;
+mod refused;
 mod rounds;
+mod seen;
 mod stock;
+mod task;
 pub mod write;
+mod unknowns;
 mod written;
 
 pub use gouge::{Gouge, gouge};
 pub use met::Sample;
-pub use rounds::{Answer, Round, Seen, solve};
+pub use rounds::{Answer, Round, solve};
+pub use seen::Seen;
+pub use task::{CALIBRATED_MM, CHANGE, STOCK_MM, SemifinishError, Simulate, TOLERANCE_MM, Task, Wanted};
 pub use written::{Written, written};
-
-use crate::engage::{Again, EngageError, EngagementMap};
-use crate::machine::Job;
-use crate::nc::Toolpath;
-
-/// What is asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
-    /// Reference force, N; `None`: the mean of the finishing force as it is.
-    pub force_n: Option<f64>,
-    /// Least and largest stock that may be left, mm.
-    pub stock_mm: [f64; 2],
-    /// Largest change of stock per mm along the path.
-    pub change: f64,
-    /// How far chords may be off the path that stands in place of an arc, mm.
-    pub tolerance_mm: f64,
-}
-
-/// Bounds of stock where none are given, mm: the least is that of the cuts that layer models are calibrated with (Nishida, Table 1:
-/// 50 to 200 µm); the largest reaches the depths that Eq. 1 asks for at a pick of 0.3 mm (0.38 mm), beyond what is calibrated.
-pub const STOCK_MM: [f64; 2] = [0.05, 0.4];
-/// Depths for which force models of layers are calibrated, mm (Nishida, Table 1). Others are said.
-pub const CALIBRATED_MM: [f64; 2] = [0.05, 0.2];
-/// Largest change of stock per mm of path where none is given: the semi-finished surface turns by no more than 3° against the
-/// finished one. Our judgement.
-pub const CHANGE: f64 = 0.05;
-/// Tolerance of chords where none is given, mm: two increments of the usual third decimal.
-pub const TOLERANCE_MM: f64 = 0.002;
-
-/// Simulates a toolpath, but for the moves whose stations are known.
-pub type Simulate<'a> = dyn Fn(&Toolpath, Option<Again>) -> Result<EngagementMap, EngageError> + 'a;
-
-/// Both programs with the job.
-pub struct Task<'a> {
-    /// Motions of the semi-finish.
-    pub semi: &'a Toolpath,
-    /// Motions of the finish.
-    pub finish: &'a Toolpath,
-    /// The job.
-    pub job: &'a Job,
-    /// Of each move of the semi-finish: may its coordinates be written anew?
-    pub movable: &'a [bool],
-    /// What is asked for.
-    pub wanted: Wanted,
-    /// Simulates.
-    pub simulate: &'a Simulate<'a>,
-}
-
-/// Why nothing is offset.
-#[derive(Debug, thiserror::Error)]
-pub enum SemifinishError {
-    /// A program without a feed move of a ball end mill.
-    #[error("the {which} program cuts with no ball end mill: {found}")]
-    NoBall {
-        /// Semi-finish or finish.
-        which: &'static str,
-        /// What it cuts with instead.
-        found: String,
-    },
-    /// Two different balls.
-    #[error("the {which} program cuts with two ball end mills, T{} and T{}: give each operation as a program of its own", .tools[0], .tools[1])]
-    TwoBalls {
-        /// Semi-finish or finish.
-        which: &'static str,
-        /// Both numbers.
-        tools: [u32; 2],
-    },
-    /// Nothing that the finish cuts was left by the semi-finish.
-    #[error(
-        "the finish cuts nothing that the semi-finish left: {cut_mm:.1} mm of its path cut stock, none of it on the surface of the semi-finish"
-    )]
-    NeverMeet {
-        /// Length on which the finish cuts at all, mm.
-        cut_mm: f64,
-    },
-    /// The other way round they meet.
-    #[error(
-        "the finish cuts nothing that the semi-finish left, but the semi-finish cuts what the finish left: the two programs are in the wrong order"
-    )]
-    WrongOrder,
-    /// No stock within the bounds gives the reference anywhere.
-    #[error(
-        "a finishing force of {wanted_n} N is out of reach: with the {which} stock that may be left, {stock_mm} mm, it is {least_n:.2} to {largest_n:.2} N"
-    )]
-    OutOfReach {
-        /// Reference, N.
-        wanted_n: f64,
-        /// Most or least.
-        which: &'static str,
-        /// The bound, mm.
-        stock_mm: f64,
-        /// Least force with it, N.
-        least_n: f64,
-        /// Largest force with it, N.
-        largest_n: f64,
-    },
-    /// No force can be predicted for the finish.
-    #[error(
-        "no finishing force can be predicted: the setup gives T{tool} no sound force model, or its spindle stands still"
-    )]
-    NoForce {
-        /// Its tool.
-        tool: u32,
-    },
-    /// Nothing of what the finish meets may be written anew.
-    #[error(
-        "none of the moves that leave what the finish meets can be written anew: they stand in loops, cycles or subprograms, under radius compensation, or in blocks that do more than move"
-    )]
-    NothingFree,
-    /// The finish meets the semi-finish in entries and exits alone.
-    #[error(
-        "the finish is nowhere in full cut in what the semi-finish left: every cut is shorter than twice the contact of the ball"
-    )]
-    NoFullCut,
-    /// A bound that makes no sense.
-    #[error("{what}")]
-    Bad {
-        /// What is wrong.
-        what: String,
-    },
-    /// The stock cannot be simulated.
-    #[error(transparent)]
-    Engage(#[from] EngageError),
-}
-
-impl SemifinishError {
-    /// What to do about it.
-    pub fn help(&self) -> &'static str {
-        match self {
-            Self::NoBall { .. } => {
-                "only ball ends are moved; give the program of the ball, and shape = \"ball\" in its [[tool]]"
-            }
-            Self::TwoBalls { .. } | Self::Engage(_) => "",
-            Self::NeverMeet { .. } => {
-                "give the semi-finish that runs right before this finish, both with the same zero point; more than the least stock must be left between them"
-            }
-            Self::WrongOrder => "give the semi-finish first, and the program behind it with --finish",
-            Self::OutOfReach { .. } => {
-                "nothing was written; take another --force-xy, allow other --stock, or change feed or pick of the finish"
-            }
-            Self::NoForce { .. } => {
-                "give [material] and an S word; `feedwright simulate` on the finish says what is missing"
-            }
-            Self::NoFullCut => "give programs of whole passes",
-            Self::NothingFree => "post the semi-finish as plain moves",
-            Self::Bad { .. } => "see `feedwright semifinish --help`",
-        }
-    }
-}

@@ -4,12 +4,11 @@ use super::bench::{Bench, Look};
 use super::knots::Knots;
 use super::least_squares::{Pair, Problem};
 use super::met::{Met, Sample};
-use super::stock::left;
-use super::{SemifinishError, Task};
+use super::refused::{check, meet};
+use super::seen::{Seen, out_of_reach, seen};
+use super::task::{SemifinishError, Task};
+use super::unknowns::{FREE, Unknowns};
 use crate::engage::Event;
-use crate::engage::workpiece::shift;
-use crate::force::Loads;
-use crate::nc::MoveKind;
 use crate::path::Vec3;
 
 /// Uniform change of stock by which the first derivatives are found, mm: a tenth of the usual stock; forces are kept to 1 %.
@@ -32,28 +31,6 @@ const GOOD: f64 = 0.003;
 /// Error of force, relative, up to which its square counts; beyond it the error itself (Huber): a contact that no stock brings near
 /// the reference must not take its neighbours along. Three times the band of 10 % that is asked for.
 const FAR: f64 = 0.3;
-/// Share of the stock a sample meets that must be free for it to count.
-const FREE: f64 = 0.5;
-
-/// A stretch of the finishing path with its loads.
-#[derive(Debug, Clone, Copy)]
-pub struct Seen {
-    /// Which.
-    pub sample: Sample,
-    /// Loads.
-    pub loads: Loads,
-    /// The semi-finishing move that left most of what it meets, and mm along it.
-    pub left_by: Option<(u32, f64)>,
-    /// Normal of the surface there.
-    pub normal: Vec3,
-    /// Stock it meets, mm: at its knots, by their shares.
-    pub stock_mm: f64,
-    /// Is it a full cut whose stock could be chosen?
-    pub free: bool,
-    /// Does a bound on stock or on its change hold where it is chosen?
-    pub bound: bool,
-}
-
 /// What a round came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Round {
@@ -85,19 +62,6 @@ pub struct Answer {
     pub events: Vec<Event>,
 }
 
-/// What is known of the knots whose stock is chosen.
-struct Unknowns {
-    /// Knot of each unknown.
-    knots: Vec<u32>,
-    /// Unknown of each knot: its own, or that of the nearest that leaves what the finish meets.
-    of_knot: Vec<Option<u32>>,
-    /// Normal at each unknown.
-    normals: Vec<Vec3>,
-    /// Stock as programmed, mm.
-    stock_mm: Vec<f64>,
-    pairs: Vec<Pair>,
-}
-
 /// Solves for the offsets.
 pub fn solve(task: &Task) -> Result<Answer, SemifinishError> {
     check(task)?;
@@ -111,7 +75,7 @@ pub fn solve(task: &Task) -> Result<Answer, SemifinishError> {
     let met = bench.met(&base, &samples);
     meet(&bench, &base, &samples, &met)?;
     let unknowns = Unknowns::new(&bench, &base, &samples, &met)?;
-    let picks_mm = super::picks::picks(&bench, &base, &unknowns_tips(&bench, &base, &unknowns));
+    let picks_mm = super::picks::picks(&bench, &base, &unknowns.tips(&bench, &base));
     if !samples.iter().zip(&met).any(|(sample, met)| !sample.edge && unknowns.free_share(met) >= FREE) {
         return Err(SemifinishError::NoFullCut);
     }
@@ -119,147 +83,6 @@ pub fn solve(task: &Task) -> Result<Answer, SemifinishError> {
     rounds.probe()?;
     rounds.run()?;
     rounds.answer(picks_mm)
-}
-
-fn check(task: &Task) -> Result<(), SemifinishError> {
-    let bad = |what: String| Err(SemifinishError::Bad { what });
-    let wanted = &task.wanted;
-    let [low, high] = wanted.stock_mm;
-    if wanted.force_n.is_some_and(|force| !(force > 0.0 && force.is_finite())) {
-        return bad("the reference force must be a positive number of newtons".into());
-    }
-    if !(low >= 0.0 && high > low && high.is_finite()) {
-        return bad(format!(
-            "stock from {low} to {high} mm makes no sense: the least may be 0, the largest must be more"
-        ));
-    }
-    if !(wanted.change > 0.0 && wanted.tolerance_mm > 0.0) {
-        return bad("change of stock per mm, and tolerance, must be positive".into());
-    }
-    Ok(())
-}
-
-/// Share of the finishing path that must meet the semi-finish, or the programs are tried in the other order.
-const MEETING: f64 = 0.5;
-
-/// Do the programs meet, and in this order? At the far sides of their first and last passes they do in either.
-fn meet(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Result<(), SemifinishError> {
-    let task = bench.task;
-    let length = |samples: &[Sample], met: &[Met]| -> f64 {
-        let both = samples.iter().zip(met).filter(|(_, met)| !met.shares.is_empty());
-        both.map(|(sample, _)| sample.length_mm).sum()
-    };
-    let here_mm = length(samples, met);
-    if here_mm >= MEETING * bench.finish_length_mm() {
-        return Ok(());
-    }
-    let movable = vec![false; task.finish.moves.len()];
-    let swapped = Task { semi: task.finish, finish: task.semi, movable: &movable, ..*task };
-    let other = Bench::new(&swapped)?;
-    let look = other.look(&vec![Vec3::zeros(); other.knots.list.len()], None)?;
-    let samples = other.samples(&look);
-    if length(&samples, &other.met(&look, &samples)) > here_mm {
-        return Err(SemifinishError::WrongOrder);
-    }
-    if here_mm > 0.0 { Ok(()) } else { Err(SemifinishError::NeverMeet { cut_mm: base.cut_mm() }) }
-}
-
-fn unknowns_tips(bench: &Bench, base: &Look, unknowns: &Unknowns) -> Vec<(Vec3, Vec3)> {
-    let tip = |knot: &u32| {
-        let knot = &bench.knots.list[*knot as usize];
-        knot.at + shift(bench.task.job, &base.toolpath, bench.task.semi.moves[knot.of as usize].wcs)
-    };
-    unknowns.knots.iter().map(tip).zip(unknowns.normals.iter().copied()).collect()
-}
-
-impl Unknowns {
-    fn new(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Result<Self, SemifinishError> {
-        let count = bench.knots.list.len();
-        let mut normals = vec![Vec3::zeros(); count];
-        for (sample, met) in samples.iter().zip(met) {
-            for (knot, normal) in &met.normals {
-                normals[*knot as usize] += normal * sample.length_mm;
-            }
-        }
-        let known: Vec<u32> = (0..count as u32)
-            .filter(|k| bench.knots.list[*k as usize].free && normals[*k as usize].norm() > 1e-9)
-            .collect();
-        let mut unknowns = Self {
-            normals: known.iter().map(|k| normals[*k as usize].normalize()).collect(),
-            of_knot: vec![None; count],
-            knots: known,
-            stock_mm: Vec::new(),
-            pairs: Vec::new(),
-        };
-        let tips = unknowns_tips(bench, base, &unknowns);
-        let finish = bench.finish_centres(&base.toolpath);
-        let radii = [bench.semi_tool.radius_mm(), bench.finish_tool.radius_mm()];
-        let stock = left(&tips, radii[0], &finish, radii[1]);
-        let kept: Vec<usize> = (0..stock.len()).filter(|k| stock[*k].is_some()).collect();
-        unknowns.stock_mm = kept.iter().filter_map(|k| stock[*k]).collect();
-        unknowns.knots = kept.iter().map(|k| unknowns.knots[*k]).collect();
-        unknowns.normals = kept.iter().map(|k| unknowns.normals[*k]).collect();
-        if unknowns.knots.is_empty() {
-            return Err(SemifinishError::NothingFree);
-        }
-        unknowns.spread(bench);
-        unknowns.pair(bench);
-        Ok(unknowns)
-    }
-
-    /// Knots that leave nothing the finish meets go with the nearest along the path that does, as far as the tool stays at feed.
-    fn spread(&mut self, bench: &Bench) {
-        let list = &bench.knots.list;
-        let moves = &bench.task.semi.moves;
-        for (unknown, knot) in self.knots.iter().enumerate() {
-            self.of_knot[*knot as usize] = Some(unknown as u32);
-        }
-        let own = self.of_knot.clone();
-        let mut way = vec![f64::INFINITY; list.len()];
-        let length = |k: usize| if k == 0 { 0.0 } else { (list[k].at - list[k - 1].at).norm() };
-        let rapid = |k: usize| moves.get(list[k].of as usize).is_none_or(|motion| motion.kind == MoveKind::Rapid);
-        let mut carried: Option<(u32, f64)> = None;
-        for k in 0..list.len() {
-            carried = carried.filter(|_| !rapid(k)).map(|(of, far)| (of, far + length(k)));
-            if let Some(of) = own[k] {
-                carried = Some((of, 0.0));
-            } else if let (Some((of, far)), true) = (carried, list[k].free) {
-                (self.of_knot[k], way[k]) = (Some(of), far);
-            }
-        }
-        carried = None;
-        for k in (0..list.len()).rev() {
-            if let Some(of) = own[k] {
-                carried = Some((of, 0.0));
-            } else if let Some((of, far)) = carried.filter(|(_, far)| list[k].free && *far < way[k]) {
-                (self.of_knot[k], way[k]) = (Some(of), far);
-            }
-            carried = carried.filter(|_| !rapid(k)).map(|(of, far)| (of, far + length(k)));
-        }
-    }
-
-    /// Bounds on the change of stock between neighbours along the path.
-    fn pair(&mut self, bench: &Bench) {
-        let list = &bench.knots.list;
-        for (j, two) in self.knots.windows(2).enumerate() {
-            let [a, b] = [two[0] as usize, two[1] as usize];
-            if b == a + 1 {
-                let reach = bench.task.wanted.change * (list[b].at - list[a].at).norm();
-                self.pairs.push(Pair { of: [j as u32, j as u32 + 1], centre: 0.0, reach });
-            }
-        }
-    }
-
-    /// Offsets of all knots for this stock at the unknowns.
-    fn offsets(&self, stock_mm: &[f64]) -> Vec<Vec3> {
-        let of = |unknown: &Option<u32>| {
-            unknown.map_or_else(Vec3::zeros, |k| {
-                let k = k as usize;
-                self.normals[k] * (stock_mm[k] - self.stock_mm[k])
-            })
-        };
-        self.of_knot.iter().map(of).collect()
-    }
 }
 
 struct Rounds<'a> {
@@ -459,61 +282,4 @@ impl<'a> Rounds<'a> {
 /// Weight of a square, so that errors beyond [`FAR`] count by themselves.
 fn weight(off: f64) -> f64 {
     (FAR / off.abs().max(FAR)).min(1.0)
-}
-
-/// Is the reference reached nowhere, with all stock at one bound? Then the forces there.
-fn out_of_reach(after: &[Seen], [low, high]: [f64; 2], reference_n: f64) -> Option<[f64; 2]> {
-    let free: Vec<&Seen> = after.iter().filter(|seen| seen.free && seen.loads.force_xy_peak_n > 0.0).collect();
-    let force = |seen: &&Seen| seen.loads.force_xy_peak_n;
-    let near =
-        |bound: f64| free.iter().filter(|seen| (seen.stock_mm - bound).abs() < 1e-3).count() * 10 > free.len() * 9;
-    let below = free.iter().all(|seen| force(seen) < 0.9 * reference_n) && near(high);
-    let above = free.iter().all(|seen| force(seen) > 1.1 * reference_n) && near(low);
-    let range = free.iter().map(force).fold([f64::INFINITY, 0.0_f64], |[a, b], f| [a.min(f), b.max(f)]);
-    (below || above).then_some(range)
-}
-
-fn seen(
-    bench: &Bench,
-    unknowns: &Unknowns,
-    samples: &[Sample],
-    look: &Look,
-    met: &[Met],
-    stock_mm: &[f64],
-) -> Vec<Seen> {
-    let loads = Bench::loads(look, bench.task.job, samples);
-    let [low, high] = bench.task.wanted.stock_mm;
-    let mut held: Vec<bool> = stock_mm.iter().map(|stock| *stock < low + 1e-3 || *stock > high - 1e-3).collect();
-    for pair in &unknowns.pairs {
-        let [i, j] = pair.of.map(|k| k as usize);
-        if (stock_mm[j] - stock_mm[i]).abs() > 0.98 * pair.reach {
-            (held[i], held[j]) = (true, true);
-        }
-    }
-    let one = |k: usize| {
-        let shares = || unknowns.shares(&met[k]);
-        let whole: f64 = shares().map(|(_, share)| share).sum::<f64>().max(1e-12);
-        let normal: Vec3 = met[k].normals.iter().map(|(_, normal)| normal).sum();
-        Seen {
-            sample: samples[k],
-            loads: loads[k],
-            left_by: met[k].place,
-            normal: normal.try_normalize(0.0).unwrap_or_else(Vec3::z),
-            stock_mm: shares().map(|(unknown, share)| share * stock_mm[unknown]).sum::<f64>() / whole,
-            free: whole >= FREE && !samples[k].edge,
-            bound: shares().filter(|(unknown, _)| held[*unknown]).map(|(_, share)| share).sum::<f64>() > 0.5,
-        }
-    };
-    (0..samples.len()).map(one).collect()
-}
-
-impl Unknowns {
-    /// Unknowns that a sample depends on, with their shares.
-    fn shares<'b>(&'b self, met: &'b Met) -> impl Iterator<Item = (usize, f64)> + 'b {
-        met.shares.iter().filter_map(|(knot, share)| Some((self.of_knot[*knot as usize]? as usize, *share)))
-    }
-    /// Share of what a sample meets that can be chosen.
-    fn free_share(&self, met: &Met) -> f64 {
-        self.shares(met).map(|(_, share)| share).sum()
-    }
 }

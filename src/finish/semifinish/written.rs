@@ -3,7 +3,7 @@
 
 use super::bench::Bench;
 use super::met::Sample;
-use super::{SemifinishError, Task};
+use super::task::{SemifinishError, Task};
 use crate::engage::Event;
 use crate::force::Loads;
 use crate::machine::Job;

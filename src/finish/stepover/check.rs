@@ -13,7 +13,7 @@ use crate::ids::MoveId;
 use crate::machine::{Box3, Job, StockShape};
 use crate::nc::{self, Dialect, Environment, MoveKind};
 use crate::path::Vec3;
-use crate::schedule::caps::Cutters;
+use crate::schedule::cutters::Cutters;
 use crate::schedule::{as_programmed, realise};
 use crate::stock::{Blank, Piece, Relief, saved};
 use rayon::prelude::*;

@@ -1,24 +1,13 @@
 //! Drop-cutter: how far a tool can be lowered along its axis until it touches a mesh. In: triangles, tool shape, places in the
 //! plane. Out: height of the tip with the point of contact.
 //!
-//! A bull-nose end is a disc of radius a swept by a ball of radius r: ball a = 0, flat end r = 0. Its lower side at a
-//! distance ρ from the axis lies h(ρ) = r − √(r² − (ρ − a)²) above the tip (0 within a), a convex function; so over a triangle
-//! z(p) − h(|p − axis|) is concave, its largest value is the height of the tip, and
-//! * it lies inside the triangle where the normal points from the corner circle: at a + r sin θ from the axis, uphill;
-//! * else on an edge, where it is concave again: in closed form for a ball and a flat, by bisection of its slope for a bull.
-//!
-//! Triangles lie in a tree of halves. A node holds a box in the plane and a plane of gradient g above all its corners, so
-//! f(p) = plane(p) − h(|p − axis|) bounds what it can hold. f is concave, and for a ball it bends by at least 1/r: about any point
-//! x₀ of the box
-//!
-//! f(x₀ + Δ) ≤ f(x₀) + ∇f·Δ − Δ²/2r  (without the last term where there is a flat),
-//!
-//! whose largest value over the box is found axis by axis. x₀ is the point of the box next to where the tool touches the
-//! plane, at a + r|g|/√(1+g²) uphill. The child with the higher bound is opened first; what stays below the contact found so
-//! far is never opened.
+//! Triangles lie in a tree of halves; a node holds the bound of its triangles ([`Bound`]). The child with the higher bound is opened
+//! first; what stays below the contact found so far is never opened.
 
+use super::bound::Bound;
 use super::shape::Shape;
 use super::surface::{RIM_CORNER, RIM_EDGE, STEEP, Surface};
+use super::touch::{Feature, Touched, touch};
 use crate::path::Vec3;
 use rayon::prelude::*;
 
@@ -39,13 +28,6 @@ pub struct Contact {
 
 /// Triangles of a leaf.
 const LEAF: usize = 4;
-/// What a bound stays above rounding, mm.
-const SLACK_MM: f64 = 1e-9;
-/// A plane of a node is never steeper than this; any plane above its corners bounds it.
-const STEEPEST: f64 = 20.0;
-/// Steps by which the range of an edge is halved: a place within 1e-12 of its length.
-const HALVINGS: u32 = 40;
-
 /// A mesh made ready for one tool.
 #[derive(Debug)]
 pub struct Dropper<'a> {
@@ -58,105 +40,12 @@ pub struct Dropper<'a> {
     nodes: Vec<Node>,
 }
 
-/// What lies in a box of the plane, and below a plane.
-#[derive(Debug, Clone, Copy)]
-struct Bound {
-    low: [f64; 2],
-    high: [f64; 2],
-    gradient: [f64; 2],
-    /// Height of the plane above the origin, mm.
-    level: f64,
-    /// How far above the plane under it a tip that rests on it stands, mm.
-    lift: f64,
-    /// From the axis to where the tool touches the plane, mm.
-    uphill: [f64; 2],
-}
-
 /// A node: its bound; two nodes from `first` on, or a leaf with `count` triangles from `first` on.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     bound: Bound,
     first: u32,
     count: u32,
-}
-
-impl Bound {
-    /// Bound of some triangles.
-    fn of<'t>(triangles: impl Iterator<Item = &'t [Vec3; 3]> + Clone, shape: Shape) -> Self {
-        let (mut low, mut high, mut normal) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2], Vec3::zeros());
-        for triangle in triangles.clone() {
-            let across = (triangle[1] - triangle[0]).cross(&(triangle[2] - triangle[0]));
-            normal += if across.z < 0.0 { -across } else { across };
-            for corner in triangle {
-                for axis in [0, 1] {
-                    low[axis] = low[axis].min(corner[axis]);
-                    high[axis] = high[axis].max(corner[axis]);
-                }
-            }
-        }
-        let steep = normal.x.hypot(normal.y) > STEEPEST * normal.z;
-        let gradient = if steep { [0.0; 2] } else { [-normal.x / normal.z, -normal.y / normal.z] };
-        let above = |p: &Vec3| p.z - gradient[0] * p.x - gradient[1] * p.y;
-        let top = triangles.flatten().map(above).fold(f64::NEG_INFINITY, f64::max);
-        let slope = gradient[0].hypot(gradient[1]);
-        let secant = slope.hypot(1.0);
-        let out = if slope > 0.0 { shape.flat_mm / slope } else { 0.0 } + shape.corner_mm / secant;
-        Self {
-            low,
-            high,
-            gradient,
-            level: top + SLACK_MM,
-            lift: shape.corner_mm * (secant - 1.0) + shape.flat_mm * slope,
-            uphill: gradient.map(|g| out * g),
-        }
-    }
-
-    /// No tip at `p` is held higher than this by what lies within; minus infinity where that is no more than `known_mm`.
-    #[inline]
-    fn at(&self, p: [f64; 2], shape: Shape, known_mm: f64) -> f64 {
-        let Shape { flat_mm: a, corner_mm: r } = shape;
-        let under = self.level + self.gradient[0] * p[0] + self.gradient[1] * p[1];
-        if under + self.lift <= known_mm {
-            return f64::NEG_INFINITY;
-        }
-        let beside = |axis: usize| (self.low[axis] - p[axis]).max(p[axis] - self.high[axis]).max(0.0);
-        let (reach, least) = (shape.radius_mm(), [beside(0), beside(1)]);
-        if least[0] * least[0] + least[1] * least[1] > reach * reach {
-            return f64::NEG_INFINITY;
-        }
-        let within = |axis: usize| (p[axis] + self.uphill[axis]).clamp(self.low[axis], self.high[axis]) - p[axis];
-        let off = [within(0), within(1)];
-        let square = off[0] * off[0] + off[1] * off[1];
-        let out = if a > 0.0 { square.sqrt() } else { 0.0 };
-        let bend = if a > 0.0 { (out - a).max(0.0).powi(2) } else { square };
-        let rise = r * r - bend;
-        if rise <= 1e-6 * r * r {
-            // That point lies on or beyond the rim of the tool, where h has no slope: no contact is higher than on the plane,
-            // nor than the plane is within the box.
-            let most = |axis: usize| {
-                let g = self.gradient[axis];
-                (g * (self.low[axis] - p[axis])).max(g * (self.high[axis] - p[axis]))
-            };
-            return under + self.lift.min(most(0) + most(1));
-        }
-        let root = rise.sqrt();
-        // Slope of h over the distance from the axis.
-        let slope = if a > 0.0 { (out - a).max(0.0) / (root * out.max(f64::MIN_POSITIVE)) } else { root.recip() };
-        let half_bend = 0.5 / r;
-        let mut bound = under - (r - root);
-        for axis in [0, 1] {
-            let gradient = self.gradient[axis] - slope * off[axis];
-            let [low, high] = [self.low[axis] - p[axis] - off[axis], self.high[axis] - p[axis] - off[axis]];
-            let more = if a > 0.0 {
-                (gradient * low).max(gradient * high)
-            } else {
-                let step = (r * gradient).clamp(low, high);
-                step * (gradient - half_bend * step)
-            };
-            bound += self.gradient[axis] * off[axis] + more;
-        }
-        bound
-    }
 }
 
 impl<'a> Dropper<'a> {
@@ -264,117 +153,6 @@ impl<'a> Dropper<'a> {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Feature {
-    Facet,
-    Edge(u8),
-    Corner(u8),
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Touched {
-    tip_mm: f64,
-    point: Vec3,
-    feature: Feature,
-}
-
-/// Where a tool above `p` touches a triangle.
-fn touch(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape) -> Option<Touched> {
-    facet(triangle, p, shape).or_else(|| {
-        let edges = (0..3).filter_map(|k| edge(triangle, k, p, shape));
-        edges.reduce(|best, other| if other.tip_mm > best.tip_mm { other } else { best })
-    })
-}
-
-/// Contact inside the triangle.
-fn facet(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape) -> Option<Touched> {
-    let [a, b, c] = *triangle;
-    let across = (b - a).cross(&(c - a));
-    if across.z == 0.0 {
-        return None;
-    }
-    let n = if across.z < 0.0 { -across } else { across } / across.norm();
-    let sin = (n.x * n.x + n.y * n.y).sqrt();
-    // Uphill is against the level part of the normal; on a level facet under a flat bottom the axis stands for the disc.
-    let out = if sin > 0.0 { shape.flat_mm / sin + shape.corner_mm } else { 0.0 };
-    let (x, y) = (p[0] - out * n.x, p[1] - out * n.y);
-    let side = |a: &Vec3, b: &Vec3| ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) * across.z.signum();
-    if side(&a, &b) < 0.0 || side(&b, &c) < 0.0 || side(&c, &a) < 0.0 {
-        return None;
-    }
-    let z = a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z;
-    Some(Touched { tip_mm: z - shape.corner_mm * (1.0 - n.z), point: Vec3::new(x, y, z), feature: Feature::Facet })
-}
-
-/// Contact with an edge, its ends included.
-fn edge(triangle: &[Vec3; 3], k: u8, p: [f64; 2], shape: Shape) -> Option<Touched> {
-    let next = (k + 1) % 3;
-    let (a, b) = (triangle[k as usize], triangle[next as usize]);
-    let (dx, dy) = (b.x - a.x, b.y - a.y);
-    let length = (dx * dx + dy * dy).sqrt();
-    if length < 1e-12 {
-        let (end, k) = if a.z > b.z { (a, k) } else { (b, next) };
-        let tip_mm = end.z - shape.height((end.x - p[0]).hypot(end.y - p[1]))?;
-        return Some(Touched { tip_mm, point: end, feature: Feature::Corner(k) });
-    }
-    let (ux, uy) = (dx / length, dy / length);
-    // Along the edge, from the foot of the axis on it.
-    let begin = (a.x - p[0]) * ux + (a.y - p[1]) * uy;
-    let off = (a.x - p[0]) * uy - (a.y - p[1]) * ux;
-    let half = shape.radius_mm().powi(2) - off * off;
-    if half < 0.0 {
-        return None;
-    }
-    let half = half.sqrt();
-    let (from, to) = (begin.max(-half), (begin + length).min(half));
-    if from > to {
-        return None;
-    }
-    let slope = (b.z - a.z) / length;
-    let u = lowest_gap(slope, off.abs(), [from, to], shape);
-    let feature = match u {
-        u if u <= begin => Feature::Corner(k),
-        u if u >= begin + length => Feature::Corner(next),
-        _ => Feature::Edge(k),
-    };
-    let t = (u - begin) / length;
-    let point = a + (b - a) * t;
-    let tip_mm = point.z - shape.height((u * u + off * off).sqrt().min(shape.radius_mm()))?;
-    Some(Touched { tip_mm, point, feature })
-}
-
-/// Where slope·u − h(√(u² + off²)) is largest between two places.
-fn lowest_gap(slope: f64, off: f64, [from, to]: [f64; 2], shape: Shape) -> f64 {
-    let Shape { flat_mm, corner_mm } = shape;
-    if corner_mm == 0.0 {
-        return if slope > 0.0 { to } else { from };
-    }
-    if flat_mm == 0.0 {
-        let half = (corner_mm * corner_mm - off * off).max(0.0).sqrt();
-        return (half * slope / (slope * slope + 1.0).sqrt()).clamp(from, to);
-    }
-    let rises = |u: f64| {
-        let out = (u * u + off * off).sqrt();
-        slope * out > shape.slope(out) * u
-    };
-    if !rises(from) {
-        return from;
-    }
-    if rises(to) {
-        return to;
-    }
-    let (mut low, mut high) = (from, to);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if rises(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -480,28 +258,6 @@ mod tests {
                 let every = cloud.triangles.iter().filter_map(|triangle| touch(triangle, p, shape));
                 let expected = every.map(|touched| touched.tip_mm).reduce(f64::max);
                 assert_eq!(dropper.drop(p).map(|found| found.tip_mm), expected, "{shape:?} {p:?}");
-            }
-        }
-    }
-
-    /// No point of a triangle stands inside a tool that rests on it, and one touches it: by points strewn over the triangle.
-    #[test]
-    fn no_point_of_a_triangle_is_inside_the_tool_that_rests_on_it() {
-        let triangle = [Vec3::new(0.0, 0.0, 0.0), Vec3::new(4.0, 1.0, 2.0), Vec3::new(1.0, 3.0, -1.5)];
-        for shape in SHAPES {
-            for k in 0..100 {
-                let p = [0.07 * f64::from(k) - 1.0, 0.05 * f64::from(k % 13)];
-                let Some(found) = touch(&triangle, p, shape) else { continue };
-                let mut nearest = f64::INFINITY;
-                for i in 0..=400 {
-                    for j in 0..=400 - i {
-                        let (u, v) = (f64::from(i) / 400.0, f64::from(j) / 400.0);
-                        let q = triangle[0] * (1.0 - u - v) + triangle[1] * u + triangle[2] * v;
-                        let Some(height) = shape.height((q.x - p[0]).hypot(q.y - p[1])) else { continue };
-                        nearest = nearest.min(found.tip_mm + height - q.z);
-                    }
-                }
-                assert!((-1e-9..0.02).contains(&nearest), "{shape:?} {p:?} {nearest}");
             }
         }
     }

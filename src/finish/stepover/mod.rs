@@ -7,6 +7,7 @@
 //! ```
 //! [`job`] runs through all of it.
 
+pub mod bound;
 pub mod check;
 pub mod drop;
 pub mod hollow;
@@ -18,6 +19,7 @@ pub mod section;
 pub mod shape;
 pub mod surface;
 pub mod text;
+pub mod touch;
 
 pub use drop::{Contact, Dropper};
 pub use job::{Answer, Ask, Refusal, run};

@@ -14,6 +14,7 @@
 
 use super::reach::{Bounds, Reach, Terrain};
 use super::section::Beside;
+use crate::numeric::bisect;
 use crate::path::Vec3;
 use rayon::prelude::*;
 
@@ -156,16 +157,7 @@ impl Columns {
 
 /// Where `on` begins to hold between a place where it does not and one where it does: on the side where it holds.
 fn border(on: &dyn Fn(f64) -> bool, out: f64, inside: f64) -> f64 {
-    let (mut a, mut b) = (out, inside);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (a + b);
-        if on(middle) {
-            b = middle;
-        } else {
-            a = middle;
-        }
-    }
-    b
+    bisect(on, inside, out, HALVINGS)[0]
 }
 
 /// What a column allows for the next pass.

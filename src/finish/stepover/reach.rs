@@ -9,6 +9,7 @@ use super::section::{Beside, Ground, Section};
 use super::shape::Shape;
 use crate::force::{Cut, Cutter, LoadLine};
 use crate::machine::Slice;
+use crate::numeric::bisect;
 use crate::path::Vec3;
 
 /// Step-overs at which loads are worked out.
@@ -150,19 +151,8 @@ impl Terrain<'_> {
         let before = Beside::Pass(Vec3::new(p[0], p[1], contact.tip_mm));
         let next = |step: f64| self.here([p[0], p[1] + step], heading, before);
         let fits = |step: f64| next(step).is_none_or(|here| here.scallop_mm <= bounds.scallop_mm);
-        let (mut low, mut high) = (bounds.least_mm, bounds.largest_mm);
-        if fits(high) {
-            low = high;
-        } else {
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (low + high);
-                if fits(middle) {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-        }
+        let (least, largest) = (bounds.least_mm, bounds.largest_mm);
+        let low = if fits(largest) { largest } else { bisect(fits, least, largest, HALVINGS)[0] };
         let at = |k: usize| bounds.least_mm + (low - bounds.least_mm) * k as f64 / (LOOKS - 1) as f64;
         let steps = (0..LOOKS).filter_map(|k| Some((at(k), self.line(&next(at(k))?)))).collect();
         let longer = along(&contact.normal, heading).xy().norm().recip();

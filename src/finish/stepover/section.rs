@@ -14,13 +14,14 @@
 use super::shape::Shape;
 use crate::engage::EngagedArc;
 use crate::machine::Slice;
+use crate::numeric::{bisect, middle};
 use crate::path::Vec3;
 use std::f64::consts::{PI, TAU};
 
 /// Angles looked at on a ring, its ends included; between two of them that differ the border is halved out.
 const LOOKS: usize = 17;
 /// Halvings of a border: 11° to a hundred-thousandth of a radian.
-const HALVINGS: usize = 14;
+const HALVINGS: u32 = 14;
 
 /// What is known of the surface and the stock where the tool touches.
 #[derive(Debug, Clone, Copy)]
@@ -226,21 +227,14 @@ impl Section {
             if q < r { ball[1] - (r * r - q * q).sqrt() } else { f64::INFINITY }
         };
         let higher_here = |x: f64| low(here, x) > low(before, x);
-        let (mut near, mut far) = (here[0], before[0]);
+        let (near, far) = (here[0], before[0]);
         if higher_here(near) || !higher_here(far) {
             // One is below the other all the way: the cusp is at the outer end of the higher one.
             let steep = if higher_here(near) { near } else { far };
             let z = low(here, steep).max(low(before, steep));
             return z.is_finite().then_some([steep, z]);
         }
-        for _ in 0..40 {
-            let middle = 0.5 * (near + far);
-            if higher_here(middle) {
-                far = middle;
-            } else {
-                near = middle;
-            }
-        }
+        let [_, near] = bisect(higher_here, far, near, 40);
         let z = low(here, near);
         z.is_finite().then_some([near, z])
     }
@@ -248,16 +242,8 @@ impl Section {
 
 /// Where the sign of a function changes between two angles.
 fn border(of: &dyn Fn(f64) -> f64, from: f64, to: f64) -> f64 {
-    let (mut a, mut b, inside) = (from, to, of(from) > 0.0);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (a + b);
-        if (of(middle) > 0.0) == inside {
-            a = middle;
-        } else {
-            b = middle;
-        }
-    }
-    0.5 * (a + b)
+    let inside = of(from) > 0.0;
+    middle(bisect(|at| (of(at) > 0.0) == inside, from, to, HALVINGS))
 }
 
 /// Scallop height between two passes of a ball of radius `r`, its middles `apart` mm, on a surface whose curvature across

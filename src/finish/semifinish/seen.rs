@@ -1,0 +1,79 @@
+//! What each stretch of the finishing path meets with the stock that was chosen. In: a simulation, the stock at the unknowns. Out:
+//! loads, stock and whether a bound holds there; and whether the reference can be reached at all.
+
+use super::bench::{Bench, Look};
+use super::met::{Met, Sample};
+use super::unknowns::{FREE, Unknowns};
+use crate::force::Loads;
+use crate::path::Vec3;
+
+/// Stock this near to its bound is at it, mm.
+const AT_BOUND_MM: f64 = 1e-3;
+
+/// A stretch of the finishing path with its loads.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen {
+    /// Which.
+    pub sample: Sample,
+    /// Loads.
+    pub loads: Loads,
+    /// The semi-finishing move that left most of what it meets, and mm along it.
+    pub left_by: Option<(u32, f64)>,
+    /// Normal of the surface there.
+    pub normal: Vec3,
+    /// Stock it meets, mm: at its knots, by their shares.
+    pub stock_mm: f64,
+    /// Is it a full cut whose stock could be chosen?
+    pub free: bool,
+    /// Does a bound on stock or on its change hold where it is chosen?
+    pub bound: bool,
+}
+
+/// Loads and stock of every stretch with this stock at the unknowns.
+pub fn seen(
+    bench: &Bench,
+    unknowns: &Unknowns,
+    samples: &[Sample],
+    look: &Look,
+    met: &[Met],
+    stock_mm: &[f64],
+) -> Vec<Seen> {
+    let loads = Bench::loads(look, bench.task.job, samples);
+    let [low, high] = bench.task.wanted.stock_mm;
+    let mut held: Vec<bool> =
+        stock_mm.iter().map(|stock| *stock < low + AT_BOUND_MM || *stock > high - AT_BOUND_MM).collect();
+    for pair in &unknowns.pairs {
+        let [i, j] = pair.of.map(|k| k as usize);
+        if (stock_mm[j] - stock_mm[i]).abs() > 0.98 * pair.reach {
+            (held[i], held[j]) = (true, true);
+        }
+    }
+    let one = |k: usize| {
+        let shares = || unknowns.shares(&met[k]);
+        let whole: f64 = shares().map(|(_, share)| share).sum::<f64>().max(1e-12);
+        let normal: Vec3 = met[k].normals.iter().map(|(_, normal)| normal).sum();
+        Seen {
+            sample: samples[k],
+            loads: loads[k],
+            left_by: met[k].place,
+            normal: normal.try_normalize(0.0).unwrap_or_else(Vec3::z),
+            stock_mm: shares().map(|(unknown, share)| share * stock_mm[unknown]).sum::<f64>() / whole,
+            free: whole >= FREE && !samples[k].edge,
+            bound: shares().filter(|(unknown, _)| held[*unknown]).map(|(_, share)| share).sum::<f64>() > 0.5,
+        }
+    };
+    (0..samples.len()).map(one).collect()
+}
+
+/// Is the reference reached nowhere, with all stock at one bound? Then the forces there.
+pub fn out_of_reach(after: &[Seen], [low, high]: [f64; 2], reference_n: f64) -> Option<[f64; 2]> {
+    let free: Vec<&Seen> = after.iter().filter(|seen| seen.free && seen.loads.force_xy_peak_n > 0.0).collect();
+    let force = |seen: &&Seen| seen.loads.force_xy_peak_n;
+    let near = |bound: f64| {
+        free.iter().filter(|seen| (seen.stock_mm - bound).abs() < AT_BOUND_MM).count() * 10 > free.len() * 9
+    };
+    let below = free.iter().all(|seen| force(seen) < 0.9 * reference_n) && near(high);
+    let above = free.iter().all(|seen| force(seen) > 1.1 * reference_n) && near(low);
+    let range = free.iter().map(force).fold([f64::INFINITY, 0.0_f64], |[a, b], f| [a.min(f), b.max(f)]);
+    (below || above).then_some(range)
+}

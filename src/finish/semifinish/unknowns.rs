@@ -1,0 +1,138 @@
+//! The knots whose stock is chosen. In: the simulated programs, what each stretch of the finish meets. Out: the unknowns with their
+//! normals and stock, which of them each knot follows, and which of them each stretch depends on.
+
+use super::bench::{Bench, Look};
+use super::least_squares::Pair;
+use super::met::{Met, Sample};
+use super::stock::left;
+use super::task::SemifinishError;
+use crate::engage::workpiece::shift;
+use crate::nc::MoveKind;
+use crate::path::Vec3;
+
+/// Share of the stock a sample meets that must be free for it to count.
+pub const FREE: f64 = 0.5;
+
+/// What is known of the knots whose stock is chosen.
+pub struct Unknowns {
+    /// Knot of each unknown.
+    pub knots: Vec<u32>,
+    /// Unknown of each knot: its own, or that of the nearest that leaves what the finish meets.
+    pub of_knot: Vec<Option<u32>>,
+    /// Normal at each unknown.
+    pub normals: Vec<Vec3>,
+    /// Stock as programmed, mm.
+    pub stock_mm: Vec<f64>,
+    /// Bounds on the change of stock between neighbours.
+    pub pairs: Vec<Pair>,
+}
+
+impl Unknowns {
+    /// Chooses them: free knots that leave something the finish meets.
+    pub fn new(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Result<Self, SemifinishError> {
+        let count = bench.knots.list.len();
+        let mut normals = vec![Vec3::zeros(); count];
+        for (sample, met) in samples.iter().zip(met) {
+            for (knot, normal) in &met.normals {
+                normals[*knot as usize] += normal * sample.length_mm;
+            }
+        }
+        let known: Vec<u32> = (0..count as u32)
+            .filter(|k| bench.knots.list[*k as usize].free && normals[*k as usize].norm() > 1e-9)
+            .collect();
+        let mut unknowns = Self {
+            normals: known.iter().map(|k| normals[*k as usize].normalize()).collect(),
+            of_knot: vec![None; count],
+            knots: known,
+            stock_mm: Vec::new(),
+            pairs: Vec::new(),
+        };
+        let tips = unknowns.tips(bench, base);
+        let finish = bench.finish_centres(&base.toolpath);
+        let radii = [bench.semi_tool.radius_mm(), bench.finish_tool.radius_mm()];
+        let stock = left(&tips, radii[0], &finish, radii[1]);
+        let kept: Vec<usize> = (0..stock.len()).filter(|k| stock[*k].is_some()).collect();
+        unknowns.stock_mm = kept.iter().filter_map(|k| stock[*k]).collect();
+        unknowns.knots = kept.iter().map(|k| unknowns.knots[*k]).collect();
+        unknowns.normals = kept.iter().map(|k| unknowns.normals[*k]).collect();
+        if unknowns.knots.is_empty() {
+            return Err(SemifinishError::NothingFree);
+        }
+        unknowns.spread(bench);
+        unknowns.pair(bench);
+        Ok(unknowns)
+    }
+
+    /// Tip of the semi-finishing tool at each unknown, in the common frame, with the normal there.
+    pub fn tips(&self, bench: &Bench, base: &Look) -> Vec<(Vec3, Vec3)> {
+        let tip = |knot: &u32| {
+            let knot = &bench.knots.list[*knot as usize];
+            knot.at + shift(bench.task.job, &base.toolpath, bench.task.semi.moves[knot.of as usize].wcs)
+        };
+        self.knots.iter().map(tip).zip(self.normals.iter().copied()).collect()
+    }
+
+    /// Knots that leave nothing the finish meets go with the nearest along the path that does, as far as the tool stays at feed.
+    fn spread(&mut self, bench: &Bench) {
+        let list = &bench.knots.list;
+        let moves = &bench.task.semi.moves;
+        for (unknown, knot) in self.knots.iter().enumerate() {
+            self.of_knot[*knot as usize] = Some(unknown as u32);
+        }
+        let own = self.of_knot.clone();
+        let mut way = vec![f64::INFINITY; list.len()];
+        let length = |k: usize| if k == 0 { 0.0 } else { (list[k].at - list[k - 1].at).norm() };
+        let rapid = |k: usize| moves.get(list[k].of as usize).is_none_or(|motion| motion.kind == MoveKind::Rapid);
+        let mut carried: Option<(u32, f64)> = None;
+        for k in 0..list.len() {
+            carried = carried.filter(|_| !rapid(k)).map(|(of, far)| (of, far + length(k)));
+            if let Some(of) = own[k] {
+                carried = Some((of, 0.0));
+            } else if let (Some((of, far)), true) = (carried, list[k].free) {
+                (self.of_knot[k], way[k]) = (Some(of), far);
+            }
+        }
+        carried = None;
+        for k in (0..list.len()).rev() {
+            if let Some(of) = own[k] {
+                carried = Some((of, 0.0));
+            } else if let Some((of, far)) = carried.filter(|(_, far)| list[k].free && *far < way[k]) {
+                (self.of_knot[k], way[k]) = (Some(of), far);
+            }
+            carried = carried.filter(|_| !rapid(k)).map(|(of, far)| (of, far + length(k)));
+        }
+    }
+
+    /// Bounds on the change of stock between neighbours along the path.
+    fn pair(&mut self, bench: &Bench) {
+        let list = &bench.knots.list;
+        for (j, two) in self.knots.windows(2).enumerate() {
+            let [a, b] = [two[0] as usize, two[1] as usize];
+            if b == a + 1 {
+                let reach = bench.task.wanted.change * (list[b].at - list[a].at).norm();
+                self.pairs.push(Pair { of: [j as u32, j as u32 + 1], centre: 0.0, reach });
+            }
+        }
+    }
+
+    /// Offsets of all knots for this stock at the unknowns.
+    pub fn offsets(&self, stock_mm: &[f64]) -> Vec<Vec3> {
+        let of = |unknown: &Option<u32>| {
+            unknown.map_or_else(Vec3::zeros, |k| {
+                let k = k as usize;
+                self.normals[k] * (stock_mm[k] - self.stock_mm[k])
+            })
+        };
+        self.of_knot.iter().map(of).collect()
+    }
+
+    /// Unknowns that a sample depends on, with their shares.
+    pub fn shares<'b>(&'b self, met: &'b Met) -> impl Iterator<Item = (usize, f64)> + 'b {
+        met.shares.iter().filter_map(|(knot, share)| Some((self.of_knot[*knot as usize]? as usize, *share)))
+    }
+
+    /// Share of what a sample meets that can be chosen.
+    pub fn free_share(&self, met: &Met) -> f64 {
+        self.shares(met).map(|(_, share)| share).sum()
+    }
+}

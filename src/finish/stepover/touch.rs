@@ -1,0 +1,158 @@
+//! Where a tool that comes down from above touches one triangle. In: triangle, tool shape, place of the axis in the plane. Out:
+//! height of the tip, point of contact, and whether that lies on the facet, an edge or a corner.
+//!
+//! A bull-nose end is a disc of radius a swept by a ball of radius r: ball a = 0, flat end r = 0. Its lower side at a
+//! distance ρ from the axis lies h(ρ) = r − √(r² − (ρ − a)²) above the tip (0 within a), a convex function; so over a triangle
+//! z(p) − h(|p − axis|) is concave, its largest value is the height of the tip, and
+//! * it lies inside the triangle where the normal points from the corner circle: at a + r sin θ from the axis, uphill;
+//! * else on an edge, where it is concave again: in closed form for a ball and a flat, by bisection of its slope for a bull.
+
+use super::shape::Shape;
+use crate::numeric::{bisect, middle};
+use crate::path::Vec3;
+
+/// Steps by which the range of an edge is halved: a place within 1e-12 of its length.
+const HALVINGS: u32 = 40;
+
+/// Part of a triangle.
+#[derive(Debug, Clone, Copy)]
+pub enum Feature {
+    /// Inside.
+    Facet,
+    /// The edge from this corner on.
+    Edge(u8),
+    /// This corner.
+    Corner(u8),
+}
+
+/// A contact.
+#[derive(Debug, Clone, Copy)]
+pub struct Touched {
+    /// Height of the tip, mm.
+    pub tip_mm: f64,
+    /// Where, mm.
+    pub point: Vec3,
+    /// On what.
+    pub feature: Feature,
+}
+
+/// Where a tool above `p` touches a triangle.
+pub fn touch(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape) -> Option<Touched> {
+    facet(triangle, p, shape).or_else(|| {
+        let edges = (0..3).filter_map(|k| edge(triangle, k, p, shape));
+        edges.reduce(|best, other| if other.tip_mm > best.tip_mm { other } else { best })
+    })
+}
+
+/// Contact inside the triangle.
+fn facet(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape) -> Option<Touched> {
+    let [a, b, c] = *triangle;
+    let across = (b - a).cross(&(c - a));
+    if across.z == 0.0 {
+        return None;
+    }
+    let n = if across.z < 0.0 { -across } else { across } / across.norm();
+    let sin = (n.x * n.x + n.y * n.y).sqrt();
+    // Uphill is against the level part of the normal; on a level facet under a flat bottom the axis stands for the disc.
+    let out = if sin > 0.0 { shape.flat_mm / sin + shape.corner_mm } else { 0.0 };
+    let (x, y) = (p[0] - out * n.x, p[1] - out * n.y);
+    let side = |a: &Vec3, b: &Vec3| ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) * across.z.signum();
+    if side(&a, &b) < 0.0 || side(&b, &c) < 0.0 || side(&c, &a) < 0.0 {
+        return None;
+    }
+    let z = a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z;
+    Some(Touched { tip_mm: z - shape.corner_mm * (1.0 - n.z), point: Vec3::new(x, y, z), feature: Feature::Facet })
+}
+
+/// Contact with an edge, its ends included.
+fn edge(triangle: &[Vec3; 3], k: u8, p: [f64; 2], shape: Shape) -> Option<Touched> {
+    let next = (k + 1) % 3;
+    let (a, b) = (triangle[k as usize], triangle[next as usize]);
+    let (dx, dy) = (b.x - a.x, b.y - a.y);
+    let length = (dx * dx + dy * dy).sqrt();
+    if length < 1e-12 {
+        let (end, k) = if a.z > b.z { (a, k) } else { (b, next) };
+        let tip_mm = end.z - shape.height((end.x - p[0]).hypot(end.y - p[1]))?;
+        return Some(Touched { tip_mm, point: end, feature: Feature::Corner(k) });
+    }
+    let (ux, uy) = (dx / length, dy / length);
+    // Along the edge, from the foot of the axis on it.
+    let begin = (a.x - p[0]) * ux + (a.y - p[1]) * uy;
+    let off = (a.x - p[0]) * uy - (a.y - p[1]) * ux;
+    let half = shape.radius_mm().powi(2) - off * off;
+    if half < 0.0 {
+        return None;
+    }
+    let half = half.sqrt();
+    let (from, to) = (begin.max(-half), (begin + length).min(half));
+    if from > to {
+        return None;
+    }
+    let slope = (b.z - a.z) / length;
+    let u = lowest_gap(slope, off.abs(), [from, to], shape);
+    let feature = match u {
+        u if u <= begin => Feature::Corner(k),
+        u if u >= begin + length => Feature::Corner(next),
+        _ => Feature::Edge(k),
+    };
+    let t = (u - begin) / length;
+    let point = a + (b - a) * t;
+    let tip_mm = point.z - shape.height((u * u + off * off).sqrt().min(shape.radius_mm()))?;
+    Some(Touched { tip_mm, point, feature })
+}
+
+/// Where slope·u − h(√(u² + off²)) is largest between two places.
+fn lowest_gap(slope: f64, off: f64, [from, to]: [f64; 2], shape: Shape) -> f64 {
+    let Shape { flat_mm, corner_mm } = shape;
+    if corner_mm == 0.0 {
+        return if slope > 0.0 { to } else { from };
+    }
+    if flat_mm == 0.0 {
+        let half = (corner_mm * corner_mm - off * off).max(0.0).sqrt();
+        return (half * slope / (slope * slope + 1.0).sqrt()).clamp(from, to);
+    }
+    let rises = |u: f64| {
+        let out = (u * u + off * off).sqrt();
+        slope * out > shape.slope(out) * u
+    };
+    if !rises(from) {
+        return from;
+    }
+    if rises(to) {
+        return to;
+    }
+    middle(bisect(rises, from, to, HALVINGS))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPES: [Shape; 3] = [
+        Shape { flat_mm: 0.0, corner_mm: 3.0 },
+        Shape { flat_mm: 2.0, corner_mm: 1.0 },
+        Shape { flat_mm: 3.0, corner_mm: 0.0 },
+    ];
+
+    /// No point of a triangle stands inside a tool that rests on it, and one touches it: by points strewn over the triangle.
+    #[test]
+    fn no_point_of_a_triangle_is_inside_the_tool_that_rests_on_it() {
+        let triangle = [Vec3::new(0.0, 0.0, 0.0), Vec3::new(4.0, 1.0, 2.0), Vec3::new(1.0, 3.0, -1.5)];
+        for shape in SHAPES {
+            for k in 0..100 {
+                let p = [0.07 * f64::from(k) - 1.0, 0.05 * f64::from(k % 13)];
+                let Some(found) = touch(&triangle, p, shape) else { continue };
+                let mut nearest = f64::INFINITY;
+                for i in 0..=400 {
+                    for j in 0..=400 - i {
+                        let (u, v) = (f64::from(i) / 400.0, f64::from(j) / 400.0);
+                        let q = triangle[0] * (1.0 - u - v) + triangle[1] * u + triangle[2] * v;
+                        let Some(height) = shape.height((q.x - p[0]).hypot(q.y - p[1])) else { continue };
+                        nearest = nearest.min(found.tip_mm + height - q.z);
+                    }
+                }
+                assert!((-1e-9..0.02).contains(&nearest), "{shape:?} {p:?} {nearest}");
+            }
+        }
+    }
+}
