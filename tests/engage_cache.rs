@@ -6,7 +6,8 @@ mod engage_common;
 use engage_common::*;
 use feedwright::engage::cache::{Unusable, from_bytes, key, to_bytes};
 use feedwright::engage::{EngagementMap, Options};
-use feedwright::machine::Job;
+use feedwright::machine::{AirFeed, Box3, Job, Profile, Shape, StockShape};
+use feedwright::path::Vec3;
 
 fn raster(rows: usize) -> Path {
     let mut path = Path::from([0.0, 0.0, 5.0]);
@@ -67,6 +68,59 @@ fn damage_and_staleness_are_told_apart() {
     assert_ne!(key(&raster(4).toolpath, &setup(), &Options::default()), old);
     let finer = Options { cell_mm: Some(0.05), ..Options::default() };
     assert_ne!(key(&path.toolpath, &setup(), &finer), old);
+}
+
+/// Everything of the setup that the simulation reads changes the key, each thing to one of its own.
+#[test]
+fn every_input_of_the_simulation_is_in_the_key() {
+    let path = raster(3);
+    let changes: [(&str, fn(&mut Job)); 20] = [
+        ("nothing", |_| ()),
+        ("cell", |job| job.cell_mm = Some(0.3)),
+        ("a work offset", |job| job.machine.offsets.push((55, Vec3::new(1.0, 0.0, 0.0)))),
+        ("a fixture", |job| job.fixtures.push(Box3 { min: Vec3::zeros(), max: Vec3::repeat(1.0) })),
+        ("clearance", |job| job.air_feed = Some(AirFeed { feed_mm_s: 50.0, approach_mm: 3.0 })),
+        ("number", |job| job.tools[0].number += 1),
+        ("kind", |job| job.tools[0].shape = Shape::Bull),
+        ("outline", |job| job.tools[0].profile = Profile::ball(6.0, 20.5)),
+        ("flute length", |job| job.tools[0].flute_length_mm += 1.0),
+        ("flute length given", |job| job.tools[0].flute_length_given ^= true),
+        ("overhang", |job| job.tools[0].overhang_mm += 1.0),
+        ("shank", |job| job.tools[0].shank_diameter_mm += 1.0),
+        ("centre cutting", |job| job.tools[0].centre_cutting ^= true),
+        ("holder", |job| job.tools[0].holder.push((32.0, 40.0))),
+        ("a tool more", |job| job.tools.push(job.tools[0].clone())),
+        ("blank", |job| {
+            job.stocks[0].shape = StockShape::Cylinder { centre: [0.0; 2], diameter_mm: 30.0, z_mm: [-20.0, 0.0] }
+        }),
+        ("offset of the blank", |job| job.stocks[0].offset = Some(54)),
+        ("place of the blank", |job| job.stocks[0].moved_mm.x += 0.1),
+        ("allowance of the blank", |job| job.stocks[0].uncertainty_mm += 0.1),
+        ("a blank more", |job| job.stocks.push(job.stocks[0].clone())),
+    ];
+    let keys = changes.map(|(what, change)| {
+        let mut job = setup();
+        change(&mut job);
+        (what, key(&path.toolpath, &job, &Options::default()))
+    });
+    for (k, (what, one)) in keys.iter().enumerate() {
+        let same: Vec<&str> = keys[..k].iter().filter(|(_, other)| other == one).map(|(what, _)| *what).collect();
+        assert!(same.is_empty(), "{what} has the key of {same:?}");
+    }
+    let again = key(&path.toolpath, &setup(), &Options::default());
+    assert_eq!(again, keys[0].1, "the same input, the same key");
+}
+
+#[test]
+fn a_file_of_stock_is_in_the_key_by_its_bytes() {
+    let mut job = setup();
+    job.stocks[0].shape = StockShape::Stl("casting.stl".into());
+    let of = |bytes: &'static [u8]| {
+        let load = move |_: &std::path::Path| std::io::Result::Ok(bytes.to_vec());
+        key(&raster(3).toolpath, &job, &Options { loader: Some(&load), ..Options::default() })
+    };
+    assert_eq!(of(b"solid a"), of(b"solid a"));
+    assert_ne!(of(b"solid a"), of(b"solid b"));
 }
 
 #[test]

@@ -181,6 +181,44 @@ fn the_interpreter_names_no_dialect() {
     }
 }
 
+#[path = "../build.rs"]
+#[allow(dead_code)]
+mod build;
+
+/// What decides an engagement map is in the key of a cache: the toolpath of `nc` and the setup by value, all else by its source.
+#[test]
+fn the_key_of_a_cache_holds_every_room_that_engagement_uses() {
+    let listed: Vec<PathBuf> = build::ENGAGEMENT.iter().map(PathBuf::from).collect();
+    let in_list = |file: &Path| listed.iter().any(|room| file.starts_with(room));
+    let mut files = Vec::new();
+    for room in &listed {
+        if room.is_dir() { rust_files(room, &mut files) } else { files.push(room.clone()) }
+    }
+    assert!(files.len() > 40, "only these files were found: {files:?}");
+    for file in &files {
+        let used = used_by(file);
+        let missing: Vec<&PathBuf> = used.iter().filter(|o| !in_list(o) && !o.starts_with("src/nc")).collect();
+        assert!(missing.is_empty(), "{} uses {missing:?}, which build.rs does not name", file.display());
+    }
+}
+
+#[test]
+fn any_byte_of_a_source_changes_the_key_of_a_cache() {
+    let dir = tempfile::tempdir().unwrap();
+    let (room, file) = (dir.path().to_str().unwrap(), dir.path().join("a.rs"));
+    let hash = |name: &Path, text: &str| {
+        fs::write(name, text).unwrap();
+        build::sources(&[room]).unwrap()
+    };
+    let first = hash(&file, "let x = 1.0;\n");
+    assert_eq!(first.len(), 64);
+    assert_eq!(hash(&file, "let x = 1.0;\r\n"), first, "ends of lines decide nothing");
+    assert_ne!(hash(&file, "let x = 1.1;\n"), first);
+    assert_eq!(hash(&file, "let x = 1.0;\n"), first);
+    fs::create_dir(dir.path().join("b")).unwrap();
+    assert_ne!(hash(&dir.path().join("b/c.rs"), ""), first, "a file more");
+}
+
 #[test]
 fn every_file_begins_by_saying_what_it_is() {
     let mut files = Vec::new();

@@ -2,24 +2,19 @@
 //! a map and the key of what it was made from. Out: bytes, and back.
 //!
 //! Layout, little endian: mark, key (32 bytes), sections (each a count and its records), SHA-256 of all before it. The key
-//! is the SHA-256 of everything the map depends on: moves, tools, stock (with the bytes of its files), fixtures, offsets,
-//! clearance, resolution, spacing, version. A damaged or stale cache is told by one of the two hashes.
+//! ([`super::key`]) holds everything the map depends on, this file's source among it. A damaged or stale cache is told by one of the
+//! two hashes.
 
+pub use super::key::{Key, key};
 use super::map::{EngagedArc, EngagementMap, Event, EventKind, Station, StationFlags};
-use super::options::Options;
 use crate::bytes::{Reader, count, numbers, seal, unsealed};
 use crate::ids::MoveId;
-use crate::machine::{Job, Slice, StockShape};
-use crate::nc::Toolpath;
-use sha2::{Digest, Sha256};
+use crate::machine::Slice;
 
-/// First bytes of a cache of any version.
+/// First bytes of a cache of any build; older ones went on with a number.
 pub const FAMILY: &[u8] = b"FWENGM";
-/// First bytes of a cache; the number changes with the layout or the mathematics.
-const MARK: &[u8; 8] = b"FWENGM09";
-
-/// Key of the simulation of a toolpath.
-pub type Key = [u8; 32];
+/// First bytes of a cache. They tell what it is; whether it fits is told by the key.
+const MARK: &[u8; 8] = b"FWENGMAP";
 
 /// Why a cache cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,65 +23,6 @@ pub enum Unusable {
     Damaged,
     /// Made from another program, setup or resolution.
     Stale,
-}
-
-/// Key of what [`super::engage()`] would be asked.
-pub fn key(path: &Toolpath, job: &Job, options: &Options) -> Key {
-    let mut hash = Sha256::new();
-    put(
-        &mut hash,
-        &format!(
-            "{} {:?} {:?} {:?}",
-            env!("CARGO_PKG_VERSION"),
-            MARK,
-            options.cell_mm.or(job.cell_mm),
-            options.spacing_mm
-        ),
-    );
-    put(
-        &mut hash,
-        &format!("{:?} {:?} {:?}", job.machine.offsets, job.fixtures, job.air_feed.map(|air| air.approach_mm)),
-    );
-    for tool in &job.tools {
-        let shank = (tool.shank_diameter_mm, tool.flute_length_given);
-        let outside = (tool.overhang_mm, shank, &tool.holder, tool.centre_cutting);
-        put(
-            &mut hash,
-            &format!("{} {:?} {:?} {:?} {:?}", tool.number, tool.shape, tool.profile, tool.flute_length_mm, outside),
-        );
-    }
-    for stock in &job.stocks {
-        let place = (stock.offset, stock.moved_mm);
-        put(&mut hash, &format!("{:?} {:?} {:?}", stock.shape, place, stock.uncertainty_mm));
-        if let (StockShape::Stl(file) | StockShape::Saved(file), Some(load)) = (&stock.shape, options.loader) {
-            hash.update(load(file).unwrap_or_default());
-        }
-    }
-    for motion in &path.moves {
-        hash.update(motion.tool.to_le_bytes());
-        hash.update(motion.wcs.to_le_bytes());
-        hash.update([motion.kind as u8, u8::from(motion.spin.rps == 0.0)]);
-        curve(&mut hash, &motion.curve());
-    }
-    hash.finalize().into()
-}
-
-fn put(hash: &mut Sha256, text: &str) {
-    hash.update((text.len() as u64).to_le_bytes());
-    hash.update(text.as_bytes());
-}
-
-fn curve(hash: &mut Sha256, curve: &crate::path::Curve) {
-    use crate::path::Curve;
-    let mut put = |values: &[f64]| values.iter().for_each(|value| hash.update(value.to_bits().to_le_bytes()));
-    match curve {
-        Curve::Line { from, to } => put(&[0.0, from.x, from.y, from.z, to.x, to.y, to.z]),
-        Curve::Arc(arc) => {
-            let plane = arc.plane.axes().2 as f64;
-            put(&[1.0, plane, arc.from.x, arc.from.y, arc.from.z, arc.to.x, arc.to.y, arc.to.z]);
-            put(&[arc.centre.x, arc.centre.y, arc.centre.z, arc.sweep_rad]);
-        }
-    }
 }
 
 /// The map as bytes.

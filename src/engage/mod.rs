@@ -18,6 +18,7 @@ pub mod gaps;
 pub mod hazards;
 mod inside;
 mod joints;
+pub mod key;
 pub mod map;
 pub mod nominate;
 pub mod options;

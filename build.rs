@@ -1,0 +1,52 @@
+//! Made before the package is compiled: the SHA-256 of the sources that an engagement map depends on, so that a cache made by other
+//! sources is never used (`src/engage/key.rs`).
+
+#![allow(clippy::print_stdout)]
+
+use sha2::{Digest, Sha256};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Rooms whose code decides what an engagement map holds, given the moves and the setup, which the key of a cache holds themselves.
+/// `tests/tidy.rs` keeps this list whole.
+pub const ENGAGEMENT: [&str; 7] =
+    ["src/bytes.rs", "src/engage", "src/ids.rs", "src/machine", "src/path", "src/stock", "src/units.rs"];
+
+fn main() -> io::Result<()> {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rustc-env=FEEDWRIGHT_ENGAGEMENT_SOURCES={}", sources(&ENGAGEMENT)?);
+    Ok(())
+}
+
+/// SHA-256 of all files below these paths, with their names and lengths, in hexadecimal.
+pub fn sources(rooms: &[&str]) -> io::Result<String> {
+    let mut files = Vec::new();
+    for room in rooms {
+        println!("cargo::rerun-if-changed={room}");
+        below(Path::new(room), &mut files)?;
+    }
+    files.sort();
+    let mut hash = Sha256::new();
+    for file in files {
+        // The same names and lines on every system.
+        let name = file.to_string_lossy().replace('\\', "/");
+        let text: Vec<u8> = fs::read(&file)?.into_iter().filter(|byte| *byte != b'\r').collect();
+        for part in [name.as_bytes(), &text] {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part);
+        }
+    }
+    Ok(hash.finalize().iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}")))
+}
+
+fn below(path: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
+    if !path.is_dir() {
+        files.push(path.to_owned());
+        return Ok(());
+    }
+    for entry in fs::read_dir(path)? {
+        below(&entry?.path(), files)?;
+    }
+    Ok(())
+}
