@@ -1,5 +1,5 @@
 //! Made before the package is compiled: the SHA-256 of the sources that an engagement map depends on, so that a cache made by other
-//! sources is never used (`src/engage/key.rs`).
+//! sources is never used (`src/engage/key.rs`); and which of the programs and data that tests compare with are there.
 
 #![allow(clippy::print_stdout)]
 
@@ -16,7 +16,25 @@ pub const ENGAGEMENT: [&str; 7] =
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rustc-env=FEEDWRIGHT_ENGAGEMENT_SOURCES={}", sources(&ENGAGEMENT)?);
+    surroundings();
     Ok(())
+}
+
+/// Tests that need what is not there are shown as ignored: `absent_shared`, `absent_rs274`, `absent_linuxcnc`. What is there is watched;
+/// what comes later is seen after `touch build.rs` (to watch what is not there would compile the package anew every time).
+fn surroundings() {
+    println!("cargo::rerun-if-env-changed=PATH");
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let program = |name: &str| std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| file.is_file());
+    let found = [("shared", Some(PathBuf::from("../shared/programs"))), ("rs274", program("rs274"))];
+    let found = found.into_iter().chain([("linuxcnc", program("linuxcnc"))]);
+    for (name, place) in found {
+        println!("cargo::rustc-check-cfg=cfg(absent_{name})");
+        match place.filter(|place| place.exists()) {
+            Some(place) => println!("cargo::rerun-if-changed={}", place.display()),
+            None => println!("cargo::rustc-cfg=absent_{name}"),
+        }
+    }
 }
 
 /// SHA-256 of all files below these paths, with their names and lengths, in hexadecimal.

@@ -7,13 +7,8 @@ use engage_common::*;
 use feedwright::machine::Stock;
 use std::path::Path;
 
-fn program(name: &str) -> Option<engage_common::Path> {
-    let place = Path::new("../shared/programs").join(name);
-    if !place.exists() {
-        println!("skipped: ../shared is not present ({name})");
-        return None;
-    }
-    Some(plain_program(&std::fs::read_to_string(place).unwrap()))
+fn program(name: &str) -> engage_common::Path {
+    plain_program(&std::fs::read_to_string(Path::new("../shared/programs").join(name)).unwrap())
 }
 
 fn wood(min: [f64; 3], max: [f64; 3]) -> Vec<Stock> {
@@ -22,8 +17,9 @@ fn wood(min: [f64; 3], max: [f64; 3]) -> Vec<Stock> {
 
 /// An independent brute-force height map at 0.1 mm leaves 39,734 mm³.
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn the_bear_leaves_what_brute_force_leaves() {
-    let Some(path) = program("camotics_bear.nc") else { return };
+    let path = program("camotics_bear.nc");
     let job = job(vec![ball(3.175)], wood([0.0, 0.0, -20.0], [80.0, 80.0, 0.0]));
     let begin = std::time::Instant::now();
     let map = run(&path, &job, 0.1, 1.0);
@@ -40,8 +36,9 @@ fn the_bear_leaves_what_brute_force_leaves() {
 }
 
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn the_tiger_is_simulated() {
-    let Some(path) = program("camotics_tiger.nc") else { return };
+    let path = program("camotics_tiger.nc");
     let job = job(vec![flat(2.5)], wood([-2.0, -1.0, -32.0], [92.0, 89.0, 0.0]));
     let begin = std::time::Instant::now();
     let map = run(&path, &job, 0.1, 1.0);

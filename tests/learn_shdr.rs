@@ -12,11 +12,8 @@ use std::path::Path;
 const FOLDER: &str = "../shared/measured/nist_mtc";
 
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn a_real_log_is_read_and_follows_its_program_line_by_line() {
-    if !Path::new(FOLDER).exists() {
-        println!("skipped: {FOLDER} is not there");
-        return;
-    }
     let text = std::fs::read_to_string(format!("{FOLDER}/log/box_op2_run03.shdr")).unwrap();
     let frame = shdr(text.as_bytes(), &[]).unwrap();
     let (time, block) = (frame.numbers("time_s").unwrap(), frame.numbers("block").unwrap());

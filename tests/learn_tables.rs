@@ -1,4 +1,4 @@
-//! Published tables of steady cuts through calibration and diagnosis (skipped, with a line saying so, where the
+//! Published tables of steady cuts through calibration and diagnosis (ignored where the
 //! reference folder is absent).
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
@@ -14,20 +14,16 @@ use std::path::Path;
 
 const PAPERS: &str = "../shared/reference/papers";
 
-fn lines(file: &str) -> Option<Vec<Vec<String>>> {
+fn lines(file: &str) -> Vec<Vec<String>> {
     let path = Path::new(PAPERS).join(file);
-    if !path.exists() {
-        println!("skipped: {} is absent", path.display());
-        return None;
-    }
     let text = std::fs::read_to_string(path).unwrap();
     let rows = text.lines().filter(|l| !l.starts_with('#')).map(|l| l.split(',').map(str::to_owned).collect());
-    Some(rows.collect())
+    rows.collect()
 }
 
 /// Xu Table 4 in the columns of the interface.
-fn table4() -> Option<String> {
-    let rows = lines("xu2007_table4_circular.csv")?;
+fn table4() -> String {
+    let rows = lines("xu2007_table4_circular.csv");
     let mut out = String::from(
         "group,order,feed_mm_min,spindle_rpm,axial_depth_mm,radial_depth_mm,side,path_radius_mm,diameter_mm,flutes,spindle_power_w\n",
     );
@@ -47,12 +43,12 @@ fn table4() -> Option<String> {
             r[9]
         );
     }
-    Some(out)
+    out
 }
 
 /// Xu Table 5.
-fn table5() -> Option<String> {
-    let rows = lines("xu2007_table5_ball.csv")?;
+fn table5() -> String {
+    let rows = lines("xu2007_table5_ball.csv");
     let mut out = String::from(
         "group,order,feed_mm_min,spindle_rpm,axial_depth_mm,radial_depth_mm,side,shape,diameter_mm,flutes,spindle_power_w\n",
     );
@@ -60,7 +56,7 @@ fn table5() -> Option<String> {
         let feed: f64 = r[7].parse().unwrap();
         out += &format!("{},{},{},2100,{},{},{},ball,12.7,2,{}\n", r[2], r[0], feed * 60.0, r[5], r[6], r[1], r[10]);
     }
-    Some(out)
+    out
 }
 
 fn diagnosed(csv: &str) -> LearnReport {
@@ -71,8 +67,9 @@ fn diagnosed(csv: &str) -> LearnReport {
 }
 
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn table_4_on_straight_geometry_lacks_the_curvature_of_the_path() {
-    let Some(csv) = table4() else { return };
+    let csv = table4();
     let report = diagnosed(&csv);
     let names: Vec<&str> = report.effects.iter().map(|e| e.name.as_str()).collect();
     assert_eq!(names, ["path-curvature"]);
@@ -97,8 +94,9 @@ fn value(c: &Calibration, name: &str) -> f64 {
 }
 
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn table_5_gives_the_coefficients_of_the_paper() {
-    let Some(csv) = table5() else { return };
+    let csv = table5();
     let c = calibrated(&csv, "power");
     assert!((value(&c, "tare") - 247.5).abs() < 0.5 && (value(&c, "k_tc") - 842.2).abs() < 1.0);
     assert!((value(&c, "k_te") - 15.18).abs() < 0.1);
@@ -107,8 +105,8 @@ fn table_5_gives_the_coefficients_of_the_paper() {
 }
 
 /// Niu Table 1 (or 3): climb, force on the workpiece.
-fn niu(file: &str, depth: usize, radial: usize, force: [usize; 2]) -> Option<String> {
-    let rows = lines(file)?;
+fn niu(file: &str, depth: usize, radial: usize, force: [usize; 2]) -> String {
+    let rows = lines(file);
     let mut out = String::from(
         "group,spindle_rpm,feed_per_tooth_mm,axial_depth_mm,radial_depth_mm,side,diameter_mm,flutes,force_x_n,force_y_n\n",
     );
@@ -118,12 +116,13 @@ fn niu(file: &str, depth: usize, radial: usize, force: [usize; 2]) -> Option<Str
             r[0], r[1], r[2], r[depth], r[radial], r[force[0]], r[force[1]]
         );
     }
-    Some(out)
+    out
 }
 
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn niu_mean_forces_and_a_polynomial_that_nine_tests_support() {
-    let Some(csv) = niu("niu_table1.csv", 3, 4, [5, 6]) else { return };
+    let csv = niu("niu_table1.csv", 3, 4, [5, 6]);
     let c = calibrated(&csv, "linear-edge");
     // Relative least squares of the linear edge model leaves 7.19 %, with negative cutting coefficients; within the bounds
     // of physics it cannot be less.
@@ -136,8 +135,9 @@ fn niu_mean_forces_and_a_polynomial_that_nine_tests_support() {
 }
 
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn nishida_layers_by_equation_one() {
-    let Some(rows) = lines("nishida_table1.csv") else { return };
+    let rows = lines("nishida_table1.csv");
     let mut out = String::from(
         "spindle_rpm,feed_mm_min,layer_height_mm,radial_depth_mm,axial_depth_mm,shape,diameter_mm,flutes,force_xy_n\n",
     );
@@ -160,8 +160,9 @@ fn nishida_layers_by_equation_one() {
 /// Table 1 and, as another operation, Table 3: fitted on the one, the other is the transfer. Row 2-6 of Table 3 was cut 6 mm
 /// deep, not 7 (PAPERS.md).
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn niu_table_1_diagnosed_and_carried_over_to_table_3() {
-    let (Some(fitted), Some(held)) = (lines("niu_table1.csv"), lines("niu_table3_verify.csv")) else { return };
+    let (fitted, held) = (lines("niu_table1.csv"), lines("niu_table3_verify.csv"));
     let mut csv = String::from(
         "group,operation,spindle_rpm,feed_per_tooth_mm,axial_depth_mm,radial_depth_mm,side,diameter_mm,flutes,force_x_n,force_y_n\n",
     );
@@ -202,12 +203,9 @@ fn niu_table_1_diagnosed_and_carried_over_to_table_3() {
 
 /// Milling of a small machine, its load in percent: fitted on face milling, judged by part, carried over to the rest.
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn face_milling_by_part_and_what_it_says_of_other_operations() {
     let path = Path::new("../shared/measured/nvd1500/cuts_dev.csv");
-    if !path.exists() {
-        println!("skipped: {} is absent", path.display());
-        return;
-    }
     let frame = columns::read(&std::fs::read(path).unwrap(), &[]).unwrap();
     let tool =
         steady_table::TableTool { number: 1, diameter_mm: 9.525, flutes: 4, shape: feedwright::machine::Shape::Flat };
@@ -230,8 +228,9 @@ fn face_milling_by_part_and_what_it_says_of_other_operations() {
 }
 
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn a_table_of_rates_without_geometry_is_learned_from_or_refused_in_a_sentence() {
-    let Some(rows) = lines("xu_table4_computed.csv") else { return };
+    let rows = lines("xu_table4_computed.csv");
     let text: String = rows.iter().map(|row| row.join(",") + "\n").collect();
     let map = |pairs: &[(&str, &str)]| -> Vec<(String, String)> {
         pairs.iter().map(|(theirs, ours)| ((*theirs).to_owned(), (*ours).to_owned())).collect()

@@ -255,11 +255,8 @@ fn programs(folder: &str) -> Vec<PathBuf> {
 }
 
 #[test]
+#[cfg_attr(any(absent_shared, absent_rs274), ignore = "rs274 or ../shared is not there")]
 fn motions_equal_those_of_rs274() {
-    if !Path::new("../shared/linuxcnc/canon.sh").exists() || Command::new("rs274").arg("-h").output().is_err() {
-        println!("skipped: needs rs274 (Debian package linuxcnc-uspace) and ../shared");
-        return;
-    }
     let scratch = tempfile::tempdir().unwrap();
     let mut board = BTreeMap::new();
     for folder in ["../shared/programs", "../shared/measured/nist_mtc/nc", "programs", "tests/nc"] {
@@ -285,11 +282,8 @@ fn motions_equal_those_of_rs274() {
 }
 
 #[test]
+#[cfg_attr(absent_rs274, ignore = "rs274 is not installed")]
 fn lines_are_as_long_as_the_control_reads() {
-    if Command::new("rs274").arg("-h").output().is_err() {
-        println!("skipped: needs rs274 (Debian package linuxcnc-uspace)");
-        return;
-    }
     let scratch = tempfile::tempdir().unwrap();
     let most = Dialect::LinuxCnc.max_line_length();
     for (length, end) in [(most - 1, "\n"), (most, "\n"), (most + 1, "\n"), (most - 1, "\r\n"), (most, "\r\n")] {

@@ -3,7 +3,6 @@
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
 use std::fs;
-use std::path::Path;
 
 use feedwright::nc::{self, Dialect, Environment};
 use proptest::prelude::*;
@@ -24,21 +23,24 @@ fn assert_tiles(bytes: &[u8], dialect: Option<Dialect>) {
     assert_eq!(at as usize, bytes.len());
 }
 
-#[test]
-fn tokens_tile_every_program_of_the_corpus() {
-    let folders = ["../shared/programs", "../shared/measured/nist_mtc/nc", "programs", "tests/nc"];
-    if !Path::new("../shared").exists() {
-        println!("skipped for ../shared: it is not here");
-    }
-    for folder in folders {
-        let Ok(entries) = fs::read_dir(folder) else { continue };
-        for entry in entries {
-            let path = entry.unwrap().path();
-            if path.is_file() {
-                assert_tiles(&fs::read(&path).unwrap(), None);
-            }
+fn every_file_is_tiled(folder: &str) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_file() {
+            assert_tiles(&fs::read(&path).unwrap(), None);
         }
     }
+}
+
+#[test]
+fn tokens_tile_our_own_programs() {
+    ["programs", "tests/nc"].into_iter().for_each(every_file_is_tiled);
+}
+
+#[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
+fn tokens_tile_every_program_of_the_corpus() {
+    ["../shared/programs", "../shared/measured/nist_mtc/nc"].into_iter().for_each(every_file_is_tiled);
 }
 
 proptest! {

@@ -226,6 +226,7 @@ fn an_unrolled_and_rewritten_program_proves_against_the_original() {
 
 /// Both programs of the corpus that loop or call, and every one with expressions.
 #[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn unrolled_programs_of_the_corpus_do_the_same() {
     let mut unrolled = 0;
     for file in programs() {
@@ -251,7 +252,7 @@ fn unrolled_programs_of_the_corpus_do_the_same() {
         }
     }
     println!("{unrolled} programs unrolled");
-    assert!(unrolled > 2 || programs().is_empty());
+    assert!(unrolled > 2);
 }
 
 #[test]
