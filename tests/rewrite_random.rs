@@ -25,18 +25,44 @@ struct Manner {
 /// One block, before it is put into a manner of writing.
 #[derive(Debug, Clone)]
 enum Block {
-    Line { x: i32, y: i32, z: Option<i32>, feed: Option<u16>, said: bool },
-    Rapid { x: i32, y: i32 },
-    Arc { turn: u8, clockwise: bool, by_radius: bool, radius: u16, feed: Option<u16> },
-    Incremental { x: i32, y: i32, feed: Option<u16> },
+    /// `said`: with its G1 even where that is in force.
+    Line {
+        x: i32,
+        y: i32,
+        z: Option<i32>,
+        feed: Option<u16>,
+        said: bool,
+    },
+    Rapid {
+        x: i32,
+        y: i32,
+    },
+    Arc {
+        turn: u8,
+        clockwise: bool,
+        by_radius: bool,
+        radius: u16,
+        feed: Option<u16>,
+    },
+    Incremental {
+        x: i32,
+        y: i32,
+        feed: Option<u16>,
+    },
     FeedOnly(u16),
     Thread,
     Dwell,
     Tool(u8),
     Coolant,
     Comment,
-    Deleted { x: i32, feed: Option<u16> },
-    Cycle { feed: u16, again: u8 },
+    Deleted {
+        x: i32,
+        feed: Option<u16>,
+    },
+    Cycle {
+        feed: u16,
+        again: u8,
+    },
 }
 
 fn block() -> impl Strategy<Value = Block> {
@@ -83,6 +109,8 @@ fn feed_word(manner: Manner, feed: Option<u16>) -> Vec<String> {
 fn write(blocks: &[Block], manner: Manner) -> String {
     let mut lines = vec![words(manner, &[if manner.inch { "G20" } else { "G21" }.into(), "G90".into(), "G17".into()])];
     let (mut x, mut y) = (0, 0);
+    // Is G1 in force, so that a straight block need not say it?
+    let mut straight = false;
     lines.push(words(manner, &["G0".into(), "X0.".into(), "Y0.".into(), "Z5.".into(), "S3000".into(), "M3".into()]));
     for block in blocks {
         let axes = |x: i32, y: i32| vec![format!("X{}", number(x)), format!("Y{}", number(y))];
@@ -95,8 +123,8 @@ fn write(blocks: &[Block], manner: Manner) -> String {
             Block::Line { x: to_x, y: to_y, z, feed, said } => {
                 (x, y) = (*to_x, *to_y);
                 let z = z.map(|z| format!("Z{}", number(z))).into_iter().collect();
-                let _ = said;
-                lines.push(with("G1", vec![axes(x, y), z, feed_word(manner, *feed)]));
+                let first = if *said || !straight { "G1" } else { "" };
+                lines.push(with(first, vec![axes(x, y), z, feed_word(manner, *feed)]));
             }
             Block::Rapid { x: to_x, y: to_y } => {
                 (x, y) = (*to_x, *to_y);
@@ -152,6 +180,13 @@ fn write(blocks: &[Block], manner: Manner) -> String {
                 lines.push(with("G0", vec![axes(x, y)]));
             }
         }
+        straight = match block {
+            Block::Line { .. } | Block::Incremental { .. } => true,
+            Block::FeedOnly(_) | Block::Dwell | Block::Tool(_) | Block::Coolant | Block::Comment => straight,
+            Block::Rapid { .. } | Block::Arc { .. } | Block::Thread | Block::Deleted { .. } | Block::Cycle { .. } => {
+                false
+            }
+        };
     }
     lines.push("M30".to_owned());
     let numbered = |(index, line): (usize, &String)| {

@@ -168,7 +168,9 @@ fn a_charge_on_changes_flattens_the_speed() {
     };
     let variation = |b: &[f64]| b.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum::<f64>();
     let (free, charged) = (solve(0.0), solve(1.0));
-    assert!(variation(&charged) < 0.9 * variation(&free) || time(&chain, &charged) > time(&chain, &free));
+    assert!(variation(&charged) < 0.9 * variation(&free), "{} {}", variation(&charged), variation(&free));
+    // What is saved in changes is paid for in time.
+    assert!(time(&chain, &charged) > time(&chain, &free));
     assert!(residuals(&chain, &caps, 0, &charged).bound <= ACCEPTED);
 }
 
