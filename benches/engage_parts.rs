@@ -4,9 +4,10 @@
 #![allow(clippy::format_collect, clippy::unwrap_used)]
 
 use criterion::{BatchSize, Criterion};
-use feedwright::engage::arcs::{Scene, arcs_at};
+use feedwright::engage::arcs::arcs_at;
 use feedwright::engage::cutter::Cutter;
 use feedwright::engage::nominate::{Nominations, Sample, Scratch, nominate};
+use feedwright::engage::scene::Scene;
 use feedwright::ids::MoveId;
 use feedwright::machine::Box3;
 use feedwright::path::Vec3;

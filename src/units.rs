@@ -204,6 +204,37 @@ impl Dimension {
         }
     }
 
+    /// The unit it is told in by a report.
+    pub fn report_unit(self) -> &'static str {
+        match self {
+            Dimension::Length => "mm",
+            Dimension::Feed => "mm/min",
+            Dimension::Acceleration => "mm/s²",
+            Dimension::Jerk => "mm/s³",
+            Dimension::Force => "N",
+            Dimension::Power => "W",
+            Dimension::Torque => "N·m",
+            Dimension::Stress => "MPa",
+            Dimension::ForcePerLength => "N/mm",
+            Dimension::ForcePerTime => "N/s",
+            Dimension::Angle => "deg",
+            Dimension::Speed => "rev/min",
+            Dimension::Time => "s",
+            Dimension::Ratio => "-",
+        }
+    }
+
+    /// A value in the unit it is told in.
+    pub fn in_report_unit(self, value: f64) -> f64 {
+        match self {
+            Dimension::Feed => mm_min_from_mm_s(value),
+            Dimension::Torque => nm_from_nmm(value),
+            Dimension::Angle => deg_from_rad(value),
+            Dimension::Speed => rpm_from_rps(value),
+            _ => value,
+        }
+    }
+
     /// The unit a bare number is in.
     pub fn bare(self, inch: bool) -> &'static str {
         match self {
@@ -250,5 +281,20 @@ mod tests {
         assert_eq!(Dimension::Acceleration.factor("mm/s²"), Some(1.0));
         assert_eq!(Dimension::Torque.factor("N·m"), Some(1e3));
         assert_eq!(Dimension::Force.factor("W"), None);
+    }
+
+    /// A number told in a report may be written into a setup with its unit, or bare.
+    #[test]
+    fn what_a_report_tells_a_setup_reads() {
+        use Dimension::{Acceleration, Angle, Feed, Force, ForcePerLength, ForcePerTime, Jerk, Length};
+        use Dimension::{Power, Ratio, Speed, Stress, Time, Torque};
+        let all = [Length, Feed, Acceleration, Jerk, Force, Power, Torque, Stress, ForcePerLength];
+        for one in all.into_iter().chain([ForcePerTime, Angle, Speed, Time, Ratio]) {
+            let told = one.in_report_unit(1.0);
+            let unit = if one == Ratio { "" } else { one.report_unit() };
+            let factor = one.factor(unit).unwrap();
+            assert!((told * factor - 1.0).abs() < 1e-12, "{one:?}: {told} {unit}");
+            assert_eq!(one.factor(one.bare(false)), Some(factor), "{one:?}: bare");
+        }
     }
 }

@@ -9,7 +9,7 @@ use feedwright::machine::{CutKind, Job, LimitKind};
 use feedwright::nc::{self, Environment, Program, Toolpath};
 use feedwright::report::Run;
 use feedwright::schedule::acting::{ACTS_FROM, idle};
-use feedwright::schedule::caps::Cutters;
+use feedwright::schedule::cutters::Cutters;
 use feedwright::schedule::operations::segments;
 use feedwright::schedule::rules::rules;
 use feedwright::schedule::{Kept, as_programmed};

@@ -15,7 +15,7 @@ use feedwright::schedule::prices::prices;
 use feedwright::schedule::reference::{distributions, limited_to_itself};
 use feedwright::schedule::solve::node_track;
 use feedwright::schedule::stress::{cases, with_coefficients};
-use feedwright::schedule::words::SLACK;
+use feedwright::schedule::units::SLACK;
 use feedwright::schedule::{Options, Problem, Schedule, as_programmed, problem, realise, solve};
 
 struct Part {

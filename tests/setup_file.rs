@@ -2,7 +2,9 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
-use feedwright::machine::{Job, Mode, Segment, StockShape};
+use feedwright::force::Loads;
+use feedwright::machine::limits::Role;
+use feedwright::machine::{Job, LimitKind, Mode, Segment, StockShape};
 use feedwright::setup::{self, SetupError};
 use std::path::Path;
 
@@ -22,6 +24,25 @@ shape = "flat"
 diameter = 10
 flutes = 4
 "#;
+
+/// Every limit on a load is a key of the setup in the unit of the report, is in force then, and bounds a load that is predicted.
+#[test]
+fn every_limit_on_a_load_is_a_key_and_a_load() {
+    let mut tried = 0;
+    for kind in LimitKind::ALL {
+        let is_load = matches!(kind.row().role, Role::Load { .. });
+        assert_eq!(Loads::default().bounded_by(kind).is_some(), is_load, "{}", kind.name());
+        if is_load || kind.row().role == Role::Rate {
+            let job = load(&format!("{SMALL}[limits]\n{} = {{ max = 1.5 }}\n", kind.name())).unwrap();
+            let value = job.limits.value(kind).unwrap_or_else(|| panic!("{} is not taken", kind.name()));
+            assert!((kind.in_report_unit(value) - 1.5).abs() < 1e-12, "{}", kind.name());
+            let loads: Vec<LimitKind> = job.limits.loads().into_iter().map(|(kind, _)| kind).collect();
+            assert_eq!(loads, if is_load { vec![kind] } else { vec![] });
+            tried += 1;
+        }
+    }
+    assert!(tried >= 11, "only {tried} limits were tried");
+}
 
 const FULL: &str = r#"
 units = "inch"

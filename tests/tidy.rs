@@ -19,7 +19,8 @@ fn rust_files(dir: &Path, out: &mut Vec<PathBuf>) {
 /// Modules that a file declares, in its order.
 fn declared(file: &str) -> Vec<String> {
     let text = fs::read_to_string(file).unwrap();
-    text.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';').map(str::to_owned)).collect()
+    let line_of = |line: &str| line.strip_prefix("pub ").unwrap_or(line).strip_prefix("mod ").map(str::to_owned);
+    text.lines().filter_map(|line| line_of(line)?.strip_suffix(';').map(str::to_owned)).collect()
 }
 
 /// Uses of a later room in the files below `dir`, whose rooms are `rooms` and whose paths begin with `path`.
@@ -144,8 +145,9 @@ fn circles(dir: &str) -> Vec<PathBuf> {
 
 #[test]
 fn no_file_uses_itself_by_way_of_others() {
-    for room in ["path", "machine", "effects", "nc", "setup", "rewrite", "learn", "cli"] {
-        let left = circles(&format!("src/{room}"));
+    for room in declared("src/lib.rs") {
+        let folder = format!("src/{room}");
+        let left = if Path::new(&folder).is_dir() { circles(&folder) } else { Vec::new() };
         assert!(left.is_empty(), "circles among or below: {left:?}");
     }
 }

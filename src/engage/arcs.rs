@@ -9,86 +9,11 @@
 //! the arcs, β counted from the feed direction.
 
 use super::cover::Cover;
-use super::cutter::{Cutter, MARGIN_CELLS};
-use super::gaps::{Interval, span};
+use super::cutter::Cutter;
 use super::nominate::{Mark, Sample};
 use super::rings::Work;
-use crate::machine::{Box3, Slice};
-use crate::stock::{Blank, Element, Form, Track, along};
-
-/// Part of its radius from which a part of a cutter counts as steep.
-const STEEP: f64 = 0.98;
-
-/// Everything there is to be asked.
-pub struct Scene<'a> {
-    /// All elements: the cuts of earlier programs, then those of this one.
-    pub elements: &'a [Element],
-    /// All cutters.
-    pub cutters: &'a [Cutter],
-    /// Outlines of the cutters of earlier programs: elements count them on from the cutters.
-    pub earlier: &'a [Form],
-    /// The blanks.
-    pub blanks: &'a [Blank],
-    /// Keep-out boxes.
-    pub fixtures: &'a [Box3],
-}
-
-impl Scene<'_> {
-    /// Outline of the cutter of an element.
-    pub fn form(&self, element: &Element) -> &Form {
-        let cutter = element.cutter as usize;
-        self.cutters.get(cutter).map_or_else(|| &self.earlier[cutter - self.cutters.len()], |cutter| &cutter.form)
-    }
-    /// Adds to candidates, which are sorted, those that lie along the path from one of them; of balls only where a steep part
-    /// of the cutter is marked.
-    pub fn add_along(&self, candidates: &mut Vec<u32>, sample: &Sample, marks: &[Mark]) {
-        let named = candidates.len();
-        let cutter = &self.cutters[sample.cutter as usize];
-        let cell_mm = cutter.margin / MARGIN_CELLS;
-        let steep = marks.iter().any(|mark| cutter.bands[mark.band as usize].radius >= STEEP * cutter.form.radius);
-        for k in 0..named {
-            let form = self.form(&self.elements[candidates[k] as usize]);
-            candidates.extend(along(self.elements, candidates[k], (form, steep), cell_mm, sample.element));
-        }
-        if candidates.len() > named {
-            candidates.sort_unstable();
-            candidates.dedup();
-        }
-    }
-    /// True when no fixture is within the clearance of a sample.
-    pub fn clear_of_fixtures(&self, sample: &Sample) -> bool {
-        let reach = self.cutters[sample.cutter as usize].form.radius + sample.clearance_mm;
-        self.fixtures.iter().all(|fixture| {
-            let beside =
-                |axis: usize| (fixture.min[axis] - sample.tip[axis]).max(sample.tip[axis] - fixture.max[axis]).max(0.0);
-            sample.tip.z - sample.clearance_mm >= fixture.max.z || beside(0).hypot(beside(1)) > reach
-        })
-    }
-}
-
-/// An engaged arc of a part of a ring.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RawArc {
-    /// Slice of the tool.
-    pub slice: u16,
-    /// Part of its edge, from below, in [0, 1].
-    pub part: [f32; 2],
-    /// Immersion angles, rad.
-    pub angles: [f32; 2],
-}
-
-/// Removal area and reach of the arcs at a sample.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Cut {
-    /// Number of arcs.
-    pub arcs: u32,
-    /// Volume removed per mm of path, mm².
-    pub area_mm2: f64,
-    /// Height above the tip up to which it is engaged, mm.
-    pub top_mm: f64,
-    /// How far a wall stands up along a shank as wide as the cutter, mm.
-    pub rub_mm: f64,
-}
+use super::scene::{Cut, RawArc, Scene};
+use crate::stock::Track;
 
 /// Appends the arcs at a sample, sorted by slice; `room` is working space.
 pub fn arcs_at<'a>(
@@ -130,13 +55,6 @@ fn fill<'a>(covers: &mut Vec<Cover<'a>>, scene: &'a Scene<'a>, sample: &Sample, 
         let own = element.track.until(length).seen_from(origin, sample.dir);
         covers.push(Cover::new(&own, &cutter.form, None));
     }
-}
-
-/// Volume removed per mm of path along an arc of a ring, mm².
-pub fn area(ring: &Slice, [horizontal, vertical]: [f64; 2], arc: &Interval) -> f64 {
-    let rising = ring.normal_z * vertical;
-    let turn = if rising == 0.0 { 0.0 } else { rising * span(arc) };
-    ring.edge_mm * ring.radius_mm * (ring.normal_r * horizontal * (arc[1].at[1] - arc[0].at[1]) + turn)
 }
 
 /// Volume removed per mm of path by arcs, each over its part of a ring at the middle of that, mm².

@@ -9,63 +9,14 @@
 //! Tiles are worked in parallel, each through its own operations in order of execution; what they say about a sample is
 //! merged in the order of the tiles, so the result does not depend on the number of threads.
 
-use super::arcs::{Cut, RawArc, Scene, arcs_at, area_of};
 use super::between::{Between, Locate, alike, look};
-use super::cover::Cover;
-use super::cutter::Cutter;
 use super::joints::{joints, turns};
-use super::nominate::{Mark, Need, Nomination, Nominations, Sample, Scratch, nominate};
-use crate::ids::MoveId;
+use super::nominate::{Need, Nominations, Sample, Scratch, nominate};
+use super::outcome::Outcome;
+use super::scene::Scene;
+use super::view::{Gathered, View, cutter_of};
 use crate::stock::{Field, Past, Tile, Tiling, claim, make_again, sweep, take_back};
 use rayon::prelude::*;
-
-/// What is known of a sample.
-#[derive(Debug, Clone, Default)]
-pub struct Outcome {
-    /// Its arcs, sorted by slice.
-    pub arcs: Vec<RawArc>,
-    /// Their removal area.
-    pub cut: Cut,
-    /// Nothing stands within the clearance.
-    pub clear: bool,
-    /// How far stock stands into the shank and into the holder, mm.
-    pub struck: [f32; 2],
-    /// Stock stands above the neck of the tool where it cuts: the field cannot hold what remains.
-    pub undercut: bool,
-}
-
-impl Outcome {
-    /// The same engagement seen from another heading, `by_rad` further counter-clockwise: what is engaged stays in its place, as
-    /// far as the cutter still leads there; where it reached as far as the cutter leads it does so again.
-    fn turned(&self, by_rad: f64) -> Self {
-        let (by, half_turn) = (by_rad as f32, std::f32::consts::PI);
-        let at_end = |angle: f32| angle.abs() < EDGE_RAD || (angle - half_turn).abs() < EDGE_RAD;
-        let turned = |angle: f32| if at_end(angle) { angle } else { (angle + by).clamp(0.0, half_turn) };
-        let mut arcs = self.arcs.clone();
-        let leading = |arc: &RawArc| arc.angles[0] > -EDGE_RAD && arc.angles[1] < half_turn + EDGE_RAD;
-        arcs.iter_mut().filter(|arc| leading(arc)).for_each(|arc| arc.angles = arc.angles.map(turned));
-        arcs.retain(|arc| arc.angles[0] < arc.angles[1]);
-        Self { arcs, ..self.clone() }
-    }
-    /// The same engagement where the path turns by so much, counter-clockwise, onto a tangent (horizontal, vertical): its
-    /// arcs, and what these remove.
-    pub fn beyond_bend(&self, by_rad: f64, cutter: &Cutter, tangent: [f64; 2]) -> Self {
-        let mut seen = self.turned(by_rad);
-        if by_rad.abs() < BEND_RAD {
-            return seen;
-        }
-        let [before, after] = [&self.arcs, &seen.arcs].map(|arcs| area_of(cutter, tangent, arcs));
-        if before > 0.0 {
-            seen.cut.area_mm2 *= after / before;
-        }
-        seen
-    }
-}
-
-/// Angle from one horizontal heading to another, counter-clockwise, rad.
-pub fn turn_rad(from: [f64; 2], to: [f64; 2]) -> f64 {
-    (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1])
-}
 
 /// What happened in a batch.
 #[derive(Debug, Default)]
@@ -77,16 +28,6 @@ pub struct BatchResult {
     /// Volumes removed by the elements that were to be watched: (element, mm³).
     pub watched: Vec<(u32, f64)>,
 }
-
-/// Angle up to which an arc ends where the cutter leads no further, rad.
-const EDGE_RAD: f32 = 1e-4;
-/// Turn of the heading from which what is removed is worked out anew, rad: less changes it by less than a part in 300.
-const BEND_RAD: f64 = 2e-3;
-/// Turn of the heading that is none, rad.
-pub const STRAIGHT_RAD: f64 = 1e-4;
-
-/// Height of stock above the neck of an undercutting tool that is put down to rounding, mm.
-const UNDERCUT_MM: f64 = 0.01;
 
 /// One step of a tile.
 #[derive(Debug, Clone, Copy)]
@@ -366,139 +307,4 @@ fn look_back(
     }
     make_again(tile, at);
     Some(said)
-}
-
-fn cutter_of<'a>(scene: &'a Scene, sample: &Sample) -> &'a Cutter {
-    &scene.cutters[sample.cutter as usize]
-}
-
-/// Where the tiles speak of each sample.
-struct Merged {
-    first: Vec<u32>,
-    /// (tile, entry, first mark, first candidate)
-    places: Vec<[u32; 4]>,
-}
-
-impl Merged {
-    fn new(said: &[Nominations], samples: usize) -> Self {
-        let mut first = vec![0u32; samples + 1];
-        for entry in said.iter().flat_map(|said| &said.entries) {
-            first[entry.sample as usize + 1] += 1;
-        }
-        for k in 0..samples {
-            first[k + 1] += first[k];
-        }
-        let mut at = first.clone();
-        let mut places = vec![[0; 4]; first[samples] as usize];
-        for (tile, said) in said.iter().enumerate() {
-            let (mut marks, mut candidates) = (0, 0);
-            for (index, entry) in said.entries.iter().enumerate() {
-                let slot = &mut at[entry.sample as usize];
-                places[*slot as usize] = [tile as u32, index as u32, marks, candidates];
-                *slot += 1;
-                marks += entry.marks;
-                candidates += entry.candidates;
-            }
-        }
-        Self { first, places }
-    }
-    fn of(&self, sample: usize) -> &[[u32; 4]] {
-        &self.places[self.first[sample] as usize..self.first[sample + 1] as usize]
-    }
-}
-
-/// Working space of an outcome.
-#[derive(Default)]
-pub struct Gathered<'a> {
-    marks: Vec<Mark>,
-    candidates: Vec<u32>,
-    covers: Vec<Cover<'a>>,
-    arcs: Vec<RawArc>,
-}
-
-/// What the tiles said about the samples of a batch.
-pub struct View<'a> {
-    scene: &'a Scene<'a>,
-    /// The samples.
-    pub samples: &'a [Sample],
-    merged: Merged,
-    said: &'a [Nominations],
-}
-
-impl<'a> View<'a> {
-    fn new(scene: &'a Scene<'a>, samples: &'a [Sample], said: &'a [Nominations]) -> Self {
-        View { scene, samples, merged: Merged::new(said, samples.len()), said }
-    }
-    /// Move of a sample.
-    pub fn move_of(&self, index: usize) -> MoveId {
-        self.scene.elements[self.samples[index].element as usize].move_id
-    }
-    /// Does the grid say that something may be met there?
-    pub fn nominated(&self, index: usize) -> bool {
-        self.entries(index).any(|(entry, ..)| entry.marks > 0)
-    }
-    /// Outcome at a position between a sample and the next one, from what was said about both.
-    pub fn outcome_between(&self, index: usize, sample: &Sample, gathered: &mut Gathered<'a>) -> Outcome {
-        let mut outcome = Outcome::default();
-        gathered.marks.clear();
-        gathered.candidates.clear();
-        for index in [index, index + 1] {
-            self.gather(index, gathered, &mut outcome);
-        }
-        // The later sample knows chords that are still to come here, and may show nothing else of those that went before.
-        gathered.candidates.retain(|id| *id < sample.element);
-        let own = self.scene.elements[sample.element as usize].move_id;
-        let since = self.samples[index].element..sample.element;
-        gathered.candidates.extend(since.filter(|id| self.scene.elements[*id as usize].move_id == own));
-        self.resolve(sample, gathered, &mut outcome);
-        outcome
-    }
-    /// Outcome at a sample.
-    pub fn outcome(&self, index: usize, gathered: &mut Gathered<'a>) -> Outcome {
-        let sample = &self.samples[index];
-        let mut outcome = Outcome { clear: self.scene.clear_of_fixtures(sample), ..Outcome::default() };
-        gathered.marks.clear();
-        gathered.candidates.clear();
-        self.gather(index, gathered, &mut outcome);
-        self.resolve(sample, gathered, &mut outcome);
-        outcome
-    }
-    fn entries(&self, index: usize) -> impl Iterator<Item = (Nomination, usize, u32, u32)> {
-        self.merged.of(index).iter().map(|[tile, entry, mark, candidate]| {
-            let tile = *tile as usize;
-            (self.said[tile].entries[*entry as usize], tile, *mark, *candidate)
-        })
-    }
-    fn gather(&self, index: usize, gathered: &mut Gathered<'a>, outcome: &mut Outcome) {
-        for (entry, tile, mark, candidate) in self.entries(index) {
-            let said = &self.said[tile];
-            outcome.clear &= entry.clear;
-            let struck = outcome.struck;
-            outcome.struck = [struck[0].max(entry.struck[0]), struck[1].max(entry.struck[1])];
-            gathered.marks.extend_from_slice(&said.marks[mark as usize..(mark + entry.marks) as usize]);
-            let candidates = &said.candidates[candidate as usize..(candidate + entry.candidates) as usize];
-            gathered.candidates.extend_from_slice(candidates);
-        }
-    }
-    fn resolve(&self, sample: &Sample, gathered: &mut Gathered<'a>, outcome: &mut Outcome) {
-        gathered.marks.sort_by_key(|mark| mark.band);
-        gathered.marks.dedup_by(|next, kept| {
-            let one = next.band == kept.band;
-            if one {
-                kept.bins |= next.bins;
-                kept.top = kept.top.max(next.top);
-            }
-            one
-        });
-        gathered.candidates.sort_unstable();
-        gathered.candidates.dedup();
-        self.scene.add_along(&mut gathered.candidates, sample, &gathered.marks);
-        let neck = cutter_of(self.scene, sample).neck_mm.map_or(f64::INFINITY, |neck| sample.tip.z + neck);
-        outcome.undercut = gathered.marks.iter().any(|mark| f64::from(mark.top) > neck + UNDERCUT_MM);
-        gathered.arcs.clear();
-        let asked = (gathered.marks.as_slice(), gathered.candidates.as_slice());
-        outcome.cut = arcs_at(self.scene, sample, asked, &mut gathered.covers, &mut gathered.arcs);
-        outcome.arcs = gathered.arcs.as_slice().to_vec();
-        outcome.struck[0] = outcome.struck[0].max(outcome.cut.rub_mm as f32);
-    }
 }

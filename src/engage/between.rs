@@ -7,9 +7,9 @@
 //! a millimetre, or it is shorter than [`SHORTEST_MM`]; where engagement begins or ends it is always halved to that, and
 //! where it jumps on until the jump matters no more.
 
-use super::batch::{Gathered, Outcome, View};
 use super::nominate::Sample;
-use super::stations::same;
+use super::outcome::{Outcome, same};
+use super::view::{Gathered, View};
 
 /// Disagreement of areas, as a part of the larger, over a millimetre.
 const AGREE: f64 = 4e-3;

@@ -4,10 +4,10 @@
 //! Equal ends of a stack mean that all between are equal. Where engagement changes much though no level lies there (a floor on a
 //! slope, a groove), rings are halved until it changes evenly; where it ends, until the height of that is known.
 
-use super::arcs::RawArc;
 use super::gaps::Interval;
 use super::outline::SubRing;
 use super::rings::{Shared, Work, extent, push};
+use super::scene::RawArc;
 use std::rc::Rc;
 
 /// Change of engagement from one ring to the next above which both are looked at in parts, rad.

@@ -2,12 +2,12 @@
 //! cutting at rapid, shank and holder in stock, fixtures touched, plunges of tools that do not cut at their centre, cutting
 //! with the spindle stopped, undercuts.
 
-use super::arcs::Scene;
-use super::batch::{BatchResult, Outcome};
+use super::batch::BatchResult;
 use super::cutter::Cutter;
 use super::map::{EngagementMap, Event, EventKind};
 use super::nominate::Sample;
-use super::simulate::Plan;
+use super::outcome::Outcome;
+use super::scene::Scene;
 use crate::ids::MoveId;
 use crate::machine::Box3;
 use crate::nc::Move;
@@ -72,17 +72,22 @@ pub fn report_rapids(scene: &Scene, result: &BatchResult, map: &mut EngagementMa
 }
 
 /// Enters the moves of a range that touch a fixture, rapids and feeds alike.
-pub(super) fn report_fixtures(plan: &Plan, scene: &Scene, moves: std::ops::Range<usize>, map: &mut EngagementMap) {
-    if plan.fixtures.is_empty() {
+pub(super) fn report_fixtures(
+    fixtures: &[Box3],
+    elements_of: impl Fn(usize) -> std::ops::Range<u32>,
+    scene: &Scene,
+    moves: std::ops::Range<usize>,
+    map: &mut EngagementMap,
+) {
+    if fixtures.is_empty() {
         return;
     }
     for index in moves {
-        let depth = plan
-            .elements_of(index)
+        let depth = elements_of(index)
             .map(|element| {
                 let element = &scene.elements[element as usize];
                 let cutter = &scene.cutters[element.cutter as usize];
-                plan.fixtures.iter().map(|fixture| into_fixture(&element.track, cutter, fixture)).fold(0.0, f64::max)
+                fixtures.iter().map(|fixture| into_fixture(&element.track, cutter, fixture)).fold(0.0, f64::max)
             })
             .fold(0.0, f64::max);
         if depth > 0.0 {

@@ -4,10 +4,10 @@
 //! A chain of short blocks is sampled as one long move is: once in the spacing. Where two such samples do not agree, or
 //! engagement runs through a peak or a dip between them, every end between them is worked out.
 
-use super::arcs::RawArc;
-use super::batch::{Outcome, STRAIGHT_RAD, turn_rad};
 use super::cutter::Cutter;
 use super::nominate::{Need, Sample};
+use super::outcome::{Outcome, STRAIGHT_RAD, turn_rad};
+use super::scene::RawArc;
 use crate::path::Vec3;
 
 /// Cosine of the largest turn between two samples that are worked out.

@@ -22,10 +22,13 @@ pub mod key;
 pub mod map;
 pub mod nominate;
 pub mod options;
+pub mod outcome;
 mod outline;
 mod rings;
+pub mod scene;
 pub mod simulate;
 pub mod stations;
+pub mod view;
 pub mod workpiece;
 
 pub use again::Again;

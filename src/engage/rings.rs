@@ -4,13 +4,13 @@
 //! rings of a curved outline the last one is cut there, and rings over which the width of what is cut bends, or a gap opens,
 //! are cut into thirds. Cylindrical sides: [`super::cylinder`].
 
-use super::arcs::{RawArc, Scene, area};
 use super::cover::{Cover, TOUCH_MM};
 use super::cutter::{Band, Cutter};
 use super::gaps::{Dir, Gaps, Interval, chord, span, windows};
 use super::inside::in_blanks;
 use super::nominate::{Mark, Sample};
 use super::outline::{Angles, Found, SubRing, about_tip, correction, end, follows};
+use super::scene::{RawArc, Scene, area};
 use crate::machine::Slice;
 use crate::stock::Blank;
 use std::cell::Cell;

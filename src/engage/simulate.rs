@@ -6,8 +6,7 @@
 //! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
 
 use super::again::Again;
-use super::arcs::Scene;
-use super::batch::{BatchResult, Operation, Outcome, STRAIGHT_RAD, Swept, assign, run, turn_rad};
+use super::batch::{BatchResult, Operation, Swept, assign, run};
 use super::cutter::Cutter;
 use super::finish::mark_final_surface;
 use super::hazards::{report, report_fixtures, report_rapids};
@@ -15,6 +14,8 @@ use super::joints::Marker;
 use super::map::{EngagementMap, StationFlags};
 use super::nominate::{Need, Sample};
 use super::options::{EngageError, Options};
+use super::outcome::{Outcome, STRAIGHT_RAD, turn_rad};
+use super::scene::Scene;
 use super::stations::{Builder, Point};
 use super::workpiece::{Earlier, cell_mm, pieces, shift, sources};
 use crate::ids::MoveId;
@@ -363,7 +364,7 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
     };
     let result = swept.finish(scene, &batch.samples, &locate);
     report_rapids(scene, &result, &mut builder.map);
-    report_fixtures(plan, scene, batch.moves.clone(), &mut builder.map);
+    report_fixtures(&plan.fixtures, |index| plan.elements_of(index), scene, batch.moves.clone(), &mut builder.map);
     let idle = [false, true].map(|clear| Outcome { clear, ..Outcome::default() });
     let mut last = &*held;
     for (index, way) in batch.moves.clone().zip(&batch.ways) {

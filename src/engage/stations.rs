@@ -6,18 +6,13 @@
 //! equal arcs become one station as long as both ends of each are engaged alike: entry and exit stay by themselves. A ring that a level cuts in two is entered into the tool's list
 //! of slices as a ring of its own, its bounds rounded to 1/256 of the whole.
 
-use super::arcs::RawArc;
-use super::batch::Outcome;
 use super::between::{Between, Stretch};
 use super::cutter::Cutter;
 use super::map::{EngagedArc, EngagementMap, Station, StationFlags};
+use super::outcome::{Outcome, PARTS, same};
+use super::scene::RawArc;
 use crate::ids::MoveId;
 use std::collections::HashMap;
-
-/// Angle by which arcs may differ and still count as equal, rad.
-const EQUAL_RAD: f32 = 2e-3;
-/// Steps in which the bounds of partial rings are kept.
-const PARTS: f32 = 256.0;
 
 /// Builds the map station by station.
 #[derive(Debug, Default)]
@@ -182,14 +177,4 @@ fn area(outcome: Option<&Outcome>) -> f64 {
 
 fn empty_station(move_id: MoveId, [from_mm, to_mm]: [f64; 2], flags: StationFlags) -> Station {
     Station { move_id, from_mm, to_mm, removal_area_mm2: 0.0, axial_depth_mm: 0.0, first_arc: 0, arc_count: 0, flags }
-}
-
-/// Are these the same arcs, but for what does not matter?
-pub fn same(a: &[RawArc], b: &[RawArc]) -> bool {
-    a.len() == b.len()
-        && a.iter().zip(b).all(|(a, b)| {
-            let near =
-                |k: usize| (a.angles[k] - b.angles[k]).abs() < EQUAL_RAD && (a.part[k] - b.part[k]).abs() < 0.5 / PARTS;
-            a.slice == b.slice && near(0) && near(1)
-        })
 }

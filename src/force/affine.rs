@@ -8,8 +8,7 @@
 //! from below by solving the quadratic at the angle that is worst at the last feed.
 
 use super::cap::{lower, scaled};
-use super::line::Forces;
-use super::loads::Cap;
+use super::loads::{Cap, Forces};
 use super::modifiers::Factors;
 use super::rings::{C, Sums};
 

@@ -1,7 +1,7 @@
 //! Whether a tool, a speed and coefficients make sense, with the key of the setup file and the sensible range.
 
-use super::ForceError;
 use super::coefficients::ByPart;
+use super::error::{ForceError, range};
 use super::models::{self, Values};
 use crate::machine::material::ForceModel;
 use crate::machine::{Spindle, Tool};
@@ -42,12 +42,4 @@ pub(super) fn speed(spindle: &Spindle, rps: f64) -> Result<(), ForceError> {
     // The highest speed itself, come through rev/s, may stand a rounding above itself.
     let (rpm, most) = (rpm_from_rps(rps), rpm_from_rps(spindle.max_rps));
     if rpm <= most * (1.0 + 1e-9) { Ok(()) } else { range("S", rpm, 0.0, most) }
-}
-
-/// One value within its range.
-pub(super) fn range(key: &str, value: f64, low: f64, high: f64) -> Result<(), ForceError> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(ForceError::OutOfRange { key: key.to_owned(), value, low, high })
 }

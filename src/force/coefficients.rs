@@ -1,6 +1,6 @@
 //! Coefficients of the linear edge model for every part of a cutter, from a material's model.
 
-use super::ForceError;
+use super::error::ForceError;
 use super::models::{LINEAR_EDGE, POWER, Values};
 use crate::machine::Slice;
 use crate::machine::material::LinearEdge;

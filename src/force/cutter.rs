@@ -4,8 +4,8 @@
 //! ([`super::sweep`]), means from closed integrals over the engaged arcs ([`super::means`]), or either from samples
 //! ([`super::scan`]) where the model is not linear.
 
-use super::ForceError;
 use super::beam::Beam;
+use super::error::ForceError;
 use super::kinds::{Kind, before, kind_of, radii};
 use super::laws::{Conditions, Law};
 use super::line::{Engine, LoadLine, Station};

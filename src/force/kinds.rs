@@ -1,8 +1,8 @@
 //! What a force model asks of the cutter: the kind of engine it needs, the coefficients of its rings, and what runout and
 //! uneven pitch make of the teeth.
 
-use super::ForceError;
 use super::coefficients::ByPart;
+use super::error::ForceError;
 use super::laws::{Kienzle, Law, Polynomial, Sigmoid};
 use super::models::{KIENZLE, LAYER, POLYNOMIAL, RESPONSE, SIGMOID, Values};
 use super::scan::Before;

@@ -8,7 +8,7 @@
 use super::affine::Affine;
 use super::affine::Spans;
 use super::cap::{first_crossing, scaled};
-use super::loads::{Cap, Loads};
+use super::loads::{Cap, Forces, Loads};
 use super::modifiers::{Factors, Modifiers};
 use super::scan::{ANGLES_PER_TURN, Scan};
 use super::summary::Summary;
@@ -18,19 +18,6 @@ use std::f64::consts::TAU;
 
 /// A feed per tooth, mm, beyond any: a cap above it only shows forces that cancel but for rounding.
 const BEYOND_MM: f64 = 1e4;
-
-/// Forces and torque at one feed, as an engine gives them: N and N·mm.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Forces {
-    pub xy_peak: f64,
-    pub axial_peak: f64,
-    pub torque_peak: f64,
-    /// Largest force normal to the wall at the moments that leave it.
-    pub wall: f64,
-    pub mean: [f64; 3],
-    pub torque: f64,
-    pub chip: f64,
-}
 
 /// How the forces of a station are found.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,7 +121,8 @@ impl LoadLine {
             LimitKind::BendingStress => of_force(stress, &|n| spans.cap_xy(n, factors)),
             LimitKind::SurfaceError => of_force(deflection, &|n| spans.cap_wall(n, factors)),
             LimitKind::ChipThickness => spans.cap_chip(limit, factors),
-            _ => Cap::Free,
+            // A load without a closed form is never left out.
+            _ => self.sampled_cap(kind, limit),
         }
     }
 

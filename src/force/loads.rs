@@ -53,6 +53,19 @@ impl Loads {
     }
 }
 
+/// Forces and torque at one feed, as an engine gives them: N and N·mm.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Forces {
+    pub xy_peak: f64,
+    pub axial_peak: f64,
+    pub torque_peak: f64,
+    /// Largest force normal to the wall at the moments that leave it.
+    pub wall: f64,
+    pub mean: [f64; 3],
+    pub torque: f64,
+    pub chip: f64,
+}
+
 /// Largest feed below which a limit is met.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cap {

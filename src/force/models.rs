@@ -1,7 +1,7 @@
 //! The force models by name: what each is, where it comes from, and its parameters with units, bounds and defaults. The
 //! setup file, calibration and `library models` read this list.
 
-use super::ForceError;
+use super::error::ForceError;
 use crate::machine::material::SHARES;
 
 /// A parameter of a force model.
@@ -211,7 +211,7 @@ impl Values {
             let found = given.iter().find(|(key, _)| key == parameter.name).map(|(_, value)| *value);
             let missing = ForceError::MissingParameter { key: parameter.name, model: model.name };
             let value = found.or(parameter.default).ok_or(missing)?;
-            super::check::range(parameter.name, value, parameter.min, parameter.max)?;
+            super::error::range(parameter.name, value, parameter.min, parameter.max)?;
             Ok((parameter.name, value))
         };
         model.parameters.iter().map(value).collect::<Result<_, _>>().map(Self)

@@ -1,7 +1,7 @@
 //! What the load effects of the process model do at one station: factors on cutting forces, edge forces and tare, and what
 //! the most loaded tooth cuts more. Effects on geometry, motion and the measuring chain are applied elsewhere.
 
-use super::ForceError;
+use super::error::ForceError;
 use crate::effects::{Acts, Effect, State, named};
 use crate::machine::material::Process;
 
@@ -55,7 +55,7 @@ impl Effects {
                 let found = used.parameters.iter().find(|(name, _)| name == parameter.name).map(|(_, value)| *value);
                 let missing = ForceError::MissingParameter { key: parameter.name, model: effect.name };
                 let value = found.or(parameter.neutral).ok_or(missing)?;
-                super::check::range(parameter.name, value, parameter.min, parameter.max)?;
+                super::error::range(parameter.name, value, parameter.min, parameter.max)?;
                 values.push(value);
             }
             effects.push((effect, values));

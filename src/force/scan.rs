@@ -7,7 +7,7 @@
 //! through φ. Where the tool deflects by δ(θ) = F_xy·compliance, (δ − δ of tooth i−m at the same φ)·(sin φ, cos φ) is added, by fixed-point rounds.
 
 use super::laws::{Conditions, Law, Ready};
-use super::line::Forces;
+use super::loads::Forces;
 use super::modifiers::Factors;
 use super::rings::{C, Ring};
 use std::f64::consts::TAU;

@@ -11,7 +11,7 @@
 //! On an arc from 0 to α (or π − α to π) t_m is f sin α with Ibaraki (Eq. 4) and r − √(r² + f² − 2 r f sin α) with Nishida,
 //! α at most a right angle.
 
-use super::line::Forces;
+use super::loads::Forces;
 use super::models::Values;
 use super::modifiers::Factors;
 use super::rings::C;

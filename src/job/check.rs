@@ -15,12 +15,15 @@
 //! Places that are infeasible, frozen or were kept by the rewriting make no cap tighter: their feed is not ours to choose. What
 //! they carry counts all the same in what is reported ([`over`]).
 
+use super::asked::{engagement, environment};
+use super::carried::Carried;
 use super::closer::to_be_seen;
 use super::follow::{Origin, feeds, follow};
 use super::known::{Known, Met, Side};
-use super::ratios::{Carried, Ratios};
+use super::ratios::Ratios;
+use super::switch;
+use super::task::{JobError, SPACING_MM, Watch};
 use super::tighten::{Breach, asks};
-use super::{JobError, SPACING_MM, Watch, engagement, environment, switch};
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
 use crate::nc::{Environment, Toolpath};

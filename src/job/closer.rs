@@ -24,8 +24,9 @@
 
 use rayon::prelude::*;
 
+use super::carried::Carried;
 use super::known::{Known, Met};
-use super::ratios::{Carried, Ratios};
+use super::ratios::Ratios;
 use crate::nc::{MoveKind, Toolpath};
 
 /// Part of a limit from which what a station reaches (see the head) is looked at again. Of 166,000 whole blocks in fourteen programs

@@ -4,7 +4,8 @@
 //! The schedule knows lines and words by their usual length only; where the text that came of it is longer than allowed, the
 //! room is made smaller in proportion and the schedule asked again.
 
-use super::{JobError, SPACING_MM, used, worn};
+use super::task::{JobError, SPACING_MM};
+use super::{used, worn};
 use crate::machine::{Annotate, Job};
 use crate::nc::Program;
 use crate::report::Run;

@@ -3,9 +3,10 @@
 //! those of the original; what was cut in pieces has none until it is simulated, in the stock as the written file cuts it. What
 //! one round has found the next one keeps, place by place, and with it the loads ([`Carried`]).
 
+use super::asked::cut;
+use super::carried::Carried;
 use super::follow::Origin;
-use super::ratios::Carried;
-use super::{JobError, SPACING_MM, Watch, cut};
+use super::task::{JobError, SPACING_MM, Watch};
 use crate::engage::{self, Again, EngagementMap};
 use crate::ids::MoveId;
 use crate::machine::Job;

@@ -8,11 +8,11 @@ use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Tool};
 use crate::nc::unit::{self, Witness};
 use crate::nc::{Environment, Event, Freeze, Move, MoveKind, Program, Toolpath};
-use crate::report::{in_report_unit, short};
+use crate::report::short;
 use crate::rewrite;
 use crate::schedule::acting::{Idle, idle};
-use crate::schedule::caps::Cutters;
-use crate::schedule::rules::{load_limits, rules};
+use crate::schedule::cutters::Cutters;
+use crate::schedule::rules::rules;
 use crate::schedule::{Conflict, Problem, Schedule, as_programmed};
 use crate::setup::Assumption;
 use crate::units::mm_min_from_mm_s;
@@ -133,7 +133,7 @@ pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<D
     let cutters = Cutters::new(toolpath, map, job, &as_programmed(toolpath));
     let said = |idle: Idle| {
         let motion = &toolpath.moves[idle.move_id.ix()];
-        let [limit, load] = [idle.limit, idle.load].map(|value| short(in_report_unit(idle.kind, value)));
+        let [limit, load] = [idle.limit, idle.load].map(|value| short(idle.kind.in_report_unit(value)));
         let (name, unit, tool) = (idle.kind.name(), idle.kind.unit(), motion.tool);
         let text = format!(
             "{name} = {limit} {unit} never acts: T{tool} meets {load} {unit} at most, at the highest feed allowed; it gives no leave to raise a feed"
@@ -274,7 +274,7 @@ fn no_loads(map: &EngagementMap, tool: &Tool, rps: f64, job: &Job) -> Option<Dia
 
 /// A limit on a load that the force model does not give.
 fn not_held(cutter: &Cutter, tool: &Tool, job: &Job) -> Option<Diagnostic> {
-    let limits = load_limits(&job.limits.overridden_by(&tool.limits));
+    let limits = job.limits.overridden_by(&tool.limits).loads();
     let (kind, _) = limits.into_iter().find(|(kind, _)| cutter.silent_about().contains(kind))?;
     let text =
         format!("limits.{} is not held for T{}: its force model says nothing of that load", kind.name(), tool.number);

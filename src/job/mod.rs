@@ -15,9 +15,12 @@
 //! exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does then is listed as infeasible, and runs at the
 //! lowest feed that was tried. A block that the proof objects to goes back to its original bytes and feed.
 
+mod asked;
+mod carried;
 mod check;
 mod closer;
 mod comments;
+mod edges;
 mod follow;
 mod force_rate;
 mod growth;
@@ -30,6 +33,7 @@ pub mod propose;
 mod ratios;
 pub mod semifinish;
 mod switch;
+mod task;
 mod tighten;
 pub mod tool_life;
 mod used;
@@ -37,106 +41,28 @@ mod wanted;
 mod worn;
 
 pub use comments::sections;
+pub use edges::WornOut;
 pub use look::{events, tool_assumption, unknown_tools};
+pub use task::{JobError, Keep, Recall, Remember, SPACING_MM, TakeStock, Task, Watch};
 pub use wanted::Wanted;
-use worn::Edges;
-pub use worn::WornOut;
+
+use asked::{asked, cut, environment};
+use edges::Edges;
 
 use crate::diag::{Diagnostic, Severity};
-use crate::engage::cache::Key;
 use crate::engage::{self, EngageError, EngagementMap};
-use crate::machine::{Job, LimitKind};
-use crate::nc::{self, Environment, Program, Toolpath};
-use crate::path::Vec3;
+use crate::machine::Job;
+use crate::nc::{self, Program, Toolpath};
 pub use crate::report::MET;
 use crate::report::{Answers, Check, Run, Written};
 use crate::rewrite;
-use crate::schedule::history::History;
-use crate::schedule::{self, Bound, Kept, Problem, Schedule, Standing};
-use crate::setup::Assumption;
-use crate::stock::Piece;
+use crate::schedule::{self, Schedule};
 
 /// How often caps are tightened at most. Blocks cut otherwise are met by other stations: half a dozen rounds were seen to find
 /// a new place each.
 pub const ROUNDS: usize = 9;
 /// Rounds in which feeds are solved anew under tightened caps; after these they are lowered where they stand.
 pub const SOLVED: usize = 3;
-/// Spacing of the stations that the solver uses, and the finer one of the check, mm.
-pub const SPACING_MM: [f64; 2] = [1.0, 0.6];
-
-/// Why a run cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum JobError {
-    /// Nothing in the text moves.
-    #[error("there is no motion in it")]
-    NoMotion,
-    /// Feed moves with a tool that the setup does not describe: number and first line.
-    #[error("{}", .0.iter().map(|(tool, line)| format!("T{tool} (line {line})")).collect::<Vec<_>>().join(", "))]
-    UnknownTools(Vec<(u32, u32)>),
-    /// Tools are called by names that have no numbers here.
-    #[error("tools are called by names that have no numbers here")]
-    ToolNames(Vec<Diagnostic>),
-    /// A number of the program is written as NaN or as infinity.
-    #[error("a number is written as NaN or as infinity")]
-    NotFinite(Vec<Diagnostic>),
-    /// From some place on no feeds hold the limits, because of the wear they cause.
-    #[error(
-        "line {}: T{} is worn out: its teeth have slid {:.1} m, and no feed holds {} from here on; slower feeds wear this tool faster than they unload it",
-        .0.line, .0.tool, .0.slid_m, .0.kind.name()
-    )]
-    WornOut(WornOut),
-    /// Feeds and wear did not come to rest within so many rounds.
-    #[error("feeds and the wear that they cause do not settle within {0} rounds")]
-    Unsettled(usize),
-    /// The stock cannot be simulated.
-    #[error(transparent)]
-    Engage(#[from] EngageError),
-}
-
-/// What the pipeline is told by the outside world.
-pub struct Watch<'a> {
-    /// Hears the stage and the fraction of it that is done.
-    pub progress: &'a (dyn Fn(&'static str, f64) + Sync),
-    /// Seconds since some moment.
-    pub clock: &'a dyn Fn() -> f64,
-    /// Reads subprograms.
-    pub subprograms: nc::environment::Loader<'a>,
-    /// Settings of the simulation; its spacing is that of [`SPACING_MM`].
-    pub engage: engage::Options<'a>,
-    /// What is kept of the simulation.
-    pub keep: Keep<'a>,
-}
-
-/// Finds a map by its key.
-pub type Recall<'a> = dyn Fn(&Key) -> Option<EngagementMap> + 'a;
-/// Keeps a map.
-pub type Remember<'a> = dyn Fn(&Key, &EngagementMap) + 'a;
-/// Takes pieces of stock with their shifts.
-pub type TakeStock<'a> = dyn Fn(Vec<(Piece, Vec3)>) + 'a;
-
-/// Hooks for what outlives a run.
-#[derive(Clone, Copy, Default)]
-pub struct Keep<'a> {
-    /// The map of an earlier run with this key.
-    pub recall: Option<&'a Recall<'a>>,
-    /// Keeps a map under its key.
-    pub remember: Option<&'a Remember<'a>>,
-    /// Takes the stock as the program leaves it, each piece with the shift from the common frame into its own.
-    pub stock: Option<&'a TakeStock<'a>>,
-}
-
-/// A program with its setup.
-pub struct Task {
-    /// The program.
-    pub program: Program,
-    /// Its setup.
-    pub job: Job,
-    /// What the setup assumes.
-    pub assumptions: Vec<Assumption>,
-    /// What is asked besides.
-    pub wanted: Wanted,
-}
-
 /// Predicts loads and time as programmed.
 pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
     posed(task, Edges::AsProgrammed, watch)
@@ -313,10 +239,6 @@ fn read(program: Program, job: &Job, wanted: Wanted, watch: &Watch) -> (Program,
     (program, toolpath)
 }
 
-fn environment<'a>(job: &Job, watch: &Watch<'a>) -> Environment<'a> {
-    Environment { load: watch.subprograms, ..Environment::from_job(job) }
-}
-
 /// Engagement of the program as it came: from an earlier run if that has it and nobody asks for the stock.
 fn first_engagement(toolpath: &Toolpath, job: &Job, watch: &Watch) -> Result<EngagementMap, EngageError> {
     let options = engage::Options { spacing_mm: SPACING_MM[0], ..watch.engage };
@@ -339,49 +261,4 @@ fn first_engagement(toolpath: &Toolpath, job: &Job, watch: &Watch) -> Result<Eng
         remember(key, &map);
     }
     Ok(cut(map, job, SPACING_MM[0]))
-}
-
-/// With effects of history no station may be longer than the spacing.
-fn cut(map: EngagementMap, job: &Job, spacing_mm: f64) -> EngagementMap {
-    if schedule::history::is_asked_for(job) { map.cut_to(spacing_mm) } else { map }
-}
-
-fn engagement(
-    toolpath: &Toolpath,
-    job: &Job,
-    watch: &Watch,
-    stage: &'static str,
-    spacing_mm: f64,
-) -> Result<EngagementMap, EngageError> {
-    let options = engage::Options { spacing_mm, ..watch.engage };
-    let map = engage::engage(toolpath, job, &options, &|done| (watch.progress)(stage, done))?;
-    Ok(cut(map, job, spacing_mm))
-}
-
-/// Caps and floors relative to the feeds that the program was written for: the F words of an earlier run are not taken for
-/// the user's, but where an entry or a finishing pass ends is known no better than to a station, and stays where the file has
-/// it. Where it is not known any more what the feeds were, nothing is raised. `history`: what lies behind the tools.
-fn asked(program: &Program, toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Problem {
-    if !rewrite::is_ours(program) {
-        return schedule::problem_after(toolpath, map, job, history, None);
-    }
-    let mut original = toolpath.clone();
-    let references = rewrite::references(program, toolpath);
-    for (motion, reference) in original.moves.iter_mut().zip(&references) {
-        motion.feed.mm_s = reference.feed_mm_s;
-    }
-    let standing = Standing { toolpath, apart_mm: 2.0 * SPACING_MM[0] };
-    let mut problem = schedule::problem_after(&original, map, job, history, Some(standing));
-    for node in &mut problem.nodes {
-        let now_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;
-        node.programmed_mm_s = now_mm_s;
-        if !references[node.move_id.ix()].known && node.free {
-            node.kept = node.kept.or(Some(Kept::Forgotten));
-            if node.cap.feed_mm_s > now_mm_s {
-                node.cap = Bound { feed_mm_s: now_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
-                node.floor.feed_mm_s = node.floor.feed_mm_s.min(now_mm_s);
-            }
-        }
-    }
-    problem
 }

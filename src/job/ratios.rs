@@ -8,19 +8,21 @@
 
 use rayon::prelude::*;
 
+use super::carried::Carried;
 use super::follow::Origin;
 use super::force_rate::{self, Step};
 use super::known::{Known, Side};
+use super::task::SPACING_MM;
 use super::tighten::{Breach, OVERLAP_MM, overlaps};
-use super::{MET, SPACING_MM};
-use crate::engage::{Again, EngagementMap, Station};
+use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, LoadLine};
 use crate::ids::BlockId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{MoveKind, Toolpath};
+use crate::report::MET;
 use crate::report::over::{self, Apart, LoadLimit, Over, Place, p99};
 use crate::schedule::FeedPiece;
-use crate::schedule::caps::Cutters;
+use crate::schedule::cutters::Cutters;
 use crate::schedule::history;
 use crate::schedule::realise::{as_programmed, pieces_of_moves};
 use crate::schedule::rules::{Rules, rules};
@@ -29,44 +31,6 @@ use crate::schedule::rules::{Rules, rules};
 const CHUNK: usize = 1 << 14;
 /// Limits of the spindle's own curves: power and torque.
 const OF_SPINDLE: usize = 2;
-
-/// What each station carries at the feed it was last asked about.
-#[derive(Default)]
-pub struct Carried {
-    /// By station: the feed, mm/s; NaN where nothing is cut or no load is known.
-    feeds_mm_s: Vec<f64>,
-    /// By station: the load under each of its limits, in their order and units, with room for `each`.
-    loads: Vec<f64>,
-    each: usize,
-}
-
-impl Carried {
-    /// For the stations of another map that has some moves of this one: their loads stay known, those of the others are not.
-    pub fn over_to(&self, map: &EngagementMap, again: Again) -> Self {
-        let mut there = Self { each: self.each, ..Self::default() };
-        if self.each == 0 {
-            return there;
-        }
-        there.make_room(map.stations.len());
-        for (range, of) in map.of_move.iter().zip(again.of_move) {
-            let Some(from) = of.map(|of| again.known.of_move[of.ix()].clone()) else { continue };
-            let (from, to) = (from.start as usize..from.end as usize, range.start as usize..range.end as usize);
-            there.feeds_mm_s[to.clone()].copy_from_slice(&self.feeds_mm_s[from.clone()]);
-            there.loads[to.start * self.each..to.end * self.each]
-                .copy_from_slice(&self.loads[from.start * self.each..from.end * self.each]);
-        }
-        there
-    }
-
-    fn make_room(&mut self, stations: usize) {
-        self.feeds_mm_s.resize(stations, f64::NAN);
-        self.loads.resize(stations * self.each, 0.0);
-    }
-
-    fn of(&self, station: usize) -> &[f64] {
-        &self.loads[station * self.each..(station + 1) * self.each]
-    }
-}
 
 /// Limits and feeds of a written file, ready to be asked about its stations.
 pub struct Ratios<'a> {

@@ -4,8 +4,10 @@
 
 use std::collections::BTreeMap;
 
-use super::worn::Edges;
-use super::{JobError, SPACING_MM, Watch, asked, engagement, environment, look};
+use super::asked::{asked, engagement, environment};
+use super::edges::Edges;
+use super::look;
+use super::task::{JobError, SPACING_MM, Watch};
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{self, Environment, Move, MoveKind, Program, Toolpath};

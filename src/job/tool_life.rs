@@ -6,7 +6,7 @@ use crate::machine::{Job, LifeShare, Wear};
 use crate::path::Vec3;
 use crate::report::Run;
 use crate::rewrite;
-use crate::schedule::caps::Cutters;
+use crate::schedule::cutters::Cutters;
 use crate::schedule::history::History;
 use crate::schedule::realise::pieces_of_moves;
 use crate::toollife::check_points::{self, Cycle};

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::engage::Station;
 use crate::report::Run;
 use crate::report::over::load_limits;
-use crate::schedule::caps::Cutters;
+use crate::schedule::cutters::Cutters;
 use crate::schedule::rules::rules;
 use crate::schedule::{FeedPiece, Schedule};
 

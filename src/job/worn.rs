@@ -2,8 +2,11 @@
 //! feeds settled by the rounds of [`crate::schedule::wear`], in both positions of the block-delete switch, or the place from which the
 //! tool is worn out.
 
+use super::asked::asked;
+use super::edges::WornOut;
+use super::switch;
+use super::task::JobError;
 use super::tighten::{self, Breach};
-use super::{JobError, asked, switch};
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind};
@@ -12,36 +15,6 @@ use crate::report::{Run, Switched};
 use crate::schedule::history::{self, History};
 use crate::schedule::wear::{self, ROUNDS, SETTLED};
 use crate::schedule::{self, FeedPiece, Options, Problem, Schedule};
-
-/// What lies behind the tool before new feeds are known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Edges {
-    /// Worn by the program as it stands.
-    AsProgrammed,
-    /// Not worn: no feeds leave higher caps.
-    Unworn,
-}
-
-impl Edges {
-    /// The history of a program as it stands, with these edges.
-    pub fn history(self, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> History {
-        let history = History::of(toolpath, map, job, &schedule::as_programmed(toolpath));
-        if self == Edges::Unworn { history.unworn() } else { history }
-    }
-}
-
-/// Where a tool is worn out: no feeds hold the limit from there on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WornOut {
-    /// The tool.
-    pub tool: u32,
-    /// First line.
-    pub line: u32,
-    /// The limit.
-    pub kind: LimitKind,
-    /// What its teeth have slid by then, m.
-    pub slid_m: f64,
-}
 
 /// Feeds from the caps of the problem, which are lowered until they hold behind these very feeds.
 pub fn feeds(run: &mut Run, options: &Options) -> Result<Schedule, JobError> {

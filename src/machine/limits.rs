@@ -1,4 +1,7 @@
-//! Limits on loads and feeds, and the names they go by in the setup file, the report and the annotation.
+//! Limits on loads and feeds. One table says of each kind what it is called, what it measures, what it acts on and where its value
+//! stands; setup file, schedule, check, report and annotation read it.
+
+use crate::units::Dimension;
 
 /// Lowest feed in a cut relative to the programmed one, where the setup says nothing.
 pub const FEED_CHANGE_MIN: f64 = 0.2;
@@ -18,7 +21,7 @@ pub enum LimitKind {
     ForceAxial,
     /// Power at the motor shaft, tare included, W: of the setup, or of the spindle's curve.
     Power,
-    /// Torque at the tool, N·m.
+    /// Torque at the tool, held in N·mm, told in N·m.
     Torque,
     /// Deflection at the tool tip, mm.
     Deflection,
@@ -89,71 +92,104 @@ impl LimitKind {
         LimitKind::Budget,
     ];
 
+    /// Loads of which what a program meets as it stands may serve as its limit.
+    pub fn references() -> impl Iterator<Item = LimitKind> {
+        Self::ALL.into_iter().filter(|kind| kind.row().role == REFERENCE)
+    }
+
+    /// Everything that is the same wherever it is named.
+    pub fn row(self) -> &'static LimitRow {
+        &TABLE[self as usize]
+    }
+
     /// Is it a load that is predicted, and so known no better than the prediction?
     pub fn is_load(self) -> bool {
-        use LimitKind::{BendingStress, ChipThickness, Deflection, ForceAxial, ForceNormalMean, ForceRate, ForceXy};
-        use LimitKind::{FeedPerTooth, Power, SurfaceError, Torque};
-        matches!(self, ForceXy | ForceNormalMean | ForceAxial | ForceRate | Power | Torque | Deflection)
-            || matches!(self, SurfaceError | BendingStress | ChipThickness | FeedPerTooth)
+        matches!(self.row().role, Role::Load { .. } | Role::Rate)
     }
 
     /// Name in the setup file and in the report.
     pub fn name(self) -> &'static str {
-        match self {
-            LimitKind::ForceXy => "force_xy",
-            LimitKind::ForceNormalMean => "force_normal_mean",
-            LimitKind::ForceAxial => "force_axial",
-            LimitKind::Power => "power",
-            LimitKind::Torque => "torque",
-            LimitKind::Deflection => "deflection",
-            LimitKind::SurfaceError => "surface_error",
-            LimitKind::BendingStress => "bending_stress",
-            LimitKind::ChipThickness => "chip_thickness",
-            LimitKind::ChipThicknessMin => "chip_thickness_min",
-            LimitKind::FeedPerTooth => "feed_per_tooth",
-            LimitKind::ForceRate => "force_rate",
-            LimitKind::Feed => "feed",
-            LimitKind::FeedMin => "feed_min",
-            LimitKind::FeedChange => "feed_change",
-            LimitKind::AirFeed => "air_feed",
-            LimitKind::Programmed => "programmed",
-            LimitKind::Ramp => "ramp",
-            LimitKind::Velocity => "velocity",
-            LimitKind::Acceleration => "acceleration",
-            LimitKind::Jerk => "jerk",
-            LimitKind::Corner => "corner",
-            LimitKind::BlockTime => "block_time",
-            LimitKind::Budget => "budget",
-        }
+        self.row().name
     }
 
     /// Unit of its value in the report.
     pub fn unit(self) -> &'static str {
-        match self {
-            LimitKind::ForceXy | LimitKind::ForceNormalMean | LimitKind::ForceAxial => "N",
-            LimitKind::Power => "W",
-            LimitKind::ForceRate => "N/s",
-            LimitKind::Torque => "N·m",
-            LimitKind::Deflection
-            | LimitKind::SurfaceError
-            | LimitKind::ChipThickness
-            | LimitKind::ChipThicknessMin
-            | LimitKind::FeedPerTooth
-            | LimitKind::Corner => "mm",
-            LimitKind::BendingStress => "MPa",
-            LimitKind::Feed
-            | LimitKind::FeedMin
-            | LimitKind::AirFeed
-            | LimitKind::Programmed
-            | LimitKind::Ramp
-            | LimitKind::Velocity => "mm/min",
-            LimitKind::FeedChange | LimitKind::Budget => "-",
-            LimitKind::Acceleration => "mm/s²",
-            LimitKind::Jerk => "mm/s³",
-            LimitKind::BlockTime => "s",
-        }
+        self.row().dimension.report_unit()
+    }
+
+    /// A value of [`Limits`] in that unit.
+    pub fn in_report_unit(self, value: f64) -> f64 {
+        self.row().dimension.in_report_unit(value)
     }
 }
+
+/// What a bound acts on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// A load of the cut at a station, which is a function of the feed.
+    Load {
+        /// What a program meets as it stands may serve as its limit.
+        reference: bool,
+    },
+    /// The change of a load from one station to the next.
+    Rate,
+    /// The feed itself.
+    Feed,
+    /// The motion of the machine.
+    Motion,
+    /// The program as a whole.
+    Whole,
+}
+
+/// Where a setup's value stands.
+type Field = fn(&mut Limits) -> &mut Option<f64>;
+
+/// One kind of bound, as setup file, schedule, check and report know it.
+pub struct LimitRow {
+    /// Name in the setup file and in the report.
+    pub name: &'static str,
+    /// What it measures: with it the unit of [`Limits`], and that of setup file and report.
+    pub dimension: Dimension,
+    /// What it acts on.
+    pub role: Role,
+    /// Where its value stands in [`Limits`]; `None`: elsewhere in the setup.
+    pub field: Option<Field>,
+}
+
+const fn row(name: &'static str, dimension: Dimension, role: Role, field: Option<Field>) -> LimitRow {
+    LimitRow { name, dimension, role, field }
+}
+
+const LOAD: Role = Role::Load { reference: false };
+const REFERENCE: Role = Role::Load { reference: true };
+
+/// The rows, in the order of [`LimitKind::ALL`].
+const TABLE: [LimitRow; LimitKind::ALL.len()] = [
+    row("force_xy", Dimension::Force, REFERENCE, Some(|limits| &mut limits.force_xy_n)),
+    row("force_normal_mean", Dimension::Force, REFERENCE, Some(|limits| &mut limits.force_normal_mean_n)),
+    row("force_axial", Dimension::Force, REFERENCE, Some(|limits| &mut limits.force_axial_n)),
+    row("power", Dimension::Power, REFERENCE, Some(|limits| &mut limits.power_w)),
+    row("torque", Dimension::Torque, REFERENCE, Some(|limits| &mut limits.torque_nmm)),
+    row("deflection", Dimension::Length, REFERENCE, Some(|limits| &mut limits.deflection_mm)),
+    row("surface_error", Dimension::Length, LOAD, Some(|limits| &mut limits.surface_error_mm)),
+    row("bending_stress", Dimension::Stress, LOAD, Some(|limits| &mut limits.bending_stress_mpa)),
+    row("chip_thickness", Dimension::Length, LOAD, Some(|limits| &mut limits.chip_thickness_max_mm)),
+    row("chip_thickness_min", Dimension::Length, Role::Feed, Some(|limits| &mut limits.chip_thickness_min_mm)),
+    row("feed_per_tooth", Dimension::Length, LOAD, Some(|limits| &mut limits.feed_per_tooth_max_mm)),
+    row("force_rate", Dimension::ForcePerTime, Role::Rate, Some(|limits| &mut limits.force_rate_n_s)),
+    row("feed", Dimension::Feed, Role::Feed, Some(|limits| &mut limits.feed_max_mm_s)),
+    row("feed_min", Dimension::Feed, Role::Feed, Some(|limits| &mut limits.feed_min_mm_s)),
+    row("feed_change", Dimension::Ratio, Role::Feed, Some(|limits| &mut limits.feed_change_max)),
+    row("air_feed", Dimension::Feed, Role::Feed, None),
+    row("programmed", Dimension::Feed, Role::Feed, None),
+    row("ramp", Dimension::Feed, Role::Feed, None),
+    row("velocity", Dimension::Feed, Role::Motion, None),
+    row("acceleration", Dimension::Acceleration, Role::Motion, None),
+    row("jerk", Dimension::Jerk, Role::Motion, None),
+    row("corner", Dimension::Length, Role::Motion, None),
+    row("block_time", Dimension::Time, Role::Motion, None),
+    row("budget", Dimension::Ratio, Role::Whole, None),
+];
 
 /// Limits in force; `None` does not bind. Those of a tool or an operation replace those of the setup one by one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -193,74 +229,78 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Is a load of the cut limited, or its chip?
-    pub fn has_load(&self) -> bool {
-        let loads = [
-            self.force_xy_n,
-            self.force_normal_mean_n,
-            self.force_axial_n,
-            self.power_w,
-            self.torque_nmm,
-            self.deflection_mm,
-            self.surface_error_mm,
-            self.bending_stress_mpa,
-            self.chip_thickness_max_mm,
-            self.feed_per_tooth_max_mm,
-        ];
-        loads.iter().any(Option::is_some)
+    /// The value of a kind; `None` where it does not bind or stands elsewhere in the setup.
+    pub fn value(&self, kind: LimitKind) -> Option<f64> {
+        // A field is named once, by a borrow that can write: reading it takes a copy.
+        kind.row().field.and_then(|field| *field(&mut { *self }))
+    }
+
+    /// Puts a value in; a kind that stands elsewhere in the setup is left alone.
+    pub fn set(&mut self, kind: LimitKind, value: Option<f64>) {
+        if let Some(field) = kind.row().field {
+            *field(self) = value;
+        }
+    }
+
+    /// The loads of the cut that are bounded, each with its value, in the order of the report.
+    pub fn loads(&self) -> Vec<(LimitKind, f64)> {
+        let loads = LimitKind::ALL.into_iter().filter(|kind| matches!(kind.row().role, Role::Load { .. }));
+        loads.filter_map(|kind| Some((kind, self.value(kind)?))).collect()
+    }
+
+    /// True when a load of the cut is limited, its chip included: only then may a feed rise in a cut.
+    pub fn bounds_a_load(&self) -> bool {
+        !self.loads().is_empty()
     }
 
     /// These limits, with those that `over` gives put in their place.
     pub fn overridden_by(&self, over: &Limits) -> Limits {
-        Limits {
-            force_xy_n: over.force_xy_n.or(self.force_xy_n),
-            force_normal_mean_n: over.force_normal_mean_n.or(self.force_normal_mean_n),
-            force_axial_n: over.force_axial_n.or(self.force_axial_n),
-            power_w: over.power_w.or(self.power_w),
-            torque_nmm: over.torque_nmm.or(self.torque_nmm),
-            deflection_mm: over.deflection_mm.or(self.deflection_mm),
-            surface_error_mm: over.surface_error_mm.or(self.surface_error_mm),
-            bending_stress_mpa: over.bending_stress_mpa.or(self.bending_stress_mpa),
-            chip_thickness_min_mm: over.chip_thickness_min_mm.or(self.chip_thickness_min_mm),
-            chip_thickness_max_mm: over.chip_thickness_max_mm.or(self.chip_thickness_max_mm),
-            feed_min_mm_s: over.feed_min_mm_s.or(self.feed_min_mm_s),
-            feed_max_mm_s: over.feed_max_mm_s.or(self.feed_max_mm_s),
-            feed_per_tooth_max_mm: over.feed_per_tooth_max_mm.or(self.feed_per_tooth_max_mm),
-            force_rate_n_s: over.force_rate_n_s.or(self.force_rate_n_s),
-            feed_change_min: over.feed_change_min.or(self.feed_change_min),
-            feed_change_max: over.feed_change_max.or(self.feed_change_max),
+        let mut limits = Limits { feed_change_min: over.feed_change_min.or(self.feed_change_min), ..*self };
+        for kind in LimitKind::ALL {
+            limits.set(kind, over.value(kind).or(self.value(kind)));
         }
+        limits
     }
 
-    /// These limits, with the loads that `other` bounds at the lower of both.
+    /// These limits, with the loads that may serve as a reference at the lower of both.
     pub fn lowered_to(&self, other: &Limits) -> Limits {
-        let lower = |a: Option<f64>, b: Option<f64>| [a, b].into_iter().flatten().reduce(f64::min);
-        Limits {
-            force_xy_n: lower(self.force_xy_n, other.force_xy_n),
-            force_normal_mean_n: lower(self.force_normal_mean_n, other.force_normal_mean_n),
-            force_axial_n: lower(self.force_axial_n, other.force_axial_n),
-            power_w: lower(self.power_w, other.power_w),
-            torque_nmm: lower(self.torque_nmm, other.torque_nmm),
-            deflection_mm: lower(self.deflection_mm, other.deflection_mm),
-            ..*self
+        let mut limits = *self;
+        for kind in LimitKind::references() {
+            let lower = [self.value(kind), other.value(kind)].into_iter().flatten().reduce(f64::min);
+            limits.set(kind, lower);
+        }
+        limits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows are found by the place of their kind; each has its own name and its own field.
+    #[test]
+    fn every_kind_has_its_row() {
+        for (place, kind) in LimitKind::ALL.into_iter().enumerate() {
+            assert_eq!(kind as usize, place);
+            assert!(LimitKind::ALL[..place].iter().all(|other| other.name() != kind.name()), "{}", kind.name());
+            let mut limits = Limits::default();
+            limits.set(kind, Some(1.0));
+            let found: Vec<LimitKind> = LimitKind::ALL.into_iter().filter(|k| limits.value(*k).is_some()).collect();
+            assert_eq!(found, if kind.row().field.is_some() { vec![kind] } else { vec![] });
+            let loads: Vec<LimitKind> = limits.loads().into_iter().map(|(kind, _)| kind).collect();
+            let is_load = matches!(kind.row().role, Role::Load { .. });
+            assert_eq!(loads, if is_load { vec![kind] } else { vec![] });
         }
     }
 
-    /// True when a force, power, torque, deflection, stress or chip limit is in force: only then may a feed rise in a cut.
-    pub fn bounds_a_load(&self) -> bool {
-        [
-            self.force_xy_n,
-            self.force_normal_mean_n,
-            self.force_axial_n,
-            self.power_w,
-            self.torque_nmm,
-            self.deflection_mm,
-            self.surface_error_mm,
-            self.bending_stress_mpa,
-            self.chip_thickness_max_mm,
-            self.feed_per_tooth_max_mm,
-        ]
-        .iter()
-        .any(Option::is_some)
+    #[test]
+    fn limits_are_overridden_and_lowered_one_by_one() {
+        let own = Limits { force_xy_n: Some(5.0), feed_change_min: Some(0.2), ..Limits::default() };
+        let other = Limits { force_xy_n: Some(7.0), power_w: Some(1.0), feed_change_min: Some(0.4), ..own };
+        let over = own.overridden_by(&other);
+        assert_eq!((over.force_xy_n, over.power_w, over.feed_change_min), (Some(7.0), Some(1.0), Some(0.4)));
+        let lower = own.lowered_to(&other);
+        assert_eq!((lower.force_xy_n, lower.power_w, lower.feed_change_min), (Some(5.0), Some(1.0), Some(0.2)));
+        assert_eq!((LimitKind::Torque.unit(), LimitKind::Torque.in_report_unit(1500.0)), ("N·m", 1.5));
     }
 }

@@ -10,8 +10,7 @@ use crate::engage::Station;
 use crate::force::Loads;
 use crate::machine::{LimitKind, Limits};
 use crate::nc::MoveKind;
-use crate::schedule::rules::{Rules, load_limits, rules};
-use crate::units::{mm_min_from_mm_s, nm_from_nmm};
+use crate::schedule::rules::{Rules, rules};
 
 /// One limit, for one tool where it is a load.
 #[derive(Debug, Clone)]
@@ -95,20 +94,6 @@ impl Figures {
     }
 }
 
-/// A limit's value in the unit of the report.
-pub fn in_report_unit(kind: LimitKind, value: f64) -> f64 {
-    match kind {
-        LimitKind::Torque => nm_from_nmm(value),
-        LimitKind::Feed
-        | LimitKind::FeedMin
-        | LimitKind::AirFeed
-        | LimitKind::Programmed
-        | LimitKind::Ramp
-        | LimitKind::Velocity => mm_min_from_mm_s(value),
-        _ => value,
-    }
-}
-
 /// The numbers of a run.
 pub fn figures(run: &Run) -> Figures {
     let rules = rules(&run.toolpath, &run.map, &run.job);
@@ -182,7 +167,7 @@ impl LimitTally {
     /// The row; the largest load as written is that of the written file.
     fn figure(mut self, over: &Over) -> LimitFigure {
         let kind = self.limit.kind;
-        let shown = |value| in_report_unit(kind, value);
+        let shown = |value| kind.in_report_unit(value);
         let share = |part: f64| if self.length > 0.0 { part / self.length } else { 0.0 };
         let worst = over.worst.iter().find(|worst| {
             let (a, b) = (&worst.limit, &self.limit);
@@ -336,7 +321,7 @@ fn share_active_time(run: &Run, limits: &mut Vec<LimitFigure>) {
         let percent = if whole > 0.0 { 100.0 * seconds / whole } else { 0.0 };
         let price = schedule.shadow_prices.iter().find(|(k, _)| *k == kind).map(|(_, price)| *price);
         // A price is per unit of the limit as the library holds it.
-        let price = price.map(|price| price / in_report_unit(kind, 1.0));
+        let price = price.map(|price| price / kind.in_report_unit(1.0));
         let rows = limits.iter().filter(|figure| figure.kind == kind).count();
         if rows == 0 {
             limits.push(motion_row(run, kind));
@@ -386,16 +371,12 @@ fn motion_row(run: &Run, kind: LimitKind) -> LimitFigure {
         LimitKind::Jerk => Some(least(|axis| axis.jerk_mm_s3.unwrap_or(f64::INFINITY))).filter(|jerk| jerk.is_finite()),
         LimitKind::Corner => Some(machine.corner_tolerance_mm),
         LimitKind::BlockTime => Some(machine.block_time_s),
-        LimitKind::Feed => limits.feed_max_mm_s,
-        LimitKind::FeedMin => limits.feed_min_mm_s,
-        LimitKind::FeedChange => limits.feed_change_max,
         LimitKind::AirFeed => run.job.air_feed.map(|air| air.feed_mm_s),
-        LimitKind::ChipThicknessMin => limits.chip_thickness_min_mm,
-        _ => load_limits(limits).into_iter().find(|(k, _)| *k == kind).map(|(_, value)| value),
+        _ => limits.value(kind),
     };
     LimitFigure {
         kind,
-        limit: value.map(|value| in_report_unit(kind, value)),
+        limit: value.map(|value| kind.in_report_unit(value)),
         tool: None,
         of_spindle: false,
         before_max: None,

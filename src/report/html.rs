@@ -14,7 +14,7 @@ pub(super) fn page_with(title: &str, body: &str, scripts: &str) -> String {
     let name = escaped(title);
     format!(
         "<!doctype html>\n<!-- w{} {} -->\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<h1>{name}</h1>\n{body}{scripts}</body></html>\n",
-        super::MARK,
+        super::marks::MARK,
         env!("CARGO_PKG_VERSION")
     )
 }

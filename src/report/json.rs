@@ -5,11 +5,11 @@ use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::WRITTEN_BY;
 use super::answers::Answers;
 use super::blocks::{BlockRow, blocks};
 use super::bounds::Share;
 use super::figures::{Figures, LimitFigure};
+use super::marks::WRITTEN_BY;
 use super::over::Worst;
 use super::provenance::{Provenance, sha256};
 use super::run::{Run, Written};
@@ -367,7 +367,7 @@ fn check(written: &Written) -> CheckPart<'_> {
 }
 
 fn infeasible(run: &Run) -> Vec<InfeasiblePart> {
-    let part = |place: super::Infeasible| InfeasiblePart {
+    let part = |place: super::run::Infeasible| InfeasiblePart {
         line: place.line,
         limit: place.limit.name(),
         reason: format!("{} is exceeded even at the lowest feed allowed", place.limit.name()),
@@ -385,7 +385,7 @@ fn output(run: &Run, written: &Written) -> OutputPart {
         blocks_added: written.stats.blocks_added,
         bytes_before: run.program.own_text().len(),
         bytes_after: written.bytes.len(),
-        loss_vs_continuous_percent: super::loss_percent(written),
+        loss_vs_continuous_percent: written.loss_percent(),
         growth_blocks: 1.0 + written.stats.blocks_added as f64 / (run.program.len() as f64).max(1.0),
         growth_bytes: written.length() as f64 / (run.program.text().len() as f64).max(1.0),
         max_growth_costs_s: written.schedule.bound_costs_s,

@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use super::WRITTEN_BY;
+use super::marks::WRITTEN_BY;
 use crate::learn::calibrate::Calibration;
 use crate::learn::calibrate::plan::{Plan, TestCut};
 use crate::learn::evaluate::{Evaluation, OfQuantity};

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::html::{escaped, folded, page, table};
 use super::learn::learn_words;
-use super::summary::short;
+use super::number::short;
 use crate::learn::diagnose::curves::{CovariateCurve, Curves, Trace};
 use crate::learn::report::{LearnReport, Value};
 

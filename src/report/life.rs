@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::summary::short;
+use super::number::short;
 
 /// The first columns of the table of check points.
 pub const CHECKS_HEAD: &str = "program,check,cycle,line";

@@ -99,7 +99,7 @@ pub fn log_json(seen: &Seen, name: &str) -> String {
         })
     };
     let value = json!({
-        "written_by": super::WRITTEN_BY,
+        "written_by": super::marks::WRITTEN_BY,
         "file": name,
         "kind": match seen.kind { Kind::Table => "table", Kind::Shdr => "shdr", Kind::Streams => "mtconnect-streams" },
         "layout": seen.layout.as_ref().map(|layout| json!({

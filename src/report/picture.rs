@@ -5,11 +5,11 @@
 use std::fmt::Write;
 
 use super::figures::{Figures, LimitFigure};
+use super::number::{clock, short};
 use super::run::Run;
 use super::stations::{StationLoads, each_station};
-use super::summary::{clock, short};
 use crate::machine::LimitKind;
-use crate::units::{mm_min_from_mm_s, nm_from_nmm};
+use crate::units::mm_min_from_mm_s;
 
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 74.0;
@@ -116,7 +116,7 @@ fn panels(run: &Run, shown: Option<&LimitFigure>) -> [Panel; 2] {
 
 fn load(value: Option<f64>, kind: LimitKind) -> f64 {
     let value = value.unwrap_or(0.0);
-    if kind == LimitKind::Torque { nm_from_nmm(value) } else { value }
+    kind.in_report_unit(value)
 }
 
 fn head(run: &Run, file: &str) -> String {
@@ -136,7 +136,7 @@ fn head(run: &Run, file: &str) -> String {
             "<text x=\"{left}\" y=\"24\" font-size=\"16\" fill=\"#202020\">{file}: {time}</text>\n"
         ),
         w = WIDTH,
-        mark = super::MARK,
+        mark = super::marks::MARK,
         version = env!("CARGO_PKG_VERSION"),
         left = LEFT,
         file = file,

@@ -75,6 +75,12 @@ pub struct Written {
 }
 
 impl Written {
+    /// Time above that of the continuous optimum, %.
+    pub fn loss_percent(&self) -> f64 {
+        let best = self.schedule.continuous_s;
+        if best > 0.0 { 100.0 * (self.realised_after.total_s / best - 1.0) } else { 0.0 }
+    }
+
     /// Bytes of the program and of the files it calls.
     pub fn length(&self) -> usize {
         self.bytes.len() + self.files.iter().map(|(_, bytes)| bytes.len()).sum::<usize>()

@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use super::short;
+use super::number::short;
 use crate::finish::semifinish::{Answer, CALIBRATED_MM, Gouge, Round, Seen, Wanted};
 use crate::force::Loads;
 use crate::machine::Job;
@@ -222,7 +222,7 @@ pub fn semifinish_report(found: Semifinished) -> SemifinishReport {
         values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
     };
     SemifinishReport {
-        written_by: super::WRITTEN_BY,
+        written_by: super::marks::WRITTEN_BY,
         semi: found.names[0].to_owned(),
         finish: found.names[1].to_owned(),
         reference_n,

@@ -2,10 +2,10 @@
 
 use super::figures::{Figures, LimitFigure};
 use super::html::{escaped, page, table};
+use super::number::{clock, short};
 use super::page::checks::{checks, stamp};
 use super::provenance::Provenance;
 use super::run::Run;
-use super::summary::{clock, short};
 use super::verdict::Outcome;
 use super::words::plain;
 

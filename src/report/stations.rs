@@ -7,7 +7,7 @@ use super::run::Run;
 use crate::engage::Station;
 use crate::force::Loads;
 use crate::schedule::FeedPiece;
-use crate::schedule::caps::Cutters;
+use crate::schedule::cutters::Cutters;
 use crate::schedule::history;
 use crate::schedule::realise::pieces_of_moves;
 

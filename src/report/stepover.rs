@@ -1,7 +1,7 @@
 //! What a plan of varying step-over found, as JSON and as text on the screen. In: an [`Answer`]. Out: text.
 
-use super::WRITTEN_BY;
-use super::summary::{clock, short};
+use super::marks::WRITTEN_BY;
+use super::number::{clock, short};
 use crate::finish::stepover::Answer;
 use crate::finish::stepover::job::{Program, cutting_s};
 use crate::finish::stepover::passes::{Bind, Pass, Spot};

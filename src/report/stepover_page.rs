@@ -2,8 +2,8 @@
 //! [`Answer`]. Out: text. Cells of the picture show the largest value of the passes within them.
 
 use super::html::{escaped, page};
+use super::number::short;
 use super::stepover::stepover_words;
-use super::summary::short;
 use crate::finish::stepover::Answer;
 use crate::finish::stepover::passes::Spot;
 use std::fmt::Write;

@@ -4,6 +4,7 @@
 
 use super::bounds;
 use super::figures::{Figures, LimitFigure};
+use super::number::{clock, length, short};
 use super::run::{Run, Written};
 use super::words::plain;
 use crate::diag::{self, Severity};
@@ -123,16 +124,6 @@ fn times(run: &Run, with_causes: bool) -> String {
     text
 }
 
-/// Seconds as people read them.
-pub fn clock(seconds: f64) -> String {
-    if seconds < 60.0 {
-        return format!("{seconds:.1} s");
-    }
-    let whole = seconds.round() as u64;
-    let (hours, minutes, rest) = (whole / 3600, whole / 60 % 60, whole % 60);
-    if hours > 0 { format!("{hours}:{minutes:02}:{rest:02} h") } else { format!("{minutes}:{rest:02} min") }
-}
-
 /// Items joined by commas, folded at 96 columns.
 fn wrapped(indent: &str, items: &[String]) -> String {
     let mut text = String::new();
@@ -206,25 +197,6 @@ fn shown_unit(kind: LimitKind, inch: bool) -> (f64, &'static str) {
     }
 }
 
-/// A length in the unit of the program.
-pub fn length(mm: f64, inch: bool) -> String {
-    if inch { format!("{} in", short(mm / MM_PER_INCH)) } else { format!("{} mm", short(mm)) }
-}
-
-/// Four significant digits.
-pub fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value:.0}");
-    }
-    if value.abs() < 5e-7 {
-        return "0".to_owned();
-    }
-    let digits = (3 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{value:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
-/// What holds the feeds, by the share of the cutting time.
 fn bounds(figures: &Figures) -> String {
     let shares: Vec<_> =
         figures.bounds.iter().zip(bounds::whole(&figures.bounds)).filter(|(_, percent)| *percent > 0).collect();

@@ -1,10 +1,10 @@
 //! The machined wall in space. In: a run. Out: one row per point that a tooth leaves on a wall: where, and how far the bent,
 //! run-out tool stands off the ideal wall there at the programmed feed (Ko, Yun, Cho 2002).
 
+use super::number::unsigned_zero;
 use super::run::Run;
-use super::unsigned_zero;
 use crate::path::Vec3;
-use crate::schedule::caps::Cutters;
+use crate::schedule::cutters::Cutters;
 use crate::units::mm_min_from_mm_s;
 use std::io::{self, Write};
 

@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 
 use super::figures::node_at;
+use super::number::unsigned_zero;
 use super::over::{Apart, load_limits};
 use super::run::Run;
 use super::stations::{Feeds, StationLoads, each_station};
-use super::unsigned_zero;
 use crate::force::Loads;
 use crate::ids::MoveId;
 use crate::machine::Slice;
@@ -37,7 +37,7 @@ pub fn csv(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     write!(
         out,
         "{},feed_after_mm_min,spindle_rpm,tool,removal_area_mm2,contact_area_mm2_per_rev,entry_deg,exit_deg,axial_depth_mm",
-        super::CSV_HEAD
+        super::marks::CSV_HEAD
     )?;
     for side in ["before", "after"] {
         for (name, _) in LOADS {

@@ -6,9 +6,9 @@
 //! kept blocks included), a limit that cannot be met, a force that changes too fast. A simulation changes nothing: loads beyond
 //! their limits are what it was asked for, so they stand in its headline and are no fault.
 
+use super::number::length;
 use super::over::{Apart, Beyond, MET, Over, Worst};
 use super::run::{Run, Written};
-use super::summary::length;
 use super::words::plain;
 use crate::diag::Severity;
 use crate::engage::EventKind;

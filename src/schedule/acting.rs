@@ -4,7 +4,7 @@
 //! A limit that never acts says nothing about this job (4500 N where 300 N occur is a default, a slip of the pen, or another
 //! unit), and gives no leave to raise a feed: what then ends the rise is feed_change alone.
 
-use super::caps::{Cutters, skims};
+use super::cutters::{Cutters, skims};
 use super::rules::{Rule, Rules};
 use crate::engage::{EngagementMap, Station};
 use crate::ids::MoveId;

@@ -15,6 +15,7 @@
 
 use super::problem::{Bound, Problem};
 use crate::machine::LimitKind;
+use crate::numeric::bisect;
 
 /// A budget.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +69,7 @@ pub fn keep(problem: &mut Problem, rate: &[f64], budget: &Budget) -> Kept {
         return Kept::Impossible { used: free };
     }
     let lowest = used_at(f64::INFINITY);
-    let price_s = if lowest > budget.most { f64::INFINITY } else { bisect(&used_at, budget.most) };
+    let price_s = if lowest > budget.most { f64::INFINITY } else { price_of(&used_at, budget.most) };
     let used = used_at(price_s);
     for (i, c) in rate.iter().enumerate() {
         let node = problem.nodes[i];
@@ -108,16 +109,12 @@ fn speed(problem: &Problem, i: usize, c: f64, price_s: f64, budget: &Budget) -> 
 }
 
 /// The lowest price at which no more than `most` is used.
-fn bisect(used_at: &dyn Fn(f64) -> f64, most: f64) -> f64 {
+fn price_of(used_at: &dyn Fn(f64) -> f64, most: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1e-9);
     while used_at(high) > most && high < 1e300 {
         (low, high) = (high, high * 10.0);
     }
-    for _ in 0..100 {
-        let middle = 0.5 * (low + high);
-        if used_at(middle) > most { low = middle } else { high = middle }
-    }
-    high
+    bisect(|price| used_at(price) > most, low, high, 100)[1]
 }
 
 #[cfg(test)]

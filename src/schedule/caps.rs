@@ -10,15 +10,16 @@
 use rayon::prelude::*;
 
 use super::acting::{self, Idle};
+use super::cutters::{Cutters, SLIVER_MM, skims};
 use super::history::History;
 use super::kept::{self, Keeping, Standing};
-use super::problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem};
+use super::problem::{Bound, Conflict, Kept, Node, Problem};
 use super::realise::as_programmed;
 use super::robust::{self, doubt};
 use super::rules::{Rule, Rules, rules};
 use super::{force_rate, ramps};
 use crate::engage::{EngagementMap, Station};
-use crate::force::{Cap, Cut, Cutter, LoadLine};
+use crate::force::{Cap, LoadLine};
 use crate::ids::MoveId;
 use crate::machine::limits::{FEED_CHANGE_MAX, FEED_CHANGE_MIN};
 use crate::machine::{Job, LimitKind, Mode, Spindle};
@@ -27,10 +28,6 @@ use crate::units::{mm_s_from_mm_min, nm_from_nmm, nmm_from_nm};
 
 /// Share of the lowest feed asked for below which a load limit counts as impossible to meet.
 pub const LEAST: f64 = 0.1;
-/// Radial depth below which a cut is one of rounding, mm: two increments of the usual third decimal.
-const SKIM_MM: f64 = 0.002;
-/// Longest stretch of air that counts as the edge of the cut beside it, mm.
-pub(super) const SLIVER_MM: f64 = 0.05;
 
 /// The path with its bounds, where every tool has the past of the program as it stands.
 pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
@@ -84,11 +81,6 @@ pub fn problem_after(
     problem
 }
 
-/// Is what is cut here as thin as the rounding of the program's coordinates? Then it may as well be air.
-pub(super) fn skims(station: &Station) -> bool {
-    f64::from(station.removal_area_mm2) < SKIM_MM * f64::from(station.axial_depth_mm)
-}
-
 /// A sliver of air beside a cut takes the cap of the cut, one of the approach beside clear air that of the air: where exactly
 /// a cut or the approach begins is known no better, and a feed that changes there would move with every split.
 fn slivers(problem: &mut Problem) {
@@ -109,51 +101,6 @@ fn slivers(problem: &mut Problem) {
             }
         }
     }
-}
-
-/// One cutter per tool and spindle speed, and the cutter of each move.
-pub struct Cutters {
-    list: Vec<Option<Cutter>>,
-    of_move: Vec<u16>,
-    history: History,
-}
-
-impl Cutters {
-    /// Cutters of every tool and speed that the toolpath uses, with what lies behind them at these feeds.
-    pub fn new(toolpath: &Toolpath, map: &EngagementMap, job: &Job, feeds: &[FeedPiece]) -> Self {
-        Self::after(toolpath, map, job, &History::of(toolpath, map, job, feeds))
-    }
-
-    /// The same with this behind them.
-    pub fn after(toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Self {
-        let mut keys: Vec<(u32, f64)> = Vec::new();
-        let mut of_move = Vec::with_capacity(toolpath.moves.len());
-        for motion in &toolpath.moves {
-            let key = (motion.tool, motion.spin.rps);
-            let found = keys.iter().rposition(|known| *known == key).unwrap_or_else(|| {
-                keys.push(key);
-                keys.len() - 1
-            });
-            of_move.push(found as u16);
-        }
-        let list = keys.into_iter().map(|(tool, rps)| cutter(tool, rps, map, job)).collect();
-        Self { list, of_move, history: history.clone() }
-    }
-    /// Cutter of a move; `None` when its tool, material or spindle speed does not allow one.
-    pub fn of(&self, id: MoveId) -> Option<&Cutter> {
-        self.list[self.of_move[id.ix()] as usize].as_ref()
-    }
-    /// What is cut at a station, and what lies behind it.
-    pub fn cut<'a>(&self, map: &'a EngagementMap, motion: &Move, station: &Station) -> Cut<'a> {
-        let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
-        Cut { arcs: map.arcs_of(station), tangent_z, state: self.history.state(map, motion, station) }
-    }
-}
-
-fn cutter(number: u32, rps: f64, map: &EngagementMap, job: &Job) -> Option<Cutter> {
-    let tool = job.tool(number)?;
-    let material = job.material(tool)?;
-    Cutter::new(tool, material, &job.machine.spindle, &job.process, map.slices_of(number), rps).ok()
 }
 
 struct Context<'a> {
@@ -266,7 +213,7 @@ impl Context<'_> {
         let cap = |line: &LoadLine, kind, limit| robust::cap(line, &others, self.deviations, kind, limit);
         let floor = lowest_feed(line.as_ref(), rule, programmed);
         let acts = self.idle[self.rules.index_of(node.move_id)].is_none();
-        let highest = if rule.limits.bounds_a_load() && acts && line.is_some() && !skims(station) {
+        let highest = if !rule.loads.is_empty() && acts && line.is_some() && !skims(station) {
             let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE_MAX[0]);
             Bound { feed_mm_s: programmed * most, kind: LimitKind::FeedChange, per_unit: programmed }
         } else {

@@ -6,9 +6,10 @@
 //! highest v with |F₂(v) − F₁(v)| v / ds ≤ rate caps both. Where nothing is cut, F is 0.
 
 use super::problem::Node;
+use crate::numeric::bisect;
 
 /// Halvings of the interval in which the highest feed is sought.
-const HALVINGS: usize = 40;
+const HALVINGS: u32 = 40;
 
 /// Highest feed at which the force changes no faster than `rate_n_s` from a piece to the next, at most `most_mm_s`.
 pub fn highest(
@@ -22,12 +23,7 @@ pub fn highest(
     if rate(most_mm_s) <= rate_n_s {
         return most_mm_s;
     }
-    let (mut low, mut high) = (0.0, most_mm_s);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if rate(middle) > rate_n_s { high = middle } else { low = middle }
-    }
-    low
+    bisect(|feed| rate(feed) <= rate_n_s, 0.0, most_mm_s, HALVINGS)[0]
 }
 
 /// Distance between the middles of two pieces that touch, mm.

@@ -19,7 +19,7 @@
 //! Where the simulation as a whole cannot be right (the stock is never touched, the spindle stands still in a cut, a tool has
 //! no loads) nothing is raised anywhere, in air or in cuts.
 
-use super::caps::{Cutters, SLIVER_MM, skims};
+use super::cutters::{Cutters, SLIVER_MM, skims};
 use super::kinds::{downwards, finishing};
 use super::problem::{Bound, Kept, Node, Problem};
 use super::ramps::spread;

@@ -3,7 +3,7 @@
 //!
 //! A cutter of radius R that advances f_t per tooth leaves cusps of height f_t² / 8R along the wall (Martellotti).
 
-use super::caps::Cutters;
+use super::cutters::Cutters;
 use super::problem::FeedPiece;
 use super::realise::pieces_of_moves;
 use crate::engage::EngagementMap;

@@ -10,6 +10,7 @@ pub mod cone;
 pub mod control;
 pub mod convex;
 pub mod corner;
+pub mod cutters;
 pub mod cycle;
 pub mod force_rate;
 pub mod history;

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::caps::Cutters;
+use super::cutters::Cutters;
 use super::kinds::cuts;
 use super::operations::{Segment, nearest};
 use super::realise::as_programmed;
@@ -16,16 +16,6 @@ use crate::nc::Toolpath;
 
 /// A load below this is none, in the unit of [`Limits`]: a drill has no force in the plane but for rounding.
 const NOTHING: f64 = 1e-6;
-
-/// Loads that can serve as a reference.
-pub const LOADS: [LimitKind; 6] = [
-    LimitKind::ForceXy,
-    LimitKind::ForceNormalMean,
-    LimitKind::ForceAxial,
-    LimitKind::Power,
-    LimitKind::Torque,
-    LimitKind::Deflection,
-];
 
 /// One load of one operation over the whole program: values in the unit of [`Limits`], with the length they were met over.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,7 +60,8 @@ pub fn distributions(segments: &[Segment], toolpath: &Toolpath, map: &Engagement
     let cuts = cuts(toolpath, map, job);
     let of_move: Vec<Option<usize>> =
         toolpath.moves.iter().zip(&cuts).map(|(motion, cut)| nearest(scopes(), motion, (*cut)?)).collect();
-    let met: Vec<Option<(usize, f64, [f64; LOADS.len()])>> = map
+    let kinds: Vec<LimitKind> = LimitKind::references().collect();
+    let met: Vec<Option<(usize, f64, Vec<f64>)>> = map
         .stations
         .par_iter()
         .map(|station| {
@@ -78,16 +69,20 @@ pub fn distributions(segments: &[Segment], toolpath: &Toolpath, map: &Engagement
             let segment = of_move[station.move_id.ix()]?;
             let cutter = cutters.of(station.move_id).filter(|_| station.arc_count > 0 && motion.feed.mm_s > 0.0)?;
             let loads = cutter.loads(&cutters.cut(map, motion, station), motion.feed.mm_s);
-            Some((segment, station.length_mm(), LOADS.map(|kind| loads.bounded_by(kind).unwrap_or(0.0))))
+            Some((
+                segment,
+                station.length_mm(),
+                kinds.iter().map(|kind| loads.bounded_by(*kind).unwrap_or(0.0)).collect(),
+            ))
         })
         .collect();
     let of = |segment: usize, column: usize| {
         let mine = met.iter().flatten().filter(|(number, ..)| *number == segment);
         let mut values: Vec<(f64, f64)> = mine.map(|(_, length, loads)| (loads[column], *length)).collect();
         values.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Distribution { tool: segments[segment].scope.tool, segment, kind: LOADS[column], values }
+        Distribution { tool: segments[segment].scope.tool, segment, kind: kinds[column], values }
     };
-    let all = (0..segments.len()).flat_map(|segment| (0..LOADS.len()).map(move |column| (segment, column)));
+    let all = (0..segments.len()).flat_map(|segment| (0..kinds.len()).map(move |column| (segment, column)));
     all.map(|(segment, column)| of(segment, column)).filter(|found| !found.values.is_empty()).collect()
 }
 
@@ -101,22 +96,10 @@ pub fn limited_to_itself(job: &Job, segments: &[Segment], found: &[Distribution]
             let at = distribution.quantile(percentile / 100.0);
             let value = if at > NOTHING { at } else { distribution.max() };
             if value > NOTHING {
-                put(&mut limits, distribution.kind, value);
+                limits.set(distribution.kind, Some(value));
             }
         }
         Reference { scope: segment.scope, limits }
     };
     Job { references: segments.iter().enumerate().map(reference).collect(), ..job.clone() }
-}
-
-fn put(limits: &mut Limits, kind: LimitKind, value: f64) {
-    match kind {
-        LimitKind::ForceXy => limits.force_xy_n = Some(value),
-        LimitKind::ForceNormalMean => limits.force_normal_mean_n = Some(value),
-        LimitKind::ForceAxial => limits.force_axial_n = Some(value),
-        LimitKind::Power => limits.power_w = Some(value),
-        LimitKind::Torque => limits.torque_nmm = Some(value),
-        LimitKind::Deflection => limits.deflection_mm = Some(value),
-        _ => {}
-    }
 }

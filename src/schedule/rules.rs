@@ -91,31 +91,12 @@ fn rule(tool: u32, operation: Option<usize>, reference: Option<usize>, job: &Job
     }
     Rule {
         mode: found.map_or(Mode::Optimise, |operation| operation.mode),
-        loads: load_limits(&limits),
+        loads: limits.loads(),
         limits,
         operation,
         raise: job.raise.overridden_by(found.map(|operation| operation.raise).unwrap_or_default()),
         confirmed: job.confirmed.iter().chain(found.iter().flat_map(|of| &of.confirmed)).copied().collect(),
     }
-}
-
-/// The loads that limits bound, with their values.
-pub fn load_limits(limits: &Limits) -> Vec<(LimitKind, f64)> {
-    [
-        (LimitKind::ForceXy, limits.force_xy_n),
-        (LimitKind::ForceNormalMean, limits.force_normal_mean_n),
-        (LimitKind::ForceAxial, limits.force_axial_n),
-        (LimitKind::Power, limits.power_w),
-        (LimitKind::Torque, limits.torque_nmm),
-        (LimitKind::Deflection, limits.deflection_mm),
-        (LimitKind::SurfaceError, limits.surface_error_mm),
-        (LimitKind::BendingStress, limits.bending_stress_mpa),
-        (LimitKind::ChipThickness, limits.chip_thickness_max_mm),
-        (LimitKind::FeedPerTooth, limits.feed_per_tooth_max_mm),
-    ]
-    .into_iter()
-    .filter_map(|(kind, value)| Some((kind, value?)))
-    .collect()
 }
 
 fn operation_of(id: MoveId, motion: &Move, map: &EngagementMap, job: &Job) -> Option<usize> {

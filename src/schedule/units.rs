@@ -6,11 +6,12 @@
 //! neighbour whose cap is nearest. Feed moves of one block (cycles, compensation, repeated blocks) share one feed.
 
 use super::problem::{Bound, Node, Problem};
-use super::words::SLACK;
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{Move, MoveKind, Toolpath};
 
+/// How far an F word that is there may lie above the cap of a load: half of what the check of the written file allows.
+pub const SLACK: f64 = 0.005;
 /// Caps that differ by less than this share, over all of a piece, are one.
 const SAME: f64 = 0.004;
 

@@ -8,7 +8,7 @@
 //! below its floor cost more than any word saves, unless it has no other, so that a minimum gives way to a cap only. Runs of
 //! one level then get the largest F number below all their caps.
 //!
-//! The feed of the text is kept up to [`SLACK`] above a load's cap, and a rise smaller than `minimum_change` counts for
+//! The feed of the text is kept up to [`SLACK`](super::units::SLACK) above a load's cap, and a rise smaller than `minimum_change` counts for
 //! nothing: an optimised program stays as it is, though its stations lie elsewhere.
 
 use rayon::prelude::*;
@@ -22,8 +22,6 @@ const FINEST: f64 = 1.0005;
 
 /// What a unit below its floor costs, s: more than all words of a program.
 const BELOW_S: f64 = 1e7;
-/// How far an F word that is there may lie above the cap of a load: half of what the check of the written file allows.
-pub const SLACK: f64 = 0.005;
 /// The feed of the text, among levels.
 const TEXT: u8 = u8::MAX;
 

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use super::forms::{Bounds, Curve, MaterialTable, NameOr, OneOrMany, ProfilePoint};
 use super::quantity::Quantity;
+use crate::machine::LimitKind;
 
 /// Setup file of Feedwright. A bare number is in the unit named at its key; a text may carry its own: "6 hp", "110 lbf".
 #[derive(Debug, Deserialize, JsonSchema, Default)]
@@ -310,6 +311,26 @@ pub struct LimitsTable {
     pub air_feed: Option<Quantity>,
     /// Distance before the grown stock at which the air feed ends, mm; in `[limits]` only.
     pub approach: Option<Quantity>,
+}
+
+impl LimitsTable {
+    /// What is written of a limit that has only a largest value.
+    pub fn largest(&self, kind: LimitKind) -> Option<&Bounds> {
+        let written = match kind {
+            LimitKind::ForceXy => &self.force_xy,
+            LimitKind::ForceNormalMean => &self.force_normal_mean,
+            LimitKind::ForceAxial => &self.force_axial,
+            LimitKind::Power => &self.power,
+            LimitKind::Torque => &self.torque,
+            LimitKind::Deflection => &self.deflection,
+            LimitKind::SurfaceError => &self.surface_error,
+            LimitKind::BendingStress => &self.bending_stress,
+            LimitKind::FeedPerTooth => &self.feed_per_tooth,
+            LimitKind::ForceRate => &self.force_rate,
+            _ => return None,
+        };
+        written.as_ref()
+    }
 }
 
 /// What may run faster than programmed where the limits allow it; what is not written is false.

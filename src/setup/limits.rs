@@ -6,7 +6,7 @@ use super::quantity::Quantity;
 use super::read::{Reader, Sense};
 use crate::machine::limits::{FEED_CHANGE_MAX, FEED_CHANGE_MIN};
 use crate::machine::material::Process;
-use crate::machine::{AirFeed, Annotate, Limits, Match, Mode, Operation, Output, Raise, Ramp, WearBudget};
+use crate::machine::{AirFeed, Annotate, LimitKind, Limits, Match, Mode, Operation, Output, Raise, Ramp, WearBudget};
 use crate::nc::Doubt;
 use crate::units::Dimension;
 
@@ -60,22 +60,11 @@ pub fn wear(reader: &mut Reader, table: Option<&LimitsTable>) -> Option<WearBudg
 }
 
 fn plain(reader: &mut Reader, key: &str, table: &LimitsTable) -> Limits {
-    let mut one = |name: &str, written: &Option<Bounds>, dimension| {
-        largest(reader, &format!("{key}.{name}"), written.as_ref(), dimension)
-    };
-    let mut limits = Limits {
-        force_xy_n: one("force_xy", &table.force_xy, Dimension::Force),
-        force_normal_mean_n: one("force_normal_mean", &table.force_normal_mean, Dimension::Force),
-        force_axial_n: one("force_axial", &table.force_axial, Dimension::Force),
-        power_w: one("power", &table.power, Dimension::Power),
-        torque_nmm: one("torque", &table.torque, Dimension::Torque),
-        deflection_mm: one("deflection", &table.deflection, Dimension::Length),
-        surface_error_mm: one("surface_error", &table.surface_error, Dimension::Length),
-        bending_stress_mpa: one("bending_stress", &table.bending_stress, Dimension::Stress),
-        force_rate_n_s: one("force_rate", &table.force_rate, Dimension::ForcePerTime),
-        feed_per_tooth_max_mm: one("feed_per_tooth", &table.feed_per_tooth, Dimension::Length),
-        ..Limits::default()
-    };
+    let mut limits = Limits::default();
+    for kind in LimitKind::ALL {
+        let (name, dimension) = (kind.name(), kind.row().dimension);
+        limits.set(kind, largest(reader, &format!("{key}.{name}"), table.largest(kind), dimension));
+    }
     let mut two = |name: &str, table: &Option<Bounds>, dimension| {
         range(reader, &format!("{key}.{name}"), table.as_ref(), dimension)
     };

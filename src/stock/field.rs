@@ -43,6 +43,18 @@ pub struct Tile {
     pub past: Past,
 }
 
+/// Takes back what was lowered between two marks.
+pub fn take_back(tile: &mut Tile, marks: [usize; 2]) {
+    let Tile { heights, ids, past, .. } = tile;
+    past.take_back(heights, ids, marks);
+}
+
+/// Lowers again what was taken back since a mark.
+pub fn make_again(tile: &mut Tile, from: usize) {
+    let Tile { heights, ids, past, .. } = tile;
+    past.make_again(heights, ids, from);
+}
+
 /// How a field is divided into tiles.
 #[derive(Debug, Clone, Copy)]
 pub struct Tiling {

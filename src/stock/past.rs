@@ -4,7 +4,6 @@
 
 #![allow(clippy::inline_always)] // called from within loops over lanes
 
-use super::field::Tile;
 use super::wide::MOST_LANES;
 
 /// A group of cells side by side, as they were before or after they were lowered.
@@ -42,18 +41,14 @@ impl Past {
     pub fn keep(&mut self, first: usize, count: usize, heights: [f32; MOST_LANES], ids: [u32; MOST_LANES]) {
         self.kept.push(Kept { first: first as u32, count: count as u32, heights, ids });
     }
-}
-
-/// Takes back what was lowered between two marks.
-pub fn take_back(tile: &mut Tile, [from, to]: [usize; 2]) {
-    let Tile { heights, ids, past, .. } = tile;
-    past.kept[from..to].iter_mut().rev().for_each(|kept| exchange(kept, heights, ids));
-}
-
-/// Lowers again what was taken back since a mark.
-pub fn make_again(tile: &mut Tile, from: usize) {
-    let Tile { heights, ids, past, .. } = tile;
-    past.kept[from..].iter_mut().for_each(|kept| exchange(kept, heights, ids));
+    /// Takes back in these cells what was lowered between two marks.
+    pub fn take_back(&mut self, heights: &mut [f32], ids: &mut [u32], [from, to]: [usize; 2]) {
+        self.kept[from..to].iter_mut().rev().for_each(|kept| exchange(kept, heights, ids));
+    }
+    /// Lowers again in these cells what was taken back since a mark.
+    pub fn make_again(&mut self, heights: &mut [f32], ids: &mut [u32], from: usize) {
+        self.kept[from..].iter_mut().for_each(|kept| exchange(kept, heights, ids));
+    }
 }
 
 fn exchange(kept: &mut Kept, heights: &mut [f32], ids: &mut [u32]) {
@@ -71,10 +66,9 @@ fn exchange(kept: &mut Kept, heights: &mut [f32], ids: &mut [u32]) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::machine::{Box3, Profile};
     use crate::path::Vec3;
-    use crate::stock::{Field, Form, Track, sweep};
+    use crate::stock::{Field, Form, Tile, Track, make_again, sweep, take_back};
 
     #[test]
     fn sweeps_are_taken_back_and_made_again_bit_for_bit() {

@@ -3,9 +3,9 @@
 //! those of the setup.
 
 use crate::report::figures::Figures;
+use crate::report::number::short;
 use crate::report::provenance::Rise;
 use crate::report::run::Run;
-use crate::report::summary::short;
 use crate::report::verdict::Outcome;
 use crate::report::words::plain;
 use crate::units::MM_PER_INCH;

@@ -5,6 +5,7 @@
 //! block of JSON, in which `<` is escaped so that no text of a program can end it.
 
 pub mod checks;
+mod digits;
 mod listing;
 mod operations;
 pub mod relief;
@@ -20,6 +21,7 @@ use super::provenance::largest_rise;
 use super::run::Run;
 use crate::schedule::operations::Section;
 use crate::units::MM_PER_INCH;
+use digits::digits;
 use listing::{Row, listing};
 use operations::{Operation, Operations};
 use relief::Relief;
@@ -140,25 +142,4 @@ fn outer([mut min, mut max]: [[f64; 3]; 2], stock: &[Relief]) -> BoxPart {
         }
     }
     BoxPart { min, max }
-}
-
-/// A value with five significant digits: more cannot be seen, and each digit is a byte of the page.
-fn digits(value: f64) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return 0.0;
-    }
-    let places = 4 - value.abs().log10().floor() as i32;
-    // Text to number and back gives the shortest spelling.
-    format!("{value:.*}", places.clamp(0, 12) as usize).parse().unwrap_or(value) + 0.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::digits;
-
-    #[test]
-    fn numbers_keep_five_digits() {
-        let found = [1234.567, 0.012_345_67, -98.765_43, 0.0, f64::NAN, 123_456.7].map(digits);
-        assert_eq!(found, [1234.6, 0.012_346, -98.765, 0.0, 0.0, 123_457.0]);
-    }
 }

@@ -39,8 +39,8 @@ impl Relief {
 
     /// The same less `origin`, with every length times `factor`.
     pub fn seen_from(&self, origin: Vec3, factor: f64) -> Self {
-        let place = |p: [f64; 3]| [0, 1, 2].map(|k| super::digits(factor * (p[k] - origin[k])));
-        let heights = self.heights.iter().map(|z| super::digits(factor * (z - origin.z))).collect();
+        let place = |p: [f64; 3]| [0, 1, 2].map(|k| super::digits::digits(factor * (p[k] - origin[k])));
+        let heights = self.heights.iter().map(|z| super::digits::digits(factor * (z - origin.z))).collect();
         Self { min: place(self.min), max: place(self.max), size: self.size, heights }
     }
 }

@@ -7,14 +7,14 @@
 
 use serde::Serialize;
 
-use super::digits;
+use super::digits::digits;
 use super::operations::Operations;
 use crate::engage::workpiece::shift;
 use crate::ids::MoveId;
 use crate::machine::LimitKind;
 use crate::nc::{Move, MoveKind};
 use crate::path::{Curve, Vec3};
-use crate::report::figures::{in_report_unit, node_at};
+use crate::report::figures::node_at;
 use crate::report::over::load_limits;
 use crate::report::run::Run;
 use crate::report::stations::{Feeds, StationLoads, each_station};
@@ -227,14 +227,14 @@ impl Gathering<'_> {
         let mut sample = self.sample(motion, [before_s, after_s], points);
         sample.feeds = [found.feed_before_mm_s, found.feed_after_mm_s].map(mm_min_from_mm_s);
         for (k, kind) in LOADS.into_iter().enumerate() {
-            let shown = |value: Option<f64>| in_report_unit(kind, value.unwrap_or(0.0));
+            let shown = |value: Option<f64>| kind.in_report_unit(value.unwrap_or(0.0));
             (sample.before[k], sample.after[k]) =
                 (shown(found.before.bounded_by(kind)), shown(found.after.bounded_by(kind)));
         }
         for (kind, limit) in limits {
             sample.ratio = sample.ratio.max(found.after.bounded_by(kind).unwrap_or(0.0) / limit);
             if let Some(k) = LOADS.iter().position(|known| *known == kind) {
-                let limit = in_report_unit(kind, limit);
+                let limit = kind.in_report_unit(limit);
                 sample.limits[k] = Some(sample.limits[k].map_or(limit, |known: f64| known.min(limit)));
             }
         }

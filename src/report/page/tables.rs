@@ -6,9 +6,9 @@ use crate::diag;
 use crate::report::bounds::Share;
 use crate::report::figures::{Figures, LimitFigure, ToolFigure};
 use crate::report::html::{escaped, folded, marked, table};
+use crate::report::number::{clock, short};
 use crate::report::over::MET;
 use crate::report::run::Run;
-use crate::report::summary::{clock, short};
 use crate::report::verdict::{Fault, Outcome};
 
 /// Lines of a fault that are listed.
@@ -105,7 +105,7 @@ fn by_operation(run: &Run, operations: &[Operation]) -> String {
 
 fn saved(before: f64, after: f64) -> String {
     let percent = if before > 0.0 { 100.0 * (after / before - 1.0) } else { 0.0 };
-    format!("{:+.1} %", crate::report::unsigned_zero(percent, 1))
+    format!("{:+.1} %", crate::report::number::unsigned_zero(percent, 1))
 }
 
 /// Time by cause; a cause is named once, whichever side has it.

@@ -1,0 +1,65 @@
+//! The problem of a program. In: program, toolpath, engagement, what lies behind the tools. Out: caps and floors; and the engagement
+//! of a toolpath at a spacing.
+
+use super::task::{SPACING_MM, Watch};
+use crate::engage::{self, EngageError, EngagementMap};
+use crate::machine::{Job, LimitKind};
+use crate::nc::{Environment, Program, Toolpath};
+use crate::rewrite;
+use crate::schedule::history::History;
+use crate::schedule::{self, Bound, Kept, Problem, Standing};
+
+pub(super) fn environment<'a>(job: &Job, watch: &Watch<'a>) -> Environment<'a> {
+    Environment { load: watch.subprograms, ..Environment::from_job(job) }
+}
+
+/// With effects of history no station may be longer than the spacing.
+pub(super) fn cut(map: EngagementMap, job: &Job, spacing_mm: f64) -> EngagementMap {
+    if schedule::history::is_asked_for(job) { map.cut_to(spacing_mm) } else { map }
+}
+
+pub(super) fn engagement(
+    toolpath: &Toolpath,
+    job: &Job,
+    watch: &Watch,
+    stage: &'static str,
+    spacing_mm: f64,
+) -> Result<EngagementMap, EngageError> {
+    let options = engage::Options { spacing_mm, ..watch.engage };
+    let map = engage::engage(toolpath, job, &options, &|done| (watch.progress)(stage, done))?;
+    Ok(cut(map, job, spacing_mm))
+}
+
+/// Caps and floors relative to the feeds that the program was written for: the F words of an earlier run are not taken for
+/// the user's, but where an entry or a finishing pass ends is known no better than to a station, and stays where the file has
+/// it. Where it is not known any more what the feeds were, nothing is raised. `history`: what lies behind the tools.
+pub(super) fn asked(
+    program: &Program,
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    job: &Job,
+    history: &History,
+) -> Problem {
+    if !rewrite::is_ours(program) {
+        return schedule::problem_after(toolpath, map, job, history, None);
+    }
+    let mut original = toolpath.clone();
+    let references = rewrite::references(program, toolpath);
+    for (motion, reference) in original.moves.iter_mut().zip(&references) {
+        motion.feed.mm_s = reference.feed_mm_s;
+    }
+    let standing = Standing { toolpath, apart_mm: 2.0 * SPACING_MM[0] };
+    let mut problem = schedule::problem_after(&original, map, job, history, Some(standing));
+    for node in &mut problem.nodes {
+        let now_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;
+        node.programmed_mm_s = now_mm_s;
+        if !references[node.move_id.ix()].known && node.free {
+            node.kept = node.kept.or(Some(Kept::Forgotten));
+            if node.cap.feed_mm_s > now_mm_s {
+                node.cap = Bound { feed_mm_s: now_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
+                node.floor.feed_mm_s = node.floor.feed_mm_s.min(now_mm_s);
+            }
+        }
+    }
+    problem
+}

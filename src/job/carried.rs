@@ -1,0 +1,44 @@
+//! What the stations of a written file carry. In: feeds and loads as they are worked out. Out: the same for the next look at the file.
+
+use crate::engage::{Again, EngagementMap};
+
+/// What each station carries at the feed it was last asked about.
+#[derive(Default)]
+pub struct Carried {
+    /// By station: the feed, mm/s; NaN where nothing is cut or no load is known.
+    pub feeds_mm_s: Vec<f64>,
+    /// By station: the load under each of its limits, in their order and units, with room for `each`.
+    pub loads: Vec<f64>,
+    /// Loads of a station.
+    pub each: usize,
+}
+
+impl Carried {
+    /// For the stations of another map that has some moves of this one: their loads stay known, those of the others are not.
+    pub fn over_to(&self, map: &EngagementMap, again: Again) -> Self {
+        let mut there = Self { each: self.each, ..Self::default() };
+        if self.each == 0 {
+            return there;
+        }
+        there.make_room(map.stations.len());
+        for (range, of) in map.of_move.iter().zip(again.of_move) {
+            let Some(from) = of.map(|of| again.known.of_move[of.ix()].clone()) else { continue };
+            let (from, to) = (from.start as usize..from.end as usize, range.start as usize..range.end as usize);
+            there.feeds_mm_s[to.clone()].copy_from_slice(&self.feeds_mm_s[from.clone()]);
+            there.loads[to.start * self.each..to.end * self.each]
+                .copy_from_slice(&self.loads[from.start * self.each..from.end * self.each]);
+        }
+        there
+    }
+
+    /// Room for the stations of a map.
+    pub fn make_room(&mut self, stations: usize) {
+        self.feeds_mm_s.resize(stations, f64::NAN);
+        self.loads.resize(stations * self.each, 0.0);
+    }
+
+    /// Loads of a station.
+    pub fn of(&self, station: usize) -> &[f64] {
+        &self.loads[station * self.each..(station + 1) * self.each]
+    }
+}

@@ -1,0 +1,37 @@
+//! Numbers as people read them.
+
+use crate::units::MM_PER_INCH;
+
+/// Seconds as people read them.
+pub fn clock(seconds: f64) -> String {
+    if seconds < 60.0 {
+        return format!("{seconds:.1} s");
+    }
+    let whole = seconds.round() as u64;
+    let (hours, minutes, rest) = (whole / 3600, whole / 60 % 60, whole % 60);
+    if hours > 0 { format!("{hours}:{minutes:02}:{rest:02} h") } else { format!("{minutes}:{rest:02} min") }
+}
+
+/// A length in the unit of the program.
+pub fn length(mm: f64, inch: bool) -> String {
+    if inch { format!("{} in", short(mm / MM_PER_INCH)) } else { format!("{} mm", short(mm)) }
+}
+
+/// Four significant digits.
+pub fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value:.0}");
+    }
+    if value.abs() < 5e-7 {
+        return "0".to_owned();
+    }
+    let digits = (3 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// What holds the feeds, by the share of the cutting time.
+/// A value to be written with this many decimals: what rounds to zero is 0, without a sign.
+pub fn unsigned_zero(value: f64, decimals: i32) -> f64 {
+    if value.abs() <= 0.5 * 10f64.powi(-decimals) { 0.0 } else { value }
+}

@@ -1,0 +1,65 @@
+//! The cutters of a program. In: toolpath, engagement, job. Out: for each move the loads of its tool at its speed as functions of
+//! feed; and what is too short or too thin to count.
+
+use super::history::History;
+use super::problem::FeedPiece;
+use crate::engage::{EngagementMap, Station};
+use crate::force::{Cut, Cutter};
+use crate::ids::MoveId;
+use crate::machine::Job;
+use crate::nc::{Move, Toolpath};
+
+/// Longest stretch of air that counts as the edge of the cut beside it, mm.
+pub(super) const SLIVER_MM: f64 = 0.05;
+/// Radial depth below which a cut is one of rounding, mm: two increments of the usual third decimal.
+const SKIM_MM: f64 = 0.002;
+
+/// Is what is cut here as thin as the rounding of the program's coordinates? Then it may as well be air.
+pub(super) fn skims(station: &Station) -> bool {
+    f64::from(station.removal_area_mm2) < SKIM_MM * f64::from(station.axial_depth_mm)
+}
+
+/// One cutter per tool and spindle speed, and the cutter of each move.
+pub struct Cutters {
+    list: Vec<Option<Cutter>>,
+    of_move: Vec<u16>,
+    history: History,
+}
+
+impl Cutters {
+    /// Cutters of every tool and speed that the toolpath uses, with what lies behind them at these feeds.
+    pub fn new(toolpath: &Toolpath, map: &EngagementMap, job: &Job, feeds: &[FeedPiece]) -> Self {
+        Self::after(toolpath, map, job, &History::of(toolpath, map, job, feeds))
+    }
+
+    /// The same with this behind them.
+    pub fn after(toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Self {
+        let mut keys: Vec<(u32, f64)> = Vec::new();
+        let mut of_move = Vec::with_capacity(toolpath.moves.len());
+        for motion in &toolpath.moves {
+            let key = (motion.tool, motion.spin.rps);
+            let found = keys.iter().rposition(|known| *known == key).unwrap_or_else(|| {
+                keys.push(key);
+                keys.len() - 1
+            });
+            of_move.push(found as u16);
+        }
+        let list = keys.into_iter().map(|(tool, rps)| cutter(tool, rps, map, job)).collect();
+        Self { list, of_move, history: history.clone() }
+    }
+    /// Cutter of a move; `None` when its tool, material or spindle speed does not allow one.
+    pub fn of(&self, id: MoveId) -> Option<&Cutter> {
+        self.list[self.of_move[id.ix()] as usize].as_ref()
+    }
+    /// What is cut at a station, and what lies behind it.
+    pub fn cut<'a>(&self, map: &'a EngagementMap, motion: &Move, station: &Station) -> Cut<'a> {
+        let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
+        Cut { arcs: map.arcs_of(station), tangent_z, state: self.history.state(map, motion, station) }
+    }
+}
+
+fn cutter(number: u32, rps: f64, map: &EngagementMap, job: &Job) -> Option<Cutter> {
+    let tool = job.tool(number)?;
+    let material = job.material(tool)?;
+    Cutter::new(tool, material, &job.machine.spindle, &job.process, map.slices_of(number), rps).ok()
+}
