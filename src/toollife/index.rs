@@ -4,6 +4,8 @@
 //! A load rises with the index and with nothing else while the cut stays the same, so the index is where the predicted load
 //! is the one read; for the response model that is β₀ = F − (b_l L + b_t t_m + …).
 
+use crate::numeric::{bisect, middle};
+
 /// A reading below this share of what a fresh edge loads, or above what a worn-out one does by the inverse, is no load of this
 /// cut: force models are off by some ten per cent, units by a factor of 4 or more. Judgement.
 pub const PLAUSIBLE: f64 = 0.4;
@@ -35,15 +37,11 @@ pub fn seen(reading: f64, end: f64, load: &dyn Fn(f64) -> f64) -> Seen {
         return Seen::Implausible(unit);
     }
     // The load is affine in the wear or nearly so: the secant from fresh to worn out, then bisection about it.
-    let (mut low, mut high) = (-1.0, end.max(0.1));
+    let mut high = end.max(0.1);
     while load(high) < reading {
         high *= 2.0;
     }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if load(middle) < reading { low = middle } else { high = middle }
-    }
-    Seen::Worn(0.5 * (low + high))
+    Seen::Worn(middle(bisect(|worn| load(worn) < reading, -1.0, high, 60)))
 }
 
 #[cfg(test)]

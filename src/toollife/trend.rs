@@ -11,6 +11,7 @@
 //! The noise of a reading is pooled from the residuals and from what it was held to be beforehand, so two readings do not
 //! pretend to lie exactly on their line.
 
+use crate::numeric::{bisect, middle};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Residuals beyond this many deviations count less (Huber 1964: 95 % of the efficiency where nothing is wrong).
@@ -158,7 +159,7 @@ impl Trend {
         let t = StudentsT::new(0.0, 1.0, self.freedom.max(1.0)).ok()?.inverse_cdf(probability);
         // Positive where it is worn out with more than this probability.
         let over = |m: f64| self.at(m) - end - t * self.deviation(m).hypot(end_deviation);
-        let (mut low, mut step) = (self.centre_m, 1.0);
+        let (low, mut step) = (self.centre_m, 1.0);
         if over(low) >= 0.0 {
             // Past already, or not known better than to where the readings are.
             let likely_m = self.centre_m + (end - self.index) / self.rate;
@@ -170,12 +171,7 @@ impl Trend {
                 return None;
             }
         }
-        let mut high = low + step;
-        for _ in 0..80 {
-            let middle = 0.5 * (low + high);
-            if over(middle) < 0.0 { low = middle } else { high = middle }
-        }
-        Some(0.5 * (low + high))
+        Some(middle(bisect(|m| over(m) < 0.0, low, low + step, 80)))
     }
 }
 
