@@ -2,7 +2,7 @@
 //! happens when the world is not as assumed, what a measured cycle time says; and final surfaces on their own. In: numbers found by [`crate::job`].
 //! Out: lines for the screen; the JSON report takes them as they are.
 
-use super::summary::{clock, length, short};
+use super::number::{clock, length, short};
 use serde::Serialize;
 
 /// What was found; each part only if it was asked for.
@@ -130,8 +130,8 @@ impl Reference {
             format!(
                 "          coefficients {:+.0} %: feeds {:+.1} % on average, {:+.1} % at most\n",
                 100.0 * (moved.factor - 1.0),
-                super::unsigned_zero(moved.mean_percent, 1),
-                super::unsigned_zero(moved.largest_percent, 1)
+                super::number::unsigned_zero(moved.mean_percent, 1),
+                super::number::unsigned_zero(moved.largest_percent, 1)
             )
         };
         let lines: String = self.coefficients.iter().map(each).collect();

@@ -6,7 +6,7 @@ use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
 use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::{OF_SPINDLE, Quantity};
-use crate::machine::Shape;
+use crate::machine::{Shape, Tool};
 use crate::units::{mm_s_from_mm_min, rps_from_rpm};
 use std::f64::consts::PI;
 
@@ -34,6 +34,12 @@ pub struct TableTool {
     pub flutes: u32,
     /// Flat or ball.
     pub shape: Shape,
+}
+
+impl From<&Tool> for TableTool {
+    fn from(tool: &Tool) -> Self {
+        Self { number: tool.number, diameter_mm: tool.diameter_mm, flutes: tool.flutes, shape: tool.shape }
+    }
 }
 
 /// One steady cut.
