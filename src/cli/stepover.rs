@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use super::error::CliError;
 use super::input;
@@ -10,8 +11,10 @@ use super::options::Global;
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::finish::stepover::{Ask, Refusal, Surface, run};
+use crate::job::stepover::hold;
 use crate::nc::Dialect;
 use crate::report::{Outcome, stepover_html, stepover_json, stepover_words};
+use crate::stock::Piece;
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min, rps_from_rpm};
 
 /// `stepover`: passes of a ball or bull-nose end mill over a surface, each as far from the one before as the reference force and the
@@ -42,7 +45,7 @@ pub struct Stepover {
     /// Spindle speed, rev/min; that of the tool in the setup when absent.
     #[arg(long, value_name = "RPM")]
     pub rpm: Option<f64>,
-    /// One feed for all passes, mm/min; each pass gets its best one within the limits of the setup when absent.
+    /// Highest feed, mm/min; what the limits of the setup allow when absent. It is lowered where the force asks for it.
     #[arg(long, value_name = "F")]
     pub feed: Option<f64>,
     /// Peak force that is held, N; force_xy of the setup when absent.
@@ -135,7 +138,15 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         tolerance_mm: command.tolerance,
     };
     let bar = screen.progress("planning");
-    let found = run(&surface, &job, dialect, &ask);
+    let start = Instant::now();
+    let clock = || start.elapsed().as_secs_f64();
+    let hold = |text: &str, piece: &Piece, reference_n: f64| {
+        hold(text, piece, (&job, dialect, reference_n), &clock).map_err(|error| Refusal::Plain {
+            why: format!("no feeds could be found for the planned passes: {error}"),
+            help: "correct the setup as it says".into(),
+        })
+    };
+    let found = run(&surface, &job, dialect, &ask, &hold);
     bar.finish_and_clear();
     let answer = found.map_err(|error| refused(&error, &command.surface))?;
     let to_stdout = program.is_stdout() || json.as_ref().is_some_and(super::output::Output::is_stdout);

@@ -32,6 +32,7 @@ pub mod plausible;
 pub mod propose;
 mod ratios;
 pub mod semifinish;
+pub mod stepover;
 mod switch;
 mod task;
 mod tighten;

@@ -262,6 +262,10 @@ pub fn calibrate_words(c: &Calibration) -> String {
 
 fn lines(values: &[Value]) -> String {
     values.iter().fold(String::new(), |text, v| {
-        text + &format!("    {} = {:.5} ± {:.2} {}\n", v.name, v.value, v.std_error, v.unit)
+        if v.std_error.is_finite() {
+            text + &format!("    {} = {:.5} ± {:.2} {}\n", v.name, v.value, v.std_error, v.unit)
+        } else {
+            text + &format!("    {} cannot be told from these data\n", v.name)
+        }
     })
 }

@@ -77,7 +77,7 @@ struct Simulated {
 #[derive(Serialize)]
 struct PassRow {
     pass: usize,
-    feed_mm_min: f64,
+    feed_mm_min: [f64; 2],
     length_mm: f64,
     step_over_mm: [f64; 2],
     force_n: [f64; 2],
@@ -144,7 +144,7 @@ fn row(number: usize, pass: &Pass, simulated: [f64; 2]) -> PassRow {
     let length = |stretch: &Vec<Spot>| stretch.windows(2).map(|two| (two[1].tip - two[0].tip).norm()).sum::<f64>();
     PassRow {
         pass: number + 1,
-        feed_mm_min: mm_min_from_mm_s(pass.feed_mm_s),
+        feed_mm_min: range(&|spot| mm_min_from_mm_s(spot.feed_mm_s)),
         length_mm: pass.stretches.iter().map(length).sum(),
         step_over_mm: range(&|spot| spot.step_mm),
         force_n: range(&|spot| spot.force_n),
@@ -164,9 +164,9 @@ pub fn stepover_json(answer: &Answer) -> String {
     let varying = &answer.varying;
     let simulated = |k: usize| varying.check.by_pass.get(k).copied().unwrap_or_default();
     let passes = varying.plan.passes.iter().enumerate().filter(|(_, pass)| !pass.stretches.is_empty());
-    let constant = answer.constant.as_ref().map(|(step, program)| Constant {
+    let constant = answer.constant.as_ref().map(|([step, feed], program)| Constant {
         step_over_mm: *step,
-        feed_mm_min: program.plan.passes.first().map_or(0.0, |pass| mm_min_from_mm_s(pass.feed_mm_s)),
+        feed_mm_min: mm_min_from_mm_s(*feed),
         side: side(program, false),
     });
     let report = Report {
@@ -228,7 +228,7 @@ pub fn stepover_words(answer: &Answer) -> String {
         );
     }
     let _ = writeln!(text, "scallop   {:.4} mm at most", whole.scallop_max_mm);
-    if let (Some((step, constant)), Some(percent)) = (&answer.constant, saved(answer)) {
+    if let (Some(([step, _], constant)), Some(percent)) = (&answer.constant, saved(answer)) {
         let _ = writeln!(
             text,
             "constant  {step:.3} mm seen from above keeps force and scallop everywhere: {}, {} passes; varying takes {percent:.1} % less",

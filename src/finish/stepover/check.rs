@@ -2,16 +2,17 @@
 //! time of every station that cuts, the largest force, the share of the contact length near the reference.
 //!
 //! The text is read, interpreted and simulated like any other program, in a height field that stands above the surface by the
-//! stock; nothing of the plan is used but the line each motion stands on.
+//! stock; nothing of the plan is used but what each of its motions is part of.
 
 use super::drop::Dropper;
 use super::passes::Bind;
+use super::path::Step;
 use super::shape::Shape;
 use super::surface::Surface;
 use crate::engage::{self, EngageError};
 use crate::ids::MoveId;
 use crate::machine::{Box3, Job, StockShape};
-use crate::nc::{self, Dialect, Environment, MoveKind};
+use crate::nc::{self, Dialect, Environment, MoveKind, Toolpath};
 use crate::path::Vec3;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::{as_programmed, realise};
@@ -77,18 +78,13 @@ pub fn stock(surface: &Surface, thickness_mm: f64) -> Piece {
     Piece::uncut(Blank::Heights(Box::new(Relief::from_rows(extent, size, heights))), cell)
 }
 
+/// Ends this near are those of one step, mm: a hundred-thousandth of an inch and a thousandth of a millimetre are written.
+const SAME_MM: f64 = 0.002;
 /// Name under which the simulation asks for the stock.
 const NAME: &str = "stock above the surface";
 
-/// Simulates a program; `lines` are those of its motions, `of` what each is part of, `piece` the stock.
-pub fn check(
-    text: &str,
-    dialect: Dialect,
-    job: &Job,
-    piece: &Piece,
-    parts: &[(u32, Option<(u32, Bind)>)],
-    reference_n: f64,
-) -> Result<Check, EngageError> {
+/// The job with a saved stock in place of its own: whatever the simulation asks for is that stock.
+pub fn with_saved_stock(job: &Job) -> Job {
     let mut job = job.clone();
     job.stocks.truncate(1);
     for stock in &mut job.stocks {
@@ -96,9 +92,34 @@ pub fn check(
         stock.offset = None;
         stock.moved_mm = Vec3::zeros();
     }
+    job
+}
+
+/// What the motions of a text are part of: a motion that was cut in pieces ends where the step did that they lie on.
+fn parts(toolpath: &Toolpath, steps: &[Step]) -> Vec<Option<(u32, Bind)>> {
+    let (mut parts, mut k) = (Vec::with_capacity(toolpath.moves.len()), 0);
+    for motion in &toolpath.moves {
+        parts.push(steps.get(k).and_then(|step| step.of));
+        let end = motion.curve().to();
+        k += usize::from(steps.get(k).is_some_and(|step| (end - step.to).amax() < SAME_MM));
+    }
+    parts
+}
+
+/// Simulates a program; `steps` is what it was written from, `piece` the stock.
+pub fn check(
+    text: &str,
+    dialect: Dialect,
+    job: &Job,
+    piece: &Piece,
+    steps: &[Step],
+    reference_n: f64,
+) -> Result<Check, EngageError> {
+    let job = with_saved_stock(job);
     let program = nc::parse(text.as_bytes().to_vec(), Some(dialect));
     let environment = Environment::from_job(&job);
     let toolpath = nc::interpret(&program, &nc::unit::settled(&program, environment, Some(&job)));
+    let parts = parts(&toolpath, steps);
     let bytes = saved::to_bytes(piece, Vec3::zeros());
     let options = engage::Options {
         spacing_mm: SPACING_MM,
@@ -126,7 +147,7 @@ pub fn check(
     let (mut near, mut sum, mut all) = (0.0, 0.0, Vec::new());
     for (station, force) in map.stations.iter().zip(forces).filter(|(station, _)| station.arc_count > 0) {
         let line = toolpath.moves[station.move_id.ix()].line;
-        let part = parts.binary_search_by_key(&line, |(line, _)| *line).ok().and_then(|k| parts[k].1);
+        let part = parts[station.move_id.ix()];
         let length = station.length_mm();
         let Some((pass, bind)) = part else {
             if force > found.links_n.0 {

@@ -11,9 +11,11 @@ use super::surface::Surface;
 use super::text::{self, Head};
 use crate::engage::EngageError;
 use crate::force::{Cutter, ForceError};
+use crate::machine::limits::FEED_CHANGE_MIN;
 use crate::machine::{Box3, Job, StockShape, Tool};
 use crate::nc::Dialect;
 use crate::path::Vec3;
+use crate::stock::Piece;
 
 /// What is asked.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +24,7 @@ pub struct Ask {
     pub tool: Option<u32>,
     /// Spindle speed, rev/s; `None`: the setup's.
     pub rps: Option<f64>,
-    /// Feed, mm/s; `None`: chosen pass by pass.
+    /// Highest feed, mm/s; `None`: what the setup allows.
     pub feed_mm_s: Option<f64>,
     /// Reference force, N; `None`: the setup's force_xy.
     pub force_n: Option<f64>,
@@ -97,17 +99,17 @@ pub struct Answer {
     pub bounds: Bounds,
     /// Passes of varying step-over.
     pub varying: Program,
-    /// Passes of the largest constant step-over that keeps force and scallop everywhere, at its best feed; `None` where there
-    /// is none.
-    pub constant: Option<(f64, Program)>,
+    /// Step-over, mm, feed, mm/s, and passes of the largest constant step-over that keeps force and scallop everywhere, at its best
+    /// feed; `None` where there is none.
+    pub constant: Option<([f64; 2], Program)>,
     /// Seconds of the least time by one more newton of reference force, and by one more µm of scallop; negative: more would save.
     pub prices: [f64; 2],
     /// What is worth knowing, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Steps of the feeds that are tried: the lowest over the largest, and how many.
-const FEEDS: (f64, u32) = (0.25, 10);
+/// Feeds that are tried: from the lowest that is not refused as too low up to the largest, so many.
+const FEEDS: u32 = 10;
 /// Distance of the columns, mm; a sixth of the tool's radius where that is less.
 const COLUMN_MM: f64 = 0.5;
 /// Rings that the force is worked out for, mm along the outline.
@@ -119,8 +121,11 @@ const PRICE: f64 = 0.05;
 /// Sizes that differ by this much, or that much less, suggest inches taken as millimetres (25.4).
 const INCHES: [f64; 2] = [12.0, 50.0];
 
-/// Plans, writes and checks.
-pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask) -> Result<Answer, Refusal> {
+/// Gives a planned program, which is at its highest feed throughout, the feeds at which it keeps to a force, N, in this stock.
+pub type Hold<'a> = &'a dyn Fn(&str, &Piece, f64) -> Result<String, Refusal>;
+
+/// Plans, writes, has the feeds found and checks.
+pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask, hold: Hold) -> Result<Answer, Refusal> {
     let tool = tool(job, ask)?;
     let shape = Shape::of(tool).ok_or_else(|| {
         Refusal::new(
@@ -207,15 +212,14 @@ pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask) -> Result<
         rps,
         notes,
     };
-    let make = |plan: Plan, notes: Vec<String>| -> Result<Program, Refusal> {
-        let mut steps = path::steps(&plan, &dropper, &drawing);
+    let make = |plan: Plan, feed_mm_s: f64, notes: Vec<String>| -> Result<Program, Refusal> {
+        let mut steps = path::steps(&plan, feed_mm_s, &dropper, &drawing);
         let (sin, cos) = ask.direction_rad.sin_cos();
         for step in &mut steps {
             (step.to.x, step.to.y) = (cos * step.to.x - sin * step.to.y, sin * step.to.x + cos * step.to.y);
         }
-        let (text, lines) = text::program(&head(notes), &steps);
-        let parts: Vec<_> = lines.into_iter().zip(steps.iter().map(|step| step.of)).collect();
-        let check = check::check(&text, dialect, job, &piece, &parts, reference_n)?;
+        let text = hold(&text::program(&head(notes), &steps), &piece, reference_n)?;
+        let check = check::check(&text, dialect, job, &piece, &steps, reference_n)?;
         Ok(Program { plan, steps, text, check })
     };
     let said = format!(
@@ -223,7 +227,9 @@ pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask) -> Result<
         ask.scallop_mm, ask.tolerance_mm
     );
     let constant = constant(&terrain, &columns, &wish, &plan)
-        .map(|(step, plan)| Ok::<_, Refusal>((step, make(plan, vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?)))
+        .map(|(said, plan)| {
+            Ok::<_, Refusal>((said, make(plan, said[1], vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?))
+        })
         .transpose()?;
     let coarse = Columns::new(&terrain, [min.x, min.y], [max.x, max.y], COARSE * column_mm, column_mm);
     // The least time, which a whole number of passes does not round.
@@ -236,26 +242,29 @@ pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask) -> Result<
         (cutting(&more_force) - now) / (PRICE * reference_n),
         (cutting(&more_scallop) - now) / (PRICE * 1e3 * bounds.scallop_mm),
     ];
-    let varying = make(plan, vec![said])?;
+    let top = wish.feeds_mm_s.last().copied().unwrap_or(1.0);
+    let varying = make(plan, top, vec![said])?;
     Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, prices, notes })
 }
 
-/// Time on the passes at their feeds, s.
+/// Time on the passes at the feeds of their spots, s.
 pub fn cutting_s(plan: &Plan) -> f64 {
-    let length =
-        |stretch: &Vec<passes::Spot>| stretch.windows(2).map(|two| (two[1].tip - two[0].tip).norm()).sum::<f64>();
-    plan.passes.iter().map(|pass| pass.stretches.iter().map(length).sum::<f64>() / pass.feed_mm_s).sum()
+    let time = |two: &[passes::Spot]| {
+        (two[1].tip - two[0].tip).norm() * 0.5 * (two[0].feed_mm_s.recip() + two[1].feed_mm_s.recip())
+    };
+    plan.passes.iter().flat_map(|pass| &pass.stretches).flat_map(|stretch| stretch.windows(2)).map(time).sum()
 }
 
 /// The best plan of one step-over and one feed that keep force and scallop wherever the varying plan looked.
-fn constant(terrain: &Terrain, columns: &Columns, wish: &Wish, varying: &Plan) -> Option<(f64, Plan)> {
+fn constant(terrain: &Terrain, columns: &Columns, wish: &Wish, varying: &Plan) -> Option<([f64; 2], Plan)> {
     let rate = |k: &usize| wish.feeds_mm_s[*k] * varying.everywhere_mm[*k];
     let best = (0..wish.feeds_mm_s.len())
         .filter(|k| varying.everywhere_mm[*k].is_finite())
         .reduce(|a, b| if rate(&b) > rate(&a) { b } else { a })?;
     let step = varying.everywhere_mm[best];
-    let wish = Wish { feeds_mm_s: vec![wish.feeds_mm_s[best]], turn: 0.0, constant_mm: Some(step), ..wish.clone() };
-    Some((step, passes::plan(terrain, columns, &wish)))
+    let feed = wish.feeds_mm_s[best];
+    let wish = Wish { feeds_mm_s: vec![feed], turn: 0.0, constant_mm: Some(step), ..wish.clone() };
+    Some(([step, feed], passes::plan(terrain, columns, &wish)))
 }
 
 fn tool<'a>(job: &'a Job, ask: &Ask) -> Result<&'a Tool, Refusal> {
@@ -305,9 +314,8 @@ fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Ask) -> Result<Vec<f64>, Refusa
             "give --feed, or in [limits] feed = { max = … } or chip_thickness = { max = … }",
         ));
     };
-    let (lowest, count) = FEEDS;
     let floor = limits.feed_min_mm_s.unwrap_or(0.0);
-    let feeds = (0..count).map(|k| top * lowest.powf(1.0 - f64::from(k) / f64::from(count - 1)));
+    let feeds = (0..FEEDS).map(|k| top * FEED_CHANGE_MIN.powf(1.0 - f64::from(k) / f64::from(FEEDS - 1)));
     Ok(feeds.filter(|feed| *feed >= floor).collect())
 }
 

@@ -1,5 +1,5 @@
 //! The passes side by side. In: a terrain, bounds, feeds to choose from, a reference force. Out: passes as curves y(x) with the
-//! feed of each, and what bounds them where.
+//! feeds along them, and what bounds them where.
 //!
 //! The frame is turned so that passes run along X and follow each other towards +Y. Columns stand side by side along X. In each the
 //! surface is machined on some stretches of Y. From a pass y_k the next may lie, column by column, as far as [`Reach`] says; over
@@ -9,11 +9,18 @@
 //!
 //! y_{k+1}(x) = min over x' of allowed(x') + L |x − x'|.
 //!
-//! It nowhere exceeds what is allowed; L = 0 gives straight passes. Each pass has one feed: the one with which it clears the
-//! most area a second.
+//! It nowhere exceeds what is allowed; L = 0 gives straight passes.
+//!
+//! Step-over and feed are chosen together. What columns allow depends on the feed: the candidates are what they allow at each of
+//! the feeds to choose from, and what each allows at its own feed of the largest product of feed and step-over. Wherever a curve
+//! steps over less than a feed allows, the pass goes as fast as the force at that step-over lets it. The candidate that clears the
+//! most area a second becomes the next pass.
 
 use super::reach::{Bounds, Reach, Terrain};
 use super::section::Beside;
+use crate::force::{Cap, LoadLine};
+use crate::machine::LimitKind;
+use crate::machine::limits::FEED_CHANGE_MIN;
 use crate::numeric::bisect;
 use crate::path::Vec3;
 use rayon::prelude::*;
@@ -31,6 +38,19 @@ pub struct Wish {
     pub turn: f64,
     /// One step-over for all passes, mm, in place of what the columns allow.
     pub constant_mm: Option<f64>,
+}
+
+impl Wish {
+    /// Highest feed at which a place keeps the reference force, from [`FEED_CHANGE_MIN`] of the largest feed up to it, mm/s.
+    pub fn fastest_mm_s(&self, line: &LoadLine) -> f64 {
+        let top = self.feeds_mm_s.last().copied().unwrap_or(1.0);
+        let cap = match line.cap(LimitKind::ForceXy, self.reference_n) {
+            Cap::Free => top,
+            Cap::Feed { feed_mm_s, .. } => feed_mm_s,
+            Cap::Unreachable => 0.0,
+        };
+        cap.clamp(FEED_CHANGE_MIN * top, top)
+    }
 }
 
 /// What bounds the step-over at a place.
@@ -59,7 +79,9 @@ pub struct Spot {
     pub at: [f64; 2],
     /// Step-over from the pass before, mm; 0 at an edge.
     pub step_mm: f64,
-    /// Predicted force, N.
+    /// Feed at which the reference force is met, at most the largest of the wish, mm/s.
+    pub feed_mm_s: f64,
+    /// Predicted force at that feed, N.
     pub force_n: f64,
     /// Scallop towards the pass before, mm.
     pub scallop_mm: f64,
@@ -76,8 +98,6 @@ pub struct Pass {
     pub curve: Vec<f64>,
     /// Stretches on the surface, each a list of spots along +X.
     pub stretches: Vec<Vec<Spot>>,
-    /// Feed, mm/s.
-    pub feed_mm_s: f64,
 }
 
 /// All passes, and what columns allowed.
@@ -179,13 +199,12 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
     let begin: Vec<f64> = (0..count).map(|i| columns.next(i, f64::NEG_INFINITY)).collect();
     let half = (terrain.shape().radius_mm() / columns.column_mm).round() as usize;
     let mut curve = below(&begin, wish.turn, columns.column_mm, half);
-    let mut feed = *wish.feeds_mm_s.last().unwrap_or(&1.0);
     let mut binds = vec![Bind::Edge; count];
     let (mut places, mut beyond) = (0usize, 0usize);
     let mut before: Option<Vec<f64>> = None;
     while curve.iter().any(|y| y.is_finite()) {
-        let run = [way(plan.passes.len()), feed];
-        plan.passes.push(look(terrain, columns, &curve, before.as_deref(), &binds, run));
+        let heading = way(plan.passes.len());
+        plan.passes.push(look((terrain, columns, wish), &curve, before.as_deref(), &binds, heading));
         let ahead = headings(&curve, columns.column_mm, way(plan.passes.len()));
         let column = |i: usize| {
             let mut allowed = Allowed { steps: Vec::new(), reach: None };
@@ -205,21 +224,18 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
                 *least = least.min(*step);
             }
         }
-        let offers: Vec<Offer> =
-            (0..wish.feeds_mm_s.len()).map(|k| offer(columns, &curve, &allowed, k, (wish, half))).collect();
-        let rate = |k: usize| wish.feeds_mm_s[k] * offers[k].gain_mm2;
-        let best = (0..offers.len()).reduce(|a, b| if rate(b) > rate(a) { b } else { a }).unwrap_or(0);
+        let best = chosen(columns, &curve, &allowed, (wish, half));
         let settle = |(i, allowed): (usize, &mut Allowed)| {
-            let (Some(reach), Some(step)) = (&allowed.reach, allowed.steps.get_mut(best)) else { return };
+            let k = best[i];
+            let (Some(reach), Some(step)) = (&allowed.reach, allowed.steps.get_mut(k)) else { return };
             if step.1 == Bind::Force {
-                let ask = [wish.feeds_mm_s[best], wish.reference_n];
+                let ask = [wish.feeds_mm_s[k], wish.reference_n];
                 step.0 = terrain.settled_mm([columns.x(i), curve[i]], ahead[i], reach, ask);
             }
         };
         allowed.par_iter_mut().enumerate().for_each(settle);
-        let Offer { next, binds: bound_by, .. } = offer(columns, &curve, &allowed, best, (wish, half));
+        let Offer { next, binds: bound_by, .. } = offer(columns, &curve, &allowed, &best, (wish, half));
         plan.bound_s += least_time(columns, &curve, &next, &allowed, wish);
-        feed = wish.feeds_mm_s.get(best).copied().unwrap_or(feed);
         binds = bound_by;
         before = Some(std::mem::replace(&mut curve, next));
     }
@@ -239,20 +255,59 @@ fn bound(reach: &Reach, feed_mm_s: f64, wish: &Wish) -> (f64, Bind) {
     (step, bind)
 }
 
-/// The next pass at one feed.
+/// The feed of each column, by its number in the wish, with which the next pass clears the most area a second.
+fn chosen(columns: &Columns, curve: &[f64], allowed: &[Allowed], rules: (&Wish, usize)) -> Vec<usize> {
+    let (wish, count) = (rules.0, rules.0.feeds_mm_s.len());
+    let product = |steps: &[(f64, Bind)], k: usize| wish.feeds_mm_s[k] * steps[k].0;
+    let own = |allowed: &Allowed| {
+        let steps = &allowed.steps;
+        (0..steps.len()).reduce(|a, b| if product(steps, b) > product(steps, a) { b } else { a }).unwrap_or(0)
+    };
+    let of_one_feed = (0..count).map(|k| vec![k; allowed.len()]);
+    let candidates: Vec<Vec<usize>> = of_one_feed.chain([allowed.iter().map(own).collect()]).collect();
+    let rate = |candidate: &Vec<usize>| {
+        let offer = offer(columns, curve, allowed, candidate, rules);
+        if offer.time_s > 0.0 { offer.gain_mm2 / offer.time_s } else { 0.0 }
+    };
+    let rates: Vec<f64> = candidates.par_iter().map(rate).collect();
+    let best = (0..rates.len()).reduce(|a, b| if rates[b] > rates[a] { b } else { a }).unwrap_or(0);
+    candidates.into_iter().nth(best).unwrap_or_default()
+}
+
+/// Feed at which a column carries the reference force at a step-over: between the two feeds whose step-overs lie about it, mm/s.
+fn feed_for(allowed: &Allowed, step_mm: f64, wish: &Wish) -> f64 {
+    let feeds = &wish.feeds_mm_s;
+    let Some(k) = (0..allowed.steps.len()).rev().find(|k| allowed.steps[*k].0 >= step_mm - 1e-9) else {
+        return feeds.first().copied().unwrap_or(1.0);
+    };
+    let Some((beyond, _)) = allowed.steps.get(k + 1) else { return feeds[k] };
+    let within = allowed.steps[k].0;
+    feeds[k] + (feeds[k + 1] - feeds[k]) * ((within - step_mm) / (within - beyond).max(1e-12)).clamp(0.0, 1.0)
+}
+
+/// The next pass at one choice of feeds.
 #[derive(Default)]
 struct Offer {
     next: Vec<f64>,
     binds: Vec<Bind>,
     /// Area between the passes where the surface is machined, mm².
     gain_mm2: f64,
+    /// Time that this takes along the next pass, s.
+    time_s: f64,
 }
 
-fn offer(columns: &Columns, curve: &[f64], allowed: &[Allowed], feed: usize, (wish, half): (&Wish, usize)) -> Offer {
+/// `feeds`: of each column, by its number in the wish.
+fn offer(
+    columns: &Columns,
+    curve: &[f64],
+    allowed: &[Allowed],
+    feeds: &[usize],
+    (wish, half): (&Wish, usize),
+) -> Offer {
     let column = |i: usize| {
         let y = curve[i];
         let Some([_, end]) = columns.stretch(i, y) else { return (columns.next(i, y), Bind::Edge) };
-        let known = allowed[i].steps.get(feed).copied();
+        let known = allowed[i].steps.get(feeds[i]).copied();
         let (step, bind) = match wish.constant_mm {
             Some(step) => (step, Bind::Neighbours),
             None => known.unwrap_or((wish.bounds.least_mm, Bind::Edge)),
@@ -267,16 +322,18 @@ fn offer(columns: &Columns, curve: &[f64], allowed: &[Allowed], feed: usize, (wi
     };
     let (tops, mut binds): (Vec<f64>, Vec<Bind>) = (0..curve.len()).map(column).unzip();
     let next = below(&tops, wish.turn, columns.column_mm, half);
-    let mut gain_mm2 = 0.0;
+    let (mut gain_mm2, mut time_s) = (0.0, 0.0);
     for i in 0..curve.len() {
         if next[i] < tops[i] - 1e-9 && tops[i].is_finite() {
             binds[i] = Bind::Neighbours;
         }
         if columns.on(i, curve[i]) && next[i].is_finite() {
             gain_mm2 += (next[i] - curve[i]) * columns.column_mm;
+            let longer = allowed[i].reach.as_ref().map_or(1.0, |reach| reach.longer);
+            time_s += longer * columns.column_mm / feed_for(&allowed[i], next[i] - curve[i], wish);
         }
     }
-    Offer { next, binds, gain_mm2 }
+    Offer { next, binds, gain_mm2, time_s }
 }
 
 /// Mean over `half` columns either way of the least over as many: nowhere above the curve itself, and without its fine waves.
@@ -334,12 +391,11 @@ fn least_time(columns: &Columns, curve: &[f64], next: &[f64], allowed: &[Allowed
 
 /// What a pass does on its stretches.
 fn look(
-    terrain: &Terrain,
-    columns: &Columns,
+    (terrain, columns, wish): (&Terrain, &Columns, &Wish),
     curve: &[f64],
     before: Option<&[f64]>,
     binds: &[Bind],
-    [way, feed_mm_s]: [f64; 2],
+    way: f64,
 ) -> Pass {
     let ahead = headings(curve, columns.column_mm, way);
     let spot = |i: usize| {
@@ -353,10 +409,12 @@ fn look(
         let contact = terrain.dropper.drop([at[0], from])?;
         let (beside, step_mm) = beside.unwrap_or((Beside::Edge(contact.point - 1e-3 * Vec3::y()), 0.0));
         let here = terrain.here(at, ahead[i], beside)?;
-        let force_n = terrain.line(&here).loads(feed_mm_s).force_xy_peak_n;
+        let line = terrain.line(&here);
+        let feed_mm_s = wish.fastest_mm_s(&line);
+        let force_n = line.loads(feed_mm_s).force_xy_peak_n;
         let bind = if step_mm > 0.0 { binds[i] } else { Bind::Edge };
         let scallop_mm = here.scallop_mm;
-        Some(Spot { column: i as u32, at, step_mm, force_n, scallop_mm, bind, tip: here.tip })
+        Some(Spot { column: i as u32, at, step_mm, feed_mm_s, force_n, scallop_mm, bind, tip: here.tip })
     };
     let spots: Vec<Option<Spot>> = (0..curve.len()).into_par_iter().map(spot).collect();
     let mut stretches: Vec<Vec<Spot>> = Vec::new();
@@ -370,5 +428,5 @@ fn look(
         open = spot.is_some();
     }
     stretches.retain(|stretch| stretch.len() > 1);
-    Pass { curve: curve.to_vec(), stretches, feed_mm_s }
+    Pass { curve: curve.to_vec(), stretches }
 }

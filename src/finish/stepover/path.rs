@@ -39,8 +39,8 @@ const FINE_MM: f64 = 0.2;
 /// Links longer than this many radii go at rapid.
 const NEAR_RADII: f64 = 4.0;
 
-/// The motions of a plan.
-pub fn steps(plan: &Plan, dropper: &Dropper, drawing: &Drawing) -> Vec<Step> {
+/// The motions of a plan, all at one feed.
+pub fn steps(plan: &Plan, feed_mm_s: f64, dropper: &Dropper, drawing: &Drawing) -> Vec<Step> {
     let mut steps: Vec<Step> = Vec::new();
     for (number, pass) in plan.passes.iter().enumerate() {
         let forward = way(number) > 0.0;
@@ -50,7 +50,7 @@ pub fn steps(plan: &Plan, dropper: &Dropper, drawing: &Drawing) -> Vec<Step> {
         }
         for stretch in stretches {
             let line = line(stretch, dropper, drawing, forward);
-            put(&mut steps, &line, (number as u32, pass.feed_mm_s), dropper, drawing);
+            put(&mut steps, &line, (number as u32, feed_mm_s), dropper, drawing);
         }
     }
     if let Some(last) = steps.last().map(|step| step.to) {

@@ -1,4 +1,4 @@
-//! The program as text. In: motions of the tip in mm, dialect, unit. Out: bytes, with the line that each motion stands on.
+//! The program as text. In: motions of the tip in mm, dialect, unit. Out: text.
 //!
 //! Nothing is written that a control could read in two ways: plane, unit, absolute positions, feed per minute and work offset are
 //! said at the head, every motion says its kind, a coordinate stands where it changes.
@@ -27,17 +27,15 @@ pub struct Head {
     pub notes: Vec<String>,
 }
 
-/// The program, and for each motion its line (1-based).
-pub fn program(head: &Head, steps: &[Step]) -> (String, Vec<u32>) {
+/// The program.
+pub fn program(head: &Head, steps: &[Step]) -> String {
     let mut writer = Writer { head, text: String::new(), lines: 0, at: [const { None }; 3], feed: None, kind: None };
     writer.head();
-    let mut lines = Vec::with_capacity(steps.len());
     for step in steps {
         writer.step(step);
-        lines.push(writer.lines);
     }
     writer.foot();
-    (writer.text, lines)
+    writer.text
 }
 
 struct Writer<'a> {

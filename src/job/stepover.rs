@@ -1,0 +1,45 @@
+//! `stepover`: the feeds along planned passes. In: a program at its highest feed, the stock it meets, a reference force. Out: the
+//! program with the feeds at which that force is kept.
+//!
+//! What the passes engage is simulated, not taken from the plan: where walls rise ahead of the tool, or two passes join, a plan
+//! knows it only roughly. The schedule is the ordinary one, so that corners, axes and power hold as well.
+
+use super::{JobError, Keep, Task, Wanted, Watch, optimize};
+use crate::engage;
+use crate::finish::stepover::check::with_saved_stock;
+use crate::machine::{Annotate, Job};
+use crate::nc::{self, Dialect};
+use crate::path::Vec3;
+use crate::stock::{Piece, saved};
+
+/// The text with feeds that keep to a force, N.
+pub fn hold(
+    text: &str,
+    piece: &Piece,
+    (job, dialect, reference_n): (&Job, Dialect, f64),
+    clock: &dyn Fn() -> f64,
+) -> Result<String, JobError> {
+    let mut job = with_saved_stock(job);
+    job.limits.force_xy_n = Some(reference_n);
+    for tool in &mut job.tools {
+        tool.limits.force_xy_n = None;
+    }
+    job.output.annotate = Annotate::None;
+    let bytes = saved::to_bytes(piece, Vec3::zeros());
+    let watch = Watch {
+        progress: &|_, _| (),
+        clock,
+        subprograms: &|_| None,
+        engage: engage::Options {
+            cell_mm: Some(piece.field.cell[0].max(piece.field.cell[1])),
+            loader: Some(&|_| Ok(bytes.clone())),
+            ..engage::Options::default()
+        },
+        keep: Keep::default(),
+    };
+    let program = nc::parse(text.as_bytes().to_vec(), Some(dialect));
+    let task = Task { program, job, assumptions: Vec::new(), wanted: Wanted::default() };
+    let run = optimize(task, &watch)?;
+    let written = run.written.map_or_else(|| text.as_bytes().to_vec(), |written| written.bytes);
+    Ok(String::from_utf8_lossy(&written).into_owned())
+}
