@@ -94,6 +94,7 @@ fn a_cylinder_is_finished_at_a_constant_force() {
     let varying = &report["varying"];
     // The scallop limit holds everywhere, and the written program is simulated like any other.
     assert!(varying["scallop_max_mm"].as_f64().unwrap() <= 0.0101, "{varying}");
+    assert!(varying["scallop_beyond_percent"].as_f64().unwrap() == 0.0, "{varying}");
     assert!(varying["simulated"]["within_10_percent"].as_f64().unwrap() >= 95.0, "{varying}");
     assert!((varying["simulated"]["mean_ratio"].as_f64().unwrap() - 1.0).abs() < 0.03, "{varying}");
     assert!(report["saved_percent"].as_f64().unwrap() > 20.0, "{report}");
@@ -104,6 +105,41 @@ fn a_cylinder_is_finished_at_a_constant_force() {
     let setup = folder.path().join("part.setup.toml");
     let read = simulate.arg("toolpath").arg(&program).arg("--setup").arg(&setup).output().unwrap();
     assert!(read.status.success() && read.stderr.is_empty(), "{}", String::from_utf8_lossy(&read.stderr));
+}
+
+/// A wall that rises ahead of the tool: what a plan across the feed does not know. The program is held to the reference all the
+/// same, on passes, leads and links, and takes less time than a constant step-over.
+#[test]
+fn a_wall_ahead_of_the_tool_is_met_no_harder_than_the_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = folder.path().join("r.json");
+    // From a floor up a wall of 60 degrees across the passes and one along them, over fillets of 6 mm.
+    let fillet = |d: f64| {
+        let (r, s): (f64, f64) = (6.0, f64::to_radians(60.0));
+        let (run, top) = (r * s.sin(), r * (1.0 - s.cos()));
+        if d < 0.0 {
+            0.0
+        } else if d < run {
+            r - (r * r - d * d).sqrt()
+        } else {
+            top + (d - run) * s.tan()
+        }
+    };
+    let wall = surfaces::sheet([120, 60], |u, v| {
+        let (x, y) = (16.0 * u, 8.0 * v);
+        [x, y, fillet(x - 8.0).max(fillet(y - 4.0)) - 12.0]
+    });
+    let stock = "box = { min = [0, 0, -14], max = [16, 8, 0] }";
+    let more = ["--reference-force", "6", "--json", json.to_str().unwrap()];
+    let out = stepover(folder.path(), &surfaces::stl(&wall), stock, &more);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    let simulated = &report["varying"]["simulated"];
+    for key in ["force_p99_n", "links_force_max_n"] {
+        assert!(simulated[key].as_f64().unwrap() <= 6.0 * 1.01, "{simulated}");
+    }
+    assert!(simulated["force_max_n"].as_f64().unwrap() <= 6.6, "{simulated}");
+    assert!(report["saved_percent"].as_f64().unwrap() > 0.0, "{report}");
 }
 
 /// Bad input: a clear error, exit code 2, and nothing written.

@@ -47,6 +47,8 @@ struct Side {
     time_s: f64,
     cutting_s: f64,
     scallop_max_mm: f64,
+    /// Share of the path on which it is beyond its limit, %.
+    scallop_beyond_percent: f64,
     predicted: Predicted,
     simulated: Simulated,
 }
@@ -104,8 +106,12 @@ fn largest(passes: &[Pass], of: impl Fn(&Spot) -> f64) -> f64 {
     spots(passes).map(of).fold(0.0, f64::max)
 }
 
-fn side(program: &Program, bounded: bool) -> Side {
+/// Scallops this much above their limit are beyond it, and not only found a thousandth of the range off.
+const SCALLOP_SLACK: f64 = 1.02;
+
+fn side(program: &Program, scallop_limit_mm: f64, bounded: bool) -> Side {
     let (plan, check) = (&program.plan, &program.check);
+    let beyond = |spot: &&Spot| spot.scallop_mm > SCALLOP_SLACK * scallop_limit_mm;
     let all = spots(&plan.passes).count().max(1) as f64;
     let share = |bind: Bind| 100.0 * spots(&plan.passes).filter(|spot| spot.bind == bind).count() as f64 / all;
     let binds = [Bind::Force, Bind::Scallop, Bind::Largest, Bind::Least, Bind::Neighbours, Bind::Edge];
@@ -116,6 +122,7 @@ fn side(program: &Program, bounded: bool) -> Side {
         time_s: check.time_s,
         cutting_s: cutting,
         scallop_max_mm: largest(&plan.passes, |spot| spot.scallop_mm),
+        scallop_beyond_percent: 100.0 * spots(&plan.passes).filter(beyond).count() as f64 / all,
         predicted: Predicted {
             force_max_n: largest(&plan.passes, |spot| spot.force_n),
             bound_s: bounded.then_some(plan.bound_s),
@@ -167,7 +174,7 @@ pub fn stepover_json(answer: &Answer) -> String {
     let constant = answer.constant.as_ref().map(|([step, feed], program)| Constant {
         step_over_mm: *step,
         feed_mm_min: mm_min_from_mm_s(*feed),
-        side: side(program, false),
+        side: side(program, answer.bounds.scallop_mm, false),
     });
     let report = Report {
         written_by: WRITTEN_BY,
@@ -176,7 +183,7 @@ pub fn stepover_json(answer: &Answer) -> String {
         reference_n: answer.reference_n,
         scallop_limit_mm: answer.bounds.scallop_mm,
         step_over_bounds_mm: [answer.bounds.least_mm, answer.bounds.largest_mm],
-        varying: side(varying, true),
+        varying: side(varying, answer.bounds.scallop_mm, true),
         constant,
         saved_percent: saved(answer),
         price: Price { s_per_n: answer.prices[0], s_per_um: answer.prices[1] },
@@ -186,9 +193,18 @@ pub fn stepover_json(answer: &Answer) -> String {
     serde_json::to_string_pretty(&report).map_or_else(|_| String::new(), |text| text + "\n")
 }
 
+/// Where the scallop limit does not hold.
+fn beyond_words(whole: &Side) -> String {
+    if whole.scallop_beyond_percent > 0.0 {
+        format!(", beyond its limit on {:.1} % of the way: look at the page (--report)", whole.scallop_beyond_percent)
+    } else {
+        String::new()
+    }
+}
+
 /// The report on the screen.
 pub fn stepover_words(answer: &Answer) -> String {
-    let whole = side(&answer.varying, true);
+    let whole = side(&answer.varying, answer.bounds.scallop_mm, true);
     let mut text = String::new();
     for note in &answer.notes {
         let _ = writeln!(text, "note      {note}");
@@ -227,7 +243,7 @@ pub fn stepover_words(answer: &Answer) -> String {
             short(whole.simulated.force_bound_mm)
         );
     }
-    let _ = writeln!(text, "scallop   {:.4} mm at most", whole.scallop_max_mm);
+    let _ = writeln!(text, "scallop   {:.4} mm at most{}", whole.scallop_max_mm, beyond_words(&whole));
     if let (Some(([step, _], constant)), Some(percent)) = (&answer.constant, saved(answer)) {
         let _ = writeln!(
             text,
