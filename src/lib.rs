@@ -17,6 +17,8 @@
 //! The rooms below stand in the order of their dependence. They are public and hidden because the tests, benches and fuzz targets of
 //! this package, which are crates of their own, look into them; they change without notice.
 #![doc = include_str!("architecture.md")]
+// The rooms are hidden: their comments are read in the source, where private items stand beside them.
+#![allow(rustdoc::private_intra_doc_links)]
 
 #[doc(hidden)]
 pub mod units;

@@ -49,7 +49,7 @@ pub fn interpret(program: &Program, environment: &Environment<'_>) -> Toolpath {
 }
 
 /// As [`interpret`], but hands the toolpath out in chunks as it grows, so that a program of any length takes little
-/// memory. Ids count from 0 in each chunk; [`super::Move::shared`] and [`Toolpath::doubts`] need the whole program and are
+/// memory. Ids count from 0 in each chunk; `shared` of a move and [`Toolpath::doubts`] need the whole program and are
 /// not set.
 pub fn interpret_each(program: &Program, environment: &Environment<'_>, chunk: impl FnMut(&Toolpath)) {
     with_family!(program, Own => Interpreter::<Own>::run_in_chunks(program, environment, CHUNK, chunk));

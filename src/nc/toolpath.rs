@@ -1,6 +1,6 @@
 //! What the control does with a program: moves and other events in order of execution, in mm, s, rad.
 //!
-//! Nothing below this layer knows a G-code. Coordinates are those of the work offset the move was made in ([`Move::wcs`]).
+//! Nothing below this layer knows a G-code. Coordinates are those of the work offset the move was made in (`wcs` of a move).
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc as Rc;

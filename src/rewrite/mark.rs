@@ -6,7 +6,7 @@
 //! `FW F1240 was 600 power 98% T3` says the feed in force, the feed of the program it was optimised from, what bounds it,
 //! how much of that limit is used, and the tool. `FW F600 kept` stands where a feed is restated. Where notes are not wanted or do
 //! not fit their lines, `FW WAS 600x12 800` behind the header lists those feeds in the order of the F words.
-//! `FW CHECK 2 CYCLE 1` stands where force or power is to be read for the life of the tool ([`super::checks`]). Only comments of exactly
+//! `FW CHECK 2 CYCLE 1` stands where force or power is to be read for the life of the tool ([`super::checks()`]). Only comments of exactly
 //! this grammar are ours; everything else in a comment belongs to the user. The words are plain ASCII without brackets or
 //! quotes, so that every dialect can carry them in its own comment form.
 

@@ -84,7 +84,7 @@ impl Rewritten {
 }
 
 /// Writes the schedule's feeds into the program. Where nothing changes, the bytes come back as they are. A schedule made
-/// after [`freeze`] asks for nothing that cannot be written; one made without it is obeyed as far as the text allows.
+/// after [`freeze()`] asks for nothing that cannot be written; one made without it is obeyed as far as the text allows.
 pub fn rewrite(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &Job) -> Rewritten {
     let plans = plan::plan(program, toolpath, schedule, job);
     let mut out = Rewritten::default();
