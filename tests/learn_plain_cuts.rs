@@ -9,8 +9,10 @@ mod common {
 }
 
 use common::plain_cuts::{Hidden, Program, SETUP, Tied, log, pocket, rows};
+use feedwright::learn::program::simulated::simulate;
 use feedwright::learn::report::LearnReport;
 use feedwright::learn::session::{LogOptions, run};
+use feedwright::machine::Job;
 use std::path::Path;
 
 /// What is said of a log with 3 % of noise, and its held-out error over the noise.
@@ -122,4 +124,99 @@ fn an_override_and_a_hold_are_events_and_no_effect() {
     assert!(deviation.abs() < 0.01, "{deviation}");
     let ratios: Vec<f64> = report.events.iter().map(|event| event.ratio).collect();
     assert!(ratios.iter().any(|r| (r - 0.7).abs() < 0.02) && ratios.contains(&0.0), "{:?}", report.events);
+}
+
+/// The columns of a log as text, row by row, changed.
+fn changed(text: &str, change: impl Fn(&[String], &mut [String])) -> String {
+    let mut names: Vec<String> = Vec::new();
+    let mut out = String::new();
+    for line in text.lines() {
+        let cells: Vec<&str> = line.split(',').collect();
+        let mut row: Vec<String> = cells.iter().map(|cell| (*cell).to_owned()).collect();
+        if names.is_empty() {
+            names.clone_from(&row);
+        } else {
+            change(&names, &mut row);
+        }
+        out += &(row.join(",") + "\n");
+    }
+    out
+}
+
+#[test]
+fn a_log_in_machine_coordinates_is_learned_from_as_one_in_the_work_frame() {
+    let program = rows();
+    let (job, _) = feedwright::setup::load(SETUP, Path::new(".")).unwrap();
+    let (text, noise_w) = log(&program, &[Hidden::Wear(1.5)], Tied::Position, 0.03, 7);
+    let shift = [("x_mm", -412.35), ("y_mm", 218.4), ("z_mm", -164.02)];
+    let machine = changed(&text, |names, row| {
+        for (name, by) in shift {
+            let k = names.iter().position(|n| *n == name).unwrap();
+            row[k] = format!("{:.4}", row[k].parse::<f64>().unwrap() + by);
+        }
+    });
+    let learned = run(program.text.as_bytes(), &job, machine.as_bytes(), &LogOptions::default(), None).unwrap();
+    let report = learned.report;
+    assert!(
+        report.warnings.iter().any(|w| w.contains("X -412.3") && w.contains("Z -164.0") && w.contains("taken off")),
+        "{:?}",
+        report.warnings
+    );
+    let names: Vec<&str> = report.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!((names, report.final_test.rmse < 1.15 * noise_w), (vec!["flank-wear"], true), "{}", report.verdict);
+}
+
+#[test]
+fn a_log_without_a_load_tells_how_the_machine_moves() {
+    let setup = SETUP.replace("acceleration = 100000", "acceleration = 3000");
+    let (declared, _) = feedwright::setup::load(&setup, Path::new(".")).unwrap();
+    let program = rows();
+    // What a machine with a twentieth of the acceleration passes when, every tenth of a second.
+    let logged = |factor: f64| {
+        let slow = Job { machine: declared.machine.with_acceleration(factor), ..declared.clone() };
+        let prepared = simulate(program.text.as_bytes(), &slow, false).unwrap();
+        let timeline = prepared.timeline();
+        let mut text = String::from("time_s,x_mm,y_mm,z_mm\n");
+        for sample in 0..(10.0 * timeline.total_s()) as usize {
+            let time = 0.1 * sample as f64;
+            let spot = &timeline.spots[timeline.at(time).unwrap()];
+            let share = (time - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9);
+            let p = spot.from + (spot.to - spot.from) * share.clamp(0.0, 1.0);
+            text += &format!("{time:.1},{:.3},{:.3},{:.3}\n", p.x, p.y, p.z);
+        }
+        run(program.text.as_bytes(), &declared, text.as_bytes(), &LogOptions::default(), None).unwrap().report
+    };
+    let report = logged(0.05);
+    let found = report.effects.iter().find(|e| e.name == "corner-feed").map(|e| e.parameters[0].value);
+    assert!(found.is_some_and(|factor| (0.04..0.0625).contains(&factor)), "{found:?} {}", report.verdict);
+    assert!(report.supports_model && report.final_test.rmse < 0.5 * report.base_test.rmse, "{}", report.verdict);
+    // The machine as declared: nothing to learn, and no model.
+    let report = logged(1.0);
+    assert!(report.effects.is_empty() && !report.supports_model, "{}", report.verdict);
+    // A log that tells neither loads nor places is refused as before.
+    let text = "time_s,spindle_rpm\n".to_owned() + &(0..40).map(|i| format!("{i},1000\n")).collect::<String>();
+    let refused = run(program.text.as_bytes(), &declared, text.as_bytes(), &LogOptions::default(), None);
+    assert!(refused.unwrap_err().to_string().contains("spindle_power_w"));
+}
+
+#[test]
+fn of_a_log_of_two_parts_the_first_is_learned_from_and_it_is_said() {
+    let program = rows();
+    let (job, _) = feedwright::setup::load(SETUP, Path::new(".")).unwrap();
+    let learned =
+        |text: &str| run(program.text.as_bytes(), &job, text.as_bytes(), &LogOptions::default(), None).unwrap().report;
+    let (first, _) = log(&program, &[], Tied::Position, 0.03, 7);
+    // The second part with a worn tool, 25 s after the first.
+    let (second, _) = log(&program, &[Hidden::Wear(1.5)], Tied::Position, 0.03, 8);
+    let end = |text: &str| text.lines().last().unwrap().split(',').next().unwrap().parse::<f64>().unwrap();
+    let later =
+        changed(&second, |_, row| row[0] = format!("{:.3}", row[0].parse::<f64>().unwrap() + end(&first) + 25.0));
+    let both = first.clone() + later.split_once('\n').unwrap().1;
+    let (of_both, of_one) = (learned(&both), learned(&first));
+    let said = |report: &LearnReport| report.warnings.iter().any(|w| w.contains("more than one part"));
+    assert!(said(&of_both) && !said(&of_one), "{:?}", of_both.warnings);
+    assert!(of_both.effects.is_empty(), "{}", of_both.verdict);
+    assert!(of_both.samples <= of_one.samples && of_both.samples * 20 > of_one.samples * 19, "{}", of_both.samples);
+    let k_tc = |report: &LearnReport| report.final_base.iter().find(|v| v.name == "k_tc").unwrap().value;
+    assert!((k_tc(&of_both) / k_tc(&of_one) - 1.0).abs() < 0.01, "{} {}", k_tc(&of_both), k_tc(&of_one));
 }

@@ -3,6 +3,7 @@
 //! plain mean of the readings. Nothing is fitted.
 
 use crate::engage::Loader;
+use crate::learn::align::frame::in_work_frame;
 use crate::learn::dataset::binning::channels;
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::{Class, Data};
@@ -61,6 +62,7 @@ pub fn of_log(
     resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
     let prepared = simulate_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
+    in_work_frame(&mut log, prepared.timeline());
     let (data, aligned, _) = dataset_of(&prepared, job, &log, &channels)?;
     let found = of_data(&data, job)?;
     Ok(Evaluation { samples: log.time_s.len(), tied: Some((aligned.method.name(), aligned.uncertainty_s)), ..found })

@@ -15,6 +15,7 @@
 //! | [`runout`] | the runout that a log of peak forces shows, followed to its valley |
 //! | [`calibrate`] | coefficients from steady cuts, a record of forces or a load meter; the test cuts that would give them |
 //! | [`process_model`] | the process model that a diagnosis or a calibration supports |
+//! | [`machine_times`] | how the machine moves, from a log without a load |
 //! | [`session`] | the whole way from a log to its report |
 //! | [`evaluate`] | a model held against data that it has not seen |
 
@@ -29,5 +30,6 @@ pub mod diagnose;
 pub mod runout;
 pub mod calibrate;
 pub mod process_model;
+pub mod machine_times;
 pub mod session;
 pub mod evaluate;

@@ -1,8 +1,10 @@
 //! The whole of `learn`: a program, a job and a measured log in; a [`LearnReport`] and the process model out.
 
 use crate::engage::{EngageError, Loader};
+use crate::learn::align::frame::in_work_frame;
 use crate::learn::align::line::{acceleration_shown, by_line};
 use crate::learn::align::load::by_load;
+use crate::learn::align::parts::first_part;
 use crate::learn::align::stretch;
 use crate::learn::align::{Aligned, by_position};
 use crate::learn::dataset::binning::{Channels, bin_log, channels};
@@ -15,7 +17,8 @@ use crate::learn::log::columns::DataError;
 use crate::learn::log::resultant::MEAN_FORCE;
 use crate::learn::log::resultant::{Sample, resultant};
 use crate::learn::log::signal::refuse_dead;
-use crate::learn::log::{Log, read_log};
+use crate::learn::log::{Log, read_any_log};
+use crate::learn::machine_times::times_alone;
 use crate::learn::model::cross_validation::by_blocks;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::design::changes;
@@ -78,10 +81,19 @@ pub fn run(
     options: &LogOptions,
     loader: Option<Loader>,
 ) -> Result<Learned, LearnError> {
-    let mut log = read_log(log, &options.mapping)?;
+    let mut log = read_any_log(log, &options.mapping)?;
     resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
     let prepared = simulate_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
+    in_work_frame(&mut log, &prepared.timeline);
+    first_part(&mut log, &prepared.timeline);
+    if log.measured.is_empty() {
+        let (report, aligned) = times_alone(&prepared, &log)?;
+        return Ok(Learned {
+            report: LearnReport { alignment: Some(alignment_of(&aligned, &log)), ..report },
+            data: Data::default(),
+        });
+    }
     let mut learned = learn_with_data(&prepared, job, &log, &channels, options, loader)?;
     if options.sample == Sample::Mean {
         learned.data.channel_names.iter_mut().for_each(|name| *name = name.replace("force_xy_n", MEAN_FORCE));

@@ -7,10 +7,12 @@
 //! by load: see [`load`].
 
 pub mod drift;
+pub mod frame;
 pub mod holds;
 pub mod line;
 pub mod load;
 pub mod matching;
+pub mod parts;
 pub mod measured_load;
 pub mod predicted_load;
 

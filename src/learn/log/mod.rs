@@ -29,11 +29,27 @@ use crate::learn::log::quantity::MEASURED;
 
 /// Reads a log; `mapping` renames columns (theirs, ours).
 pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataError> {
+    read_as(bytes, mapping, from_frame)
+}
+
+/// The same, where a log without a load will do: it tells how the machine moves, by places or lines.
+pub fn read_any_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataError> {
+    read_as(bytes, mapping, |frame| {
+        let log = of_columns(frame)?;
+        if log.position_mm.is_some() || log.line.is_some() { Ok(log) } else { with_load(log, frame) }
+    })
+}
+
+fn read_as(
+    bytes: &[u8],
+    mapping: &[(String, String)],
+    log: impl Fn(&Frame) -> Result<Log, DataError>,
+) -> Result<Log, DataError> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(DataError::Empty("the log has no samples"));
     }
     let (kind, frame) = frame(bytes, mapping)?;
-    let mut log = Log { on_change: kind.is_on_change(), ..from_frame(&frame)? };
+    let mut log = Log { on_change: kind.is_on_change(), ..log(&frame)? };
     if !log.on_change {
         log.warnings.extend(gaps::said(&gaps::gaps(&log.time_s)));
     }
@@ -72,6 +88,18 @@ pub fn frame(bytes: &[u8], mapping: &[(String, String)]) -> Result<(Kind, Frame)
 
 /// A log from columns.
 pub fn from_frame(frame: &Frame) -> Result<Log, DataError> {
+    with_load(of_columns(frame)?, frame)
+}
+
+/// Refuses a log that measures no load.
+fn with_load(log: Log, frame: &Frame) -> Result<Log, DataError> {
+    if log.measured.is_empty() {
+        return Err(DataError::NoColumn { missing: MEASURED.join(" or "), present: frame.names().join(", ") });
+    }
+    Ok(log)
+}
+
+fn of_columns(frame: &Frame) -> Result<Log, DataError> {
     let time = frame.times("time_s").ok_or(()).or_else(|()| frame.needed("time_s"))?;
     let mut warnings = frame.warnings.clone();
     let order = ordered(&time, &mut warnings)?;
@@ -80,9 +108,6 @@ pub fn from_frame(frame: &Frame) -> Result<Log, DataError> {
     let axes = ["x_mm", "y_mm", "z_mm"].map(take);
     let measured: Vec<(&'static str, Vec<f64>)> =
         MEASURED.iter().filter_map(|name| take(name).filter(known).map(|values| (*name, values))).collect();
-    if measured.is_empty() {
-        return Err(DataError::NoColumn { missing: MEASURED.join(" or "), present: frame.names().join(", ") });
-    }
     let start = time[order[0]];
     let one_based = |lines: Vec<f64>| lines.into_iter().map(|l| l + 1.0).collect();
     let position = match axes {

@@ -1,0 +1,111 @@
+//! What a log without any load says: how the machine moves. In: a program, and a log with places or lines over time. Out: a report
+//! whose one effect, if any, is the acceleration that the times between known places show.
+//!
+//! The error is judged on data left out: the acceleration is found again from the first half of the log, and the times of
+//! stretches of some ten seconds of the second half are told with it. A stretch in which the machine stood still longer
+//! than the program says (a tool change, an operator) says nothing of motion: stretches are compared by the median of their errors.
+
+use crate::effects::named;
+use crate::learn::align::line::{acceleration_shown, by_line};
+use crate::learn::align::{Aligned, by_position};
+use crate::learn::diagnose::criteria::is_slower;
+use crate::learn::log::Log;
+use crate::learn::log::columns::DataError;
+use crate::learn::program::clock::Clock;
+use crate::learn::program::simulated::SimulatedProgram;
+use crate::learn::report::{Added, Errors, LearnReport, Value};
+
+/// Length of a stretch whose time is compared, s.
+const STRETCH_S: f64 = 10.0;
+/// Fewest stretches that a median rests on.
+const FEWEST: usize = 3;
+
+/// The report of a log without a load, and how the log was tied to its program.
+pub fn times_alone(prepared: &SimulatedProgram, log: &Log) -> Result<(LearnReport, Aligned), DataError> {
+    let aligned =
+        by_position(log, &prepared.timeline)
+            .or_else(|| by_line(log, &prepared.timeline, &prepared.slower))
+            .ok_or_else(|| DataError::Unfit("the log has neither a load nor places or lines of this program".into()))?;
+    let found = shown(prepared, log, &aligned.program_s);
+    let half = aligned.program_s.len() / 2;
+    let first: Vec<f64> = (0..2 * half).map(|i| if i < half { aligned.program_s[i] } else { f64::NAN }).collect();
+    let of_first = shown(prepared, log, &first).map_or(1.0, |(factor, _)| factor);
+    let error = |factor: f64| error_of_times(prepared, log, &aligned, half, factor);
+    let (Some(before), Some(after)) = (error(1.0), error(of_first)) else {
+        return Err(DataError::Unfit("too few samples of the log belong to the program".into()));
+    };
+    let found = found.filter(|_| after < before);
+    let errors = |rmse: f64| Errors { rmse, mape: rmse, r2: f64::NAN };
+    let effects: Vec<Added> =
+        found.iter().filter_map(|(factor, nats)| added(*factor, *nats, [before, after])).collect();
+    let after = if effects.is_empty() { before } else { after };
+    let report = LearnReport {
+        samples: log.time_s.len(),
+        used: aligned.program_s.iter().filter(|t| t.is_finite()).count(),
+        how: "no load is measured: only the times of the machine are learned; second half held out".into(),
+        base_test: errors(before),
+        final_test: errors(after),
+        supports_model: !effects.is_empty(),
+        verdict: verdict(found.map(|(factor, _)| factor), before, after),
+        warnings: log.warnings.clone(),
+        effects,
+        ..LearnReport::default()
+    };
+    Ok((report, aligned))
+}
+
+/// The acceleration that the times show, where it is clearly less than the declared one.
+fn shown(prepared: &SimulatedProgram, log: &Log, program_s: &[f64]) -> Option<(f64, f64)> {
+    acceleration_shown(log, program_s, &prepared.timeline, &prepared.slower).filter(|(f, nats)| is_slower(*f, *nats))
+}
+
+fn added(factor: f64, nats: f64, [before, after]: [f64; 2]) -> Option<Added> {
+    let effect = named("corner-feed")?;
+    Some(Added {
+        name: effect.name.into(),
+        parameters: vec![Value {
+            name: effect.parameters[0].name.into(),
+            value: factor,
+            std_error: f64::NAN,
+            unit: effect.parameters[0].unit.into(),
+        }],
+        p_value: (-nats).exp(),
+        test_rmse_before: before,
+        test_rmse_after: after,
+        evidence: format!("the times between known places prefer it by {nats:.0} nats"),
+    })
+}
+
+fn verdict(factor: Option<f64>, before: f64, after: f64) -> String {
+    match factor {
+        Some(factor) => format!(
+            "The machine accelerates with {:.0} % of what the setup declares: times of stretches that were not fitted are off by \
+             {before:.1} % with the declared one, {after:.1} % with this.",
+            100.0 * factor
+        ),
+        None => format!("The declared accelerations hold: times of stretches of the log are off by {before:.1} %."),
+    }
+}
+
+/// Median |error| of the times of stretches from sample `from` on, %; `None` with too few stretches.
+fn error_of_times(prepared: &SimulatedProgram, log: &Log, aligned: &Aligned, from: usize, factor: f64) -> Option<f64> {
+    let (declared, clock) = (
+        Clock::new(&prepared.timeline, &prepared.slower, 1.0),
+        Clock::new(&prepared.timeline, &prepared.slower, factor),
+    );
+    let placed = (from..log.time_s.len()).filter_map(|i| {
+        let place = declared.place(aligned.program_s[i]).filter(|_| aligned.program_s[i].is_finite())?;
+        Some((log.time_s[i], clock.time(place)))
+    });
+    let mut errors = Vec::new();
+    let mut begin: Option<(f64, f64)> = None;
+    for (logged, told) in placed {
+        let (logged_0, told_0) = *begin.get_or_insert((logged, told));
+        if logged - logged_0 >= STRETCH_S {
+            errors.push(100.0 * ((told - told_0) / (logged - logged_0) - 1.0).abs());
+            begin = Some((logged, told));
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    (errors.len() >= FEWEST).then(|| errors[errors.len() / 2])
+}
