@@ -253,3 +253,83 @@ fn a_table_of_rates_without_geometry_is_learned_from_or_refused_in_a_sentence() 
     let cuts = steady_table::rows(&torque, &[]).unwrap();
     assert!(table_data::data(&torque, &cuts, |y| y).unwrap_err().to_string().contains("spindle_rpm"));
 }
+
+/// Cuts of one table in three set-ups of eight cuts of 30 s, whose edge coefficient rises by a tenth of itself every cut since the
+/// edge was put in.
+fn worn(edges: Option<[&str; 3]>) -> String {
+    let mut out = String::from(
+        "group,order,feed_mm_min,spindle_rpm,axial_depth_mm,radial_depth_mm,side,diameter_mm,flutes,duration_s,",
+    );
+    out += if edges.is_some() { "edge,spindle_power_w\n" } else { "spindle_power_w\n" };
+    let mut behind = [0.0; 3];
+    for cut in 0..24_usize {
+        let set_up = cut / 8;
+        let (feed, radial) = ([400.0, 700.0, 1000.0, 550.0][cut % 4], [3.0, 6.0, 10.0][cut % 3]);
+        let edge = edges.map_or(set_up, |edges| edges.iter().position(|e| *e == edges[set_up]).unwrap());
+        let (removal, contact) = (radial * 2.0 * feed / 60.0, 2.0 * 5.0 * f64::acos(1.0 - radial / 5.0) * 3.0 * 50.0);
+        let power = 200.0 + 0.8 * removal + 0.015 * contact * (1.0 + 0.1 * behind[edge]);
+        behind[edge] += 1.0;
+        out += &format!("{set_up},{cut},{feed},3000,2,{radial},down,10,3,30,");
+        out += &edges.map_or_else(String::new, |edges| format!("{},", edges[set_up]));
+        out += &format!("{power:.2}\n");
+    }
+    out
+}
+
+#[test]
+fn a_fresh_edge_begins_anew_by_set_up_or_as_the_table_declares() {
+    let way = |csv: &str| {
+        let frame = columns::read(csv.as_bytes(), &[]).unwrap();
+        let rows = steady_table::rows(&frame, &[]).unwrap();
+        let data = table_data::data(&frame, &rows, |y| y).unwrap();
+        data.state.iter().map(|state| state.sliding_mm).collect::<Vec<f64>>()
+    };
+    // Each set-up a fresh edge; the first edge used again in the third; a wear of 0 in mid-table.
+    let by_set_up = way(&worn(None));
+    assert!(by_set_up[8] == 0.0 && by_set_up[16] == 0.0 && by_set_up[7] > 0.0, "{by_set_up:?}");
+    let named = way(&worn(Some(["a", "b", "a"])));
+    assert!(named[8] == 0.0 && named[16] > named[7], "{named:?}");
+    let declared: String = worn(Some(["a", "a", "a"]))
+        .lines()
+        .enumerate()
+        .map(|(i, line)| {
+            format!(
+                "{line},{}\n",
+                if i == 0 {
+                    "wear"
+                } else if i == 13 {
+                    "0"
+                } else {
+                    ""
+                }
+            )
+        })
+        .collect();
+    let declared = way(&declared);
+    assert!(declared[12] == 0.0 && declared[11] > 0.0 && declared[13] > 0.0, "{declared:?}");
+    // And so wear is found where every set-up had its own edge.
+    let report = diagnosed(&worn(None));
+    let names: Vec<&str> = report.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, ["flank-wear"], "{}", report.verdict);
+}
+
+#[test]
+fn a_table_needs_no_stock_and_a_model_no_setup() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("cuts.csv"), worn(None)).unwrap();
+    let tool = "[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 10\nflutes = 3\n";
+    std::fs::write(dir.path().join("tool.toml"), tool).unwrap();
+    let run = |args: &[&str]| {
+        let status =
+            assert_cmd::Command::cargo_bin("feedwright").unwrap().current_dir(dir.path()).args(args).output().unwrap();
+        assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stderr));
+    };
+    run(&["learn-table", "cuts.csv", "-o", "alone.toml"]);
+    run(&["learn-table", "cuts.csv", "--setup", "tool.toml", "-o", "of_tool.toml"]);
+    run(&["evaluate", "alone.toml", "cuts.csv", "--setup", "tool.toml"]);
+    for model in ["alone.toml", "of_tool.toml"] {
+        let text = std::fs::read_to_string(dir.path().join(model)).unwrap();
+        let k_tc: f64 = text.lines().find_map(|l| l.strip_prefix("k_tc = ")).unwrap().parse().unwrap();
+        assert!((k_tc - 800.0).abs() < 5.0 && text.contains("scatter = "), "{text}");
+    }
+}

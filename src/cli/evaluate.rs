@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::CliError;
 use super::input;
-use super::learn::{efficiency, finish, load, mapping_or, model_file, open, refused, sample, steady};
+use super::learn::{efficiency, finish, load_for_table, mapping_or, model_file, open, refused, sample, steady};
 use super::options::{ColumnMap, Common, Global, Samples};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
@@ -80,7 +80,7 @@ fn on_table(command: &Evaluate) -> Result<Evaluation, CliError> {
             "give --setup S.toml, or --log with a program",
         )
     })?;
-    let mut job = load(setup)?;
+    let mut job = load_for_table(setup)?;
     job.process = model_file(&command.held)?;
     let of = |error| refused(&error, &command.input);
     let (frame, table) = steady(&bytes, command.map.columns.as_deref(), Some(&job)).map_err(|e| of(e.into()))?;

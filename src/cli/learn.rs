@@ -28,7 +28,7 @@ use crate::machine::material::Process;
 use crate::machine::{Job, Table};
 use crate::report::learn::{learn_json, learn_words};
 use crate::report::{Outcome, learn_html};
-use crate::setup;
+use crate::setup::{self, SetupError};
 
 /// What a log may hold, for `learn --help`.
 pub(super) const LOG_COLUMNS: &str = "Columns of a log, by the names in its header or as --columns maps them (units in brackets or at the end are \
@@ -180,7 +180,7 @@ fn write_experiment(
 /// Diagnosis of a table of steady cuts.
 pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let bytes = input::file(&command.table)?;
-    let setup = command.common.setup().map(load).transpose()?;
+    let setup = command.common.setup().map(load_for_table).transpose()?;
     let mut outputs =
         Outputs::new([Some(command.table.clone()), command.common.setup.clone()].into_iter().flatten(), global.force);
     let json = open(&mut outputs, command.common.json(), Kind::Json)?;
@@ -200,7 +200,8 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
     if let Some(page) = page {
         page.write(learn_html(&report, &curves(&found, &report), &command.table.display().to_string()).as_bytes())?;
     }
-    let process = setup.as_ref().and_then(|job| process_model::of_report(&report, job));
+    let job = setup.map_or_else(|| setup::load_for_table("", Path::new(".")), Ok);
+    let process = job.ok().and_then(|job| process_model::of_report(&report, &job));
     let text = model_text(process.as_ref(), &process_model::provenance(&report));
     finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
 }
@@ -218,10 +219,18 @@ fn main_kind(kind: &[usize], kinds: usize) -> Option<usize> {
 
 /// Reads a setup file.
 pub(super) fn load(path: &Path) -> Result<Job, CliError> {
+    read_setup(path, |text, dir| setup::load(text, dir).map(|(job, _)| job))
+}
+
+/// Reads the setup file of a table, which brings its own geometry: it needs no stock.
+pub(super) fn load_for_table(path: &Path) -> Result<Job, CliError> {
+    read_setup(path, setup::load_for_table)
+}
+
+fn read_setup(path: &Path, read: impl Fn(&str, &Path) -> Result<Job, SetupError>) -> Result<Job, CliError> {
     let text = input::text(path)?;
     let dir = path.parent().unwrap_or(Path::new("."));
-    let loaded = setup::load(&text, dir);
-    loaded.map(|(job, _)| job).map_err(|error| CliError::Drawn {
+    read(&text, dir).map_err(|error| CliError::Drawn {
         file: path.display().to_string(),
         text: text.into_bytes(),
         diagnostics: error.diagnostics(),

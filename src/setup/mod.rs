@@ -26,7 +26,7 @@ mod tool_state;
 pub use draft::{Facts, Known, Lacking, Of, ToolKnown};
 pub use error::SetupError;
 pub use process::{load as load_model, write as write_model};
-pub use read::Assumption;
+pub use read::{Assumption, LEARNED};
 
 use crate::machine::material::Process;
 use crate::machine::{Box3, Job};
@@ -41,6 +41,15 @@ const FEED_CHANGE: &str = "limits.feed_change.max";
 
 /// The job a setup file describes. Errors: every value that makes no sense, with its place and a remedy.
 pub fn load(text: &str, dir: &Path) -> Result<(Job, Vec<Assumption>), SetupError> {
+    loaded(text, dir, false)
+}
+
+/// The same for a table of steady cuts, which brings its own geometry: `[stock]` may be absent.
+pub fn load_for_table(text: &str, dir: &Path) -> Result<Job, SetupError> {
+    loaded(text, dir, true).map(|(job, _)| job)
+}
+
+fn loaded(text: &str, dir: &Path, is_for_table: bool) -> Result<(Job, Vec<Assumption>), SetupError> {
     let file: SetupFile = toml::from_str(text).map_err(|error| error::from_toml(&error, text))?;
     let mut reader = Reader::new(text, file.units.as_deref() == Some("inch"));
     let known = [("mm", ()), ("inch", ())];
@@ -48,7 +57,7 @@ pub fn load(text: &str, dir: &Path) -> Result<(Job, Vec<Assumption>), SetupError
         Some(word) => drop(reader.choice("units", word, &known)),
         None => reader.assume("units", "mm", "default"),
     }
-    let mut job = job(&mut reader, &file, dir)?;
+    let mut job = job(&mut reader, &file, dir, is_for_table)?;
     if job.limits.feed_change_max.is_none() {
         let (most, why) = limits::feed_change_max(&job.process);
         reader.assume(FEED_CHANGE, most.to_string(), why);
@@ -95,7 +104,7 @@ pub fn schema() -> String {
     serde_json::to_string_pretty(&schema).expect("a schema is plain data") + "\n"
 }
 
-fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupError> {
+fn job(reader: &mut Reader, file: &SetupFile, dir: &Path, is_for_table: bool) -> Result<Job, SetupError> {
     let tools = tools(reader, file);
     let (limits, air_feed) = limits::global(reader, &file.limits.clone().unwrap_or_default());
     let operations = file.operation.iter().flatten().enumerate();
@@ -111,7 +120,7 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path) -> Result<Job, SetupEr
     Ok(Job {
         log_columns: log.into_iter().collect(),
         machine,
-        stocks: stock::stocks(reader, file, &tools, dir),
+        stocks: stock::stocks(reader, file, &tools, dir, is_for_table),
         fixtures: fixtures(reader, file),
         tools,
         limits,

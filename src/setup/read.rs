@@ -12,6 +12,9 @@ use toml::de::{DeTable, DeValue};
 
 use super::forms::Curve;
 
+/// Source of what a learned effect changes of the job, among what was assumed.
+pub const LEARNED: &str = "the process model";
+
 /// A default that is in force because nothing else was written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assumption {

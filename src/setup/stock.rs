@@ -10,8 +10,11 @@ use crate::units::Dimension;
 use std::path::Path;
 
 /// All pieces of stock.
-pub fn stocks(reader: &mut Reader, file: &SetupFile, tools: &[Tool], dir: &Path) -> Vec<Stock> {
+pub fn stocks(reader: &mut Reader, file: &SetupFile, tools: &[Tool], dir: &Path, is_for_table: bool) -> Vec<Stock> {
     let tables = file.stock.as_ref().map_or(&[][..], |written| written.as_slice());
+    if tables.is_empty() && is_for_table {
+        return of_material_alone(reader, file);
+    }
     if tables.is_empty() {
         reader.missing("stock", "write [stock] with box = { min = [x, y, z], max = [x, y, z] } in work coordinates");
     }
@@ -35,6 +38,18 @@ pub fn stocks(reader: &mut Reader, file: &SetupFile, tools: &[Tool], dir: &Path)
         })
     };
     tables.iter().enumerate().filter_map(one).collect()
+}
+
+/// For a table of steady cuts, which brings its own geometry: the material, on a stock of no meaning, or nothing.
+fn of_material_alone(reader: &mut Reader, file: &SetupFile) -> Vec<Stock> {
+    let stock = |material| Stock {
+        shape: StockShape::Box(Box3 { min: Vec3::zeros(), max: Vec3::new(1.0, 1.0, 1.0) }),
+        offset: None,
+        moved_mm: Vec3::zeros(),
+        material,
+        uncertainty_mm: 0.0,
+    };
+    file.material.iter().map(|table| stock(material(reader, "material", table))).collect()
 }
 
 fn of_stock(reader: &mut Reader, key: &str, table: &StockTable, tools: &[Tool]) -> Option<Material> {

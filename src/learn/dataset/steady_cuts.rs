@@ -144,6 +144,8 @@ fn row_of(log: &Log, members: &[usize], spot: &Spot, job: &Job, order: usize) ->
     Some(SteadyRow {
         group: format!("{radial_depth_mm:.1}"),
         kind: String::new(),
+        edge: spot.tool.to_string(),
+        is_fresh: false,
         order: order as f64,
         cut: SteadyCut {
             diameter_mm: tool.diameter_mm,

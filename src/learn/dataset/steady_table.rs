@@ -8,6 +8,7 @@ use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::{OF_SPINDLE, Quantity};
 use crate::machine::{Shape, Tool};
 use crate::units::{mm_s_from_mm_min, rps_from_rpm};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// Side of the cut.
@@ -49,6 +50,10 @@ pub struct SteadyRow {
     pub group: String,
     /// Operation.
     pub kind: String,
+    /// The edge that cuts: what wears is counted from its first cut on.
+    pub edge: String,
+    /// It is declared to be fresh at this cut (`wear` = 0).
+    pub is_fresh: bool,
     /// Place in the order of the tests.
     pub order: f64,
     /// The cut in closed form, straight or curved as the table says.
@@ -82,6 +87,8 @@ pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataEr
     let (path, layer) = (column("path_radius_mm"), frame.numbers("layer_height_mm"));
     let (order, duration) = (column("order"), column("duration_s"));
     let text = |name: &str, i: usize| frame.text(name).map_or(String::new(), |t| t[i].clone());
+    let edge_name = ["edge", "tool_edge", "insert"].into_iter().find(|name| frame.text(name).is_some());
+    let wear = column("wear");
     let group_name = ["group", "part", "set_up", "setup"].into_iter().find(|name| frame.text(name).is_some());
     let shape_text = frame.text("shape");
     (0..frame.rows)
@@ -97,6 +104,12 @@ pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataEr
             let row = SteadyRow {
                 group: group_name.map_or_else(|| "all".to_owned(), |name| text(name, i)),
                 kind: text("operation", i),
+                edge: edge_of(
+                    edge_name.map(|name| text(name, i)),
+                    group_name.map(|name| text(name, i)),
+                    tool_number[i],
+                ),
+                is_fresh: wear[i] == 0.0,
                 order: or(order[i], i as f64),
                 cut: SteadyCut {
                     diameter_mm,
@@ -122,6 +135,12 @@ pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataEr
             Ok(row)
         })
         .collect()
+}
+
+/// The edge of a cut: as the table names it, else a fresh one for every set-up (part) and tool.
+fn edge_of(named: Option<String>, group: Option<String>, tool: f64) -> String {
+    let of_tool = if tool.is_finite() { format!(" T{tool}") } else { String::new() };
+    named.or(group).unwrap_or_default() + &of_tool
 }
 
 fn or(value: f64, other: f64) -> f64 {
@@ -216,17 +235,24 @@ pub fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> (Vec<usize>, Vec<St
     (numbers, known)
 }
 
-/// States in the order of the rows; what accumulates runs in the order of the tests.
+/// States in the order of the rows; what accumulates runs in the order of the tests, edge by edge.
 pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
     let mut states = vec![State::default(); table.len()];
     let reference = table.first().map_or(1.0, |row| row.cut.rps);
-    let (mut volume, mut sliding, mut clock) = (0.0, 0.0, 0.0);
+    let mut clock = 0.0;
+    // What each edge has behind it: way of its teeth in material, mm, and volume, mm³.
+    let mut behind: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
     for &i in order {
         let (row, c) = (&table[i], &table[i].cut);
         let r = row_rates(row, true);
         let lasts = or(row.duration_s, 1.0);
         let known = c.diameter_mm.is_finite() && c.radial_depth_mm.is_finite();
         let theta = if known { immersion_rad(0.5 * c.diameter_mm, c.radial_depth_mm, None) } else { f64::NAN };
+        let past = behind.entry(row.edge.as_str()).or_default();
+        if row.is_fresh {
+            *past = [0.0; 2];
+        }
+        let [sliding, volume] = *past;
         states[i] = State {
             time_s: if row.duration_s.is_finite() { clock } else { row.order },
             sliding_mm: if row.duration_s.is_finite() { sliding } else { f64::NAN },
@@ -245,8 +271,7 @@ pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<Stat
             ..State::default()
         };
         clock += lasts;
-        volume += r.removal_rate_mm3_s * lasts;
-        sliding += 0.5 * c.diameter_mm * theta * c.rps * lasts;
+        *past = [sliding + 0.5 * c.diameter_mm * theta * c.rps * lasts, volume + r.removal_rate_mm3_s * lasts];
     }
     states
 }
