@@ -209,6 +209,22 @@ fn feeds_rise_as_uncertainty_falls() {
 }
 
 #[test]
+fn a_confidence_leaves_room_for_what_the_model_did_not_explain() {
+    // Coefficients known exactly, a load that scattered by 6 % of itself on data left out.
+    let known = "[process]\ncovariance = [[0.0, 0], [0, 0.0]]\ncovariance_of = [\"k_tc\", \"k_te\"]\n";
+    let kept = |scatter: &str, options: &[&str]| {
+        let found = report(bench(&(setup() + known + scatter)).path(), options);
+        let force = limit(&found, "force_xy");
+        number(force, "after_max") / number(force, "limit")
+    };
+    let sure = &["--confidence", "0.95"];
+    let wanted = 1.0 / (1.0 + 1.645 * 0.06);
+    let room = kept("scatter = 0.06\n", sure);
+    assert!((wanted - 0.015..wanted + 0.005).contains(&room), "{room} {wanted}");
+    assert!(kept("", sure) > 0.97 && kept("scatter = 0.06\n", &[]) > 0.97);
+}
+
+#[test]
 fn a_limit_on_the_rate_of_force_slows_entries_and_exits_only() {
     let blocks = |setup: &str| report(bench(setup).path(), &[]);
     let free = blocks(&setup());

@@ -37,9 +37,12 @@ pub fn confident(job: &mut Job, confidence: f64) -> Assumption {
     *job = with_grown_stock(job);
     job.confidence = Some(confidence);
     let known = if job.process.covariance_of.is_empty() { "the stated uncertainty" } else { "the covariance" };
+    let scatter = job.process.scatter.map_or_else(String::new, |s| {
+        format!(" and {:.1} % of a cut's load that the model does not explain", 100.0 * s)
+    });
     Assumption {
         key: "confidence".into(),
-        value: format!("{confidence}, by {known} of the coefficients; stock grown by its uncertainty"),
+        value: format!("{confidence}, by {known} of the coefficients{scatter}; stock grown by its uncertainty"),
         source: "--confidence".into(),
     }
 }

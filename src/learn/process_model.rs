@@ -31,6 +31,7 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
         effects: effects(report, &job.process),
         covariance: report.covariance.clone(),
         covariance_of: report.final_base.iter().map(|v| v.name.clone()).collect(),
+        scatter: report.scatter,
     })
 }
 
@@ -99,6 +100,7 @@ pub fn of_calibration(result: &Calibration) -> Option<Process> {
         effects: Vec::new(),
         covariance: result.covariance.clone(),
         covariance_of: result.parameters.iter().map(|p| p.name.clone()).collect(),
+        scatter: None,
     })
 }
 

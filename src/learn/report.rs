@@ -237,6 +237,9 @@ pub struct LearnReport {
     pub tare_rps: Option<f64>,
     /// Noise of neighbouring readings, unit of the reading; `None` where it cannot be told.
     pub noise_floor: Option<f64>,
+    /// What stays unexplained of a cut's load on held-out data, as a share of it, without the noise of the sensor; `None`
+    /// where too little was held out.
+    pub scatter: Option<f64>,
     /// Other kinds of cut.
     pub transfer: Vec<Transfer>,
     /// Coefficients over time.

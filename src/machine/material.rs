@@ -96,6 +96,9 @@ pub struct Process {
     pub covariance: Vec<Vec<f64>>,
     /// The parameters its rows belong to.
     pub covariance_of: Vec<String>,
+    /// What stayed unexplained of a cut's load on held-out data, as a share of it: one standard deviation, without the
+    /// noise of the sensor.
+    pub scatter: Option<f64>,
 }
 
 impl Process {

@@ -59,6 +59,7 @@ pub fn learn_json(r: &LearnReport) -> String {
         "final": {
             "parameters": values(&r.final_base), "train": errors(&r.final_train), "test": errors(&r.final_test),
             "noise_floor": r.noise_floor,
+            "scatter": r.scatter,
             "quantities": r.channels.iter().map(|c| json!({
                 "name": c.name, "test_rmse_before": c.base_rmse, "test_rmse_after": c.final_rmse,
             })).collect::<Vec<_>>(),
@@ -231,6 +232,12 @@ pub fn learn_words(r: &LearnReport) -> String {
     }
     for t in &r.transfer {
         text += &format!("  on {} ({} samples): error {:.4} → {:.4}\n", t.kind, t.samples, t.rmse_before, t.rmse_after);
+    }
+    if let Some(scatter) = r.scatter {
+        text += &format!(
+            "unexplained of a cut's load on held-out data: {:.1} % (optimize --confidence leaves room for it)\n",
+            100.0 * scatter
+        );
     }
     r.events.iter().for_each(|event| text += &format!("event: {}\n", event.said()));
     r.wear.iter().chain(&r.warnings).for_each(|note| text += &format!("note: {note}\n"));

@@ -2,9 +2,11 @@
 //! process models one standard deviation away along each independent direction, and caps that leave room for them.
 //!
 //! With the covariance Σ = Σ_k w_k w_kᵀ of the parameters θ, the variance of a load is Σ_k (L(θ + w_k) − L(θ))² to first
-//! order. A cap at confidence c keeps L + z σ ≤ limit, z the one-sided normal quantile. Without a covariance a relative
-//! standard uncertainty of all forces takes its place. Parameters that are not named in the covariance keep their ratio to
-//! those that are.
+//! order. Coefficients that are known to a percent do not make a load known to a percent: what the model left unexplained
+//! on held-out data (`scatter` s, a share of the load) is there in the next cut as well. A cap at confidence c keeps
+//! L + z σ ≤ limit with σ² = Σ_k (L(θ + w_k) − L(θ))² + (s L)², z the one-sided normal quantile, L that of the cut alone: a tare has no
+//! scatter. Without either a relative standard uncertainty of all forces takes their place. Parameters that are not named in the
+//! covariance keep their ratio to those that are.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -31,6 +33,7 @@ pub fn doubt(job: &Job) -> Doubt {
     let Some(confidence) = job.confidence else { return Doubt::default() };
     let normal = Normal::new(0.0, 1.0).expect("the standard normal distribution");
     let mut jobs: Vec<Job> = apart(&job.process).into_iter().map(|process| Job { process, ..job.clone() }).collect();
+    jobs.extend(job.process.scatter.filter(|s| *s > 0.0).map(|s| with_coefficients(job, 1.0 + s)));
     if jobs.is_empty() {
         let stated = job.tools.iter().filter_map(|tool| job.material(tool)?.uncertainty).fold(0.0, f64::max);
         jobs.extend((stated > 0.0).then(|| with_coefficients(job, 1.0 + stated)));

@@ -460,6 +460,8 @@ pub struct ProcessTable {
     pub covariance: Option<Vec<Vec<f64>>>,
     /// Names of the parameters its rows belong to.
     pub covariance_of: Option<Vec<String>>,
+    /// What stays unexplained of a cut's load, as a share of it: one standard deviation.
+    pub scatter: Option<Quantity>,
 }
 
 /// One named effect.

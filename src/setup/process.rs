@@ -46,6 +46,7 @@ fn from_table(reader: &mut Reader, key: &str, table: &ProcessTable) -> Process {
             .collect(),
         covariance: table.covariance.clone().unwrap_or_default(),
         covariance_of: table.covariance_of.clone().unwrap_or_default(),
+        scatter: reader.optional(&within("scatter"), table.scatter.as_ref(), Dimension::Ratio, Sense::NotNegative),
     }
 }
 
@@ -60,6 +61,9 @@ pub fn write(process: &Process) -> String {
     }
     if !process.covariance.is_empty() {
         text += &format!("covariance = {:?}\ncovariance_of = {:?}\n", process.covariance, process.covariance_of);
+    }
+    if let Some(scatter) = process.scatter {
+        text += &format!("scatter = {scatter:?} # of a cut's load, unexplained on held-out data\n");
     }
     if let Some(base) = &process.base {
         text += "\n[base]\n";
@@ -114,6 +118,7 @@ mod tests {
             effects: vec![EffectUse { name: "runout".into(), parameters: vec![("offset_mm".into(), 1e-3)] }],
             covariance: vec![vec![1.0, 1e-9], vec![1e-9, 2.0]],
             covariance_of: vec!["k_tc".into(), "k_te".into()],
+            scatter: Some(0.04),
         };
         assert_eq!(load(&write(&process)).unwrap(), process);
     }

@@ -4,15 +4,16 @@
 use crate::effects::unnamed::{CURVES, knots};
 use crate::effects::{Covariate, Multiplies, family_of};
 use crate::learn::dataset::errors::errors;
-use crate::learn::dataset::samples::Data;
+use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::{is_no_worse, is_structure, lowers_elsewhere, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::remove;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
+use crate::learn::diagnose::scatter::scatter_of_load;
 use crate::learn::diagnose::unnamed::is_unnamed;
 use crate::learn::model::cross_validation::without;
 use crate::learn::model::design::FittedEffect;
-use crate::learn::model::fit::Fitted;
+use crate::learn::model::fit::{Fitted, part};
 use crate::learn::report::{Added, ChannelError, LearnReport, Transfer, Unexplained, Unnamed, Value};
 
 impl Diagnosis<'_> {
@@ -61,12 +62,19 @@ impl Diagnosis<'_> {
             covariance: covariance(data, fitted),
             tare_rps: data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite()),
             noise_floor: noise_floor(data, &fitted.residuals(data)),
+            scatter: self.scatter(fitted),
             transfer: self.transfer(base, fitted),
             variants_tried: self.tried,
-            supports_model: tells_apart(base.condition)
+            supports_model: tells_apart(fitted.condition)
                 && is_no_worse(self.judged(&[]).rmse, self.judged(&fitted.model.effects).rmse),
             ..LearnReport::default()
         }
+    }
+
+    /// What stays unexplained of the load on data left out.
+    fn scatter(&self, fitted: &Fitted) -> Option<f64> {
+        let cut = part(self.data, fitted, &[Class::Cutting, Class::Edge]);
+        scatter_of_load(self.data, &self.unseen(&fitted.model.effects), &cut)
     }
 
     /// Does a curve lower the error on operations that it was not learned on? One that follows what only differs from

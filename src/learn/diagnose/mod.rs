@@ -14,6 +14,7 @@ pub mod held_out;
 pub mod over_time;
 pub mod replacement;
 pub mod residual;
+pub mod scatter;
 pub mod score_test;
 mod search;
 pub mod trial;

@@ -1,0 +1,135 @@
+//! How far the load of a cut is from what a model says of it. In: held-out residuals, the part of the reading that the model gives
+//! to the cut. Out: the standard deviation of the load, as a share of it.
+//!
+//! A reading is y = ŷ + P·u + τ + ε: P the predicted part of the cut, u what the model misses of the load, as a share of it, τ what it
+//! misses of the tare, ε the noise of the sensor. The noise is no load of the process and is new with every reading; what the model
+//! misses stays for a while. The product of neighbouring residuals r = y − ŷ has therefore the mean
+//!
+//!   E[rᵢ rᵢ₊₁] = var(τ) + var(u)·Pᵢ Pᵢ₊₁
+//!
+//! in which ε does not appear, and a noise that neighbours share appears in the first term as long as it does not grow with the load.
+//! Both terms follow by least squares, neither below 0. Large loads weigh most: there limits act. What comes and goes within one sample
+//! (a tenth of a second or more) is not seen. A table of steady cuts has no neighbours: nothing parts the two there, and the whole
+//! held-out error counts, E[r²] = var(u)·P².
+
+use crate::learn::dataset::samples::Data;
+
+/// Fewest pairs or cuts that say anything.
+const FEWEST: usize = 8;
+
+/// See the head of the file; residuals that are not finite are not held out. `None` where too few are.
+pub fn scatter_of_load(data: &Data, residual: &[f64], cut: &[f64]) -> Option<f64> {
+    let series = data.is_series();
+    let products = if series { neighbours(data, residual, cut) } else { alone(data, residual, cut) };
+    if products.iter().filter(|p| p.of_cut > 0.0).count() < FEWEST {
+        return None;
+    }
+    let variance = if series { slope_beside_level(&products) } else { slope(&products) };
+    variance.filter(|v| v.is_finite()).map(|v| v.max(0.0).sqrt())
+}
+
+/// Product of two residuals, and of the parts of the cut, with its weight.
+struct Product {
+    of_residuals: f64,
+    of_cut: f64,
+    weight: f64,
+}
+
+fn product(data: &Data, residual: &[f64], cut: &[f64], i: usize, j: usize) -> Option<Product> {
+    let weight = (data.weight[i] * data.weight[j]).sqrt();
+    let of_residuals = residual[i] * residual[j];
+    (weight > 0.0 && of_residuals.is_finite()).then_some(Product { of_residuals, of_cut: cut[i] * cut[j], weight })
+}
+
+fn neighbours(data: &Data, residual: &[f64], cut: &[f64]) -> Vec<Product> {
+    let beside = |i: &usize| data.run[i - 1] == data.run[*i] && data.channel[i - 1] == data.channel[*i];
+    (1..data.len()).filter(beside).filter_map(|i| product(data, residual, cut, i - 1, i)).collect()
+}
+
+fn alone(data: &Data, residual: &[f64], cut: &[f64]) -> Vec<Product> {
+    (0..data.len()).filter_map(|i| product(data, residual, cut, i, i)).collect()
+}
+
+/// v of z = v·q.
+fn slope(products: &[Product]) -> Option<f64> {
+    let sum = |of: &dyn Fn(&Product) -> f64| products.iter().map(|p| p.weight * of(p)).sum::<f64>();
+    let squares = sum(&|p| p.of_cut * p.of_cut);
+    (squares > 0.0).then(|| sum(&|p| p.of_residuals * p.of_cut) / squares)
+}
+
+/// v of z = t + v·q with t ≥ 0.
+fn slope_beside_level(products: &[Product]) -> Option<f64> {
+    let sum = |of: &dyn Fn(&Product) -> f64| products.iter().map(|p| p.weight * of(p)).sum::<f64>();
+    let (one, q, z) = (sum(&|_| 1.0), sum(&|p| p.of_cut), sum(&|p| p.of_residuals));
+    let (qq, qz) = (sum(&|p| p.of_cut * p.of_cut), sum(&|p| p.of_cut * p.of_residuals));
+    let determinant = one * qq - q * q;
+    if determinant <= 1e-9 * one * qq {
+        return slope(products);
+    }
+    let v = (one * qz - q * z) / determinant;
+    if z - v * q < 0.0 { slope(products) } else { Some(v) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::State;
+    use crate::learn::regress::random::Chance;
+
+    /// Even numbers about 0 with this standard deviation.
+    fn even(chance: &mut Chance, deviation: f64) -> f64 {
+        (chance.unit() - 0.5) * 12.0_f64.sqrt() * deviation
+    }
+
+    /// Cuts of 100 to 500 W, ten samples each, with air between, and residuals of `u` of a cut's load, `tare` W of such a
+    /// stretch and `noise` W of each reading.
+    fn residuals(u: f64, tare: f64, noise: f64, is_log: bool) -> (Data, Vec<f64>, Vec<f64>) {
+        let mut chance = Chance::new(7);
+        let (mut residual, mut cut) = (Vec::new(), Vec::new());
+        for stretch in 0..400 {
+            let watts = if stretch % 4 == 0 { 0.0 } else { 100.0 * (1 + stretch % 5) as f64 };
+            let (off, base) = (even(&mut chance, u), even(&mut chance, tare));
+            for _ in 0..10 {
+                cut.push(watts);
+                residual.push(watts * off + base + even(&mut chance, noise));
+            }
+        }
+        let n = cut.len();
+        let data = Data {
+            reading: vec![0.0; n],
+            weight: vec![1.0; n],
+            state: vec![State::default(); n],
+            run: (0..n).map(|i| if is_log { 0 } else { i }).collect(),
+            channel: vec![0; n],
+            ..Data::default()
+        };
+        (data, residual, cut)
+    }
+
+    fn scatter(u: f64, tare: f64, noise: f64) -> f64 {
+        let (data, residual, cut) = residuals(u, tare, noise, true);
+        scatter_of_load(&data, &residual, &cut).unwrap()
+    }
+
+    #[test]
+    fn what_the_model_misses_is_parted_from_the_noise_of_the_sensor() {
+        assert!((0.045..0.055).contains(&scatter(0.05, 0.0, 0.0)), "{}", scatter(0.05, 0.0, 0.0));
+        // A noise of 30 W is 10 % of the mean load, and none of it is load.
+        assert!((0.044..0.056).contains(&scatter(0.05, 0.0, 30.0)), "{}", scatter(0.05, 0.0, 30.0));
+        assert!(scatter(0.0, 0.0, 30.0) < 0.012, "{}", scatter(0.0, 0.0, 30.0));
+    }
+
+    #[test]
+    fn a_tare_that_wanders_is_no_load_of_the_cut() {
+        assert!(scatter(0.0, 20.0, 10.0) < 0.02, "{}", scatter(0.0, 20.0, 10.0));
+    }
+
+    #[test]
+    fn in_a_table_the_whole_error_counts() {
+        let (data, residual, cut) = residuals(0.05, 0.0, 0.0, false);
+        let whole = scatter_of_load(&data, &residual, &cut).unwrap();
+        assert!((0.045..0.055).contains(&whole), "{whole}");
+        let few: Vec<f64> = (0..residual.len()).map(|i| if i < 12 { residual[i] } else { f64::NAN }).collect();
+        assert_eq!(scatter_of_load(&data, &few, &cut), None);
+    }
+}
