@@ -3,7 +3,8 @@
 //! and the last: it says nothing of what was never measured.
 //!
 //! `learn` writes one where a residual follows a covariate and no named effect explains it; `optimize` reads it like any
-//! effect. What follows the time of the log, or what the meter read, is no property of the cut and changes no loads.
+//! effect. What follows the time of the log, or the speed of the axes, cannot be foretold: there every cut counts at the largest factor
+//! (`job::learned`). What follows the reading itself, or the acceleration of the axes, is the meter's and changes no loads.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, Place, State};
 

@@ -5,13 +5,66 @@
 //! chain change no cut. An accident of the log (a chipped edge) does not happen again: it is taken out, unless the model
 //! has it from the beginning on, as one does that cannot tell it from something that stays.
 
-use crate::effects::{Acts, Change, Effect, Place, State, named};
+use crate::effects::unnamed::CURVES;
+use crate::effects::{Acts, Change, Covariate, Effect, Multiplies, Place, State, named};
 use crate::machine::material::EffectUse;
 use crate::machine::{Job, StockShape};
-use crate::setup::Assumption;
+use crate::setup::{Assumption, LEARNED};
 
 /// Stock larger than declared, by this much at most, counts as the same.
 const NOTHING_MM: f64 = 1e-9;
+
+/// What a log shows of the load and a program that has not run yet does not tell, at its largest: curves over the time of the log or over
+/// the speed that the axes reached, of which nobody knows what they stand for; and what the meter read beyond the load of the cut, which only
+/// the drive's own curve can tell from load. Left out, the coefficients beside them would be those of the middle of the log, or of a
+/// part of the reading: until the cause is known the largest load counts, everywhere.
+pub fn at_their_largest(job: &mut Job) -> Vec<Assumption> {
+    let (held, effects): (Vec<EffectUse>, Vec<EffectUse>) =
+        job.process.effects.drain(..).partition(|used| largest_factor(used).is_some());
+    job.process.effects = effects;
+    let factors = || held.iter().filter_map(largest_factor);
+    let factor: f64 = factors().product();
+    if factor > 1.0 {
+        // A curve without knots is one factor.
+        let parameters = vec![("factor_1".to_owned(), factor)];
+        job.process.effects.push(EffectUse { name: ON_EVERY_CUT.into(), parameters });
+    }
+    let say = |(used, factor): (&EffectUse, f64)| Assumption {
+        key: format!("process.{}", used.name),
+        value: format!(
+            "every cut is taken at the largest load it showed, +{:.0} %, {}",
+            100.0 * (factor - 1.0),
+            until(used)
+        ),
+        source: LEARNED.into(),
+    };
+    held.iter().zip(factors()).map(say).collect()
+}
+
+/// The largest factor on the load of an effect that cannot be foretold; `None` of any other.
+fn largest_factor(used: &EffectUse) -> Option<f64> {
+    let values =
+        |stem: &'static str| used.parameters.iter().filter(move |(name, _)| name.starts_with(stem)).map(|(_, v)| *v);
+    if used.name == DRIVE {
+        // The reading is P (1 + c (P/P_max)^p): at most (1 + c) P.
+        return Some(1.0 + values("excess").fold(0.0, f64::max));
+    }
+    let (covariate, effect) = CURVES.iter().find(|(_, effect)| effect.name == used.name)?;
+    let is_unforeseen = matches!(covariate, Covariate::Time | Covariate::PathSpeed);
+    (is_unforeseen && effect.multiplies == Multiplies::Load).then(|| values("factor").fold(1.0, f64::max))
+}
+
+fn until(used: &EffectUse) -> &'static str {
+    if used.name == DRIVE {
+        return "until the setup says what the drive loses (machine.spindle.efficiency = [[reading, ratio], ...])";
+    }
+    "until its cause is known: nothing foretells it"
+}
+
+/// The effect on what the meter reads that grows with the load.
+const DRIVE: &str = "drive-efficiency";
+/// The curve that carries one factor on every cut: its covariate is known everywhere.
+const ON_EVERY_CUT: &str = "unnamed-load-spindle-speed";
 
 /// The job as the learned effects say.
 pub fn apply(job: &mut Job) -> Vec<Assumption> {
@@ -28,12 +81,35 @@ pub fn apply(job: &mut Job) -> Vec<Assumption> {
             Acts::Measuring => said.push(learned(effect, "changes readings, not the cut".into())),
             Acts::Load if effect.is_accident && !is_from_the_beginning(effect, &used) => {
                 job.process.effects.retain(|other| other.name != used.name);
-                said.push(learned(effect, "left out: it happened once; these are the loads of a sound tool".into()));
+                said.push(learned(effect, sound_tool(&used)));
             }
+            Acts::Load if effect.is_accident => said.push(learned(effect, until_parted(&used))),
             Acts::Load => {}
         }
     }
     said
+}
+
+/// An accident that is known for one: what is taken out, and what that asks for.
+fn sound_tool(used: &EffectUse) -> String {
+    format!(
+        "left out, it happened once: these are the loads of a sound tool, so put one in; the old one takes {}",
+        more(used)
+    )
+}
+
+/// An accident that may as well be something that stays.
+fn until_parted(used: &EffectUse) -> String {
+    format!(
+        "in force from the beginning on, {}, until a cut has told it from what else the log may show (learn --experiment)",
+        more(used)
+    )
+}
+
+/// The largest of its jumps.
+fn more(used: &EffectUse) -> String {
+    let jumps = used.parameters.iter().filter(|(name, _)| name.starts_with("jump")).map(|(_, value)| *value);
+    format!("up to {:.0} % more", 100.0 * jumps.fold(0.0, f64::max))
 }
 
 /// Does its instant lie at the beginning of the program?
@@ -44,13 +120,13 @@ fn is_from_the_beginning(effect: &Effect, used: &EffectUse) -> bool {
 
 /// Effects on geometry and motion do not depend on the cut.
 fn change_of(effect: &Effect, used: &EffectUse) -> Change {
+    change_at(effect, used, &State::default())
+}
+
+fn change_at(effect: &Effect, used: &EffectUse, state: &State) -> Change {
     let given = |name: &str| used.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| *value);
     let values: Vec<f64> = effect.parameters.iter().map(|p| given(p.name).or(p.neutral).unwrap_or(f64::NAN)).collect();
-    if values.iter().all(|value| value.is_finite()) {
-        (effect.change)(&values, &State::default())
-    } else {
-        Change::default()
-    }
+    if values.iter().all(|value| value.is_finite()) { (effect.change)(&values, state) } else { Change::default() }
 }
 
 fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumption> {
@@ -76,7 +152,7 @@ fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumptio
 }
 
 fn learned(effect: &Effect, value: String) -> Assumption {
-    Assumption { key: format!("process.{}", effect.name), value, source: "the process model".into() }
+    Assumption { key: format!("process.{}", effect.name), value, source: LEARNED.into() }
 }
 
 #[cfg(test)]
@@ -112,16 +188,42 @@ mod tests {
     }
 
     #[test]
+    fn a_curve_over_the_time_of_a_log_counts_at_its_largest() {
+        let mut job =
+            job("unnamed-load-time", &[("at_1", 10.0), ("at_2", 90.0), ("factor_1", 0.9), ("factor_2", 1.25)]);
+        let said = at_their_largest(&mut job);
+        assert!(said[0].value.contains("+25 %"), "{said:?}");
+        assert_eq!(apply(&mut job), []);
+        let [used] = &job.process.effects[..] else { panic!("one effect: {:?}", job.process.effects) };
+        assert_eq!(used.parameters, [("factor_1".to_owned(), 1.25)]);
+        let effect = named(&used.name).expect("of the list");
+        let state = State { rps: 50.0, ..State::default() };
+        assert_eq!(change_at(effect, used, &state).cutting, 1.25);
+    }
+
+    #[test]
+    fn what_a_meter_reads_beyond_the_load_counts_as_load() {
+        let mut drive = job("drive-efficiency", &[("excess", 0.22), ("exponent", 1.0)]);
+        assert!(at_their_largest(&mut drive)[0].value.contains("+22 %"));
+        assert_eq!(drive.process.effects[0].parameters, [("factor_1".to_owned(), 1.22)]);
+        // A lag of the sensor changes no load.
+        let mut lag = job("sensor-lag", &[("time_constant", 0.3)]);
+        assert_eq!((at_their_largest(&mut lag), lag.process.effects.len()), (Vec::new(), 1));
+    }
+
+    #[test]
     fn an_accident_does_not_happen_again() {
         let mut job = job("edge-chipping", &[("jump_cutting", 0.2), ("jump_edge", 0.3), ("time", 100.0)]);
-        assert_eq!(apply(&mut job).len(), 1);
+        let said = apply(&mut job);
+        assert!(said[0].value.contains("put one in; the old one takes up to 30 % more"), "{said:?}");
         assert!(job.process.effects.is_empty());
     }
 
     #[test]
     fn an_accident_from_the_beginning_on_stays() {
         let mut job = job("edge-chipping", &[("jump_cutting", 0.2), ("jump_edge", 0.3), ("time", 0.0)]);
-        assert_eq!(apply(&mut job), []);
+        let said = apply(&mut job);
+        assert!(said[0].value.starts_with("in force from the beginning on, up to 30 % more"), "{said:?}");
         assert_eq!(job.process.effects.len(), 1);
     }
 }

@@ -9,6 +9,7 @@ use super::run::{Run, Written};
 use super::words::plain;
 use crate::diag::{self, Severity};
 use crate::machine::LimitKind;
+use crate::setup::LEARNED;
 use crate::units::MM_PER_INCH;
 
 /// Lines of the summary: what a screen beside a machine shows at a glance.
@@ -291,6 +292,9 @@ fn apart(run: &Run, figures: &Figures) -> String {
         text += &format!("warnings  {} kinds, in {places} places\n", warnings.len());
     } else if places > 0 {
         text += &format!("warnings  {places}\n");
+    }
+    for learned in run.assumptions.iter().filter(|assumed| assumed.source == LEARNED) {
+        text += &folded("learned   ", &format!("{}: {}", learned.key.trim_start_matches("process."), learned.value));
     }
     if !run.assumptions.is_empty() {
         text += &format!(
