@@ -198,25 +198,3 @@ fn a_log_without_a_load_tells_how_the_machine_moves() {
     let refused = run(program.text.as_bytes(), &declared, text.as_bytes(), &LogOptions::default(), None);
     assert!(refused.unwrap_err().to_string().contains("spindle_power_w"));
 }
-
-#[test]
-fn of_a_log_of_two_parts_the_first_is_learned_from_and_it_is_said() {
-    let program = rows();
-    let (job, _) = feedwright::setup::load(SETUP, Path::new(".")).unwrap();
-    let learned =
-        |text: &str| run(program.text.as_bytes(), &job, text.as_bytes(), &LogOptions::default(), None).unwrap().report;
-    let (first, _) = log(&program, &[], Tied::Position, 0.03, 7);
-    // The second part with a worn tool, 25 s after the first.
-    let (second, _) = log(&program, &[Hidden::Wear(1.5)], Tied::Position, 0.03, 8);
-    let end = |text: &str| text.lines().last().unwrap().split(',').next().unwrap().parse::<f64>().unwrap();
-    let later =
-        changed(&second, |_, row| row[0] = format!("{:.3}", row[0].parse::<f64>().unwrap() + end(&first) + 25.0));
-    let both = first.clone() + later.split_once('\n').unwrap().1;
-    let (of_both, of_one) = (learned(&both), learned(&first));
-    let said = |report: &LearnReport| report.warnings.iter().any(|w| w.contains("more than one part"));
-    assert!(said(&of_both) && !said(&of_one), "{:?}", of_both.warnings);
-    assert!(of_both.effects.is_empty(), "{}", of_both.verdict);
-    assert!(of_both.samples <= of_one.samples && of_both.samples * 20 > of_one.samples * 19, "{}", of_both.samples);
-    let k_tc = |report: &LearnReport| report.final_base.iter().find(|v| v.name == "k_tc").unwrap().value;
-    assert!((k_tc(&of_both) / k_tc(&of_one) - 1.0).abs() < 0.01, "{} {}", k_tc(&of_both), k_tc(&of_one));
-}

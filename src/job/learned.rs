@@ -14,6 +14,19 @@ use crate::setup::{Assumption, LEARNED};
 /// Stock larger than declared, by this much at most, counts as the same.
 const NOTHING_MM: f64 = 1e-9;
 
+/// Share of a cut's load that a model may leave unexplained before it is said: what loads are commonly kept below their limits.
+const WORTH_SAYING: f64 = 0.05;
+
+/// What the model did not explain of its log, where no confidence asks for room.
+pub fn unexplained(job: &Job) -> Option<Assumption> {
+    let scatter = job.process.scatter.filter(|s| *s >= WORTH_SAYING && job.confidence.is_none())?;
+    let value = format!(
+        "its loads were off by {:.0} % (one standard deviation) on data it had not seen; --confidence 0.95 leaves room for that",
+        100.0 * scatter
+    );
+    Some(Assumption { key: "process.scatter".into(), value, source: LEARNED.into() })
+}
+
 /// What a log shows of the load and a program that has not run yet does not tell, at its largest: curves over the time of the log or over
 /// the speed that the axes reached, of which nobody knows what they stand for; and what the meter read beyond the load of the cut, which only
 /// the drive's own curve can tell from load. Left out, the coefficients beside them would be those of the middle of the log, or of a
@@ -43,26 +56,24 @@ pub fn at_their_largest(job: &mut Job) -> Vec<Assumption> {
 
 /// The largest factor on the load of an effect that cannot be foretold; `None` of any other.
 fn largest_factor(used: &EffectUse) -> Option<f64> {
-    let values =
-        |stem: &'static str| used.parameters.iter().filter(move |(name, _)| name.starts_with(stem)).map(|(_, v)| *v);
-    if used.name == DRIVE {
+    let excess = named(&used.name).map_or(0.0, |effect| change_of(effect, used).reading_excess);
+    if excess > 0.0 {
         // The reading is P (1 + c (P/P_max)^p): at most (1 + c) P.
-        return Some(1.0 + values("excess").fold(0.0, f64::max));
+        return Some(1.0 + excess);
     }
     let (covariate, effect) = CURVES.iter().find(|(_, effect)| effect.name == used.name)?;
     let is_unforeseen = matches!(covariate, Covariate::Time | Covariate::PathSpeed);
-    (is_unforeseen && effect.multiplies == Multiplies::Load).then(|| values("factor").fold(1.0, f64::max))
+    let factors = used.parameters.iter().filter(|(name, _)| name.starts_with("factor")).map(|(_, value)| *value);
+    (is_unforeseen && effect.multiplies == Multiplies::Load).then(|| factors.fold(1.0, f64::max))
 }
 
 fn until(used: &EffectUse) -> &'static str {
-    if used.name == DRIVE {
-        return "until the setup says what the drive loses (machine.spindle.efficiency = [[reading, ratio], ...])";
+    if CURVES.iter().any(|(_, effect)| effect.name == used.name) {
+        return "until its cause is known: nothing foretells it";
     }
-    "until its cause is known: nothing foretells it"
+    "until the setup says what the drive loses (machine.spindle.efficiency = [[reading, ratio], ...])"
 }
 
-/// The effect on what the meter reads that grows with the load.
-const DRIVE: &str = "drive-efficiency";
 /// The curve that carries one factor on every cut: its covariate is known everywhere.
 const ON_EVERY_CUT: &str = "unnamed-load-spindle-speed";
 
@@ -199,6 +210,17 @@ mod tests {
         let effect = named(&used.name).expect("of the list");
         let state = State { rps: 50.0, ..State::default() };
         assert_eq!(change_at(effect, used, &state).cutting, 1.25);
+    }
+
+    #[test]
+    fn a_model_that_left_much_unexplained_says_so_unless_room_is_left() {
+        let mut job = job("sensor-lag", &[]);
+        let mut said = |scatter: f64, confidence: Option<f64>| {
+            (job.process.scatter, job.confidence) = (Some(scatter), confidence);
+            unexplained(&job).map(|told| told.value)
+        };
+        assert!(said(0.051, None).is_some_and(|text| text.contains("5 %")));
+        assert_eq!([said(0.049, None), said(0.2, Some(0.95))], [None, None]);
     }
 
     #[test]

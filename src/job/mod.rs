@@ -74,6 +74,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
     let Task { program, mut job, mut assumptions, wanted } = task;
     let start = (watch.clock)();
     assumptions.extend(wanted.confidence.map(|confidence| wanted::confident(&mut job, confidence)));
+    assumptions.extend(learned::unexplained(&job));
     assumptions.extend(learned::at_their_largest(&mut job));
     assumptions.extend(learned::apply(&mut job));
     let asked_for = job.operations.len();

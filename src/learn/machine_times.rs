@@ -5,7 +5,7 @@
 //! stretches of some ten seconds of the second half are told with it. A stretch in which the machine stood still longer
 //! than the program says (a tool change, an operator) says nothing of motion: stretches are compared by the median of their errors.
 
-use crate::effects::named;
+use crate::effects::{ALL, Acts};
 use crate::learn::align::line::{acceleration_shown, by_line};
 use crate::learn::align::{Aligned, by_position};
 use crate::learn::diagnose::criteria::is_slower;
@@ -60,7 +60,7 @@ fn shown(prepared: &SimulatedProgram, log: &Log, program_s: &[f64]) -> Option<(f
 }
 
 fn added(factor: f64, nats: f64, [before, after]: [f64; 2]) -> Option<Added> {
-    let effect = named("corner-feed")?;
+    let effect = ALL.iter().find(|effect| effect.acts == Acts::Motion)?;
     Some(Added {
         name: effect.name.into(),
         parameters: vec![Value {

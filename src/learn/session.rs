@@ -4,7 +4,6 @@ use crate::engage::{EngageError, Loader};
 use crate::learn::align::frame::in_work_frame;
 use crate::learn::align::line::{acceleration_shown, by_line};
 use crate::learn::align::load::by_load;
-use crate::learn::align::parts::first_part;
 use crate::learn::align::stretch;
 use crate::learn::align::{Aligned, by_position};
 use crate::learn::dataset::binning::{Channels, bin_log, channels};
@@ -86,7 +85,6 @@ pub fn run(
     let channels = channels(&log);
     let prepared = simulate_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
     in_work_frame(&mut log, &prepared.timeline);
-    first_part(&mut log, &prepared.timeline);
     if log.measured.is_empty() {
         let (report, aligned) = times_alone(&prepared, &log)?;
         return Ok(Learned {

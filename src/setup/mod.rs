@@ -44,7 +44,7 @@ pub fn load(text: &str, dir: &Path) -> Result<(Job, Vec<Assumption>), SetupError
     loaded(text, dir, false)
 }
 
-/// The same for a table of steady cuts, which brings its own geometry: `[stock]` may be absent.
+/// The same for a table of steady cuts, which brings its own geometry: `[stock]` may be absent, and tools where it names them.
 pub fn load_for_table(text: &str, dir: &Path) -> Result<Job, SetupError> {
     loaded(text, dir, true).map(|(job, _)| job)
 }
@@ -105,7 +105,7 @@ pub fn schema() -> String {
 }
 
 fn job(reader: &mut Reader, file: &SetupFile, dir: &Path, is_for_table: bool) -> Result<Job, SetupError> {
-    let tools = tools(reader, file);
+    let tools = tools(reader, file, is_for_table);
     let (limits, air_feed) = limits::global(reader, &file.limits.clone().unwrap_or_default());
     let operations = file.operation.iter().flatten().enumerate();
     let operations = operations.map(|(index, table)| limits::operation(reader, table, index)).collect();
@@ -154,9 +154,9 @@ fn speeds(reader: &mut Reader, tables: &[file::ToolTable]) -> Vec<(u32, f64)> {
     .collect()
 }
 
-fn tools(reader: &mut Reader, file: &SetupFile) -> Vec<crate::machine::Tool> {
+fn tools(reader: &mut Reader, file: &SetupFile, is_for_table: bool) -> Vec<crate::machine::Tool> {
     let tables = file.tool.as_deref().unwrap_or(&[]);
-    if tables.is_empty() {
+    if tables.is_empty() && !is_for_table {
         reader.missing("tool", "write one [[tool]] per T word of the program: number, shape, diameter, flutes");
     }
     let mut tools: Vec<crate::machine::Tool> = Vec::new();

@@ -12,7 +12,6 @@ pub mod holds;
 pub mod line;
 pub mod load;
 pub mod matching;
-pub mod parts;
 pub mod measured_load;
 pub mod predicted_load;
 

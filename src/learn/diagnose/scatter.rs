@@ -113,9 +113,10 @@ mod tests {
 
     #[test]
     fn what_the_model_misses_is_parted_from_the_noise_of_the_sensor() {
-        assert!((0.045..0.055).contains(&scatter(0.05, 0.0, 0.0)), "{}", scatter(0.05, 0.0, 0.0));
+        // One neighbour in ten lies beyond the end of a stretch, where the load is off by something else: √0.9 of the 5 %.
+        assert!((0.044..0.052).contains(&scatter(0.05, 0.0, 0.0)), "{}", scatter(0.05, 0.0, 0.0));
         // A noise of 30 W is 10 % of the mean load, and none of it is load.
-        assert!((0.044..0.056).contains(&scatter(0.05, 0.0, 30.0)), "{}", scatter(0.05, 0.0, 30.0));
+        assert!((0.042..0.053).contains(&scatter(0.05, 0.0, 30.0)), "{}", scatter(0.05, 0.0, 30.0));
         assert!(scatter(0.0, 0.0, 30.0) < 0.012, "{}", scatter(0.0, 0.0, 30.0));
     }
 

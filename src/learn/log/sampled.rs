@@ -22,21 +22,3 @@ pub struct Log {
     /// What was noticed.
     pub warnings: Vec<String>,
 }
-
-impl Log {
-    /// The samples of a range, with their times.
-    pub fn part(&self, range: std::ops::Range<usize>) -> Log {
-        let of = |values: &Vec<f64>| values[range.clone()].to_vec();
-        Log {
-            time_s: of(&self.time_s),
-            position_mm: self.position_mm.as_ref().map(|axes| [of(&axes[0]), of(&axes[1]), of(&axes[2])]),
-            line: self.line.as_ref().map(of),
-            feed_mm_s: self.feed_mm_s.as_ref().map(of),
-            rps: self.rps.as_ref().map(of),
-            tool: self.tool.as_ref().map(of),
-            measured: self.measured.iter().map(|(name, values)| (*name, of(values))).collect(),
-            on_change: self.on_change,
-            warnings: self.warnings.clone(),
-        }
-    }
-}
