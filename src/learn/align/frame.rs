@@ -52,7 +52,9 @@ pub fn in_work_frame(log: &mut Log, timeline: &Timeline) {
     let Some(shift) = shift_mm(log, timeline) else { return };
     if let Some(axes) = &mut log.position_mm {
         for (axis, by) in axes.iter_mut().zip(shift.iter()) {
-            axis.iter_mut().for_each(|value| *value -= by);
+            for value in axis {
+                *value -= by;
+            }
         }
     }
     log.warnings.push(format!(
