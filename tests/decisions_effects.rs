@@ -122,7 +122,7 @@ enum Does {
     Feeds,
     /// The time on the machine.
     Time,
-    /// Nothing: it happened once, or changes readings only, or is part of the engagement anyway.
+    /// Nothing: it happened once, or changes readings only and not by the load, or is part of the engagement anyway.
     Nothing,
 }
 
@@ -145,7 +145,8 @@ const TABLE: &[(&str, &str, Does)] = &[
     ("tare-warm-up", "excess = 1, time_constant = 20", Does::Feeds),
     ("tare-speed", "slope = 0.5, curvature = 0", Does::Feeds),
     ("axis-power", "friction = 0.5, acceleration = 0.5", Does::Nothing),
-    ("drive-efficiency", "excess = 0.5, exponent = 2", Does::Nothing),
+    // What a meter reads beyond the load counts as load until the setup has the losses of the drive.
+    ("drive-efficiency", "excess = 0.5, exponent = 2", Does::Feeds),
     ("sensor-lag", "time_constant = 2", Does::Nothing),
 ];
 
