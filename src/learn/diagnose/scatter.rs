@@ -5,12 +5,12 @@
 //! misses of the tare, ε the noise of the sensor. The noise is no load of the process and is new with every reading; what the model
 //! misses stays for a while. The product of neighbouring residuals r = y − ŷ has therefore the mean
 //!
-//!   E[rᵢ rᵢ₊₁] = var(τ) + var(u)·Pᵢ Pᵢ₊₁
+//! mean of rᵢ rᵢ₊₁ = var(τ) + var(u)·Pᵢ Pᵢ₊₁
 //!
 //! in which ε does not appear, and a noise that neighbours share appears in the first term as long as it does not grow with the load.
 //! Both terms follow by least squares, neither below 0. Large loads weigh most: there limits act. What comes and goes within one sample
 //! (a tenth of a second or more) is not seen. A table of steady cuts has no neighbours: nothing parts the two there, and the whole
-//! held-out error counts, E[r²] = var(u)·P².
+//! held-out error counts, mean of r² = var(u)·P².
 
 use crate::learn::dataset::samples::Data;
 
