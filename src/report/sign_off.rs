@@ -8,6 +8,7 @@ use super::provenance::Provenance;
 use super::run::Run;
 use super::verdict::Outcome;
 use super::words::plain;
+use crate::units::MM_PER_INCH;
 
 /// Rows of the lists: with them the page is one sheet.
 const ROWS: usize = 12;
@@ -24,8 +25,11 @@ pub fn sign_off(run: &Run, figures: &Figures, from: &Provenance, file: &str, is_
         ),
         files(run, from),
         found(run, figures, from),
+        "<div class=\"pair\"><div>".to_owned(),
         limits(figures),
+        "</div><div>".to_owned(),
         listed("Values assumed", &["key", "value", "source"], assumptions(run)),
+        "</div></div>".to_owned(),
         listed("Lines that keep their feed", &["lines", "how many", "why"], kept(run)),
         todo(run, figures, from),
         signatures(),
@@ -34,7 +38,7 @@ pub fn sign_off(run: &Run, figures: &Figures, from: &Provenance, file: &str, is_
             serde_json::to_string(from).expect("plain data").replace('<', "\\u003c")
         ),
     ];
-    page(&format!("{file}: sign-off"), &body.concat())
+    page(&format!("{file}: sign-off"), &format!("<div class=\"sheet\">{}</div>\n", body.concat()))
 }
 
 fn files(run: &Run, from: &Provenance) -> String {
@@ -56,7 +60,9 @@ fn found(run: &Run, figures: &Figures, from: &Provenance) -> String {
         || "none".to_owned(),
         |rise| {
             let (line, percent) = (rise.line, 100.0 * (rise.ratio() - 1.0));
-            format!("line {line}: {} → {} mm/min ({percent:+.0} %)", short(rise.feed_before), short(rise.feed_after))
+            let (factor, unit) = if run.toolpath.inch { (1.0 / MM_PER_INCH, "in/min") } else { (1.0, "mm/min") };
+            let [before, after] = [rise.feed_before, rise.feed_after].map(|feed| short(factor * feed));
+            format!("line {line}: {before} → {after} {unit} ({percent:+.0} %)")
         },
     );
     let stress = match (run.answers.stress.is_empty(), from.stress_worst_ratio) {
@@ -126,7 +132,7 @@ fn listed(title: &str, head: &[&str], mut rows: Vec<Vec<String>>) -> String {
 fn todo(run: &Run, figures: &Figures, from: &Provenance) -> String {
     let things = checks(run, figures, from.largest_rise.as_ref());
     let items = things.iter().fold(String::new(), |text, thing| text + &format!("<li>☐ {}</li>\n", escaped(thing)));
-    format!("<h2>Checked at the machine</h2>\n<ul>\n{items}</ul>\n")
+    format!("<h2>Checked at the machine</h2>\n<ul style=\"list-style:none;padding:0\">\n{items}</ul>\n")
 }
 
 fn signatures() -> String {
