@@ -510,3 +510,56 @@ fn an_operation_found_by_its_comment_keeps_its_feed() {
         assert_eq!(kept, [9, 10].contains(&block["line"].as_u64().unwrap()), "{block}");
     }
 }
+
+/// A folder with three programs, one of them with a fault.
+fn many() -> TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, force) in [("a.nc", 80), ("b.tap", 90), ("c.nc", 70)] {
+        fs::write(dir.path().join(name), PROGRAM).unwrap();
+        let setup = SETUP.replace("force_xy = 80", &format!("force_xy = {force}"));
+        let stem = name.split('.').next().unwrap();
+        fs::write(dir.path().join(format!("{stem}.setup.toml")), setup).unwrap();
+    }
+    dir
+}
+
+#[test]
+fn a_batch_does_every_program_once_whoever_runs_it() {
+    let dir = many();
+    let run = |arguments: &[&str]| {
+        let output = feedwright(dir.path()).args(arguments).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+        (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+    };
+    let done = |said: &str, word: &str| said.lines().filter(|line| line.starts_with(word)).count();
+    // What one program alone gives.
+    let read = |name: &str| fs::read(dir.path().join(name)).unwrap();
+    assert_eq!(run(&["optimize", "a.nc"]).0, 0);
+    let alone = read("a.fw.nc");
+    // Two shards, one after the other; before the second a summary says what is not done.
+    let (_, _, said) = run(&["batch", ".", "--out", "out", "--shard", "1/2"]);
+    assert_eq!(done(&said, "runs "), 2, "{said}");
+    let early = run(&["merge", ".", "--out", "out"]).1;
+    assert!(early.lines().any(|line| line.starts_with("b.tap ") && line.contains("not done")), "{early}");
+    let (_, _, said) = run(&["batch", ".", "--out", "out", "--shard", "2/2"]);
+    assert_eq!(done(&said, "runs "), 1, "{said}");
+    let (code, merged, _) = run(&["merge", ".", "--out", "out", "--json", "m.json"]);
+    assert!(code == 0 && merged.contains("3 programs, 0 to look at"), "{code} {merged}");
+    assert!(read("out/a.fw.nc") == alone, "a batch writes other bytes");
+    // One run over all: nothing again, the same summary. What was lost or changed is done again, and only that.
+    let (_, shown, said) = run(&["batch", ".", "--out", "out", "--json", "w.json"]);
+    assert_eq!((done(&said, "known "), done(&said, "runs ")), (3, 0), "{said}");
+    assert!(shown == merged && read("m.json") == read("w.json"));
+    fs::remove_file(dir.path().join("out/b.fw.tap")).unwrap();
+    fs::write(dir.path().join("c.setup.toml"), SETUP.replace("force_xy = 80", "force_xy = 75")).unwrap();
+    let (_, _, said) = run(&["batch", ".", "--out", "out"]);
+    assert_eq!((done(&said, "known "), done(&said, "runs ")), (1, 2), "{said}");
+    // A list does the same; a program without its setup is said and does not stop the others.
+    fs::write(dir.path().join("list.txt"), "# today\na.nc\nb.tap\tb.setup.toml\ngone.nc\n").unwrap();
+    let (code, shown, said) = run(&["batch", "list.txt", "--out", "out"]);
+    assert!(
+        code == 1 && shown.contains("3 programs, 1 to look at") && said.contains("gone.nc"),
+        "{code} {shown} {said}"
+    );
+    assert_eq!(run(&["batch", ".", "--shard", "3/2"]).0, 2);
+}

@@ -3,6 +3,7 @@
 
 use clap::{Parser, Subcommand};
 
+use super::batch::Batch;
 use super::calibrate::Calibrate;
 use super::dump::Dump;
 use super::evaluate::Evaluate;
@@ -82,6 +83,10 @@ pub enum Command {
     Semifinish(Semifinish),
     /// Plan finishing passes of varying step-over on the mesh of a surface, and write their program
     Stepover(Stepover),
+    /// Rewrite many programs; one that was done before is not done again
+    Batch(Batch),
+    /// Sum up a batch whose shards ran apart
+    Merge(Batch),
     /// Print any stage of the pipeline
     Dump(Dump),
     /// List what is built in

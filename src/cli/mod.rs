@@ -2,6 +2,7 @@
 //! ([`crate::report::Verdict`]) or `verify` found a difference; 2 bad usage or bad input, nothing written. One file per command.
 
 mod args;
+mod batch;
 mod calibrate;
 mod dump;
 mod error;
@@ -73,6 +74,8 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Toollife(command) => toollife::toollife(command, global, screen),
         Command::Semifinish(command) => semifinish::semifinish(command, global, screen),
         Command::Stepover(command) => stepover::stepover(command, global, screen),
+        Command::Batch(command) => batch::batch(command, global, screen),
+        Command::Merge(command) => batch::merge(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),
         Command::Library(command) => library::library(command),
         Command::Completions(command) => shell::completions(command.shell, Arguments::command()),

@@ -24,6 +24,11 @@ impl Screen {
         Self { quiet: global.quiet, colour }
     }
 
+    /// The same without a word but errors.
+    pub fn quietly(self) -> Self {
+        Self { quiet: true, ..self }
+    }
+
     /// A summary, to standard output; not when quiet.
     pub fn show(self, text: &str) -> Result<(), CliError> {
         if self.quiet { Ok(()) } else { put(text.as_bytes()) }
