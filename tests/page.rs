@@ -101,6 +101,31 @@ fn the_data_of_the_page_hang_together() {
 }
 
 #[test]
+fn a_long_program_is_joined_and_its_largest_load_stays() {
+    // A wave in 30,000 short blocks; somewhere in it one pass is deeper.
+    let mut program =
+        String::from("%\nG21 G17 G90 G94\nT1 M6\nS8000 M3\nG0 X0 Y10\nG0 Z2\nG1 Z-1 F300\nG1 X0.002 F600\n");
+    for k in 1..=30_000 {
+        let (x, deep) = (f64::from(k) * 0.002, if k == 17_000 { 1.2 } else { 1.0 });
+        program += &format!("X{x:.3} Z-{deep:.3}\n");
+    }
+    program += "G0 Z20\nM30\n%\n";
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("part.nc"), &program).unwrap();
+    fs::write(dir.path().join("part.setup.toml"), SETUP).unwrap();
+    let mut command = Command::cargo_bin("feedwright").unwrap();
+    let reports = ["simulate", "part.nc", "--report", "r.html", "--json", "r.json"];
+    assert!(command.current_dir(dir.path()).args(reports).status().unwrap().success());
+    let report: Value = serde_json::from_slice(&fs::read(dir.path().join("r.json")).unwrap()).unwrap();
+    let data = data(&fs::read_to_string(dir.path().join("r.html")).unwrap());
+    let samples = column(&data, "/samples/line").len();
+    assert!((10_000..=20_000).contains(&samples), "{samples}");
+    let largest = column(&data, "/loads/0/before").iter().filter_map(Value::as_f64).fold(0.0, f64::max);
+    let known = report["limits"][0]["before_max"].as_f64().unwrap();
+    assert!((largest / known - 1.0).abs() < 1e-3, "{largest} {known}");
+}
+
+#[test]
 fn a_page_in_a_browser() {
     let Some(browser) = Browser::found() else { return };
     let dir = tempfile::tempdir().unwrap();
