@@ -75,7 +75,7 @@ fn the_data_of_the_page_hang_together() {
     // The half circle of radius 8 is drawn as one: its points lie on it, closely.
     let on_arc = column(&data, "/points/x").iter().zip(column(&data, "/points/y")).filter(|(x, y)| {
         let (x, y) = (x.as_f64().unwrap() - 30.0, y.as_f64().unwrap() - 18.0);
-        x > 0.1 && ((x * x + y * y).sqrt() - 8.0).abs() < 1e-3
+        x < -0.1 && ((x * x + y * y).sqrt() - 8.0).abs() < 1e-3
     });
     assert!(on_arc.count() >= 25);
     // Time ends where the moves end, and both texts are in the listing.
