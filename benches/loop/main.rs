@@ -161,7 +161,9 @@ impl Shop<'_> {
     fn optimised(&mut self, to: &str, model: Option<&str>, sure: bool, hidden: &Hidden, least: &Least) -> Option<Kept> {
         let report = format!("{to}.json");
         let mut args = vec!["optimize", "part.nc", "--setup", "part.setup.toml", "-o", to, "--json", &report];
-        model.iter().for_each(|model| args.extend(["--model", model]));
+        if let Some(model) = model {
+            args.extend(["--model", model]);
+        }
         args.extend(if sure { &["--confidence", "0.95"][..] } else { &[] });
         self.ask(&args, to).then(|| {
             let job = self.job_of(to);
@@ -197,7 +199,9 @@ impl Shop<'_> {
         let noisy = log(&run, &self.case.machine, self.case.noise_w, self.seed + to.len() as u64);
         fs::write(self.folder.join(&csv), noisy).unwrap();
         let mut args = vec!["learn", program, "--setup", "part.setup.toml", "--log", &csv, "-o", to, "--json", &report];
-        before.iter().for_each(|model| args.extend(["--model", model]));
+        if let Some(model) = before {
+            args.extend(["--model", model]);
+        }
         let there = self.ask(&args, to);
         let text = fs::read_to_string(self.folder.join(&report)).unwrap_or_default();
         let json: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
