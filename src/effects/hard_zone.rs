@@ -78,7 +78,7 @@ pub const EFFECT: Effect = Effect {
             max: 16.0,
             starts: &[6.0, 2.5],
             // It is looked for as a box with round corners; its shape is asked for when it is found.
-            neutral: Some(4.0),
+            neutral: Some(ROUND_BOX),
             place: None,
             meaning: "how square the region is: 2 an ellipse, 4 a box with round corners, 16 nearly a box",
         },
@@ -118,9 +118,21 @@ fn inside(a: f64, b: f64, squareness: f64, border: f64) -> f64 {
     if std::f64::consts::SQRT_2 * a < 1.0 - FAR * border {
         return 1.0;
     }
-    let rho = a * (1.0 + (b / a.max(1e-12)).powf(squareness)).powf(1.0 / squareness);
-    0.5 * (1.0 + ((1.0 - rho) / border).tanh())
+    // ½(1 + tanh x) = 1/(1 + e^(−2x)).
+    1.0 / (1.0 + (2.0 * (radius(a, b, squareness) - 1.0) / border).exp())
 }
+
+/// ρ; of the box with round corners that a region is looked for as, without powers: they take most of the time of a search.
+fn radius(a: f64, b: f64, squareness: f64) -> f64 {
+    if squareness == ROUND_BOX {
+        let (a, b) = (a * a, b * b);
+        return (a * a + b * b).sqrt().sqrt();
+    }
+    a * (1.0 + (b / a.max(1e-12)).powf(squareness)).powf(1.0 / squareness)
+}
+
+/// Squareness of the region while it is looked for.
+const ROUND_BOX: f64 = 4.0;
 
 /// Half widths of the border beyond which u is 0 or 1 to 1e-8.
 const FAR: f64 = 10.0;
@@ -141,6 +153,13 @@ mod tests {
     fn a_region_narrower_than_two_millimetres_is_refused() {
         let wide = |mm: f64| [0.3, 10.0, 40.0, 5.0, 5.0 + mm, 0.1, 4.0];
         assert!((EFFECT.refused)(&wide(1.9), 0.0).is_some() && (EFFECT.refused)(&wide(2.1), 0.0).is_none());
+    }
+
+    #[test]
+    fn the_box_with_round_corners_is_the_power_law_at_four() {
+        for (a, b) in [(1.2, 0.9), (0.8, 0.8), (0.5, 0.0), (0.0, 0.0)] {
+            assert!((radius(a, b, ROUND_BOX) - radius(a, b, ROUND_BOX + 1e-9)).abs() < 1e-8, "{a} {b}");
+        }
     }
 
     #[test]

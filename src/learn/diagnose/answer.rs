@@ -13,7 +13,7 @@ use crate::learn::diagnose::scatter::scatter_of_load;
 use crate::learn::diagnose::unnamed::is_unnamed;
 use crate::learn::model::cross_validation::without;
 use crate::learn::model::design::FittedEffect;
-use crate::learn::model::fit::{Fitted, part};
+use crate::learn::model::fit::{Certainty, Fitted, certainty, part};
 use crate::learn::report::{Added, ChannelError, LearnReport, Transfer, Unexplained, Unnamed, Value};
 
 impl Diagnosis<'_> {
@@ -31,7 +31,8 @@ impl Diagnosis<'_> {
     pub(in crate::learn) fn report(&mut self, base: &Fitted, fitted: &Fitted) -> LearnReport {
         let data = self.data;
         let errors_of = |f: &Fitted, d: &Data| errors(d, |i| d.reading[i] - f.predicted[i]);
-        let added = |e: usize| self.added(e, &fitted.model.effects[e], fitted);
+        let (of_base, sure) = (certainty(&self.train, base), certainty(&self.train, fitted));
+        let added = |e: usize| self.added(e, fitted, &sure);
         let (curves, effects): (Vec<usize>, Vec<usize>) =
             (0..fitted.model.effects.len()).partition(|e| is_unnamed(fitted.model.effects[*e].effect));
         let unnamed = curves.into_iter().map(|e| {
@@ -48,8 +49,8 @@ impl Diagnosis<'_> {
             train: self.train.used().count(),
             test: if self.split.test.iter().any(|t| *t) { used - self.train.used().count() } else { used },
             how: self.split.how.clone(),
-            base: values(data, base),
-            condition: base.condition,
+            base: values(data, base, &of_base),
+            condition: of_base.condition,
             base_train: errors_of(base, &self.train),
             base_test: self.judged(&[]),
             effects,
@@ -58,14 +59,14 @@ impl Diagnosis<'_> {
             final_train: errors_of(fitted, &self.train),
             final_test: self.judged(&fitted.model.effects),
             channels: self.channels(fitted),
-            final_base: values(data, fitted),
-            covariance: covariance(data, fitted),
+            final_base: values(data, fitted, &sure),
+            covariance: covariance(data, &sure),
             tare_rps: data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite()),
             noise_floor: noise_floor(data, &fitted.residuals(data)),
             scatter: self.scatter(fitted),
             transfer: self.transfer(base, fitted),
             variants_tried: self.tried,
-            supports_model: tells_apart(fitted.condition)
+            supports_model: tells_apart(sure.condition)
                 && is_no_worse(self.judged(&[]).rmse, self.judged(&fitted.model.effects).rmse),
             ..LearnReport::default()
         }
@@ -83,13 +84,14 @@ impl Diagnosis<'_> {
         self.drop_elsewhere(&remove(effects, e), effects).is_none_or(lowers_elsewhere)
     }
 
-    fn added(&self, e: usize, each: &FittedEffect, fitted: &Fitted) -> Added {
+    fn added(&self, e: usize, fitted: &Fitted, sure: &Certainty) -> Added {
+        let each = &fitted.model.effects[e];
         let found = self.evidence.iter().rev().find(|(name, ..)| *name == each.effect.name);
         let (_, evidence, p_value, errors) =
             found.cloned().unwrap_or((each.effect.name, String::new(), 1.0, [f64::NAN; 2]));
         let first: usize =
             fitted.model.effects[..e].iter().map(|u| u.values.len()).sum::<usize>() + fitted.model.base.len();
-        let std_error = |k: usize| fitted.covariance[(first + k, first + k)].max(0.0).sqrt();
+        let std_error = |k: usize| sure.std_error(first + k);
         // A curve leaves out the knots that it does without.
         let in_use = |k: usize| !is_unnamed(each.effect) || each.effect.parameters[k].neutral != Some(each.values[k]);
         let value = |k: usize| Value {
@@ -128,19 +130,19 @@ impl Diagnosis<'_> {
     }
 }
 
-fn values(data: &Data, fitted: &Fitted) -> Vec<Value> {
+fn values(data: &Data, fitted: &Fitted, sure: &Certainty) -> Vec<Value> {
     let value = |(b, base): (usize, &crate::learn::dataset::samples::Base)| Value {
         name: base.name.clone(),
         value: fitted.model.base[b],
-        std_error: fitted.std_error(b),
+        std_error: sure.std_error(b),
         unit: base.unit.clone(),
     };
     data.base.iter().enumerate().map(value).collect()
 }
 
-fn covariance(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
+fn covariance(data: &Data, sure: &Certainty) -> Vec<Vec<f64>> {
     let p = data.base.len();
-    (0..p).map(|a| (0..p).map(|b| fitted.covariance[(a, b)]).collect()).collect()
+    (0..p).map(|a| (0..p).map(|b| sure.covariance[(a, b)]).collect()).collect()
 }
 
 /// What is to be said of a fitted parameter: it stands on a bound, or the data do not tell it.

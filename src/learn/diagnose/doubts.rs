@@ -9,7 +9,7 @@ use crate::learn::diagnose::criteria::{
     is_ratio_of_materials, is_stretch_of_a_machine, stands_too_long,
 };
 use crate::learn::log::Log;
-use crate::learn::model::fit::{Fitted, fit};
+use crate::learn::model::fit::{certainty, fit};
 use crate::learn::program::timeline::Timeline;
 use crate::learn::report::{LearnReport, Value};
 
@@ -114,14 +114,16 @@ fn unaided(data: &Data) -> Vec<Value> {
         return Vec::new();
     }
     let base = data.base.iter().cloned().map(|b| Base { prior: None, ..b }).collect();
-    let fitted = fit(&Data { base, ..data.clone() }, &[], 0);
-    let value = |(b, f): (usize, &Fitted)| Value {
+    let alone = Data { base, ..data.clone() };
+    let Some(fitted) = fit(&alone, &[], 0) else { return Vec::new() };
+    let sure = certainty(&alone, &fitted);
+    let value = |b: usize| Value {
         name: data.base[b].name.clone(),
-        value: f.model.base[b],
-        std_error: f.std_error(b),
+        value: fitted.model.base[b],
+        std_error: sure.std_error(b),
         unit: data.base[b].unit.clone(),
     };
-    fitted.iter().flat_map(|f| (0..data.base.len()).map(move |b| value((b, f)))).collect()
+    (0..data.base.len()).map(value).collect()
 }
 
 /// Measured forces over those by the declared coefficients; `None` where something else is measured, or none are

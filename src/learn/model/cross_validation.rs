@@ -4,6 +4,7 @@
 use crate::learn::dataset::samples::Data;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::fit;
+use rayon::prelude::*;
 
 /// A split of the samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,18 +63,18 @@ pub fn without(data: &Data, out: impl Fn(usize) -> bool) -> Vec<f64> {
 
 /// Residual of every sample that counts under a model that has not seen its fold; parameters begin at `effects`.
 pub fn held_out_residuals(data: &Data, effects: &[FittedEffect], split: &Split) -> Vec<f64> {
-    let mut residuals = vec![f64::NAN; data.len()];
-    for fold in 0..split.folds {
+    let of_fold = |fold: usize| -> Vec<(usize, f64)> {
         let held: Vec<usize> = data.used().filter(|i| split.fold[*i] == fold).collect();
         if held.is_empty() {
-            continue;
+            return Vec::new();
         }
         let others = data.with_weights(without(data, |i| split.fold[i] == fold));
-        let Some(fitted) = fit(&others, effects, 8) else { continue };
-        for i in held {
-            residuals[i] = data.reading[i] - fitted.predicted[i];
-        }
-    }
+        let Some(fitted) = fit(&others, effects, 8) else { return Vec::new() };
+        held.into_iter().map(|i| (i, data.reading[i] - fitted.predicted[i])).collect()
+    };
+    let folds: Vec<Vec<(usize, f64)>> = (0..split.folds).into_par_iter().map(of_fold).collect();
+    let mut residuals = vec![f64::NAN; data.len()];
+    folds.into_iter().flatten().for_each(|(i, residual)| residuals[i] = residual);
     residuals
 }
 

@@ -7,8 +7,8 @@
 
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::design::{
-    Acting, FittedEffect, acting, before_drive, changed_columns, kept, load, measured, slope_of_reading, together,
-    top_reading,
+    Acting, FittedEffect, acting, acting_on, before_drive, changed_columns, kept, load, measured, slope_of_reading,
+    together, top_reading,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -30,20 +30,42 @@ pub struct Fitted {
     pub predicted: Vec<f64>,
     /// Σ w (y − ŷ)², and what the priors add.
     pub squares: f64,
+}
+
+/// How well the data tell the parameters of a fitted model.
+#[derive(Debug, Clone)]
+pub struct Certainty {
     /// Covariance of (β, θ) for unit weight variance, times σ².
     pub covariance: DMatrix<f64>,
     /// Largest over smallest singular value of the scaled Jacobian of β.
     pub condition: f64,
 }
 
+impl Certainty {
+    /// Standard error of the k-th of (β, θ).
+    pub fn std_error(&self, k: usize) -> f64 {
+        self.covariance[(k, k)].max(0.0).sqrt()
+    }
+}
+
+/// See [`Certainty`]: of the model at the minimum of its squares.
+pub fn certainty(data: &Data, fitted: &Fitted) -> Certainty {
+    let search = Search::new(data);
+    let (base, effects) = (&fitted.model.base, &fitted.model.effects);
+    let at = search.point(base.clone(), effects.clone(), search.acting(effects));
+    let (normal, _) = search.normal_equations(&at);
+    let seen = (0..normal.nrows()).filter(|&k| normal[(k, k)] > 0.0).count();
+    let freedom = search.used.len().saturating_sub(seen).max(1) as f64;
+    Certainty {
+        covariance: pseudo_inverse(&normal) * (at.objective / freedom),
+        condition: condition_of(&normal.view((0, 0), (base.len(), base.len())).into_owned()),
+    }
+}
+
 impl Fitted {
     /// y − ŷ.
     pub fn residuals(&self, data: &Data) -> Vec<f64> {
         data.reading.iter().zip(&self.predicted).map(|(y, p)| y - p).collect()
-    }
-    /// Standard error of base coefficient `b`.
-    pub fn std_error(&self, b: usize) -> f64 {
-        self.covariance[(b, b)].max(0.0).sqrt()
     }
 }
 
@@ -68,6 +90,10 @@ pub fn part(data: &Data, present: &Fitted, classes: &[Class]) -> Vec<f64> {
     sum
 }
 
+/// Relative drop of the squares below which a fit has settled: of ten thousand samples a hundredth of a unit of twice the
+/// log-likelihood, far below every threshold of [`crate::learn::diagnose::criteria`].
+const SETTLED: f64 = 1e-6;
+
 /// Fits β and the parameters of all effects, from the values in `effects`; `None` when no sample counts.
 pub fn fit(data: &Data, effects: &[FittedEffect], iterations: usize) -> Option<Fitted> {
     let search = Search::new(data);
@@ -86,7 +112,7 @@ pub fn fit(data: &Data, effects: &[FittedEffect], iterations: usize) -> Option<F
             let Some(step) = search.step_within(&at, &normal, &gradient, damping) else { break };
             let next = search.moved(&at, &step);
             if next.objective.is_finite() && next.objective < at.objective {
-                improved = at.objective - next.objective > 1e-7 * at.objective;
+                improved = at.objective - next.objective > SETTLED * at.objective;
                 at = next;
                 damping = (damping * 0.2).max(1e-12);
                 break;
@@ -97,7 +123,8 @@ pub fn fit(data: &Data, effects: &[FittedEffect], iterations: usize) -> Option<F
             break;
         }
     }
-    Some(search.finish(at))
+    let model = Model { base: at.base, effects: at.theta };
+    Some(Fitted { model, predicted: at.predicted, squares: at.objective })
 }
 
 /// Columns of dŷ/dβ, then dŷ/dθ, at a fitted model.
@@ -295,7 +322,10 @@ impl<'a> Search<'a> {
         let size = 1e-4 * value.abs().max(1e-2 * parameter.max.min(1.0));
         let step = if value + size > parameter.max { -size } else { size };
         each.values[k] = value + step;
-        let own = acting(&each, self.data);
+        // A chain that keeps what it read asks for the samples without weight as well.
+        let all_count = self.used.len() == self.data.len() || together(&at.acting()).lag_s > 0.0;
+        let own =
+            if all_count { acting(&each, self.data) } else { acting_on(&each, self.data, self.used.iter().copied()) };
         let mut all = at.acting();
         all[e] = &own;
         let moved = measured(load(self.data, &all, &at.base, self.top), &all, self.top);
@@ -313,16 +343,6 @@ impl<'a> Search<'a> {
         let linear = together(&acting.iter().collect::<Vec<_>>()).reading_excess == 0.0;
         let best = self.best_base(&acting).filter(|(_, outside)| linear && !outside);
         self.point(best.map_or(stepped, |(base, _)| base), theta, acting)
-    }
-
-    fn finish(&self, at: Point) -> Fitted {
-        let (normal, _) = self.normal_equations(&at);
-        let seen = (0..normal.nrows()).filter(|&k| normal[(k, k)] > 0.0).count();
-        let freedom = self.used.len().saturating_sub(seen).max(1) as f64;
-        let covariance = pseudo_inverse(&normal) * (at.objective / freedom);
-        let condition = condition_of(&normal.view((0, 0), (at.base.len(), at.base.len())).into_owned());
-        let model = Model { base: at.base, effects: at.theta };
-        Fitted { model, predicted: at.predicted, squares: at.objective, covariance, condition }
     }
 }
 
