@@ -137,6 +137,9 @@ pub fn jacobian(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
 struct Search<'a> {
     data: &'a Data,
     used: Vec<usize>,
+    /// Base coefficients that no sample which counts shows. What a chain with a lag leaves of them in later samples is too
+    /// little to tell them by: they stay where the setup has them.
+    unseen: Vec<bool>,
     /// Scale of the excess of the reading.
     top: f64,
 }
@@ -165,7 +168,9 @@ impl Point {
 
 impl<'a> Search<'a> {
     fn new(data: &'a Data) -> Self {
-        Self { data, used: data.used().collect(), top: top_reading(data) }
+        let used: Vec<usize> = data.used().collect();
+        let unseen = data.columns.iter().map(|column| used.iter().all(|i| column[*i] == 0.0)).collect();
+        Self { data, used, unseen, top: top_reading(data) }
     }
 
     fn acting(&self, theta: &[FittedEffect]) -> Vec<Acting> {
@@ -185,7 +190,7 @@ impl<'a> Search<'a> {
     fn best_base(&self, acting: &[Acting]) -> Option<(Vec<f64>, bool)> {
         let all: Vec<&Acting> = acting.iter().collect();
         let whole = together(&all);
-        let mut columns = changed_columns(self.data, &all);
+        let mut columns = self.columns(&all);
         let mut rest = before_drive(self.data, &whole, self.top);
         let slopes: Vec<f64> = rest.iter().map(|p| slope_of_reading(&whole, *p, self.top)).collect();
         if let Some(kept) = kept(self.data, &all, self.top) {
@@ -206,6 +211,13 @@ impl<'a> Search<'a> {
             *value = inside;
         }
         Some((base, outside))
+    }
+
+    /// Columns of the base coefficients as the effects change them.
+    fn columns(&self, acting: &[&Acting]) -> Vec<Vec<f64>> {
+        let mut columns = changed_columns(self.data, acting);
+        columns.iter_mut().zip(&self.unseen).filter(|(_, unseen)| **unseen).for_each(|(column, _)| column.fill(0.0));
+        columns
     }
 
     /// XᵀWX and XᵀWy.
@@ -297,7 +309,7 @@ impl<'a> Search<'a> {
 
     /// Columns of dŷ/dβ, then dŷ/dθ.
     fn jacobian(&self, at: &Point) -> Vec<Vec<f64>> {
-        let mut columns = changed_columns(self.data, &at.acting());
+        let mut columns = self.columns(&at.acting());
         let whole = together(&at.acting());
         if whole.reading_excess != 0.0 {
             for column in &mut columns {
@@ -413,6 +425,23 @@ mod tests {
             channel: vec![0; n],
             ..Data::default()
         }
+    }
+
+    #[test]
+    fn what_no_sample_shows_is_not_told_by_what_a_lag_leaves_of_it() {
+        let mut data = worn();
+        // A run-up of the spindle in samples that do not count; the next ones hold its tail and an error.
+        data.base.push(Base { name: "run_up".into(), prior: Some((0.0, 1e3)), ..data.base[0].clone() });
+        data.columns.push((0..600).map(|i| if i < 10 { 1.0 } else { 0.0 }).collect());
+        data.weight[..10].fill(0.0);
+        data.reading[10..14].iter_mut().for_each(|y| *y += 5.0);
+        data.readings_per_sample = vec![1.0; 600];
+        let lag = FittedEffect { effect: named("sensor-lag").unwrap(), values: vec![0.3], free: vec![true] };
+        let found = fit(&data, std::slice::from_ref(&lag), 8).unwrap();
+        assert_eq!(found.model.base[2], 0.0);
+        // Where it counts it is told.
+        data.weight[..10].fill(1.0);
+        assert!(fit(&data, &[lag], 8).unwrap().model.base[2] != 0.0);
     }
 
     #[test]
