@@ -349,6 +349,8 @@ pub struct Change {
     pub stock_top_mm: f64,
     /// Stock stands out to the sides by this, mm.
     pub stock_side_mm: f64,
+    /// The faces towards −x, +x, −y, +y stand out by this beside it, mm.
+    pub stock_faces_mm: [f64; 4],
     /// Tool is larger by this, mm of diameter.
     pub diameter_mm: f64,
     /// Acceleration of the machine over the declared one.
@@ -374,6 +376,7 @@ impl Default for Change {
             runout_phase: 0.0,
             stock_top_mm: 0.0,
             stock_side_mm: 0.0,
+            stock_faces_mm: [0.0; 4],
             diameter_mm: 0.0,
             acceleration: 1.0,
             reading_excess: 0.0,
@@ -490,6 +493,8 @@ pub struct Effect {
     pub family: &'static [Covariate],
     /// Its parameters.
     pub parameters: &'static [Parameter],
+    /// Sets of parameters that are fitted together, the other optional ones neutral; empty: every set of the optional ones.
+    pub forms: &'static [&'static [usize]],
     /// What it does to a cut.
     pub change: fn(&[f64], &State) -> Change,
     /// The cut that shows it apart from the others, one clause.
@@ -513,6 +518,7 @@ const BARE: Effect = Effect {
     multiplies: Multiplies::Load,
     family: &[],
     parameters: &[],
+    forms: &[],
     change: |_, _| Change::default(),
     separated_by: "",
     needs: &[],

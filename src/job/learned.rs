@@ -142,13 +142,14 @@ fn change_at(effect: &Effect, used: &EffectUse, state: &State) -> Change {
 
 fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumption> {
     let [top, side] = [change.stock_top_mm, change.stock_side_mm];
-    if top.abs().max(side.abs()) > NOTHING_MM {
-        *job = job.with_stock_grown(top, side);
+    let sides = change.stock_faces_mm.map(|face| side + face);
+    if sides.into_iter().fold(top.abs(), |most, side| most.max(side.abs())) > NOTHING_MM {
+        *job = job.with_faces_moved(top, sides);
         let fixed = |shape: &StockShape| matches!(shape, StockShape::Stl(_) | StockShape::Saved(_));
         for stock in job.stocks.iter_mut().filter(|stock| fixed(&stock.shape)) {
-            stock.uncertainty_mm += side.max(0.0);
+            stock.uncertainty_mm += sides.into_iter().fold(0.0, f64::max);
         }
-        return Some(learned(effect, format!("{top:+.2} mm on top, {side:+.2} mm on each side")));
+        return Some(learned(effect, faces_moved(top, sides)));
     }
     let by = change.diameter_mm;
     if by.abs() > NOTHING_MM {
@@ -160,6 +161,16 @@ fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumptio
         *job = job.with_mills_off_axis(offset_mm, change.runout_phase);
         learned(effect, format!("{offset_mm:.4} mm, on every end mill"))
     })
+}
+
+fn faces_moved(top: f64, sides: [f64; 4]) -> String {
+    if sides.iter().all(|side| *side == sides[0]) {
+        return format!("{top:+.2} mm on top, {:+.2} mm on each side", sides[0]);
+    }
+    let [x_min, x_max, y_min, y_max] = sides;
+    format!(
+        "{top:+.2} mm on top, outward {x_min:+.2} mm at −x, {x_max:+.2} at +x, {y_min:+.2} at −y, {y_max:+.2} at +y"
+    )
 }
 
 fn learned(effect: &Effect, value: String) -> Assumption {
@@ -185,6 +196,11 @@ mod tests {
         assert_eq!(apply(&mut proud).len(), 1);
         let StockShape::Box(shape) = &proud.stocks[0].shape else { panic!("a box") };
         assert_eq!([shape.max.z, shape.max.x], [0.4, 100.0]);
+        let mut shifted = job("stock-proud", &[("top", 0.0), ("side", 0.0), ("x_min", -0.3), ("x_max", 0.3)]);
+        let said = apply(&mut shifted);
+        let StockShape::Box(shape) = &shifted.stocks[0].shape else { panic!("a box") };
+        assert_eq!([shape.min.x, shape.max.x, shape.min.y, shape.max.z], [0.3, 100.3, 0.0, 0.0]);
+        assert!(said[0].value.contains("-0.30 mm at −x, +0.30 at +x"), "{}", said[0].value);
         let mut small = job("tool-diameter", &[("difference", -0.2)]);
         apply(&mut small);
         assert!((small.tools[0].diameter_mm - 9.8).abs() < 1e-12);

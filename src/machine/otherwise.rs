@@ -11,11 +11,16 @@ impl Job {
     /// With every stock higher by `top_mm` and wider by `side_mm` on each side. A mesh or a saved stock is raised, its sides
     /// stay.
     pub fn with_stock_grown(&self, top_mm: f64, side_mm: f64) -> Self {
+        self.with_faces_moved(top_mm, [side_mm; 4])
+    }
+
+    /// The same with each side by itself, outward: −x, +x, −y, +y. A cylinder has one side, which moves by their mean.
+    pub fn with_faces_moved(&self, top_mm: f64, sides_mm: [f64; 4]) -> Self {
         let grown = |stock: &Stock| match &stock.shape {
             StockShape::Stl(_) | StockShape::Saved(_) => {
                 Stock { moved_mm: stock.moved_mm + Vec3::new(0.0, 0.0, top_mm), ..stock.clone() }
             }
-            shape => Stock { shape: grown(shape, top_mm, side_mm), ..stock.clone() },
+            shape => Stock { shape: grown(shape, top_mm, sides_mm), ..stock.clone() },
         };
         Self { stocks: self.stocks.iter().map(grown).collect(), ..self.clone() }
     }
@@ -23,6 +28,11 @@ impl Job {
     /// Has any stock sides that [`Self::with_stock_grown`] moves?
     pub fn has_stock_with_sides(&self) -> bool {
         self.stocks.iter().any(|stock| !matches!(stock.shape, StockShape::Stl(_) | StockShape::Saved(_)))
+    }
+
+    /// Has any stock four sides that [`Self::with_faces_moved`] moves one by one?
+    pub fn has_stock_with_faces(&self) -> bool {
+        self.stocks.iter().any(|stock| matches!(stock.shape, StockShape::Box(_)))
     }
 
     /// With the axis of every end mill off that of the spindle: by so much, this many pitches of its teeth on from tooth 1.
@@ -53,15 +63,16 @@ impl Machine {
     }
 }
 
-fn grown(shape: &StockShape, top_mm: f64, side_mm: f64) -> StockShape {
+fn grown(shape: &StockShape, top_mm: f64, sides_mm: [f64; 4]) -> StockShape {
+    let [x_min, x_max, y_min, y_max] = sides_mm;
     match shape {
         StockShape::Box(b) => StockShape::Box(Box3 {
-            min: b.min - Vec3::new(side_mm, side_mm, 0.0),
-            max: b.max + Vec3::new(side_mm, side_mm, top_mm),
+            min: b.min - Vec3::new(x_min, y_min, 0.0),
+            max: b.max + Vec3::new(x_max, y_max, top_mm),
         }),
         StockShape::Cylinder { centre, diameter_mm, z_mm } => StockShape::Cylinder {
             centre: *centre,
-            diameter_mm: diameter_mm + 2.0 * side_mm,
+            diameter_mm: diameter_mm + 0.5 * sides_mm.iter().sum::<f64>(),
             z_mm: [z_mm[0].min(z_mm[1]), z_mm[0].max(z_mm[1]) + top_mm],
         },
         other => other.clone(),

@@ -96,6 +96,7 @@ pub fn together(acting: &[&Acting]) -> Change {
         sum.runout_phase += one.runout_phase;
         sum.stock_top_mm += one.stock_top_mm;
         sum.stock_side_mm += one.stock_side_mm;
+        sum.stock_faces_mm.iter_mut().zip(one.stock_faces_mm).for_each(|(sum, face)| *sum += face);
         sum.diameter_mm += one.diameter_mm;
         sum.acceleration *= one.acceleration;
         sum.reading_excess += one.reading_excess;
@@ -209,6 +210,7 @@ fn size_of(variant: Variant, change: &Change, runouts: &RunoutGrid) -> f64 {
     match variant {
         Variant::StockTop => change.stock_top_mm,
         Variant::StockSide => change.stock_side_mm,
+        Variant::StockFace(face) => change.stock_faces_mm[face],
         Variant::Diameter => change.diameter_mm,
         Variant::Curved => change.curved,
         Variant::Runout { offset, phase } => runouts.share(change.runout_mm, change.runout_phase, offset, phase),

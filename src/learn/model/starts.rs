@@ -9,6 +9,9 @@ pub fn forms(effect: &'static Effect, values: &[f64]) -> Vec<FittedEffect> {
     let stays = |k: usize| effect.is_looked_for() && effect.parameters[k].neutral == Some(values[k]);
     let optional: Vec<usize> =
         (0..values.len()).filter(|k| effect.parameters[*k].neutral.is_some() && !stays(*k)).collect();
+    if !effect.forms.is_empty() {
+        return effect.forms.iter().map(|free| fitted_in(effect, values, free)).collect();
+    }
     let form = |pinned: usize| {
         let chosen = |k: usize| optional.iter().position(|o| *o == k).is_some_and(|bit| pinned >> bit & 1 == 1);
         let is_pinned = |k: usize| stays(k) || chosen(k);
@@ -25,6 +28,16 @@ pub fn forms(effect: &'static Effect, values: &[f64]) -> Vec<FittedEffect> {
     (0..1usize << optional.len()).map(form).filter(strong).collect()
 }
 
+/// The effect with these parameters fitted and the other optional ones neutral.
+fn fitted_in(effect: &'static Effect, values: &[f64], fitted: &[usize]) -> FittedEffect {
+    let neutral = |k: usize| effect.parameters[k].neutral.filter(|_| !fitted.contains(&k));
+    FittedEffect {
+        effect,
+        values: (0..values.len()).map(|k| neutral(k).unwrap_or(values[k])).collect(),
+        free: (0..values.len()).map(|k| neutral(k).is_none()).collect(),
+    }
+}
+
 /// Every combination of the starting values of its parameters.
 pub fn product(effect: &Effect) -> Vec<Vec<f64>> {
     let mut all = vec![Vec::new()];
@@ -37,4 +50,20 @@ pub fn product(effect: &Effect) -> Vec<Vec<f64>> {
             .collect();
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::named;
+
+    #[test]
+    fn declared_forms_are_fitted_as_declared_and_the_others_in_every_set() {
+        let proud = named("stock-proud").unwrap();
+        let all = forms(proud, &[0.0; 6]);
+        let free: Vec<Vec<usize>> = all.iter().map(|each| (0..6).filter(|k| each.free[*k]).collect()).collect();
+        assert!(free.contains(&vec![2]) && free.contains(&vec![2, 3, 4, 5]) && !free.contains(&vec![2, 3]));
+        let drive = named("drive-efficiency").unwrap();
+        assert_eq!(forms(drive, &[0.05, 1.2]).len(), 2);
+    }
 }

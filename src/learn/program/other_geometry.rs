@@ -28,6 +28,8 @@ pub(in crate::learn) struct SizeChanges {
     top_mm: f64,
     /// Stock wider on each side by, mm.
     side_mm: f64,
+    /// Each face wider by, mm: −x, +x, −y, +y.
+    faces_mm: [f64; 4],
     /// Tools larger by, mm of diameter.
     diameter_mm: f64,
     /// The top is raised on the stock that stands out to the sides, and not on the declared one.
@@ -39,19 +41,22 @@ impl SizeChanges {
     pub(in crate::learn) fn usual(job: &Job) -> Self {
         let diameters: Vec<f64> = job.tools.iter().map(|t| t.diameter_mm).collect();
         let diameter_mm = -SHRUNK * crate::learn::regress::statistics::median(&diameters);
-        Self { top_mm: GROWN_MM, side_mm: GROWN_MM, diameter_mm, top_over_side: false }
+        Self { top_mm: GROWN_MM, side_mm: GROWN_MM, faces_mm: [GROWN_MM; 4], diameter_mm, top_over_side: false }
     }
 
     /// Those that `changes` say together, usual ones for the rest; `None` where they say none.
     pub(in crate::learn) fn found(job: &Job, changes: &[Change]) -> Option<Self> {
-        let sum = |of: fn(&Change) -> f64| Some(changes.iter().map(of).sum::<f64>()).filter(|v| v.abs() >= LEAST_MM);
-        let (top, side) = (sum(|c| c.stock_top_mm), sum(|c| c.stock_side_mm));
-        let diameter = sum(|c| c.diameter_mm);
-        top.or(side).or(diameter)?;
+        let sum =
+            |of: &dyn Fn(&Change) -> f64| Some(changes.iter().map(of).sum::<f64>()).filter(|v| v.abs() >= LEAST_MM);
+        let (top, side) = (sum(&|c| c.stock_top_mm), sum(&|c| c.stock_side_mm));
+        let faces = [0, 1, 2, 3].map(|face| sum(&|c: &Change| c.stock_faces_mm[face]));
+        let diameter = sum(&|c| c.diameter_mm);
+        faces.into_iter().fold(top.or(side).or(diameter), Option::or)?;
         let usual = Self::usual(job);
         Some(Self {
             top_mm: top.unwrap_or(usual.top_mm),
             side_mm: side.unwrap_or(usual.side_mm),
+            faces_mm: faces.map(|face| face.unwrap_or(GROWN_MM)),
             diameter_mm: diameter.unwrap_or(usual.diameter_mm),
             top_over_side: top.is_some() && side.is_some(),
         })
@@ -62,6 +67,7 @@ impl SizeChanges {
         let near = |a: f64, b: f64| (a - b).abs() <= ANOTHER * b.abs();
         near(self.top_mm, other.top_mm)
             && near(self.side_mm, other.side_mm)
+            && self.faces_mm.iter().zip(&other.faces_mm).all(|(a, b)| near(*a, *b))
             && near(self.diameter_mm, other.diameter_mm)
             && self.top_over_side == other.top_over_side
     }
@@ -78,6 +84,12 @@ pub(in crate::learn) fn other_geometries(
 ) -> Vec<OtherGeometry> {
     let options = options(loader);
     let below_mm = if sizes.top_over_side { sizes.side_mm } else { 0.0 };
+    let face = |face: usize| {
+        let mut sides_mm = [0.0; 4];
+        sides_mm[face] = sizes.faces_mm[face];
+        let moved = job.has_stock_with_faces().then(|| job.with_faces_moved(0.0, sides_mm));
+        (Variant::StockFace(face), sizes.faces_mm[face], moved)
+    };
     let jobs = [
         (Variant::StockTop, sizes.top_mm, Some(job.with_stock_grown(sizes.top_mm, below_mm))),
         (
@@ -86,6 +98,10 @@ pub(in crate::learn) fn other_geometries(
             job.has_stock_with_sides().then(|| job.with_stock_grown(0.0, sizes.side_mm)),
         ),
         (Variant::Diameter, sizes.diameter_mm, job.with_mills_wider(sizes.diameter_mm)),
+        face(0),
+        face(1),
+        face(2),
+        face(3),
     ];
     let mut others: Vec<OtherGeometry> = jobs
         .into_par_iter()

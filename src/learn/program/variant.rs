@@ -10,6 +10,8 @@ pub enum Variant {
     StockTop,
     /// Per mm that the sides of the stock stand out.
     StockSide,
+    /// Per mm that one side of the stock stands out: −x, +x, −y, +y.
+    StockFace(usize),
     /// Per mm of tool diameter.
     Diameter,
     /// With the curvature of the path, minus without.
