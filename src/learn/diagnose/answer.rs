@@ -8,7 +8,7 @@ use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::{is_no_worse, is_structure, lowers_elsewhere, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::remove;
-use crate::learn::diagnose::residual::{noise_floor, patterns};
+use crate::learn::diagnose::residual::{Pattern, noise_floor, patterns};
 use crate::learn::diagnose::scatter::scatter_of_load;
 use crate::learn::diagnose::unnamed::is_unnamed;
 use crate::learn::model::cross_validation::without;
@@ -235,9 +235,11 @@ pub(in crate::learn) fn unexplained(
         });
     }
     let residual = fitted.residuals(data);
-    let strongest = patterns(data, &residual, &fitted.predicted, seed).into_iter().next()?;
-    is_structure(strongest.test_r2, data.is_series())
-        .then_some(Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along })
+    let is_told = |pattern: &Pattern| is_structure(pattern.test_r2, data.is_series());
+    let found: Vec<Pattern> = patterns(data, &residual, &fitted.predicted, seed).into_iter().filter(is_told).collect();
+    // That what is left persists says that it is no noise, and nothing of where it comes from.
+    let strongest = found.iter().find(|pattern| !pattern.is_persistence).or(found.first())?;
+    Some(Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along.clone() })
 }
 
 pub(in crate::learn) fn verdict(report: &LearnReport) -> String {

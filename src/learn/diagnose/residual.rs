@@ -20,6 +20,8 @@ pub struct Pattern {
     pub test_r2: f64,
     /// Chance of as much without a pattern.
     pub p_value: f64,
+    /// Does it say only that neighbouring samples are alike?
+    pub is_persistence: bool,
 }
 
 /// Root of the weighted mean square.
@@ -201,7 +203,12 @@ fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -
     }
     let mut chance = Chance::new(seed);
     let beaten = (0..ROUNDS).filter(|_| score(&permuted(data, &used, &bins, &blocks, &mut chance)) >= test_r2).count();
-    Some(Pattern { along: name.to_owned(), test_r2, p_value: (beaten + 1) as f64 / (ROUNDS + 1) as f64 })
+    Some(Pattern {
+        along: name.to_owned(),
+        test_r2,
+        p_value: (beaten + 1) as f64 / (ROUNDS + 1) as f64,
+        is_persistence: false,
+    })
 }
 
 /// Bin of each used sample, by quantiles; `None` when there is only one.
@@ -273,9 +280,11 @@ fn in_time(data: &Data, residual: &[f64]) -> Vec<Pattern> {
         along: format!("time (persists over about {:.1} s)", lasts as f64 * span),
         test_r2: rho * rho,
         p_value: (-0.5 * z * z).exp().max(1e-12),
+        is_persistence: true,
     }];
     if let Some((period_s, r2)) = period(data, residual, span) {
-        found.push(Pattern { along: format!("time (repeats every {period_s:.2} s)"), test_r2: r2, p_value: 1e-6 });
+        let along = format!("time (repeats every {period_s:.2} s)");
+        found.push(Pattern { along, test_r2: r2, p_value: 1e-6, is_persistence: false });
     }
     found
 }
