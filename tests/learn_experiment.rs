@@ -42,7 +42,11 @@ fn the_next_cut_parts_the_rivals() {
     // The truth is among the confounded, and so is the rival that the program cannot part from it.
     let both = |c: &Confounded| ["edge-chipping", "hard-zone"].iter().all(|name| c.names.iter().any(|n| n == name));
     assert!(report.confounded.iter().any(both), "{}", report.verdict);
-    assert!(report.verdict.contains("cannot be told from"), "{}", report.verdict);
+    assert!(
+        report.verdict.contains("one of: ") && report.verdict.contains("cannot be told apart on this log"),
+        "{}",
+        report.verdict
+    );
     report.confounded.retain(both);
     report.confounded[0].names.retain(|name| ["edge-chipping", "hard-zone"].contains(&name.as_str()));
     let names = report.confounded[0].names.join(" from ");

@@ -89,6 +89,11 @@ impl LearnReport {
         laws.chain(self.unnamed.iter().filter_map(|u| u.family.as_deref())).collect()
     }
 
+    /// The names among which nobody can tell, this one among them; `None`: it is asserted alone.
+    pub fn one_of(&self, name: &str) -> Option<&Confounded> {
+        self.confounded.iter().find(|group| group.names.iter().any(|other| other == name))
+    }
+
     /// Curves that bear no name at all.
     pub fn nameless(&self) -> impl Iterator<Item = &Unnamed> {
         self.unnamed.iter().filter(|u| u.family.is_none() && u.beside.is_none())

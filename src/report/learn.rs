@@ -26,6 +26,7 @@ pub fn learn_json(r: &LearnReport) -> String {
             json!({
                 "name": e.name, "form": "law", "parameters": values(&e.parameters), "p_value": e.p_value,
                 "test_rmse_before": e.test_rmse_before, "test_rmse_after": e.test_rmse_after, "evidence": e.evidence,
+                "one_of": r.one_of(&e.name).map(|group| &group.names),
             })
         })
         .chain(r.unnamed.iter().filter_map(of_a_family))
@@ -220,7 +221,8 @@ pub fn learn_words(r: &LearnReport) -> String {
     }
     text += &lines(&r.final_base);
     for e in &r.effects {
-        text += &format!("+ {}: {}\n{}", e.name, e.evidence, lines(&e.parameters));
+        let mark = if r.one_of(&e.name).is_some() { "?" } else { "+" };
+        text += &format!("{mark} {}: {}\n{}", e.name, e.evidence, lines(&e.parameters));
     }
     for u in &r.unnamed {
         let name =
@@ -228,7 +230,7 @@ pub fn learn_words(r: &LearnReport) -> String {
         text += &format!("+ {name}: {} ({})\n", u.said, u.added.evidence);
     }
     for c in &r.confounded {
-        text += &format!("? {} ({}); to separate them: {}\n", c.names.join(" or "), c.why, c.experiment);
+        text += &format!("? one of: {} ({}); to part them: {}\n", c.names.join(", "), c.why, c.experiment);
     }
     for t in &r.transfer {
         text += &format!("  on {} ({} samples): error {:.4} → {:.4}\n", t.kind, t.samples, t.rmse_before, t.rmse_after);

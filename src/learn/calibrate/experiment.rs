@@ -46,7 +46,8 @@ const RATE_HZ: f64 = 5.0;
 
 /// The programme that separates the first rivals of a report; `None` where there are none.
 pub fn experiment(data: &Data, report: &LearnReport, job: &Job) -> Result<Option<Experiment>, DataError> {
-    let Some(confounded) = report.confounded.first() else { return Ok(None) };
+    let laws = |group: &&Confounded| group.names.iter().filter(|name| effects::named(name).is_some()).count() > 1;
+    let Some(confounded) = report.confounded.iter().find(laws) else { return Ok(None) };
     let rivals = rivals(data, report, confounded);
     if rivals.len() < 2 {
         return Err(DataError::Unfit("the rivals of this log cannot be fitted again".into()));

@@ -2,7 +2,7 @@
 //! fitted on, what is left, and the verdict.
 
 use crate::effects::unnamed::{CURVES, knots};
-use crate::effects::{Covariate, Multiplies, family_of};
+use crate::effects::{Covariate, Multiplies, family_of, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::{is_no_worse, is_structure, lowers_elsewhere, tells_apart};
@@ -243,16 +243,26 @@ pub(in crate::learn) fn unexplained(
 }
 
 pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
-    let names = report.names();
+    let names: Vec<&str> = report.names().into_iter().filter(|name| report.one_of(name).is_none()).collect();
     let (before, after) = (report.base_test.rmse, report.final_test.rmse);
     let fell = format!("held-out error {before:.4} → {after:.4}");
     let found = match (names.as_slice(), report.unnamed.as_slice()) {
+        ([], _) if !report.confounded.is_empty() => format!("The residual is explained, by no single name; {fell}"),
         ([], []) => "Nothing to add: no effect of the list explains the residual".to_owned(),
         ([], _) => format!("No effect of the list explains the residual, a curve without a name does; {fell}"),
         (some, _) => format!("The residual is explained by {}; {fell}", some.join(" and ")),
     };
-    let rivals =
-        report.confounded.iter().map(|c| format!("{} cannot be told from {}", c.names[0], c.names[1..].join(", ")));
+    let rivals = report.confounded.iter().map(|c| {
+        let safe = named(&c.names[0]).filter(|effect| effect.is_accident);
+        let carried = safe.map_or_else(String::new, |effect| {
+            format!(" (a model file has {} from the beginning of the program on: the larger loads)", effect.name)
+        });
+        format!(
+            "one of: {} - cannot be told apart on this log; parted by: {}{carried}",
+            c.names.join(", "),
+            c.experiment
+        )
+    });
     let curves = report.unnamed.iter().map(|u| match (&u.family, &u.beside) {
         (Some(name), _) => format!("{name} in a form of its own: {}", u.said),
         (None, Some(name)) => format!("beside {name}, whose law misses it: {}", u.said),
@@ -267,7 +277,7 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
         )
     });
     let mut parts: Vec<String> = std::iter::once(found).chain(rivals).chain(curves).chain(left).collect();
-    if names.is_empty() && report.unnamed.is_empty() && report.unexplained.is_none() {
+    if report.effects.is_empty() && report.unnamed.is_empty() && report.unexplained.is_none() {
         parts[0] = format!("Nothing to add: what is left ({after:.4}) has no structure beyond noise");
     }
     if !(report.effects.is_empty() && report.unnamed.is_empty()) && after > before {
@@ -296,7 +306,7 @@ mod tests {
 
     #[test]
     fn a_parameter_on_its_bound_or_smaller_than_its_error_is_said() {
-        let wear = crate::effects::named("flank-wear").unwrap();
+        let wear = named("flank-wear").unwrap();
         let with =
             |growth: f64| FittedEffect { effect: wear, values: vec![growth, 0.0, 0.1, 0.0], free: vec![true; 4] };
         assert!(doubt(&with(50.0), 0, 0.1).unwrap().contains("stands on its bound"));

@@ -206,7 +206,9 @@ impl Diagnosis<'_> {
                 let known = two.fitted.model.effects.iter().any(knows);
                 !known && self.is_better(&after, &found.follows.left)
             };
-            let sound = enough && !curves.iter().any(better);
+            // One curve that leaves as little is the simpler answer.
+            let simpler = || curves.first().is_some_and(|found| !self.is_better(&found.follows.left, &after));
+            let sound = enough && !curves.iter().any(better) && !simpler();
             sound.then_some((score, two, share))
         });
         let (score, two, share) = judged?;
