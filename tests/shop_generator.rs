@@ -167,7 +167,7 @@ fn a_plain_machine_reads_what_the_plain_model_says_and_a_hidden_cause_does_not()
 }
 
 #[test]
-fn the_judge_tells_right_from_false_and_rivals_from_both() {
+fn the_judge_tells_right_from_false_and_one_of_several_from_both() {
     let causes = causes::all();
     let cause = |name: &str| causes.iter().find(|cause| cause.name == name).unwrap();
     let answer = |text: &str| Answer::read(&serde_json::from_str(text).unwrap());
@@ -178,8 +178,17 @@ fn the_judge_tells_right_from_false_and_rivals_from_both() {
     assert!(!judge(cause("wear+proud"), &wear).right);
     let rivals =
         answer(r#"{"effects": [{"name": "flank-wear"}], "confounded": [{"names": ["flank-wear", "tare-warm-up"]}]}"#);
+    // Several names are right in their own column alone, and of a plain log false.
     let verdict = judge(cause("tare-warm-up"), &rivals);
-    assert!(verdict.right && verdict.false_names.is_empty());
+    assert!(!verdict.right && verdict.one_of && verdict.among && verdict.false_names.is_empty());
+    let verdict = judge(cause("hard-zone"), &rivals);
+    assert!(verdict.one_of && !verdict.among && verdict.false_names.is_empty());
+    assert_eq!(judge(cause("plain"), &rivals).false_names, ["flank-wear"]);
+    let by_tool = answer(
+        r#"{"effects": [{"name": "edge-chipping"}],
+            "confounded": [{"names": ["edge-chipping", "a load of the cut that differs by tool"]}]}"#,
+    );
+    assert!(judge(cause("by-tool"), &by_tool).among && !judge(cause("by-tool"), &by_tool).right);
     let carried = answer(r#"{"effects": [], "unnamed": [{"covariate": "predicted power"}]}"#);
     assert!(judge(cause("saturation"), &carried).covariate_right);
     assert!(!judge(cause("gearbox"), &carried).covariate_right);

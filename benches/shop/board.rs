@@ -5,12 +5,14 @@ use super::judge::{Answer, Verdict};
 /// Heads of the columns.
 pub fn print_heads() {
     println!(
-        "{:<18} {:>4} {:>5} {:>6} {:>5} {:>9} {:>6} {:>6} {:>8} {:>6} {:>6} {:>6} {:>5}",
+        "{:<18} {:>4} {:>5} {:>6} {:>5} {:>6} {:>5} {:>9} {:>6} {:>6} {:>8} {:>6} {:>6} {:>6} {:>5}",
         "cause",
         "logs",
         "right",
         "silent",
         "false",
+        "one of",
+        "in it",
         "covariate",
         "failed",
         "unseen",
@@ -30,6 +32,8 @@ pub struct Row {
     pub right: usize,
     pub silent: usize,
     pub wrong: usize,
+    pub one_of: usize,
+    pub among: usize,
     pub covariate: usize,
     pub failed: usize,
     pub before: Vec<f64>,
@@ -53,6 +57,8 @@ impl Row {
         self.right += usize::from(verdict.right);
         self.silent += usize::from(verdict.silent);
         self.wrong += usize::from(!verdict.false_names.is_empty());
+        self.one_of += usize::from(verdict.one_of);
+        self.among += usize::from(verdict.among);
         self.covariate += usize::from(verdict.covariate_right);
         self.failed += usize::from(answer.failure.is_some());
         self.seconds.push(seconds);
@@ -69,11 +75,13 @@ impl Row {
     /// One line of the table.
     pub fn print(&self, name: &str) {
         println!(
-            "{name:<18} {:>4} {:>5} {:>6} {:>5} {:>9} {:>6} {:>6} {:>8.2} {:>6.2} {:>6.2} {:>5.0}% {:>5.1}",
+            "{name:<18} {:>4} {:>5} {:>6} {:>5} {:>6} {:>5} {:>9} {:>6} {:>6} {:>8.2} {:>6.2} {:>6.2} {:>5.0}% {:>5.1}",
             self.logs,
             self.right,
             self.silent,
             self.wrong,
+            self.one_of,
+            self.among,
             self.covariate,
             self.failed,
             self.unseen,
@@ -92,6 +100,8 @@ impl Row {
         self.right += other.right;
         self.silent += other.silent;
         self.wrong += other.wrong;
+        self.one_of += other.one_of;
+        self.among += other.among;
         self.covariate += other.covariate;
         self.failed += other.failed;
         self.before.extend(&other.before);
@@ -114,6 +124,9 @@ pub fn print_goals(totals: &[Row; 4]) {
     println!("\nlisted effect right  {:5.1} %  goal 95", share(totals[1].right, totals[1].logs));
     println!("pairs right          {:5.1} %  goal 90", share(totals[2].right, totals[2].logs));
     println!("false names          {:5.1} %  goal at most 2", share(wrong, logs));
+    let (one_of, among): (usize, usize) =
+        totals.iter().fold((0, 0), |sum, row| (sum.0 + row.one_of, sum.1 + row.among));
+    println!("answered \"one of\"    {:5.1} %  with the truth in it {among} of {one_of}", share(one_of, logs));
     println!("covariate right      {:5.1} %  goal 80", share(totals[3].covariate, totals[3].logs));
     println!(
         "error above the noise that is gone, median over causes without a name {:3.0} %  goal 70",

@@ -1,5 +1,9 @@
 //! What a binary answered to a log, against the truth.
 //!
+//! A name is *asserted* where it stands in no group of `confounded`; the others are answers "one of: …", which are counted in
+//! a column of their own, and so is how often the truth is among them. A false name is one that is asserted; of a plain log
+//! every answer is false that is not tolerated.
+//!
 //! In: the report of `feedwright learn --json`. Read are `effects[].name`, `confounded[].names`, `base.test.rmse`,
 //! `final.test.rmse`, and for causes that no list has **`unnamed.covariate`** (or `unnamed[].covariate`): a string or a list
 //! of strings, the covariates that carry what is left. Also `events[].kind` and `events[].covariate` (an override, a feed
@@ -33,6 +37,9 @@ pub struct Verdict {
     pub false_names: Vec<String>,
     /// For causes without a name.
     pub covariate_right: bool,
+    /// Says "one of", and whether what was hidden is said by that or by a name.
+    pub one_of: bool,
+    pub among: bool,
 }
 
 /// All strings below a value.
@@ -75,20 +82,26 @@ impl Answer {
         }
     }
 
-    /// Whether an effect was named, or is a declared rival of one that was.
-    fn voices(&self, name: &str) -> bool {
-        let named = |other: &String| self.names.contains(other);
-        self.names.iter().any(|other| other == name)
-            || self.confounded.iter().any(|group| group.iter().any(|other| other == name) && group.iter().any(named))
+    /// Groups of which one is in the model.
+    fn groups(&self) -> impl Iterator<Item = &Vec<String>> {
+        self.confounded.iter().filter(|group| group.iter().any(|name| self.names.contains(name)))
     }
 
-    /// Names for which nothing was hidden, and which are no declared rivals of something that was.
+    /// Whether an effect was named alone.
+    fn asserts(&self, name: &str) -> bool {
+        let is_in_doubt = self.groups().any(|group| group.iter().any(|other| other == name));
+        self.names.iter().any(|other| other == name) && !is_in_doubt
+    }
+
+    /// Whether it was named, alone or as one of several.
+    fn voices(&self, name: &str) -> bool {
+        self.asserts(name) || self.groups().any(|group| group.iter().any(|other| other == name))
+    }
+
+    /// Names that are asserted and for which nothing was hidden.
     fn false_names(&self, hidden: &[&str], tolerated: &[&str]) -> Vec<String> {
         let true_name = |name: &str| hidden.contains(&name) || tolerated.contains(&name);
-        let rival = |name: &String| {
-            self.confounded.iter().any(|group| group.contains(name) && group.iter().any(|other| true_name(other)))
-        };
-        self.names.iter().filter(|name| !true_name(name) && !rival(name)).cloned().collect()
+        self.names.iter().filter(|name| !true_name(name) && self.asserts(name)).cloned().collect()
     }
 }
 
@@ -122,16 +135,31 @@ pub fn covariates_of(wording: &str) -> Vec<&'static str> {
 pub fn judge(cause: &Cause, answer: &Answer) -> Verdict {
     let hidden: &[&str] = if let Truth::Named(names) = cause.truth { names } else { &[] };
     let allowed = [cause.tolerated, cause.equivalent].concat();
-    let false_names = answer.false_names(hidden, &allowed);
+    let mut false_names = answer.false_names(hidden, &allowed);
     let silent = answer.names.is_empty();
+    let one_of = answer.groups().next().is_some();
+    if matches!(cause.truth, Truth::Plain) {
+        false_names = answer.names.iter().filter(|name| !allowed.contains(&name.as_str())).cloned().collect();
+    }
     let carried = |wanted: &[&str]| {
-        cause.equivalent.iter().any(|name| answer.voices(name))
+        cause.equivalent.iter().any(|name| answer.asserts(name))
             || answer.covariates.iter().flat_map(|wording| covariates_of(wording)).any(|said| wanted.contains(&said))
     };
     let (right, covariate_right) = match cause.truth {
         Truth::Plain => (false_names.is_empty(), false),
-        Truth::Named(names) => (names.iter().all(|name| answer.voices(name)), false),
+        Truth::Named(names) => (names.iter().all(|name| answer.asserts(name)), false),
         Truth::Unlisted(wanted) => (false_names.is_empty() && carried(wanted), carried(wanted)),
     };
-    Verdict { right: right && answer.failure.is_none(), silent, false_names, covariate_right }
+    let among = one_of
+        && match cause.truth {
+            Truth::Plain => false,
+            Truth::Named(names) => names.iter().all(|name| answer.voices(name)),
+            Truth::Unlisted(wanted) => {
+                let said = answer.groups().flatten().flat_map(|wording| covariates_of(wording));
+                carried(wanted)
+                    || cause.equivalent.iter().any(|name| answer.voices(name))
+                    || said.into_iter().any(|covariate| wanted.contains(&covariate))
+            }
+        };
+    Verdict { right: right && answer.failure.is_none(), silent, false_names, covariate_right, one_of, among }
 }

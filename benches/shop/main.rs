@@ -15,9 +15,9 @@
 //! Seeds: `dev` (1000 and up) are for whoever works on `learn`; `judged` (500,000 and up) are run once, when a claim is
 //! made, and their logs are not looked at.
 //!
-//! Columns: logs judged; right (every hidden effect named or voiced as a rival of a named one, for a plain log no name,
-//! for a cause without a name its covariate and no false name); silent (nothing named); false (a name for which nothing
-//! was hidden); covariate (the carrying covariate said); medians of the held-out error before and after over the noise, by
+//! Columns: logs judged; right (every hidden effect named alone, for a plain log no name, for a cause without a name its
+//! covariate and no false name); silent (nothing named); false (a name asserted alone for which nothing was hidden); one of
+//! (several names that it cannot part), and in it (what was hidden is among them or named beside them); covariate (the carrying covariate said); medians of the held-out error before and after over the noise, by
 //! the binary's own claim; the share of the error above the noise that is gone, by that claim; and where the binary has
 //! `evaluate`, the same after on a second program of the same machine, whose truth is known here.
 
