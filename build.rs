@@ -20,14 +20,16 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Tests that need what is not there are shown as ignored: `absent_shared`, `absent_rs274`, `absent_linuxcnc`. What is there is watched;
+/// Tests that need what is not there are shown as ignored: `absent_shared`, `absent_rs274`, `absent_linuxcnc`, `absent_browser`. What is there is watched;
 /// what comes later is seen after `touch build.rs` (to watch what is not there would compile the package anew every time).
 fn surroundings() {
     println!("cargo::rerun-if-env-changed=PATH");
     let path = std::env::var_os("PATH").unwrap_or_default();
     let program = |name: &str| std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| file.is_file());
     let found = [("shared", Some(PathBuf::from("../shared/programs"))), ("rs274", program("rs274"))];
-    let found = found.into_iter().chain([("linuxcnc", program("linuxcnc"))]);
+    let driver = PathBuf::from("tests/browser/node_modules/playwright-core/package.json");
+    let browser = program("chromium").and(program("node")).map(|_| driver);
+    let found = found.into_iter().chain([("linuxcnc", program("linuxcnc")), ("browser", browser)]);
     for (name, place) in found {
         println!("cargo::rustc-check-cfg=cfg(absent_{name})");
         match place.filter(|place| place.exists()) {

@@ -1,7 +1,7 @@
 //! The page in a real browser: drawn, pointed at, clicked, turned, played, on a narrow screen, in the dark, without WebGL2. Needs
 //! chromium, node and playwright-core (`.ci/run` installs them); says so where they are absent.
 
-#![allow(clippy::unwrap_used, clippy::print_stderr, clippy::format_collect)]
+#![allow(clippy::unwrap_used, clippy::format_collect)]
 
 use assert_cmd::cargo::CommandCargoExt;
 use serde_json::Value;
@@ -126,10 +126,10 @@ fn a_long_program_is_joined_and_its_largest_load_stays() {
 }
 
 #[test]
+#[cfg_attr(absent_browser, ignore = "chromium, node or tests/browser/node_modules is not there")]
 fn a_page_in_a_browser() {
-    let Some(browser) = Browser::found() else { return };
     let dir = tempfile::tempdir().unwrap();
-    let seen = browser.sees(&page(dir.path(), PROGRAM, SETUP));
+    let seen = seen(&page(dir.path(), PROGRAM, SETUP));
     assert_eq!(seen["noise"], serde_json::json!([]), "the browser complains");
     let many = |key: &str| seen[key].as_u64().unwrap();
     for canvas in ["above", "curves", "space", "dark_above", "above_without_webgl"] {
@@ -153,38 +153,12 @@ fn a_page_in_a_browser() {
     assert_eq!(seen["too_wide_at_400"], 0);
 }
 
-/// A headless browser with what drives it.
-struct Browser {
-    modules: PathBuf,
-    chromium: String,
-}
-
-impl Browser {
-    fn found() -> Option<Self> {
-        let modules = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/node_modules/playwright-core");
-        let runs =
-            |program: &str| Command::new(program).arg("--version").output().is_ok_and(|done| done.status.success());
-        let chromium = ["chromium", "chromium-browser", "google-chrome"].into_iter().find(|name| runs(name));
-        match chromium {
-            Some(name) if runs("node") && modules.is_dir() => {
-                let path = Command::new("sh").args(["-c", &format!("command -v {name}")]).output().unwrap().stdout;
-                Some(Self { modules, chromium: String::from_utf8(path).unwrap().trim().to_owned() })
-            }
-            _ => {
-                eprintln!(
-                    "SKIPPED: the page in a browser needs chromium, node and `npm install --prefix tests/browser`"
-                );
-                None
-            }
-        }
-    }
-
-    /// What the script saw of a page.
-    fn sees(&self, page: &Path) -> Value {
-        assert!(self.modules.is_dir());
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/page.mjs");
-        let done = Command::new("node").arg(script).arg(page).env("CHROMIUM", &self.chromium).output().unwrap();
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        serde_json::from_slice(&done.stdout).unwrap()
-    }
+/// What a headless browser saw of a page.
+fn seen(page: &Path) -> Value {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/page.mjs");
+    let chromium = Command::new("sh").args(["-c", "command -v chromium"]).output().unwrap().stdout;
+    let chromium = String::from_utf8(chromium).unwrap();
+    let done = Command::new("node").arg(script).arg(page).env("CHROMIUM", chromium.trim()).output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    serde_json::from_slice(&done.stdout).unwrap()
 }
