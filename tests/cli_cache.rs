@@ -108,11 +108,11 @@ fn saved_stock_is_the_next_programs_blank() {
 #[test]
 fn too_little_memory_names_the_resolution_that_fits() {
     let dir = bench();
-    let (code, _, said) = run(dir.path(), &["simulate", "part.nc", "--resolution", "0.005", "--max-memory", "10M"]);
+    let (code, _, said) = run(dir.path(), &["simulate", "part.nc", "--resolution", "0.005", "--max-memory", "100M"]);
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("MiB") && said.contains("--resolution 0.0") && said.contains("--max-memory"), "{said}");
     let fits = said.split("--resolution ").nth(1).unwrap().split_whitespace().next().unwrap();
-    let (code, _, said) = run(dir.path(), &["simulate", "part.nc", "--resolution", fits, "--max-memory", "10M"]);
+    let (code, _, said) = run(dir.path(), &["simulate", "part.nc", "--resolution", fits, "--max-memory", "100M"]);
     assert_eq!(code, 0, "{said}");
 }
 

@@ -200,6 +200,7 @@ fn sum_up(jobs: &[&Job], command: &Batch, global: &Global, screen: Screen) -> Re
         let summary = json!({ "written_by": crate::report::WRITTEN_BY, "programs": rows, "realised_before_s": whole[0], "realised_after_s": whole[1] });
         file.write((serde_json::to_string_pretty(&summary).expect("plain data") + "\n").as_bytes())?;
     }
+    outputs.commit()?;
     screen.show(&text)?;
     Ok(if bad == 0 { Outcome::Done } else { Outcome::Unmet })
 }

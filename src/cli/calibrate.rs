@@ -95,7 +95,7 @@ pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result
     let process = process_model::of_calibration(&result);
     let words = calibrate_words(&result);
     let comments = format!("# {}\n", words.lines().collect::<Vec<_>>().join("\n# "));
-    finish(screen, json, &calibrate_json(&result), model, model_text(process.as_ref(), &comments), &words)
+    finish(screen, outputs, json, &calibrate_json(&result), model, model_text(process.as_ref(), &comments), &words)
 }
 
 fn options(command: &Calibrate, setup: Option<&Job>) -> CalibrateOptions {
@@ -186,5 +186,5 @@ fn plan_tests(kind: PlanKind, command: &Calibrate, global: &Global, screen: Scre
     let program = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
     let plan = plan::plan(kind, &job)
         .map_err(|error| CliError::new(error.to_string(), "see `feedwright schema` for stock and tools"))?;
-    finish(screen, json, &plan_json(&plan), program, Some(plan.program.clone()), &plan_words(&plan))
+    finish(screen, outputs, json, &plan_json(&plan), program, Some(plan.program.clone()), &plan_words(&plan))
 }

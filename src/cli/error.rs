@@ -33,9 +33,6 @@ pub enum CliError {
         /// What is wrong in it.
         diagnostics: Vec<Diagnostic>,
     },
-    /// Whoever read standard output went away: that is success.
-    #[error("standard output was closed")]
-    ClosedPipe,
 }
 
 impl CliError {
@@ -71,9 +68,6 @@ impl CliError {
 impl From<std::io::Error> for CliError {
     /// For writing to standard output only: files are reported with their path.
     fn from(error: std::io::Error) -> Self {
-        if error.kind() == std::io::ErrorKind::BrokenPipe {
-            return CliError::ClosedPipe;
-        }
         CliError::new(format!("cannot write to standard output: {error}"), "write to a file with -o instead")
     }
 }

@@ -49,7 +49,7 @@ pub fn evaluate(command: &Evaluate, global: &Global, screen: Screen) -> Result<O
         Some(log) => on_log(command, log, global, screen)?,
         None => on_table(command)?,
     };
-    finish(screen, json, &evaluate_json(&found), None, None, &evaluate_words(&found))
+    finish(screen, outputs, json, &evaluate_json(&found), None, None, &evaluate_words(&found))
 }
 
 fn on_log(command: &Evaluate, log: &Path, global: &Global, screen: Screen) -> Result<Evaluation, CliError> {

@@ -55,10 +55,12 @@ pub fn init(command: &Init, global: &Global, screen: Screen) -> Result<Outcome, 
         (None, Some(path)) => target(path),
         (None, None) => PathBuf::from("-"),
     };
-    let output = Outputs::new(source.path.clone(), global.force).open(&place, Kind::Setup)?;
+    let mut outputs = Outputs::new(source.path.clone(), global.force);
+    let output = outputs.open(&place, Kind::Setup)?;
     let facts = known(&source, &command.told, global, screen)?;
     let to_stdout = output.is_stdout();
     output.write(facts.text().as_bytes())?;
+    outputs.commit()?;
     let lacking = facts.lacking();
     if !to_stdout {
         screen.say(&format!("written   {}", place.display()));

@@ -33,12 +33,23 @@ pub fn program(path: &Path) -> Result<Source, CliError> {
     Ok(source)
 }
 
-/// Reads a file.
+/// Reads a file, a pipe or a device; a file that changes meanwhile is refused.
 pub fn file(path: &Path) -> Result<Vec<u8>, CliError> {
     if path.is_dir() {
         return Err(CliError::new(format!("{} is a folder", path.display()), "give one file"));
     }
-    std::fs::read(path).map_err(|error| CliError::file("read", path, &error))
+    let stamp =
+        || path.metadata().ok().filter(std::fs::Metadata::is_file).map(|data| (data.len(), data.modified().ok()));
+    let before = stamp();
+    let bytes = std::fs::read(path).map_err(|error| CliError::file("read", path, &error))?;
+    let whole = before.is_none_or(|(length, _)| length == bytes.len() as u64);
+    if whole && before == stamp() {
+        return Ok(bytes);
+    }
+    Err(CliError::new(
+        format!("{} was changed while it was read", path.display()),
+        "wait until whoever writes it is done, then run it again",
+    ))
 }
 
 /// Reads a text file.
@@ -62,6 +73,12 @@ fn check(source: &Source) -> Result<(), CliError> {
     }
     if bytes.len() > nc::MAX_TEXT {
         return Err(CliError::new(format!("{name} is larger than 4 GiB"), "split the program"));
+    }
+    if memchr::memchr(b'\r', bytes).is_some() && memchr::memchr(b'\n', bytes).is_none() {
+        return Err(CliError::new(
+            format!("{name} has lines that end in CR alone: it would be one long line for most controls"),
+            "convert its line ends to LF or CR LF",
+        ));
     }
     if looks_binary(bytes) {
         return Err(CliError::new(

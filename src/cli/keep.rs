@@ -91,10 +91,9 @@ impl Kept {
         self.pieces.borrow().iter().map(|(piece, _)| Relief::of(&piece.field)).collect()
     }
 
-    /// Writes what was handed over.
-    pub fn write(self) -> Result<(), CliError> {
+    /// Adds what was handed over to the outputs.
+    pub fn write(self, outputs: &mut Outputs) -> Result<(), CliError> {
         if let (Some(path), Some(bytes)) = (&self.cache, self.bytes.take()) {
-            let mut outputs = Outputs::new([], false);
             outputs.open(path, Kind::Cache)?.write(&bytes)?;
         }
         let Some(Stock { path, mesh, output }) = self.stock else { return Ok(()) };
@@ -107,7 +106,7 @@ impl Kept {
             let name = if k == 0 { path.clone() } else { numbered(&path, k + 1) };
             let output = match output.take() {
                 Some(output) => output,
-                None => Outputs::new([], false).open(&name, Kind::Stock)?,
+                None => outputs.open(&name, Kind::Stock)?,
             };
             output.write(&bytes(piece))?;
             self.screen.say(&format!("stock     {} as the program leaves it", name.display()));

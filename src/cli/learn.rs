@@ -131,7 +131,7 @@ pub fn learn(command: &Learn, global: &Global, screen: Screen) -> Result<Outcome
     }
     let process = process_model::of_report(&report, &found.job);
     let text = model_text(process.as_ref(), &process_model::provenance(&report));
-    finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
+    finish(screen, outputs, json, &learn_json(&report), model, text, &learn_words(&report))
 }
 
 /// What a sample of a force is, as the command line has it.
@@ -203,7 +203,7 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
     let job = setup.map_or_else(|| setup::load_for_table("", Path::new(".")), Ok);
     let process = job.ok().and_then(|job| process_model::of_report(&report, &job));
     let text = model_text(process.as_ref(), &process_model::provenance(&report));
-    finish(screen, json, &learn_json(&report), model, text, &learn_words(&report))
+    finish(screen, outputs, json, &learn_json(&report), model, text, &learn_words(&report))
 }
 
 /// Tangential cutting coefficient of the first tool's material, N/mm².
@@ -295,9 +295,10 @@ pub(super) fn model_text(process: Option<&Process>, comments: &str) -> Option<St
     process.map(|process| setup::write_model(process) + comments)
 }
 
-/// Writes the outputs and says the words.
+/// Writes all outputs and says the words.
 pub(super) fn finish(
     screen: Screen,
+    outputs: Outputs,
     json: Option<Output>,
     report: &str,
     model: Option<Output>,
@@ -314,6 +315,7 @@ pub(super) fn finish(
             None => screen.say("no model file was written: the data do not support one\n"),
         }
     }
+    outputs.commit()?;
     if quiet {
         screen.say(words);
     } else {

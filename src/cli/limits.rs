@@ -123,8 +123,9 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
             let file = &done.source.name;
             let report = Report { written_by: crate::report::WRITTEN_BY, file, tools, operations, proposed };
             output.write((serde_json::to_string_pretty(&report).expect("plain data") + "\n").as_bytes())?;
+            outputs.commit()?;
         }
-        None => screen::put(words(&tools, &operations, &proposals, done.run.job.inch).as_bytes())?,
+        None => screen::print(&words(&tools, &operations, &proposals, done.run.job.inch))?,
     }
     if command.write {
         let Some(path) = setup else {
@@ -287,7 +288,9 @@ fn write(path: &Path, proposals: &[Proposal], inch: bool, screen: Screen) -> Res
         screen.say(&format!("unchanged {}: it has every limit that is proposed", path.display()));
         return Ok(());
     }
-    Outputs::new([], true).open(path, Kind::Setup)?.write(new.as_bytes())?;
+    let mut outputs = Outputs::new([], true);
+    outputs.open(path, Kind::Setup)?.write(new.as_bytes())?;
+    outputs.commit()?;
     screen.say(&format!("written   {}", path.display()));
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `log`: what is read of a measured log, before any program is held against it.
 
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::error::CliError;
 use super::input;
@@ -9,7 +9,7 @@ use super::learn::{LOG_COLUMNS, mapping, open};
 use super::options::{ColumnMap, Global};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
-use crate::learn::log::seen::see;
+use crate::learn::log::seen::{Seen, see};
 use crate::report;
 use crate::report::Outcome;
 
@@ -51,24 +51,38 @@ pub fn log(command: &LogView, global: &Global, screen: Screen) -> Result<Outcome
         output.write(report::log_json(&seen, &name).as_bytes())?;
     }
     if let Some(setup) = &command.write {
-        let proposed = seen.proposed();
-        if proposed.is_empty() {
-            screen.say("there is nothing to map: the setup stays as it is");
-            return Ok(Outcome::Done);
-        }
-        let text = input::text(setup)?;
-        if text.lines().any(|line| line.trim() == "[log]") {
-            return Err(CliError::new(
-                format!("{} has a [log] table already", setup.display()),
-                format!("put this into it: {}", report::log_columns(&proposed)),
-            ));
-        }
-        let table = format!("{}\n\n[log]\n{}\n", text.trim_end(), report::log_columns(&proposed));
-        // The file was just read and only grows: it is written over whoever wrote it.
-        Outputs::new([], true).open(setup, Kind::Setup)?.write(table.as_bytes())?;
-        screen.say(&format!("written   [log] columns into {}", setup.display()));
-        let mapped = see(&bytes, &proposed).is_ok_and(|seen| seen.unusable.is_none());
-        return Ok(if mapped { Outcome::Done } else { Outcome::Unmet });
+        return write_mapping(setup, &seen, &bytes, outputs, screen);
     }
+    outputs.commit()?;
     Ok(if seen.unusable.is_some() { Outcome::Unmet } else { Outcome::Done })
+}
+
+/// Writes the mapping that the log proposes into the setup.
+fn write_mapping(
+    setup: &Path,
+    seen: &Seen,
+    bytes: &[u8],
+    mut outputs: Outputs,
+    screen: Screen,
+) -> Result<Outcome, CliError> {
+    let proposed = seen.proposed();
+    if proposed.is_empty() {
+        outputs.commit()?;
+        screen.say("there is nothing to map: the setup stays as it is");
+        return Ok(Outcome::Done);
+    }
+    let text = input::text(setup)?;
+    if text.lines().any(|line| line.trim() == "[log]") {
+        return Err(CliError::new(
+            format!("{} has a [log] table already", setup.display()),
+            format!("put this into it: {}", report::log_columns(&proposed)),
+        ));
+    }
+    let table = format!("{}\n\n[log]\n{}\n", text.trim_end(), report::log_columns(&proposed));
+    // The file was just read and only grows: it is written over whoever wrote it.
+    outputs.open_over(setup, Kind::Setup)?.write(table.as_bytes())?;
+    outputs.commit()?;
+    screen.say(&format!("written   [log] columns into {}", setup.display()));
+    let mapped = see(bytes, &proposed).is_ok_and(|seen| seen.unusable.is_none());
+    Ok(if mapped { Outcome::Done } else { Outcome::Unmet })
 }

@@ -1,8 +1,10 @@
 //! The command line. In: arguments. Out: files, text, and the exit code: 0 done; 1 done, but there is a fault
 //! ([`crate::report::Verdict`]) or `verify` found a difference; 2 bad usage or bad input, nothing written. One file per command.
 
+mod allowed;
 mod args;
 mod batch;
+mod bounds;
 mod calibrate;
 mod dump;
 mod error;
@@ -28,6 +30,7 @@ mod subprograms;
 mod toollife;
 mod toolpath;
 mod tools;
+mod under_way;
 mod verify;
 mod work;
 
@@ -46,7 +49,6 @@ pub fn run() -> ExitCode {
     let screen = Screen::new(&arguments.global);
     match dispatch(&arguments, screen) {
         Ok(outcome) => ExitCode::from(outcome.exit_code()),
-        Err(CliError::ClosedPipe) => ExitCode::SUCCESS,
         Err(error) => {
             screen.fail(&error);
             ExitCode::from(error.exit_code())
@@ -57,6 +59,8 @@ pub fn run() -> ExitCode {
 fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> {
     let global = &arguments.global;
     threads(global)?;
+    under_way::clean_up_on_signals();
+    bounds::keep(global, screen)?;
     match &arguments.command {
         Command::Optimize(command) => optimize::optimize(command, global, screen),
         Command::Simulate(command) => optimize::simulate(command, global, screen),

@@ -89,7 +89,7 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     task.job.life = budgets(&command.wear_budget, &task.job)?;
     let done = kept.with(|keep| execute(source, task, job::optimize, global, screen, keep))?;
     let stock = kept.reliefs();
-    kept.write()?;
+    kept.write(&mut outputs)?;
     let written = done.run.written.as_ref().expect("optimize always writes");
     let to_stdout = program.as_ref().is_some_and(Output::is_stdout) || reports.uses_stdout();
     if !written.check.identical {
@@ -107,16 +107,19 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), is_written: &may_write };
     let verdict = reports.write(&shown, global, screen, to_stdout)?;
     if let Some(why) = verdict.held_back().into_iter().find(|why| !is_accepted(*why, command)) {
+        outputs.commit()?;
         screen.say(refusal(why));
         return Ok(verdict.outcome);
     }
     let Some(program) = program else {
+        outputs.commit()?;
         screen.say(&format!("not written, as --dry-run asks: {}", target.display()));
         return Ok(verdict.outcome);
     };
     let files = beside.map(|folder| subprograms::write(&written.files, &folder, &done.source, &mut outputs));
     let files = files.transpose()?.unwrap_or_default();
     program.write(&written.bytes)?;
+    outputs.commit()?;
     for path in files {
         screen.say(&format!("written   {}", path.display()));
     }
@@ -137,11 +140,13 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     let wanted = wanted(command, false);
     let done = kept.with(|keep| run_keeping(source, setup, job::simulate, global, wanted, screen, keep))?;
     let stock = kept.reliefs();
-    kept.write()?;
+    kept.write(&mut outputs)?;
     let to_stdout = reports.uses_stdout();
     let setup_text = setup_text(setup, &done.source);
     let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), is_written: &|_| false };
-    Ok(reports.write(&shown, global, screen, to_stdout)?.outcome)
+    let outcome = reports.write(&shown, global, screen, to_stdout)?.outcome;
+    outputs.commit()?;
+    Ok(outcome)
 }
 
 /// The budgets of wear, each for a tool whose law is known.

@@ -29,9 +29,12 @@ pub struct Global {
     /// Process model, as `calibrate` and `learn` write it; for `calibrate` the name of the force model.
     #[arg(long, global = true, value_name = "model.toml")]
     pub model: Option<PathBuf>,
-    /// Most memory the height field may take, like 500M or 2G.
+    /// Most memory the run may take, like 500M or 2G; three quarters of the machine's where nothing is said. The height field gets half.
     #[arg(long, global = true, value_name = "BYTES", value_parser = bytes)]
     pub max_memory: Option<u64>,
+    /// Most time the run may take, in seconds.
+    #[arg(long, global = true, value_name = "S")]
+    pub max_time: Option<f64>,
     /// Refuse every default that was not written down in the setup.
     #[arg(long, global = true)]
     pub strict: bool,

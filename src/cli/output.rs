@@ -1,14 +1,19 @@
-//! Writing files so that no half-written one can exist: the temporary file is made in the target's folder before the long
-//! work begins (so that a folder that cannot be written is found out early) and renamed over the target at the end.
+//! The outputs of one command are one set: each file is made ready in its target's folder before the long work begins (so that a folder
+//! that cannot be written is found out early), and all get their names together at the end, or none does.
 //!
-//! An existing file is replaced only if Feedwright wrote it, if it is a copy of an input, or with `--force`; an input never is.
+//! An existing file is replaced only if Feedwright wrote it, if it is a copy of an input, or with `--force`; an input never is. A link
+//! to a file stays, and the file it points to is replaced; a device or a pipe is written into. An input that was changed while the work
+//! went on ends it: the outputs would belong to a text that is no more.
 
-use std::io::Write;
+use std::cell::RefCell;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
+use std::rc::Rc;
+use std::time::SystemTime;
 
 use super::error::CliError;
 use super::screen;
+use super::under_way::{Refusal, UnderWay, rename_all};
 use crate::stock::saved;
 
 /// Kinds of file, each with its own mark.
@@ -34,41 +39,67 @@ pub enum Kind {
     Checks,
 }
 
-/// A file to be.
+/// An output to be.
 #[derive(Debug)]
-pub enum Output {
-    /// Standard output.
+pub struct Output {
+    place: Place,
+    set: Rc<RefCell<Vec<Ready>>>,
+}
+
+/// Where it goes.
+#[derive(Debug)]
+enum Place {
     Stdout,
-    /// Written at once at the end: a device or a pipe.
+    /// A device or a pipe.
     Device(PathBuf),
     /// A file in its folder, not yet under its name.
     File {
-        /// The temporary file.
-        temporary: Box<NamedTempFile>,
-        /// Its name at the end.
+        under_way: UnderWay,
         target: PathBuf,
+        kind: Kind,
+        /// Was there a file of that name?
+        replaces: bool,
     },
+}
+
+/// What is complete and waits for the rest.
+#[derive(Debug)]
+struct Ready {
+    place: Place,
+    /// What goes to standard output or a device.
+    bytes: Vec<u8>,
+}
+
+/// A file that must stay as it is, and how it was when the work began.
+#[derive(Debug)]
+struct Input {
+    path: PathBuf,
+    stamp: Option<(u64, Option<SystemTime>)>,
 }
 
 /// Outputs of one command: no two may be the same file, none may be an input.
 #[derive(Debug, Default)]
 pub struct Outputs {
     taken: Vec<PathBuf>,
-    inputs: Vec<PathBuf>,
+    inputs: Vec<Input>,
     force: bool,
     stdout: bool,
+    set: Rc<RefCell<Vec<Ready>>>,
 }
 
 impl Outputs {
     /// With the inputs that must stay as they are.
     pub fn new(inputs: impl IntoIterator<Item = PathBuf>, force: bool) -> Self {
-        let inputs = inputs.into_iter().filter_map(|path| path.canonicalize().ok()).collect();
-        Self { inputs, force, ..Self::default() }
+        let mut outputs = Self { force, ..Self::default() };
+        inputs.into_iter().for_each(|path| outputs.keep(&path));
+        outputs
     }
 
     /// Adds a file that must stay as it is.
     pub fn keep(&mut self, path: &Path) {
-        self.inputs.extend(path.canonicalize());
+        let Ok(path) = path.canonicalize() else { return };
+        let stamp = stamp(&path);
+        self.inputs.push(Input { path, stamp });
     }
 
     /// Makes ready to write `path`; `-` is standard output.
@@ -77,31 +108,85 @@ impl Outputs {
             if std::mem::replace(&mut self.stdout, true) {
                 return Err(CliError::new("two outputs go to standard output", "give one of them a file"));
             }
-            return Ok(Output::Stdout);
+            return Ok(self.output(Place::Stdout));
         }
         if path.is_dir() {
             return Err(CliError::new(format!("{} is a folder", path.display()), "give the name of a file in it"));
         }
         let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        if target.exists() {
+        if target.is_symlink() {
+            return Err(CliError::new(
+                format!("{} is a link to a file that does not exist", path.display()),
+                "give the name of the file itself",
+            ));
+        }
+        let replaces = target.exists();
+        if replaces {
             if !target.is_file() {
-                return Ok(Output::Device(target));
+                return Ok(self.output(Place::Device(target)));
             }
             self.may_replace(path, &target, kind)?;
         }
         let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let temporary = temporary(folder).map_err(|error| CliError::file("write", path, &error))?;
         let own =
             folder.canonicalize().unwrap_or_else(|_| folder.to_owned()).join(target.file_name().unwrap_or_default());
         if self.taken.contains(&own) {
             return Err(CliError::new(format!("{} is written twice", path.display()), "give each output its own name"));
         }
+        let under_way = UnderWay::begin(folder, &target).map_err(|refusal| refused(path, &refusal))?;
         self.taken.push(own);
-        Ok(Output::File { temporary: Box::new(temporary), target })
+        Ok(self.output(Place::File { under_way, target, kind, replaces }))
+    }
+
+    /// Makes ready to write over a file that was read and comes back with more in it.
+    pub fn open_over(&mut self, path: &Path, kind: Kind) -> Result<Output, CliError> {
+        let force = std::mem::replace(&mut self.force, true);
+        let output = self.open(path, kind);
+        self.force = force;
+        output
+    }
+
+    fn output(&self, place: Place) -> Output {
+        Output { place, set: Rc::clone(&self.set) }
+    }
+
+    /// Gives everything that was written its name: all or none.
+    pub fn commit(self) -> Result<(), CliError> {
+        self.unchanged()?;
+        let ready = self.set.take();
+        let mut files = Vec::new();
+        for Ready { place, bytes } in ready {
+            match place {
+                Place::Stdout => screen::put(&bytes)?,
+                Place::Device(path) => put_into(&path, &bytes)?,
+                Place::File { under_way, target, kind, replaces } => {
+                    if !replaces && target.exists() {
+                        self.may_replace(&target, &target, kind)?;
+                    }
+                    files.push((under_way, target));
+                }
+            }
+        }
+        // A reader of a pipe may have kept it waiting.
+        self.unchanged()?;
+        let (under_way, targets): (Vec<_>, Vec<_>) = files.into_iter().unzip();
+        let named = under_way.into_iter().zip(targets.iter().map(PathBuf::as_path)).collect();
+        rename_all(named).map_err(|(k, error)| CliError::file("write", &targets[k], &error))
+    }
+
+    /// Are the inputs as they were when the work began?
+    fn unchanged(&self) -> Result<(), CliError> {
+        let changed = self.inputs.iter().find(|input| stamp(&input.path) != input.stamp);
+        changed.map_or(Ok(()), |input| {
+            Err(CliError::new(
+                format!("{} was changed while Feedwright worked on it", input.path.display()),
+                "nothing was written; run it again",
+            ))
+        })
     }
 
     fn may_replace(&self, path: &Path, target: &Path, kind: Kind) -> Result<(), CliError> {
-        if self.inputs.iter().any(|input| input == target || same_file(input, target)) {
+        if self.inputs.iter().any(|input| input.path == target || same_file(&input.path, target)) {
             return Err(CliError::new(
                 format!("{} is an input and is never overwritten", path.display()),
                 "give the output another name with -o",
@@ -116,7 +201,8 @@ impl Outputs {
         }
         let bytes = std::fs::read(target).map_err(|error| CliError::file("read", path, &error))?;
         // A copy of an input, as a program is that was written without a change, holds nothing that could be lost.
-        let copy = || self.inputs.iter().any(|input| std::fs::read(input).is_ok_and(|known| known == bytes));
+        let inputs = || self.inputs.iter().filter(|input| input.stamp.is_some());
+        let copy = || inputs().any(|input| std::fs::read(&input.path).is_ok_and(|known| known == bytes));
         if self.force || bytes.is_empty() || is_ours(&bytes, kind) || copy() {
             return Ok(());
         }
@@ -139,19 +225,29 @@ fn same_file(_: &Path, _: &Path) -> bool {
     false
 }
 
-#[cfg(unix)]
-fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
-    use std::os::unix::fs::PermissionsExt;
-    // The usual permissions of a new file; the process's umask takes its part.
-    tempfile::Builder::new()
-        .prefix(".feedwright-")
-        .permissions(std::fs::Permissions::from_mode(0o666))
-        .tempfile_in(folder)
+/// Length and time of the last change; `None` for what is no file (a pipe, a device), which cannot be read twice.
+fn stamp(path: &Path) -> Option<(u64, Option<SystemTime>)> {
+    let data = path.metadata().ok().filter(std::fs::Metadata::is_file)?;
+    Some((data.len(), data.modified().ok()))
 }
 
-#[cfg(not(unix))]
-fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
-    tempfile::Builder::new().prefix(".feedwright-").tempfile_in(folder)
+/// Into a device or a pipe; that nobody reads on is no fault.
+fn put_into(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    let written = std::fs::OpenOptions::new().write(true).open(path).and_then(|mut file| file.write_all(bytes));
+    match written {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::file("write", path, &error)),
+        _ => Ok(()),
+    }
+}
+
+fn refused(path: &Path, refusal: &Refusal) -> CliError {
+    match refusal {
+        Refusal::Busy => CliError::new(
+            format!("another Feedwright is writing {}", path.display()),
+            "wait until it is done, or give the output another name",
+        ),
+        Refusal::Io(error) => CliError::file("write", path, error),
+    }
 }
 
 /// Does a file carry our mark?
@@ -176,41 +272,32 @@ fn is_ours(bytes: &[u8], kind: Kind) -> bool {
 }
 
 impl Output {
-    /// Puts the bytes there, all or none.
+    /// The bytes it shall have; it gets its name with all others, by [`Outputs::commit`].
     pub fn write(self, bytes: &[u8]) -> Result<(), CliError> {
-        match self {
-            Output::Stdout => screen::put(bytes),
-            other => other.write_with(|out| out.write_all(bytes)),
-        }
+        self.write_with(|out| out.write_all(bytes))
     }
 
-    /// Puts there what `fill` writes, all or none.
-    pub fn write_with(self, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<(), CliError> {
-        match self {
-            Output::Stdout => {
-                let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-                fill(&mut out)?;
-                Ok(out.flush()?)
-            }
-            Output::Device(path) => {
-                let mut bytes = Vec::new();
-                let written = fill(&mut bytes).and_then(|()| std::fs::write(&path, bytes));
-                written.map_err(|error| CliError::file("write", &path, &error))
-            }
-            Output::File { mut temporary, target } => {
-                let mut out = std::io::BufWriter::new(temporary.as_file_mut());
+    /// What `fill` writes; it gets its name with all others, by [`Outputs::commit`].
+    pub fn write_with(self, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), CliError> {
+        let Self { mut place, set } = self;
+        let mut bytes = Vec::new();
+        match &mut place {
+            Place::Stdout => fill(&mut bytes)?,
+            Place::Device(path) => fill(&mut bytes).map_err(|error| CliError::file("write", path, &error))?,
+            Place::File { under_way, target, .. } => {
+                let mut out = io::BufWriter::new(&mut under_way.file);
                 let written = fill(&mut out).and_then(|()| out.flush());
                 drop(out);
-                let written = written.and_then(|()| temporary.as_file().sync_all());
-                written.map_err(|error| CliError::file("write", &target, &error))?;
-                temporary.persist(&target).map_err(|error| CliError::file("write", &target, &error.error))?;
-                Ok(())
+                let written = written.and_then(|()| under_way.file.sync_all());
+                written.map_err(|error| CliError::file("write", target, &error))?;
             }
         }
+        set.borrow_mut().push(Ready { place, bytes });
+        Ok(())
     }
 
     /// Is it standard output?
     pub fn is_stdout(&self) -> bool {
-        matches!(self, Output::Stdout)
+        matches!(self.place, Place::Stdout)
     }
 }

@@ -4,6 +4,7 @@
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::borrow::Cow;
 use std::io::{IsTerminal, Write};
 
 use super::error::CliError;
@@ -31,24 +32,24 @@ impl Screen {
 
     /// A summary, to standard output; not when quiet.
     pub fn show(self, text: &str) -> Result<(), CliError> {
-        if self.quiet { Ok(()) } else { put(text.as_bytes()) }
+        if self.quiet { Ok(()) } else { print(text) }
     }
 
     /// Something worth knowing, to standard error; not when quiet.
     pub fn say(self, text: &str) {
         if !self.quiet {
-            to_stderr(text);
+            to_stderr(&readable(text));
         }
     }
 
     /// The error that ends the command.
     pub fn fail(self, error: &CliError) {
         match error {
-            CliError::ClosedPipe => {}
             CliError::Message { text, help } | CliError::Unmet { text, help } => {
-                let mut group = Level::ERROR.primary_title(text.as_str()).elements(None::<annotate_snippets::Message>);
+                let [text, help] = [text, help].map(|words| readable(words));
+                let mut group = Level::ERROR.primary_title(text.as_ref()).elements(None::<annotate_snippets::Message>);
                 if !help.is_empty() {
-                    group = group.element(Level::HELP.message(help.as_str()));
+                    group = group.element(Level::HELP.message(help.as_ref()));
                 }
                 to_stderr(&self.renderer().render(&[group]));
             }
@@ -76,19 +77,20 @@ impl Screen {
             Severity::Warning => Level::WARNING,
             Severity::Error => Level::ERROR,
         };
-        let title = level.primary_title(diagnostic.text.as_str()).id(diagnostic.code);
+        let [file, said, help] = [file, &diagnostic.text, &diagnostic.help].map(readable);
+        let title = level.primary_title(said.as_ref()).id(diagnostic.code);
         let place = place(text, diagnostic);
         let mut group: Group = match &place {
             Some(Place { source, line, marked }) => title.element(
                 Snippet::source(source.as_str())
                     .line_start(*line)
-                    .path(file)
+                    .path(file.as_ref())
                     .annotation(AnnotationKind::Primary.span(marked.clone())),
             ),
             None => title.elements(None::<annotate_snippets::Message>),
         };
-        if !diagnostic.help.is_empty() {
-            group = group.element(Level::HELP.message(diagnostic.help.as_str()));
+        if !help.is_empty() {
+            group = group.element(Level::HELP.message(help.as_ref()));
         }
         self.renderer().render(&[group])
     }
@@ -110,11 +112,31 @@ impl Screen {
     }
 }
 
-/// A result, to standard output.
+/// Words with something of a file in them, to standard output.
+pub fn print(text: &str) -> Result<(), CliError> {
+    put(readable(text).as_bytes())
+}
+
+/// A text without what a terminal obeys: names of files and texts of programs may hold anything. Control characters but for line ends
+/// and tabs, and those that turn the direction of writing, are shown by their numbers.
+fn readable(text: &str) -> Cow<'_, str> {
+    let obeyed = |c: char| {
+        (c.is_control() && c != '\n' && c != '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if !text.contains(obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let shown = |c: char| if obeyed(c) { c.escape_unicode().to_string() } else { c.to_string() };
+    Cow::Owned(text.chars().map(shown).collect())
+}
+
+/// A result, to standard output. Whoever reads it may go away before the end: that is no fault.
 pub fn put(text: &[u8]) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
-    out.write_all(text)?;
-    Ok(out.flush()?)
+    match out.write_all(text).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
+    }
 }
 
 fn to_stderr(text: &str) {
@@ -153,6 +175,12 @@ fn place(text: &[u8], diagnostic: &Diagnostic) -> Option<Place> {
 mod tests {
     use super::*;
     use crate::diag::Span;
+
+    #[test]
+    fn what_a_terminal_obeys_is_shown_by_its_number() {
+        assert_eq!(readable("part\u{1b}[31m.nc\r\n\té"), "part\\u{1b}[31m.nc\\u{d}\n\té");
+        assert_eq!(readable("\u{202e}cn.trap"), "\\u{202e}cn.trap");
+    }
 
     #[test]
     fn the_offending_bytes_are_found_in_any_encoding() {

@@ -125,12 +125,14 @@ pub fn semifinish(command: &Semifinish, global: &Global, screen: Screen) -> Resu
         json.write(report.json().as_bytes())?;
     }
     if let Some(why) = &shifted.refused {
+        outputs.commit()?;
         return Err(CliError::unmet(
             why.clone(),
             "nothing was written; give a larger least stock (--stock), or a lower --force-xy",
         ));
     }
     output.write(&shifted.moved.bytes)?;
+    outputs.commit()?;
     if !to_stdout {
         screen.say(&format!("written   {}", target.display()));
     }
@@ -149,7 +151,7 @@ fn run(pair: Pair, semi: &Source, global: &Global, screen: Screen) -> Result<Shi
         clock: &|| start.elapsed().as_secs_f64(),
         subprograms: &|name| work::subprogram(folder.as_deref(), name),
         engage: engage::Options {
-            max_memory_bytes: global.max_memory.or_else(work::half_the_machine),
+            max_memory_bytes: work::memory_of_the_field(global),
             loader: Some(&|path| std::fs::read(path)),
             ..engage::Options::default()
         },
@@ -224,6 +226,7 @@ fn proven(
         });
         json.write((serde_json::to_string_pretty(&report).expect("plain data") + "\n").as_bytes())?;
     }
+    outputs.commit()?;
     screen.show(&text)?;
     Ok(if proof.holds() { Outcome::Done } else { Outcome::Unmet })
 }

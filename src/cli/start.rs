@@ -73,7 +73,8 @@ pub fn start(command: &Start, global: &Global, screen: Screen) -> Result<Outcome
 /// The setup of a program that has none, where its text and the user tell enough.
 fn drafted(command: &Start, source: &Source, global: &Global, screen: Screen) -> Result<PathBuf, CliError> {
     let target = init::target(&command.program);
-    let output = Outputs::new(source.path.clone(), global.force).open(&target, Kind::Setup)?;
+    let mut outputs = Outputs::new(source.path.clone(), global.force);
+    let output = outputs.open(&target, Kind::Setup)?;
     let facts = init::known(source, &command.told, global, screen)?;
     let lacking = facts.lacking();
     if !lacking.is_empty() {
@@ -87,6 +88,7 @@ fn drafted(command: &Start, source: &Source, global: &Global, screen: Screen) ->
         ));
     }
     output.write(facts.text().as_bytes())?;
+    outputs.commit()?;
     screen.say(&format!("written   {}", target.display()));
     Ok(target)
 }

@@ -163,10 +163,12 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         page.write(stepover_html(&answer, &command.surface.display().to_string()).as_bytes())?;
     }
     if !answer.varying.check.events.is_empty() {
+        outputs.commit()?;
         screen.say("nothing was written: the program would do what it must not (events above)");
         return Ok(Outcome::Unmet);
     }
     program.write(answer.varying.text.as_bytes())?;
+    outputs.commit()?;
     if !to_stdout {
         screen.say(&format!("written   {}", target.display()));
     }

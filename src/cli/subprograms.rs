@@ -19,7 +19,7 @@ pub fn folder(target: &Path, source: &Source) -> Option<PathBuf> {
     (target != Path::new("-") && own != other && other.is_dir()).then_some(other)
 }
 
-/// Writes the files, all or none; those that are there already as they shall be stay. Returns what was written.
+/// Adds the files to the outputs; those that are there already as they shall be stay. Returns what will be written.
 pub fn write(
     files: &[(String, Vec<u8>)],
     folder: &Path,

@@ -70,6 +70,7 @@ pub fn toolpath(command: &Motions, global: &Global, screen: Screen) -> Result<Ou
         Some(output) => output.write_with(|out| Ok(serde_json::to_writer(out, &report(&path))?))?,
         None => screen::put(nc::print::toolpath_text(&path).as_bytes())?,
     }
+    outputs.commit()?;
     Ok(Outcome::Done)
 }
 

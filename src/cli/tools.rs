@@ -41,6 +41,7 @@ pub fn import(command: &Import, global: &Global, screen: Screen) -> Result<Outco
         screen.say(note);
     }
     output.write(tool_library::tables(&library.tools).as_bytes())?;
+    outputs.commit()?;
     Ok(Outcome::Done)
 }
 

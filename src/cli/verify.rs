@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::allowed;
 use super::error::CliError;
 use super::input;
 use super::options::{Common, Global, SETUP_OF_MOTIONS};
@@ -12,6 +13,7 @@ use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use super::work;
 use crate::ids::BlockId;
+use crate::machine::Job;
 use crate::nc::{self, Environment, Program};
 use crate::report::{Outcome, short};
 use crate::rewrite::{self, Proof, verify::Rise};
@@ -60,6 +62,8 @@ struct Report<'a> {
     max_rise: Option<f64>,
     /// Lines of the rewritten program with a feed raised by more than `max_rise`.
     lines_beyond_max_rise: usize,
+    /// The first motion that runs faster than the setup of `--setup` allows, whatever the loads.
+    beyond_setup: Option<RisePart>,
 }
 
 #[derive(Serialize)]
@@ -94,21 +98,27 @@ struct Finding<'a> {
     max_rise: Option<f64>,
     /// Lines raised by more than that.
     beyond: usize,
+    /// A motion beyond what the setup allows, with the bound in mm/min.
+    beyond_setup: Option<(RisePart, f64)>,
 }
 
 impl<'a> Finding<'a> {
-    fn new(proof: &'a Proof, [before, after]: [&Program; 2], max_rise: Option<f64>) -> Self {
+    fn new(proof: &'a Proof, [before, after]: [&Program; 2], max_rise: Option<f64>, job: Option<&Job>) -> Self {
         let most = max_rise.map_or(f64::INFINITY, |ratio| ratio * (1.0 + ROUNDED));
         let mut lines: Vec<u32> =
             proof.rises.iter().filter(|rise| rise.ratio > most).map(|rise| rise.lines[1]).collect();
         lines.sort_unstable();
         lines.dedup();
         let largest = proof.largest_rise().map(|rise| placed(rise, proof.unrolled, before, after));
-        Self { proof, largest, max_rise, beyond: lines.len() }
+        let beyond_setup = job.and_then(|job| allowed::beyond(job, &proof.rises)).map(|(place, most_mm_s)| {
+            (placed(&proof.rises[place], proof.unrolled, before, after), mm_min_from_mm_s(most_mm_s))
+        });
+        Self { proof, largest, max_rise, beyond: lines.len(), beyond_setup }
     }
 
     fn outcome(&self) -> Outcome {
-        if self.proof.holds() && self.beyond == 0 && !self.is_empty() { Outcome::Done } else { Outcome::Unmet }
+        let within = self.beyond == 0 && self.beyond_setup.is_none();
+        if self.proof.holds() && within && !self.is_empty() { Outcome::Done } else { Outcome::Unmet }
     }
 
     /// No motion was compared: nothing is proven of programs that could not be read.
@@ -150,12 +160,13 @@ pub fn verify(command: &Verify, global: &Global, screen: Screen) -> Result<Outco
     let (before, _) = nc::linked(&before, &environment);
     let (after, _) = nc::linked(&after, &Environment { load: &load_other, ..environment.clone() });
     let proof = rewrite::verify(&before, &after, &environment);
-    let finding = Finding::new(&proof, [&before, &after], command.max_rise);
+    let finding = Finding::new(&proof, [&before, &after], command.max_rise, job.filter(|_| command.common.setup.is_some()));
     let text = words(&finding);
     if let Some(output) = json {
         let to_stdout = output.is_stdout();
         let report = report(&finding, &original.name, &rewritten.name);
         output.write((serde_json::to_string_pretty(&report).expect("plain data") + "\n").as_bytes())?;
+        outputs.commit()?;
         if to_stdout {
             screen.say(&text);
             return Ok(finding.outcome());
@@ -186,6 +197,14 @@ fn words(finding: &Finding) -> String {
     if let Some(rise) = &finding.largest {
         text += &largest(rise, proof.inch);
     }
+    if let Some((rise, most_mm_min)) = &finding.beyond_setup {
+        text = format!(
+            "line {} runs at F{} where the setup allows F{} at most ([limits] feed_change, feed, air_feed; axes)\n{text}",
+            rise.rewritten_line,
+            in_unit(rise.feed_after, proof.inch),
+            in_unit(*most_mm_min, proof.inch)
+        );
+    }
     if let (Some(most), 1..) = (finding.max_rise, finding.beyond) {
         let s = if finding.beyond == 1 { "" } else { "s" };
         text = format!("feeds rise by more than --max-rise {most} allows, on {} line{s}\n{text}", finding.beyond);
@@ -193,8 +212,13 @@ fn words(finding: &Finding) -> String {
     text
 }
 
+/// A feed in the unit of the program.
+fn in_unit(mm_min: f64, inch: bool) -> String {
+    short(if inch { mm_min / MM_PER_INCH } else { mm_min })
+}
+
 fn largest(rise: &RisePart, inch: bool) -> String {
-    let feed = |mm_min: f64| if inch { short(mm_min / MM_PER_INCH) } else { short(mm_min) };
+    let feed = |mm_min: f64| in_unit(mm_min, inch);
     format!(
         "largest rise of a feed: {:.3} times, line {}{} → line {}: F{} → F{} {}\n",
         rise.ratio,
@@ -257,6 +281,7 @@ fn report<'a>(finding: &'a Finding, original: &'a str, rewritten: &'a str) -> Re
         largest_rise: finding.largest.clone(),
         max_rise: finding.max_rise,
         lines_beyond_max_rise: finding.beyond,
+        beyond_setup: finding.beyond_setup.as_ref().map(|(rise, _)| rise.clone()),
     }
 }
 

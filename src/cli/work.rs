@@ -155,7 +155,7 @@ pub fn execute(
         clock: &|| start.elapsed().as_secs_f64(),
         subprograms: &|name| subprogram(folder.as_deref(), name),
         engage: engage::Options {
-            max_memory_bytes: global.max_memory.or_else(half_the_machine),
+            max_memory_bytes: memory_of_the_field(global),
             loader: Some(&|path| std::fs::read(path)),
             ..engage::Options::default()
         },
@@ -199,17 +199,36 @@ fn tool_table(number: u32) -> String {
     format!("[[tool]]\nnumber = {number}\nshape = \"flat\"\ndiameter = 10\nflutes = 4\n")
 }
 
-/// Half the memory of the machine, bytes, where the system tells.
-pub fn half_the_machine() -> Option<u64> {
+/// Most memory that the run may take, bytes: as asked for, else three quarters of the machine's, where the system tells.
+pub fn most_memory(global: &Global) -> Option<u64> {
+    global.max_memory.or_else(|| machine_memory().map(|bytes| bytes / 4 * 3))
+}
+
+/// Most memory of the height field: half of the run's; the rest is for stations, pieces and reports.
+pub fn memory_of_the_field(global: &Global) -> Option<u64> {
+    most_memory(global).map(|bytes| bytes / 2)
+}
+
+/// Memory of the machine, bytes, where the system tells.
+fn machine_memory() -> Option<u64> {
     let info = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = info.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
-    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 512)
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 
 /// Largest memory the process ever had, bytes, where the system tells.
 pub fn peak_memory() -> Option<u64> {
+    status("VmHWM:")
+}
+
+/// Memory the process has now, bytes, where the system tells.
+pub fn memory() -> Option<u64> {
+    status("VmRSS:")
+}
+
+fn status(key: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix(key))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 

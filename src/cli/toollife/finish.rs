@@ -80,10 +80,11 @@ pub fn finish(planned: Planned, global: &Global, screen: Screen) -> Result<Outco
     state.program = PlannedProgram { file, sha256: sha256.clone(), cut_m: now.cut_m, wear_m: after_wear_m, read };
     outputs.say(&report, screen)?;
     if is_held_back(&figures, unreachable, command) {
+        files.outputs.commit()?;
         screen.say("nothing was written; with --accept-infeasible it is written at the lowest feeds that are allowed");
         return Ok(Outcome::Unmet);
     }
-    outputs.write(&bytes, &report, &sha256, &state, screen)?;
+    outputs.write(&bytes, &report, &sha256, &state, files.outputs, screen)?;
     Ok(if lasts { figures.verdict.outcome } else { Outcome::Unmet })
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::super::error::CliError;
 use super::super::input::Source;
-use super::super::output::{Kind, Output};
+use super::super::output::{Kind, Output, Outputs};
 use super::super::screen::Screen;
 use super::arguments::LifeFiles;
 use super::files::{Files, output_name, table_name};
@@ -59,11 +59,13 @@ impl Outs {
         report: &LifeReport,
         sha256: &str,
         state: &ToolState,
+        all: Outputs,
         screen: Screen,
     ) -> Result<(), CliError> {
         self.program.write(bytes)?;
         self.table.write(checks_csv(&report.check_points, &sha256[..8]).as_bytes())?;
         self.state.write(write_tool_state(state).as_bytes())?;
+        all.commit()?;
         for path in [&self.program_path, &self.table_path, &self.state_path] {
             screen.say(&format!("written   {}", path.display()));
         }
