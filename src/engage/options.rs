@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::machine::MOST_MM;
+
 /// Reads a file for the simulation: the core itself opens none.
 pub type Loader<'a> = &'a (dyn Fn(&Path) -> std::io::Result<Vec<u8>> + Sync);
 
@@ -36,9 +38,20 @@ pub enum EngageError {
     /// The cell is not a positive number.
     #[error("the resolution must be a positive number of millimetres, not {0}")]
     BadCell(f64),
+    /// A move that no mill makes.
+    #[error(
+        "line {line}: the tool would go {distance_m:.0} m from the zero point, farther than any mill ({} m): correct the coordinate, or the unit of the program",
+        MOST_MM / 1e3
+    )]
+    TooFar {
+        /// Line of the program.
+        line: u32,
+        /// Largest coordinate, m.
+        distance_m: f64,
+    },
     /// The height field would not fit.
     #[error(
-        "a height field with cells of {cell_mm:.3} mm needs {needed_mib} MiB, {allowed_mib} MiB are allowed: use --resolution {fits_mm:.3} or more, or raise --max-memory"
+        "a height field with cells of {cell_mm:.3} mm needs {needed_mib} MiB, {allowed_mib} MiB are allowed for it, half of --max-memory: use --resolution {fits_mm:.3} or more, or raise --max-memory"
     )]
     Memory {
         /// Cell asked for, mm.

@@ -19,7 +19,7 @@ use super::scene::Scene;
 use super::stations::{Builder, Point};
 use super::workpiece::{Earlier, cell_mm, pieces, shift, sources};
 use crate::ids::MoveId;
-use crate::machine::{Box3, Job, Shape, Tool};
+use crate::machine::{Box3, Job, MOST_MM, Shape, Tool};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
 use crate::stock::{Blank, Element, Field, Form, Piece, Tiling, append_elements};
@@ -91,6 +91,7 @@ fn engage_all(
     again: Option<Again>,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(EngagementMap, Left), EngageError> {
+    within_reach(path)?;
     let mut notes = Vec::new();
     let used: Vec<&Tool> = numbers_used(path).into_iter().filter_map(|number| job.tool(number)).collect();
     let smallest = used.iter().map(|tool| tool.diameter_mm).fold(10.0, f64::min);
@@ -125,6 +126,16 @@ fn engage_all(
         mark_final_surface(&mut map, elements, &fields);
     }
     Ok((map, Left { blanks, fields, elements: plan.laid.elements, cutters, earlier: earlier.forms }))
+}
+
+/// Is every move one that a mill can make? What follows takes time and memory by the length of the path.
+fn within_reach(path: &Toolpath) -> Result<(), EngageError> {
+    let farthest = |motion: &Move| {
+        let (low, high) = motion.curve().bounds();
+        low.iter().chain(high.iter()).map(|x| if x.is_finite() { x.abs() } else { f64::INFINITY }).fold(0.0, f64::max)
+    };
+    let beyond = path.moves.iter().map(|motion| (motion.line, farthest(motion))).find(|(_, most)| *most > MOST_MM);
+    beyond.map_or(Ok(()), |(line, most_mm)| Err(EngageError::TooFar { line, distance_m: most_mm / 1e3 }))
 }
 
 fn numbers_used(path: &Toolpath) -> Vec<u32> {

@@ -16,6 +16,10 @@ pub use profile::{Profile, Segment, Slice};
 pub use tool::{Runout, Shape, Tool};
 pub use wear::{Wear, WearLaw, fresh_index};
 
+/// Farther from a zero point than this nothing of a mill or its work lies, mm. The longest gantry mills travel some tens of metres; a
+/// larger number is a slip or a wrong unit (judgement).
+pub const MOST_MM: f64 = 1e5;
+
 use crate::path::Vec3;
 
 /// What G41/G42 means on this machine.

@@ -60,6 +60,9 @@ impl Part<'_> {
 /// Lines of one block of plain language that are looked back over; its longest cycles have some forty.
 const MOST_CONTINUED: usize = 200;
 
+/// What some editors put before UTF-8: it is kept and means nothing.
+pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// Longest text that spans can address, bytes.
 pub const MAX_TEXT: usize = u32::MAX as usize;
 
@@ -235,6 +238,11 @@ impl Iterator for Tokens<'_> {
             if text > 0 {
                 return Some(Token { kind: TokenKind::Comment, span, number: 0.0 });
             }
+        }
+        if self.base == 0 && self.at == 0 && self.line.starts_with(BYTE_ORDER_MARK) {
+            self.at = BYTE_ORDER_MARK.len();
+            let span = Span { start: 0, end: self.at as u32 };
+            return Some(Token { kind: TokenKind::Blank, span, number: 0.0 });
         }
         let token = match self.syntax {
             Syntax::Rs274 => rs274_lex::token(self.line, self.at, self.base, self.first),

@@ -107,5 +107,5 @@ fn fill_feeds(rows: &mut [Option<BlockRow>], run: &Run) {
 }
 
 fn time_s(piece: &FeedPiece) -> f64 {
-    (piece.to_mm - piece.from_mm) / piece.feed_mm_s.max(f64::MIN_POSITIVE)
+    piece.time_s(piece.to_mm - piece.from_mm)
 }

@@ -112,6 +112,6 @@ impl<'a> Feeds<'a> {
     /// Time to run a station at its commanded feeds, s, corners and ramps left out.
     pub fn time_s(&self, station: &Station) -> f64 {
         let length = |piece: &FeedPiece| (piece.to_mm.min(station.to_mm) - piece.from_mm.max(station.from_mm)).max(0.0);
-        self.of(station).iter().map(|piece| length(piece) / piece.feed_mm_s.max(f64::MIN_POSITIVE)).sum()
+        self.of(station).iter().map(|piece| piece.time_s(length(piece))).sum()
     }
 }

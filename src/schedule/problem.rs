@@ -183,6 +183,14 @@ pub struct FeedPiece {
     pub price_s: f64,
 }
 
+impl FeedPiece {
+    /// Time for a length of it at the commanded feed, s. Nothing where the feed is not known (F0, or none was given): such a move
+    /// stands still or is an error, whatever the control makes of it.
+    pub fn time_s(&self, length_mm: f64) -> f64 {
+        if self.feed_mm_s > 0.0 { length_mm / self.feed_mm_s } else { 0.0 }
+    }
+}
+
 /// Speed and time as the control will realise them.
 #[derive(Debug, Clone, Default)]
 pub struct Realised {

@@ -6,6 +6,7 @@ use serde::de::{Deserialize, Deserializer, Visitor};
 use std::borrow::Cow;
 use std::fmt;
 
+use crate::machine::MOST_MM;
 use crate::units::Dimension;
 
 /// As written in the file.
@@ -34,7 +35,13 @@ impl Quantity {
                 number * factor
             }
         };
-        if value.is_finite() { Ok(value) } else { Err("it is not a finite number".into()) }
+        if !value.is_finite() {
+            return Err("it is not a finite number".into());
+        }
+        if dimension == Dimension::Length && value.abs() > MOST_MM {
+            return Err(format!("it is more than {} m", MOST_MM / 1e3));
+        }
+        Ok(value)
     }
 }
 
@@ -115,6 +122,8 @@ mod tests {
         near(&text("1200 /min"), Dimension::Speed, false, 20.0);
         assert!(text("6 hp").value(Dimension::Force, false).unwrap_err().contains("lbf"));
         assert!(text("fast").value(Dimension::Feed, false).unwrap_err().contains("number"));
+        assert!(Quantity::Number(MOST_MM).value(Dimension::Length, false).is_ok());
+        assert!(Quantity::Number(1.01 * MOST_MM).value(Dimension::Length, false).unwrap_err().contains("100 m"));
         assert!(Quantity::Number(f64::NAN).value(Dimension::Force, false).is_err());
     }
 }
