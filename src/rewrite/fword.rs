@@ -50,7 +50,7 @@ impl FeedUnit {
 }
 
 /// Most digits an F word may have after the point.
-const MOST_DIGITS: u32 = 5;
+pub const MOST_DIGITS: u32 = 5;
 /// Largest part of an F number in inverse time or per revolution that rounding may take.
 const COARSEST: f64 = 0.005;
 

@@ -4,7 +4,7 @@
 //! Three steps, each of which can fail by itself. *Text*: with F words and our comments taken away, every line of the
 //! rewritten program is a line of the original byte for byte, a line of nothing but F, or a piece of a block. *Motion*: both
 //! are interpreted; every event must be the same in the same order, and the pieces of a block must lie on its path, join,
-//! and end where it ends. Feeds of threads and probes must be what they were. *Words*: an F differs only in a line that moves
+//! and end where it ends. Feeds of threads, probes and whatever else must keep its own must be what they were. *Words*: an F differs only in a line that moves
 //! at a feed in both, and what else the line holds is the same tokens ([`words`]). Where blocks hang on the block-delete switch,
 //! motions are compared with the switch on and off.
 //!
@@ -57,13 +57,13 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
     let (roles, off) = rayon::join(|| align::align(original, rewritten, environment.inch, &mut proof), || read(false));
     if proof.holds() {
         let mut done = [original, rewritten].map(|program| Done::new(program.len()));
-        let mut compare = |both: &[Toolpath; 2], proof: &mut Proof| {
-            motion::compare(both, &roles, proof);
+        let mut compare = |both: &[Toolpath; 2], keeps: bool, proof: &mut Proof| {
+            motion::compare(both, &roles, keeps, proof);
             done.iter_mut().zip(both).for_each(|(done, toolpath)| done.add(toolpath));
         };
-        compare(&off, &mut proof);
+        compare(&off, true, &mut proof);
         if original.has_block_delete() {
-            compare(&read(true), &mut proof);
+            compare(&read(true), false, &mut proof);
         }
         words::check(original, rewritten, &roles, &done, &mut proof);
         proof.lines = done[0].lines();

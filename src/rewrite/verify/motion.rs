@@ -20,8 +20,10 @@ const SAME_FEED: f64 = 1e-9;
 const UNROLLED_MM: f64 = 1e-4;
 const UNROLLED_FEED: f64 = 1e-6;
 
-/// Compares all events in order, those before the rewriting with those after it.
-pub fn compare([before, after]: &[Toolpath; 2], roles: &Roles, proof: &mut Proof) {
+/// Compares all events in order, those before the rewriting with those after it. `keeps`: a motion that must keep its feed is held to
+/// it, whatever the reason; the writer reads the program with the block-delete switch off, and with it on motions behind a skipped
+/// one may begin at a place that is not known.
+pub fn compare([before, after]: &[Toolpath; 2], roles: &Roles, keeps: bool, proof: &mut Proof) {
     let mut rest = after.events();
     for event in before.events() {
         let here = rest.clone();
@@ -32,7 +34,7 @@ pub fn compare([before, after]: &[Toolpath; 2], roles: &Roles, proof: &mut Proof
                 if pieces.len() > 1 {
                     compare_pieces(whole, &pieces, roles, proof);
                 } else {
-                    compare_moves(whole, &after.moves[first.ix()], roles, proof);
+                    compare_moves(whole, &after.moves[first.ix()], roles, keeps, proof);
                 }
                 pieces.len().max(1)
             }
@@ -158,7 +160,7 @@ fn pieces<'a>(whole: &Move, events: impl Iterator<Item = Event>, after: &'a Tool
     out
 }
 
-fn compare_moves(a: &Move, b: &Move, roles: &Roles, proof: &mut Proof) {
+fn compare_moves(a: &Move, b: &Move, roles: &Roles, keeps: bool, proof: &mut Proof) {
     let mut differ = |text: &str| proof.differ(Some(a.block.0 + 1), Some(b.block.0 + 1), text);
     if origin(b.block.0 + 1, roles) != Some(a.block.0 + 1) || a.kind != b.kind {
         differ("the motion is another");
@@ -168,6 +170,8 @@ fn compare_moves(a: &Move, b: &Move, roles: &Roles, proof: &mut Proof) {
         differ(text);
     } else if a.instance != b.instance || circumstances(a) != circumstances(b) {
         differ("the motion is made under other circumstances");
+    } else if keeps && a.kind == MoveKind::Feed && keeps_by_its_text(a) && feed_differs(a, b) {
+        differ("the feed of a motion changed that must keep its own");
     }
     proof.motions += 1;
     proof.feeds_changed += usize::from(a.kind == MoveKind::Feed && feed_differs(a, b));
@@ -186,6 +190,12 @@ fn enter_rise(a: &Move, b: &Move, proof: &mut Proof) {
 /// Why a move is frozen, but for its feed: that may have become plain.
 fn circumstances(motion: &Move) -> Option<Freeze> {
     motion.freeze.filter(|why| !matches!(why, Freeze::Expression))
+}
+
+/// Must the motion keep its feed for a reason that the text alone gives? What compensation and approaches mean is the setup's to say.
+fn keeps_by_its_text(motion: &Move) -> bool {
+    use Freeze::{Corner, Cycle, NoFeed, NotUnderstood, OtherFile, Repeated, Rotary};
+    matches!(motion.freeze, Some(Cycle | Repeated | Rotary | NotUnderstood | NoFeed | OtherFile | Corner))
 }
 
 /// What besides path and kind must be as it was.

@@ -5,15 +5,18 @@
 //! an argument, a pitch, a subprogram that nothing calls). What else a line holds is the same *tokens*, not only the same
 //! bytes with ours taken out: `G5(FW F600 kept)4` is no G54. A new F is one plain number above zero. Comments of ours stand
 //! behind the code. Where the control does not come by, or moves nothing, no other feed is stated than the one that stands
-//! before. Pieces are cut only from what is executed, bear no number that a jump could look for, and have a decimal point where
+//! before. A feed per minute has no finer digits than the control or the file has, unless it is smaller than their last one, and a
+//! point where all of the file's have one: F600 is 0.6 to some controls. Comments of ours are in a form that the control has.
+//! Pieces are cut only from what is executed, bear no number that a jump could look for, and have a decimal point where
 //! the block has one: X50 is 0.050 mm to some controls.
 
 use std::collections::BTreeSet;
 
 use crate::ids::BlockId;
-use crate::nc::{Freeze, Move, MoveKind, Program, Token, TokenKind, Toolpath};
+use crate::nc::{CommentForm, FeedMode, Freeze, Move, MoveKind, Program, Token, TokenKind, Toolpath};
 
 use super::super::decimal::Decimal;
+use super::super::fword::MOST_DIGITS;
 use super::super::{mark, view};
 use super::align::{Role, Roles};
 use super::proof::Proof;
@@ -30,13 +33,15 @@ pub struct Done {
     moves: Vec<bool>,
     /// Moves at a feed in it.
     feeds: Vec<bool>,
+    /// Feeds that are not per minute, anywhere.
+    other_units: bool,
 }
 
 impl Done {
     /// Nothing yet, for a program of so many lines.
     pub fn new(lines: usize) -> Self {
         let none = || vec![false; lines];
-        Self { reached: none(), moves: none(), feeds: none() }
+        Self { reached: none(), moves: none(), feeds: none(), other_units: false }
     }
     /// Adds what is done in one position of the block-delete switch.
     pub fn add(&mut self, toolpath: &Toolpath) {
@@ -48,6 +53,8 @@ impl Done {
                 *moves = true;
             }
         }
+        let other_unit = |motion: &Move| motion.kind == MoveKind::Feed && motion.feed.mode != FeedMode::PerMinute;
+        self.other_units |= toolpath.moves.iter().any(other_unit);
         // A move made by another file stands at the line of its call.
         let own = |motion: &&Move| {
             let others = [Freeze::OtherFile, Freeze::Synchronised, Freeze::Probe, Freeze::NotUnderstood].map(Some);
@@ -84,19 +91,24 @@ impl Done {
 /// Checks every line that is not byte for byte one of the original.
 pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Done; 2], proof: &mut Proof) {
     let numbers = Numbers::of(original);
+    let manner = Manner::of(original, &done[0]);
     let mut stated: &[u8] = b"";
     for (line, role) in roles.of.iter().enumerate() {
         let block = BlockId(line as u32);
         let wrong = match role {
             Role::Same(own) if original.line_text(*own) == rewritten.line_text(block) => None,
             Role::Same(own) => same_code(original, *own, rewritten, block)
-                .or_else(|| new_feed(original, *own, rewritten, block, done, stated)),
-            Role::Last(own) => last_piece(original, *own, rewritten, block, done),
+                .or_else(|| new_feed(original, *own, rewritten, block, done, stated, &manner)),
+            Role::Last(own) => last_piece(original, *own, rewritten, block, done, &manner),
             Role::Piece(own) => {
-                piece(original, *own, rewritten, block, done).or_else(|| numbers.clash(rewritten, block))
+                piece(original, *own, rewritten, block, done, &manner).or_else(|| numbers.clash(rewritten, block))
             }
-            Role::Added => added(rewritten, block, &done[1], stated).or_else(|| numbers.clash(rewritten, block)),
+            Role::Added => {
+                added(rewritten, block, &done[1], stated, &manner).or_else(|| numbers.clash(rewritten, block))
+            }
         };
+        let unchanged = matches!(role, Role::Same(own) if original.line_text(*own) == rewritten.line_text(block));
+        let wrong = wrong.or_else(|| if unchanged { None } else { foreign_comment(rewritten, block) });
         if let Role::Same(own) | Role::Last(own) = role {
             stated = feeds(original, *own).last().unwrap_or(&stated);
         }
@@ -116,6 +128,50 @@ fn is_ours(program: &Program, token: &Token) -> bool {
 
 fn is_feed(token: &Token) -> bool {
     matches!(token.kind, TokenKind::Word(b'F') | TokenKind::Computed(b'F'))
+}
+
+/// How the F words of the original are written.
+struct Manner {
+    /// Most digits behind the point of a feed per minute; `None`: there are feeds in other units, which take what they need.
+    digits: Option<u32>,
+    /// All have a point, and the control may count increments without one.
+    pointed: bool,
+}
+
+impl Manner {
+    fn of(original: &Program, done: &Done) -> Self {
+        let words = || original.blocks().flat_map(|block| feeds(original, block));
+        let digits = words().filter_map(|word| plain_number(word)).map(Decimal::digits).max().unwrap_or(0);
+        let dialect = original.dialect();
+        let pointed = dialect.properties().counts_increments
+            && words().next().is_some()
+            && words().all(|word| word.contains(&b'.'));
+        let digits = (!done.other_units).then(|| digits.max(dialect.feed_digits(true) as u32));
+        Self { digits, pointed }
+    }
+    /// What is wrong with a new F word.
+    fn wrong(&self, word: &[u8]) -> Option<&'static str> {
+        let number = plain_number(word)?;
+        let finer = |most: u32| number.digits() > most && number.value() * 10f64.powi(most as i32) >= 1.0;
+        if number.digits() > MOST_DIGITS || self.digits.is_some_and(finer) {
+            return Some("an F has more digits than the control or the file");
+        }
+        (self.pointed && !word.contains(&b'.')).then_some("an F has no decimal point, as all others have")
+    }
+}
+
+/// The number of an F word that is plain.
+fn plain_number(word: &[u8]) -> Option<Decimal> {
+    let digits = word.iter().position(|byte| !matches!(byte, b'F' | b'f' | b' ' | b'='))?;
+    Decimal::read(&word[digits..])
+}
+
+/// A comment of ours in a form that the control does not have.
+fn foreign_comment(program: &Program, block: BlockId) -> Option<&'static str> {
+    let form = |token: Token| CommentForm::of(token.span.of(program.text()));
+    let mut forms = program.tokens(block).filter(|token| is_ours(program, token)).filter_map(form);
+    let foreign = forms.any(|form| !program.dialect().has_comment(form));
+    foreign.then_some("a comment of ours is in a form that this control does not have")
 }
 
 /// Kind and bytes of everything but blanks, line ends, F words and comments of ours.
@@ -151,6 +207,7 @@ fn new_feed(
     block: BlockId,
     done: &[Done; 2],
     stated: &[u8],
+    manner: &Manner,
 ) -> Option<&'static str> {
     let (was, now) = (feeds(original, own), feeds(rewritten, block));
     if was == now || was.is_empty() && is_stated(&now, stated) {
@@ -158,21 +215,20 @@ fn new_feed(
     } else if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
         Some("the F of a line that does not move at a feed is another")
     } else {
-        no_plain_feed(rewritten, block)
+        no_plain_feed(rewritten, block, manner)
     }
 }
 
 /// The line has not one F that is a plain number above zero.
-fn no_plain_feed(program: &Program, block: BlockId) -> Option<&'static str> {
+fn no_plain_feed(program: &Program, block: BlockId, manner: &Manner) -> Option<&'static str> {
     let mut found = program.tokens(block).filter(is_feed);
-    let plain = |token: &Token| {
-        let bytes = token.span.of(program.text());
-        let digits = bytes.iter().position(|byte| !matches!(byte, b'F' | b'f' | b' ' | b'=')).unwrap_or(bytes.len());
-        token.kind == TokenKind::Word(b'F') && Decimal::read(&bytes[digits..]).is_some()
-    };
+    let bytes = |token: &Token| token.span.of(program.text());
+    let plain = |token: &Token| token.kind == TokenKind::Word(b'F') && plain_number(bytes(token)).is_some();
     let good = |token: &Token| plain(token) && token.number > 0.0 && token.number <= MOST_F;
-    let one = found.next().is_some_and(|token| good(&token)) && found.next().is_none();
-    (!one).then_some("the line has not one plain F above zero")
+    match (found.next().filter(good), found.next()) {
+        (Some(token), None) => manner.wrong(bytes(&token)),
+        _ => Some("the line has not one plain F above zero"),
+    }
 }
 
 fn piece(
@@ -181,12 +237,24 @@ fn piece(
     rewritten: &Program,
     block: BlockId,
     done: &[Done; 2],
+    manner: &Manner,
 ) -> Option<&'static str> {
     if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
         return Some("a block that does not move at a feed is cut");
     }
-    let feed = if feeds(rewritten, block).is_empty() { None } else { no_plain_feed(rewritten, block) };
+    if has_centre(rewritten, block) && !has_centre(original, own) {
+        return Some("a piece has a word of a centre or a radius, and its block has none");
+    }
+    let feed = if feeds(rewritten, block).is_empty() { None } else { no_plain_feed(rewritten, block, manner) };
     feed.or_else(|| misplaced(rewritten, block)).or_else(|| without_point(original, own, rewritten, block))
+}
+
+/// I, J, K or R?
+fn has_centre(program: &Program, block: BlockId) -> bool {
+    let centre = |letter: u8| b"IJKR".contains(&letter);
+    program
+        .tokens(block)
+        .any(|token| matches!(token.kind, TokenKind::Word(letter) | TokenKind::Computed(letter) if centre(letter)))
 }
 
 /// A piece, whose coordinates stand as they stood where they are the same numbers: all of them but under G91.
@@ -196,6 +264,7 @@ fn last_piece(
     rewritten: &Program,
     block: BlockId,
     done: &[Done; 2],
+    manner: &Manner,
 ) -> Option<&'static str> {
     let axis = |token: &Token| matches!(token.kind, TokenKind::Word(letter) if b"XYZ".contains(&letter));
     let same = |a: &Token| {
@@ -204,7 +273,7 @@ fn last_piece(
     };
     let kept = original.tokens(own).filter(axis).all(|token| same(&token));
     let wrong = (!kept).then_some("the last piece writes a coordinate in another way");
-    wrong.or_else(|| piece(original, own, rewritten, block, done))
+    wrong.or_else(|| piece(original, own, rewritten, block, done, manner))
 }
 
 /// A coordinate of a piece that has no decimal point where the block's has one, or one where it has none.
@@ -233,7 +302,7 @@ fn is_stated(now: &[&[u8]], stated: &[u8]) -> bool {
 }
 
 /// A line that is not in the original: a feed, a comment of ours, or both. `stated`: the last F of the original before it.
-fn added(rewritten: &Program, block: BlockId, done: &Done, stated: &[u8]) -> Option<&'static str> {
+fn added(rewritten: &Program, block: BlockId, done: &Done, stated: &[u8], manner: &Manner) -> Option<&'static str> {
     let now = feeds(rewritten, block);
     if now.is_empty() {
         return None;
@@ -241,7 +310,7 @@ fn added(rewritten: &Program, block: BlockId, done: &Done, stated: &[u8]) -> Opt
     if !done.reaches(block.ix()) && !is_stated(&now, stated) {
         return Some("another feed is stated where the control does not come by");
     }
-    no_plain_feed(rewritten, block).or_else(|| misplaced(rewritten, block))
+    no_plain_feed(rewritten, block, manner).or_else(|| misplaced(rewritten, block))
 }
 
 /// Numbers of blocks that a jump may look for.
