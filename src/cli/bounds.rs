@@ -6,8 +6,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::options::Global;
 use super::error::CliError;
+use super::options::Global;
 use super::screen::Screen;
 use super::under_way;
 use super::work::{memory, most_memory};

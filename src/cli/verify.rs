@@ -160,7 +160,8 @@ pub fn verify(command: &Verify, global: &Global, screen: Screen) -> Result<Outco
     let (before, _) = nc::linked(&before, &environment);
     let (after, _) = nc::linked(&after, &Environment { load: &load_other, ..environment.clone() });
     let proof = rewrite::verify(&before, &after, &environment);
-    let finding = Finding::new(&proof, [&before, &after], command.max_rise, job.filter(|_| command.common.setup.is_some()));
+    let finding =
+        Finding::new(&proof, [&before, &after], command.max_rise, job.filter(|_| command.common.setup.is_some()));
     let text = words(&finding);
     if let Some(output) = json {
         let to_stdout = output.is_stdout();
