@@ -470,10 +470,10 @@ fn odd_number(name: &str, bytes: &[u8]) -> Option<String> {
         let cell = text.lines().find(|line| line.split([',', ';']).any(odd));
         return cell.map(|line| format!("{name}: {line}"));
     }
-    if ending == "json" {
-        if let Err(error) = serde_json::from_slice::<serde_json::Value>(bytes) {
-            return Some(format!("{name}: {error}"));
-        }
+    if ending == "json"
+        && let Err(error) = serde_json::from_slice::<serde_json::Value>(bytes)
+    {
+        return Some(format!("{name}: {error}"));
     }
     if ["html", "svg"].contains(&ending) {
         let odd =

@@ -110,7 +110,9 @@ pub fn rename_all(files: Vec<(UnderWay, &Path)>) -> Result<(), (usize, io::Error
         }
     }
     if failed.is_some() {
-        new.into_iter().for_each(|target| drop(fs::remove_file(target)));
+        for target in new {
+            let _ = fs::remove_file(target);
+        }
     }
     drop(live);
     drop(files);

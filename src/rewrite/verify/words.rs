@@ -141,7 +141,7 @@ struct Manner {
 impl Manner {
     fn of(original: &Program, done: &Done) -> Self {
         let words = || original.blocks().flat_map(|block| feeds(original, block));
-        let digits = words().filter_map(|word| plain_number(word)).map(Decimal::digits).max().unwrap_or(0);
+        let digits = words().filter_map(plain_number).map(Decimal::digits).max().unwrap_or(0);
         let dialect = original.dialect();
         let pointed = dialect.properties().counts_increments
             && words().next().is_some()
