@@ -477,7 +477,7 @@ fn odd_number(name: &str, bytes: &[u8]) -> Option<String> {
     }
     if ["html", "svg"].contains(&ending) {
         let odd =
-            ["NaN", ">inf", "inf<", "=\"inf", " inf ", "<script>alert"].into_iter().find(|odd| text.contains(odd));
+            ["NaN", ">inf<", ">-inf<", "=\"inf", " inf ", "<script>alert"].into_iter().find(|odd| text.contains(odd));
         return odd.map(|odd| format!("{name} holds {odd}"));
     }
     None

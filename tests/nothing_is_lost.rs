@@ -128,7 +128,8 @@ fn killed_at_drawn_moments(arguments: &[&str], kills: usize, seed: u64) {
         child.wait().unwrap();
         for (name, bytes) in files(folder) {
             if name.starts_with(".feedwright-") {
-                assert_eq!(signal, "KILL", "kill {k}: {name} was left");
+                // What an earlier kill left stays where this run was ended before it swept.
+                assert!(signal == "KILL" || before.contains_key(&name), "kill {k} ({signal}): {name} was left");
                 continue;
             }
             let known = [before.get(&name), whole.get(&name)];
