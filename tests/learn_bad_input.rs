@@ -106,7 +106,7 @@ fn logs_without_a_signal() {
     doubted("header only", "time_s,spindle_power_w\n", &["without rows"]);
     let log = good();
     doubted("constant", &with(&log, 5, |_, _| "412.0".into()), &["is constant", "sensor"]);
-    doubted("NaN", &with(&log, 5, |_, _| "NaN".into()), &["no column"]);
+    doubted("NaN", &with(&log, 5, |_, _| "NaN".into()), &["holds no reading"]);
     let mut k = 0;
     let sparse = with(&log, 5, |_, y| {
         k += 1;

@@ -512,11 +512,8 @@ fn by_rs274(text: &str, folder: &std::path::Path) -> Option<Vec<String>> {
 
 /// Bytes changed anywhere in what was written for LinuxCNC: whatever its own interpreter does otherwise, or refuses, must be found.
 #[test]
+#[cfg_attr(absent_rs274, ignore = "rs274 is not installed")]
 fn what_rs274_does_otherwise_does_not_pass() {
-    if std::process::Command::new("rs274").arg("-h").output().is_err() {
-        println!("skipped: needs rs274 (Debian package linuxcnc-uspace)");
-        return;
-    }
     let wanted = asked_for(800) / 10;
     let folder = tempfile::tempdir().unwrap();
     let (dialect, original) = (Dialect::LinuxCnc, pairs().swap_remove(0).1);

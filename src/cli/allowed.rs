@@ -42,7 +42,7 @@ mod tests {
     fn job(limits: &str) -> Job {
         let text = format!(
             "[machine.axes]\nx = {{ velocity = 6000 }}\ny = {{ velocity = 6000 }}\nz = {{ velocity = 3000 }}\n[stock]\nbox = {{ min = [0, 0, -5], max = [9, 9, 0] }}\n\
-             [material]\nk_tc = 800\n[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 6\nflutes = 3\n[limits]\n{limits}\n"
+             [material]\nk_tc = 800\nk_te = 15\nk_rc = 300\nk_re = 10\n[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 6\nflutes = 3\n[limits]\n{limits}\n"
         );
         crate::setup::load(&text, std::path::Path::new(".")).unwrap().0
     }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use super::error::CliError;
 use super::input;
 use super::options::Global;
-use super::screen::Screen;
+use super::screen::{Screen, written};
 use super::work::run;
 use crate::job;
 use crate::nc::{self, Environment, FeedMode, MoveKind, Program, Toolpath, interpret};
@@ -54,26 +54,26 @@ pub fn dump(command: &Dump, global: &Global, screen: Screen) -> Result<Outcome, 
             let setup = input::setup_if_any(command.setup.as_deref(), &source, global)?;
             let job = setup.as_ref().map(|setup| &setup.job);
             let program = input::parse(&source, global, job)?;
-            match command.stage {
-                Stage::Tokens => tokens(&program, &mut out)?,
-                Stage::Blocks => blocks(&program, &mut out)?,
+            written(match command.stage {
+                Stage::Tokens => tokens(&program, &mut out),
+                Stage::Blocks => blocks(&program, &mut out),
                 _ => {
                     let environment = job.map(Environment::from_job).unwrap_or_default();
-                    moves(&interpret(&program, &nc::unit::settled(&program, environment, job)), &mut out)?;
+                    moves(&interpret(&program, &nc::unit::settled(&program, environment, job)), &mut out)
                 }
-            }
+            })?;
         }
         stage => {
             let done = run(source, command.setup.as_deref(), job::simulate, global, job::Wanted::default(), screen)?;
-            match stage {
-                Stage::Engagement => engagement(&done.run, &mut out)?,
-                Stage::Surface => report::surface(&done.run, &mut out)?,
-                Stage::Problem => problem(&done.run, &mut out)?,
-                _ => report::csv(&done.run, &mut out)?,
-            }
+            written(match stage {
+                Stage::Engagement => engagement(&done.run, &mut out),
+                Stage::Surface => report::surface(&done.run, &mut out),
+                Stage::Problem => problem(&done.run, &mut out),
+                _ => report::csv(&done.run, &mut out),
+            })?;
         }
     }
-    out.flush()?;
+    written(out.flush())?;
     Ok(Outcome::Done)
 }
 

@@ -133,7 +133,12 @@ fn readable(text: &str) -> Cow<'_, str> {
 /// A result, to standard output. Whoever reads it may go away before the end: that is no fault.
 pub fn put(text: &[u8]) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text).and_then(|()| out.flush()) {
+    written(out.write_all(text).and_then(|()| out.flush()))
+}
+
+/// What writing to standard output came to; that nobody reads on is no fault.
+pub fn written(result: std::io::Result<()>) -> Result<(), CliError> {
+    match result {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
         _ => Ok(()),
     }

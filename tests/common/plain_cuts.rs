@@ -2,6 +2,8 @@
 //! a flat mill, feeds reached at once, and at every instant the front of the mill in 720 directions, each of which meets what
 //! no earlier move has come within a radius of. In: a program, what is hidden. Out: its text and readings of the spindle.
 
+#![allow(dead_code)] // each test file uses its own part of it
+
 use super::follow::Noise;
 use std::f64::consts::PI;
 

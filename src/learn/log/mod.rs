@@ -36,7 +36,8 @@ pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataE
 pub fn read_any_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataError> {
     read_as(bytes, mapping, |frame| {
         let log = of_columns(frame)?;
-        if log.position_mm.is_some() || log.line.is_some() { Ok(log) } else { with_load(log, frame) }
+        let moves_alone = load_column(frame).is_none() && (log.position_mm.is_some() || log.line.is_some());
+        if moves_alone { Ok(log) } else { with_load(log, frame) }
     })
 }
 
@@ -93,10 +94,16 @@ pub fn from_frame(frame: &Frame) -> Result<Log, DataError> {
 
 /// Refuses a log that measures no load.
 fn with_load(log: Log, frame: &Frame) -> Result<Log, DataError> {
-    if log.measured.is_empty() {
-        return Err(DataError::NoColumn { missing: MEASURED.join(" or "), present: frame.names().join(", ") });
+    match load_column(frame) {
+        _ if !log.measured.is_empty() => Ok(log),
+        Some(name) => Err(DataError::Unfit(format!("the column `{name}` holds no reading"))),
+        None => Err(DataError::NoColumn { missing: MEASURED.join(" or "), present: frame.names().join(", ") }),
     }
-    Ok(log)
+}
+
+/// The first column of a load, whatever is in it.
+fn load_column(frame: &Frame) -> Option<&'static str> {
+    MEASURED.iter().find(|name| frame.numbers(name).is_some()).copied()
 }
 
 fn of_columns(frame: &Frame) -> Result<Log, DataError> {

@@ -27,10 +27,9 @@ pub fn of_job(job: &Job) -> Option<LinearEdge> {
 
 /// The same, or those of a process model learned before.
 pub fn in_force(job: &Job) -> Option<LinearEdge> {
-    let tool = job.tools.iter().find(|tool| job.material(tool).is_some())?;
     match &job.process.base {
         Some(ForceModel::LinearEdge(k)) => Some(*k),
         Some(_) => None,
-        None => declared(job, tool),
+        None => of_job(job),
     }
 }
