@@ -70,11 +70,14 @@ fn damage_and_staleness_are_told_apart() {
     assert_ne!(key(&path.toolpath, &setup(), &finer), old);
 }
 
+/// A change of a job.
+type Change = fn(&mut Job);
+
 /// Everything of the setup that the simulation reads changes the key, each thing to one of its own.
 #[test]
 fn every_input_of_the_simulation_is_in_the_key() {
     let path = raster(3);
-    let changes: [(&str, fn(&mut Job)); 20] = [
+    let changes: [(&str, Change); 20] = [
         ("nothing", |_| ()),
         ("cell", |job| job.cell_mm = Some(0.3)),
         ("a work offset", |job| job.machine.offsets.push((55, Vec3::new(1.0, 0.0, 0.0)))),

@@ -35,8 +35,10 @@ pub const EFFECT: Effect = Effect {
         face("y_min", "the same of the face towards −y"),
         face("y_max", "the same of the face towards +y"),
     ],
-    // The top, the sides alike, both; one face; a zero point that is shifted; every face as it stands.
-    forms: &[&[0], &[1], &[0, 1], &[2], &[3], &[4], &[5], &[2, 3, 4, 5], &[0, 2, 3, 4, 5]],
+    // The top, the sides alike, both; one face; a zero point that is shifted, or every side as it stands. Not the top beside
+    // single faces: what stands out above and beside at once is simulated for all sides alike only, and without it the faces
+    // come out too far by the share of the top in the depth of the cut.
+    forms: &[&[0], &[1], &[0, 1], &[2], &[3], &[4], &[5], &[2, 3, 4, 5]],
     change,
     separated_by: "one pass over the raw face and one below it",
     geometry: &[Geometry::StockTop, Geometry::StockSide],
