@@ -263,3 +263,40 @@ fn a_move_takes_no_less_than_the_block_time() {
     }
     assert!(times.iter().sum::<f64>() > free_s);
 }
+
+/// Short lines of a spiral in inches, every seventh an arc about its middle. Nothing of it may stay because "the schedule says
+/// nothing": every motion has what bounds it, what is kept has its reason, and the limit holds.
+#[test]
+fn an_inch_spiral_with_arcs_among_short_lines_is_scheduled_block_by_block() {
+    use std::fmt::Write;
+    let [cx, cy] = [0.787, 0.394];
+    let mut program = String::from("%\nG20 G90 G17\nT1 M6\nS8000 M3\nG0 X0.787 Y0.394 Z0.1\nG1 Z-0.04 F4\nF20\n");
+    let (mut at, mut angle) = ([cx, cy], 0.0_f64);
+    for k in 0..1200 {
+        let radius = 0.02 + 0.3 * f64::from(k) / 1200.0;
+        angle += 0.02 / radius;
+        let place = |r: f64| [cx + r * angle.cos(), cy + r * angle.sin()].map(|v| (v * 1e4).round() / 1e4);
+        let [i, j] = [cx - at[0], cy - at[1]];
+        if k % 7 == 6 {
+            at = place(i.hypot(j));
+            let _ = writeln!(program, "G3 X{:.4} Y{:.4} I{i:.4} J{j:.4}", at[0], at[1]);
+        } else {
+            at = place(radius);
+            let _ = writeln!(program, "G1 X{:.4} Y{:.4}", at[0], at[1]);
+        }
+    }
+    program += "G0 Z0.1\nM30\n%\n";
+    let with = |most: f64| {
+        let dir = bench(&program, &format!("{SETUP}force_xy = {most:.6}"));
+        optimized(dir.path(), &[])
+    };
+    let most = 0.5 * number(limit(&with(WIDE), "force_xy"), "before_max");
+    let held = with(most);
+    let after = number(limit(&held, "force_xy"), "after_max");
+    assert!(after > 0.9 * most && after <= 1.01 * most, "{after} for {most}");
+    assert!(held["frozen"].as_array().unwrap().is_empty(), "{}", held["frozen"]);
+    let blocks = held["blocks"].as_array().unwrap();
+    assert!(blocks.len() > 1200 && blocks.iter().all(|block| block["active_limit"].is_string()));
+    let unexplained = |bound: &&Value| bound["name"] == "kept as programmed" && !bound["reason"].is_string();
+    assert!(!held["bounds"].as_array().unwrap().iter().any(|bound| unexplained(&bound)), "{}", held["bounds"]);
+}
