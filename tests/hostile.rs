@@ -6,12 +6,14 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod common {
+    pub mod draw;
     pub mod follow;
     pub mod mesh;
 }
 
 use assert_cmd::cargo::cargo_bin;
-use common::follow::{SETUP as LOGGED, follow, job, log};
+use common::draw::Draw;
+use common::follow::{SETUP as LOGGED, job, power_log};
 use feedwright::learn::calibrate::plan::{Kind, plan};
 use std::collections::BTreeMap;
 use std::fs;
@@ -163,19 +165,6 @@ fn programs() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// A small generator: Knuth's MMIX constants.
-struct Draw(u64);
-
-impl Draw {
-    fn below(&mut self, count: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        ((self.0 >> 33) as usize) % count.max(1)
-    }
-    fn of<T: Copy>(&mut self, list: &[T]) -> T {
-        list[self.below(list.len())]
-    }
-}
-
 const NUMBERS: [&str; 24] = [
     "0",
     "-0",
@@ -278,10 +267,7 @@ impl Good {
     fn new() -> Self {
         let logged = plan(Kind::Power, &job()).unwrap().program;
         // A short log: the tests of `learn` have the long ones.
-        let samples: Vec<_> = follow(&logged, 5.0).into_iter().step_by(25).collect();
-        let log = log(&samples, "spindle_power_w", |at| {
-            format!("{:.0}", 300.0 + at.cut.map_or(0.0, |(axial, radial)| 0.9 * axial * radial * at.feed_mm_s))
-        });
+        let log = power_log(&logged, 25);
         let text = common::mesh::box_as_stl([[0.0, 60.0], [0.0, 40.0], [-20.0, 0.0]]);
         let dir = tempfile::tempdir().unwrap();
         let programs = programs();

@@ -7,7 +7,12 @@
 
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+mod common {
+    pub mod draw;
+}
+
 use assert_cmd::cargo::cargo_bin;
+use common::draw::Draw;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::fs;
@@ -26,22 +31,6 @@ const RIM: usize = 180;
 const SLICES: usize = 12;
 /// Coefficients, N/mm² and N/mm.
 const K: [f64; 4] = [820.0, 310.0, 14.0, 11.0];
-
-struct Draw(u64);
-
-impl Draw {
-    /// From 0 to 1 (Knuth's MMIX constants).
-    fn share(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.share()
-    }
-    fn of<T: Copy>(&mut self, list: &[T]) -> T {
-        list[((self.share() * list.len() as f64) as usize).min(list.len() - 1)]
-    }
-}
 
 /// A program, its setup, and what the witness has to know of them.
 struct Case {

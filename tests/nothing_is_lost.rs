@@ -8,7 +8,7 @@ mod common {
 }
 
 use assert_cmd::cargo::cargo_bin;
-use common::follow::{SETUP, follow, job, log};
+use common::follow::{SETUP, job, power_log};
 use feedwright::learn::calibrate::plan::{Kind, plan};
 use std::collections::BTreeMap;
 use std::fs;
@@ -42,10 +42,7 @@ impl Bench {
     /// A program of test cuts, its setup and a log of it.
     fn new() -> Self {
         let program = plan(Kind::Power, &job()).unwrap().program;
-        let samples: Vec<_> = follow(&program, 5.0).into_iter().step_by(10).collect();
-        let power = log(&samples, "spindle_power_w", |at| {
-            format!("{:.0}", 300.0 + at.cut.map_or(0.0, |(axial, radial)| 0.9 * axial * radial * at.feed_mm_s))
-        });
+        let power = power_log(&program, 10);
         let bench = Self(tempfile::tempdir().unwrap());
         for (name, text) in [("part.nc", &*program), ("part.setup.toml", SETUP), ("log.csv", &power)] {
             fs::write(bench.path(name), text).unwrap();

@@ -3,9 +3,12 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "common/draw.rs"]
+mod draw;
 #[path = "common/rewriting.rs"]
 mod rewriting;
 
+use draw::Draw;
 use feedwright::nc::Dialect;
 use feedwright::rewrite::{Proof, rewrite, verify};
 use rewriting::{job, parse, schedule, surroundings, toolpath};
@@ -281,19 +284,6 @@ fn no_corruption_of_any_dialect_passes() {
     println!("{tried} corruptions, {} missed", missed.len());
     assert!(tried >= 2000, "{tried}");
     assert!(missed.is_empty(), "{} of {tried}:\n{}", missed.len(), missed.join("\n"));
-}
-
-/// A small generator: Knuth's MMIX constants.
-struct Draw(u64);
-
-impl Draw {
-    fn below(&mut self, count: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        ((self.0 >> 33) as usize) % count.max(1)
-    }
-    fn of<T: Copy>(&mut self, list: &[T]) -> T {
-        list[self.below(list.len())]
-    }
 }
 
 fn asked_for(ordinary: usize) -> usize {
