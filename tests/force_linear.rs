@@ -144,22 +144,10 @@ fn means_and_peaks_agree_with_the_sum_over_angles() {
 
 #[test]
 fn caps_give_back_their_limit_and_its_derivative() {
-    let kinds = [
-        LimitKind::ForceXy,
-        LimitKind::ForceNormalMean,
-        LimitKind::ForceAxial,
-        LimitKind::Power,
-        LimitKind::Torque,
-        LimitKind::Deflection,
-        LimitKind::SurfaceError,
-        LimitKind::BendingStress,
-        LimitKind::ChipThickness,
-        LimitKind::FeedPerTooth,
-    ];
     for (name, tool, slices, arcs, tangent_z) in cases() {
         let cut = Cut { arcs: &arcs, tangent_z, ..Cut::default() };
         let line = cutter(&tool, &slices).line(&cut);
-        for kind in kinds {
+        for kind in LimitKind::LOADS {
             let limit = line.loads(9.0).bounded_by(kind).unwrap();
             match line.cap(kind, limit) {
                 Cap::Feed { feed_mm_s, per_unit } => {

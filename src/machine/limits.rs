@@ -92,6 +92,19 @@ impl LimitKind {
         LimitKind::Budget,
     ];
 
+    /// The loads of a station, in the order of the report.
+    pub const LOADS: [LimitKind; loads_in_table()] = {
+        let (mut found, mut k, mut filled) = ([LimitKind::ForceXy; loads_in_table()], 0, 0);
+        while k < TABLE.len() {
+            if matches!(TABLE[k].role, Role::Load { .. }) {
+                found[filled] = LimitKind::ALL[k];
+                filled += 1;
+            }
+            k += 1;
+        }
+        found
+    };
+
     /// Loads of which what a program meets as it stands may serve as its limit.
     pub fn references() -> impl Iterator<Item = LimitKind> {
         Self::ALL.into_iter().filter(|kind| kind.row().role == REFERENCE)
@@ -162,6 +175,16 @@ const fn row(name: &'static str, dimension: Dimension, role: Role, field: Option
 
 const LOAD: Role = Role::Load { reference: false };
 const REFERENCE: Role = Role::Load { reference: true };
+
+/// Rows of the table that are loads of a station.
+const fn loads_in_table() -> usize {
+    let (mut k, mut count) = (0, 0);
+    while k < TABLE.len() {
+        count += matches!(TABLE[k].role, Role::Load { .. }) as usize;
+        k += 1;
+    }
+    count
+}
 
 /// The rows, in the order of [`LimitKind::ALL`].
 const TABLE: [LimitRow; LimitKind::ALL.len()] = [

@@ -33,18 +33,7 @@ const CHORD_RAD: f64 = 0.12;
 const FINE: f64 = 2e-4;
 
 /// Loads that the page can show.
-pub const LOADS: [LimitKind; 10] = [
-    LimitKind::ForceXy,
-    LimitKind::ForceNormalMean,
-    LimitKind::ForceAxial,
-    LimitKind::Power,
-    LimitKind::Torque,
-    LimitKind::Deflection,
-    LimitKind::SurfaceError,
-    LimitKind::BendingStress,
-    LimitKind::ChipThickness,
-    LimitKind::FeedPerTooth,
-];
+pub const LOADS: [LimitKind; LimitKind::LOADS.len()] = LimitKind::LOADS;
 
 /// The path as columns, one value a sample.
 #[derive(Debug, Default, Serialize)]
