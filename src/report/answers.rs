@@ -173,7 +173,7 @@ impl Surface {
         let [before, after] = self.commanded_s.map(clock);
         let time = if rewritten { format!("{before} → {after}") } else { before };
         let length = length(self.length_mm, inch);
-        format!("surface   {length} of path leave it, {time}; feed marks up to {marks} µm\n")
+        format!("surface   {length} of cuts make the finished surface, {time}; feed marks up to {marks} µm\n")
     }
 }
 
