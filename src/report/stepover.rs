@@ -106,12 +106,18 @@ fn largest(passes: &[Pass], of: impl Fn(&Spot) -> f64) -> f64 {
     spots(passes).map(of).fold(0.0, f64::max)
 }
 
-/// Scallops this much above their limit are beyond it, and not only found a thousandth of the range off.
+/// Ratio of a scallop to its limit from which the limit counts as broken: the step-over is found to a thousandth of its range, the scallop
+/// of a ball grows with its square.
 const SCALLOP_SLACK: f64 = 1.02;
+
+/// Is a scallop beyond its limit?
+fn is_beyond(scallop_mm: f64, limit_mm: f64) -> bool {
+    scallop_mm > SCALLOP_SLACK * limit_mm
+}
 
 fn side(program: &Program, scallop_limit_mm: f64, bounded: bool) -> Side {
     let (plan, check) = (&program.plan, &program.check);
-    let beyond = |spot: &&Spot| spot.scallop_mm > SCALLOP_SLACK * scallop_limit_mm;
+    let beyond = |spot: &&Spot| is_beyond(spot.scallop_mm, scallop_limit_mm);
     let all = spots(&plan.passes).count().max(1) as f64;
     let share = |bind: Bind| 100.0 * spots(&plan.passes).filter(|spot| spot.bind == bind).count() as f64 / all;
     let binds = [Bind::Force, Bind::Scallop, Bind::Largest, Bind::Least, Bind::Neighbours, Bind::Edge];
@@ -257,4 +263,14 @@ pub fn stepover_words(answer: &Answer) -> String {
         let _ = writeln!(text, "event     {event}");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scallop_is_beyond_its_limit_from_a_fiftieth_above_it() {
+        assert!(!is_beyond(0.0101, 0.01) && is_beyond(0.0103, 0.01));
+    }
 }

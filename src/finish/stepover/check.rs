@@ -78,7 +78,7 @@ pub fn stock(surface: &Surface, thickness_mm: f64) -> Piece {
     Piece::uncut(Blank::Heights(Box::new(Relief::from_rows(extent, size, heights))), cell)
 }
 
-/// Ends this near are those of one step, mm: a hundred-thousandth of an inch and a thousandth of a millimetre are written.
+/// Ends this near are those of one step, mm: coordinates are written to 0.001 mm or 0.0001 in, so they are off by 0.0013 mm at most.
 const SAME_MM: f64 = 0.002;
 /// Name under which the simulation asks for the stock.
 const NAME: &str = "stock above the surface";
@@ -101,7 +101,10 @@ fn parts(toolpath: &Toolpath, steps: &[Step]) -> Vec<Option<(u32, Bind)>> {
     for motion in &toolpath.moves {
         parts.push(steps.get(k).and_then(|step| step.of));
         let end = motion.curve().to();
-        k += usize::from(steps.get(k).is_some_and(|step| (end - step.to).amax() < SAME_MM));
+        // A step that ends where it begins is no motion of the text.
+        while steps.get(k).is_some_and(|step| (end - step.to).amax() < SAME_MM) {
+            k += 1;
+        }
     }
     parts
 }
@@ -196,4 +199,28 @@ fn below(all: &mut [(f64, f64)], share: f64) -> f64 {
         }
     }
     all.last().map_or(0.0, |(force, _)| *force)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of 1 mm along X, the second without a length; the text has the third in two pieces. Rounding to 0.0013 mm is no other
+    /// place, 0.0021 mm is one.
+    #[test]
+    fn motions_belong_to_the_step_that_they_lie_on() {
+        let step = |x: f64, pass: u32| Step {
+            to: Vec3::new(x, 0.0, 0.0),
+            feed_mm_s: Some(10.0),
+            of: Some((pass, Bind::Force)),
+        };
+        let steps = [step(1.0, 1), step(1.0, 2), step(2.0, 3), step(3.0, 4)];
+        let of = |text: &str| {
+            let program = nc::parse(format!("G21 G90 G94 F600\nG1 {text}\n").into_bytes(), Some(Dialect::LinuxCnc));
+            let toolpath = nc::interpret(&program, &Environment::default());
+            parts(&toolpath, &steps).into_iter().map(|part| part.map_or(0, |(pass, _)| pass)).collect::<Vec<_>>()
+        };
+        assert_eq!(of("X1.0013\nX1.5\nX2\nX3"), [1, 3, 3, 4]);
+        assert_eq!(of("X1.0021\nX1.5\nX2\nX3"), [1, 1, 1, 1]);
+    }
 }
