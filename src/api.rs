@@ -207,7 +207,7 @@ pub struct LargestLoad {
 impl Prediction {
     fn of(run: Run, setup: &Setup) -> Self {
         let figures = report::figures(&run);
-        let provenance = report::provenance(&run, Some(setup.text.as_bytes()));
+        let provenance = report::provenance(&run, Some(setup.text.as_bytes()), Vec::new());
         Self { run, figures, provenance }
     }
 

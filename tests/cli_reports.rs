@@ -554,6 +554,11 @@ fn a_batch_does_every_program_once_whoever_runs_it() {
     fs::write(dir.path().join("c.setup.toml"), SETUP.replace("force_xy = 80", "force_xy = 75")).unwrap();
     let (_, _, said) = run(&["batch", ".", "--out", "out"]);
     assert_eq!((done(&said, "known "), done(&said, "runs ")), (1, 2), "{said}");
+    // Another cell or another model is another answer, and so is the way back to none; what a record was made with is known again.
+    for (options, runs) in [(&["--resolution", "0.7"][..], 3), (&["--resolution", "0.7"], 0), (&[], 3), (&[], 0)] {
+        let (_, _, said) = run(&[&["batch", ".", "--out", "out"], options].concat());
+        assert_eq!(done(&said, "runs "), runs, "{options:?}: {said}");
+    }
     // A list does the same; a program without its setup is said and does not stop the others.
     fs::write(dir.path().join("list.txt"), "# today\na.nc\nb.tap\tb.setup.toml\ngone.nc\n").unwrap();
     let (code, shown, said) = run(&["batch", "list.txt", "--out", "out"]);

@@ -1,8 +1,8 @@
 //! `batch` and `merge`: many programs, each with its setup, and one summary. In: a folder or a list of programs. Out: for each
 //! program what `optimize` writes, with its JSON report as the record that it is done.
 //!
-//! A record holds the hashes of the program, the setup and the output, and the version. Where all four still hold the program is not run
-//! again: a batch that was killed goes on where it was, and several shards of one list on several machines do every program once.
+//! A record holds the hashes of the program, the setup and the output, the options that decide feeds, and the version. Where all of them
+//! still hold the program is not run again: a batch that was killed goes on where it was, and several shards of one list on several machines do every program once.
 //! Whoever runs, the files are the same bytes, and so is the summary.
 
 use clap::Args;
@@ -60,10 +60,9 @@ pub fn batch(command: &Batch, global: &Global, screen: Screen) -> Result<Outcome
     if let Some(folder) = &command.out {
         std::fs::create_dir_all(folder).map_err(|error| CliError::file("make the folder", folder, &error))?;
     }
-    // Hashes know nothing of these options: with them everything is run again.
-    let may_skip = global.model.is_none() && global.resolution.is_none() && global.dialect.is_none();
+    let options = global.deciding()?;
     for job in &own {
-        if may_skip && done(job).is_some() {
+        if done(job, &options).is_some() {
             screen.say(&format!("known     {}", job.name));
             continue;
         }
@@ -146,14 +145,15 @@ fn in_list(list: &Path) -> Result<Vec<(String, PathBuf, PathBuf)>, CliError> {
     Ok(lines.map(one).collect())
 }
 
-/// The record of a program, where it, its setup and its output are still those of the record.
-fn done(job: &Job) -> Option<Value> {
+/// The record of a program, where it, its setup, its output and the options are still those of the record.
+fn done(job: &Job, options: &[String]) -> Option<Value> {
     let record: Value = serde_json::from_slice(&std::fs::read(&job.record).ok()?).ok()?;
     let from = &record["provenance"];
     let hash = |path: &Path| std::fs::read(path).ok().map(|bytes| sha256(&bytes));
     let held = record["verdict"]["faults"].as_array()?.iter().any(|fault| fault["holds_back"] == true);
     let same = |key: &str, path: &Path| hash(path).is_some_and(|hash| from[key] == hash.as_str());
     let whole = from["version"] == env!("CARGO_PKG_VERSION")
+        && from["options"] == json!(options)
         && same("original_sha256", &job.program)
         && same("setup_sha256", &job.setup)
         && (held || same("output_sha256", &job.output));
@@ -164,10 +164,11 @@ fn done(job: &Job) -> Option<Value> {
 fn sum_up(jobs: &[&Job], command: &Batch, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let mut outputs = Outputs::new(jobs.iter().flat_map(|job| [job.program.clone(), job.setup.clone()]), global.force);
     let file = command.json.as_deref().map(|path| outputs.open(path, Kind::Json)).transpose()?;
+    let options = global.deciding()?;
     let mut text = String::new();
     let (mut rows, mut whole, mut bad) = (Vec::new(), [0.0, 0.0], 0);
     for job in jobs {
-        let Some(record) = done(job) else {
+        let Some(record) = done(job, &options) else {
             text += &format!("{:<32} not done: run it alone to see why\n", job.name);
             rows.push(json!({ "program": job.name, "outcome": "not done" }));
             bad += 1;

@@ -53,6 +53,17 @@ pub struct Optimize {
 }
 
 impl Optimize {
+    /// Those of its options that decide feeds.
+    pub fn deciding(&self, global: &Global) -> Result<Vec<String>, CliError> {
+        let budget = |life: &LifeShare| {
+            let tool = life.tool.map_or_else(String::new, |number| format!("T{number}="));
+            format!("--wear-budget {tool}{}", life.share)
+        };
+        let expand = self.expand.then(|| "--expand".to_owned());
+        let own = expand.into_iter().chain(self.wear_budget.iter().map(budget)).collect();
+        Ok([global.deciding()?, self.work.deciding(), own].concat())
+    }
+
     /// With nothing else said.
     pub fn of(work: Work) -> Self {
         Self {
@@ -104,7 +115,8 @@ pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<O
     let setup_text = setup_text(command.work.common.setup(), &done.source);
     let may_write =
         |verdict: &Verdict| program.is_some() && verdict.held_back().into_iter().all(|why| is_accepted(why, command));
-    let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), is_written: &may_write };
+    let options = command.deciding(global)?;
+    let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), options, is_written: &may_write };
     let verdict = reports.write(&shown, global, screen, to_stdout)?;
     if let Some(why) = verdict.held_back().into_iter().find(|why| !is_accepted(*why, command)) {
         outputs.commit()?;
@@ -143,7 +155,8 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     kept.write(&mut outputs)?;
     let to_stdout = reports.uses_stdout();
     let setup_text = setup_text(setup, &done.source);
-    let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), is_written: &|_| false };
+    let options = [global.deciding()?, command.deciding()].concat();
+    let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), options, is_written: &|_| false };
     let outcome = reports.write(&shown, global, screen, to_stdout)?.outcome;
     outputs.commit()?;
     Ok(outcome)
@@ -207,6 +220,8 @@ struct Found<'a> {
     done: &'a Done,
     stock: &'a [Relief],
     setup: Option<&'a [u8]>,
+    /// Those of the command line that decide feeds.
+    options: Vec<String>,
     /// Will the program be written under this verdict?
     is_written: &'a dyn Fn(&Verdict) -> bool,
 }
@@ -248,7 +263,7 @@ impl Reports {
     fn write(self, found: &Found, global: &Global, screen: Screen, stdout_taken: bool) -> Result<Verdict, CliError> {
         let Done { source, run } = found.done;
         let figures = report::figures(run);
-        let from = report::provenance(run, found.setup);
+        let from = report::provenance(run, found.setup, found.options.clone());
         screen.diagnostics(&source.name, &source.bytes, &run.diagnostics);
         let summary = report::summary(run, &figures, &source.name);
         if stdout_taken {

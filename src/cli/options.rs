@@ -4,6 +4,9 @@
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
+use super::error::CliError;
+use crate::report::sha256;
+
 /// Options of every command.
 #[derive(Debug, Args, Clone)]
 #[command(next_help_heading = "Options of every command")]
@@ -44,6 +47,23 @@ pub struct Global {
     /// Report time per stage and peak memory.
     #[arg(long, global = true)]
     pub timings: bool,
+}
+
+impl Global {
+    /// Those of these options that decide feeds, as a program's provenance holds them: a model by its SHA-256.
+    pub fn deciding(&self) -> Result<Vec<String>, CliError> {
+        let model = self.model.as_deref().map(|path| {
+            let bytes = std::fs::read(path).map_err(|error| CliError::file("read", path, &error))?;
+            Ok::<_, CliError>(format!("--model {}", sha256(&bytes)))
+        });
+        let found = [
+            model.transpose()?,
+            self.resolution.map(|mm| format!("--resolution {mm}")),
+            self.dialect.as_ref().map(|name| format!("--dialect {name}")),
+            self.mill.then(|| "--mill".to_owned()),
+        ];
+        Ok(found.into_iter().flatten().collect())
+    }
 }
 
 /// What the motions of a program need of a setup.

@@ -55,6 +55,16 @@ pub struct Work {
 }
 
 impl Work {
+    /// Those of these options that decide feeds, as a program's provenance holds them.
+    pub fn deciding(&self) -> Vec<String> {
+        let found = [
+            self.reference.map(|percentile| format!("--reference self:{percentile}")),
+            self.cycle_time.map(|seconds| format!("--cycle-time {seconds} s")),
+            self.confidence.map(|share| format!("--confidence {share}")),
+        ];
+        found.into_iter().flatten().collect()
+    }
+
     /// A program with nothing else said.
     pub fn of(program: PathBuf) -> Self {
         Self {

@@ -17,6 +17,8 @@ pub struct Provenance {
     pub original_sha256: String,
     /// SHA-256 of the setup file; `None` where there was none.
     pub setup_sha256: Option<String>,
+    /// Options of the command line that decide feeds, in a fixed order; a model by its SHA-256.
+    pub options: Vec<String>,
     /// SHA-256 of the written program; `None` for a simulation.
     pub output_sha256: Option<String>,
     /// The largest rise of a feed in a cut; `None` where none rises.
@@ -44,14 +46,15 @@ impl Rise {
     }
 }
 
-/// Of a run with the bytes of its setup.
-pub fn provenance(run: &Run, setup: Option<&[u8]>) -> Provenance {
+/// Of a run with the bytes of its setup and the options that it was asked with.
+pub fn provenance(run: &Run, setup: Option<&[u8]>, options: Vec<String>) -> Provenance {
     let stress = &run.answers.stress;
     let worst = stress.iter().map(|case| case.worst_ratio).try_fold(0.0, |worst: f64, case| case.map(|c| worst.max(c)));
     Provenance {
         version: env!("CARGO_PKG_VERSION"),
         original_sha256: sha256(run.program.own_text()),
         setup_sha256: setup.map(sha256),
+        options,
         output_sha256: run.written.as_ref().map(|written| sha256(&written.bytes)),
         largest_rise: largest_rise(run),
         stress_worst_ratio: worst.filter(|_| !stress.is_empty()),

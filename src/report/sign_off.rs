@@ -46,6 +46,7 @@ fn files(run: &Run, from: &Provenance) -> String {
     let rows = [
         row("original", Some(&from.original_sha256)),
         row("setup", from.setup_sha256.as_ref()),
+        vec!["options".into(), if from.options.is_empty() { "none".into() } else { from.options.join(" ") }],
         row("program as written", from.output_sha256.as_ref()),
         vec!["made by".into(), format!("feedwright {}", from.version)],
         vec!["control".into(), run.program.dialect().name().into()],
