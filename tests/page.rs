@@ -1,13 +1,16 @@
-//! The page in a real browser: drawn, pointed at, clicked, turned, played, on a narrow screen, in the dark, without WebGL2. Needs
+//! The page in a real browser: drawn, pointed at, clicked, turned, played, on a narrow screen, in the dark, without WebGL2; and served, by
+//! its requests and in the browser. Needs
 //! chromium, node and playwright-core (`.ci/run` installs them); says so where they are absent.
 
-#![allow(clippy::unwrap_used, clippy::format_collect)]
+#![allow(clippy::unwrap_used, clippy::format_collect, clippy::print_stdout)]
 
 use assert_cmd::cargo::CommandCargoExt;
 use serde_json::Value;
 use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 
 const SETUP: &str = r#"
 [machine]
@@ -155,10 +158,219 @@ fn a_page_in_a_browser() {
 
 /// What a headless browser saw of a page.
 fn seen(page: &Path) -> Value {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/page.mjs");
+    in_browser("page.mjs", &[page.to_str().unwrap()])
+}
+
+fn in_browser(script: &str, arguments: &[&str]) -> Value {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser").join(script);
     let chromium = Command::new("sh").args(["-c", "command -v chromium"]).output().unwrap().stdout;
     let chromium = String::from_utf8(chromium).unwrap();
-    let done = Command::new("node").arg(script).arg(page).env("CHROMIUM", chromium.trim()).output().unwrap();
+    let done = Command::new("node").arg(script).args(arguments).env("CHROMIUM", chromium.trim()).output().unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     serde_json::from_slice(&done.stdout).unwrap()
+}
+
+/// A folder that is served, until the end of the test.
+struct Served {
+    child: Child,
+    /// Its address, with the token.
+    url: String,
+}
+
+impl Served {
+    fn of(folder: &Path) -> Self {
+        let mut command = Command::cargo_bin("feedwright").unwrap();
+        command.arg("serve").arg(folder).arg("--no-open").stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = command.spawn().unwrap();
+        let mut url = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
+        Self { child, url: url.trim().to_owned() }
+    }
+
+    /// "127.0.0.1:4711", and the token.
+    fn place(&self) -> (&str, &str) {
+        self.url.strip_prefix("http://").unwrap().trim_end_matches('/').split_once('/').unwrap()
+    }
+
+    /// Status, and all that was answered to a request as it is sent.
+    fn raw(&self, request: &[u8]) -> (u16, Vec<u8>) {
+        let mut stream = TcpStream::connect(self.place().0).unwrap();
+        stream.write_all(request).unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).unwrap();
+        let status = String::from_utf8_lossy(&answer).split(' ').nth(1).map(|status| status.parse().unwrap());
+        let body = answer.windows(4).position(|end| end == b"\r\n\r\n").map_or(answer.len(), |at| at + 4);
+        (status.unwrap_or(0), answer[body..].to_vec())
+    }
+
+    /// The same of an address below the token.
+    fn ask(&self, method: &str, target: &str, headers: &str, body: &str) -> (u16, String) {
+        let (host, token) = self.place();
+        let length = body.len();
+        let head =
+            format!("{method} /{token}/{target} HTTP/1.1\r\nHost: {host}\r\nContent-Length: {length}\r\n{headers}\r\n");
+        let (status, body) = self.raw((head + body).as_bytes());
+        (status, String::from_utf8_lossy(&body).into_owned())
+    }
+
+    fn get(&self, target: &str) -> (u16, String) {
+        self.ask("GET", target, "", "")
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A folder with one program and its setup.
+fn jobs() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    let jobs = dir.path().join("jobs");
+    fs::create_dir(&jobs).unwrap();
+    fs::write(dir.path().join("secret.nc"), PROGRAM).unwrap();
+    fs::write(jobs.join("part.nc"), PROGRAM).unwrap();
+    fs::write(jobs.join("part.setup.toml"), SETUP).unwrap();
+    dir
+}
+
+#[test]
+fn a_folder_is_served_to_who_has_the_token_and_to_nobody_else() {
+    let dir = jobs();
+    let served = Served::of(&dir.path().join("jobs"));
+    let (host, token) = served.place();
+    assert!(host.starts_with("127.0.0.1:") && token.len() == 32, "{}", served.url);
+    let (status, list) = served.get("");
+    assert!(status == 200 && list.contains("href=\"program/part.nc\"") && !list.contains("secret"), "{list}");
+    // Without the token, with a part of it, with another, from elsewhere, under another name.
+    let ask = |target: &str, headers: &str| served.raw(format!("GET {target} HTTP/1.1\r\n{headers}\r\n").as_bytes());
+    let here = format!("Host: {host}\r\n");
+    for target in [
+        "/".to_owned(),
+        "/program/part.nc".into(),
+        format!("/{}/", &token[1..]),
+        format!("/{token}x/"),
+        format!("/{}/", "0".repeat(32)),
+    ] {
+        let (status, body) = ask(&target, &here);
+        assert!(status == 404 && !String::from_utf8_lossy(&body).contains(token), "{target}");
+    }
+    let page = format!("/{token}/");
+    for headers in [
+        "",
+        "Host: evil.example\r\n",
+        &format!("{here}Origin: https://evil.example\r\n"),
+        &format!("{here}Origin: null\r\n"),
+    ] {
+        assert_eq!(ask(&page, headers).0, 403, "{headers}");
+    }
+    assert_eq!(ask(&page, &format!("{here}Origin: http://{host}\r\n")).0, 200);
+    // No other file, by whatever name, and nothing but what is offered.
+    for target in [
+        "../secret.nc",
+        "program/..%2Fsecret.nc",
+        "program/%2e%2e/secret.nc",
+        "program/%2Fetc%2Fpasswd",
+        "program/..",
+        "part.nc",
+        "program/part.nc?setup=..%2Fsecret.nc",
+    ] {
+        let (status, body) = served.get(target);
+        assert!(status >= 400 && !body.contains("SLOT"), "{target}: {status}");
+    }
+    assert_eq!(served.ask("DELETE", "program/part.nc", "", "").0, 404);
+    assert_eq!(served.ask("POST", "program/part.nc", "", "x").0, 413);
+    // Of bounded size: the head, and what is dropped (refused by its length, before it is sent).
+    assert_eq!(served.get(&"a".repeat(40_000)).0, 431);
+    let large = format!("POST /{token}/drop/a.nc HTTP/1.1\r\n{here}Content-Length: {}\r\n\r\n", (64 << 20) + 1);
+    assert_eq!(served.raw(large.as_bytes()).0, 413);
+    // It listens on this computer alone.
+    let port: u16 = host.split_once(':').unwrap().1.parse().unwrap();
+    let listens = fs::read_to_string("/proc/net/tcp").unwrap_or_default();
+    let wide = format!("00000000:{port:04X} 00000000:0000 0A");
+    assert!(!listens.contains(&wide));
+    assert!(listens.is_empty() || listens.contains(&format!("0100007F:{port:04X} 00000000:0000 0A")));
+}
+
+#[test]
+fn a_changed_limit_gives_the_feeds_that_optimize_gives_without_simulating() {
+    let dir = jobs();
+    let jobs = dir.path().join("jobs");
+    let served = Served::of(&jobs);
+    let before: Vec<_> = fs::read_dir(&jobs).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    let (status, first) = served.get("program/part.nc");
+    assert!(
+        status == 200 && first.contains("simulated") && first.contains("name=\"force_xy\" value=\"180\""),
+        "{first}"
+    );
+    let (_, then) = served.get("program/part.nc?force_xy=110&T1.force_xy=");
+    assert!(then.contains("its engagement was known") && then.contains("label class=\"changed\""));
+    assert_ne!(data(&first)["listing"], data(&then)["listing"]);
+    // The stock is shown, though nothing was simulated.
+    assert_eq!(data(&first)["stock"], data(&then)["stock"]);
+    assert!(!column(&data(&then), "/stock/0/heights").is_empty());
+    // What is saved is what `optimize` writes under the setup that is saved with it.
+    let link = |page: &str, what: &str| {
+        let rest = page.split_once(&format!("../{what}/")).unwrap().1;
+        format!("{what}/{}", rest.split_once('"').unwrap().0.replace("&amp;", "&"))
+    };
+    let (status, written) = served.get(&link(&then, "written"));
+    assert_eq!(status, 200);
+    let (_, setup) = served.get(&link(&then, "setup"));
+    assert_eq!(setup, SETUP.replace("force_xy = 180", "force_xy = 110"));
+    let alone = tempfile::tempdir().unwrap();
+    page(alone.path(), PROGRAM, &setup);
+    assert_eq!(written, fs::read_to_string(alone.path().join("part.fw.nc")).unwrap());
+    // A program that changed meanwhile is not what was looked at.
+    fs::write(jobs.join("part.nc"), PROGRAM.replace("F600", "F550")).unwrap();
+    assert_eq!(served.get(&link(&then, "written")).0, 409);
+    // What is typed wrong is said, with the form to put it right.
+    let (status, wrong) = served.get("program/part.nc?force_xy=lots");
+    assert!(status == 422 && wrong.contains("value=\"lots\"") && wrong.contains("force_xy"), "{wrong}");
+    let after: Vec<_> = fs::read_dir(&jobs).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(before.len(), after.len(), "files were written: {after:?}");
+}
+
+#[test]
+fn what_is_dropped_is_read_or_refused_in_words() {
+    let dir = jobs();
+    let served = Served::of(&dir.path().join("jobs"));
+    let (status, to) = served.ask("POST", "drop/part.nc", "", &PROGRAM.replace("F600", "F400"));
+    assert_eq!((status, to.as_str()), (200, "program/part-2.nc"));
+    assert_eq!(fs::read_to_string(dir.path().join("jobs/part.nc")).unwrap(), PROGRAM);
+    let (status, page) = served.get("program/part-2.nc");
+    assert!(
+        status == 422 && page.contains("there is no setup for part-2.nc") && page.contains("part.setup.toml"),
+        "{page}"
+    );
+    let (status, page) = served.get("program/part-2.nc?setup=part.setup.toml");
+    assert!(status == 200 && page.contains("F400"));
+    let (status, said) = served.ask("POST", "drop/part.stl", "", "solid part\nfacet normal 0 0 1\nendsolid\n");
+    assert!(status == 400 && !said.is_empty(), "{said}");
+    let (status, said) = served.ask("POST", "drop/mesh.nc", "", "solid part\nfacet normal 0 0 1\nendsolid\n");
+    assert!(status == 400 && said.contains("a mesh (STL)"), "{said}");
+    assert_eq!(served.ask("POST", "drop/a.nc", "Origin: http://evil.example\r\n", PROGRAM).0, 403);
+}
+
+#[test]
+#[cfg_attr(absent_browser, ignore = "chromium, node or tests/browser/node_modules is not there")]
+fn a_served_page_in_a_browser() {
+    let dir = jobs();
+    let served = Served::of(&dir.path().join("jobs"));
+    let other = dir.path().join("new part.nc");
+    fs::write(&other, PROGRAM).unwrap();
+    let seen = in_browser("serve.mjs", &[&served.url, other.to_str().unwrap()]);
+    assert_eq!(seen["noise"], serde_json::json!([]), "the browser complains");
+    assert_eq!(seen["programs"], serde_json::json!(["part.nc"]));
+    assert_eq!(seen["programs_then"], serde_json::json!(["part.nc", "new part.nc"]));
+    assert_eq!(seen["dropped"], "program/new part.nc");
+    assert!(seen["first"]["took"].as_str().unwrap().contains("simulated"), "{seen}");
+    assert!(seen["then"]["took"].as_str().unwrap().contains("its engagement was known"), "{seen}");
+    assert_ne!(seen["first"]["changed"], seen["then"]["changed"]);
+    assert_eq!(seen["marked"], serde_json::json!(["force_xy=110"]));
+    assert_eq!(seen["saved_as"], "new part.fw.nc");
+    assert!(seen["saved"].as_str().unwrap().contains("(FW "), "{seen}");
+    println!("a limit changed: drawn anew after {} ms", seen["ms"]);
 }

@@ -15,7 +15,8 @@ use super::log::LogView;
 use super::optimize::Optimize;
 use super::options::Global;
 use super::semifinish::Semifinish;
-use super::shell::Completions;
+use super::serve::Serve;
+use super::shell::{Completions, Schema};
 use super::start::Start;
 use super::stepover::Stepover;
 use super::toollife::ToolLife;
@@ -87,6 +88,8 @@ pub enum Command {
     Batch(Batch),
     /// Sum up a batch whose shards ran apart
     Merge(Batch),
+    /// Show the page of the programs of a folder to a browser on this computer: drop a program, change a limit, see the feeds
+    Serve(Serve),
     /// Print any stage of the pipeline
     Dump(Dump),
     /// List what is built in

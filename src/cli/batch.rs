@@ -40,7 +40,14 @@ fn shard(text: &str) -> Result<(usize, usize), String> {
 }
 
 /// Endings of files beside a program that are none.
-const OTHERS: [&str; 9] = ["toml", "json", "html", "csv", "svg", "fwcache", "stock", "stl", "log"];
+const OTHERS: [&str; 13] =
+    ["toml", "json", "html", "csv", "svg", "fwcache", "stock", "stl", "log", "md", "pdf", "png", "zip"];
+
+/// May it be a program, by the ending of its name?
+pub fn is_program(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    !OTHERS.contains(&ending.as_str())
+}
 
 /// One program of a batch.
 struct Job {
@@ -119,10 +126,9 @@ fn in_folder(folder: &Path) -> Result<Vec<(String, PathBuf, PathBuf)>, CliError>
     let entries = std::fs::read_dir(folder).map_err(|error| CliError::file("read", folder, &error))?;
     let mut found = Vec::new();
     for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let setup = folder.join(format!("{stem}.setup.toml"));
-        if !OTHERS.contains(&ending.as_str()) && setup.is_file() {
+        if is_program(&path) && setup.is_file() {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             found.push((name, path, setup));
         }

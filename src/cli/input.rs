@@ -60,7 +60,8 @@ pub fn text(path: &Path) -> Result<String, CliError> {
     })
 }
 
-fn check(source: &Source) -> Result<(), CliError> {
+/// Refuses what cannot be a program.
+pub fn check(source: &Source) -> Result<(), CliError> {
     let Source { name, bytes, .. } = source;
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(CliError::new(format!("{name} is empty"), "give an NC program with at least one motion"));
@@ -138,10 +139,15 @@ pub struct Setup {
 /// The setup of a program: as given, else `PROGRAM.setup.toml` beside it.
 pub fn setup(given: Option<&Path>, source: &Source, global: &Global) -> Result<Setup, CliError> {
     let found = given.map(Path::to_owned).or_else(|| beside(source));
-    let mut setup = match found {
+    let setup = match found {
         Some(path) => load(&path)?,
         None => from_comments(source, global)?,
     };
+    with_options(setup, global)
+}
+
+/// A setup under the options that every command has.
+pub fn with_options(mut setup: Setup, global: &Global) -> Result<Setup, CliError> {
     if let Some(model) = &global.model {
         let text = text(model)?;
         let process = setup::load_model(&text).map_err(|error| drawn(model, text, &error))?;
@@ -174,7 +180,11 @@ pub fn setup_if_any(given: Option<&Path>, source: &Source, global: &Global) -> R
 }
 
 fn load(path: &Path) -> Result<Setup, CliError> {
-    let text = text(path)?;
+    read(text(path)?, path)
+}
+
+/// The setup of a text that stands, or might stand, in a file.
+pub fn read(text: String, path: &Path) -> Result<Setup, CliError> {
     let dir = path.parent().unwrap_or(Path::new("."));
     match setup::load(&text, dir) {
         Ok((job, assumptions)) => Ok(Setup { job, assumptions, path: Some(path.to_owned()) }),
@@ -214,20 +224,28 @@ pub fn facts(source: &Source, global: &Global) -> Result<Facts, CliError> {
 
 /// Tool and stock comments of the program, where they suffice; else what a setup lacks.
 fn from_comments(source: &Source, global: &Global) -> Result<Setup, CliError> {
+    let read = read(comments_text(source, global)?, Path::new("setup from comments"))?;
+    Ok(told_by_comments(read))
+}
+
+/// A setup that the comments of a program told, and says so.
+pub fn told_by_comments(mut setup: Setup) -> Setup {
+    let told = Assumption {
+        key: "tool, stock".into(),
+        value: "as the comments of the program tell".into(),
+        source: "no setup file".into(),
+    };
+    setup.assumptions.insert(0, told);
+    Setup { path: None, ..setup }
+}
+
+/// The text of a setup that tool and stock comments of the program tell, where they suffice; else what a setup lacks.
+pub fn comments_text(source: &Source, global: &Global) -> Result<String, CliError> {
     let facts = facts(source, global)?;
     let lacking = facts.lacking();
     let text = facts.text();
     if lacking.is_empty() {
-        let loaded = setup::load(&text, Path::new("."));
-        let (job, mut assumptions) =
-            loaded.map_err(|error| drawn(Path::new("setup from comments"), text.clone(), &error))?;
-        let told = Assumption {
-            key: "tool, stock".into(),
-            value: "as the comments of the program tell".into(),
-            source: "no setup file".into(),
-        };
-        assumptions.insert(0, told);
-        return Ok(Setup { job, assumptions, path: None });
+        return Ok(text);
     }
     let (name, place) = match &source.path {
         Some(path) => (path.display().to_string(), path.with_extension("setup.toml").display().to_string()),

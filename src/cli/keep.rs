@@ -72,7 +72,8 @@ impl Kept {
     }
 
     fn recall(&self, key: &Key) -> Option<EngagementMap> {
-        let path = self.cache.as_ref()?;
+        // A simulation that is not made again leaves no stock.
+        let path = self.cache.as_ref().filter(|_| self.stock.is_none())?;
         let bytes = std::fs::read(path).ok()?;
         let found = from_bytes(&bytes, key);
         let name = path.display();

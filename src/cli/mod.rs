@@ -23,6 +23,7 @@ mod problem;
 mod plain;
 mod screen;
 mod semifinish;
+mod serve;
 mod stepover;
 mod shell;
 mod start;
@@ -79,6 +80,7 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Semifinish(command) => semifinish::semifinish(command, global, screen),
         Command::Stepover(command) => stepover::stepover(command, global, screen),
         Command::Batch(command) => batch::batch(command, global, screen),
+        Command::Serve(command) => serve::serve(command, global, screen),
         Command::Merge(command) => batch::merge(command, global, screen),
         Command::Dump(command) => dump::dump(command, global, screen),
         Command::Library(command) => library::library(command),

@@ -289,8 +289,14 @@ impl Reports {
         }
         if let Some(output) = self.html {
             let sections = job::sections(&run.program, &run.toolpath, &run.map);
-            let shown =
-                report::Shown { run, figures: &figures, file: &source.name, sections: &sections, stock: found.stock };
+            let shown = report::Shown {
+                run,
+                figures: &figures,
+                file: &source.name,
+                sections: &sections,
+                stock: found.stock,
+                above: "",
+            };
             output.write(report::html(&shown).as_bytes())?;
         }
         if let Some(output) = self.sign_off {

@@ -57,8 +57,7 @@ pub fn start(command: &Start, global: &Global, screen: Screen) -> Result<Outcome
     let work = Work {
         report: Some(page.clone()),
         common: Common { setup: Some(setup), json: None },
-        // Without a limit of its own the program's own loads are the limit: nothing is loaded more than it is already.
-        reference: (!limits_a_load(&job)).then_some(100.0),
+        reference: own_loads(&job),
         ..Work::of(command.program.clone())
     };
     let outcome = optimize::optimize(&Optimize::of(work), global, screen)?;
@@ -91,6 +90,12 @@ fn drafted(command: &Start, source: &Source, global: &Global, screen: Screen) ->
     outputs.commit()?;
     screen.say(&format!("written   {}", target.display()));
     Ok(target)
+}
+
+/// Without a limit of its own the program's own loads are the limit: nothing is loaded more than it is already. The percentile of the cut
+/// length for [`crate::job::Wanted`].
+pub fn own_loads(job: &Job) -> Option<f64> {
+    (!limits_a_load(job)).then_some(100.0)
 }
 
 /// Does the setup limit a load anywhere?

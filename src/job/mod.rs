@@ -242,12 +242,12 @@ fn read(program: Program, job: &Job, wanted: Wanted, watch: &Watch) -> (Program,
     (program, toolpath)
 }
 
-/// Engagement of the program as it came: from an earlier run if that has it and nobody asks for the stock.
+/// Engagement of the program as it came: from an earlier run if that has it.
 fn first_engagement(toolpath: &Toolpath, job: &Job, watch: &Watch) -> Result<EngagementMap, EngageError> {
     let options = engage::Options { spacing_mm: SPACING_MM[0], ..watch.engage };
     let Keep { recall, remember, stock } = watch.keep;
     let key = (recall.is_some() || remember.is_some()).then(|| engage::cache::key(toolpath, job, &options));
-    let known = recall.zip(key.as_ref()).filter(|_| stock.is_none()).and_then(|(recall, key)| recall(key));
+    let known = recall.zip(key.as_ref()).and_then(|(recall, key)| recall(key));
     if let Some(map) = known {
         return Ok(cut(map, job, SPACING_MM[0]));
     }

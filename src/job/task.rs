@@ -67,7 +67,7 @@ pub type TakeStock<'a> = dyn Fn(Vec<(Piece, Vec3)>) + 'a;
 /// Hooks for what outlives a run.
 #[derive(Clone, Copy, Default)]
 pub struct Keep<'a> {
-    /// The map of an earlier run with this key.
+    /// The map of an earlier run with this key. Nothing is simulated then, and `stock` is not called.
     pub recall: Option<&'a Recall<'a>>,
     /// Keeps a map under its key.
     pub remember: Option<&'a Remember<'a>>,

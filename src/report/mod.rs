@@ -18,6 +18,7 @@ mod page;
 mod picture;
 mod provenance;
 pub mod run;
+pub mod served;
 mod sign_off;
 mod stations;
 mod stepover;

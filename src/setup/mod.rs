@@ -6,6 +6,7 @@
 //! ```
 
 pub mod amend;
+pub mod change;
 mod draft;
 mod error;
 mod file;

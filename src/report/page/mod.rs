@@ -54,6 +54,8 @@ pub struct Shown<'a> {
     pub sections: &'a [Section],
     /// The stock it leaves, in the common frame; empty where that is not known.
     pub stock: &'a [Relief],
+    /// Markup above all else: the form of a page that is served.
+    pub above: &'a str,
 }
 
 #[derive(Serialize)]
@@ -87,7 +89,7 @@ struct BoxPart {
 
 /// The page as text.
 pub fn html(shown: &Shown) -> String {
-    let Shown { run, figures, file, sections, stock } = *shown;
+    let Shown { run, figures, file, sections, stock, above } = *shown;
     let inch = run.toolpath.inch;
     let factor = if inch { 1.0 / MM_PER_INCH } else { 1.0 };
     let operations = Operations::new(run, sections);
@@ -97,7 +99,8 @@ pub fn html(shown: &Shown) -> String {
     let stock: Vec<Relief> = stock.iter().map(|relief| relief.seen_from(origin, factor)).collect();
     let first = tables::first(run, figures, &listing, &checks::checks(run, figures, largest_rise(run).as_ref()));
     let fallback = format!("<div class=\"without-script scroll\">{}</div>\n", picture(run, figures, file));
-    let body = [first, fallback, VIEWS.to_owned(), tables::all(run, figures, &operations.all)].concat();
+    let body =
+        [above.to_owned(), first, fallback, VIEWS.to_owned(), tables::all(run, figures, &operations.all)].concat();
     let data = Data {
         rewritten: run.written.is_some(),
         unit_length: if inch { "in" } else { "mm" },
