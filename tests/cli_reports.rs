@@ -568,3 +568,129 @@ fn a_batch_does_every_program_once_whoever_runs_it() {
     );
     assert_eq!(run(&["batch", ".", "--shard", "3/2"]).0, 2);
 }
+
+/// Another program that the same tool cuts.
+fn other_program() -> String {
+    PROGRAM.replace("Z-2 F300", "Z-4 F300")
+}
+
+#[test]
+fn several_programs_are_written_all_or_none() {
+    let dir = bench();
+    let at = dir.path();
+    fs::write(at.join("b.nc"), other_program()).unwrap();
+    // Each alone, as what it must be.
+    let alone = |name: &str| {
+        let arguments = ["optimize", name, "--setup", "part.setup.toml", "-o", "alone.nc", "--force"];
+        let code = feedwright(at).args(arguments).output().unwrap().status.code();
+        (code, fs::read(at.join("alone.nc")).unwrap())
+    };
+    let [(first_code, first), (second_code, second)] = ["part.nc", "b.nc"].map(alone);
+    let both = ["optimize", "part.nc", "b.nc", "--setup", "part.setup.toml"];
+    let done = feedwright(at).args(both).args(["--out-dir", "out"]).output().unwrap();
+    assert_eq!(done.status.code(), first_code.max(second_code));
+    assert_eq!(fs::read(at.join("out/part.fw.nc")).unwrap(), first);
+    assert_eq!(fs::read(at.join("out/b.fw.nc")).unwrap(), second);
+    let shown = String::from_utf8(done.stdout).unwrap();
+    assert_eq!(shown.lines().count(), 2, "{shown}");
+    assert!(shown.lines().all(|line| line.contains('→')) && shown.starts_with("part.nc "), "{shown}");
+    // Without a folder beside each program, and nothing with --dry-run.
+    assert!(said(feedwright(at).args(both).arg("--dry-run")).1.contains("not written"));
+    assert!(!at.join("b.fw.nc").exists());
+    feedwright(at).args(both).output().unwrap();
+    assert_eq!(fs::read(at.join("b.fw.nc")).unwrap(), second);
+    // The last one cannot be used: none is written.
+    fs::write(at.join("c.nc"), "T9 M6\nS3000 M3\nG1 X10 F500\nM30\n").unwrap();
+    let three = ["optimize", "part.nc", "c.nc", "--setup", "part.setup.toml", "--out-dir", "none"];
+    feedwright(at).args(three).assert().code(2);
+    assert_eq!(fs::read_dir(at.join("none")).unwrap().count(), 0);
+    // Two of one name, and what is for one program alone.
+    fs::create_dir(at.join("deep")).unwrap();
+    fs::write(at.join("deep/part.nc"), PROGRAM).unwrap();
+    let twice = ["optimize", "part.nc", "deep/part.nc", "--setup", "part.setup.toml", "--out-dir", "out"];
+    let (code, text) = said(feedwright(at).args(twice));
+    assert!(code == 2 && text.contains("is written twice"), "{text}");
+    for option in [["--json", "r.json"], ["-o", "x.nc"], ["--cycle-time", "1:00"], ["--sign-off", "s.html"]] {
+        let (code, text) = said(feedwright(at).args(both).args(option));
+        assert!(code == 2 && text.contains(option[0]), "{text}");
+    }
+}
+
+/// Exit code and standard error.
+fn said(command: &mut Command) -> (i32, String) {
+    let done = command.output().unwrap();
+    (done.status.code().unwrap(), String::from_utf8(done.stderr).unwrap())
+}
+
+/// What a report has that its schema does not describe or describes otherwise, with its place.
+fn unlike(schema: &Value, whole: &Value, value: &Value, at: &str, found: &mut Vec<String>) {
+    if let Some(name) = schema["$ref"].as_str() {
+        return unlike(whole.pointer(&name[1..]).unwrap(), whole, value, at, found);
+    }
+    if let Some(any) = schema["anyOf"].as_array() {
+        let fits = |one: &Value| {
+            let mut wrong = Vec::new();
+            unlike(one, whole, value, at, &mut wrong);
+            wrong.is_empty()
+        };
+        if !any.iter().any(fits) {
+            found.push(format!("{at}: none of its forms"));
+        }
+        return;
+    }
+    let name = match value {
+        Value::Null => "null",
+        Value::Bool(_) => "boolean",
+        Value::Number(number) if number.is_f64() => "number",
+        Value::Number(_) => "integer",
+        Value::String(_) => "string",
+        Value::Array(_) => "array",
+        Value::Object(_) => "object",
+    };
+    let is = |wanted: &Value| wanted == name || (wanted == "number" && name == "integer");
+    if !(is(&schema["type"]) || schema["type"].as_array().is_some_and(|types| types.iter().any(is))) {
+        found.push(format!("{at} is {name}, not {}", schema["type"]));
+    }
+    for (k, one) in value.as_array().into_iter().flatten().enumerate() {
+        unlike(&schema["items"], whole, one, &format!("{at}[{k}]"), found);
+    }
+    for (key, one) in value.as_object().into_iter().flatten() {
+        let of = schema["properties"].get(key).or_else(|| schema.get("additionalProperties"));
+        match of {
+            Some(of) => unlike(of, whole, one, &format!("{at}.{key}"), found),
+            None => found.push(format!("{at}.{key} is not described")),
+        }
+    }
+    for key in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+        if value.get(key).is_none() {
+            found.push(format!("{at}.{key} is missing"));
+        }
+    }
+}
+
+#[test]
+fn the_schema_of_the_report_describes_every_report() {
+    let dir = bench();
+    let at = dir.path();
+    let schema = |of: &[&str]| feedwright(at).arg("schema").args(of).output().unwrap().stdout;
+    let schema_of_report: Value = serde_json::from_slice(&schema(&["report"])).unwrap();
+    assert_eq!(schema(&[]), schema(&["setup"]));
+    for arguments in [
+        &["optimize", "--json-blocks", "--timings", "--stress", "--reference", "self", "--cycle-time", "0:20"][..],
+        &["simulate"],
+        &["optimize", "--sign-off", "s.html"],
+    ] {
+        feedwright(at).args(arguments).args(["part.nc", "--json", "r.json", "--force"]).output().unwrap();
+        let report: Value = serde_json::from_slice(&fs::read(at.join("r.json")).unwrap()).unwrap();
+        let mut found = Vec::new();
+        unlike(&schema_of_report, &schema_of_report, &report, "report", &mut found);
+        assert!(found.is_empty(), "{arguments:?}: {found:?}");
+        // And it would be noticed.
+        let mut wrong = report.clone();
+        wrong["time"].as_object_mut().unwrap().remove("realised_after_s");
+        wrong["program"]["blocks"] = "many".into();
+        wrong["check"]["new"] = 1.into();
+        unlike(&schema_of_report, &schema_of_report, &wrong, "report", &mut found);
+        assert!(found.len() >= 3, "{found:?}");
+    }
+}

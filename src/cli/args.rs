@@ -94,8 +94,8 @@ pub enum Command {
     Dump(Dump),
     /// List what is built in
     Library(Library),
-    /// Print the JSON Schema of the setup file
-    Schema,
+    /// Print the JSON Schema of the setup file or of the report
+    Schema(Schema),
     /// Print completions for a shell
     Completions(Completions),
     /// Print the manual page

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 use super::error::CliError;
-use super::optimize::{Optimize, optimize};
+use super::optimize::{Optimize, line, optimize};
 use super::options::{Common, Global};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
@@ -186,12 +186,7 @@ fn sum_up(jobs: &[&Job], command: &Batch, global: &Global, screen: Screen) -> Re
         let verdict = &record["verdict"];
         bad += usize::from(verdict["outcome"] != "done");
         let headline = verdict["headline"].as_str().unwrap_or_default();
-        text += &format!(
-            "{:<32} {:>9} → {:>9}  {headline}\n",
-            job.name,
-            crate::report::clock(before),
-            crate::report::clock(after)
-        );
+        text += &line(&job.name, [before, after], headline);
         rows.push(json!({
             "program": job.name, "outcome": verdict["outcome"], "headline": headline, "realised_before_s": before,
             "realised_after_s": after, "provenance": record["provenance"],

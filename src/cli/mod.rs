@@ -86,7 +86,7 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Library(command) => library::library(command),
         Command::Completions(command) => shell::completions(command.shell, Arguments::command()),
         Command::Man => shell::manual(Arguments::command()),
-        Command::Schema => screen::put(crate::setup::schema().as_bytes()).map(|()| Outcome::Done),
+        Command::Schema(command) => shell::schema(command),
     }
 }
 

@@ -23,6 +23,12 @@ pub struct Optimize {
     /// Program, setup and reports.
     #[command(flatten)]
     pub work: Work,
+    /// More programs, each with the setup beside it or all with --setup: all are written, or none.
+    #[arg(value_name = "PROGRAM")]
+    pub more: Vec<PathBuf>,
+    /// Folder in which the programs are written, as NAME.fw.EXT.
+    #[arg(long, value_name = "DIR", conflicts_with = "output")]
+    pub out_dir: Option<PathBuf>,
     /// Where the program goes; without it PROGRAM.fw.EXT beside the program; - is standard output. In another folder the files
     /// of its subprograms are written beside it, under their own names.
     #[arg(short, long, value_name = "OUT")]
@@ -68,6 +74,8 @@ impl Optimize {
     pub fn of(work: Work) -> Self {
         Self {
             work,
+            more: Vec::new(),
+            out_dir: None,
             output: None,
             wear_budget: Vec::new(),
             expand: false,
@@ -80,65 +88,157 @@ impl Optimize {
     }
 }
 
-/// Rewrites the feeds.
+/// Rewrites the feeds. Several programs are one set: all are written, or none.
 pub fn optimize(command: &Optimize, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
-    let source = input::program(&command.work.program)?;
-    let mut outputs = Outputs::new(inputs(&source, command.work.common.setup(), global), global.force);
-    let target = target(command.output.as_deref(), &source);
-    let program = if command.dry_run { None } else { Some(outputs.open(&target, Kind::Program)?) };
-    let mut reports = Reports::open(&command.work, &mut outputs)?;
-    reports.sign_off = command.sign_off.as_deref().map(|path| outputs.open(path, Kind::Markup)).transpose()?;
-    let kept = Kept::open(&command.work, &source, &mut outputs, screen)?;
-    let source = plain(source, command.work.common.setup(), command.expand, global, screen)?;
+    let alone = command.more.is_empty();
+    if !alone {
+        each_for_itself(command)?;
+    }
     let setup = command.work.common.setup();
-    let beside = subprograms::folder(&target, &source);
-    let wanted = Wanted {
-        rewrites_files: beside.is_some(),
-        ..wanted(&command.work, command.stress || command.sign_off.is_some())
-    };
-    let mut task = task(&source, setup, global, wanted)?;
-    task.job.life = budgets(&command.wear_budget, &task.job)?;
-    let done = kept.with(|keep| execute(source, task, job::optimize, global, screen, keep))?;
-    let stock = kept.reliefs();
-    kept.write(&mut outputs)?;
-    let written = done.run.written.as_ref().expect("optimize always writes");
-    let to_stdout = program.as_ref().is_some_and(Output::is_stdout) || reports.uses_stdout();
-    if !written.check.identical {
-        return Err(CliError::new(
-            format!(
-                "the rewritten program would not be the same but for its feeds: {}",
-                written.check.differences.join("; ")
-            ),
-            "nothing was written; leave the block out with [output] exclude, and please report it",
-        ));
+    let programs = std::iter::once(&command.work.program).chain(&command.more);
+    let sources: Vec<Source> = programs.map(|path| input::program(path)).collect::<Result<_, _>>()?;
+    if let Some(folder) = &command.out_dir {
+        std::fs::create_dir_all(folder).map_err(|error| CliError::file("make the folder", folder, &error))?;
     }
-    let setup_text = setup_text(command.work.common.setup(), &done.source);
-    let may_write =
-        |verdict: &Verdict| program.is_some() && verdict.held_back().into_iter().all(|why| is_accepted(why, command));
-    let options = command.deciding(global)?;
-    let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), options, is_written: &may_write };
-    let verdict = reports.write(&shown, global, screen, to_stdout)?;
-    if let Some(why) = verdict.held_back().into_iter().find(|why| !is_accepted(*why, command)) {
-        outputs.commit()?;
-        screen.say(refusal(why));
-        return Ok(verdict.outcome);
+    let mut outputs = Outputs::new(sources.iter().flat_map(|source| inputs(source, setup, global)), global.force);
+    let under_way: Vec<UnderWay> = sources
+        .into_iter()
+        .map(|source| UnderWay::open(command, source, &mut outputs, screen))
+        .collect::<Result<_, _>>()?;
+    let mut found = Vec::new();
+    for one in under_way {
+        found.push(one.rewrite(command, global, if alone { screen } else { screen.quietly() }, &mut outputs)?);
     }
-    let Some(program) = program else {
-        outputs.commit()?;
-        screen.say(&format!("not written, as --dry-run asks: {}", target.display()));
-        return Ok(verdict.outcome);
-    };
-    let files = beside.map(|folder| subprograms::write(&written.files, &folder, &done.source, &mut outputs));
-    let files = files.transpose()?.unwrap_or_default();
-    program.write(&written.bytes)?;
     outputs.commit()?;
-    for path in files {
-        screen.say(&format!("written   {}", path.display()));
+    for one in &found {
+        if !alone {
+            screen.show(&line(&one.name, one.time_s, &one.headline))?;
+        }
+        one.said.iter().for_each(|said| screen.say(said));
     }
-    if !to_stdout {
-        screen.say(&format!("written   {}", target.display()));
+    Ok(found.iter().map(|one| one.outcome).max().unwrap_or(Outcome::Done))
+}
+
+/// Options that name one file, or are true of one program.
+fn each_for_itself(command: &Optimize) -> Result<(), CliError> {
+    let work = &command.work;
+    let given = [
+        ("-o", command.output.is_some()),
+        ("--json", work.common.json.is_some()),
+        ("--report", work.report.is_some()),
+        ("--csv", work.csv.is_some()),
+        ("--svg", work.svg.is_some()),
+        ("--dump-problem", work.dump_problem.is_some()),
+        ("--save-stock", work.save_stock.is_some()),
+        ("--cycle-time", work.cycle_time.is_some()),
+        ("--sign-off", command.sign_off.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((name, _)) => Err(CliError::new(
+            format!("{name} is for one program, and {} are given", 1 + command.more.len()),
+            "give --out-dir for where the programs go; `feedwright batch` keeps a JSON report of each",
+        )),
     }
-    Ok(verdict.outcome)
+}
+
+/// One program in a line: times before and after, and the verdict.
+pub fn line(name: &str, [before_s, after_s]: [f64; 2], headline: &str) -> String {
+    format!("{name:<32} {:>9} → {:>9}  {headline}\n", report::clock(before_s), report::clock(after_s))
+}
+
+/// A program whose outputs are ready before the work begins.
+struct UnderWay {
+    source: Source,
+    target: PathBuf,
+    program: Option<Output>,
+    reports: Reports,
+    kept: Kept,
+}
+
+/// What a program came to, and what is to be said once everything is written.
+struct Rewritten {
+    name: String,
+    outcome: Outcome,
+    headline: String,
+    time_s: [f64; 2],
+    said: Vec<String>,
+}
+
+impl UnderWay {
+    fn open(command: &Optimize, source: Source, outputs: &mut Outputs, screen: Screen) -> Result<Self, CliError> {
+        let target = target(command.output.as_deref(), command.out_dir.as_deref(), &source);
+        let program = if command.dry_run { None } else { Some(outputs.open(&target, Kind::Program)?) };
+        let mut reports = Reports::open(&command.work, outputs)?;
+        reports.sign_off = command.sign_off.as_deref().map(|path| outputs.open(path, Kind::Markup)).transpose()?;
+        let kept = Kept::open(&command.work, &source, outputs, screen)?;
+        Ok(Self { source, target, program, reports, kept })
+    }
+
+    /// Everything but giving the files their names.
+    fn rewrite(
+        self,
+        command: &Optimize,
+        global: &Global,
+        screen: Screen,
+        outputs: &mut Outputs,
+    ) -> Result<Rewritten, CliError> {
+        let Self { source, target, program, reports, kept } = self;
+        let setup = command.work.common.setup();
+        let source = plain(source, setup, command.expand, global, screen)?;
+        let beside = subprograms::folder(&target, &source);
+        let wanted = Wanted {
+            rewrites_files: beside.is_some(),
+            ..wanted(&command.work, command.stress || command.sign_off.is_some())
+        };
+        let mut task = task(&source, setup, global, wanted)?;
+        task.job.life = budgets(&command.wear_budget, &task.job)?;
+        let done = kept.with(|keep| execute(source, task, job::optimize, global, screen, keep))?;
+        let stock = kept.reliefs();
+        kept.write(outputs)?;
+        let written = done.run.written.as_ref().expect("optimize always writes");
+        let to_stdout = program.as_ref().is_some_and(Output::is_stdout) || reports.uses_stdout();
+        if !written.check.identical {
+            return Err(CliError::new(
+                format!(
+                    "{}: the rewritten program would not be the same but for its feeds: {}",
+                    done.source.name,
+                    written.check.differences.join("; ")
+                ),
+                "nothing was written; leave the block out with [output] exclude, and please report it",
+            ));
+        }
+        let setup_text = setup_text(setup, &done.source);
+        let may_write = |verdict: &Verdict| {
+            program.is_some() && verdict.held_back().into_iter().all(|why| is_accepted(why, command))
+        };
+        let options = command.deciding(global)?;
+        let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), options, is_written: &may_write };
+        let verdict = reports.write(&shown, global, screen, to_stdout)?;
+        let mut found = Rewritten {
+            name: done.source.name.clone(),
+            outcome: verdict.outcome,
+            headline: verdict.headline.clone(),
+            time_s: [done.run.realised_before.total_s, done.run.realised_after().total_s],
+            said: Vec::new(),
+        };
+        if let Some(why) = verdict.held_back().into_iter().find(|why| !is_accepted(*why, command)) {
+            found.said.push(refusal(why).to_owned());
+            return Ok(found);
+        }
+        let Some(program) = program else {
+            found.said.push(format!("not written, as --dry-run asks: {}", target.display()));
+            return Ok(found);
+        };
+        let files = beside.map(|folder| subprograms::write(&written.files, &folder, &done.source, outputs));
+        let files = files.transpose()?.unwrap_or_default();
+        program.write(&written.bytes)?;
+        found.said.extend(files.iter().map(|path| format!("written   {}", path.display())));
+        if !to_stdout {
+            found.said.push(format!("written   {}", target.display()));
+        }
+        Ok(found)
+    }
 }
 
 /// Predicts, changes nothing.
@@ -196,8 +296,8 @@ fn refusal(why: HeldBack) -> &'static str {
     }
 }
 
-/// `part.nc` → `part.fw.nc`; a program that was optimised before keeps its name's `.fw` once.
-fn target(given: Option<&Path>, source: &Source) -> PathBuf {
+/// `part.nc` → `part.fw.nc` beside it or in a folder; a program that was optimised before keeps its name's `.fw` once.
+fn target(given: Option<&Path>, folder: Option<&Path>, source: &Source) -> PathBuf {
     if let Some(path) = given {
         return path.to_owned();
     }
@@ -207,7 +307,7 @@ fn target(given: Option<&Path>, source: &Source) -> PathBuf {
         Some(extension) => format!("{stem}.fw.{}", extension.to_string_lossy()),
         None => format!("{stem}.fw"),
     };
-    path.with_file_name(name)
+    folder.map_or_else(|| path.with_file_name(&name), |folder| folder.join(&name))
 }
 
 /// The bytes of the setup, where there is one.

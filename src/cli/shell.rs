@@ -1,6 +1,7 @@
-//! What shells and `man` want of a command line: completions and the manual page, both made from the arguments themselves.
+//! What other programs want of this one: completions and the manual page, both made from the arguments themselves, and the JSON Schemas of
+//! what is read and written.
 
-use clap::{Args, Command};
+use clap::{Args, Command, ValueEnum};
 
 use super::error::CliError;
 use super::screen;
@@ -11,6 +12,32 @@ use crate::report::Outcome;
 pub struct Completions {
     /// Which shell.
     pub shell: clap_complete::Shell,
+}
+
+/// `schema`.
+#[derive(Debug, Args)]
+pub struct Schema {
+    /// Of what.
+    #[arg(default_value = "setup")]
+    pub of: SchemaOf,
+}
+
+/// What has a schema.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum SchemaOf {
+    /// The setup file
+    Setup,
+    /// The JSON report of optimize and simulate
+    Report,
+}
+
+/// A JSON Schema, to standard output.
+pub fn schema(command: &Schema) -> Result<Outcome, CliError> {
+    let text = match command.of {
+        SchemaOf::Setup => crate::setup::schema(),
+        SchemaOf::Report => crate::report::json_schema(),
+    };
+    screen::put(text.as_bytes()).map(|()| Outcome::Done)
 }
 
 /// Completions for a shell, to standard output.

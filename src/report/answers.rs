@@ -3,10 +3,11 @@
 //! Out: lines for the screen; the JSON report takes them as they are.
 
 use super::number::{clock, length, short};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// What was found; each part only if it was asked for.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Answers {
     /// `--reference self`: percentile of the program's own loads that became limits.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -26,7 +27,7 @@ pub struct Answers {
 }
 
 /// Limits taken from the program itself.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Reference {
     /// Percentile of the cut length.
     pub percentile: f64,
@@ -35,7 +36,7 @@ pub struct Reference {
 }
 
 /// Feeds under other coefficients.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Moved {
     /// Factor on all coefficients.
     pub factor: f64,
@@ -46,7 +47,7 @@ pub struct Moved {
 }
 
 /// The written program under one variation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Stressed {
     /// What is varied.
     pub case: &'static str,
@@ -57,7 +58,7 @@ pub struct Stressed {
 }
 
 /// What one measured time says.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Cycle {
     /// Time measured, s.
     pub measured_s: f64,
@@ -68,7 +69,7 @@ pub struct Cycle {
 }
 
 /// Final surfaces before and after.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Surface {
     /// Length of path that leaves final surface, mm.
     pub length_mm: f64,
@@ -81,7 +82,7 @@ pub struct Surface {
 }
 
 /// What a wear budget came to.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Wear {
     /// Tool number.
     pub tool: u32,

@@ -1,7 +1,10 @@
 //! One record per block that moves at feed, for `--json-blocks`.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
+
+use std::borrow::Cow;
 
 use super::run::Run;
 use super::stations::{StationLoads, each_station};
@@ -13,7 +16,7 @@ use crate::schedule::FeedPiece;
 use crate::units::mm_min_from_mm_s;
 
 /// A block with what it did before and after. Feeds are the highest of its pieces, mm/min; loads the largest.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct BlockRow {
     line: u32,
     motion: usize,
@@ -47,6 +50,19 @@ impl Serialize for Largest {
             map.serialize_entry(name, value)?;
         }
         map.end()
+    }
+}
+
+impl JsonSchema for Largest {
+    fn schema_name() -> Cow<'static, str> {
+        "Loads".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let number = generator.subschema_for::<f64>();
+        let names: Vec<&str> = LOADS.iter().map(|(name, _)| *name).collect();
+        let each: serde_json::Map<_, _> =
+            names.iter().map(|name| ((*name).to_owned(), number.clone().to_value())).collect();
+        json_schema!({ "type": "object", "properties": each, "required": names })
     }
 }
 

@@ -1,6 +1,7 @@
 //! The JSON report of `optimize` and `simulate`, with the keys of the interface in their order. Metric whatever the
 //! program's unit; feeds in mm/min.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -25,7 +26,9 @@ pub struct Extras {
     pub timings: Option<Option<u64>>,
 }
 
-#[derive(Serialize)]
+/// What `optimize` and `simulate` found. Metric whatever the program's unit; feeds in mm/min; `line` is the physical line of the program,
+/// from 1.
+#[derive(Serialize, JsonSchema)]
 struct Report<'a> {
     written_by: &'static str,
     verdict: VerdictPart<'a>,
@@ -53,7 +56,7 @@ struct Report<'a> {
 }
 
 /// Everything that cuts is counted, frozen, kept and infeasible blocks included, but for `free_worst_ratio`.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct VerdictPart<'a> {
     outcome: &'static str,
     exit_code: u8,
@@ -63,7 +66,7 @@ struct VerdictPart<'a> {
     faults: Vec<FaultPart<'a>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct WorstPart {
     name: &'static str,
     of_spindle: bool,
@@ -73,7 +76,7 @@ struct WorstPart {
     apart: Option<&'static str>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct FaultPart<'a> {
     kind: &'static str,
     text: &'a str,
@@ -83,7 +86,7 @@ struct FaultPart<'a> {
     holds_back: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ProgramPart<'a> {
     file: &'a str,
     blocks: usize,
@@ -92,7 +95,7 @@ struct ProgramPart<'a> {
     sha256: String,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct TimePart<'a> {
     programmed_s: f64,
     realised_before_s: f64,
@@ -103,7 +106,7 @@ struct TimePart<'a> {
     by_cause: BTreeMap<&'a str, f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct LimitPart {
     name: &'static str,
     unit: &'static str,
@@ -122,14 +125,14 @@ struct LimitPart {
 }
 
 /// Share of the cutting time; all of them add to 100.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BoundPart {
     name: &'static str,
     reason: Option<&'static str>,
     percent: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ConstancyPart {
     name: &'static str,
     tool: Option<u32>,
@@ -138,7 +141,7 @@ struct ConstancyPart {
     within_10_percent: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CheckPart<'a> {
     geometry_identical: bool,
     differences: &'a [String],
@@ -155,7 +158,7 @@ struct CheckPart<'a> {
     spacing_mm: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct InfeasiblePart {
     line: u32,
     limit: &'static str,
@@ -163,7 +166,7 @@ struct InfeasiblePart {
     length_mm: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct OutputPart {
     f_words_before: usize,
     f_words_after: usize,
@@ -179,7 +182,7 @@ struct OutputPart {
     solved_by: String,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct StockPart {
     initial_mm3: f64,
     removed_mm3: f64,
@@ -187,13 +190,13 @@ struct StockPart {
     cell_mm: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct PerformancePart {
     stage_s: StagePart,
     peak_memory_bytes: Option<u64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct StagePart {
     parse: f64,
     simulate: f64,
@@ -202,20 +205,20 @@ struct StagePart {
     check: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct AssumptionPart<'a> {
     key: &'a str,
     value: &'a str,
     source: &'a str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct FrozenPart {
     line: u32,
     why: String,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct WarningPart<'a> {
     line: Option<u32>,
     code: &'static str,
@@ -225,7 +228,7 @@ struct WarningPart<'a> {
     count: u32,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct ToolPart {
     number: u32,
     power_max_w: f64,
@@ -233,6 +236,14 @@ struct ToolPart {
     force_peak_n: f64,
     cut_time_s: f64,
     cut_length_mm: f64,
+}
+
+/// JSON Schema of the report.
+pub fn json_schema() -> String {
+    // What is written, not what could be read.
+    let schema = schemars::generate::SchemaSettings::default().for_serialize().into_generator();
+    let schema = schema.into_root_schema_for::<Report<'static>>();
+    serde_json::to_string_pretty(&schema).expect("a schema is plain data") + "\n"
 }
 
 /// The report as text.

@@ -32,7 +32,7 @@ pub mod words;
 
 pub use answers::Answers;
 pub use figures::{Figures, LimitFigure, figures};
-pub use json::{Extras, json};
+pub use json::{Extras, json, json_schema};
 pub use learn_page::learn_html;
 pub use log::{log_columns, log_json, log_text};
 pub use marks::{CSV_HEAD, MARK, WRITTEN_BY};

@@ -1,6 +1,7 @@
 //! What a written program came from and what was found of it, short enough to be filed. In: a run, the setup it was made with. Out:
 //! [`Provenance`], part of the JSON report and of the sign-off page.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
@@ -9,7 +10,7 @@ use super::stations::Feeds;
 use crate::units::mm_min_from_mm_s;
 
 /// Where a program comes from.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Provenance {
     /// Version that wrote it.
     pub version: &'static str,
@@ -29,7 +30,7 @@ pub struct Provenance {
 }
 
 /// A feed that rises.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Rise {
     /// Line of the original.
     pub line: u32,

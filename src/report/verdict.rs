@@ -18,8 +18,8 @@ pub const HOPELESS: f64 = 0.2;
 /// Lines that a sentence names.
 const NAMED: usize = 4;
 
-/// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// How a run ended, the better first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// Nothing is wrong.
     Done,
