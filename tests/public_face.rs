@@ -1,4 +1,4 @@
-//! The library as others use it: its functions agree with the commands, and the examples run.
+//! The library as others use it: its functions agree with the commands, and the examples run; so do the steps for other software.
 
 #![allow(clippy::unwrap_used)]
 
@@ -125,4 +125,156 @@ fn as_log(table: &str) -> String {
         text += &format!("{time_s:.3},{:.4},{:.4},{:.4},{},{:.3}\n", place[0], place[1], place[2], from[4], from[5]);
     }
     text
+}
+
+/// A folder with the program and its setup, and the program `feedwright` in the PATH of what is run there.
+struct Shop {
+    dir: tempfile::TempDir,
+    path: std::ffi::OsString,
+}
+
+impl Shop {
+    fn new() -> Self {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("part.nc"), PROGRAM).unwrap();
+        fs::write(dir.path().join("part.setup.toml"), setup_with(800.0)).unwrap();
+        let binary = Path::new(env!("CARGO_BIN_EXE_feedwright")).parent().unwrap().to_owned();
+        let others = std::env::var_os("PATH").unwrap_or_default();
+        let path = std::env::join_paths(std::iter::once(binary).chain(std::env::split_paths(&others))).unwrap();
+        Self { dir, path }
+    }
+
+    fn run(&self, program: &str, arguments: &[&str]) -> std::process::Output {
+        let mut command = std::process::Command::new(program);
+        command.args(arguments).current_dir(&self.dir).env("PATH", &self.path).output().unwrap()
+    }
+
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.dir.path().join(name)).unwrap()
+    }
+}
+
+fn example(name: &str) -> String {
+    format!("{}/examples/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// What LinuxCNC does when a program with the ending of the filter is opened: the program on standard output, progress beside it.
+#[cfg(unix)]
+#[test]
+fn the_filter_of_linuxcnc_gives_the_program_and_its_progress() {
+    let shop = Shop::new();
+    let filter = example("linuxcnc/feedwright-filter");
+    let ini = fs::read_to_string(example("linuxcnc/feedwright.ini")).unwrap();
+    assert!(ini.contains("[FILTER]") && ini.lines().any(|line| line == "fwnc = feedwright-filter"), "{ini}");
+    fs::copy(shop.dir.path().join("part.nc"), shop.dir.path().join("part.fwnc")).unwrap();
+    let done = shop.run(&filter, &["part.fwnc"]);
+    let said = String::from_utf8(done.stderr).unwrap();
+    assert_eq!(done.status.code(), Some(0), "{said}");
+    let mut command = Command::cargo_bin("feedwright").unwrap();
+    command.current_dir(&shop.dir).args(["optimize", "part.nc", "--quiet"]).assert().code(0);
+    assert_eq!(String::from_utf8(done.stdout).unwrap(), shop.text("part.fw.nc"));
+    let percent: Vec<u32> =
+        said.lines().filter_map(|line| line.strip_prefix("FILTER_PROGRESS=")).map(|n| n.parse().unwrap()).collect();
+    assert!(percent.len() >= 2 && percent.is_sorted() && percent.last() == Some(&100), "{said}");
+    // What cannot be read says why and gives nothing.
+    fs::write(shop.dir.path().join("other.fwnc"), "T7 M6\nS1000 M3\nG1 X1 F10\nM30\n").unwrap();
+    let done = shop.run(&filter, &["other.fwnc"]);
+    assert!(done.status.code() == Some(2) && done.stdout.is_empty() && !done.stderr.is_empty());
+}
+
+/// The real interpreter runs what the filter gives: the same motions, other feeds.
+#[test]
+#[cfg_attr(absent_rs274, ignore = "rs274 is not there")]
+fn linuxcnc_reads_what_its_filter_gives() {
+    let shop = Shop::new();
+    let given = shop.run(&example("linuxcnc/feedwright-filter"), &["part.nc"]).stdout;
+    fs::write(shop.dir.path().join("given.ngc"), given).unwrap();
+    fs::write(shop.dir.path().join("t.tbl"), "T1 P1 D6.0 Z0\n").unwrap();
+    let canon = |name: &str| {
+        let done = shop.run("rs274", &["-g", "-n", "2", "-t", "t.tbl", "-v", "rs.var", name]);
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        String::from_utf8(done.stdout).unwrap()
+    };
+    let ends = |text: &str| -> Vec<String> {
+        let feeds = text.lines().filter(|line| line.contains("STRAIGHT_"));
+        feeds.map(|line| line.split_once("STRAIGHT_").unwrap().1.to_owned()).collect()
+    };
+    let [before, after] = ["part.nc", "given.ngc"].map(canon);
+    let [old, new] = [ends(&before), ends(&after)];
+    assert!(old.len() > 6 && old.iter().all(|end| new.contains(end)), "{old:?} {new:?}");
+    assert_ne!(before.matches("SET_FEED_RATE").count(), after.matches("SET_FEED_RATE").count());
+}
+
+/// The step for FreeCAD, with a post and tool controllers as FreeCAD has them.
+#[test]
+fn the_step_for_freecad_runs_in_plain_python() {
+    let shop = Shop::new();
+    if shop.run("python3", &["--version"]).status.code() != Some(0) {
+        panic!("python3 is not there");
+    }
+    let post = format!(
+        "PROGRAM = {PROGRAM:?}\ndef export(objects, filename, arguments):\n    assert filename == '-'\n    open('asked', 'w').write(arguments)\n    return PROGRAM\n"
+    );
+    fs::write(shop.dir.path().join("plain_post.py"), post).unwrap();
+    let code = "
+import sys; from types import SimpleNamespace as T
+sys.path[:0] = [sys.argv[1], '.']
+import feedwright_post as step
+bit = T(ShapeName='endmill', Diameter=T(Value=6.0), Flutes=3)
+text = step.export([T(Label='job'), T(ToolNumber=1, Tool=bit)], 'job.nc', '--post=plain --setup=part.setup.toml --precision=4')
+open('returned', 'w', newline='').write(text)
+try: step.export([], 'bad.nc', '--post=plain --setup=none.toml --precision=4'); print('NO ERROR')
+except RuntimeError as error: print('ERROR', error)
+";
+    let done = shop.run("python3", &["-c", code, &example("freecad")]);
+    let (shown, said) = (String::from_utf8(done.stdout).unwrap(), String::from_utf8(done.stderr).unwrap());
+    assert!(done.status.success(), "{said}");
+    assert!(shown.contains("ERROR Feedwright wrote no program; bad.nc has the feeds of the job"), "{shown}");
+    assert!(
+        shop.text("job.nc").starts_with("%\n(T1 6 MM FLAT END MILL, 3 FLUTES)\nG21 G90\n"),
+        "{}",
+        shop.text("job.nc")
+    );
+    assert_eq!(shop.text("returned"), shop.text("job.fw.nc"));
+    assert!(shop.text("job.fw.nc").contains("(FW ") && shop.text("asked").contains("--precision=4"));
+    // Its comments are read.
+    let done = shop.run(env!("CARGO_BIN_EXE_feedwright"), &["init", "job.nc", "-o", "drafted.toml"]);
+    assert!(done.status.code().is_some_and(|code| code < 3));
+    let drafted = shop.text("drafted.toml");
+    assert!(drafted.contains("diameter = 6") && drafted.contains("flutes = 3"), "{drafted}");
+}
+
+/// The lines for a post of Fusion, with the functions of the post kernel as stand-ins.
+#[test]
+#[cfg_attr(absent_browser, ignore = "node is not there")]
+fn the_lines_for_a_post_of_fusion_run() {
+    let shop = Shop::new();
+    let code = "
+const { readFileSync, writeFileSync } = require('fs'); const { execSync } = require('child_process'); const vm = require('vm');
+const header = [], said = [];
+const tool = { number: 1, diameter: 6, cornerRadius: 0, numberOfFlutes: 3, type: 'flat end mill' };
+const kernel = {
+  getWorkpiece: () => ({ lower: { x: 0, y: 0, z: -10 }, upper: { x: 40, y: 20, z: 0.00001 } }),
+  getToolTable: () => ({ getNumberOfTools: () => 1, getTool: () => tool }), getToolTypeName: (type) => type,
+  writeComment: (text) => header.push(`(${text})`), warning: (text) => said.push(text),
+  getOutputPath: () => 'job.nc', FileSystem: { getFolderPath: () => '.' },
+  execute: (path, line, hide, folder) => { try { execSync(`${path} ${line}`, { cwd: folder, stdio: 'pipe' }); return 0; } catch (e) { return e.status; } },
+};
+vm.createContext(kernel); vm.runInContext(readFileSync(process.argv[1], 'utf8'), kernel);
+kernel.feedwrightHeader();
+writeFileSync('job.nc', readFileSync('part.nc', 'utf8').replace('%\\n', '%\\n' + header.join('\\n') + '\\n'));
+kernel.onTerminate(); console.log(JSON.stringify(said));
+";
+    // Without material and limits it says what is missing; with the setup beside it the program is written.
+    let run =
+        || String::from_utf8(shop.run("node", &["-e", code, &example("fusion/feedwright.cps.js")]).stdout).unwrap();
+    assert!(run().contains("feedwright init job.nc"));
+    fs::copy(shop.dir.path().join("part.setup.toml"), shop.dir.path().join("job.setup.toml")).unwrap();
+    assert_eq!(run().trim(), "[]");
+    let written = shop.text("job.fw.nc");
+    assert!(written.contains("(STOCK X0 Y0 Z-10 X40 Y20 Z0)\n(T1 D=6 CR=0 - 3 FLUTES FLAT END MILL)\n"), "{written}");
+    let done = shop.run(env!("CARGO_BIN_EXE_feedwright"), &["init", "job.nc", "-o", "drafted.toml"]);
+    assert!(done.status.code().is_some_and(|code| code < 3));
+    let drafted = shop.text("drafted.toml");
+    assert!(drafted.contains("min = [0, 0, -10], max = [40, 20, 0]") && drafted.contains("flutes = 3"), "{drafted}");
 }

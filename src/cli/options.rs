@@ -47,6 +47,9 @@ pub struct Global {
     /// Report time per stage and peak memory.
     #[arg(long, global = true)]
     pub timings: bool,
+    /// Say progress on standard error as LinuxCNC reads it from a filter: FILTER_PROGRESS=40.
+    #[arg(long, global = true)]
+    pub filter_progress: bool,
 }
 
 impl Global {

@@ -16,13 +16,14 @@ use crate::diag::{self, Diagnostic, Severity};
 pub struct Screen {
     quiet: bool,
     colour: bool,
+    filter: bool,
 }
 
 impl Screen {
     /// From the options and the terminal.
     pub fn new(global: &Global) -> Self {
         let colour = !global.no_color && std::env::var_os("NO_COLOR").is_none() && std::io::stderr().is_terminal();
-        Self { quiet: global.quiet, colour }
+        Self { quiet: global.quiet, colour, filter: global.filter_progress }
     }
 
     /// The same without a word but errors.
@@ -98,6 +99,13 @@ impl Screen {
     fn renderer(self) -> Renderer {
         let renderer = if self.colour { Renderer::styled() } else { Renderer::plain() };
         renderer.decor_style(DecorStyle::Ascii)
+    }
+
+    /// How far the work is, %, where a filter of LinuxCNC is asked to say it.
+    pub fn filter_progress(self, percent: u32) {
+        if self.filter {
+            to_stderr(&format!("FILTER_PROGRESS={percent}"));
+        }
     }
 
     /// A bar from 0 to 1 on a terminal, nothing elsewhere.

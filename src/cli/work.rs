@@ -3,6 +3,7 @@
 
 use clap::Args;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
 use super::error::CliError;
@@ -155,12 +156,17 @@ pub fn execute(
     keep: Keep,
 ) -> Result<Done, CliError> {
     let bar = screen.progress("");
+    let told = AtomicU32::new(0);
     let start = Instant::now();
     let folder = source.path.as_deref().and_then(Path::parent).map(Path::to_owned);
     let watch = Watch {
         progress: &|stage, done| {
             bar.set_message(stage);
             bar.set_position((1000.0 * done) as u64);
+            let percent = of_the_whole(stage, done);
+            if told.fetch_max(percent, Ordering::Relaxed) < percent {
+                screen.filter_progress(percent);
+            }
         },
         clock: &|| start.elapsed().as_secs_f64(),
         subprograms: &|name| subprogram(folder.as_deref(), name),
@@ -180,6 +186,17 @@ pub fn execute(
         }
         Err(error) => Err(explain(&error, &source.name)),
     }
+}
+
+/// How far the whole work is, %, by its stage and the part of it that is done: on most programs the two simulations take about as long as
+/// each other, and little is between them.
+fn of_the_whole(stage: &str, done: f64) -> u32 {
+    let [from, to] = match stage {
+        "simulate" => [0.0, 50.0],
+        "schedule" => [50.0, 60.0],
+        _ => [60.0, 100.0],
+    };
+    (from + (to - from) * done.clamp(0.0, 1.0)) as u32
 }
 
 /// An error of the pipeline with its remedy.
