@@ -104,6 +104,32 @@ fn the_data_of_the_page_hang_together() {
 }
 
 #[test]
+fn a_machinist_reads_words_and_where_the_stock_is() {
+    let dir = tempfile::tempdir().unwrap();
+    // A cut at rapid: its fault is listed.
+    let program = PROGRAM.replace("G1 X30 F600", "G0 X30");
+    fs::write(dir.path().join("part.nc"), program).unwrap();
+    fs::write(dir.path().join("part.setup.toml"), SETUP).unwrap();
+    let run = || {
+        let mut command = Command::cargo_bin("feedwright").unwrap();
+        let arguments = ["optimize", "part.nc", "--cache", "--report", "r.html", "--accept-collisions"];
+        assert_eq!(command.current_dir(dir.path()).args(arguments).output().unwrap().status.code(), Some(1));
+        fs::read_to_string(dir.path().join("r.html")).unwrap()
+    };
+    let first = run();
+    let tables = first.split_once("<script").unwrap().0;
+    for key in ["force_xy", "feed_change", "cut-at-rapid"] {
+        assert!(!tables.contains(&format!(">{key}<")), "{key}");
+    }
+    assert!(tables.contains(">cutting force<") && tables.contains("<h2>Faults</h2>"));
+    // What is not simulated again leaves no stock to show; the page has a sentence for it.
+    assert!(!column(&data(&first), "/stock").is_empty());
+    let again = run();
+    assert!(column(&data(&again), "/stock").is_empty());
+    assert!(again.contains("id=\"no-stock\" hidden>No stock is shown"));
+}
+
+#[test]
 fn a_long_program_is_joined_and_its_largest_load_stays() {
     // A wave in 30,000 short blocks; somewhere in it one pass is deeper.
     let mut program =

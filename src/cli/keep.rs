@@ -22,7 +22,7 @@ use crate::stock::{Piece, saved};
 pub struct Kept {
     cache: Option<PathBuf>,
     stock: Option<Stock>,
-    /// The page shows the stock; a simulation that is not made again leaves none.
+    /// The page shows the stock; a simulation that is not made again leaves none, and the page says so.
     shows: bool,
     bytes: RefCell<Option<Vec<u8>>>,
     pieces: RefCell<Vec<(Piece, Vec3)>>,
@@ -50,7 +50,7 @@ impl Kept {
             }
         };
         let stock = command.save_stock.as_deref().map(|path| stock(path, outputs)).transpose()?;
-        let shows = command.report.is_some() && cache.is_none();
+        let shows = command.report.is_some();
         Ok(Self { cache, stock, shows, bytes: RefCell::default(), pieces: RefCell::default(), screen })
     }
 

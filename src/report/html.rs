@@ -29,6 +29,11 @@ pub(super) fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String 
     marked(title, head, rows, &|_, _| false)
 }
 
+/// A table whose last column is words.
+pub(super) fn words(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
+    table(title, head, rows).replacen("<table>", "<table class=\"words\">", 1)
+}
+
 /// A table with a head, some of its cells marked as bad.
 pub(super) fn marked(
     title: &str,
@@ -64,6 +69,6 @@ pub(super) fn folded(title: &str, head: &[&str], rows: &[Vec<String>]) -> String
     if rows.is_empty() {
         return String::new();
     }
-    let inner = table(title, head, rows);
+    let inner = words(title, head, rows);
     format!("<details><summary>{title}: {}</summary>{inner}</details>\n", rows.len())
 }

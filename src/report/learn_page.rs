@@ -3,15 +3,17 @@
 
 use std::fmt::Write;
 
-use super::html::{escaped, folded, page, table};
+use super::html::{escaped, folded, page, table, words};
 use super::learn::learn_words;
 use super::number::short;
 use crate::learn::diagnose::curves::{CovariateCurve, Curves, Trace};
 use crate::learn::report::{LearnReport, Value};
 
-const MEASURED: &str = "#9a9a9a";
-const BEFORE: &str = "#d07020";
-const AFTER: &str = "#1f5fbf";
+/// Colours of the style, which are others in the dark.
+const MEASURED: &str = "var(--before)";
+const BEFORE: &str = "var(--limit)";
+const AFTER: &str = "var(--after)";
+const LINE: &str = "var(--line)";
 const WIDTH: f64 = 960.0;
 /// Residuals that are drawn, and how they stand.
 const PANELS: usize = 6;
@@ -19,14 +21,21 @@ const COLUMNS: usize = 3;
 
 /// The page.
 pub fn learn_html(report: &LearnReport, shown: &Curves, file: &str) -> String {
-    let mut body = format!("<p>{}</p>\n", escaped(&report.verdict));
+    let mut body = format!("<div class=\"verdict\"><p>{}</p></div>\n", escaped(&report.verdict));
     body += &ladder(report);
     body += &alignment(report);
+    if !shown.traces.is_empty() {
+        body += "<h2>Measured and predicted</h2>\n";
+    }
     for trace in &shown.traces {
         body += &picture(trace);
     }
     if !shown.along.is_empty() {
-        body += "<h2>Mean residual along what was cut, before and after (the most telling first)</h2>\n";
+        body += "<h2>Mean residual along what was cut (the most telling first)</h2>\n";
+        let _ = writeln!(
+            body,
+            "<p><span class=\"key\"><i style=\"background:{BEFORE}\"></i>before</span> <span class=\"key\"><i style=\"background:{AFTER}\"></i>after</span></p>"
+        );
         body += &residuals(&shown.along);
     }
     body += &tables(report);
@@ -54,7 +63,7 @@ impl Frame {
         let places: Vec<String> = points.map(|(x, y)| self.at(x, y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         let _ = writeln!(
             svg,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.3\"/>",
+            "<polyline points=\"{}\" fill=\"none\" style=\"stroke:{colour}\" stroke-width=\"1.3\"/>",
             places.join(" ")
         );
     }
@@ -62,7 +71,7 @@ impl Frame {
         let ([x0, x1, left, width], [y0, y1, top, height]) = (self.x, self.y);
         let _ = writeln!(
             svg,
-            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"#c8c8c8\"/>"
+            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" style=\"stroke:{LINE}\"/>"
         );
         let mut text = |x: f64, y: f64, anchor: &str, content: &str| {
             let _ =
@@ -72,7 +81,8 @@ impl Frame {
         text(left - 4.0, top + height, "end", &short(y0));
         text(left, top + height + 14.0, "start", &short(x0));
         text(left + width, top + height + 14.0, "end", &short(x1));
-        text(left + 0.5 * width, top + height + 14.0, "middle", unit);
+        // Below the numbers: a long name would run into them.
+        text(left + 0.5 * width, top + height + 28.0, "middle", unit);
     }
 }
 
@@ -82,7 +92,7 @@ fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
 
 fn open(height: f64) -> String {
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"own\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"Helvetica,Arial,sans-serif\" font-size=\"12\">\n"
+        "<div class=\"scroll\"><svg xmlns=\"http://www.w3.org/2000/svg\" class=\"own wide\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"Helvetica,Arial,sans-serif\" font-size=\"12\">\n"
     )
 }
 
@@ -91,17 +101,24 @@ fn picture(trace: &Trace) -> String {
     let all = [&trace.measured, &trace.before, &trace.after];
     let [lo, hi] = span(all.iter().flat_map(|v| v.iter().copied()));
     let frame = Frame::new(span(trace.time_s.iter().copied()), [lo.min(0.0), hi], [70.0, 24.0, 870.0, 230.0]);
-    let mut svg = open(290.0);
+    let mut svg = open(296.0);
     frame.axes(&mut svg, "s");
     for ((values, colour), (label, x)) in all.iter().zip([MEASURED, BEFORE, AFTER]).zip([
-        (trace.name.as_str(), 70.0),
+        (measured(&trace.name).as_str(), 70.0),
         ("predicted before", 330.0),
         ("predicted after", 520.0),
     ]) {
-        let _ = writeln!(svg, "<text x=\"{x}\" y=\"16\" fill=\"{colour}\">{}</text>", escaped(label));
+        let _ = writeln!(svg, "<text x=\"{x}\" y=\"16\" style=\"fill:{colour}\">{}</text>", escaped(label));
         frame.line(&mut svg, thinned(&trace.time_s, values).into_iter(), colour);
     }
-    svg + "</svg>\n"
+    svg + "</svg></div>\n"
+}
+
+/// A measured quantity in words: "spindle_power_w (W)" is "measured spindle power (W)".
+fn measured(name: &str) -> String {
+    let (key, unit) = name.split_once(' ').unwrap_or((name, ""));
+    let words = key.rsplit_once('_').map_or(key, |(words, _)| words).replace('_', " ");
+    format!("measured {words} {unit}").trim_end().to_owned()
 }
 
 /// Means over as many columns as can be told apart.
@@ -114,7 +131,7 @@ fn thinned(time: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
 fn residuals(along: &[CovariateCurve]) -> String {
     let shown = &along[..along.len().min(PANELS)];
     let rows = shown.len().div_ceil(COLUMNS);
-    let (width, height) = (WIDTH / COLUMNS as f64, 190.0);
+    let (width, height) = (WIDTH / COLUMNS as f64, 204.0);
     let mut svg = open(height * rows as f64 + 10.0);
     for (k, each) in shown.iter().enumerate() {
         let (left, top) = (width * (k % COLUMNS) as f64 + 60.0, height * (k / COLUMNS) as f64 + 10.0);
@@ -122,11 +139,11 @@ fn residuals(along: &[CovariateCurve]) -> String {
         let frame = Frame::new(span(each.bins.iter().map(|b| b[0])), y, [left, top, width - 76.0, 145.0]);
         frame.axes(&mut svg, &each.name);
         let ends = [frame.x[0], frame.x[1]];
-        frame.line(&mut svg, ends.iter().map(|x| (*x, 0.0)), "#c8c8c8");
+        frame.line(&mut svg, ends.iter().map(|x| (*x, 0.0)), LINE);
         frame.line(&mut svg, each.bins.iter().map(|b| (b[0], b[1])), BEFORE);
         frame.line(&mut svg, each.bins.iter().map(|b| (b[0], b[2])), AFTER);
     }
-    svg + "</svg>\n"
+    svg + "</svg></div>\n"
 }
 
 /// Effect by effect, how the error fell: on the data that were fitted once, on data held out at every rung.
@@ -156,7 +173,7 @@ fn ladder(report: &LearnReport) -> String {
         String::new(),
         format!("{} on fitted data", number(report.final_train.rmse)),
     ]);
-    table("Effect by effect: error on data held out", &["model", "before", "after", "chance without it", "why"], &rows)
+    words("Effect by effect: error on data held out", &["model", "before", "after", "chance without it", "why"], &rows)
 }
 
 /// How the log was tied to the program.
@@ -171,11 +188,11 @@ fn alignment(report: &LearnReport) -> String {
         vec!["samples before, held, after".to_owned(), format!("{before}, {held}, {after}")],
     ];
     rows.extend(report.events.iter().map(|event| vec!["event".to_owned(), event.said()]));
-    table("Alignment", &["", ""], &rows)
+    words("Alignment", &["", ""], &rows)
 }
 
 fn tables(report: &LearnReport) -> String {
-    let number = |v: f64| if v.is_finite() { format!("{v:.5}") } else { String::new() };
+    let number = |v: f64| if v.is_finite() { short(v) } else { String::new() };
     let values = |values: &[Value]| -> Vec<Vec<String>> {
         values.iter().map(|v| vec![v.name.clone(), number(v.value), number(v.std_error), v.unit.clone()]).collect()
     };
@@ -200,8 +217,32 @@ fn tables(report: &LearnReport) -> String {
     }
     let confounded: Vec<Vec<String>> =
         report.confounded.iter().map(|c| vec![c.names.join(" or "), c.why.clone(), c.experiment.clone()]).collect();
-    text += &table("Cannot be told apart", &["effects", "why", "what would separate them"], &confounded);
+    text += &words("Cannot be told apart", &["effects", "why", "what would separate them"], &confounded);
     let rejected: Vec<Vec<String>> = report.rejected.iter().map(|r| vec![r.name.clone(), r.why.clone()]).collect();
     let warnings: Vec<Vec<String>> = report.warnings.iter().map(|w| vec![w.clone()]).collect();
     text + &folded("Looked at and not added", &["effect", "why"], &rejected) + &folded("Notes", &["what"], &warnings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_are_told_apart_in_words_and_colours() {
+        let trace = Trace {
+            name: "spindle_power_w (W)".into(),
+            time_s: vec![0.0, 1.0],
+            measured: vec![1.0, 2.0],
+            before: vec![1.0, 1.5],
+            after: vec![1.0, 1.9],
+        };
+        let svg = picture(&trace);
+        assert!(svg.contains(">measured spindle power (W)</text>"), "{svg}");
+        // Each name in the colour of its curve: the style of the page has the last word on attributes.
+        for colour in [MEASURED, BEFORE, AFTER] {
+            assert_eq!(svg.matches(&format!("style=\"fill:{colour}\"")).count(), 1, "{svg}");
+            assert_eq!(svg.matches(&format!("style=\"stroke:{colour}\"")).count(), 1, "{svg}");
+        }
+        assert_eq!(measured("force_x_n (N)"), "measured force x (N)");
+    }
 }

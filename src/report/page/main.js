@@ -49,7 +49,8 @@ function tabs(space) {
   const select = (isSpace) => {
     byId('above').hidden = isSpace;
     byId('space').hidden = !isSpace;
-    byId('stock-choice').hidden = !isSpace;
+    byId('stock-choice').hidden = !isSpace || !DATA.stock.length;
+    byId('no-stock').hidden = !isSpace || DATA.stock.length > 0;
     flat.setAttribute('aria-pressed', String(!isSpace));
     deep.setAttribute('aria-pressed', String(isSpace));
     soon(redraw);

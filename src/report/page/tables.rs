@@ -3,6 +3,7 @@
 use super::listing::Listing;
 use super::operations::Operation;
 use crate::diag;
+use crate::machine::LimitKind;
 use crate::report::bounds::Share;
 use crate::report::figures::{Figures, LimitFigure, ToolFigure};
 use crate::report::html::{escaped, folded, marked, table};
@@ -10,6 +11,7 @@ use crate::report::number::{clock, short};
 use crate::report::over::MET;
 use crate::report::run::Run;
 use crate::report::verdict::{Fault, Outcome};
+use crate::report::words::plain;
 
 /// Lines of a fault that are listed.
 const LINES: usize = 200;
@@ -55,10 +57,10 @@ fn faults(figures: &Figures) -> String {
     let row = |fault: &Fault| {
         let lines: Vec<String> = fault.lines.iter().take(LINES).map(ToString::to_string).collect();
         let more = if fault.lines.len() > LINES { ", …" } else { "" };
-        vec![fault.kind.name().to_owned(), fault.text.clone(), format!("{}{more}", lines.join(", "))]
+        vec![fault.text.clone(), format!("{}{more}", lines.join(", "))]
     };
     let rows: Vec<Vec<String>> = figures.verdict.faults.iter().map(row).collect();
-    table("Faults", &["what", "", "lines"], &rows)
+    table("Faults", &["what", "lines"], &rows)
 }
 
 /// Time before and after as bars, and how much of the program was changed.
@@ -149,7 +151,7 @@ fn limits(figures: &Figures) -> String {
     let row = |figure: &LimitFigure| {
         let of_spindle = if figure.of_spindle { " of the spindle" } else { "" };
         vec![
-            format!("{}{of_spindle}", figure.kind.name()),
+            format!("{}{of_spindle}", plain(figure.kind)),
             figure.tool.map_or_else(String::new, |tool| format!("T{tool}")),
             format!("{} {}", number(figure.limit), figure.kind.unit()),
             number(figure.before_max),
@@ -189,7 +191,8 @@ fn limits(figures: &Figures) -> String {
 fn bounds(figures: &Figures) -> String {
     let row = |share: &Share| {
         let reason = share.reason.unwrap_or_default().to_owned();
-        vec![share.name.to_owned(), format!("{:.1} %", share.percent), reason]
+        let kind = LimitKind::ALL.into_iter().find(|kind| kind.name() == share.name);
+        vec![kind.map_or(share.name, plain).to_owned(), format!("{:.1} %", share.percent), reason]
     };
     let rows: Vec<_> = figures.bounds.iter().map(row).collect();
     table("What bounds the feed", &["limit", "of the cutting time", "why"], &rows)
@@ -213,7 +216,7 @@ fn places(run: &Run) -> String {
     let infeasible: Vec<Vec<String>> = run
         .infeasible()
         .into_iter()
-        .map(|place| vec![place.line.to_string(), place.limit.name().into(), format!("{} mm", short(place.length_mm))])
+        .map(|place| vec![place.line.to_string(), plain(place.limit).into(), format!("{} mm", short(place.length_mm))])
         .collect();
     let frozen: Vec<Vec<String>> = run.frozen().into_iter().map(|(line, why)| vec![line.to_string(), why]).collect();
     let warnings: Vec<Vec<String>> = diag::kinds(&run.diagnostics)
