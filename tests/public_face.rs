@@ -209,9 +209,7 @@ fn linuxcnc_reads_what_its_filter_gives() {
 #[test]
 fn the_step_for_freecad_runs_in_plain_python() {
     let shop = Shop::new();
-    if shop.run("python3", &["--version"]).status.code() != Some(0) {
-        panic!("python3 is not there");
-    }
+    assert!(shop.run("python3", &["--version"]).status.success(), "python3 is not there");
     let post = format!(
         "PROGRAM = {PROGRAM:?}\ndef export(objects, filename, arguments):\n    assert filename == '-'\n    open('asked', 'w').write(arguments)\n    return PROGRAM\n"
     );

@@ -66,7 +66,12 @@ fn spelled(item: &Item) -> Option<String> {
     }
     match item.as_value()? {
         Value::String(text) => Some(text.value().clone()),
-        number @ (Value::Integer(_) | Value::Float(_)) => Some(number.to_string().trim().to_owned()),
+        number @ (Value::Integer(_) | Value::Float(_)) => {
+            // Without the comment behind it.
+            let mut number = number.clone();
+            number.decor_mut().clear();
+            Some(number.to_string())
+        }
         _ => None,
     }
 }
