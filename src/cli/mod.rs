@@ -36,6 +36,7 @@ mod verify;
 mod work;
 
 use clap::{CommandFactory, Parser};
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use crate::report::Outcome;
@@ -46,13 +47,18 @@ use screen::Screen;
 
 /// Reads the arguments of the process, does what they say.
 pub fn run() -> ExitCode {
-    let arguments = Arguments::parse_from(start::with_command(std::env::args_os(), &Arguments::command()));
+    ExitCode::from(run_with(std::env::args_os()))
+}
+
+/// Does what these arguments say, the first of which is the name of the command; returns the exit code.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments = Arguments::parse_from(start::with_command(arguments.into_iter(), &Arguments::command()));
     let screen = Screen::new(&arguments.global);
     match dispatch(&arguments, screen) {
-        Ok(outcome) => ExitCode::from(outcome.exit_code()),
+        Ok(outcome) => outcome.exit_code(),
         Err(error) => {
             screen.fail(&error);
-            ExitCode::from(error.exit_code())
+            error.exit_code()
         }
     }
 }

@@ -26,9 +26,9 @@ def metadata():
 
 
 def shipped(data):
-    """Crates reached from ours without development dependencies."""
+    """Crates reached from ours (the program and the Python wheel) without development dependencies."""
     nodes = {node["id"]: node for node in data["resolve"]["nodes"]}
-    found, rest = set(), [data["resolve"]["root"]]
+    found, rest = set(), list(data["workspace_members"])
     while rest:
         here = rest.pop()
         if here in found:
@@ -37,7 +37,7 @@ def shipped(data):
         for other in nodes[here]["deps"]:
             if any(kind["kind"] != "dev" for kind in other["dep_kinds"]):
                 rest.append(other["pkg"])
-    found.discard(data["resolve"]["root"])
+    found.difference_update(data["workspace_members"])
     crates = [package for package in data["packages"] if package["id"] in found]
     return sorted(crates, key=lambda crate: (crate["name"], crate["version"]))
 

@@ -1,0 +1,5 @@
+"""`python -m feedwright` is the console command."""
+
+from . import main
+
+main()
