@@ -159,8 +159,30 @@ impl Words {
     }
 }
 
-/// A G or M number times ten; numbers no control has become 65535.
+/// Rounding of a number with one decimal and of its product with ten, relative: one unit in the last place each, and as much again.
+const ROUNDED: f64 = 4.0 * f64::EPSILON;
+
+/// A G or M number times ten; numbers no control has become 65535, and so do those that only come near one (`G70.0000001`).
 fn code(value: f64) -> u16 {
     let tenfold = (value * 10.0).round();
-    if (0.0..65535.0).contains(&tenfold) && (value * 10.0 - tenfold).abs() < 1e-6 { tenfold as u16 } else { u16::MAX }
+    let exact = (value * 10.0 - tenfold).abs() <= ROUNDED * tenfold;
+    if (0.0..65535.0).contains(&tenfold) && exact { tenfold as u16 } else { u16::MAX }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every code with one decimal as it is read from text, and what is written just beside it.
+    #[test]
+    fn a_code_is_exact() {
+        for tenfold in 0..20_000_u16 {
+            let text = format!("{}.{}", tenfold / 10, tenfold % 10);
+            assert_eq!(code(crate::nc::number::decimal(text.as_bytes()).unwrap().0), tenfold, "{text}");
+            for beside in [format!("{text}0000001"), format!("{text}000000001"), format!("{text}5")] {
+                assert_eq!(code(crate::nc::number::decimal(beside.as_bytes()).unwrap().0), u16::MAX, "{beside}");
+            }
+        }
+        assert_eq!([code(59.0 + 0.1), code(-0.0), code(-1.0), code(1e9)], [591, 0, u16::MAX, u16::MAX]);
+    }
 }
