@@ -169,6 +169,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("flutes = 4", "flutes = 4\npitch = [90, 90]", "360"),
     ("diameter = 10", "diameter = -10", "diameter"),
     ("diameter = 10", "diameter = nan", "finite"),
+    ("diameter = 10", "diameter = 2000", "2 m"),
     ("diameter = 10", "diameter = \"10 hp\"", "hp"),
     ("shape = \"flat\"", "shape = \"flatt\"", "did you mean `flat`"),
     ("shape = \"flat\"", "shape = \"bull\"", "corner_radius"),

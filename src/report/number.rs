@@ -17,6 +17,10 @@ pub fn length(mm: f64, inch: bool) -> String {
     if inch { format!("{} in", short(mm / MM_PER_INCH)) } else { format!("{} mm", short(mm)) }
 }
 
+/// Numbers from here on are shown with a power of ten: none that a shop deals with has ten digits before its point, and nobody counts
+/// three hundred of a slip like `1e308`.
+const PLAIN: f64 = 1e10;
+
 /// Four significant digits.
 pub fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -24,6 +28,9 @@ pub fn short(value: f64) -> String {
     }
     if value.abs() < 5e-7 {
         return "0".to_owned();
+    }
+    if value.abs() >= PLAIN {
+        return format!("{value:.3e}");
     }
     let digits = (3 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{value:.digits$}");
@@ -34,4 +41,15 @@ pub fn short(value: f64) -> String {
 /// A value to be written with this many decimals: what rounds to zero is 0, without a sign.
 pub fn unsigned_zero(value: f64, decimals: i32) -> f64 {
     if value.abs() <= 0.5 * 10f64.powi(-decimals) { 0.0 } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_without_end_are_short() {
+        assert_eq!([short(9_999_000_000.0), short(1e10), short(-1e308)], ["9999000000", "1.000e10", "-1.000e308"]);
+        assert_eq!([short(0.0), short(12.345), short(0.000_000_1)], ["0", "12.35", "0"].map(str::to_owned));
+    }
 }

@@ -164,6 +164,7 @@ impl<'a> Reader<'a> {
 
 fn shown(quantity: &Quantity) -> String {
     match quantity {
+        Quantity::Number(number) if number.abs() >= 1e10 => format!("{number:e}"),
         Quantity::Number(number) => number.to_string(),
         Quantity::Text(text) => format!("\"{text}\""),
     }

@@ -147,9 +147,14 @@ fn shape(reader: &mut Reader, key: &str, word: Option<&str>) -> Option<Shape> {
     None
 }
 
+/// Wider than any cutter, mm: the largest face mills and fly cutters have about a metre; a larger number is a slip or a wrong unit, and
+/// would take hours to simulate.
+const WIDEST_MM: f64 = 2000.0;
+
 fn diameter(reader: &mut Reader, key: &str, table: &ToolTable) -> f64 {
     if let Some(written) = &table.diameter {
-        return reader.value(key, written, Dimension::Length, Sense::Positive).max(1e-3);
+        let wide = Sense::Within(0.0, WIDEST_MM, "it is more than zero, and no mill turns a cutter of 2 m (80 in)");
+        return reader.value(key, written, Dimension::Length, wide).max(1e-3);
     }
     reader.missing(key, "write the widest diameter of its cutting part");
     1.0

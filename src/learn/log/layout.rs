@@ -4,7 +4,7 @@
 
 use super::cells::{Separator, longest_run};
 use super::names::is_ours;
-use super::stamps::is_stamp;
+use super::stamps::{is_stamp, reading};
 
 /// How a table lies in its file.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,10 +94,10 @@ fn is_decimal_comma(rows: &[Vec<String>]) -> bool {
 /// A cell as a number. With a decimal comma, points are thousands: `1.234,5`.
 pub fn number(cell: &str, decimal_comma: bool) -> Option<f64> {
     if !decimal_comma {
-        return cell.parse().ok();
+        return cell.parse().ok().map(reading);
     }
     let digits = |c: char| c.is_ascii_digit() || "+-.,eE".contains(c);
-    cell.chars().all(digits).then(|| cell.replace('.', "").replace(',', ".").parse().ok())?
+    cell.chars().all(digits).then(|| cell.replace('.', "").replace(',', ".").parse().ok().map(reading))?
 }
 
 #[cfg(test)]
@@ -126,6 +126,13 @@ mod tests {
         assert!(words.has_header && words.first_row == 1);
         // A row of words and missing values below the header is a row of data.
         assert_eq!(of("group,side,feed\na,up,NA\nb,down,6\nc,up,7\n").first_row, 1);
+    }
+
+    #[test]
+    fn what_no_instrument_reads_is_missing() {
+        assert_eq!([number("1e20", false), number("-1,8e18", true)], [Some(1e20), Some(-1.8e18)]);
+        assert!(["1.1e20", "1e308", "-inf"].iter().all(|cell| number(cell, false).unwrap().is_nan()));
+        assert!(number("1,1e20", true).unwrap().is_nan() && number("watt", false).is_none());
     }
 
     #[test]

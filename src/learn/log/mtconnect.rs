@@ -3,6 +3,7 @@
 //! in mm/s, as the standard has them.
 
 use super::columns::{DataError, Frame};
+use super::layout::number;
 use super::on_change::Changes;
 use super::stamps::stamp_s;
 use quick_xml::events::{BytesStart, Event};
@@ -36,7 +37,7 @@ pub fn streams(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, Data
             }
             Event::Start(element) => open = item(&element, &component),
             Event::Text(text) => {
-                let value = text.trim().parse::<f64>().ok();
+                let value = number(text.trim(), false);
                 if let Some((item, value)) = open.as_ref().zip(value) {
                     let Item { stamp_s, names, factor } = item;
                     let names: Vec<&str> = names.iter().map(String::as_str).collect();

@@ -1,6 +1,7 @@
 //! MTConnect adapter output (SHDR): lines `timestamp|item|value|item|value…`. In: bytes. Out: columns, one row a stamp.
 
 use super::columns::{DataError, Frame};
+use super::layout::number;
 use super::on_change::Changes;
 use super::stamps::stamp_s;
 
@@ -19,7 +20,7 @@ pub fn shdr(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataErr
         let Some(stamp) = fields.next().and_then(stamp_s) else { continue };
         changes.stamp(stamp);
         while let (Some(item), Some(value)) = (fields.next(), fields.next()) {
-            let Ok(value) = value.trim().parse::<f64>() else { continue };
+            let Some(value) = number(value.trim(), false) else { continue };
             changes.note(stamp, &[item.trim()], value, 1.0, mapping);
         }
     }

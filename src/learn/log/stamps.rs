@@ -7,11 +7,20 @@ use jiff::tz::TimeZone;
 
 const DAY_S: f64 = 86_400.0;
 
+/// Beyond this nothing is measured, in whatever unit: the nanoseconds since 1970 are 1.8e18. What is written there is an overflow or a
+/// sentinel (1e308, 3.4e38).
+const MOST: f64 = 1e20;
+
+/// A number as a reading; NaN, which is a missing one, where it cannot be one.
+pub fn reading(number: f64) -> f64 {
+    if number.abs() > MOST { f64::NAN } else { number }
+}
+
 /// Seconds since 1970 from a stamp: a number, or a date and time of ISO 8601 with its offset; without one it is taken as UTC. `None` for
 /// anything else, and for a date that no calendar has.
 pub fn stamp_s(text: &str) -> Option<f64> {
     if let Ok(seconds) = text.parse::<f64>() {
-        return Some(seconds);
+        return Some(reading(seconds)).filter(|seconds| !seconds.is_nan());
     }
     let text = text.trim().replace(',', ".");
     let utc = || TimeZone::UTC.to_timestamp(text.parse::<DateTime>().ok().or_else(|| day_first(&text))?).ok();
@@ -69,6 +78,7 @@ mod tests {
         assert_eq!(stamp_s("1970-01-02T00:00:01Z"), Some(86_401.0));
         assert_eq!(stamp_s("2000-03-01T00:00:00Z"), Some(951_868_800.0));
         assert_eq!(stamp_s("12.5"), Some(12.5));
+        assert_eq!([stamp_s("1.8e18"), stamp_s("1e308"), stamp_s("inf")], [Some(1.8e18), None, None]);
         for wrong in ["", "2017-02-30T19:03:08Z", "2017-02-02T25:03:08Z", "31.02.2017 10:00:00", "yesterday"] {
             assert_eq!(stamp_s(wrong), None, "{wrong}");
         }
