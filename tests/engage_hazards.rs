@@ -207,3 +207,36 @@ fn a_cut_takes_nothing_over_from_the_tool_before_it() {
         }
     }
 }
+
+/// A hole with one tool, then another tool near the zero point: what the grid marked for the first says nothing of the second. Its arcs
+/// are those that it has without the hole, which is elsewhere, and lie on rings of its own.
+#[test]
+fn marks_of_one_tool_are_not_read_with_the_rings_of_the_next() {
+    let setup = "units = \"mm\"\nresolution = 0.2\n[stock]\nbox = { min = [-10, -10, -10], max = [40, 40, 0] }\n[material]\nk_tc = 800\nk_te = 12\n";
+    let tool = |number: u32, shape: &str, diameter: f64| {
+        format!("[[tool]]\nnumber = {number}\nshape = \"{shape}\"\ndiameter = {diameter}\nflutes = 2\n")
+    };
+    let hole = "T1 M6\nS3000 M3\nG0 X30 Y30 Z5\nG98 G81 X30 Y30 Z-3 R2 F100\nG80\n";
+    let pairs = [("drill", 3.0, "ball", 12.0), ("ball", 12.0, "flat", 2.0), ("flat", 16.0, "drill", 3.0)];
+    for (first, wide, second, narrow) in pairs {
+        let setup = setup.to_owned() + &tool(1, first, wide) + &tool(4, second, narrow);
+        let (job, _) = feedwright::setup::load(&setup, std::path::Path::new(".")).unwrap();
+        let [with, without] = [hole, ""].map(|hole| {
+            let text =
+                format!("G21 G90 G94\n{hole}T4 M6\nS3000 M3\nG0 X1.3 Y1.9\nG1 Z0. F40.\nZ-1\nX5 Y3 F100\nG0 Z9\nM30\n");
+            let program = feedwright::nc::parse(text.into_bytes(), None);
+            let path = feedwright::nc::interpret(&program, &feedwright::nc::Environment::from_job(&job));
+            let map =
+                feedwright::engage::engage(&path, &job, &feedwright::engage::Options::default(), &|_| ()).unwrap();
+            let of_second = |station: &&Station| path.moves[station.move_id.ix()].tool == 4;
+            let rings = map.slices_of(4).len();
+            let seen = map.stations.iter().filter(of_second).flat_map(|station| map.arcs_of(station)).map(|arc| {
+                assert!(usize::from(arc.slice) < rings, "{first} then {second}");
+                (arc.slice, arc.entry_rad, arc.exit_rad)
+            });
+            seen.collect::<Vec<_>>()
+        });
+        assert_eq!(with, without, "{first} then {second}");
+        assert!(!with.is_empty());
+    }
+}

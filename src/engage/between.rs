@@ -52,6 +52,10 @@ pub fn look<'b>(
     locate: Locate,
     room: &mut Gathered<'b>,
 ) -> Option<Between> {
+    // What the grid marked for the bands of one tool says nothing of another.
+    if view.samples[ends[0]].cutter != view.samples[ends[1]].cutter {
+        return None;
+    }
     // Where a block runs on from the one before, its neighbours tell enough of it.
     let begins = view.samples[ends[0]].s_mm == 0.0 && view.move_of(ends[0]) == view.move_of(ends[1]);
     if (ends[1] == ends[0] + 1 && !begins) || alike(outcomes) {
