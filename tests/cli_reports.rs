@@ -172,6 +172,29 @@ fn the_table_has_one_row_per_station_and_the_columns_of_the_interface() {
     assert!(times.windows(2).all(|pair| pair[0] <= pair[1] + 1e-9), "time runs backwards");
 }
 
+/// Cells of a table are numbers, angles joined by `;`, or words of ours: no text of program, setup or file name reaches one, so that none
+/// begins a formula of a spreadsheet.
+#[test]
+fn no_cell_of_a_table_is_a_formula() {
+    let dir = bench();
+    let program = PROGRAM.replace("G1 X50", "(=1+cmd|' /C calc'!A0)\nG1 X50 (@SUM -2+3)");
+    fs::write(dir.path().join("=1+1.nc"), program).unwrap();
+    fs::write(dir.path().join("s.toml"), SETUP).unwrap();
+    let arguments = ["optimize", "=1+1.nc", "--setup", "s.toml", "-o", "o.nc", "--csv", "t.csv", "--quiet"];
+    feedwright(dir.path()).args(arguments).assert().success();
+    let table = fs::read_to_string(dir.path().join("t.csv")).unwrap();
+    let words = ["", "infeasible", "frozen", "kept"];
+    let number = |part: &str| part.parse::<f64>().is_ok_and(f64::is_finite);
+    let mut cells = 0;
+    for line in table.lines().skip(1) {
+        for cell in line.split(',') {
+            assert!(words.contains(&cell) || cell.split(';').all(number), "{cell:?} in {line}");
+            cells += 1;
+        }
+    }
+    assert!(cells > 100 && !table.starts_with(['=', '+', '-', '@']), "{cells}");
+}
+
 #[test]
 fn streams_take_the_place_of_files() {
     let dir = bench();
