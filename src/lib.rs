@@ -49,6 +49,8 @@ pub mod schedule;
 #[doc(hidden)]
 pub mod rewrite;
 #[doc(hidden)]
+pub mod certify;
+#[doc(hidden)]
 pub mod learn;
 #[doc(hidden)]
 pub mod finish;

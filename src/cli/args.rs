@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand};
 
 use super::batch::Batch;
 use super::calibrate::Calibrate;
+use super::certify::Certify;
 use super::dump::Dump;
 use super::evaluate::Evaluate;
 use super::init::Init;
@@ -56,6 +57,8 @@ pub enum Command {
     Simulate(Work),
     /// Prove that only feeds differ between two programs
     Verify(Verify),
+    /// Prove from its certificate that no load of a written program exceeds its limit
+    Certify(Certify),
     /// Print the motions as interpreted
     Toolpath(Motions),
     /// Distribution of loads per tool, and suggested reference limits

@@ -6,6 +6,7 @@ mod args;
 mod batch;
 mod bounds;
 mod calibrate;
+mod certify;
 mod dump;
 mod error;
 mod evaluate;
@@ -72,6 +73,7 @@ fn dispatch(arguments: &Arguments, screen: Screen) -> Result<Outcome, CliError> 
         Command::Optimize(command) => optimize::optimize(command, global, screen),
         Command::Simulate(command) => optimize::simulate(command, global, screen),
         Command::Verify(command) => verify::verify(command, global, screen),
+        Command::Certify(command) => certify::certify(command, global, screen),
         Command::Toolpath(command) => toolpath::toolpath(command, global, screen),
         Command::Limits(command) => limits::limits(command, global, screen),
         Command::Calibrate(command) => calibrate::calibrate(command, global, screen),

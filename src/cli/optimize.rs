@@ -52,6 +52,10 @@ pub struct Optimize {
     /// Simulate the written program again with stock, offset, coefficients, runout and override other than assumed.
     #[arg(long)]
     pub stress: bool,
+    /// Write a certificate: what `feedwright certify` needs to prove that no load exceeds its limit at the --confidence asked for, whatever
+    /// the coefficients within their ellipsoid and the stock within its uncertainty. Feeds are lowered until it does.
+    #[arg(long, value_name = "FILE", requires = "confidence", conflicts_with = "reference")]
+    pub certificate: Option<PathBuf>,
     /// Write one page to print and sign: hashes, limits, assumptions, what keeps its feed, the largest rise, and the worst under --stress,
     /// which it asks for.
     #[arg(long, value_name = "FILE.html")]
@@ -66,7 +70,8 @@ impl Optimize {
             format!("--wear-budget {tool}{}", life.share)
         };
         let expand = self.expand.then(|| "--expand".to_owned());
-        let own = expand.into_iter().chain(self.wear_budget.iter().map(budget)).collect();
+        let certificate = self.certificate.is_some().then(|| "--certificate".to_owned());
+        let own = expand.into_iter().chain(certificate).chain(self.wear_budget.iter().map(budget)).collect();
         Ok([global.deciding()?, self.work.deciding(), own].concat())
     }
 
@@ -84,6 +89,7 @@ impl Optimize {
             dry_run: false,
             stress: false,
             sign_off: None,
+            certificate: None,
         }
     }
 }
@@ -132,6 +138,7 @@ fn each_for_itself(command: &Optimize) -> Result<(), CliError> {
         ("--save-stock", work.save_stock.is_some()),
         ("--cycle-time", work.cycle_time.is_some()),
         ("--sign-off", command.sign_off.is_some()),
+        ("--certificate", command.certificate.is_some()),
     ];
     match given.iter().find(|(_, given)| *given) {
         None => Ok(()),
@@ -153,6 +160,7 @@ struct UnderWay {
     target: PathBuf,
     program: Option<Output>,
     reports: Reports,
+    certificate: Option<Output>,
     kept: Kept,
 }
 
@@ -171,8 +179,10 @@ impl UnderWay {
         let program = if command.dry_run { None } else { Some(outputs.open(&target, Kind::Program)?) };
         let mut reports = Reports::open(&command.work, outputs)?;
         reports.sign_off = command.sign_off.as_deref().map(|path| outputs.open(path, Kind::Markup)).transpose()?;
+        let certificate =
+            command.certificate.as_deref().map(|path| outputs.open(path, Kind::Certificate)).transpose()?;
         let kept = Kept::open(&command.work, &source, outputs, screen)?;
-        Ok(Self { source, target, program, reports, kept })
+        Ok(Self { source, target, program, reports, certificate, kept })
     }
 
     /// Everything but giving the files their names.
@@ -183,12 +193,13 @@ impl UnderWay {
         screen: Screen,
         outputs: &mut Outputs,
     ) -> Result<Rewritten, CliError> {
-        let Self { source, target, program, reports, kept } = self;
+        let Self { source, target, program, reports, certificate, kept } = self;
         let setup = command.work.common.setup();
         let source = plain(source, setup, command.expand, global, screen)?;
         let beside = subprograms::folder(&target, &source);
         let wanted = Wanted {
             rewrites_files: beside.is_some(),
+            certificate: certificate.is_some(),
             ..wanted(&command.work, command.stress || command.sign_off.is_some())
         };
         let mut task = task(&source, setup, global, wanted)?;
@@ -233,6 +244,9 @@ impl UnderWay {
         let files = beside.map(|folder| subprograms::write(&written.files, &folder, &done.source, outputs));
         let files = files.transpose()?.unwrap_or_default();
         program.write(&written.bytes)?;
+        if let (Some(output), Some(text)) = (certificate, &done.run.answers.certificate) {
+            output.write(text.as_bytes())?;
+        }
         found.said.extend(files.iter().map(|path| format!("written   {}", path.display())));
         if !to_stdout {
             found.said.push(format!("written   {}", target.display()));

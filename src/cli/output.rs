@@ -37,6 +37,8 @@ pub enum Kind {
     ToolState,
     /// Table of check points.
     Checks,
+    /// Certificate of a written program.
+    Certificate,
 }
 
 /// An output to be.
@@ -265,6 +267,7 @@ fn is_ours(bytes: &[u8], kind: Kind) -> bool {
         Kind::Markup => holds(crate::report::MARK),
         Kind::ToolState => bytes.starts_with(crate::setup::STATE_MARK.as_bytes()),
         Kind::Checks => bytes.starts_with(crate::report::life::CHECKS_HEAD.as_bytes()),
+        Kind::Certificate => bytes.starts_with(crate::certify::text::HEAD.as_bytes()),
         Kind::Cache => bytes.starts_with(crate::engage::cache::FAMILY),
         Kind::Setup => false,
         Kind::Stock => bytes.starts_with(saved::FAMILY) || bytes.starts_with(saved::MESH_MARK),

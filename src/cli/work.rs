@@ -216,6 +216,10 @@ pub fn explain(error: &JobError, file: &str) -> CliError {
             format!("{file}: {error}"),
             "nothing was written; change the tool before this line, raise the limit, or correct flank-wear in the process model",
         ),
+        JobError::NotCertified { .. } => CliError::unmet(
+            format!("{file}: no certificate can be made: {error}"),
+            "nothing was written; without --certificate the program is written, with no such proof",
+        ),
         JobError::ToolNames(_) | JobError::NotFinite(_) | JobError::Engage(_) => {
             CliError::new(format!("{file}: {error}"), "")
         }

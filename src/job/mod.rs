@@ -17,6 +17,8 @@
 
 mod asked;
 mod carried;
+mod certificate;
+mod certificate_text;
 mod check;
 mod closer;
 mod comments;
@@ -41,6 +43,7 @@ mod used;
 mod wanted;
 mod worn;
 
+pub use certificate::CLOSE_MM;
 pub use comments::sections;
 pub use edges::WornOut;
 pub use look::{events, tool_assumption, unknown_tools};
@@ -48,6 +51,7 @@ pub use task::{JobError, Keep, Recall, Remember, SPACING_MM, TakeStock, Task, Wa
 pub use wanted::Wanted;
 
 use asked::{asked, cut, environment};
+use certificate::Making;
 use edges::Edges;
 
 use crate::diag::{Diagnostic, Severity};
@@ -172,30 +176,43 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
 /// Rewrites the feeds, and closes the loop over the written file.
 pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let wanted = task.wanted;
+    let confidence = wanted.confidence.filter(|_| wanted.certificate);
+    let mut making = confidence.map(|confidence| Making::new(&task.job, confidence));
+    let last = if making.is_some() { ROUNDS + certificate::ROUNDS } else { ROUNDS };
+    let mut certified = 0;
     let mut run = posed(task, Edges::Unworn, watch)?;
     let mut options = growth::options(&run);
     let mut known = [None, None];
     let mut lowered: Option<Schedule> = None;
-    for round in 0..=ROUNDS {
+    for round in 0..=last {
         (watch.progress)("schedule", 0.0);
         let (mut schedule, rewritten, [solve_s, write_s]) = match lowered.take() {
             Some(schedule) => growth::as_it_is(&run, schedule, watch.clock),
             None => growth::within(&mut run, &mut options, watch.clock)?,
         };
         let wrote = (watch.clock)();
-        let found = check::check(&run, &rewritten, watch, &mut known, round == ROUNDS)?;
+        let mut found = check::check(&run, &rewritten, watch, &mut known, round == last)?;
         if let Some(worn_out) = worn::beyond(&run, &schedule.pieces, &found.breaches) {
             return Err(JobError::WornOut(worn_out));
+        }
+        if let (Some(making), [Some(known), _], true) = (&mut making, &known, found.is_good()) {
+            certified += 1;
+            let made = making.make(&run, known, &rewritten.bytes, watch)?;
+            if let Some(refusal) = made.refusal.filter(|_| certified > certificate::ROUNDS || round == last) {
+                return Err(JobError::NotCertified { line: refusal.line, why: refusal.why });
+            }
+            (found.breaches, run.answers.certificate) = (made.breaches, Some(made.text));
         }
         let checked = (watch.clock)();
         run.stage_s[2] += solve_s;
         run.stage_s[3] += write_s;
         run.stage_s[4] += checked - wrote;
-        if !found.is_good() && round < ROUNDS {
+        if !found.is_good() && round < last {
             tighten::leave_alone(&mut run, &found.doubtful);
             tighten::tighten(&mut run.problem, &found.breaches, false);
             options.lambda_s = schedule.lambda_s;
-            if round >= SOLVED && found.doubtful.is_empty() {
+            let solved = if certified > 0 { certified > certificate::SOLVED } else { round >= SOLVED };
+            if solved && found.doubtful.is_empty() {
                 tighten::lower_in_place(&mut schedule.pieces, &run.problem, &found.breaches, &options.grid);
                 lowered = Some(schedule);
             }

@@ -38,6 +38,14 @@ pub enum JobError {
     /// Feeds and wear did not come to rest within so many rounds.
     #[error("feeds and the wear that they cause do not settle within {0} rounds")]
     Unsettled(usize),
+    /// No certificate can be made.
+    #[error("{}{why}", .line.map_or_else(String::new, |line| format!("line {line} of the written program: ")))]
+    NotCertified {
+        /// Line of the written program.
+        line: Option<u32>,
+        /// Why.
+        why: String,
+    },
     /// The stock cannot be simulated.
     #[error(transparent)]
     Engage(#[from] EngageError),

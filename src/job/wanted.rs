@@ -28,6 +28,8 @@ pub struct Wanted {
     pub cycle_time_s: Option<f64>,
     /// Confidence at which load limits hold.
     pub confidence: Option<f64>,
+    /// A certificate is made of the written program, at the confidence asked for.
+    pub certificate: bool,
     /// The files of subprograms are written again beside the output; else their feeds stay.
     pub rewrites_files: bool,
 }

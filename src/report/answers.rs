@@ -21,6 +21,9 @@ pub struct Answers {
     /// Moves that leave the finished surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub final_surface: Option<Surface>,
+    /// `--certificate`: its text, a file of its own.
+    #[serde(skip)]
+    pub certificate: Option<String>,
     /// What the program uses of the budget of wear of each tool.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wear: Vec<Wear>,

@@ -1,0 +1,61 @@
+//! What a certificate speaks about. In: the setup, the moves. Out: the limits in force on a tool, the lowest where it hangs on what this
+//! room does not know; what is not certified, by name; what of the setup the certificate is bound to.
+
+use super::cutter::unfit;
+use super::place::COVERED;
+use super::text::sha256;
+use crate::machine::limits::Role;
+use crate::machine::{Job, LimitKind, Limits, Tool};
+use crate::nc::{Freeze, Move};
+
+/// SHA-256 of all that a setup says, but for what no load depends on.
+pub fn fingerprint(job: &Job) -> String {
+    let bare = Job { cell_mm: None, life: Vec::new(), confidence: None, ..job.clone() };
+    sha256(format!("{bare:?}").as_bytes())
+}
+
+/// The tool of a move; where the program calls none, the only one of the setup.
+pub fn tool_of<'a>(job: &'a Job, motion: &Move) -> Option<&'a Tool> {
+    let only = || job.tools.first().filter(|_| motion.tool == 0 && job.tools.len() == 1);
+    job.tools.iter().find(|tool| tool.number == motion.tool).or_else(only)
+}
+
+/// Load limits of a tool, each at its lowest: the setup's, the tool's in its place, and those of every operation that may match it (which
+/// lines and comments an operation means is not known in the written program). The spindle's curves at this speed are among them.
+pub fn in_force(job: &Job, tool: &Tool, rps: f64) -> Vec<(LimitKind, f64)> {
+    let mut found: Vec<(LimitKind, f64)> = Vec::new();
+    let mut lower = |kind: LimitKind, value: f64| match found.iter_mut().find(|(known, _)| *known == kind) {
+        Some((_, known)) => *known = known.min(value),
+        None => found.push((kind, value)),
+    };
+    let operations = job.operations.iter().filter(|of| of.matches.tool.is_none_or(|number| number == tool.number));
+    for kind in LimitKind::ALL.into_iter().filter(|kind| matches!(kind.row().role, Role::Load { .. } | Role::Rate)) {
+        let own = tool.limits.value(kind).or(job.limits.value(kind));
+        let of_operations = operations.clone().filter_map(|of| Limits::value(&of.limits, kind));
+        own.into_iter().chain(of_operations).for_each(|value| lower(kind, value));
+    }
+    let spindle = &job.machine.spindle;
+    spindle.power_w.iter().for_each(|curve| lower(LimitKind::Power, curve.at(rps)));
+    spindle.torque_nmm.iter().for_each(|curve| lower(LimitKind::Torque, curve.at(rps)));
+    found
+}
+
+/// What of a tool and its limits is not certified, in words.
+pub fn not_covered(tool: &Tool, limits: &[(LimitKind, f64)]) -> Option<String> {
+    let kind = limits.iter().map(|(kind, _)| *kind).find(|kind| !COVERED.contains(kind));
+    let of_kind = kind.map(|kind| format!("the limit {}", kind.name()));
+    of_kind.or_else(|| unfit(tool).map(str::to_owned))
+}
+
+/// Why what a move does is not known well enough.
+pub fn unknown_motion(motion: &Move) -> Option<&'static str> {
+    let doubtful = [
+        Freeze::Rotary,
+        Freeze::NotUnderstood,
+        Freeze::NoFeed,
+        Freeze::OtherFile,
+        Freeze::Compensation,
+        Freeze::BlockDelete,
+    ];
+    motion.freeze.filter(|freeze| doubtful.contains(freeze)).map(Freeze::why)
+}

@@ -1,0 +1,176 @@
+//! The loads of one place, restated. In: tool, ellipsoid, the arcs of its rings that may be engaged, the direction of the feed. Out:
+//! bounds of its loads up to a feed.
+//!
+//! Mean torque: N/2π Σ r du (k_te Δφ + k_tc f ∫ h/f dφ) over the arcs where the chip is positive, affine in coefficients and feed; power:
+//! 2π n times that, and the tare. Both only grow with engagement. Chip: the largest c n_r sin φ + t_z n_z times the feed per tooth. Peaks:
+//! [`super::peak`]. A force at the height z bends the tip by its own lever; the model of the setup takes the resultant at the mean height
+//! instead: each ring counts with the larger of both.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::cutter::{Part, Ring, Teeth, compliance, lag_rad};
+use super::ellipsoid::{Ellipsoid, P};
+use super::interval::Interval;
+use super::peak::{Edges, What, edge, passes};
+use crate::machine::{LimitKind, Tool};
+use crate::path::{Curve, Plane};
+
+/// An arc of a ring: immersions between which it may be engaged, rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arc {
+    /// Index of the ring among the parts of its tool.
+    pub ring: usize,
+    /// First immersion.
+    pub entry: f64,
+    /// Last immersion.
+    pub exit: f64,
+}
+
+/// Relative bound of the rounding of the closed forms here: a hundred operations.
+const ROUNDING: f64 = 1e-12;
+/// Shortest piece of an arc that counts, rad: the rounding of immersions.
+const NOTHING_RAD: f64 = 1e-9;
+
+/// What is engaged at a place, ready to be asked.
+#[derive(Debug, Clone, Default)]
+pub struct Place {
+    edges: Edges,
+    /// Mean torque over (k_te, k_tc · feed per tooth), N·mm over N/mm and N/mm².
+    pub torque: [Interval; 2],
+    /// Largest chip thickness over feed per tooth.
+    pub chip: Interval,
+    /// Height above the tip up to which it may be engaged, mm.
+    pub depth: Interval,
+}
+
+/// Kinds of limit that a certificate speaks about.
+pub const COVERED: [LimitKind; 8] = [
+    LimitKind::ForceXy,
+    LimitKind::ForceAxial,
+    LimitKind::Power,
+    LimitKind::Torque,
+    LimitKind::Deflection,
+    LimitKind::BendingStress,
+    LimitKind::ChipThickness,
+    LimitKind::FeedPerTooth,
+];
+
+/// Vertical part of the unit direction of a path between two places on it, mm.
+pub fn rise(curve: &Curve, [from, to]: [f64; 2]) -> Interval {
+    let middle = 0.5 * (from + to);
+    let at = Interval::exact(curve.tangent(middle).z);
+    match curve {
+        Curve::Line { .. } => at.widened(1e-12),
+        Curve::Arc(arc) if arc.plane == Plane::Xy => at.widened(1e-12),
+        // The direction of an arc turns by its curvature a mm.
+        Curve::Arc(_) => {
+            let turn = 1.1 * curve.curvature(middle).norm() * 0.5 * (to - from) + 1e-12;
+            Interval { lo: (at.lo - turn).max(-1.0), hi: (at.hi + turn).min(1.0) }
+        }
+    }
+}
+
+impl Place {
+    /// Of arcs on parts of a tool's outline, with the path rising like this; `None` where a part is none of it, or an arc no arc.
+    pub fn new(tool: &Tool, parts: &[Part], arcs: &[Arc], rise: Interval) -> Option<Self> {
+        let teeth = Teeth::of(tool);
+        let across = (Interval::exact(1.0) - rise.squared()).sqrt();
+        let edges = Edges { list: Vec::new(), period: teeth.period, across: across.hi, rise: [rise.lo, rise.hi] };
+        let zero = Interval::exact(0.0);
+        let mut place = Self { edges, torque: [zero; 2], chip: zero, depth: zero };
+        let rings = arcs.iter().map(|arc| Ring::of(tool, parts.get(arc.ring)?)).collect::<Option<Vec<Ring>>>()?;
+        let weights = weights(tool, arcs, &rings);
+        let largest_share = teeth.each.iter().map(|[_, share]| *share).fold(0.0, f64::max);
+        for ((arc, ring), weights) in arcs.iter().zip(&rings).zip(weights) {
+            let length = arc.exit - arc.entry;
+            if !(length > 0.0 && length <= TAU + 1e-4 && arc.entry.abs() <= 2.0 * TAU) {
+                return None;
+            }
+            place.depth.hi = place.depth.hi.max(ring.top);
+            for [lead, share] in &teeth.each {
+                let off = lead - lag_rad(tool, ring.z);
+                passes([arc.entry, arc.exit], off, teeth.period, |over, off| {
+                    let one = edge(over, off);
+                    let found =
+                        super::peak::Edge { edge: ring.edge, normal: ring.normal, share: *share, weights, ..one };
+                    place.edges.list.push(found);
+                });
+            }
+            place.take_means(arc, ring, (across.hi, rise), f64::from(tool.flutes), largest_share);
+        }
+        Some(place)
+    }
+
+    /// Adds the torque of an arc, and looks for its thickest chip.
+    fn take_means(&mut self, arc: &Arc, ring: &Ring, (across, rise): (f64, Interval), flutes: f64, share: f64) {
+        let (swing, lift) = (across * ring.normal[0].max(0.0), (rise * Interval::exact(ring.normal[1])).hi);
+        for [from, to] in leading([arc.entry, arc.exit], swing, lift) {
+            let (s, c) = (ring.edge * ring.r * flutes / TAU, from.cos() - to.cos());
+            let [rubbed, cut] = [s * (to - from), s * (swing * c + lift * (to - from)).max(0.0)];
+            let top = ((to - FRAC_PI_2) / TAU).floor() * TAU + FRAC_PI_2 >= from;
+            let sine = if top { 1.0 } else { from.sin().max(to.sin()) };
+            let thick = (swing * sine + lift) * share;
+            let about = |x: f64| Interval::exact(x).widened(ROUNDING * (x.abs() + s));
+            self.torque = [self.torque[0] + about(rubbed), self.torque[1] + about(cut)];
+            self.chip.hi = self.chip.hi.max(thick + ROUNDING);
+            self.chip.lo = self.chip.hi - 4.0 * ROUNDING;
+        }
+    }
+
+    /// Is anything engaged?
+    pub fn cuts(&self) -> bool {
+        !self.edges.list.is_empty()
+    }
+
+    /// Bound of a load, in the unit of the setup's limits inside the program, at feeds per tooth up to `f` mm and this speed; `None` for
+    /// kinds that are not covered.
+    pub fn most(&self, kind: LimitKind, f: f64, rps: f64, limit: f64, known: &Ellipsoid) -> Option<f64> {
+        let peak = |what: What| self.edges.most(what, f, limit, known);
+        Some(match kind {
+            LimitKind::ForceXy => peak(What::Plane),
+            LimitKind::ForceAxial => peak(What::Axial),
+            LimitKind::Deflection => peak(What::Deflection),
+            LimitKind::BendingStress => peak(What::Stress),
+            LimitKind::Torque => known.most(&self.torque_form(f, 1.0, 0.0)),
+            // N·mm/s are mW.
+            LimitKind::Power => known.most(&self.torque_form(f, 1e-3 * TAU * rps, 1.0)),
+            LimitKind::ChipThickness => self.chip.hi * f * (1.0 + ROUNDING),
+            LimitKind::FeedPerTooth => f,
+            _ => return None,
+        })
+    }
+
+    fn torque_form(&self, f: f64, by: f64, tare: f64) -> [f64; P] {
+        let [rubbed, cut] = self.torque.map(|part| part.hi * by * (1.0 + ROUNDING));
+        [cut * f, 0.0, 0.0, rubbed, 0.0, 0.0, tare]
+    }
+}
+
+/// Counts of a newton on each ring: as a force, as deflection, mm, as stress, MPa.
+fn weights(tool: &Tool, arcs: &[Arc], rings: &[Ring]) -> Vec<[f64; 3]> {
+    let sum = |of: &dyn Fn(&Ring) -> f64| -> f64 {
+        arcs.iter().zip(rings).map(|(arc, ring)| (arc.exit - arc.entry) * ring.edge * of(ring)).sum()
+    };
+    let mean_height = sum(&|ring| ring.z) / sum(&|_| 1.0).max(f64::MIN_POSITIVE);
+    let of_mean = compliance(tool, mean_height);
+    let each = |ring: &Ring| {
+        let own = compliance(tool, ring.z);
+        [1.0, own[0].hi.max(of_mean[0].hi), own[1].hi.max(of_mean[1].hi)]
+    };
+    rings.iter().map(each).collect()
+}
+
+/// The parts of an arc where `swing` sin φ + `lift` is positive.
+fn leading([entry, exit]: [f64; 2], swing: f64, lift: f64) -> Vec<[f64; 2]> {
+    if lift >= swing {
+        return if lift > 0.0 { vec![[entry, exit]] } else { Vec::new() };
+    }
+    if lift <= -swing {
+        return Vec::new();
+    }
+    let low = (-lift / swing).asin();
+    let first = ((entry - (PI - low)) / TAU).floor();
+    let turns = (0..4).map(|k| TAU * (first + f64::from(k)));
+    let parts = turns.map(|turn| [entry.max(low + turn), exit.min(PI - low + turn)]);
+    parts.filter(|[from, to]| to - from > NOTHING_RAD).collect()
+}

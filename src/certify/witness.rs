@@ -1,0 +1,242 @@
+//! A coarse look at what the cutter meets, apart from the simulation. In: the moves, the stock as declared. Out: the first place where
+//! material certainly stands on the leading side of the cutter outside of the arcs that the certificate names.
+//!
+//! A grid of heights, lowered along the path. At the middle of each station points of the outline are looked at: one is met
+//! when its cell and the eight beside it stand higher than it, so that no rounding to cells can feign it. The cut of the station itself
+//! is followed up to three cells before. Arcs that are too short by less than some four cells pass: this finds what was left
+//! out, it does not measure.
+
+use std::f64::consts::PI;
+
+use super::cutter::{Part, Ring};
+use super::text::MovePart;
+use crate::machine::{Job, StockShape, Tool};
+use crate::nc::{Move, MoveKind, Toolpath};
+use crate::path::Vec3;
+
+/// Cell and step along the path, as shares of the diameter: a ring of 33 cells.
+const CELL: f64 = 0.03;
+const STEP: f64 = 0.08;
+/// Most cells, and the finest one, mm.
+const MOST_CELLS: f64 = 4e6;
+const FINEST_MM: f64 = 0.05;
+/// Height that must stand above a point besides a tenth of a cell, mm: scallops of the steps in which the path is followed.
+const ABOVE_MM: f64 = 0.02;
+/// Least leading part of the unit normal there that counts, and cells by which arcs may be short.
+const LEADS: f64 = 0.1;
+const SHORT_CELLS: f64 = 4.0;
+/// Points looked at: on each piece of the outline from its lower end, in diameters, and on half a turn.
+const LOOKED_AT: [f64; 6] = [0.02, 0.06, 0.18, 0.54, 1.6, 4.8];
+const ON_TURN: usize = 12;
+
+/// Heights of the stock over a grid.
+pub struct Field {
+    cell_mm: f64,
+    first: [f64; 2],
+    size: [usize; 2],
+    heights: Vec<f32>,
+}
+
+impl Field {
+    /// Of boxes and cylinders in the frame of the program; `None` for other stock, or where work offsets shift it.
+    pub fn new(job: &Job, toolpath: &Toolpath) -> Option<Self> {
+        let wcs = toolpath.moves.first()?.wcs;
+        let one_frame = toolpath.moves.iter().all(|motion| motion.wcs == wcs);
+        let at_home = job
+            .stocks
+            .iter()
+            .all(|stock| stock.moved_mm.norm() == 0.0 && stock.offset.is_none_or(|offset| offset == wcs));
+        if !one_frame || !at_home || job.stocks.is_empty() {
+            return None;
+        }
+        let extents = job.stocks.iter().map(|stock| match &stock.shape {
+            StockShape::Box(of) => Some([[of.min.x, of.max.x], [of.min.y, of.max.y]]),
+            StockShape::Cylinder { centre, diameter_mm, .. } => {
+                Some([0, 1].map(|k| [centre[k] - 0.5 * diameter_mm, centre[k] + 0.5 * diameter_mm]))
+            }
+            StockShape::Stl(_) | StockShape::Saved(_) => None,
+        });
+        let extents = extents.collect::<Option<Vec<_>>>()?;
+        let bound = |k: usize, end: usize, of: fn(f64, f64) -> f64| extents.iter().map(|e| e[k][end]).reduce(of);
+        let [low, high] =
+            [[bound(0, 0, f64::min)?, bound(1, 0, f64::min)?], [bound(0, 1, f64::max)?, bound(1, 1, f64::max)?]];
+        let least = job.tools.iter().map(|tool| tool.diameter_mm).fold(f64::INFINITY, f64::min);
+        let area = (high[0] - low[0]) * (high[1] - low[1]);
+        let cell_mm = (CELL * least).max(FINEST_MM).max((area / MOST_CELLS).sqrt());
+        let size = [0, 1].map(|k| ((high[k] - low[k]) / cell_mm).ceil() as usize);
+        if !(cell_mm.is_finite() && area > 0.0 && size[0] * size[1] < 10_000_000) {
+            return None;
+        }
+        let mut field = Self { cell_mm, first: low, size, heights: vec![f32::NEG_INFINITY; size[0] * size[1]] };
+        for stock in &job.stocks {
+            field.fill(&stock.shape);
+        }
+        Some(field)
+    }
+
+    fn fill(&mut self, shape: &StockShape) {
+        for k in 0..self.heights.len() {
+            let [x, y] = [k % self.size[0], k / self.size[0]].map(|i| i as f64 + 0.5);
+            let (x, y) = (self.first[0] + x * self.cell_mm, self.first[1] + y * self.cell_mm);
+            let top = match shape {
+                StockShape::Box(of) => {
+                    (x > of.min.x && x < of.max.x && y > of.min.y && y < of.max.y).then_some(of.max.z)
+                }
+                StockShape::Cylinder { centre, diameter_mm, z_mm } => {
+                    ((x - centre[0]).hypot(y - centre[1]) < 0.5 * diameter_mm).then_some(z_mm[1])
+                }
+                StockShape::Stl(_) | StockShape::Saved(_) => None,
+            };
+            self.heights[k] = self.heights[k].max(top.unwrap_or(f64::NEG_INFINITY) as f32);
+        }
+    }
+
+    /// Does material certainly stand above a point?
+    fn stands(&self, at: Vec3) -> bool {
+        let place = [0, 1].map(|k| ((at[k] - self.first[k]) / self.cell_mm).floor());
+        let inside = (0..2).all(|k| place[k] >= 1.0 && place[k] + 2.0 <= self.size[k] as f64);
+        if !inside {
+            return false;
+        }
+        let [i, j] = place.map(|p| p as usize);
+        let least = (at.z + ABOVE_MM + 0.1 * self.cell_mm) as f32;
+        (j - 1..=j + 1).all(|j| (i - 1..=i + 1).all(|i| self.heights[j * self.size[0] + i] > least))
+    }
+
+    /// Cuts away what a tool clears that stands with its tip here.
+    fn stamp(&mut self, tip: Vec3, clears: &Clears) {
+        let reach = clears.reach_mm;
+        let per_square = clears.heights.len() as f64 / (reach * reach);
+        let span = |k: usize| {
+            let low = (tip[k] - reach - self.first[k]) / self.cell_mm;
+            let high = (tip[k] + reach - self.first[k]) / self.cell_mm;
+            (low.floor().max(0.0) as usize)..(high.ceil().max(0.0) as usize).min(self.size[k])
+        };
+        for j in span(1) {
+            let y = self.first[1] + (j as f64 + 0.5) * self.cell_mm - tip.y;
+            for i in span(0) {
+                let x = self.first[0] + (i as f64 + 0.5) * self.cell_mm - tip.x;
+                if let Some(z) = clears.heights.get(((x * x + y * y) * per_square) as usize) {
+                    let height = &mut self.heights[j * self.size[0] + i];
+                    *height = height.min((tip.z + z) as f32);
+                }
+            }
+        }
+    }
+}
+
+/// What a tool clears: heights of its outline on rings of equal area, each at its outer edge, where it is the highest.
+struct Clears {
+    reach_mm: f64,
+    heights: Vec<f64>,
+}
+
+impl Clears {
+    fn of(tool: &Tool) -> Self {
+        let reach_mm = tool.profile.max_radius();
+        let at = |k: u32| tool.profile.height_at(reach_mm * (f64::from(k) / 128.0).sqrt().min(1.0));
+        Self { reach_mm, heights: (1..=128).map(|k| at(k).unwrap_or(f64::INFINITY)).collect() }
+    }
+}
+
+/// Follows the program; the line of the first move on which material is met outside of the arcs.
+pub fn look(
+    field: &mut Field,
+    toolpath: &Toolpath,
+    moves: &[MovePart],
+    tool_of: &dyn Fn(&Move) -> Option<Tool>,
+    parts: &dyn Fn(u32) -> Vec<Part>,
+) -> Option<u32> {
+    let mut now: Option<(u32, Eye)> = None;
+    for stated in moves {
+        let motion = &toolpath.moves[stated.index];
+        debug_assert_eq!(motion.kind, MoveKind::Feed);
+        if now.as_ref().is_none_or(|(number, _)| *number != motion.tool) {
+            let tool = tool_of(motion)?;
+            now = Some((motion.tool, Eye { clears: Clears::of(&tool), tool, parts: parts(motion.tool) }));
+        }
+        let (_, eye) = now.as_ref()?;
+        if eye.follow(field, motion, stated) {
+            return Some(motion.line);
+        }
+    }
+    None
+}
+
+/// A tool as this look sees it.
+struct Eye {
+    tool: Tool,
+    clears: Clears,
+    parts: Vec<Part>,
+}
+
+impl Eye {
+    /// Cuts along a move; is anything met outside of its arcs?
+    fn follow(&self, field: &mut Field, motion: &Move, stated: &MovePart) -> bool {
+        let curve = motion.curve();
+        let step = STEP * self.tool.diameter_mm;
+        let (mut done, length) = (0.0, curve.length());
+        let mut cut_to = |field: &mut Field, to: f64| {
+            while done <= to {
+                field.stamp(curve.point(done), &self.clears);
+                done += step;
+            }
+        };
+        for station in &stated.stations {
+            let middle = 0.5 * (station.over_mm[0] + station.over_mm[1]);
+            cut_to(field, middle - 3.0 * field.cell_mm);
+            if self.meets(field, curve.point(middle), curve.tangent(middle), station) {
+                return true;
+            }
+        }
+        cut_to(field, length);
+        field.stamp(curve.point(length), &self.clears);
+        false
+    }
+
+    /// Does material stand at a point of the outline that leads and lies on none of the arcs?
+    fn meets(&self, field: &Field, tip: Vec3, along: Vec3, station: &super::text::Station) -> bool {
+        let across = along.x.hypot(along.y);
+        if across < LEADS {
+            return false;
+        }
+        let (ahead, left) = ([along.x / across, along.y / across], [-along.y / across, along.x / across]);
+        for (segment, outline) in self.tool.profile.segments.iter().enumerate() {
+            for place in LOOKED_AT {
+                let at = place * self.tool.diameter_mm / outline.length();
+                if at >= 1.0 {
+                    break;
+                }
+                let Some(ring) = Ring::of(&self.tool, &Part { segment, from: at - 1e-3, to: at + 1e-3 }) else {
+                    continue;
+                };
+                let short = SHORT_CELLS * field.cell_mm / ring.r.max(field.cell_mm);
+                let on = |arc: &&super::place::Arc| {
+                    self.parts.get(arc.ring).is_some_and(|p| {
+                        // A part ends where a level passes: up to two cells of it may lie on the other side.
+                        let slack = 2.0 * field.cell_mm / outline.length();
+                        p.segment == segment && p.from - slack <= at && at <= p.to + slack
+                    })
+                };
+                let arcs: Vec<_> = station.arcs.iter().filter(on).collect();
+                for k in 0..ON_TURN {
+                    let phi = (k as f64 + 0.5) * PI / ON_TURN as f64;
+                    let leads = across * ring.normal[0] * phi.sin() + along.z * ring.normal[1];
+                    let named = arcs.iter().any(|arc| {
+                        [-2.0 * PI, 0.0, 2.0 * PI]
+                            .iter()
+                            .any(|turn| (arc.entry - short..=arc.exit + short).contains(&(phi + turn)))
+                    });
+                    if leads < LEADS || named {
+                        continue;
+                    }
+                    let [a, b] = [0, 1].map(|k| ring.r * (phi.sin() * ahead[k] + phi.cos() * left[k]));
+                    if field.stands(tip + Vec3::new(a, b, ring.z)) {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
+    }
+}

@@ -1,0 +1,184 @@
+//! The certificate of a written program. In: its moves and bytes, the setup as it was read, the run. Out: the certificate's text, and the
+//! places whose bounds are above their limits, with the feed they should have: the loop of `optimize` lowers them until the checker
+//! ([`crate::certify`]) proves the rest.
+//!
+//! The written program is simulated whole, at a spacing of its own, with the stock grown by its uncertainty. A station has the arcs of
+//! its most engaged place; what turns between two such places is what the certificate rests on. Bounds are the checker's own.
+//! They are convex in the feed, so a chord from the load without feed to that at the feed tried lies above them: where it meets the
+//! limit the limit is kept.
+
+use rayon::prelude::*;
+
+use super::asked::engagement;
+use super::certificate_text::write;
+use super::follow::Origin;
+use super::known::Known;
+use super::task::{JobError, Watch};
+use super::tighten::Breach;
+use crate::certify::check::{Basis, Refusal, Work, feed_moves, not_certified, stock_mm};
+use crate::certify::cutter::Part;
+use crate::certify::place::Arc;
+use crate::certify::text::{MovePart, Station, sha256};
+use crate::certify::{Certificate, fingerprint};
+use crate::engage::EngagementMap;
+use crate::ids::MoveId;
+use crate::machine::{Job, Segment, Slice, Tool};
+use crate::nc::{Move, Toolpath};
+use crate::report::Run;
+
+/// Rounds in which feeds are lowered for the certificate, at most.
+pub const ROUNDS: usize = 8;
+/// Rounds of these in which feeds are solved anew; after them they are lowered where they stand.
+pub const SOLVED: usize = 2;
+/// Spacing of the simulation that a certificate rests on, mm: half of that of the check. At the check's own, loads drawn at places between
+/// were up to 0.4 % above their limits on a ball-end raster (`tests/certificate.rs`).
+pub const CLOSE_MM: f64 = 0.3;
+/// What immersions are widened by, rad: twice the rounding of a full turn to the 24 bits that arcs are kept with.
+const ROUNDED_RAD: f64 = 1e-6;
+/// Part of a limit that a lowered feed stays below it: bounds are searched to about this (`peak::LEAST`).
+const ROOM: f64 = 0.002;
+
+/// A certificate in the making.
+pub struct Making {
+    /// The setup as it was read.
+    job: Job,
+    /// The confidence asked for.
+    confidence: f64,
+    /// What the cutter meets in the written file, where blocks lie as they did.
+    seen: Option<(Vec<Origin>, EngagementMap)>,
+}
+
+/// What came of it.
+pub struct Made {
+    /// Its text.
+    pub text: String,
+    /// Places whose bounds are above their limits.
+    pub breaches: Vec<Breach>,
+    /// The first of them.
+    pub refusal: Option<Refusal>,
+}
+
+impl Making {
+    /// For a setup as it was read.
+    pub fn new(job: &Job, confidence: f64) -> Self {
+        Self { job: job.clone(), confidence, seen: None }
+    }
+
+    /// Of a written file whose moves are known.
+    pub fn make(&mut self, run: &Run, known: &Known, bytes: &[u8], watch: &Watch) -> Result<Made, JobError> {
+        let refused = |refusal: Refusal| JobError::NotCertified { line: refusal.line, why: refusal.why };
+        let basis = Basis { bytes, toolpath: &known.written, job: &self.job, switched: run.program.has_block_delete() };
+        not_certified(&basis).map_err(refused)?;
+        if self.seen.as_ref().is_none_or(|(origins, _)| *origins != known.origins) {
+            let map = engagement(&known.written, &run.job, watch, "certify", CLOSE_MM)?;
+            self.seen = Some((known.origins.clone(), map));
+        }
+        let Some((_, map)) = &self.seen else { unreachable!("it was just seen") };
+        let mut certificate = Certificate {
+            program: sha256(bytes),
+            setup: fingerprint(&self.job),
+            confidence: self.confidence,
+            stock_mm: stock_mm(&self.job),
+            parts: parts(&known.written, map, &run.job),
+            ..Certificate::default()
+        };
+        let work = Work::of(&certificate, &basis).map_err(refused)?;
+        let (limits, ellipsoids) = (work.limits(), work.ellipsoids());
+        let feeds: Vec<(usize, &Move)> = feed_moves(&known.written).collect();
+        let of_moves: Vec<(MovePart, Vec<(Breach, Refusal)>)> =
+            feeds.par_iter().map(|own| of_move(&work, *own, map, known)).collect::<Result<_, _>>().map_err(refused)?;
+        let (moves, breaches): (Vec<MovePart>, Vec<Vec<(Breach, Refusal)>>) = of_moves.into_iter().unzip();
+        (certificate.limits, certificate.ellipsoids, certificate.moves) = (limits, ellipsoids, moves);
+        let mut breaches = breaches.into_iter().flatten().peekable();
+        let refusal = breaches.peek().map(|(_, refusal)| refusal.clone());
+        Ok(Made { text: write(&certificate), breaches: breaches.map(|(breach, _)| breach).collect(), refusal })
+    }
+}
+
+/// A move with its stations, and those that are above a limit.
+fn of_move(
+    work: &Work,
+    (index, own): (usize, &Move),
+    map: &EngagementMap,
+    known: &Known,
+) -> Result<(MovePart, Vec<(Breach, Refusal)>), Refusal> {
+    let (id, feed_mm_s) = (MoveId(index as u32), own.feed.mm_s);
+    let mut part =
+        MovePart { index, line: own.line, tool: own.tool, rps: own.spin.rps, feed_mm_s, stations: Vec::new() };
+    let mut breaches = Vec::new();
+    for station in map.stations_of(id) {
+        let arcs = map.arcs_of(station).iter().map(|arc| Arc {
+            ring: usize::from(arc.slice),
+            entry: f64::from(arc.entry_rad) - ROUNDED_RAD,
+            exit: f64::from(arc.exit_rad) + ROUNDED_RAD,
+        });
+        let mut stated = Station {
+            over_mm: [station.from_mm, station.to_mm],
+            depth: Default::default(),
+            torque: Default::default(),
+            chip: Default::default(),
+            arcs: arcs.collect(),
+        };
+        if !stated.arcs.is_empty() {
+            let place = work.place(own, &stated)?;
+            (stated.depth, stated.torque, stated.chip) = (place.depth, place.torque, place.chip);
+            let above = |(_, bound, limit): &(_, f64, f64)| bound > limit;
+            let at_feed = work.bounds(own, &place, feed_mm_s)?;
+            if at_feed.iter().any(above) {
+                let still = work.bounds(own, &place, 0.0)?;
+                for ((kind, bound, limit), (_, at_rest, _)) in
+                    at_feed.into_iter().zip(still).filter(|(of, _)| above(of))
+                {
+                    let room = limit * (1.0 - ROOM) - at_rest;
+                    if room <= 0.0 {
+                        let why =
+                            format!("{} may exceed its limit at any feed: edges rub, and a spindle idles", kind.name());
+                        return Err(Refusal { line: Some(own.line), why });
+                    }
+                    let cap_mm_s = Some(feed_mm_s * (room / (bound - at_rest)).min(1.0 - ROOM));
+                    let origin = on_original(known, id, own, stated.over_mm);
+                    let why = format!("{} cannot be proven to stay below its limit", kind.name());
+                    breaches.push((Breach { origin, kind, cap_mm_s }, Refusal { line: Some(own.line), why }));
+                }
+            }
+        }
+        part.stations.push(stated);
+    }
+    Ok((part, breaches))
+}
+
+/// A piece of a written move on the original's path.
+fn on_original(known: &Known, id: MoveId, own: &Move, [from, to]: [f64; 2]) -> Origin {
+    let Origin { move_id, from_mm, to_mm } = known.origins[id.ix()];
+    let scale = (to_mm - from_mm) / own.curve().length();
+    Origin { move_id, from_mm: from_mm + scale * from, to_mm: from_mm + scale * to }
+}
+
+/// The rings of each tool that cuts, as parts of its outline.
+fn parts(written: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<(u32, Vec<Part>)> {
+    let fed = |number: u32| feed_moves(written).any(|(_, motion)| motion.tool == number);
+    let used = map.slices.iter().filter(|(number, _)| fed(*number));
+    let of = |(number, slices): &(u32, Vec<Slice>)| {
+        let tool = job.tool(*number)?;
+        Some((*number, slices.iter().map(|slice| part(tool, slice)).collect()))
+    };
+    used.filter_map(of).collect()
+}
+
+/// Where on its piece of the outline a ring lies.
+fn part(tool: &Tool, slice: &Slice) -> Part {
+    let segment = &tool.profile.segments[usize::from(slice.segment)];
+    let middle = match segment {
+        Segment::Line { from, to } => {
+            let along = [to[0] - from[0], to[1] - from[1]];
+            let at = [slice.radius_mm - from[0], slice.z_mm - from[1]];
+            (along[0] * at[0] + along[1] * at[1]) / (along[0] * along[0] + along[1] * along[1])
+        }
+        Segment::Arc { centre, from_rad, to_rad, .. } => {
+            let turn = (slice.z_mm - centre[1]).atan2(slice.radius_mm - centre[0]);
+            (turn - from_rad) / (to_rad - from_rad)
+        }
+    };
+    let half = 0.5 * slice.edge_mm / segment.length();
+    Part { segment: usize::from(slice.segment), from: middle - half, to: middle + half }
+}

@@ -1,0 +1,47 @@
+//! The text of a certificate. In: what it says. Out: lines of words as [`crate::certify::text`] describes and reads them.
+
+use std::fmt::Write;
+
+use crate::certify::Certificate;
+use crate::certify::cutter::Part;
+use crate::certify::place::Arc;
+use crate::certify::text::{HEAD, MovePart, Stated, Station, sha256};
+
+/// The text of a certificate.
+pub fn write(of: &Certificate) -> String {
+    let mut text = format!("{HEAD}\nprogram {}\nsetup {}\nconfidence {:?}\nstock", of.program, of.setup, of.confidence);
+    of.stock_mm.iter().for_each(|mm| text += &format!(" {mm:?}"));
+    text.push('\n');
+    for (tool, kind, value) in &of.limits {
+        let _ = writeln!(text, "limit {tool} {kind} {value:?}");
+    }
+    for Stated { tool, rps, numbers } in &of.ellipsoids {
+        let _ = write!(text, "ellipsoid {tool} {rps:?}");
+        numbers.iter().for_each(|number| text += &format!(" {number:?}"));
+        text.push('\n');
+    }
+    for (tool, parts) in &of.parts {
+        for Part { segment, from, to } in parts {
+            let _ = writeln!(text, "part {tool} {segment} {from:?} {to:?}");
+        }
+    }
+    for motion in &of.moves {
+        let MovePart { index, line, tool, rps, feed_mm_s, stations } = motion;
+        let _ = writeln!(text, "move {index} {line} {tool} {rps:?} {feed_mm_s:?}");
+        stations.iter().for_each(|station| write_station(&mut text, station));
+    }
+    let seal = sha256(text.as_bytes());
+    text + &format!("sealed {seal}\n")
+}
+
+fn write_station(text: &mut String, of: &Station) {
+    let [from, to] = of.over_mm;
+    let _ = write!(text, "station {from:?} {to:?}");
+    for bound in [of.depth, of.torque[0], of.torque[1], of.chip] {
+        let _ = write!(text, " {:?} {:?}", bound.lo, bound.hi);
+    }
+    for Arc { ring, entry, exit } in &of.arcs {
+        let _ = write!(text, " {ring} {entry:?} {exit:?}");
+    }
+    text.push('\n');
+}
