@@ -3,13 +3,17 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
+use feedwright::effects::named;
 use feedwright::force::closed::ball_layer;
 use feedwright::learn::calibrate::{CalibrateOptions, Calibration, calibrate};
+use feedwright::learn::dataset::samples::Data;
 use feedwright::learn::dataset::{steady_table, table_data};
 use feedwright::learn::diagnose::{Options, diagnose};
 use feedwright::learn::log::columns;
-use feedwright::learn::model::cross_validation::{by_blocks, by_kind};
-use feedwright::learn::report::LearnReport;
+use feedwright::learn::model::cross_validation::{Split, by_blocks, by_kind, held_out_residuals};
+use feedwright::learn::model::design::FittedEffect;
+use feedwright::learn::model::fit::{Model, predict};
+use feedwright::learn::report::{Added, LearnReport};
 use std::path::Path;
 
 const PAPERS: &str = "../shared/reference/papers";
@@ -59,10 +63,14 @@ fn table5() -> String {
     out
 }
 
-fn diagnosed(csv: &str) -> LearnReport {
+fn data_of(csv: &str) -> Data {
     let frame = columns::read(csv.as_bytes(), &[]).unwrap();
     let rows = steady_table::rows(&frame, &[]).unwrap();
-    let data = table_data::data(&frame, &rows, |y| y).unwrap();
+    table_data::data(&frame, &rows, |y| y).unwrap()
+}
+
+fn diagnosed(csv: &str) -> LearnReport {
+    let data = data_of(csv);
     diagnose(&data, &by_blocks(&data, "set-up"), &Options::default()).unwrap()
 }
 
@@ -102,6 +110,38 @@ fn table_5_gives_the_coefficients_of_the_paper() {
     assert!((value(&c, "k_te") - 15.18).abs() < 0.1);
     assert!((c.train.rmse - 14.86).abs() < 0.05 && (c.leave_one_out_rmse - 15.95).abs() < 0.05, "{c:?}");
     assert!((c.leave_set_up_out_rmse.unwrap() - 17.73).abs() < 0.05, "{c:?}");
+}
+
+/// Every set-up of Table 5 was cut one way, up or climb, so that the difference may be the drift of the tare between them.
+#[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
+fn table_5_differs_up_and_climb_or_drifts_from_set_up_to_set_up() {
+    let data = data_of(&table5());
+    let report = diagnose(&data, &by_blocks(&data, "set-up"), &Options::default()).unwrap();
+    let names: Vec<&str> = report.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, ["up-down-asymmetry"], "{}", report.verdict);
+    let rivals = report.one_of("up-down-asymmetry").expect("nobody can tell");
+    assert!(rivals.names[1].contains("drift") && rivals.experiment.contains("an air cut before each set-up"));
+    // Leaving one cut out at a time: 15.95 W plain; asked 12.6 W.
+    let each: Vec<FittedEffect> = report.effects.iter().map(as_fitted).collect();
+    let by_cut = Split { fold: (0..data.len()).collect(), folds: data.len(), ..by_blocks(&data, "cut") };
+    let [plain, found] = [&[][..], &each].map(|effects| {
+        let left = held_out_residuals(&data, effects, &by_cut);
+        (left.iter().map(|r| r * r).sum::<f64>() / left.len() as f64).sqrt()
+    });
+    println!(
+        "Xu Table 5, leaving one cut out: {plain:.2} -> {found:.2} W; a set-up: {:.2} -> {:.2} W",
+        report.base_test.rmse, report.final_test.rmse
+    );
+    assert!((plain - 15.95).abs() < 0.05 && found <= 12.6, "{plain} {found}");
+    assert!(report.final_test.rmse < report.base_test.rmse);
+}
+
+/// An effect of a report, to be fitted again from where it stands.
+fn as_fitted(added: &Added) -> FittedEffect {
+    let values: Vec<f64> = added.parameters.iter().map(|p| p.value).collect();
+    let free = added.parameters.iter().map(|p| p.std_error > 0.0).collect();
+    FittedEffect { effect: named(&added.name).unwrap(), values, free }
 }
 
 /// Niu Table 1 (or 3): climb, force on the workpiece.
@@ -151,6 +191,15 @@ fn nishida_layers_by_equation_one() {
         assert!((1000.0 * length - number(5)).abs() < 0.5, "row {}: {length}", r[0]);
         assert!(((1000.0 * chip).round() - number(4)).abs() < 1e-9, "row {}: {chip}", r[0]);
     }
+    // Diagnosed: the force falls with the radius of the layer, which at one spindle speed is its cutting speed.
+    let report = diagnosed(&out);
+    let names: Vec<&str> = report.effects.iter().map(|e| e.name.as_str()).collect();
+    let of_layer = [report.base_test.rmse, report.final_test.rmse].map(|per_mm| 0.3 * per_mm);
+    println!("Nishida, N per layer leaving one out: {of_layer:.3?}, {names:?}, without {:?}", report.left_out);
+    assert_eq!(names, ["cutting-speed"]);
+    assert!((of_layer[0] - 0.538).abs() < 0.02 && of_layer[1] <= 0.30, "{of_layer:?}");
+    let exponent = report.effects[0].parameters[0].value;
+    assert!((-1.0..-0.5).contains(&exponent), "(r/R)^{exponent}");
     // Reference from the printed, rounded lengths: r² 0.897, 0.332 N in sample, 0.559 N leaving one out, per 0.3 mm layer.
     let c = calibrated(&out, "layer");
     assert!((c.train.r2 - 0.897).abs() < 0.012, "{c:?}");
@@ -197,8 +246,21 @@ fn niu_table_1_diagnosed_and_carried_over_to_table_3() {
     // PAPERS.md: the linear edge model leaves 7.19 % in sample and 9.72 % leaving one test out.
     assert!((100.0 * report.base_train.rmse - 7.19).abs() < 0.05, "{:?}", report.base_train);
     assert!((100.0 * report.base_test.rmse - 9.72).abs() < 0.1, "{:?}", report.base_test);
-    // Whatever was added was added by Table 1 alone; it must not make the other table worse than the base does.
-    assert!(transfer.rmse_after <= 1.02 * transfer.rmse_before, "{transfer:?}");
+    // Whatever was added or left out was by Table 1 alone. Mean errors on Table 3 asked: 6 % along, 9 % across.
+    let left_out: Vec<&str> = report.left_out.iter().map(|v| v.name.as_str()).collect();
+    assert_eq!(left_out, ["k_tc", "k_rc"], "chips of 3 µm do not tell them");
+    let model = Model {
+        base: report.final_base.iter().map(|v| v.value).collect(),
+        effects: report.effects.iter().map(as_fitted).collect(),
+    };
+    let predicted = predict(&data, &model);
+    let mean_error = |axis: usize| {
+        let rows: Vec<usize> = (0..data.len()).filter(|i| data.kind[*i] != kind && i % 2 == axis).collect();
+        rows.iter().map(|&i| (1.0 - predicted[i] / data.reading[i]).abs()).sum::<f64>() / rows.len() as f64
+    };
+    println!("Table 3: mean error {:.4} along, {:.4} across", mean_error(0), mean_error(1));
+    assert!(mean_error(0) <= 0.06 && mean_error(1) <= 0.09, "{} {}", mean_error(0), mean_error(1));
+    assert!(transfer.rmse_after <= 0.5 * transfer.rmse_before, "{transfer:?}");
 }
 
 /// Milling of a small machine, its load in percent: fitted on face milling, judged by part, carried over to the rest.
@@ -333,4 +395,28 @@ fn a_table_needs_no_stock_and_a_model_no_setup() {
         // The wear of these cuts grows by the cut, not by the way the teeth slide: k_tc takes some of it, ± 4.9 N/mm² by its own error.
         assert!((k_tc - 800.0).abs() < 10.0 && text.contains("scatter = "), "{text}");
     }
+}
+
+/// What the cuts of a table did not tell, `optimize` does not presume: a force that does not grow with the feed allows any.
+#[test]
+fn a_model_without_a_cutting_coefficient_raises_no_feed() {
+    let dir = tempfile::tempdir().unwrap();
+    let rewritten = |k_tc: f64| {
+        let model = format!("[base]\nmodel = \"linear-edge\"\nk_tc = {k_tc}\nk_te = 15.0\n");
+        std::fs::write(dir.path().join("model.toml"), model).unwrap();
+        let mut command = assert_cmd::Command::cargo_bin("feedwright").unwrap();
+        command.args(["optimize", "programs/pocket.nc", "--setup", "programs/pocket.setup.toml", "--force", "--model"]);
+        command.arg(dir.path().join("model.toml")).arg("-o").arg(dir.path().join("out.nc"));
+        let output = command.output().unwrap();
+        let feeds = |text: &str| -> Vec<f64> {
+            text.lines().filter_map(|l| l.split(['(', ';']).next()?.split('F').nth(1)?.trim().parse().ok()).collect()
+        };
+        let largest = |path: &Path| feeds(&std::fs::read_to_string(path).unwrap()).into_iter().fold(0.0, f64::max);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+        (largest(&dir.path().join("out.nc")) > largest(Path::new("programs/pocket.nc")), said)
+    };
+    let (raised, said) = rewritten(0.0);
+    assert!(!raised && said.contains("does not grow with the feed"), "{said}");
+    let (raised, said) = rewritten(800.0);
+    assert!(raised && !said.contains("does not grow with the feed"), "{said}");
 }

@@ -10,6 +10,7 @@ use super::output::{Kind, Output, Outputs};
 use super::screen::Screen;
 use crate::job::learned;
 use crate::learn::calibrate::experiment::experiment;
+use crate::learn::dataset::layers::least_radius;
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{SteadyRow, TableTool, rows};
 use crate::learn::dataset::table_data::data;
@@ -194,6 +195,7 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
     let split = main.map_or_else(|| by_blocks(&found, "set-up"), |kind| by_kind(&found, kind, "set-up"));
     let mut report = diagnose(&found, &split, &Options::default())
         .ok_or_else(|| CliError::new("the table has too few cuts for its model", "give more cuts, in more set-ups"))?;
+    report.least_radius = least_radius(&table);
     let doubts = doubts::of_table(&report, &found, setup.as_ref().and_then(declared_k_tc));
     report.supports_model &= doubts.is_empty();
     report.warnings.extend(doubts);

@@ -48,7 +48,7 @@ pub(super) fn kind_of(model: &ForceModel, tool: &Tool) -> Result<(Kind, ByPart),
         "layer" => {
             let values = Values::checked(&LAYER, given)?;
             let normal_share = values.get("normal_share");
-            Ok((Kind::Summed { formula: Formula::layer(&values), normal_share }, none))
+            Ok((Kind::Summed { formula: Formula::layer(&values, 0.5 * tool.diameter_mm), normal_share }, none))
         }
         _ => Err(ForceError::UnknownModel { name: name.to_owned() }),
     }

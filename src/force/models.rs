@@ -159,6 +159,14 @@ pub const LAYER: Model = Model {
         p("c1", "N/mm²", None, ANY, "per length of contact in mm"),
         p("c2", "N/(mm·µm)", None, ANY, "per chip thickness in µm"),
         p("c3", "N/(mm²·µm)", None, ANY, "per product"),
+        p("radius_exponent", "-", Some(0.0), [-3.0, 3.0], "exponent of a layer's radius over the ball's, on its force"),
+        p(
+            "radius_from",
+            "-",
+            Some(0.0),
+            [0.0, 1.0],
+            "radius over the ball's below which that stays level: the least measured",
+        ),
         p("normal_share", "-", Some(0.7), [0.0, 10.0], "normal over tangential force"),
     ],
 };

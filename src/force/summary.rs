@@ -27,16 +27,31 @@ const EDGE_SAMPLES: u32 = 50;
 pub(super) enum Formula {
     /// b0, b_l, b_t, b_ll, b_tt, b_lt: force of the whole cut, N.
     Response([f64; 6]),
-    /// C0…C3: force per mm of height, N/mm.
-    Layer([f64; 4]),
+    /// C0…C3: force per mm of height, N/mm; on it a power of the layer's radius.
+    Layer([f64; 4], OfRadius),
+}
+
+/// (r/R)^p of a layer with the radius r on a ball with the radius R, level below the least r/R that was measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct OfRadius {
+    ball_mm: f64,
+    exponent: f64,
+    from: f64,
+}
+
+impl OfRadius {
+    fn factor(&self, radius_mm: f64) -> f64 {
+        if self.exponent == 0.0 { 1.0 } else { (radius_mm / self.ball_mm).max(self.from.max(1e-3)).powf(self.exponent) }
+    }
 }
 
 impl Formula {
     pub(super) fn response(values: &Values) -> Self {
         Self::Response(["b0", "b_l", "b_t", "b_ll", "b_tt", "b_lt"].map(|name| values.get(name)))
     }
-    pub(super) fn layer(values: &Values) -> Self {
-        Self::Layer(["c0", "c1", "c2", "c3"].map(|name| values.get(name)))
+    pub(super) fn layer(values: &Values, ball_mm: f64) -> Self {
+        let of = OfRadius { ball_mm, exponent: values.get("radius_exponent"), from: values.get("radius_from") };
+        Self::Layer(["c0", "c1", "c2", "c3"].map(|name| values.get(name)), of)
     }
 
     /// Force on a layer at a feed per tooth, N.
@@ -46,9 +61,9 @@ impl Formula {
                 let (l, t) = (layer.contact_mm, f * layer.sin);
                 self.edge(layer) + b_t * t + b_tt * t * t + b_lt * l * t
             }
-            Formula::Layer([_, _, c2, c3]) => {
+            Formula::Layer([_, _, c2, c3], of) => {
                 let (l, t) = (layer.contact_mm, UM_PER_MM * chip_of_paths(layer.radius_mm, f, layer.sin));
-                self.edge(layer) + layer.height_mm * (c2 * t + c3 * l * t)
+                self.edge(layer) + layer.height_mm * of.factor(layer.radius_mm) * (c2 * t + c3 * l * t)
             }
         }
     }
@@ -57,21 +72,24 @@ impl Formula {
     fn index(&self, layer: &Layer) -> f64 {
         match self {
             Formula::Response([b0, ..]) => *b0,
-            Formula::Layer([c0, ..]) => layer.height_mm * c0,
+            Formula::Layer([c0, ..], of) => layer.height_mm * of.factor(layer.radius_mm) * c0,
         }
     }
 
     /// What is left of it at no chip thickness, N.
     fn edge(&self, layer: &Layer) -> f64 {
         let per_height = self.edge_at(layer.contact_mm);
-        if matches!(self, Formula::Layer(_)) { layer.height_mm * per_height } else { per_height }
+        match self {
+            Formula::Layer(_, of) => layer.height_mm * of.factor(layer.radius_mm) * per_height,
+            Formula::Response(_) => per_height,
+        }
     }
 
     /// The same by length of contact, for one mm of height where the formula is one of layers.
     fn edge_at(&self, contact_mm: f64) -> f64 {
         match self {
             Formula::Response([b0, b_l, _, b_ll, ..]) => b0 + b_l * contact_mm + b_ll * contact_mm * contact_mm,
-            Formula::Layer([c0, c1, ..]) => c0 + c1 * contact_mm,
+            Formula::Layer([c0, c1, ..], _) => c0 + c1 * contact_mm,
         }
     }
 

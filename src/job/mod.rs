@@ -148,7 +148,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
     diagnostics.extend(plausible::implausible(&plausible::Seen { toolpath: &toolpath, map: &map, job: &job }));
     diagnostics.extend(events(&map, &toolpath));
     diagnostics.extend(look::cutters(&map, &toolpath, &job));
-    if plausible::do_not_meet(&diagnostics) {
+    if plausible::allow_no_rise(&diagnostics) {
         plausible::raise_nothing(&mut problem);
     }
     let scheduled = (watch.clock)();

@@ -36,7 +36,7 @@ pub struct Check {
 }
 
 /// All of them.
-pub const CHECKS: [Check; 7] = [
+pub const CHECKS: [Check; 8] = [
     Check {
         code: "plausible::units",
         severity: Severity::Warning,
@@ -60,6 +60,12 @@ pub const CHECKS: [Check; 7] = [
         severity: Severity::Warning,
         find: coefficients,
         help: "coefficients are in N/mm² (k_tc) and N/mm (k_te): check their unit, or calibrate",
+    },
+    Check {
+        code: NO_CHIP_TERM,
+        severity: Severity::Warning,
+        find: no_chip_term,
+        help: "nothing is raised: learn or calibrate from cuts at larger feeds per tooth as well",
     },
     Check {
         code: "plausible::limit-below-tare",
@@ -98,6 +104,8 @@ pub const TIMES: f64 = 10.0;
 /// zero was wrong.
 pub const MEETS: f64 = 0.02;
 
+const NO_CHIP_TERM: &str = "plausible::no-chip-term";
+
 /// What does not hold.
 pub fn implausible(seen: &Seen) -> Vec<Diagnostic> {
     let said = |check: &Check| {
@@ -110,12 +118,13 @@ pub fn implausible(seen: &Seen) -> Vec<Diagnostic> {
     CHECKS.iter().flat_map(said).collect()
 }
 
-/// Is that said of this program?
-pub fn do_not_meet(diagnostics: &[Diagnostic]) -> bool {
-    diagnostics.iter().any(|said| ["engage::untouched", "engage::misses"].contains(&said.code))
+/// Is something said of this program that leaves no feed to be raised: it does not meet its stock, or its force does
+/// not depend on the feed?
+pub fn allow_no_rise(diagnostics: &[Diagnostic]) -> bool {
+    diagnostics.iter().any(|said| ["engage::untouched", "engage::misses", NO_CHIP_TERM].contains(&said.code))
 }
 
-/// Keeps every feed at or below the programmed one, in air too: for a program that does not meet its stock.
+/// Keeps every feed at or below the programmed one, in air too.
 pub fn raise_nothing(problem: &mut Problem) {
     for node in problem.nodes.iter_mut().filter(|node| node.free) {
         node.kept = node.kept.or(Some(Kept::Uncertain));
@@ -229,6 +238,21 @@ fn coefficients(seen: &Seen) -> Vec<Found> {
         }
     }
     found
+}
+
+/// A model whose force is that of the edges alone, as cuts with chips of a few µm leave it, has no limit to any feed.
+fn no_chip_term(seen: &Seen) -> Vec<Found> {
+    let none = |model: &ForceModel| matches!(model, ForceModel::LinearEdge(k) if k.k_tc == 0.0);
+    let stocks = seen.job.stocks.iter().map(|stock| ("the stock".to_owned(), &stock.material.model));
+    let own = seen.job.tools.iter().filter_map(|t| Some((format!("T{}", t.number), &t.coefficients.as_ref()?.model)));
+    let found: Vec<(String, &ForceModel)> = match &seen.job.process.base {
+        Some(base) => vec![("the model".to_owned(), base)],
+        None => stocks.chain(own).collect(),
+    };
+    let said = |(whose, _): (String, &ForceModel)| {
+        (format!("k_tc of {whose} is 0: its force does not grow with the feed"), None)
+    };
+    found.into_iter().filter(|(_, model)| none(model)).map(said).collect()
 }
 
 fn below_tare(seen: &Seen) -> Vec<Found> {

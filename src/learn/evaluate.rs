@@ -18,6 +18,7 @@ use crate::learn::program::simulated::simulate_for;
 use crate::learn::report::Errors;
 use crate::learn::session::{LearnError, LogOptions, dataset_of};
 use crate::machine::Job;
+use crate::machine::material::ForceModel;
 
 /// Errors of one measured quantity, in its unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,8 +119,14 @@ fn coefficient(name: &str, data: &Data, job: &Job) -> Result<f64, DataError> {
         "k_te" => linear().map(|k| k.k_te),
         "k_rc" => linear().map(|k| k.k_rc),
         "k_re" => linear().map(|k| k.k_re),
-        other => Err(unfit(&format!("the model says nothing of {other}"))),
+        other => of_layer(other, job).ok_or_else(|| unfit(&format!("the model says nothing of {other}"))),
     }
+}
+
+/// Coefficient of a model of layers.
+fn of_layer(name: &str, job: &Job) -> Option<f64> {
+    let Some(ForceModel::Named { parameters, .. }) = &job.process.base else { return None };
+    parameters.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
 }
 
 /// Tare at the spindle speed that the data refer theirs to: that of the model, as the declared one varies with speed.

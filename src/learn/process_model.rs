@@ -3,8 +3,9 @@
 //! Normal and axial coefficients that were not measured keep their ratio to the tangential ones of the setup (or Xu's
 //! ratios where the setup has none).
 
-use crate::effects::{Acts, Place, named};
+use crate::effects::{Acts, Covariate, Place, named};
 use crate::learn::calibrate::Calibration;
+use crate::learn::dataset::layers::TERMS;
 use crate::learn::program::declared::of_job;
 use crate::learn::report::{Added, LearnReport, Value};
 use crate::machine::Job;
@@ -22,7 +23,7 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
         (Some(k_tc), Some(k_te)) if !relative => {
             Some(ForceModel::LinearEdge(scaled(k_tc, k_te, declared, value("k_rc"), value("k_re"))))
         }
-        _ => None,
+        _ => layers(report),
     };
     Some(Process {
         base,
@@ -33,6 +34,21 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
         covariance_of: report.final_base.iter().map(|v| v.name.clone()).collect(),
         scatter: report.scatter,
     })
+}
+
+/// The model of layers of a ball end. What their force follows with the cutting speed v of the layer, (v/1 m/s)^p, is the same
+/// power of the tool's own speed, which the effect in the model file has, times (r/R)^p.
+fn layers(report: &LearnReport) -> Option<ForceModel> {
+    let own = report.final_base.iter().filter(|v| TERMS.iter().any(|(name, _)| *name == v.name));
+    let mut parameters: Vec<(String, f64)> = own.map(|v| (v.name.clone(), v.value)).collect();
+    let follows_speed =
+        |added: &&Added| named(&added.name).is_some_and(|e| e.covariates.contains(&Covariate::CuttingSpeed));
+    let by_speed = report.effects.iter().find(follows_speed);
+    if let Some((exponent, from)) = by_speed.and_then(|added| added.parameters.first()).zip(report.least_radius) {
+        parameters.push(("radius_exponent".to_owned(), exponent.value));
+        parameters.push(("radius_from".to_owned(), from));
+    }
+    (!parameters.is_empty()).then(|| ForceModel::Named { name: "layer".to_owned(), parameters })
 }
 
 /// Effects of a report, behind those on geometry and motion of the model that learning began from.
@@ -111,7 +127,7 @@ pub fn provenance(report: &LearnReport) -> String {
         "# samples: {} read, {} used; split: {}\n# held-out error: {:.4} before, {:.4} after\n# {}\n",
         report.samples, report.used, report.how, report.base_test.rmse, report.final_test.rmse, report.verdict
     );
-    report.final_base.iter().for_each(|v| text += &line(v));
+    report.told().iter().for_each(|v| text += &line(v));
     text
 }
 

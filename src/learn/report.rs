@@ -89,6 +89,12 @@ impl LearnReport {
         laws.chain(self.unnamed.iter().filter_map(|u| u.family.as_deref())).collect()
     }
 
+    /// Base parameters of the final model, without those that it does without.
+    pub fn told(&self) -> Vec<Value> {
+        let is_told = |value: &&Value| self.left_out.iter().all(|left| left.name != value.name);
+        self.final_base.iter().filter(is_told).cloned().collect()
+    }
+
     /// The names among which nobody can tell, this one among them; `None`: it is asserted alone.
     pub fn one_of(&self, name: &str) -> Option<&Confounded> {
         self.confounded.iter().find(|group| group.names.iter().any(|other| other == name))
@@ -236,6 +242,10 @@ pub struct LearnReport {
     pub channels: Vec<ChannelError>,
     /// Base parameters of the final model.
     pub final_base: Vec<Value>,
+    /// Base parameters that the cuts do not tell, and that it does without, as they were with it.
+    pub left_out: Vec<Value>,
+    /// Least radius of a layer over that of its ball, for tables of layers.
+    pub least_radius: Option<f64>,
     /// Covariance of the final base parameters.
     pub covariance: Vec<Vec<f64>>,
     /// Spindle speed that the tare belongs to, rev/s; `None` where nothing has a tare.

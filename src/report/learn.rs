@@ -61,6 +61,7 @@ pub fn learn_json(r: &LearnReport) -> String {
             "parameters": values(&r.final_base), "train": errors(&r.final_train), "test": errors(&r.final_test),
             "noise_floor": r.noise_floor,
             "scatter": r.scatter,
+            "left_out": values(&r.left_out),
             "quantities": r.channels.iter().map(|c| json!({
                 "name": c.name, "test_rmse_before": c.base_rmse, "test_rmse_after": c.final_rmse,
             })).collect::<Vec<_>>(),
@@ -219,7 +220,13 @@ pub fn learn_words(r: &LearnReport) -> String {
             "  left out: {before} samples before the program begins, {held} while it is held, {after} after it ends\n"
         );
     }
-    text += &lines(&r.final_base);
+    text += &lines(&r.told());
+    for v in &r.left_out {
+        text += &format!(
+            "  without {}: these cuts do not tell it ({:.5} ± {:.2} {}), and cuts left out are predicted better without\n",
+            v.name, v.value, v.std_error, v.unit
+        );
+    }
     for e in &r.effects {
         let mark = if r.one_of(&e.name).is_some() { "?" } else { "+" };
         text += &format!("{mark} {}: {}\n{}", e.name, e.evidence, lines(&e.parameters));

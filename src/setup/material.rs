@@ -105,9 +105,8 @@ fn linear_edge(reader: &mut Reader, key: &str, table: &MaterialTable) -> LinearE
 
 fn needed(reader: &mut Reader, key: &str, table: &MaterialTable, name: &str, dimension: Dimension) -> f64 {
     let full = format!("{key}.{name}");
-    let sense = if name == "k_tc" { Sense::Positive } else { Sense::NotNegative };
     if let Some(written) = table.0.get(name) {
-        return reader.value(&full, written, dimension, sense);
+        return reader.value(&full, written, dimension, Sense::NotNegative);
     }
     reader.missing(&full, "take it from a calibration (`feedwright calibrate`) or a material of the library");
     1.0

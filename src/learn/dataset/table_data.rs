@@ -1,12 +1,13 @@
-//! A table of steady cuts as data of a diagnosis: of a spindle reading, or of mean forces where there is none.
+//! A table of steady cuts as data of a diagnosis: of a spindle reading, or where there is none of mean forces or of the layers of
+//! a ball end.
 //!
 //! The model of a row: power = tare + (k_tc Q + k_te A)·1e-3 W; torque = the same over 2πn; load in percent = the same
 //! in percent of an unknown rating. Straight geometry is the base, the path's curvature an effect.
 
 use crate::force::closed::{Rates, SteadyCut, rates};
-use crate::learn::dataset::mean_forces;
 use crate::learn::dataset::samples::{Data, VariantColumns};
 use crate::learn::dataset::steady_table::{SteadyRow, measured_quantity, numbered, row_rates, spindle_base, states};
+use crate::learn::dataset::{layers, mean_forces};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::Quantity;
 use crate::learn::log::quantity::column_factor;
@@ -14,12 +15,15 @@ use crate::learn::log::signal::readable;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 
-/// Data for the diagnosis: of a spindle reading, or of mean forces where there is none. `to_shaft` turns a meter
+/// Data for the diagnosis: of a spindle reading, else of mean forces, else of layers of a ball end. `to_shaft` turns a meter
 /// reading into the quantity at the motor shaft.
 pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -> Result<Data, DataError> {
     let spindle = measured_quantity(frame);
     if spindle.is_err() && frame.numbers("force_x_n").is_some() && frame.numbers("force_y_n").is_some() {
         return mean_forces::data(frame, table);
+    }
+    if spindle.is_err() && frame.numbers("force_xy_n").is_some() {
+        return layers::data(frame, table);
     }
     let (name, quantity, unit) = spindle?;
     let reading: Vec<f64> = frame.needed(name)?.into_iter().map(to_shaft).collect();

@@ -18,8 +18,8 @@ use crate::learn::report::{Added, ChannelError, LearnReport, Transfer, Unexplain
 
 impl Diagnosis<'_> {
     /// Held-out errors of each measured quantity.
-    fn channels(&self, fitted: &Fitted) -> Vec<ChannelError> {
-        let (base, last) = (self.unseen(&[]), self.unseen(&fitted.model.effects));
+    fn channels(&self, begun: &Diagnosis, fitted: &Fitted) -> Vec<ChannelError> {
+        let (base, last) = (begun.unseen(&[]), self.unseen(&fitted.model.effects));
         let on =
             |r: &[f64], c: usize| errors(self.data, |i| if self.data.channel[i] == c { r[i] } else { f64::NAN }).rmse;
         let names = self.data.channel_names.iter().enumerate();
@@ -28,10 +28,12 @@ impl Diagnosis<'_> {
             .collect()
     }
 
-    pub(in crate::learn) fn report(&mut self, base: &Fitted, fitted: &Fitted) -> LearnReport {
+    /// The answer: what was begun from, and its base model; the final model.
+    pub(in crate::learn) fn report(&mut self, begun: &Diagnosis, base: &Fitted, fitted: &Fitted) -> LearnReport {
         let data = self.data;
         let errors_of = |f: &Fitted, d: &Data| errors(d, |i| d.reading[i] - f.predicted[i]);
-        let (of_base, sure) = (certainty(&self.train, base), certainty(&self.train, fitted));
+        let (of_base, sure) = (certainty(&begun.train, base), certainty(&self.train, fitted));
+        let (base_test, final_test) = (begun.judged(&[]), self.judged(&fitted.model.effects));
         let added = |e: usize| self.added(e, fitted, &sure);
         let (curves, effects): (Vec<usize>, Vec<usize>) =
             (0..fitted.model.effects.len()).partition(|e| is_unnamed(fitted.model.effects[*e].effect));
@@ -52,13 +54,13 @@ impl Diagnosis<'_> {
             base: values(data, base, &of_base),
             condition: of_base.condition,
             base_train: errors_of(base, &self.train),
-            base_test: self.judged(&[]),
+            base_test,
             effects,
             unnamed,
             rejected: std::mem::take(&mut self.rejected),
             final_train: errors_of(fitted, &self.train),
-            final_test: self.judged(&fitted.model.effects),
-            channels: self.channels(fitted),
+            final_test,
+            channels: self.channels(begun, fitted),
             final_base: values(data, fitted, &sure),
             covariance: covariance(data, &sure),
             tare_rps: data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite()),
@@ -66,8 +68,7 @@ impl Diagnosis<'_> {
             scatter: self.scatter(fitted),
             transfer: self.transfer(base, fitted),
             variants_tried: self.tried,
-            supports_model: tells_apart(sure.condition)
-                && is_no_worse(self.judged(&[]).rmse, self.judged(&fitted.model.effects).rmse),
+            supports_model: tells_apart(sure.condition) && is_no_worse(base_test.rmse, final_test.rmse),
             ..LearnReport::default()
         }
     }

@@ -28,6 +28,7 @@ impl Default for Options {
 }
 
 /// See the head of the file.
+#[derive(Clone)]
 pub(in crate::learn) struct Diagnosis<'a> {
     pub(in crate::learn) data: &'a Data,
     pub(in crate::learn) train: Data,

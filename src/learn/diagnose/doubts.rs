@@ -63,7 +63,9 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
 
 /// Doubts about a table of steady cuts.
 pub fn of_table(report: &LearnReport, data: &Data, declared_k_tc: Option<f64>) -> Vec<String> {
-    let mut doubts = of_coefficients(&report.base, declared_k_tc);
+    let is_told = |value: &&Value| report.left_out.iter().all(|left| left.name != value.name);
+    let told: Vec<Value> = report.base.iter().filter(is_told).cloned().collect();
+    let mut doubts = of_coefficients(&told, declared_k_tc);
     doubts.extend(negative(&report.base));
     // Relative forces are all ±1: their own variance says nothing.
     let spread = data.variants.is_empty() && data.base.iter().any(|b| b.name == "k_rc");

@@ -89,7 +89,7 @@ impl Diagnosis<'_> {
         if !takes_enough(share, of_rest) {
             return Err(format!("it takes away only {:.1} % of what the base model leaves", 100.0 * share));
         }
-        if !lowers_held_out(drop, t) {
+        if !lowers_held_out(drop, t) && !self.lowers_cut_by_cut(present.model, trial, drop) {
             return Err(format!("it does not lower the held-out error ({:+.2} %, t = {t:.1})", -100.0 * drop));
         }
         let change = self.change_of_load(present.model, before, &after);

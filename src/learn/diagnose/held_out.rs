@@ -99,15 +99,20 @@ impl Diagnosis<'_> {
     /// Does what an effect follows change from operation to operation alone? Within one only its prediction of another
     /// could then show it.
     fn is_of_operations(&self, covariates: &[Covariate]) -> bool {
-        let range = |covariate: Covariate, kind: Option<usize>| {
-            let members = self.train.used().filter(|i| kind.is_none_or(|kind| self.data.kind[*i] == kind));
+        self.is_steady_in_each(covariates, &self.data.kind, &self.kinds())
+    }
+
+    /// Does what an effect follows vary, but in none of these groups of samples?
+    pub(in crate::learn) fn is_steady_in_each(&self, covariates: &[Covariate], of: &[usize], groups: &[usize]) -> bool {
+        let range = |covariate: Covariate, group: Option<usize>| {
+            let members = self.train.used().filter(|i| group.is_none_or(|group| of[*i] == group));
             let values = members.map(|i| covariate.of(&self.data.state[i])).filter(|value| value.is_finite());
             let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
             (most - least).max(0.0)
         };
         let is_steady = |covariate: &Covariate| {
             let all = range(*covariate, None);
-            all > 0.0 && self.kinds().into_iter().all(|kind| is_steady_within(range(*covariate, Some(kind)), all))
+            all > 0.0 && groups.iter().all(|group| is_steady_within(range(*covariate, Some(*group)), all))
         };
         !covariates.is_empty() && covariates.iter().all(is_steady)
     }

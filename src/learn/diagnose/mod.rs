@@ -17,6 +17,8 @@ pub mod residual;
 pub mod scatter;
 pub mod score_test;
 mod search;
+mod set_ups;
+mod terms;
 pub mod trial;
 pub mod unnamed;
 

@@ -13,6 +13,7 @@
 //!    without a name ([`super::unnamed`]), and the list is gone through again beside it.
 //! 6. Each effect must still pay beside the others, and no other must do better in its place. What remains after that is
 //!    reported beside what was found; it takes nothing back.
+//! 7. Base terms that a table does not tell are left out where it is predicted better without ([`super::terms`]).
 
 use crate::effects::Acts;
 use crate::learn::dataset::errors::errors;
@@ -25,6 +26,7 @@ use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
+use crate::learn::diagnose::terms::Told;
 use crate::learn::diagnose::trial::{Trial, best_trial, p_value, score_of, unphysical};
 use crate::learn::diagnose::unnamed::{Found, is_unnamed, with_predicted_loads};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
@@ -75,11 +77,14 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     let train = weighed.with_weights(without(&weighed, |i| split.test[i]));
     let refitted = |f: Fitted| if several { fit(&train, &f.model.effects, FORM_ROUNDS) } else { Some(f) };
     let (base, fitted) = refitted(base).zip(refitted(fitted))?;
-    let mut search = Diagnosis { data: &weighed, train, ..search };
-    let mut report = search.report(&base, &fitted);
+    let search = Diagnosis { data: &weighed, train, ..search };
+    let Told { data: told, train, fitted, left_out } = search.without_untold_terms(fitted);
+    let mut last = Diagnosis { data: &told, train, ..search.clone() };
+    let mut report = last.report(&search, &base, &fitted);
+    report.left_out = left_out;
     report.confounded =
         confounded.into_iter().filter(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0])).collect();
-    report.unexplained = unexplained(&weighed, &fitted, &report, options.seed);
+    report.unexplained = unexplained(&told, &fitted, &report, options.seed);
     report.verdict = verdict(&report);
     Some(report)
 }
@@ -131,6 +136,7 @@ impl Diagnosis<'_> {
         let (chosen, after) = self.first_accepted(&present, &trials)?;
         confounded.retain(|c| !c.names.iter().any(|name| name == trials[chosen].effect.name));
         confounded.extend(self.rivals(&present, &trials, chosen, &after));
+        confounded.extend(self.drift(&present, &trials[chosen], &after));
         Some(self.shaped(trials.swap_remove(chosen).fitted))
     }
 
