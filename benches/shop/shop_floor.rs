@@ -321,10 +321,10 @@ pub fn setup(job: &Job, machine: &Machine) -> String {
     }
     let _ = write!(
         text,
-        "\n[machine.spindle]\nmax_rpm = 18000\npower = [[0, 0], [1500, 7500], [18000, 7500]]\n\
-         tare = [[1000, {:.1}], [18000, {:.1}]]\nefficiency = {:.3}\nrunup_time = {RUN_UP_S}\n",
+        "\n[machine.spindle]\nmax_rpm = 24000\npower = [[0, 0], [1500, 7500], [24000, 7500]]\n\
+         tare = [[1000, {:.1}], [24000, {:.1}]]\nefficiency = {:.3}\nrunup_time = {RUN_UP_S}\n",
         tare(1000.0),
-        tare(18000.0),
+        tare(24000.0),
         machine.efficiency
     );
     let _ = write!(

@@ -93,6 +93,11 @@ pub(in crate::learn) fn leaves_as_much(share: f64, t: f64) -> bool {
     share >= AS_GOOD && t < AS_GOOD_T
 }
 
+/// Does one take nearly all of what another takes, by their drops of the held-out error?
+pub(in crate::learn) fn takes_as_much(share: f64) -> bool {
+    share >= AS_GOOD
+}
+
 /// Does a residual follow a curve over a covariate?
 pub(in crate::learn) fn follows_a_curve(drop: f64, t: f64) -> bool {
     drop >= CURVE_DROP && t >= CURVE_T
@@ -267,6 +272,7 @@ mod tests {
         assert!(takes_enough(0.081, 0.0) && takes_enough(0.0, 0.31) && !takes_enough(0.079, 0.29));
         assert!(lowers_held_out(0.006, 1.1) && !lowers_held_out(0.004, 9.0) && !lowers_held_out(0.5, 0.9));
         assert!(leaves_as_much(0.86, 0.9) && !leaves_as_much(0.84, 0.0) && !leaves_as_much(1.0, 1.1));
+        assert!(takes_as_much(0.86) && !takes_as_much(0.84));
         assert!(follows_a_curve(0.011, 2.1) && !follows_a_curve(0.009, 9.0) && !follows_a_curve(0.5, 1.9));
         assert!(pair_explains(0.71, 1.1) && !pair_explains(0.69, 9.0) && !pair_explains(0.9, 0.9));
         assert!(pairs_are_worth_it(1.31, 1.0) && !pairs_are_worth_it(1.29, 1.0));

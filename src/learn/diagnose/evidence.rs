@@ -6,12 +6,12 @@
 //! a covariate that it knows nothing of does better, and no other kind of cut gets worse.
 //! The thresholds are those of [`super::criteria`].
 
-use crate::effects::{Covariate, Effect, Multiplies, Place};
+use crate::effects::{Covariate, Effect, Multiplies};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Class;
 use crate::learn::diagnose::candidates::why_not;
 use crate::learn::diagnose::criteria::{
-    ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, NOISE_WITH_MEMORY, PLACED_BY, leaves_much, lowers_held_out,
+    ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, NOISE_WITH_MEMORY, leaves_much, lowers_held_out,
     lowers_held_out_beside, takes_enough,
 };
 use crate::learn::diagnose::diagnosis::Diagnosis;
@@ -77,9 +77,6 @@ impl Diagnosis<'_> {
         if let Some(why) = unphysical(trial.fitted.model.effects.last(), self.data.clock_s) {
             return Err(why);
         }
-        if let Some(why) = self.between_operations(trial) {
-            return Err(why);
-        }
         let before = &present.left;
         let after = self.unseen_residuals(present.model, trial);
         let drop = self.drop_of(before, &after);
@@ -91,6 +88,9 @@ impl Diagnosis<'_> {
         }
         if !lowers_held_out(drop, t) && !self.lowers_cut_by_cut(present.model, trial, drop) {
             return Err(format!("it does not lower the held-out error ({:+.2} %, t = {t:.1})", -100.0 * drop));
+        }
+        if let Some(why) = self.between_cuts(trial, before) {
+            return Err(why);
         }
         let change = self.change_of_load(present.model, before, &after);
         if change < ENGAGEMENT_KNOWN_TO {
@@ -156,24 +156,6 @@ impl Diagnosis<'_> {
                 100.0 * drop
             )
         })
-    }
-
-    /// Why an instant is no accident: no operation is cut both before and after it, so that it may as well be what one
-    /// operation differs by from the next.
-    fn between_operations(&self, trial: &Trial) -> Option<String> {
-        let last = trial.fitted.model.effects.last()?;
-        let instant = last.effect.parameters.iter().position(|p| p.place == Some(Place::Instant))?;
-        let at_s = last.values[instant];
-        let load = self.cut(&trial.fitted);
-        let cutting: Vec<usize> = self.train.used().filter(|i| load[*i] > 0.0).collect();
-        let count = |kind: usize, is_after: bool| {
-            let members = cutting.iter().filter(|i| self.data.kind[**i] == kind);
-            members.filter(|i| (self.data.state[**i].time_s >= at_s) == is_after).count()
-        };
-        let is_within = |kind: &usize| count(*kind, false).min(count(*kind, true)) >= PLACED_BY;
-        let kinds = self.kinds();
-        (!kinds.is_empty() && !kinds.iter().any(is_within))
-            .then(|| format!("it begins at {at_s:.0} s, between two operations: it may be what they differ by"))
     }
 
     /// Why the trial only stands in for something else: a curve along what it does not depend on explains more than it

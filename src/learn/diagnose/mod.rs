@@ -11,6 +11,7 @@ pub mod evidence;
 pub mod forms;
 pub mod free_curve;
 pub mod held_out;
+mod instants;
 pub mod over_time;
 pub mod replacement;
 pub mod residual;

@@ -137,6 +137,7 @@ impl Diagnosis<'_> {
         confounded.retain(|c| !c.names.iter().any(|name| name == trials[chosen].effect.name));
         confounded.extend(self.rivals(&present, &trials, chosen, &after));
         confounded.extend(self.drift(&present, &trials[chosen], &after));
+        confounded.extend(self.accident_or_difference(&present, &trials[chosen]));
         Some(self.shaped(trials.swap_remove(chosen).fitted))
     }
 
@@ -201,7 +202,7 @@ impl Diagnosis<'_> {
         }
         pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
         pairs.truncate(PAIRS_JUDGED);
-        let curves = self.curves(base, &self.base_residual, |_, _| true);
+        let curves = self.fitted_curves(base, &self.base_residual, |_, _| true);
         let judged = pairs.into_iter().find_map(|(score, two)| {
             let after = held_out_residuals(&self.train, &two.fitted.model.effects, self.split);
             let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual, LEAST_EXCESS);
@@ -315,12 +316,7 @@ impl Diagnosis<'_> {
             return true;
         }
         let own = &effects[k];
-        let is_its_shape = |each: &FittedEffect| {
-            let mut along = each.effect.covariates.iter();
-            is_unnamed(each.effect) && along.any(|c| own.effect.knows(*c, each.effect.multiplies))
-        };
-        let others: Vec<FittedEffect> =
-            remove(effects, k).into_iter().filter(|each| is_unnamed(own.effect) || !is_its_shape(each)).collect();
+        let others: Vec<FittedEffect> = remove(effects, k).into_iter().filter(|each| !is_shape_of(own, each)).collect();
         let with: Vec<FittedEffect> = others.iter().chain([own]).cloned().collect();
         let [before, after] = [&others, &with].map(|each| held_out_residuals(&self.train, each, self.split));
         let t = t_statistic(&improvement_by_block(&self.train, &before, &after));
@@ -331,4 +327,10 @@ impl Diagnosis<'_> {
     pub(in crate::learn) fn p_of_the_search(&self, trial: &Trial) -> f64 {
         (p_value(trial) * self.tried.max(1) as f64).min(1.0)
     }
+}
+
+/// Is `each` a curve without a name over what an effect of the list follows?
+fn is_shape_of(own: &FittedEffect, each: &FittedEffect) -> bool {
+    let mut along = each.effect.covariates.iter();
+    !is_unnamed(own.effect) && is_unnamed(each.effect) && along.any(|c| own.effect.knows(*c, each.effect.multiplies))
 }

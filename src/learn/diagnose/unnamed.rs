@@ -24,6 +24,9 @@ use rayon::prelude::*;
 /// Curves whose fit is judged on data left out, best first.
 const JUDGED: usize = 3;
 
+/// Curves that are fitted together with the model before the best of them is sought, best first.
+const FITTED: usize = 6;
+
 /// A curve that a residual follows.
 pub(in crate::learn) struct Found {
     pub(in crate::learn) covariate: Covariate,
@@ -42,6 +45,13 @@ pub(in crate::learn) fn rank(covariate: Covariate) -> usize {
         Covariate::Sliding | Covariate::Volume | Covariate::Time => LAST_RANK,
         _ => 0,
     }
+}
+
+/// Can what a spindle takes while nothing is cut follow it? A tare that follows depth, immersion, chip or the way since entry
+/// is load of the cut, put where no limit of the tool sees it.
+fn is_there_without_a_cut(covariate: Covariate) -> bool {
+    use Covariate::{Heading, PathAcceleration, PathSpeed, Slope, SpindleSpeed, Time, Tool, X, Y, Z};
+    matches!(covariate, Time | SpindleSpeed | PathSpeed | PathAcceleration | Tool | Heading | Slope | X | Y | Z)
 }
 
 /// Is it a curve, and not an effect of the list?
@@ -71,6 +81,33 @@ impl Diagnosis<'_> {
         found
     }
 
+    /// The same, the best of them fitted together with the model: alone a curve has to share the residual with coefficients
+    /// that already bend towards what it shows.
+    pub(in crate::learn) fn fitted_curves(
+        &self,
+        present: &Fitted,
+        left: &[f64],
+        wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
+    ) -> Vec<Found> {
+        let mut found = self.curves(present, left, wanted);
+        found.iter_mut().take(FITTED).for_each(|each| self.fit_together(present, each));
+        found.sort_by(|a, b| a.follows.squares.total_cmp(&b.follows.squares));
+        found
+    }
+
+    /// Fits a curve together with the model.
+    fn fit_together(&self, model: &Fitted, found: &mut Found) {
+        let each = as_effect(found.effect, &found.follows.curve);
+        let effects: Vec<FittedEffect> = model.model.effects.iter().cloned().chain([each]).collect();
+        let Some(fitted) = fit(&self.train, &effects, FORM_ROUNDS) else { return };
+        let left = held_out_residuals(&self.train, &fitted.model.effects, self.split);
+        let finite = self.train.used().filter(|i| left[*i].is_finite());
+        let squares = finite.map(|i| self.train.weight[i] * left[i].powi(2)).sum();
+        if squares < found.follows.squares {
+            (found.follows.left, found.follows.squares) = (left, squares);
+        }
+    }
+
     /// What a model leaves when the best curve of those wanted is taken from it as well, if that is clear.
     pub(in crate::learn) fn less_any_shape(
         &self,
@@ -96,7 +133,8 @@ impl Diagnosis<'_> {
             let t = t_statistic(&improvement_by_block(&self.train, &before, &found.follows.left));
             follows_a_curve(self.drop_of(&before, &found.follows.left), t)
         };
-        let mut found = self.curves(present, &before, |_, _| true);
+        let may_follow = |covariate, part| part == Multiplies::Load || is_there_without_a_cut(covariate);
+        let mut found = self.curves(present, &before, may_follow);
         found.retain(|each| !has(each.effect) && clear(each));
         self.tried += found.len();
         let least = &found.first()?.follows.left.clone();
@@ -173,6 +211,28 @@ pub(in crate::learn) fn with_predicted_loads(data: &Data, predicted: &[f64]) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_tare_follows_nothing_that_only_a_cut_has() {
+        use Covariate::{
+            AxialDepth, ChipThickness, Curvature, FeedPerTooth, Load, RadialDepth, SinceEntry, Sliding, UpShare, Volume,
+        };
+        let of_cut = [
+            FeedPerTooth,
+            ChipThickness,
+            AxialDepth,
+            RadialDepth,
+            UpShare,
+            SinceEntry,
+            Curvature,
+            Load,
+            Sliding,
+            Volume,
+        ];
+        for (covariate, _) in CURVES {
+            assert_ne!(is_there_without_a_cut(*covariate), of_cut.contains(covariate), "{}", covariate.name());
+        }
+    }
 
     #[test]
     fn the_heaviest_part_of_a_curve_is_the_base_and_the_others_are_fitted() {
