@@ -65,12 +65,17 @@ pub fn options(run: &Run) -> Options {
 pub type Round = (Schedule, Rewritten, [f64; 2]);
 
 /// A schedule whose text keeps to what it may grow by, or comes as near as [`AGAIN`] tries bring it.
-pub fn within(run: &mut Run, options: &mut Options, clock: &dyn Fn() -> f64) -> Result<Round, JobError> {
+pub fn within(
+    run: &mut Run,
+    fresh: Option<&worn::Fresh>,
+    options: &mut Options,
+    clock: &dyn Fn() -> f64,
+) -> Result<Round, JobError> {
     let mut spent_s = [0.0; 2];
     let mut again = 0;
     loop {
         let start = clock();
-        let schedule = worn::feeds(run, options)?;
+        let schedule = worn::feeds(run, fresh, options)?;
         spent_s[0] += clock() - start;
         let (schedule, rewritten, [_, write_s]) = as_it_is(run, schedule, clock);
         spent_s[1] += write_s;

@@ -10,9 +10,11 @@ use crate::force::contact::engaged;
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Tool};
 use crate::nc::Toolpath;
+use crate::report::Run;
 use crate::report::answers::Wear;
 use crate::schedule::Problem;
 use crate::schedule::budget::{Budget, Kept, extra_s, keep};
+use crate::schedule::history::{self, History};
 
 /// How much longer a life is whose cost is told: a tenth.
 const LONGER: f64 = 0.1;
@@ -21,6 +23,28 @@ const LONGER: f64 = 0.1;
 pub fn keep_wear(problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Wear> {
     let tools = job.tools.iter().filter(|tool| toolpath.moves.iter().any(|motion| motion.tool == tool.number));
     tools.filter_map(|tool| of_tool(tool, problem, toolpath, map, job)).collect()
+}
+
+/// The same anew for tools that slower feeds spare, after the caps of the problem followed their wear.
+pub fn keep_again(answers: &mut [Wear], problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) {
+    for answer in answers.iter_mut().filter(|answer| history::spares(job, answer.tool)) {
+        let again = job.tool(answer.tool).and_then(|tool| of_tool(tool, problem, toolpath, map, job));
+        *answer = again.unwrap_or_else(|| answer.clone());
+    }
+}
+
+/// What the feeds of a run use of the life of each tool with a law of its own; without a budget it is told as well.
+pub fn used_by(run: &mut Run) {
+    let history = History::of(&run.toolpath, &run.map, &run.job, run.after());
+    for tool in run.job.tools.iter().filter(|tool| history.cut_by(tool.number)[0] > 0.0) {
+        let (Some(wear), Some((fresh, _))) = (tool.wear, run.job.fresh_index(tool)) else { continue };
+        let used = wear.law.rate_per_mm * history.cut_by(tool.number)[1] / (wear.law.end - fresh);
+        match run.answers.wear.iter_mut().find(|answer| answer.tool == tool.number) {
+            Some(answer) if answer.of_life => answer.used = used,
+            Some(_) => {}
+            None => run.answers.wear.push(Wear::without_budget(tool.number, used, wear.law.slower_is_safer())),
+        }
+    }
 }
 
 fn of_tool(tool: &Tool, problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Option<Wear> {
@@ -42,7 +66,7 @@ fn of_tool(tool: &Tool, problem: &mut Problem, toolpath: &Toolpath, map: &Engage
     let costs_s = extra_s(&fresh, problem, &rate, &shorter).filter(|_| !impossible);
     Some(Wear {
         tool: tool.number,
-        most: budget.most,
+        most: Some(budget.most),
         used,
         of_life,
         percent_saves_s: 0.01 * budget.most * price_s,

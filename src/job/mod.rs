@@ -61,7 +61,7 @@ use crate::nc::{self, Program, Toolpath};
 pub use crate::report::MET;
 use crate::report::{Answers, Check, Run, Written};
 use crate::rewrite;
-use crate::schedule::{self, Schedule};
+use crate::schedule::{self, Problem, Schedule};
 
 /// How often caps are tightened at most. Blocks cut otherwise are met by other stations: half a dozen rounds were seen to find
 /// a new place each.
@@ -70,11 +70,13 @@ pub const ROUNDS: usize = 9;
 pub const SOLVED: usize = 3;
 /// Predicts loads and time as programmed.
 pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
-    posed(task, Edges::AsProgrammed, watch)
+    let (mut run, _) = posed(task, Edges::AsProgrammed, watch)?;
+    life::used_by(&mut run);
+    Ok(run)
 }
 
-/// Reads, simulates, and poses the problem for tools with these edges.
-fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
+/// Reads, simulates, and poses the problem for tools with these edges; the problem before any budget, where loads follow feeds.
+fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(Run, Option<Problem>), JobError> {
     let Task { program, mut job, mut assumptions, wanted } = task;
     let start = (watch.clock)();
     assumptions.extend(wanted.confidence.map(|confidence| wanted::confident(&mut job, confidence)));
@@ -131,6 +133,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
             Some(wanted::limited(&mut job, &sections(&program, &toolpath, &map), &toolpath, &map, percentile));
     }
     let mut problem = asked(&program, &toolpath, &map, &job, &edges.history(&toolpath, &map, &job));
+    let fresh = schedule::history::follows_feeds(&job).then(|| problem.clone());
     answers.wear = life::keep_wear(&mut problem, &toolpath, &map, &job);
     let switched = switch::both_positions(&program, &job, &toolpath, &mut problem, edges, watch)?;
     let (switched, told) = switched.map_or((None, None), |(switched, told)| (Some(Box::new(switched)), Some(told)));
@@ -170,7 +173,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<Run, JobError> {
     };
     run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fitted(&run, measured_s));
     run.answers.final_surface = wanted::surface(&run);
-    Ok(run)
+    Ok((run, fresh))
 }
 
 /// Rewrites the feeds, and closes the loop over the written file.
@@ -180,7 +183,8 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
     let mut making = confidence.map(|confidence| Making::new(&task.job, confidence));
     let last = if making.is_some() { ROUNDS + certificate::ROUNDS } else { ROUNDS };
     let mut certified = 0;
-    let mut run = posed(task, Edges::Unworn, watch)?;
+    let (mut run, fresh) = posed(task, Edges::Unworn, watch)?;
+    let mut fresh = fresh.map(|off| worn::Fresh::of(&run, off));
     let mut options = growth::options(&run);
     let mut known = [None, None];
     let mut lowered: Option<Schedule> = None;
@@ -188,7 +192,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         (watch.progress)("schedule", 0.0);
         let (mut schedule, rewritten, [solve_s, write_s]) = match lowered.take() {
             Some(schedule) => growth::as_it_is(&run, schedule, watch.clock),
-            None => growth::within(&mut run, &mut options, watch.clock)?,
+            None => growth::within(&mut run, fresh.as_ref(), &mut options, watch.clock)?,
         };
         let wrote = (watch.clock)();
         let mut found = check::check(&run, &rewritten, watch, &mut known, round == last)?;
@@ -210,6 +214,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         if !found.is_good() && round < last {
             tighten::leave_alone(&mut run, &found.doubtful);
             tighten::tighten(&mut run.problem, &found.breaches, false);
+            fresh.iter_mut().for_each(|fresh| fresh.tighten(&found.breaches));
             options.lambda_s = schedule.lambda_s;
             let solved = if certified > 0 { certified > certificate::SOLVED } else { round >= SOLVED };
             if solved && found.doubtful.is_empty() {
@@ -241,6 +246,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         });
         break;
     }
+    life::used_by(&mut run);
     if let (true, [Some(known), _]) = (wanted.stress, &known) {
         run.answers.stress = check::stressed(&run, known, watch);
     }

@@ -1,9 +1,10 @@
-//! Feeds under the wear that they cause. In: a run whose problem was posed for edges that have not slid. Out: its problem and
+//! Feeds under the wear that they cause. In: a run whose problem was posed for edges that have not worn. Out: its problem and
 //! feeds settled by the rounds of [`crate::schedule::wear`], in both positions of the block-delete switch, or the place from which the
 //! tool is worn out.
 
 use super::asked::asked;
 use super::edges::WornOut;
+use super::life;
 use super::switch;
 use super::task::JobError;
 use super::tighten::{self, Breach};
@@ -14,13 +15,32 @@ use crate::nc::{Program, Toolpath};
 use crate::report::{Run, Switched};
 use crate::schedule::history::{self, History};
 use crate::schedule::wear::{self, ROUNDS, SETTLED};
-use crate::schedule::{self, FeedPiece, Options, Problem, Schedule};
+use crate::schedule::{self, FeedPiece, Node, Options, Problem, Schedule};
 
-/// Feeds from the caps of the problem, which are lowered until they hold behind these very feeds.
-pub fn feeds(run: &mut Run, options: &Options) -> Result<Schedule, JobError> {
+/// The problem for edges that have not worn, before any budget, in both positions of the block-delete switch, with the caps that
+/// the check of the written file lowered.
+pub struct Fresh {
+    off: Problem,
+    on: Option<Problem>,
+}
+
+impl Fresh {
+    /// `off`: of the run with the switch off.
+    pub fn of(run: &Run, off: Problem) -> Self {
+        Self { off, on: run.switched.as_ref().map(|on| on.problem.clone()) }
+    }
+    /// Takes breaches into the caps.
+    pub fn tighten(&mut self, breaches: &[Breach]) {
+        tighten::tighten(&mut self.off, breaches, false);
+    }
+}
+
+/// Feeds from the caps of the problem, which follow the wear of these very feeds where there is a `fresh` one.
+pub fn feeds(run: &mut Run, fresh: Option<&Fresh>, options: &Options) -> Result<Schedule, JobError> {
     for _ in 0..ROUNDS {
         let schedule = schedule::feeds(&run.problem, &run.toolpath, &run.job, options);
-        if !history::follows_feeds(&run.job) || lower(run, &schedule.pieces)? <= SETTLED {
+        let Some(fresh) = fresh else { return Ok(schedule) };
+        if follow(run, fresh, &schedule.pieces)? <= SETTLED {
             return Ok(schedule);
         }
     }
@@ -31,10 +51,10 @@ pub fn feeds(run: &mut Run, options: &Options) -> Result<Schedule, JobError> {
 pub fn beyond(run: &Run, feeds: &[FeedPiece], breaches: &[Breach]) -> Option<WornOut> {
     let breach = tighten::hopeless(&run.problem, breaches).filter(|_| history::wears(&run.job))?;
     let history = History::of(&run.toolpath, &run.map, &run.job, feeds);
-    Some(worn_out(&run.toolpath, &run.map, &history, breach.origin.move_id, breach.origin.from_mm, breach.kind))
+    Some(worn_out_at(&run.toolpath, &run.map, &history, breach.origin.move_id, breach.origin.from_mm, breach.kind))
 }
 
-fn worn_out(
+fn worn_out_at(
     toolpath: &Toolpath,
     map: &EngagementMap,
     history: &History,
@@ -48,18 +68,19 @@ fn worn_out(
     WornOut { tool: motion.tool, line: motion.line, kind, slid_m }
 }
 
-/// Lowers the caps to those behind these feeds; the largest share by which one fell.
-fn lower(run: &mut Run, feeds: &[FeedPiece]) -> Result<f64, JobError> {
-    let Run { program, job, toolpath, map, problem, switched, .. } = run;
-    let mut off = Side { program, job, toolpath, map, problem };
-    let mut fell = off.lower(feeds)?;
-    if let Some(on) = switched {
-        let there = switch::feeds_on(feeds, off.toolpath, &on.toolpath);
-        let Switched { toolpath, map, problem } = on.as_mut();
-        fell = fell.max(Side { program, job, toolpath, map, problem }.lower(&there)?);
-        switch::lower_to(off.problem, off.toolpath, on);
+/// Gives the problem the caps behind these feeds; the largest share by which one changed.
+fn follow(run: &mut Run, fresh: &Fresh, feeds: &[FeedPiece]) -> Result<f64, JobError> {
+    let Run { program, job, toolpath, map, problem, switched, answers, .. } = run;
+    let before = problem.clone();
+    Side { program, job, toolpath, map, problem, fresh: &fresh.off }.follow(feeds)?;
+    if let (Some(on), Some(fresh)) = (switched, &fresh.on) {
+        let there = switch::feeds_on(feeds, toolpath, &on.toolpath);
+        let Switched { toolpath: on_path, map, problem: on_problem } = on.as_mut();
+        Side { program, job, toolpath: on_path, map, problem: on_problem, fresh }.follow(&there)?;
+        switch::lower_to(problem, toolpath, on);
     }
-    Ok(fell)
+    life::keep_again(&mut answers.wear, problem, toolpath, map, job);
+    Ok(wear::largest_change(&before, problem))
 }
 
 /// One position of the block-delete switch.
@@ -69,19 +90,19 @@ struct Side<'a> {
     toolpath: &'a Toolpath,
     map: &'a EngagementMap,
     problem: &'a mut Problem,
+    fresh: &'a Problem,
 }
 
 impl Side<'_> {
-    fn lower(&mut self, feeds: &[FeedPiece]) -> Result<f64, JobError> {
+    fn follow(&mut self, feeds: &[FeedPiece]) -> Result<(), JobError> {
         let history = History::of(self.toolpath, self.map, self.job, feeds);
         let worn = asked(self.program, self.toolpath, self.map, self.job, &history);
-        let fall = wear::lower(self.problem, &worn);
-        match fall.worn_out.filter(|_| history::wears(self.job)) {
-            Some((node, kind)) => {
-                let node = &self.problem.nodes[node];
-                Err(JobError::WornOut(worn_out(self.toolpath, self.map, &history, node.move_id, node.from_mm, kind)))
-            }
-            None => Ok(fall.largest),
-        }
+        let tools = self.job.tools.iter().map(|tool| tool.number);
+        let spared: Vec<u32> = tools.filter(|tool| history::spares(self.job, *tool)).collect();
+        let spares = |node: &Node| spared.contains(&self.toolpath.moves[node.move_id.ix()].tool);
+        let worn_out = wear::follow(self.problem, self.fresh, &worn, &spares);
+        let Some((node, kind)) = worn_out.filter(|_| history::wears(self.job)) else { return Ok(()) };
+        let node = &self.problem.nodes[node];
+        Err(JobError::WornOut(worn_out_at(self.toolpath, self.map, &history, node.move_id, node.from_mm, kind)))
     }
 }

@@ -84,14 +84,14 @@ pub struct Surface {
     pub mark_mean_mm: [f64; 2],
 }
 
-/// What a wear budget came to.
+/// What a program uses of the life of a tool, and what a budget of it came to.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Wear {
     /// Tool number.
     pub tool: u32,
-    /// The most it may use: a share of its life, or of what the program uses as programmed.
-    pub most: f64,
-    /// What it uses at the highest feeds allowed.
+    /// The most it may use: a share of its life, or of what the program uses as programmed; `None`: no budget was asked for.
+    pub most: Option<f64>,
+    /// What it uses: of its life at the feeds of the program, of the program's at the highest feeds allowed.
     pub used: f64,
     /// Is it a share of its life?
     pub of_life: bool,
@@ -182,8 +182,22 @@ impl Surface {
 }
 
 impl Wear {
+    /// The answer where no budget was asked for: only what the program uses of a tool's life.
+    pub fn without_budget(tool: u32, used: f64, slower_is_safer: bool) -> Self {
+        Self {
+            tool,
+            most: None,
+            used,
+            of_life: true,
+            percent_saves_s: 0.0,
+            longer_life_costs_s: None,
+            slower_is_no_safer: !slower_is_safer,
+            impossible: false,
+        }
+    }
     fn text(&self) -> String {
         let of = if self.of_life { "its life" } else { "the program's as programmed" };
+        let Some(most) = self.most else { return format!("wear T{}   {} of {of}\n", self.tool, short(self.used)) };
         let rest = match self.longer_life_costs_s {
             _ if self.impossible && self.slower_is_no_safer => {
                 "no feeds keep it: slower ones do not spare this tool; change it earlier".to_owned()
@@ -197,6 +211,6 @@ impl Wear {
                 format!("no feeds give 10 % more life; one percent more wear saves {} s", short(self.percent_saves_s))
             }
         };
-        format!("wear T{}   {} of {of}, {} allowed; {rest}\n", self.tool, short(self.used), short(self.most))
+        format!("wear T{}   {} of {of}, {} allowed; {rest}\n", self.tool, short(self.used), short(most))
     }
 }

@@ -34,6 +34,12 @@ pub fn wears(job: &Job) -> bool {
     any_law(job, |wear| wear.law.exponent < 0.0) || acting(job, &|covariate| covariate == Covariate::Sliding)
 }
 
+/// Does a tool wear by a law of its own by which slower feeds spare it?
+pub fn spares(job: &Job, tool: u32) -> bool {
+    let wear = job.tool(tool).filter(|tool| job.fresh_index(tool).is_some()).and_then(|tool| tool.wear);
+    wear.is_some_and(|wear| wear.law.slower_is_safer())
+}
+
 fn any_law(job: &Job, holds: impl Fn(&Wear) -> bool) -> bool {
     job.tools.iter().filter_map(|tool| tool.wear.as_ref()).any(holds)
 }

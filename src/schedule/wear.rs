@@ -28,51 +28,60 @@
 //! Before x* the feeds √(u₀² − 2 E g α K x) / K hold the limit; beyond x* none do, however slow: a tool that must go further
 //! has to be changed. (One feed for the whole cut lasts for x*/2 at most, at v = u₀ / 2K.)
 //!
-//! Where a tool wears by a law of its own with p > 0 ([`crate::machine::wear`]) the argument turns round: higher feeds wear it more,
-//! so the wear behind v⁰ is the most there can be, and the caps of the first round hold. They are lower than need be: a limit may be
-//! called unmet that feeds between would meet.
+//! **Where slower feeds spare the edge** (a law of its own with p > 0, [`crate::machine::wear`]) the argument turns round: T falls where
+//! v rises. v¹ = T(v⁰) then lies below the feeds wanted and v² above, so caps that could only fall would stay at v¹: safe, and too
+//! low. Here the caps of a round are those behind the feeds of the last, whether lower or higher ([`follow`]). The wear at a
+//! station still rests on what lies before it alone, so Picard's bound holds as it stands, and with it the limit is the one
+//! solution of v_i = c_i(S_i(v)). In an even cut with F = E (1 + g I) + K v and dI/dx = k v it is v = v₀ e^(−E g k x / K).
 //!
 //! Time since the start also follows the feeds (a spindle that warms up). The same rounds serve: caps only fall, so what is
 //! written holds its limits; where slower feeds would allow more, a little of it is not used.
 
-use super::problem::Problem;
+use super::problem::{Node, Problem};
 use crate::machine::LimitKind;
 
-/// Share by which caps may fall in the round after which wear counts as settled; a fifth of what the check of the written
+/// Share by which caps may change in the round after which wear counts as settled; a fifth of what the check of the written
 /// file allows a load.
 pub const SETTLED: f64 = 0.002;
 /// Most rounds.
 pub const ROUNDS: usize = 36;
 
-/// What a round did.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Fall {
-    /// The largest share by which a cap in a cut fell.
-    pub largest: f64,
-    /// First node that held its limits before and cannot any more, and the limit.
-    pub worn_out: Option<(usize, LimitKind)>,
-}
-
-/// Lowers the caps of `problem` to those of `worn`, the same problem behind feeds that were solved from it.
-pub fn lower(problem: &mut Problem, worn: &Problem) -> Fall {
-    let mut fall = Fall::default();
-    for (index, (node, worn)) in problem.nodes.iter_mut().zip(&worn.nodes).enumerate() {
-        if !node.free || node.infeasible.is_some() {
+/// Gives `problem` the caps of `worn`, the same problem behind feeds that were solved from it. A cap only falls, but where slower
+/// feeds spare the edge (`spares`): there it is the lower one of `fresh`, the problem of edges that have not worn, and `worn`.
+/// The first node, of those whose caps only fall, that held its limits before and cannot any more, and the limit.
+pub fn follow(
+    problem: &mut Problem,
+    fresh: &Problem,
+    worn: &Problem,
+    spares: &dyn Fn(&Node) -> bool,
+) -> Option<(usize, LimitKind)> {
+    let mut worn_out = None;
+    let nodes = problem.nodes.iter_mut().zip(&fresh.nodes).zip(&worn.nodes).enumerate();
+    for (index, ((node, fresh), worn)) in nodes {
+        if !node.free || fresh.infeasible.is_some() {
             continue;
         }
-        if let Some(kind) = worn.infeasible {
-            fall.worn_out = fall.worn_out.or(Some((index, kind)));
+        if spares(node) {
+            *node = Node { cap: fresh.cap, floor: fresh.floor, infeasible: None, ..*node };
+        } else if node.infeasible.is_some() {
+            continue;
+        } else if let Some(kind) = worn.infeasible {
+            worn_out = worn_out.or(Some((index, kind)));
         }
         if worn.cap.feed_mm_s < node.cap.feed_mm_s {
-            if node.cutting {
-                fall.largest = fall.largest.max(1.0 - worn.cap.feed_mm_s / node.cap.feed_mm_s);
-            }
             node.cap = worn.cap;
             node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
             node.infeasible = worn.infeasible;
         }
     }
-    fall
+    worn_out
+}
+
+/// The largest share by which a cap in a cut changed.
+pub fn largest_change(before: &Problem, after: &Problem) -> f64 {
+    let cuts = before.nodes.iter().zip(&after.nodes).filter(|(node, _)| node.cutting && node.free);
+    let change = |(a, b): (&Node, &Node)| (b.cap.feed_mm_s / a.cap.feed_mm_s - 1.0).abs();
+    cuts.map(change).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -96,11 +105,15 @@ mod tests {
         (LIMIT - E).powi(2) / (2.0 * E * G * ALPHA * K)
     }
 
-    /// An even cut of so many stations behind these feeds.
+    /// An even cut of so many stations behind these feeds, whose way in material is `ALPHA` times their power −1 per mm.
     fn posed(count: usize, feeds: Option<&[f64]>) -> Problem {
+        posed_by(count, feeds, -1)
+    }
+
+    fn posed_by(count: usize, feeds: Option<&[f64]>, exponent: i32) -> Problem {
         let mut slid = 0.0;
         let node = |i: usize| {
-            let way = feeds.map_or(0.0, |feeds| ALPHA * DS_MM / feeds[i]);
+            let way = feeds.map_or(0.0, |feeds| ALPHA * DS_MM * feeds[i].powi(exponent));
             let cap = (LIMIT - E * (1.0 + G * (slid + 0.5 * way))) / K;
             slid += way;
             let bound = |feed_mm_s| Bound { feed_mm_s, kind: LimitKind::Power, per_unit: 0.0 };
@@ -126,18 +139,37 @@ mod tests {
     /// Rounds until caps rest, and the caps; or the place that is worn out.
     fn settled(length_mm: f64) -> Result<(usize, Vec<f64>), f64> {
         let count = (length_mm / DS_MM) as usize;
-        let mut problem = posed(count, None);
+        rests(count, -1)
+    }
+
+    fn rests(count: usize, exponent: i32) -> Result<(usize, Vec<f64>), f64> {
+        let fresh = posed(count, None);
+        let mut problem = fresh.clone();
         for round in 1..=ROUNDS {
+            let before = problem.clone();
             let feeds: Vec<f64> = problem.nodes.iter().map(|node| node.cap.feed_mm_s).collect();
-            let fall = lower(&mut problem, &posed(count, Some(&feeds)));
-            if let Some((node, _)) = fall.worn_out {
+            let worn = posed_by(count, Some(&feeds), exponent);
+            if let Some((node, _)) = follow(&mut problem, &fresh, &worn, &|_| exponent > 0) {
                 return Err(problem.nodes[node].from_mm);
             }
-            if fall.largest <= SETTLED {
+            if largest_change(&before, &problem) <= SETTLED {
                 return Ok((round, problem.nodes.iter().map(|node| node.cap.feed_mm_s).collect()));
             }
         }
         panic!("no rest within {ROUNDS} rounds");
+    }
+
+    /// dS/dx = α v: v = v₀ e^(−E g α x / K). The first round alone would leave v₀ (1 − E g α x / K), which is nothing at the end
+    /// of this cut.
+    #[test]
+    fn where_slower_feeds_spare_the_edge_caps_come_to_rest_at_the_closed_form() {
+        let per_mm = E * G * ALPHA / K;
+        let (rounds, caps) = rests((1.2 / per_mm / DS_MM) as usize, 1).expect("slower feeds spare it");
+        assert!(rounds <= 12, "{rounds}");
+        for (i, cap) in caps.iter().enumerate() {
+            let exact = (LIMIT - E) / K * (-per_mm * DS_MM * (i as f64 + 0.5)).exp();
+            assert!((cap / exact - 1.0).abs() < 0.05, "{i} of {}: {cap} for {exact}", caps.len());
+        }
     }
 
     #[test]
