@@ -247,16 +247,16 @@ fn feeds_before_the_next_check_point_stay_and_those_behind_follow_the_wear() {
     assert_eq!(json(folder, "n.json")["index"][0], 40.0);
 }
 
-/// A log of the program with positions, at its own feeds, every 0.05 s: the force is that of a table of check points, linear in the
-/// length cut, plus what the rate is more than expected.
-fn log(folder: &Path, program: &str, report: &Value, more: f64) -> String {
+/// A log of the program with positions, at its own feeds, every `step_s`: the force is that of a table of check points, linear in the
+/// length cut, plus what the rate is more than expected, times `turning` of the row.
+fn log(folder: &Path, program: &str, report: &Value, more: f64, step_s: f64, turning: impl Fn(usize) -> f64) -> String {
     let points = report["check_points"].as_array().unwrap();
     let value = |k: usize, key: &str| points[k][key].as_f64().unwrap();
     let last = points.len() - 1;
     let slope = (value(last, "force_xy_n") - value(0, "force_xy_n")) / (value(last, "cut_m") - value(0, "cut_m"));
     let text = fs::read_to_string(folder.join(program)).unwrap();
     let (mut at, mut feed, mut rapid) = ([0.0; 3], 600.0, true);
-    let (mut time_s, mut cut_m) = (0.0, 0.0);
+    let (mut time_s, mut cut_m, mut row) = (0.0, 0.0, 0);
     let mut out = String::from("time_s,x_mm,y_mm,z_mm,force_xy_n\n");
     for line in text.lines().filter(|line| !line.starts_with('(')) {
         let code = line.split('(').next().unwrap();
@@ -273,7 +273,7 @@ fn log(folder: &Path, program: &str, report: &Value, more: f64) -> String {
             }
         }
         let length = (0..3).map(|k| (to[k] - at[k]).powi(2)).sum::<f64>().sqrt();
-        let steps = (length / (if rapid { 15_000.0 } else { feed } / 60.0) / 0.05).ceil().max(1.0);
+        let steps = (length / (if rapid { 15_000.0 } else { feed } / 60.0) / step_s).ceil().max(1.0);
         for step in 1..=steps as u32 {
             let share = f64::from(step) / steps;
             let here: Vec<f64> = (0..3).map(|k| at[k] + share * (to[k] - at[k])).collect();
@@ -282,12 +282,215 @@ fn log(folder: &Path, program: &str, report: &Value, more: f64) -> String {
             time_s += length / (if rapid { 15_000.0 } else { feed } / 60.0) / steps;
             let force =
                 value(0, "force_xy_n") + (slope + more) * (cut_m - value(0, "cut_m")) + more * value(0, "cut_m");
-            let force = if cutting { force } else { 0.0 };
+            let force = if cutting { force * turning(row) } else { 0.0 };
+            row += 1;
             writeln!(out, "{time_s:.3},{:.3},{:.3},{:.3},{force:.2}", here[0], here[1], here[2]).unwrap();
         }
         at = to;
     }
     out
+}
+
+/// Value of a column of a table of stations where a pass at this y is nearest to the middle of the part.
+fn in_the_middle(csv: &Path, column: &str, y: f64) -> f64 {
+    let text = fs::read_to_string(csv).unwrap();
+    let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let at = |name: &str| head.iter().position(|known| *known == name).unwrap();
+    let [x_at, y_at, value_at] = [at("x_mm"), at("y_mm"), at(column)];
+    let value = |row: &str, at: usize| row.split(',').nth(at).unwrap().parse::<f64>().unwrap();
+    let here = text.lines().skip(1).filter(|row| (value(row, y_at) - y).abs() < 1e-3);
+    let middle = here.min_by(|a, b| (value(a, x_at) - 60.0).abs().total_cmp(&(value(b, x_at) - 60.0).abs()));
+    value(middle.unwrap(), value_at)
+}
+
+/// The same for every pass.
+fn of_passes(csv: &Path, column: &str) -> Vec<f64> {
+    (0..40).map(|pass| in_the_middle(csv, column, 2.0 * f64::from(pass) - 3.0)).collect()
+}
+
+/// The table of check points as a machine reads it whose tool is that of another setup, up to a check point.
+fn read_on(folder: &Path, program: &str, truth: &str, report: &Value, columns: [&str; 2], last: u64) -> String {
+    fs::write(folder.join("truth.toml"), truth).unwrap();
+    let (code, said) = run(folder, &["simulate", program, "--setup", "truth.toml", "--csv", "truth.csv"]);
+    assert!(code <= 1, "{said}");
+    let mut text = format!("check,cycle,{}\n", columns[1]);
+    for point in report["check_points"].as_array().unwrap() {
+        if point["check"].as_u64().unwrap() <= last {
+            let y = point["position_mm"][1].as_f64().unwrap();
+            let load = in_the_middle(&folder.join("truth.csv"), columns[0], y);
+            writeln!(text, "{},{},{load:.2}", point["check"], point["cycle"]).unwrap();
+        }
+    }
+    text
+}
+
+/// Plans 20 check points on `program`, reads them on the tool of `truth`, updates; what was said and reported.
+fn updated(folder: &Path, target: &[&str], truth: &str, columns: [&str; 2], last: u64) -> (i32, String, Value) {
+    let plan = ["toollife", "plan", "part.nc", "--every", "0.24", "--json", "plan.json", "--accept-infeasible"];
+    let (code, said) = run(folder, &[&plan[..], target].concat());
+    assert!(code <= 1, "{said}");
+    let table = read_on(folder, "part.life.nc", truth, &json(folder, "plan.json"), columns, last);
+    fs::write(folder.join("read.csv"), table).unwrap();
+    let update = ["toollife", "update", "part.life.nc", "--setup", "part.setup.toml", "--measured", "read.csv"];
+    let (code, said) = run(folder, &[&update[..], &["--json", "u.json", "--accept-infeasible"]].concat());
+    let report = folder.join("u.json").exists().then(|| json(folder, "u.json"));
+    (code, said, report.unwrap_or_default())
+}
+
+const FORCE: [&str; 2] = ["force_xy_peak_n_before", "force_xy_n"];
+
+/// Every pass is cut at the limit, on the edge that the passes before it left: also where slower feeds wear it less (p > 0).
+#[test]
+fn feeds_follow_the_wear_that_they_themselves_cause_whatever_the_exponent() {
+    for exponent in [-1.0, 0.0, 1.0, 2.0] {
+        let folder = bench(&setup(RESPONSE, exponent, 900.0).replace("force_xy = 400", "force_xy = 230"));
+        let folder = folder.path();
+        let arguments = ["optimize", "part.nc", "-o", "out.nc", "--csv", "w.csv", "--json", "w.json"];
+        let (code, said) = run(folder, &arguments);
+        assert_eq!(code, 0, "{said}");
+        let again = ["simulate", "out.nc", "--setup", "part.setup.toml", "--csv", "a.csv", "--json", "a.json"];
+        assert_eq!(run(folder, &again).0, 0);
+        let [written, again] = [
+            of_passes(&folder.join("w.csv"), "force_xy_peak_n_after"),
+            of_passes(&folder.join("a.csv"), "force_xy_peak_n_before"),
+        ];
+        for (pass, (force, again)) in written.iter().zip(&again).enumerate() {
+            // The first pass is half as wide as the others.
+            assert!(pass == 0 || (0.98..1.01).contains(&(force / 230.0)), "p = {exponent}, pass {pass}: {written:?}");
+            assert!((again / force - 1.0).abs() < 0.01, "p = {exponent}, pass {pass}: {force} {again}");
+        }
+        // What the summary says of the life that is used is what the written file uses.
+        let used = |name: &str| json(folder, name)["wear"][0]["used"].as_f64().unwrap();
+        assert!((used("a.json") / used("w.json") - 1.0).abs() < 0.01 && used("w.json") > 0.05, "{}", used("w.json"));
+    }
+}
+
+#[test]
+fn the_index_is_found_from_force_and_from_power_under_both_models() {
+    let power = ["power_w_before", "spindle_power_w"];
+    // The meter reads what the motor takes up: its efficiency is 0.8, so as `power_w` at the shaft it is the reading over that.
+    for (material, end, columns, rate) in [
+        (RESPONSE, 240.0, FORCE, 26.0),
+        (EDGES, 120.0, FORCE, 26.0),
+        (EDGES, 120.0, ["force_xy_mean_n_before", "force_xy_mean_n"], 26.0),
+        (EDGES, 120.0, power, 26.0),
+        (EDGES, 120.0, ["power_w_before", "power_w"], 26.0),
+    ] {
+        let own = setup(material, 0.0, end).replace("efficiency = 0.8", "efficiency = 1");
+        let folder = bench(&own);
+        let truth = own.replace("rate = 20", &format!("rate = {rate}"));
+        let (code, said, report) = updated(folder.path(), &["--target-parts", "3"], &truth, columns, 8);
+        assert!(code <= 1, "{said}");
+        // 3 parts of 4.96 m each.
+        assert!((report["target_m"].as_f64().unwrap() / 3.0 - 4.96).abs() < 0.02, "{}", report["target_m"]);
+        let [_, fresh, _] = [0, 1, 2].map(|k| report["index"][k].as_f64().unwrap());
+        for row in report["readings"].as_array().unwrap() {
+            let index = fresh + rate * row["total_m"].as_f64().unwrap();
+            assert!((row["index"].as_f64().unwrap() / index - 1.0).abs() < 0.01, "{columns:?} {row} {index}");
+        }
+        let [seen, deviation] = [0, 1].map(|k| report["rate_per_m"][k].as_f64().unwrap());
+        assert!((seen - rate).abs() < 2.0 * deviation && seen > 21.0, "{columns:?} {seen} {deviation}");
+    }
+}
+
+#[test]
+fn a_meter_reads_the_shaft_over_its_efficiency() {
+    let own = setup(EDGES, 0.0, 120.0);
+    let folder = bench(&own);
+    // The table is of the shaft, so the meter of this machine would have read 1.25 times as much.
+    let (code, said, report) = updated(folder.path(), &["--target-parts", "2"], &own, ["power_w_before", "power_w"], 3);
+    assert!(code <= 1, "{said}");
+    for row in report["readings"].as_array().unwrap() {
+        assert!((row["load"].as_f64().unwrap() / row["predicted"].as_f64().unwrap() - 0.8).abs() < 0.01, "{row}");
+    }
+}
+
+/// The second half of the passes at half the feed, all kept as programmed. The law is declared with 1, the tool has −1: a slower feed
+/// ruins it.
+#[test]
+fn a_wrong_exponent_is_noticed_from_two_feeds_and_slows_no_feed_any_more() {
+    let own = setup(RESPONSE, 1.0, 340.0);
+    let kept = own.clone() + "[[operation]]\nmatch = { tool = 1 }\nmode = \"keep\"\n";
+    let two_feeds = || {
+        let folder = bench(&kept);
+        let program = passes(40).replace("F600", "F300").replacen("F300", "F600", 20);
+        fs::write(folder.path().join("part.nc"), program).unwrap();
+        folder
+    };
+    let truth = own.replace("exponent = 1", "exponent = -1");
+    let target = ["--target-length", "4.97", "--assurance", "0.5"];
+    let folder = two_feeds();
+    let (code, said, report) = updated(folder.path(), &target, &truth, FORCE, 16);
+    assert!(code <= 1, "{said}");
+    let [power, deviation] = [0, 1].map(|k| report["exponent_seen"][k].as_f64().unwrap());
+    assert!((power + 1.0).abs() < 3.0 * deviation && deviation < 0.4, "{power} {deviation} {said}");
+    assert!(report["exponent"].as_f64().unwrap() < -0.5 && report["budget"].is_null(), "{said}");
+    assert!(said.contains("not 1 as declared") && said.contains("no feed was lowered for its life"), "{said}");
+    // With the right exponent the same readings refute nothing, and the feeds are solved for the target.
+    let folder = two_feeds();
+    let (_, said, report) = updated(folder.path(), &target, &own, FORCE, 16);
+    assert!(report["exponent"] == 1.0 && said.contains("1 as declared is used"), "{said}");
+    // One feed for all that is the one of the declared rate cannot tell it, and that is said.
+    let folder = bench(&kept);
+    let (_, said, report) = updated(folder.path(), &target, &truth, FORCE, 8);
+    assert!(report["exponent"] == 1.0 && said.contains("the readings cannot tell the exponent"), "{said}");
+}
+
+/// The first readings of an edge that runs in lie below the line of the others.
+#[test]
+fn the_run_in_of_an_edge_is_left_out_of_the_trend_and_said() {
+    let own = setup(RESPONSE, 0.0, 240.0);
+    let folder = bench(&own);
+    let folder = folder.path();
+    let plan = ["toollife", "plan", "part.nc", "--target-length", "6", "--every", "0.24", "--json", "plan.json"];
+    assert!(run(folder, &plan).0 <= 1);
+    let report = json(folder, "plan.json");
+    let table = read_on(folder, "part.life.nc", &own, &report, FORCE, 10);
+    let runs_in = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        match cells[0].parse::<i32>() {
+            Ok(1) => format!("1,{},{:.1}\n", cells[1], cells[2].parse::<f64>().unwrap() - 25.0),
+            _ => format!("{line}\n"),
+        }
+    };
+    let table: String = table.lines().map(runs_in).collect();
+    fs::write(folder.join("read.csv"), table).unwrap();
+    let update = ["toollife", "update", "part.life.nc", "--setup", "part.setup.toml", "--measured", "read.csv"];
+    let (code, said) = run(folder, &[&update[..], &["--json", "u.json"]].concat());
+    assert!(code <= 1 && said.contains("belong to the run-in of the edge"), "{said}");
+    let found = json(folder, "u.json");
+    assert_eq!(found["left_out"][0], 1);
+    assert!((found["rate_per_m"][0].as_f64().unwrap() - 20.0).abs() < 0.3, "{}", found["rate_per_m"]);
+}
+
+/// A dynamometer sampled as it is, 200 times a second: the load of a check point is the largest in each window.
+#[test]
+fn a_log_of_instants_is_followed_for_its_peaks_over_the_window() {
+    let folder = bench(&setup(RESPONSE, 0.0, 240.0));
+    let folder = folder.path();
+    assert_eq!(plan(folder, "6").0, 0);
+    let report = json(folder, "plan.json");
+    let turning = |row: usize| (1.0 + (2.399_963 * row as f64).cos()) / 2.0;
+    fs::write(folder.join("log.csv"), log(folder, "part.life.nc", &report, 6.0, 0.005, turning)).unwrap();
+    let update = ["toollife", "update", "part.life.nc", "--setup", "part.setup.toml", "--measured", "log.csv"];
+    let with = |more: &[&str]| {
+        let (code, said) =
+            run(folder, &[&update[..], more, &["--json", "u.json", "-o", "u.nc", "--state", "T1.life.toml"]].concat());
+        (code, said)
+    };
+    let state = fs::read(folder.join("T1.life.toml")).unwrap();
+    let (code, said) = with(&["--sample", "instant", "--window", "0.2"]);
+    assert!(code <= 1, "{said}");
+    let found = json(folder, "u.json");
+    assert!(found["readings"].as_array().unwrap().len() >= 3, "{said}");
+    for row in found["readings"].as_array().unwrap() {
+        let index = 40.0 + 26.0 * row["total_m"].as_f64().unwrap();
+        assert!((row["index"].as_f64().unwrap() / index - 1.0).abs() < 0.03, "{row} {index}");
+    }
+    // Taken for peaks the instants are half as much: less than any edge loads.
+    fs::write(folder.join("T1.life.toml"), state).unwrap();
+    let (code, said) = with(&["--force"]);
+    assert!(code <= 1 && said.contains("of a fresh edge: are the coefficients too high"), "{code} {said}");
 }
 
 #[test]
@@ -296,7 +499,7 @@ fn check_points_are_cut_from_a_whole_log() {
     let folder = folder.path();
     assert_eq!(plan(folder, "6").0, 0);
     let report = json(folder, "plan.json");
-    fs::write(folder.join("log.csv"), log(folder, "part.life.nc", &report, 6.0)).unwrap();
+    fs::write(folder.join("log.csv"), log(folder, "part.life.nc", &report, 6.0, 0.05, |_| 1.0)).unwrap();
     let update = ["toollife", "update", "part.life.nc", "--setup", "part.setup.toml", "--measured", "log.csv"];
     let (code, said) = run(folder, &[&update[..], &["--json", "u.json"]].concat());
     assert!(code <= 1, "{said}");
@@ -309,7 +512,7 @@ fn check_points_are_cut_from_a_whole_log() {
     }
     assert!(said.contains("no check point is left here"), "{said}");
     // A log of another part is refused.
-    let shifted: String = log(folder, "part.life.nc", &report, 6.0)
+    let shifted: String = log(folder, "part.life.nc", &report, 6.0, 0.05, |_| 1.0)
         .lines()
         .map(|line| format!("{}\n", line.replacen(',', ",7", 1)))
         .collect();
@@ -324,8 +527,10 @@ fn the_force_at_the_next_check_point_lies_on_the_line_to_the_target() {
     let folder = folder.path();
     let plan = ["toollife", "plan", "part.nc", "--target-length", "15", "--method", "force", "--json", "plan.json"];
     let (code, said) = run(folder, &plan);
-    assert!(code <= 1, "{said}");
     let report = json(folder, "plan.json");
+    // The force of the line says nothing of the 90 %: where its feeds miss them the program is written, and it is said.
+    assert!(code == 1 && report["lasts"] == false, "{said}");
+    assert!(said.contains("the feeds of this force reach") && folder.join("part.life.nc").exists(), "{said}");
     let first: Vec<&Value> =
         report["check_points"].as_array().unwrap().iter().filter(|point| point["check"] == 1).collect();
     // At the reference feed (0.05 mm, which is the programmed one) and with the index on the line from 40 N now to 240 N at 15 m.
@@ -333,8 +538,8 @@ fn the_force_at_the_next_check_point_lies_on_the_line_to_the_target() {
     let (feed, force) = (first[0]["feed_mm_min"].as_f64().unwrap(), first[0]["force_xy_n"].as_f64().unwrap());
     let theta = (1.0 - 2.0 / 5.0f64).acos();
     let target = 40.0 + 200.0 * cut_m / 15.0 + 2.0 * 5.0 * theta + 2500.0 * 0.05 * theta.sin();
-    // Caps are held against the wear that the highest feeds would leave, which is a little more than what the written ones do.
-    assert!((0.95..1.005).contains(&(force / target)) && feed < 600.0, "{force} for {target} at {feed}");
+    // The edge at the first check point is as worn as the feeds of the file have left it.
+    assert!((0.98..1.005).contains(&(force / target)) && feed < 600.0, "{force} for {target} at {feed}");
     // Where a slower feed spares nothing it is refused.
     let folder = bench(&setup(RESPONSE, -1.0, 240.0));
     let (code, said) = run(folder.path(), &plan);
@@ -423,7 +628,8 @@ fn a_budget_of_life_is_kept_by_each_tool_and_priced() {
     };
     let (code, said, held) = with(1.0, "0.3");
     assert_eq!(code, 0, "{said}");
-    assert!((held["wear"][0]["used"].as_f64().unwrap() / 0.3 - 1.0).abs() < 1e-6, "{}", held["wear"]);
+    // Of the written feeds, which ramps keep a little below the caps.
+    assert!((0.97..=1.0).contains(&(held["wear"][0]["used"].as_f64().unwrap() / 0.3)), "{}", held["wear"]);
     assert!(said.contains("10 % more life costs"), "{said}");
     let time = |report: &Value| report["time"]["realised_after_s"].as_f64().unwrap();
     // The price is what a budget a tenth smaller takes, but for ramps and the rounding of F words.
@@ -547,6 +753,17 @@ fn the_case_study_program_has_its_length_and_its_check_points() {
     assert_eq!(code, 0, "{said}");
 }
 
+/// A regulation that believes in 1 where the tool has −1 slows it down, and ruins it, until its readings refute that: most of these
+/// tools are then cut at the feed of the plan, with which 48 % last.
+#[test]
+fn a_wrong_exponent_is_refuted_by_the_readings_of_the_loop() {
+    let [none, wrong] = [Way::None, Way::Budget].map(|way| row(&SHOP, [1.0, -1.0], way, 300));
+    println!("{none:?} {wrong:?}");
+    assert!(wrong.refuted > 0.9, "{wrong:?}");
+    // Before the exponent was looked for 3 % lasted.
+    assert!(wrong.reached > 0.15, "{wrong:?}");
+}
+
 /// The whole table is `cargo bench --bench tool_life`.
 #[test]
 fn regulation_wins_where_it_claims_to_and_its_interval_holds() {
@@ -567,6 +784,8 @@ fn regulation_wins_where_it_claims_to_and_its_interval_holds() {
                 assert!(with.refused && with.reached == none.reached && with.time == none.time, "{with:?}");
             }
         }
+        // Readings of a tool that wears as declared hardly ever refute that.
+        assert!(of(Way::Budget).refuted <= 0.05, "p = {exponent}: {:?}", of(Way::Budget));
         if exponent > 0.0 {
             let budget = of(Way::Budget);
             assert!(budget.reached >= SHOP.assurance - 0.03, "{budget:?}");

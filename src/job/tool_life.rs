@@ -10,6 +10,8 @@ use crate::schedule::cutters::Cutters;
 use crate::schedule::history::History;
 use crate::schedule::realise::pieces_of_moves;
 use crate::toollife::check_points::{self, Cycle};
+use crate::toollife::exponent::{Lengths, POWERS};
+use std::cell::OnceCell;
 
 /// Which load is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,6 +62,7 @@ pub struct ToolRun<'a> {
     cutters: Cutters,
     history: History,
     tool: u32,
+    powers: OnceCell<[History; 4]>,
 }
 
 impl<'a> ToolRun<'a> {
@@ -67,7 +70,7 @@ impl<'a> ToolRun<'a> {
     pub fn new(run: &'a Run, tool: u32) -> Self {
         let history = History::of(&run.toolpath, &run.map, &run.job, run.after());
         let cutters = Cutters::after(&run.toolpath, &run.map, &run.job, &history);
-        Self { run, cutters, history, tool }
+        Self { run, cutters, history, tool, powers: OnceCell::new() }
     }
 
     /// The run.
@@ -78,6 +81,21 @@ impl<'a> ToolRun<'a> {
     /// Length cut in the program, and at the reference feed, m.
     pub fn cut_m(&self) -> [f64; 2] {
         self.history.cut_by(self.tool).map(|mm| 1e-3 * mm)
+    }
+
+    /// Length cut when the tool is at a cut, at the end of the program without one, were the exponent each of [`POWERS`].
+    pub fn lengths(&self, cut: Option<&CheckCut>) -> Lengths {
+        let histories = self.powers.get_or_init(|| POWERS.map(|power| self.with_power(power)));
+        let mm = |history: &History| cut.map_or_else(|| history.cut_by(self.tool), |cut| history.cut_mm(cut.station));
+        Lengths([0, 1, 2, 3].map(|k| 1e-3 * mm(&histories[k])[1]))
+    }
+
+    /// What lies behind each station were this the exponent.
+    fn with_power(&self, power: f64) -> History {
+        let mut job = self.run.job.clone();
+        let mine = job.tools.iter_mut().filter(|tool| tool.number == self.tool).filter_map(|tool| tool.wear.as_mut());
+        mine.for_each(|wear| wear.law.exponent = power);
+        History::of(&self.run.toolpath, &self.run.map, &job, self.run.after())
     }
 
     /// The cuts at the marks of the program.

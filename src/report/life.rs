@@ -65,8 +65,10 @@ pub struct LifeReport {
     pub index_deviation: f64,
     /// Rise of the index per metre at the reference feed, and its standard deviation.
     pub rate_per_m: [f64; 2],
-    /// Exponent of the feed.
+    /// Exponent of the feed that was regulated with.
     pub exponent: f64,
+    /// What the readings say of it, with its standard deviation; `None` with fewer than three of them.
+    pub exponent_seen: Option<[f64; 2]>,
     /// First readings that belong to the run-in; readings that hardly count.
     pub left_out: [usize; 2],
     /// Length cut so far, m.
@@ -91,6 +93,8 @@ pub struct LifeReport {
     pub check_points: Vec<CheckRow>,
     /// What is to be known.
     pub notes: Vec<String>,
+    /// Does it reach the target with the probability asked for?
+    pub lasts: bool,
     /// In one sentence.
     pub verdict: String,
 }

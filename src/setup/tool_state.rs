@@ -3,12 +3,14 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::toollife::exponent::Lengths;
+
 /// First line of the file, by which it is recognised as ours.
 pub const STATE_MARK: &str = "# State of a tool, written by feedwright toollife.";
 const HEAD: &str = "\
 # One file for one tool in the spindle; a new tool begins a new one (--new-tool). The index of wear is the part of the
-# cutting force that does not come from the chip. Lengths at the reference feed count a metre cut at feed f as
-# (f / feed_per_tooth)^exponent metres.
+# cutting force that does not come from the chip. lengths_m counts a metre cut at feed f as (f / feed_per_tooth)^p metres, for
+# p = -1, 0, 1 and 2.
 ";
 
 /// A tool between its programs.
@@ -39,12 +41,12 @@ pub struct ToolState {
     pub rate_deviation_per_m: f64,
     /// Reference feed per tooth, mm.
     pub feed_per_tooth_mm: f64,
-    /// Exponent of the feed.
+    /// Exponent of the feed in use: the declared one, or that of the readings where they refute it.
     pub exponent: f64,
     /// Length cut before the program below, m.
     pub cut_m: f64,
-    /// The same at the reference feed, m.
-    pub wear_m: f64,
+    /// The same at the reference feed, were the exponent -1, 0, 1, 2, m.
+    pub lengths_m: [f64; 4],
     /// Length that it shall cut in all, m.
     pub target_m: f64,
     /// Probability with which it shall.
@@ -66,8 +68,8 @@ pub struct PlannedProgram {
     pub sha256: String,
     /// Length that the tool cuts in it, m.
     pub cut_m: f64,
-    /// The same at the reference feed, m.
-    pub wear_m: f64,
+    /// The same at the reference feed, were the exponent -1, 0, 1, 2, m.
+    pub lengths_m: [f64; 4],
     /// Number of the last check point that was read; 0: none.
     pub read: u32,
 }
@@ -82,12 +84,19 @@ pub struct ReadingState {
     pub check: u32,
     /// Length cut by then, m.
     pub cut_m: f64,
-    /// The same at the reference feed, m.
-    pub wear_m: f64,
+    /// The same at the reference feed, were the exponent -1, 0, 1, 2, m.
+    pub lengths_m: [f64; 4],
     /// What was read, as a load of the tool: N, or W at the motor shaft.
     pub load: f64,
     /// Index that follows.
     pub index: f64,
+}
+
+impl ToolState {
+    /// Length cut before the program at the reference feed, with the exponent in use, m.
+    pub fn wear_m(&self) -> f64 {
+        Lengths(self.lengths_m).at(self.exponent)
+    }
 }
 
 /// Reads the file. Errors: what is wrong, in the words of the TOML reader.
@@ -107,8 +116,14 @@ mod tests {
 
     #[test]
     fn a_state_is_read_back_as_it_was_written() {
-        let reading =
-            ReadingState { program: "ab".into(), check: 1, cut_m: 13.0, wear_m: 12.5, load: 250.5, index: 87.3 };
+        let reading = ReadingState {
+            program: "ab".into(),
+            check: 1,
+            cut_m: 13.0,
+            lengths_m: [13.5, 13.0, 12.5, 12.1],
+            load: 250.5,
+            index: 87.3,
+        };
         let state = ToolState {
             tool: 3,
             diameter_mm: 6.0,
@@ -124,10 +139,16 @@ mod tests {
             feed_per_tooth_mm: 0.06,
             exponent: 1.0,
             cut_m: 0.0,
-            wear_m: 0.0,
+            lengths_m: [0.0; 4],
             target_m: 200.0,
             assurance: 0.9,
-            program: PlannedProgram { file: "a.nc".into(), sha256: "abcd".into(), cut_m: 37.0, wear_m: 36.0, read: 1 },
+            program: PlannedProgram {
+                file: "a.nc".into(),
+                sha256: "abcd".into(),
+                cut_m: 37.0,
+                lengths_m: [39.0, 37.0, 36.0, 35.5],
+                read: 1,
+            },
             readings: vec![reading],
         };
         let text = write_tool_state(&state);

@@ -9,6 +9,9 @@ use crate::numeric::{bisect, middle};
 /// A reading below this share of what a fresh edge loads, or above what a worn-out one does by the inverse, is no load of this
 /// cut: force models are off by some ten per cent, units by a factor of 4 or more. Judgement.
 pub const PLAUSIBLE: f64 = 0.4;
+/// Load of a worn-out edge over that of a fresh one from which on a reading tells the wear: readings repeat to about 2 %, and a rise of
+/// less than that is noise. Judgement.
+pub const LEAST_RISE: f64 = 1.02;
 /// Units that readings are taken for each other by, each with its factor on the unit expected.
 const UNITS: [(f64, &str); 5] = [
     (1e-3, "thousands of the unit (kN, kW)"),
@@ -25,12 +28,18 @@ pub enum Seen {
     Worn(f64),
     /// It is no load of this cut; the unit that it may be in.
     Implausible(Option<&'static str>),
+    /// A worn-out edge would hardly load more than a fresh one: this reading cannot tell the wear.
+    Blind,
 }
 
 /// The index from a reading. `load(worn)`: the load at the check point with an edge whose index has risen by `worn` times that
 /// of a fresh one; `end`: that rise of a worn-out edge.
 pub fn seen(reading: f64, end: f64, load: &dyn Fn(f64) -> f64) -> Seen {
     let (fresh, worn_out) = (load(0.0), load(end));
+    // Also where one of them is no number.
+    if fresh.is_nan() || worn_out.is_nan() || worn_out <= LEAST_RISE * fresh {
+        return Seen::Blind;
+    }
     let plausible = |reading: f64| reading >= PLAUSIBLE * fresh && reading <= worn_out / PLAUSIBLE;
     if !plausible(reading) {
         let unit = UNITS.iter().find(|(factor, _)| plausible(reading / factor)).map(|(_, unit)| *unit);
@@ -58,6 +67,14 @@ mod tests {
             let Seen::Worn(found) = seen(load(worn), 1.7, &load) else { panic!("{worn}") };
             assert!((found - worn).abs() < 1e-9, "{found}");
         }
+    }
+
+    #[test]
+    fn a_load_that_wear_hardly_changes_tells_nothing() {
+        let with_tare = |tare: f64| move |worn: f64| tare + 10.0 * worn;
+        assert_eq!(seen(1000.0, 1.0, &with_tare(1000.0)), Seen::Blind);
+        assert!(matches!(seen(403.0, 1.0, &with_tare(400.0)), Seen::Worn(_)));
+        assert_eq!(seen(1.0, 1.0, &|_| f64::NAN), Seen::Blind);
     }
 
     #[test]

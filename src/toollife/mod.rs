@@ -4,10 +4,11 @@
 //!
 //! ```text
 //! program, simulated ─check_points─▶ steady cuts to read at
-//! reading ─index─▶ wear index ─trend─▶ line with its uncertainty ─regulation─▶ pace of wear ─▶ feeds (schedule::budget)
+//! reading ─index─▶ wear index ─exponent, trend─▶ line with its uncertainty ─regulation─▶ pace of wear ─▶ feeds (schedule::budget)
 //! ```
 
 pub mod check_points;
+pub mod exponent;
 pub mod index;
 pub mod regulation;
 pub mod trend;

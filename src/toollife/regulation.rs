@@ -42,25 +42,23 @@ impl TargetLine {
 pub enum Regulation {
     /// Feeds so that the mean pace of wear over the rest is this.
     Pace(f64),
-    /// Feeds as they are or faster: a slower one does not spare this tool (p ≤ 0). Whether it lasts with the assurance asked
-    /// for at the pace of now.
-    NoUse {
-        /// It does.
-        lasts: bool,
-    },
+    /// Feeds as they are or faster: a slower one does not spare this tool (p ≤ 0).
+    NoUse,
     /// The index is at its end with more than the probability left open: no feed helps.
     WornOut,
 }
 
 /// Pace of wear with which a tool lasts for `rest_m` more metres with probability `assurance`. `now_m`: what it has cut, at the
-/// reference feed; `pace_now`: the pace of the feeds as they stand.
-pub fn regulate(trend: &Trend, law: &WearLaw, now_m: f64, rest_m: f64, assurance: f64, pace_now: f64) -> Regulation {
+/// reference feed.
+pub fn regulate(trend: &Trend, law: &WearLaw, now_m: f64, rest_m: f64, assurance: f64) -> Regulation {
     let end_m = trend.worn_out_m(1.0 - assurance, law.end, law.end_scatter);
     let left_m = end_m.map_or(f64::INFINITY, |end_m| end_m - now_m);
-    if law.slower_is_safer() {
-        if left_m <= 0.0 { Regulation::WornOut } else { Regulation::Pace(left_m / rest_m) }
+    if !law.slower_is_safer() {
+        Regulation::NoUse
+    } else if left_m <= 0.0 {
+        Regulation::WornOut
     } else {
-        Regulation::NoUse { lasts: left_m >= pace_now * rest_m }
+        Regulation::Pace(left_m / rest_m)
     }
 }
 
@@ -87,21 +85,20 @@ mod tests {
     #[test]
     fn the_pace_uses_up_what_is_left_over_the_rest() {
         // Worn out at 625 m; 160 are cut.
-        let Regulation::Pace(pace) = regulate(&seen(), &law(1.0), 160.0, 465.0, 0.5, 1.0) else { panic!() };
+        let Regulation::Pace(pace) = regulate(&seen(), &law(1.0), 160.0, 465.0, 0.5) else { panic!() };
         assert!((pace - 1.0).abs() < 1e-4, "{pace}");
-        let Regulation::Pace(sure) = regulate(&seen(), &law(1.0), 160.0, 465.0, 0.9, 1.0) else { panic!() };
+        let Regulation::Pace(sure) = regulate(&seen(), &law(1.0), 160.0, 465.0, 0.9) else { panic!() };
         assert!(sure < pace, "{sure}");
-        let Regulation::Pace(longer) = regulate(&seen(), &law(2.0), 160.0, 930.0, 0.5, 1.0) else { panic!() };
+        let Regulation::Pace(longer) = regulate(&seen(), &law(2.0), 160.0, 930.0, 0.5) else { panic!() };
         assert!((longer - 0.5).abs() < 1e-4);
         assert!((ratio_of_pace(&law(2.0), longer) - 0.5f64.sqrt()).abs() < 1e-4);
-        assert_eq!(regulate(&seen(), &law(1.0), 700.0, 10.0, 0.5, 1.0), Regulation::WornOut);
+        assert_eq!(regulate(&seen(), &law(1.0), 700.0, 10.0, 0.5), Regulation::WornOut);
     }
 
     #[test]
     fn where_slower_is_no_safer_nothing_is_slowed() {
         for p in [-1.0, 0.0] {
-            assert_eq!(regulate(&seen(), &law(p), 160.0, 400.0, 0.5, 1.0), Regulation::NoUse { lasts: true });
-            assert_eq!(regulate(&seen(), &law(p), 160.0, 500.0, 0.5, 1.0), Regulation::NoUse { lasts: false });
+            assert_eq!(regulate(&seen(), &law(p), 160.0, 500.0, 0.5), Regulation::NoUse);
         }
     }
 

@@ -98,6 +98,22 @@ fn line(readings: &[Reading], known: &Known) -> Option<Trend> {
     found
 }
 
+/// Half the squared residuals about the line with this noise, beyond [`HUBER`] of them only linear, and the squared distance of the
+/// rate from what was known of it, each in its deviations.
+pub fn misfit(readings: &[Reading], noise: f64, known: &Known) -> f64 {
+    let mut weights = vec![1.0; readings.len()];
+    let mut cost = f64::INFINITY;
+    for _ in 0..8 {
+        let Some(trend) = weighted(readings, &weights, noise, known) else { return f64::INFINITY };
+        let off: Vec<f64> = readings.iter().map(|r| ((r.index - trend.at(r.at_m)) / noise).abs()).collect();
+        let huber = |off: &f64| if *off <= HUBER { 0.5 * off * off } else { HUBER * (off - 0.5 * HUBER) };
+        let prior = (trend.rate - known.rate) / known.rate_deviation.max(1e-9 * known.rate);
+        cost = off.iter().map(huber).sum::<f64>() + 0.5 * prior * prior;
+        weights = off.iter().map(|off| (HUBER / off.max(1e-300)).min(1.0)).collect();
+    }
+    cost
+}
+
 fn weighted(readings: &[Reading], weights: &[f64], noise: f64, known: &Known) -> Option<Trend> {
     let sum = |of: &dyn Fn(&Reading) -> f64| readings.iter().zip(weights).map(|(r, w)| w * of(r)).sum::<f64>();
     let count = sum(&|_| 1.0);

@@ -8,6 +8,7 @@
 #![allow(dead_code)]
 
 use feedwright::machine::WearLaw;
+use feedwright::toollife::exponent::{self, Lengths, POWERS};
 use feedwright::toollife::regulation::{Regulation, TargetLine, ratio_of_pace, regulate};
 use feedwright::toollife::trend::{Known, Reading, Trend, trend};
 
@@ -136,14 +137,16 @@ pub struct Course {
     pub tracking_n: [f64; 2],
     /// Was regulation refused, because slower does not spare this tool?
     pub refused: bool,
+    /// Did the readings refute the exponent that was believed?
+    pub refuted: bool,
 }
 
-/// Runs one tool to its end. `believed`: the exponent of the law that regulates; `exponent`: that of the tool.
+/// Runs one tool to its end. `believed`: the exponent that is declared for the law that regulates; `exponent`: that of the tool.
 pub fn course(shop: &Shop, [believed, exponent]: [f64; 2], plant: &Plant, way: Way) -> Course {
-    let law = WearLaw {
+    let law_of = |exponent: f64| WearLaw {
         rate_per_mm: 1e-3 * shop.rate,
         feed_per_tooth_mm: 1.0,
-        exponent: believed,
+        exponent,
         end: shop.end_n,
         rate_scatter: shop.rate_scatter,
         end_scatter: shop.end_deviation_n,
@@ -155,16 +158,17 @@ pub fn course(shop: &Shop, [believed, exponent]: [f64; 2], plant: &Plant, way: W
         to_m: shop.target_m,
         to_n: shop.end_n + shop.chip_n,
     };
-    let mut readings: Vec<Reading> = Vec::new();
-    let (mut index, mut ratio, mut cut_m, mut wear_m, mut time) = (shop.fresh_n, 1.0, 0.0, 0.0, 0.0);
-    let (mut tracking_n, mut tracks, mut refused) = ([0.0f64; 2], None, false);
-    let mut predictions: Vec<(f64, f64, f64, Trend)> = Vec::new();
+    let mut readings: Vec<(Lengths, f64)> = Vec::new();
+    let (mut index, mut ratio, mut cut_m, mut lengths, mut time) = (shop.fresh_n, 1.0f64, 0.0, Lengths::default(), 0.0);
+    let (mut tracking_n, mut tracks, mut refused, mut refuted) = ([0.0f64; 2], None, false, false);
+    let mut predictions: Vec<(Lengths, f64, Trend)> = Vec::new();
     let mut next_m = shop.every_m;
     // The ratio wanted, and whether it is one that leads to the target line.
-    let decide = |trend: &Trend, cut_m: f64, wear_m: f64, ratio: f64, refused: &mut bool| -> (f64, bool) {
+    let decide = |trend: &Trend, power: f64, cut_m: f64, wear_m: f64, ratio: f64, refused: &mut bool| -> (f64, bool) {
         let rest_m = (shop.target_m - cut_m).max(1e-9);
-        match regulate(trend, &law, wear_m, rest_m, shop.assurance, ratio.powf(believed)) {
-            Regulation::NoUse { .. } => {
+        let law = law_of(power);
+        match regulate(trend, &law, wear_m, rest_m, shop.assurance) {
+            Regulation::NoUse => {
                 *refused = true;
                 (1.0, false)
             }
@@ -172,14 +176,14 @@ pub fn course(shop: &Shop, [believed, exponent]: [f64; 2], plant: &Plant, way: W
             Regulation::Pace(pace) if way == Way::Budget => (ratio_of_pace(&law, pace), false),
             Regulation::Pace(_) => {
                 let next_m = cut_m + shop.every_m;
-                let expected = trend.at(wear_m) + trend.rate * ratio.powf(believed) * shop.every_m;
+                let expected = trend.at(wear_m) + trend.rate * ratio.powf(power) * shop.every_m;
                 (line.shift(next_m, expected + shop.chip_n, shop.chip_n), true)
             }
         }
     };
     if way != Way::None {
         let before = Trend::before(0.0, shop.fresh_n, &known);
-        let (wanted, _) = decide(&before, 0.0, 0.0, ratio, &mut refused);
+        let (wanted, _) = decide(&before, believed, 0.0, 0.0, ratio, &mut refused);
         ratio = wanted.clamp(shop.ratios[0], shop.ratios[1]);
     }
     for step in 0..MOST_M {
@@ -194,30 +198,35 @@ pub fn course(shop: &Shop, [believed, exponent]: [f64; 2], plant: &Plant, way: W
                 tracking_n = [tracking_n[0].max(off_n), tracking_n[1].max(off_n - (index - index_then))];
             }
             let read = force + shop.noise_n * plant.noise[step];
-            readings.push(Reading { at_m: wear_m, index: read - shop.chip_n * ratio });
-            let found = trend(&readings, &known).expect("there are readings");
+            readings.push((lengths, read - shop.chip_n * ratio));
+            let seen = (way != Way::None).then(|| exponent::estimate(&readings, &known, believed)).flatten();
+            refuted |= seen.is_some_and(|seen| seen.refutes);
+            let power = exponent::trusted(seen.as_ref(), believed, shop.assurance);
+            let counted: Vec<Reading> =
+                readings.iter().map(|(lengths, index)| Reading { at_m: lengths.at(power), index: *index }).collect();
+            let found = trend(&counted, &known).expect("there are readings");
             if way != Way::None && cut_m < shop.target_m {
-                let (wanted, leads) = decide(&found, cut_m, wear_m, ratio, &mut refused);
+                let (wanted, leads) = decide(&found, power, cut_m, lengths.at(power), ratio, &mut refused);
                 ratio = wanted.clamp(shop.ratios[0], shop.ratios[1]);
                 tracks = (leads && ratio == wanted).then_some(index);
             }
-            predictions.push((cut_m, wear_m, ratio, found));
+            predictions.push((lengths, power, found));
             next_m += shop.every_m;
         }
         index += plant.rate * (1.0 + plant.wander[step]) * ratio.powf(exponent) * STEP_M;
         cut_m += STEP_M;
-        wear_m += ratio.powf(believed) * STEP_M;
+        lengths = lengths.and(&Lengths(POWERS.map(|power| ratio.powf(power) * STEP_M)));
         if cut_m <= shop.target_m + 1e-9 {
             time += STEP_M / ratio / shop.target_m;
         }
     }
     // Lengths at the reference feed, in which later changes of the feed do not matter.
-    let half = predictions.iter().rfind(|(_, at_m, ..)| *at_m <= 0.5 * wear_m);
-    let foreseen = half.and_then(|(.., found)| {
-        let end = |share| found.worn_out_m(share, law.end, law.end_scatter);
-        Some(([end(0.05)?, end(0.95)?], wear_m))
+    let half = predictions.iter().rfind(|(then, power, _)| then.at(*power) <= 0.5 * lengths.at(*power));
+    let foreseen = half.and_then(|(_, power, found)| {
+        let end = |share| found.worn_out_m(share, shop.end_n, shop.end_deviation_n);
+        Some(([end(0.05)?, end(0.95)?], lengths.at(*power)))
     });
-    Course { life_m: cut_m, time, cut: (cut_m / shop.target_m).min(1.0), foreseen, tracking_n, refused }
+    Course { life_m: cut_m, time, cut: (cut_m / shop.target_m).min(1.0), foreseen, tracking_n, refused, refuted }
 }
 
 /// One row of the table.
@@ -233,6 +242,8 @@ pub struct Row {
     pub tracking_n: [f64; 2],
     /// Was regulation refused?
     pub refused: bool,
+    /// Share of the tools whose readings refuted the exponent that was believed.
+    pub refuted: f64,
 }
 
 /// So many tools, the same ones for every way.
@@ -247,7 +258,8 @@ pub fn row(shop: &Shop, exponents: [f64; 2], way: Way, tools: u64) -> Row {
         time: courses.iter().map(|course| course.time).sum::<f64>() / courses.iter().map(|c| c.cut).sum::<f64>(),
         covered: inside as f64 / courses.len() as f64,
         tracking_n: [0, 1].map(|k| courses.iter().map(|course| course.tracking_n[k]).fold(0.0, f64::max)),
-        refused: courses.iter().any(|course| course.refused),
+        refused: courses.iter().all(|course| course.refused),
+        refuted: share(&|course| course.refuted),
     }
 }
 
@@ -271,14 +283,16 @@ pub fn as_sure(shop: &Shop, exponent: f64, share: f64, tools: u64) -> Option<f64
 
 /// The table over p and ways; then what becomes of a regulation that believes in p = 1 where that is wrong.
 pub fn table(shop: &Shop, tools: u64) -> String {
-    let mut text = String::from("p    regulation          reached  time per length  interval holds  tracking N\n");
+    let mut text =
+        String::from("p    regulation          reached  time per length  interval holds  tracking N  p refuted\n");
     let mut line = |exponent: f64, name: &str, row: &Row| {
         text += &format!(
-            "{exponent:<4} {name:<18} {:>6.1} %  {:>13.3}  {:>12.1} %  {:>10}\n",
+            "{exponent:<4} {name:<18} {:>6.1} %  {:>13.3}  {:>12.1} %  {:>10}  {:>7.1} %\n",
             100.0 * row.reached,
             row.time,
             100.0 * row.covered,
-            if row.tracking_n[0] > 0.0 { format!("{:.1}", row.tracking_n[0]) } else { "-".into() }
+            if row.tracking_n[0] > 0.0 { format!("{:.1}", row.tracking_n[0]) } else { "-".into() },
+            100.0 * row.refuted
         );
     };
     for exponent in [-1.0, 0.0, 1.0, 2.0] {

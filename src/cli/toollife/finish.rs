@@ -67,17 +67,17 @@ pub fn finish(planned: Planned, global: &Global, screen: Screen) -> Result<Outco
     screen.diagnostics(&name, run.program.own_text(), &run.diagnostics);
     is_the_same(&run)?;
     let after = ToolRun::new(&run, number);
-    let [_, after_wear_m] = after.cut_m();
+    let lengths_m = after.lengths(None).0;
     let bytes = run.written.as_ref().map_or_else(|| run.program.own_text().to_vec(), |written| written.bytes.clone());
     let sha256 = digest(&bytes);
     let unreachable = run.answers.wear.iter().any(|answer| answer.tool == number && answer.impossible);
-    let lasts = wanted.lasts && !unreachable;
     let rows = check_rows(&after, &bytes, &state, &now, &seen.trend);
     let solved = Solved { run: &run, after: &after, state: &state, now: &now, law: &law, wanted: &wanted, unreachable };
     let report = solved.report(seen, rows, notes);
+    let lasts = report.lasts;
     let file = outputs.program_path.display().to_string();
     let read = state.program.read;
-    state.program = PlannedProgram { file, sha256: sha256.clone(), cut_m: now.cut_m, wear_m: after_wear_m, read };
+    state.program = PlannedProgram { file, sha256: sha256.clone(), cut_m: now.cut_m, lengths_m, read };
     outputs.say(&report, screen)?;
     if is_held_back(&figures, unreachable, command) {
         files.outputs.commit()?;

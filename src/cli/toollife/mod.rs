@@ -17,7 +17,7 @@ use super::input::{self, Source};
 use super::options::Global;
 use super::screen::Screen;
 use crate::ids::BlockId;
-use crate::job::tool_life::ToolRun;
+use crate::job::tool_life::{LoadKind, ToolRun};
 use crate::machine::Wear;
 use crate::report::{Outcome, Run};
 use crate::rewrite::{self, CheckMark};
@@ -62,10 +62,10 @@ fn plan(command: &LifePlan, global: &Global, screen: Screen) -> Result<Outcome, 
     let marked = rewrite::with_checks(&run.program, &marks(&run, &points));
     let seen_from = ToolRun::new(&run, tool);
     let first = points.first().and_then(|point| seen_from.cut(1, 1, *point.cycles.first()?));
-    let trend = trend_of(&state, noise(&seen_from, first.as_ref(), &state));
+    let trend = trend_of(&state, noise(&seen_from, first.as_ref(), LoadKind::ForcePeak, &state));
     let planned = Planned {
         state,
-        seen: Readings { trend, rows: Vec::new() },
+        seen: Readings { trend, rows: Vec::new(), exponent: None },
         notes,
         frozen_to: Some(0),
         source: Source { bytes: marked, ..source },

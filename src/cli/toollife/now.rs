@@ -35,7 +35,7 @@ impl Now {
         let cuts = seen.checks();
         let last = cuts.iter().rfind(|cut| cut.number <= state.program.read);
         let done_m = last.map_or([0.0; 2], |cut| [cut.cut_m, cut.wear_m]);
-        let total_m = [state.cut_m + done_m[0], state.wear_m + done_m[1]];
+        let total_m = [state.cut_m + done_m[0], state.wear_m() + done_m[1]];
         let next = cuts.iter().find(|cut| cut.number > state.program.read);
         let mut now =
             Self { cut_m, done_m, total_m, rest_m: state.target_m - total_m[0], pace: wear_m / cut_m, force_n: None };

@@ -9,6 +9,7 @@ use crate::machine::WearLaw;
 use crate::report::life::{CheckRow, LifeReport};
 use crate::report::{self, Run, WRITTEN_BY};
 use crate::rewrite;
+use crate::schedule::wear::SETTLED;
 use crate::setup::ToolState;
 use crate::toollife::trend::Trend;
 use crate::units::{mm_min_from_mm_s, rpm_from_rps};
@@ -34,15 +35,14 @@ pub struct Solved<'a> {
 impl Solved<'_> {
     /// The report; `seen` is what the readings say.
     pub fn report(&self, seen: Readings, check_points: Vec<CheckRow>, notes: Vec<String>) -> LifeReport {
-        let Self { run, after, state, now, law, wanted, unreachable } = self;
+        let Self { run, after, state, now, law, wanted, .. } = self;
         let trend = &seen.trend;
         let [_, wear_m] = after.cut_m();
         let rest_m = now.cut_m - now.done_m[0];
         let pace = if rest_m > 0.0 { (wear_m - now.done_m[1]) / rest_m } else { now.pace };
         let assured_m = now.end(trend, law, pace, 1.0 - state.assurance);
-        // A force on the target line says nothing of the assurance: that follows from the wear it leaves.
-        let reached = wanted.force_n.is_none() || assured_m.is_none_or(|m| m >= state.target_m);
-        let lasts = wanted.lasts && !unreachable && reached;
+        // Whatever was asked of the feeds: what counts is the wear that those of the file leave.
+        let lasts = assured_m.is_none_or(|m| m >= (1.0 - SETTLED) * state.target_m);
         let answer = run.answers.wear.iter().find(|answer| answer.tool == state.tool);
         LifeReport {
             written_by: WRITTEN_BY,
@@ -52,6 +52,7 @@ impl Solved<'_> {
             index_deviation: trend.deviation(now.total_m[1]),
             rate_per_m: [trend.rate, trend.rate_variance.sqrt()],
             exponent: law.exponent,
+            exponent_seen: seen.exponent.map(|seen| [seen.power, seen.deviation]),
             left_out: [trend.run_in, trend.outliers],
             cut_m: now.total_m[0],
             target_m: state.target_m,
@@ -64,22 +65,27 @@ impl Solved<'_> {
             readings: seen.rows,
             check_points,
             notes,
-            verdict: verdict(state, lasts, *unreachable, assured_m),
+            lasts,
+            verdict: verdict(self, lasts, assured_m),
         }
     }
 }
 
-fn verdict(state: &ToolState, lasts: bool, unreachable: bool, assured_m: Option<f64>) -> String {
+fn verdict(solved: &Solved, lasts: bool, assured_m: Option<f64>) -> String {
+    let Solved { state, wanted, unreachable, .. } = solved;
     let (tool, target, share) = (state.tool, report::short(state.target_m), report::short(100.0 * state.assurance));
     let reach = assured_m.map_or_else(|| "any length".to_owned(), |m| format!("{} m", report::short(m)));
     let not = format!("T{tool} does not reach its target of {target} m with {share} %");
-    match (lasts, unreachable) {
-        (true, _) => format!("T{tool} reaches its target of {target} m with {share} %"),
-        (false, true) => format!("{not}, not even at the lowest feeds: these reach {reach}"),
-        (false, false) if state.exponent <= 0.0 => {
-            format!("{not}, and slower feeds would not help: change it at {reach}")
-        }
-        (false, false) => format!("{not}: at these feeds it reaches {reach}"),
+    if lasts {
+        format!("T{tool} reaches its target of {target} m with {share} %")
+    } else if *unreachable {
+        format!("{not}, not even at the lowest feeds: these reach {reach}")
+    } else if wanted.force_n.is_some() {
+        format!("{not}: the feeds of this force reach {reach}; --method budget keeps the {share} % wherever feeds can")
+    } else if state.exponent <= 0.0 {
+        format!("{not}, and slower feeds would not help: change it at {reach}")
+    } else {
+        format!("{not}: at these feeds it reaches {reach}")
     }
 }
 

@@ -5,9 +5,10 @@ use super::super::error::CliError;
 use super::readings::{Reading, Told};
 use crate::job::tool_life::{CheckCut, LoadKind, ToolRun};
 use crate::machine::{Job, WearLaw};
-use crate::report::Run;
 use crate::report::life::ReadRow;
+use crate::report::{self, Run};
 use crate::setup::{PlannedProgram, ReadingState, ToolState};
+use crate::toollife::exponent::{self, Estimate, Lengths};
 use crate::toollife::index::{Seen, seen};
 use crate::toollife::trend::{self, Known, Trend, trend};
 
@@ -53,17 +54,24 @@ pub fn begun(run: &Run, number: u32, old: Option<ToolState>, assurance: f64) -> 
         feed_per_tooth_mm: wear.law.feed_per_tooth_mm,
         exponent: wear.law.exponent,
         cut_m: 0.0,
-        wear_m: (index - fresh) / rate_per_m,
+        lengths_m: Lengths::at_reference((index - fresh) / rate_per_m).0,
         target_m: 0.0,
         assurance,
-        program: PlannedProgram { file: String::new(), sha256: String::new(), cut_m: 0.0, wear_m: 0.0, read: 0 },
+        program: PlannedProgram {
+            file: String::new(),
+            sha256: String::new(),
+            cut_m: 0.0,
+            lengths_m: [0.0; 4],
+            read: 0,
+        },
         readings: Vec::new(),
     };
     let Some(old) = old else { return fresh_state };
     // The last program was cut to its end.
-    let wear_m = old.wear_m + old.program.wear_m;
-    let index = old.index + old.rate_per_m * old.program.wear_m;
-    ToolState { index, wear_m, cut_m: old.cut_m + old.program.cut_m, assurance, program: fresh_state.program, ..old }
+    let program = Lengths(old.program.lengths_m);
+    let lengths_m = Lengths(old.lengths_m).and(&program).0;
+    let index = old.index + old.rate_per_m * program.at(old.exponent);
+    ToolState { index, lengths_m, cut_m: old.cut_m + old.program.cut_m, assurance, program: fresh_state.program, ..old }
 }
 
 /// What readings say.
@@ -72,6 +80,8 @@ pub struct Readings {
     pub trend: Trend,
     /// Each reading.
     pub rows: Vec<ReadRow>,
+    /// What they say of the exponent of the feed.
+    pub exponent: Option<Estimate>,
 }
 
 /// What is known of rate and noise before the readings.
@@ -79,10 +89,10 @@ fn known(state: &ToolState, noise: f64) -> Known {
     Known { rate: state.rate_known_per_m, rate_deviation: state.rate_deviation_per_m, noise }
 }
 
-/// Standard deviation of the index from one reading: a share of the load at the edge as it is.
-pub fn noise(seen_from: &ToolRun, cut: Option<&CheckCut>, state: &ToolState) -> f64 {
+/// Standard deviation of the index from one reading of this kind: a share of the load at the edge as it is.
+pub fn noise(seen_from: &ToolRun, cut: Option<&CheckCut>, kind: LoadKind, state: &ToolState) -> f64 {
     let per_worn = |cut| {
-        let [a, b] = [0.0, 1.0].map(|worn| seen_from.load(cut, LoadKind::ForcePeak, Some(worn)));
+        let [a, b] = [0.0, 1.0].map(|worn| seen_from.load(cut, kind, Some(worn)));
         REPEATS * a / (b - a) * state.fresh
     };
     cut.map(per_worn).filter(|noise| noise.is_finite()).unwrap_or(REPEATS * state.fresh)
@@ -91,11 +101,19 @@ pub fn noise(seen_from: &ToolRun, cut: Option<&CheckCut>, state: &ToolState) -> 
 /// The trend of what was read so far, or what is known without.
 pub fn trend_of(state: &ToolState, noise: f64) -> Trend {
     let known = known(state, noise);
-    trend(&readings(state), &known).unwrap_or_else(|| Trend::before(state.wear_m, state.index, &known))
+    trend(&readings(state), &known).unwrap_or_else(|| Trend::before(state.wear_m(), state.index, &known))
 }
 
 fn readings(state: &ToolState) -> Vec<trend::Reading> {
-    state.readings.iter().map(|reading| trend::Reading { at_m: reading.wear_m, index: reading.index }).collect()
+    let at_m = |reading: &ReadingState| Lengths(reading.lengths_m).at(state.exponent);
+    state.readings.iter().map(|reading| trend::Reading { at_m: at_m(reading), index: reading.index }).collect()
+}
+
+/// What all readings say of the exponent.
+fn exponent_seen(state: &ToolState, noise: f64, declared: f64) -> Option<Estimate> {
+    let readings: Vec<(Lengths, f64)> =
+        state.readings.iter().map(|reading| (Lengths(reading.lengths_m), reading.index)).collect();
+    exponent::estimate(&readings, &known(state, noise), declared)
 }
 
 /// Takes readings into the state: the index of each, the trend, and with it the rate and the index at the program's beginning.
@@ -113,16 +131,22 @@ pub fn take_in(
         state.readings.push(kept);
         rows.push(row);
     }
-    let first = told.readings.first().and_then(|reading| reading.cuts.first());
-    let noise = noise(&seen_from, first, &state);
+    let first = told.readings.first();
+    let kind = first.map_or(LoadKind::ForcePeak, |reading| reading.kind);
+    let noise = noise(&seen_from, first.and_then(|reading| reading.cuts.first()), kind, &state);
+    let declared = run.job.tool(tool).and_then(|tool| tool.wear).map_or(state.exponent, |wear| wear.law.exponent);
+    let exponent = exponent_seen(&state, noise, declared);
+    state.exponent = exponent::trusted(exponent.as_ref(), declared, state.assurance);
     let found = trend_of(&state, noise);
     let falls = falls(&state, noise);
     let rate = if falls { state.rate_known_per_m } else { found.rate };
     let trend = Trend { rate, ..found };
     state.rate_per_m = rate;
-    state.index = trend.at(state.wear_m);
-    let notes = notes(&state, &trend, falls);
-    Ok((state, Readings { trend, rows }, notes))
+    state.index = trend.at(state.wear_m());
+    let mut notes = notes(&state, &trend, falls);
+    notes.extend(rows.last().and_then(|row| below_fresh(&seen_from, row, told, noise, &state)));
+    notes.extend(exponent.map(|seen| of_exponent(&seen, declared, state.exponent)));
+    Ok((state, Readings { trend, rows, exponent }, notes))
 }
 
 /// The index at one check point.
@@ -133,6 +157,17 @@ fn of_reading(seen_from: &ToolRun, reading: &Reading, state: &ToolState) -> Resu
     let worn_out = state.end / state.fresh - 1.0;
     let worn = match seen(*load, worn_out, &|worn| predicted(Some(worn))) {
         Seen::Worn(worn) => worn,
+        Seen::Blind => {
+            let [fresh, end] = [0.0, worn_out].map(|worn| predicted(Some(worn)));
+            let unit = kind.unit();
+            return Err(CliError::new(
+                format!(
+                    "check point {check}: this load does not tell the wear: a fresh edge gives {fresh:.1} {unit} there, a worn-out one \
+                     {end:.1} {unit}"
+                ),
+                "read the force instead of the power, or read where more is cut; nothing was written",
+            ));
+        }
         Seen::Implausible(unit) => {
             let [fresh, end] = [0.0, worn_out].map(|worn| predicted(Some(worn)));
             let (unit_of, hint) =
@@ -147,12 +182,14 @@ fn of_reading(seen_from: &ToolRun, reading: &Reading, state: &ToolState) -> Resu
         }
     };
     let index = state.fresh * (1.0 + worn);
-    let [cut_m, wear_m] = [0, 1].map(|k| cuts.iter().map(|cut| [cut.cut_m, cut.wear_m][k]).sum::<f64>() / count);
+    let cut_m = cuts.iter().map(|cut| cut.cut_m).sum::<f64>() / count;
+    let lengths = cuts.iter().map(|cut| seen_from.lengths(Some(cut)).0);
+    let mean = lengths.fold([0.0; 4], |sum, each| [0, 1, 2, 3].map(|k| sum[k] + each[k] / count));
     let total_m = state.cut_m + cut_m;
     let program = state.program.sha256.chars().take(8).collect();
-    let wear_m = state.wear_m + wear_m;
+    let lengths_m = Lengths(state.lengths_m).and(&Lengths(mean)).0;
     let row = ReadRow { check: *check, total_m, load: *load, predicted: predicted(None), index };
-    Ok((row, ReadingState { program, check: *check, cut_m: total_m, wear_m, load: *load, index }))
+    Ok((row, ReadingState { program, check: *check, cut_m: total_m, lengths_m, load: *load, index }))
 }
 
 /// Do the readings fall, for themselves, with certainty?
@@ -161,6 +198,39 @@ fn falls(state: &ToolState, noise: f64) -> bool {
     let free = Known { rate_deviation: 1e3 * known.rate_deviation, ..known };
     let alone = trend(&readings(state), &free).filter(|_| state.readings.len() > 2);
     alone.is_some_and(|alone| alone.rate < -FALLS * alone.rate_variance.sqrt())
+}
+
+/// The last reading, where it lies below what a fresh edge loads by more than readings scatter.
+fn below_fresh(seen_from: &ToolRun, row: &ReadRow, told: &Told, noise: f64, state: &ToolState) -> Option<String> {
+    let reading = told.readings.last()?;
+    let fresh = reading.cuts.iter().map(|cut| seen_from.load(cut, reading.kind, Some(0.0))).sum::<f64>()
+        / reading.cuts.len() as f64;
+    (row.index < state.fresh - 3.0 * noise).then(|| {
+        format!(
+            "check point {} reads {}, less than the {} of a fresh edge: are the coefficients too high, or is it no peak (--sample)?",
+            row.check,
+            report::short(row.load),
+            report::short(fresh)
+        )
+    })
+}
+
+/// What the readings say of the exponent, in a sentence.
+fn of_exponent(seen: &Estimate, declared: f64, used: f64) -> String {
+    let [power, deviation, declared] = [seen.power, seen.deviation, declared].map(report::short);
+    let said = format!("the readings give the law of wear the exponent {power} ± {deviation}");
+    if seen.refutes {
+        let spares = if used > 0.0 { "spares this tool" } else { "is not sure to spare this tool" };
+        let used = report::short(used);
+        format!("{said}, not {declared} as declared: {used} is used, a slower feed {spares}; correct wear in the setup")
+    } else if seen.is_told {
+        format!("{said}; {declared} as declared is used")
+    } else {
+        format!(
+            "the readings cannot tell the exponent of the law of wear, {declared} as declared is used: their feeds are too much alike; \
+             two feeds a factor of two apart would tell it"
+        )
+    }
 }
 
 fn notes(state: &ToolState, trend: &Trend, falls: bool) -> Vec<String> {

@@ -16,8 +16,6 @@ pub struct Wants {
     pub share: Option<f64>,
     /// Most force, N.
     pub force_n: Option<f64>,
-    /// Will the tool last?
-    pub lasts: bool,
 }
 
 /// Asks the regulation.
@@ -31,7 +29,7 @@ pub fn wanted(
 ) -> Result<Wants, CliError> {
     let why = if law.exponent < 0.0 { "wears it more per metre" } else { "wears it as much per metre" };
     let exponent = report::short(law.exponent);
-    match regulate(trend, law, now.total_m[1], now.rest_m, state.assurance, now.pace) {
+    match regulate(trend, law, now.total_m[1], now.rest_m, state.assurance) {
         Regulation::WornOut => Err(CliError::unmet(
             format!(
                 "T{} is worn out, or so near to it that no feed keeps the assurance of {}: index {:.1} {} at {:.1} m, end {:.1}",
@@ -44,28 +42,28 @@ pub fn wanted(
             ),
             "nothing was written; change the tool, then `toollife plan --new-tool`",
         )),
-        Regulation::NoUse { .. } if method == Method::Force => Err(CliError::new(
+        Regulation::NoUse if method == Method::Force => Err(CliError::new(
             format!(
                 "the exponent of the law of wear is {exponent}: a slower feed {why}, so lowering the force shortens no wear"
             ),
             "leave --method out; nothing was written",
         )),
-        Regulation::NoUse { lasts } => {
+        Regulation::NoUse => {
             notes.push(format!(
                 "the exponent of its law of wear is {exponent}: a slower feed {why}, so no feed was lowered for its life"
             ));
-            Ok(Wants { share: None, force_n: None, lasts })
+            Ok(Wants { share: None, force_n: None })
         }
         Regulation::Pace(_) if method == Method::Force => {
             let force_n = now.force_n.ok_or_else(|| {
                 CliError::new("there is no check point ahead to regulate the force at", "leave --method out")
             })?;
-            Ok(Wants { share: None, force_n: Some(force_n), lasts: true })
+            Ok(Wants { share: None, force_n: Some(force_n) })
         }
         Regulation::Pace(pace) => {
             let wear_m = now.done_m[1] + pace * (now.cut_m - now.done_m[0]);
             let share = 1e3 * law.rate_per_mm * wear_m / (law.end - state.fresh);
-            Ok(Wants { share: Some(share.max(f64::MIN_POSITIVE)), force_n: None, lasts: true })
+            Ok(Wants { share: Some(share.max(f64::MIN_POSITIVE)), force_n: None })
         }
     }
 }
