@@ -151,20 +151,71 @@ fn the_independent_sum_is_that_of_the_paper() {
     }
 }
 
-/// What is asked for is 1 %: rings of 0.29 mm on the ball make the force of a thin layer too large by 1 to 5 %, and a wall needs cells
-/// finer than the passes lie apart in plan.
+/// The same under what a semi-finish with the same pick leaves, whose scallops stand up to p²/8R above the layer: a point is left
+/// where no ball of the passes before, of the finish or of the semi-finish, has been. A circle may be in contact in several arcs.
+fn eq_1_left(theta: f64, pick: f64, depth: f64) -> f64 {
+    const ACROSS: usize = 3000;
+    let (sin, cos) = theta.to_radians().sin_cos();
+    let outline = |z: f64| if z < 0.0 { (R * R - z * z).max(0.0).sqrt() } else { R };
+    let finish = (1..=3).map(|k| [-f64::from(k) * pick * cos, -f64::from(k) * pick * sin]);
+    let semi = (-8..=8).map(|k| [f64::from(k) * pick * cos - depth * sin, f64::from(k) * pick * sin + depth * cos]);
+    let been: Vec<[f64; 2]> = finish.chain(semi).collect();
+    let dz = 4e-3;
+    let mut force = 0.0;
+    for k in 0..(2.0 * R / dz) as usize {
+        let z = -R + (k as f64 + 0.5) * dz;
+        let r = outline(z);
+        let cleared: Vec<[f64; 2]> = been
+            .iter()
+            .filter(|[_, at]| z - at > -R)
+            .map(|[x, at]| [x - outline(z - at), x + outline(z - at)])
+            .collect();
+        let place = |i: usize| r * (2.0 * i as f64 / ACROSS as f64 - 1.0);
+        let is_left = |i: usize| {
+            let x = 0.5 * (place(i) + place(i + 1));
+            !cleared.iter().any(|[from, to]| (*from..*to).contains(&x))
+        };
+        let mut i = 0;
+        while i < ACROSS {
+            let from = i;
+            while i < ACROSS && is_left(i) {
+                i += 1;
+            }
+            if i > from {
+                let [low, high] = [place(i), place(from)].map(|x| (x / r).clamp(-1.0, 1.0).acos());
+                let steepest = std::f64::consts::FRAC_PI_2.clamp(low, high).sin();
+                let f = FEED_PER_TOOTH;
+                let chip = r - (r * r + f * f - 2.0 * r * f * steepest).sqrt();
+                let (l, t) = (r * (high - low), 1e3 * chip);
+                force += dz * (C[0] + C[1] * l + C[2] * t + C[3] * l * t);
+            }
+            i += 1;
+        }
+    }
+    force
+}
+
+/// Under a flat layer the sum is 2 to 4 % less at 0.1 mm: the scallops of the semi-finish are 0.01 mm high there. A wall needs cells finer
+/// than the passes lie apart in plan.
 #[test]
-fn the_force_of_a_layer_is_within_five_percent_at_every_slope() {
-    for theta in [5.0, 45.0, 75.0, 80.0, 85.0] {
-        let shop = Shop::with(&plane(theta, 0.5, 0.1), &plane(theta, 0.5, 0.0));
-        let force = format!("{}", 0.97 * eq_1(theta, 0.5, 0.1));
+fn the_force_of_a_layer_is_that_of_an_independent_sum_at_every_slope() {
+    for (depth, theta) in
+        [0.1, 0.2].into_iter().flat_map(|depth| [5.0, 45.0, 75.0, 80.0, 85.0].map(|theta| (depth, theta)))
+    {
+        let shop = Shop::with(&plane(theta, 0.5, depth), &plane(theta, 0.5, 0.0));
+        let expected = eq_1_left(theta, 0.5, depth);
+        let force = format!("{}", 0.97 * expected);
         shop.semifinish(&["--force-xy", &force, "--resolution", "0.03"]);
         let [force, stock, slope] =
             middle(&shop.report(), 0.5, ["force_xy_peak_n_before", "stock_before_mm", "slope_deg"]);
-        let expected = eq_1(theta, 0.5, 0.1);
-        println!("{theta}°: {force:.3} N, by the sum {expected:.3} N ({:+.2} %)", 100.0 * (force / expected - 1.0));
-        assert!((stock - 0.1).abs() < 2e-3 && (slope - theta).abs() < 3.0, "{theta}°: {stock} {slope}");
-        assert!((force / expected - 1.0).abs() < 0.05, "{theta}°: {force} N, by the sum {expected} N");
+        let flat = eq_1(theta, 0.5, depth);
+        println!(
+            "{depth} mm, {theta}°: {force:.3} N, by the sum {expected:.3} N ({:+.2} %), under a flat layer {flat:.3} N ({:+.2} %); {stock:.4} mm",
+            100.0 * (force / expected - 1.0),
+            100.0 * (force / flat - 1.0)
+        );
+        assert!((stock - depth).abs() < 2e-3 && (slope - theta).abs() < 3.0, "{theta}°: {stock} {slope}");
+        assert!((force / expected - 1.0).abs() < 0.01, "{theta}°: {force} N, by the sum {expected} N");
     }
 }
 
