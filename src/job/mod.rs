@@ -214,7 +214,9 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
         if !found.is_good() && round < last {
             tighten::leave_alone(&mut run, &found.doubtful);
             tighten::tighten(&mut run.problem, &found.breaches, false);
-            fresh.iter_mut().for_each(|fresh| fresh.tighten(&found.breaches));
+            if let Some(fresh) = &mut fresh {
+                fresh.tighten(&found.breaches);
+            }
             options.lambda_s = schedule.lambda_s;
             let solved = if certified > 0 { certified > certificate::SOLVED } else { round >= SOLVED };
             if solved && found.doubtful.is_empty() {

@@ -130,7 +130,8 @@ mod tests {
         let lengths = Lengths(POWERS.map(sum));
         for k in 0..=30 {
             let power = -1.0 + 0.1 * f64::from(k);
-            assert!((lengths.at(power) / sum(power) - 1.0).abs() < 2e-3, "{power}");
+            // Far below what a rate scatters by.
+            assert!((lengths.at(power) / sum(power) - 1.0).abs() < 5e-3, "{power}");
         }
         assert_eq!(Lengths::default().at(0.5), 0.0);
     }
