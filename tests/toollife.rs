@@ -436,6 +436,34 @@ fn a_wrong_exponent_is_noticed_from_two_feeds_and_slows_no_feed_any_more() {
     assert!(report["exponent"] == 1.0 && said.contains("the readings cannot tell the exponent"), "{said}");
 }
 
+/// What `learn` finds of wear is a law as well: it loads the tool as the model's own wear does, and can be planned with.
+#[test]
+fn the_wear_of_a_learned_model_is_proposed_as_a_law_of_the_tool() {
+    let own = setup(EDGES, -1.0, 90.0);
+    let law: Vec<&str> = own.lines().filter(|line| line.starts_with("wear")).collect();
+    let bare = own.replace(law[0], "");
+    let folder = bench(&bare);
+    let folder = folder.path();
+    let model = "[[effect]]\nname = \"flank-wear\"\nparameters = { growth_per_100m = 0.8, run_in = 0.3, run_in_length = 0.01 }\n";
+    fs::write(folder.join("model.toml"), model).unwrap();
+    let plan = ["toollife", "plan", "part.nc", "--target-length", "8", "--model", "model.toml", "-o", "n.nc"];
+    let (code, said) = run(folder, &plan);
+    assert!(code == 2 && said.contains("exponent = -1, end = …"), "{code} {said}");
+    let proposed = said.split("wear = {").nth(1).unwrap().split("end = …").next().unwrap().replace(['\n', '|'], " ");
+    let [sliding, by_law] =
+        [bare.clone(), bare.replace("flutes = 2\n", &format!("flutes = 2\nwear = {{{proposed}end = 90 }}\n"))];
+    let rise = |setup: &str, model: &[&str]| {
+        fs::write(folder.join("s.toml"), setup).unwrap();
+        let (code, said) =
+            run(folder, &[&["simulate", "part.nc", "--setup", "s.toml", "--csv", "s.csv"], model].concat());
+        assert_eq!(code, 0, "{said}");
+        let force = |pass: f64| in_the_middle(&folder.join("s.csv"), "force_xy_peak_n_before", 2.0 * pass - 3.0);
+        force(38.0) - force(20.0)
+    };
+    let [sliding, by_law] = [rise(&sliding, &["--model", "model.toml"]), rise(&by_law, &[])];
+    assert!((by_law / sliding - 1.0).abs() < 0.03 && sliding > 5.0, "{sliding} {by_law}");
+}
+
 /// The first readings of an edge that runs in lie below the line of the others.
 #[test]
 fn the_run_in_of_an_edge_is_left_out_of_the_trend_and_said() {

@@ -9,8 +9,9 @@ use super::super::options::Global;
 use super::super::output::Outputs;
 use super::super::work::inputs;
 use super::arguments::LifeFiles;
+use crate::job::tool_life::law_of_effects;
 use crate::machine::{Job, Tool};
-use crate::report::Run;
+use crate::report::{self, Run};
 use crate::setup::{ToolState, read_tool_state};
 
 /// Files of a command.
@@ -84,8 +85,22 @@ pub fn the_tool(run: &Run, asked: Option<u32>) -> Result<u32, CliError> {
     match asked {
         Some(number) if wears.contains(&number) => Ok(number),
         None if wears.len() == 1 => Ok(wears[0]),
+        _ if wears.is_empty() => Err(of_the_model(run, asked).unwrap_or_else(|| no_tool(&wears))),
         _ => Err(no_tool(&wears)),
     }
+}
+
+/// No law, but a model that wears its edges by the way they slide: the same as a law, of which only the end is not known.
+fn of_the_model(run: &Run, asked: Option<u32>) -> Option<CliError> {
+    let number = asked.or_else(|| run.job.tools.first().map(|tool| tool.number))?;
+    let [rate, feed, fresh] = law_of_effects(run, number)?.map(report::short);
+    Some(CliError::new(
+        format!("T{number} has no law of wear in the setup; the model wears its edges by the way they slide"),
+        format!(
+            "in this program that is, under its [[tool]]: wear = {{ rate = {rate}, feed_per_tooth = {feed}, exponent = -1, end = … }}, end the \
+             index at which you change it ({fresh} is fresh); the law then takes the place of the model's wear"
+        ),
+    ))
 }
 
 /// No tool, or more than one, whose life could be meant.
