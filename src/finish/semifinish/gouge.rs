@@ -2,13 +2,19 @@
 //! it, and as the moved one does, on the same cells. Out: the cells on which it does, and how deep.
 //!
 //! Heights of cells are exact at their middles. The finished surface is where the finish cuts deeper than the semi-finish as it came
-//! did. Beside it, at the far side of the ball on the first and last pass, the moved one may reach further than both: that is told
-//! apart, for whether it matters only the drawing says.
+//! did, by at least a part of what is usual ([`PART`]). Beside it, at the far side of the ball on the first and last pass, the moved
+//! one may reach further than both: that is told apart, for whether it matters only the drawing says. There the normal of the ball
+//! stands at a right angle to that of the surface; a ball that is moved by t runs along it, and deeper by t²/2R.
 
 use crate::stock::{Piece, UNTOUCHED};
 
 /// Depth that counts, mm: half an increment of 0.001 mm in X, Y and Z, on a wall of 75°, is 0.002 mm of height.
 const DEEP_MM: f32 = 0.002;
+
+/// Part of the stock usually left (the median) from which a cell is one of the finished surface, and not of the far side of the ball:
+/// there the stock is that share of the usual one that the cosine between both normals is, 0 at the right angle. Moved by t ≤ R/2 the
+/// ball stays above where that is a quarter. On walls the stock along Z is larger, never smaller.
+const PART: f32 = 0.25;
 
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,13 +39,15 @@ pub fn gouge(finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Gouge {
     for ((finish, semi), moved) in finish.iter().zip(semi).zip(moved) {
         let heights = [finish, semi, moved].map(|piece| piece.field.by_row(|tile| &tile.heights));
         let ids = finish.field.by_row(|tile| &tile.ids);
+        let left = (0..ids.len()).filter(|k| ids[*k] != UNTOUCHED).map(|k| heights[1][k] - heights[0][k]);
+        let least = least_left(left.filter(|left| *left > DEEP_MM).collect());
         let (field, across) = (&moved.field, moved.field.size[0]);
         if heights.iter().any(|heights| heights.len() != ids.len()) {
             continue;
         }
         for k in 0..ids.len() {
             let [finish, semi, moved] = [heights[0][k], heights[1][k], heights[2][k]];
-            if ids[k] == UNTOUCHED || finish > semi - DEEP_MM {
+            if ids[k] == UNTOUCHED || finish > semi - least {
                 if finish.min(semi) - moved > DEEP_MM {
                     found.beside += 1;
                     found.beside_mm = found.beside_mm.max(f64::from(finish.min(semi) - moved));
@@ -60,4 +68,14 @@ pub fn gouge(finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Gouge {
         }
     }
     found
+}
+
+/// Stock along Z from which a cell belongs to the finished surface, mm; `left`: that of every cell that the finish cuts.
+fn least_left(mut left: Vec<f32>) -> f32 {
+    let middle = left.len() / 2;
+    if left.is_empty() {
+        return DEEP_MM;
+    }
+    let (_, usual, _) = left.select_nth_unstable_by(middle, f32::total_cmp);
+    DEEP_MM.max(PART * *usual)
 }
