@@ -278,7 +278,7 @@ impl<'a> Work<'a> {
     /// Bounds of the limited loads at a place.
     pub fn bounds(&self, own: &Move, place: &Place, feed_mm_s: f64) -> Result<Vec<(LimitKind, f64, f64)>, Refusal> {
         let known = self.known_of(own)?;
-        if !(known.rps > 0.0) {
+        if known.rps.is_nan() || known.rps <= 0.0 {
             return refused(Some(own.line), "the spindle stands while the tool may cut");
         }
         // One rounding up: a feed per tooth that is not below the exact one.

@@ -97,7 +97,7 @@ impl Stated {
 
 /// SHA-256 in hexadecimal digits.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    Sha256::digest(bytes).iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
 }
 
 /// Reads a certificate; what is wrong with it, with the line of its own text.
@@ -120,8 +120,8 @@ pub fn read(text: &str) -> Result<Certificate, String> {
 
 fn take(found: &mut Certificate, words: &mut Words) -> Result<(), String> {
     match words.word()? {
-        "program" => found.program = words.word()?.to_owned(),
-        "setup" => found.setup = words.word()?.to_owned(),
+        "program" => words.word()?.clone_into(&mut found.program),
+        "setup" => words.word()?.clone_into(&mut found.setup),
         "confidence" => found.confidence = words.number()?,
         "stock" => found.stock_mm = words.numbers()?,
         "limit" => found.limits.push((words.whole()?, words.word()?.to_owned(), words.number()?)),

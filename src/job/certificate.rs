@@ -17,6 +17,7 @@ use super::task::{JobError, Watch};
 use super::tighten::Breach;
 use crate::certify::check::{Basis, Refusal, Work, feed_moves, not_certified, stock_mm};
 use crate::certify::cutter::Part;
+use crate::certify::interval::Interval;
 use crate::certify::place::Arc;
 use crate::certify::text::{MovePart, Station, sha256};
 use crate::certify::{Certificate, fingerprint};
@@ -114,9 +115,9 @@ fn of_move(
         });
         let mut stated = Station {
             over_mm: [station.from_mm, station.to_mm],
-            depth: Default::default(),
+            depth: Interval::default(),
             torque: Default::default(),
-            chip: Default::default(),
+            chip: Interval::default(),
             arcs: arcs.collect(),
         };
         if !stated.arcs.is_empty() {

@@ -17,7 +17,9 @@ pub fn write(of: &Certificate) -> String {
     }
     for Stated { tool, rps, numbers } in &of.ellipsoids {
         let _ = write!(text, "ellipsoid {tool} {rps:?}");
-        numbers.iter().for_each(|number| text += &format!(" {number:?}"));
+        for number in numbers {
+            let _ = write!(text, " {number:?}");
+        }
         text.push('\n');
     }
     for (tool, parts) in &of.parts {
@@ -28,7 +30,9 @@ pub fn write(of: &Certificate) -> String {
     for motion in &of.moves {
         let MovePart { index, line, tool, rps, feed_mm_s, stations } = motion;
         let _ = writeln!(text, "move {index} {line} {tool} {rps:?} {feed_mm_s:?}");
-        stations.iter().for_each(|station| write_station(&mut text, station));
+        for station in stations {
+            write_station(&mut text, station);
+        }
     }
     let seal = sha256(text.as_bytes());
     text + &format!("sealed {seal}\n")

@@ -78,7 +78,7 @@ impl Diagnosis<'_> {
             (group[pair[0]] != group[pair[1]]).then_some(f64::midpoint(from, to))
         };
         let borders: Vec<f64> = in_time.windows(2).filter_map(change).collect();
-        let before = borders.iter().copied().filter(|border| *border < at_s).next_back();
+        let before = borders.iter().copied().rfind(|border| *border < at_s);
         let behind = borders.iter().copied().find(|border| *border >= at_s);
         before.into_iter().chain(behind).collect()
     }
