@@ -174,15 +174,21 @@ fn drawn(job: &Job, draw: &mut Draw) -> (Material, Process) {
     // A direction of three: k_tc, k_te by their covariance, and the scatter.
     let mut on_ball: Vec<f64> = (0..3).map(|_| draw.between(-1.0, 1.0)).collect();
     let norm = on_ball.iter().map(|x| x * x).sum::<f64>().sqrt();
-    on_ball.iter_mut().for_each(|x| *x *= depth * 7.815_f64.sqrt() / norm);
+    for x in &mut on_ball {
+        *x *= depth * 7.815_f64.sqrt() / norm;
+    }
     let [[a, b], [_, c]] = [0, 1].map(|i| [0, 1].map(|k| process.covariance[i][k]));
     let lower = [a.sqrt(), b / a.sqrt(), (c - b * b / a).sqrt()];
     let moved = [lower[0] * on_ball[0], lower[1] * on_ball[0] + lower[2] * on_ball[1]];
     let by = 1.0 + process.scatter.unwrap() * on_ball[2];
     let Some(ForceModel::LinearEdge(k)) = &mut process.base else { unreachable!() };
     let [cut, edge] = [(k.k_tc + moved[0]) / k.k_tc * by, (k.k_te + moved[1]) / k.k_te * by];
-    [&mut k.k_tc, &mut k.k_rc, &mut k.k_ac].into_iter().for_each(|k| *k *= cut);
-    [&mut k.k_te, &mut k.k_re, &mut k.k_ae].into_iter().for_each(|k| *k *= edge);
+    for k in [&mut k.k_tc, &mut k.k_rc, &mut k.k_ac] {
+        *k *= cut;
+    }
+    for k in [&mut k.k_te, &mut k.k_re, &mut k.k_ae] {
+        *k *= edge;
+    }
     (material, process)
 }
 
@@ -433,7 +439,9 @@ fn engagement_that_was_left_out_is_seen() {
         halved[12 + 3 * arc] = format!("{:?}", 0.5 * (entry + exit));
     }
     // The forger widens what would show it.
-    [5, 7, 9].into_iter().for_each(|bound| halved[bound] = "0.0".to_owned());
+    for bound in [5, 7, 9] {
+        "0.0".clone_into(&mut halved[bound]);
+    }
     for other in [head, halved] {
         let mut lines = lines.clone();
         lines[at] = other.join(" ");

@@ -498,7 +498,7 @@ fn a_log_of_instants_is_followed_for_its_peaks_over_the_window() {
     let folder = folder.path();
     assert_eq!(plan(folder, "6").0, 0);
     let report = json(folder, "plan.json");
-    let turning = |row: usize| (1.0 + (2.399_963 * row as f64).cos()) / 2.0;
+    let turning = |row: usize| f64::midpoint(1.0, (2.399_963 * row as f64).cos());
     fs::write(folder.join("log.csv"), log(folder, "part.life.nc", &report, 6.0, 0.005, turning)).unwrap();
     let update = ["toollife", "update", "part.life.nc", "--setup", "part.setup.toml", "--measured", "log.csv"];
     let with = |more: &[&str]| {
