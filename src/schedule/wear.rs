@@ -10,8 +10,8 @@
 //! less, so T(v) ≥ T(u) where v ≥ u. Begin with edges that have not slid, v⁰ = c(0), and take v^{k+1} = T(v^k). Any feeds u
 //! that hold the limits have u ≤ T(u) ≤ c(0) = v⁰, hence u ≤ T(u) ≤ T(v⁰) = v¹ and so on: the iterates fall, and never
 //! below feeds that hold the limits. They converge to the highest of these; and where an iterate leaves a station no feed
-//! within its limits, no feeds do at all: slower ones only slide further. That is a refusal, with its reason
-//! ([`Fall::worn_out`]). F words and accelerations keep feeds below the caps; they only make the iterates lower, and caps are
+//! within its limits, no feeds do at all: slower ones only slide further. That is a refusal, with its reason.
+//! F words and accelerations keep feeds below the caps; they only make the iterates lower, and caps are
 //! never raised again, so the argument holds for what is written.
 //!
 //! **How fast.** S_i rests on what lies before station i alone. With λ = (a/ds) |c′(S)| / v² per mm of path an error δS of one
