@@ -133,7 +133,9 @@ impl Diagnosis<'_> {
             let t = t_statistic(&improvement_by_block(&self.train, &before, &found.follows.left));
             follows_a_curve(self.drop_of(&before, &found.follows.left), t)
         };
-        let may_follow = |covariate, part| part == Multiplies::Load || is_there_without_a_cut(covariate);
+        // In a table nothing is read without a cut: there such a curve may be a step on the way to the name.
+        let is_series = self.data.is_series();
+        let may_follow = |covariate, part| !is_series || part == Multiplies::Load || is_there_without_a_cut(covariate);
         let mut found = self.curves(present, &before, may_follow);
         found.retain(|each| !has(each.effect) && clear(each));
         self.tried += found.len();
