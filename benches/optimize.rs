@@ -10,8 +10,8 @@ use std::time::Instant;
 use feedwright::engage::cache::{from_bytes, to_bytes};
 use feedwright::engage::{self, EngagementMap};
 use feedwright::job::{Keep, Task, Wanted, Watch, optimize, simulate};
+use feedwright::outcome::ProgramRun;
 use feedwright::path::Vec3;
-use feedwright::report::Run;
 use feedwright::rewrite::rewrite;
 use feedwright::schedule::{Options, solve};
 use feedwright::stock::{Field, Piece, saved};
@@ -75,7 +75,7 @@ fn resolve(text: &str, name: &str, jerk: bool, watch: &Watch) {
     );
 }
 
-fn print_run(name: &str, wall_s: f64, run: &Run) {
+fn print_run(name: &str, wall_s: f64, run: &ProgramRun) {
     let written = run.written.as_ref().unwrap();
     let stages: String =
         STAGES.iter().zip(run.stage_s).map(|(stage, seconds)| format!(", {stage} {seconds:.2}")).collect();

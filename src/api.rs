@@ -26,7 +26,8 @@ use crate::learn::report::LearnReport;
 use crate::learn::session::{LearnError, LogOptions, run as learn_from};
 use crate::machine::{Job, Table};
 use crate::nc::{self, Dialect, Environment, MoveKind};
-use crate::report::{self, Extras, Figures, Provenance, Run};
+use crate::outcome::ProgramRun;
+use crate::report::{self, Extras, Figures, Provenance};
 use crate::rewrite;
 use crate::setup::{self, Assumption};
 use crate::units::mm_min_from_mm_s;
@@ -181,7 +182,7 @@ pub(crate) fn subprogram(folder: Option<&Path>, name: &str) -> Option<Vec<u8>> {
 
 /// Loads and times of a program: as programmed, and with new feeds where it was optimised.
 pub struct Prediction {
-    run: Run,
+    run: ProgramRun,
     figures: Figures,
     provenance: Provenance,
 }
@@ -205,7 +206,7 @@ pub struct LargestLoad {
 }
 
 impl Prediction {
-    fn of(run: Run, setup: &Setup) -> Self {
+    fn of(run: ProgramRun, setup: &Setup) -> Self {
         let figures = report::figures(&run);
         let provenance = report::provenance(&run, Some(setup.text.as_bytes()), Vec::new());
         Self { run, figures, provenance }
@@ -287,8 +288,8 @@ pub fn simulate(program: &Program, setup: &Setup) -> Result<Prediction, Error> {
 fn with_watch(
     program: &Program,
     setup: &Setup,
-    pipeline: fn(Task, &Watch) -> Result<Run, JobError>,
-) -> Result<Run, JobError> {
+    pipeline: fn(Task, &Watch) -> Result<ProgramRun, JobError>,
+) -> Result<ProgramRun, JobError> {
     let watch = Watch {
         progress: &|_, _| {},
         clock: &|| 0.0,

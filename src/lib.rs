@@ -59,6 +59,8 @@ pub mod toollife;
 #[doc(hidden)]
 pub mod setup;
 #[doc(hidden)]
+pub mod outcome;
+#[doc(hidden)]
 pub mod report;
 #[doc(hidden)]
 pub mod job;

@@ -13,13 +13,13 @@ use corpus::{LISTED, canon, motions, rs274_is_there, same_motions, shared};
 use feedwright::job::{Keep, MET, Task, Wanted, Watch, optimize};
 use feedwright::machine::Raise;
 use feedwright::nc::{self, Dialect, Doubt, Environment, Program};
-use feedwright::report::Run;
+use feedwright::outcome::ProgramRun;
 use feedwright::{engage, rewrite, setup};
 
 /// One at a time: each run uses every core already.
 static ONE: Mutex<()> = Mutex::new(());
 
-fn run(program: Program, setup_file: &Path) -> Run {
+fn run(program: Program, setup_file: &Path) -> ProgramRun {
     let text = std::fs::read_to_string(setup_file).unwrap();
     let (mut job, assumptions) = setup::load(&text, setup_file.parent().unwrap()).unwrap();
     // As many feeds as possible change: that is what reading back and the second run are tried on.

@@ -12,18 +12,19 @@ use everyday::Everyday;
 use feedwright::engage;
 use feedwright::job::{JobError, Keep, MET, Task, Wanted, Watch, optimize, simulate};
 use feedwright::nc::{self, Dialect, MoveKind};
-use feedwright::report::{Run, figures};
+use feedwright::outcome::ProgramRun;
+use feedwright::report::figures;
 use feedwright::setup;
 
-fn run(text: &[u8], setup_text: &str) -> Run {
+fn run(text: &[u8], setup_text: &str) -> ProgramRun {
     made(text, setup_text, optimize)
 }
 
-fn simulated(text: &[u8], setup_text: &str) -> Run {
+fn simulated(text: &[u8], setup_text: &str) -> ProgramRun {
     made(text, setup_text, simulate)
 }
 
-fn made(text: &[u8], setup_text: &str, how: fn(Task, &Watch) -> Result<Run, JobError>) -> Run {
+fn made(text: &[u8], setup_text: &str, how: fn(Task, &Watch) -> Result<ProgramRun, JobError>) -> ProgramRun {
     let (job, assumptions) = setup::load(setup_text, Path::new(".")).unwrap();
     let dialect = job.machine.dialect.as_deref().and_then(Dialect::from_name);
     let watch = Watch {
@@ -162,11 +163,11 @@ fn a_whole_block_is_simulated_again_near_its_limit_or_where_its_load_changes() {
     assert!((little - much).abs() < 1e-3, "{little} {much}");
 }
 
-fn with(program: &(String, String), more: &str) -> Run {
+fn with(program: &(String, String), more: &str) -> ProgramRun {
     run(program.0.as_bytes(), &format!("{}{more}", program.1))
 }
 
-fn after_s(run: &Run) -> f64 {
+fn after_s(run: &ProgramRun) -> f64 {
     run.written.as_ref().unwrap().realised_after.total_s
 }
 
@@ -177,9 +178,9 @@ fn after_s(run: &Run) -> f64 {
 fn a_bound_on_growth_costs_seconds_and_never_everything() {
     let program = everyday::loops(false, [150.0, 66.0], 1.2, 15.0);
     let free = with(&program, "[output]\nmax_growth = 1e6\n");
-    let costs = |run: &Run| run.written.as_ref().unwrap().schedule.bound_costs_s;
+    let costs = |run: &ProgramRun| run.written.as_ref().unwrap().schedule.bound_costs_s;
     assert_eq!(costs(&free), 0.0);
-    let saves_s = |run: &Run| {
+    let saves_s = |run: &ProgramRun| {
         let blocks = run.written.as_ref().unwrap().stats.blocks_added;
         (run.realised_before.total_s - after_s(run)) / blocks as f64
     };
@@ -207,7 +208,7 @@ fn a_bound_on_growth_costs_seconds_and_never_everything() {
 #[test]
 fn a_short_program_may_grow_beyond_four_times_its_bytes() {
     let program = everyday::short(false, 30.0);
-    let growth = |run: &Run| run.written.as_ref().unwrap().bytes.len() as f64 / run.program.text().len() as f64;
+    let growth = |run: &ProgramRun| run.written.as_ref().unwrap().bytes.len() as f64 / run.program.text().len() as f64;
     let (free, bound) = (with(&program, ""), with(&program, "[output]\nmax_growth = 4\n"));
     assert!(growth(&free) > 4.0 && growth(&bound) <= 4.0, "{} {}", growth(&free), growth(&bound));
     assert!(free.written.as_ref().unwrap().schedule.bound_costs_s == 0.0 && after_s(&free) < after_s(&bound));

@@ -7,7 +7,7 @@ use feedwright::engage::{self, EngagementMap, engage};
 use feedwright::job::{Keep, Task, Wanted, Watch, optimize, sections, simulate};
 use feedwright::machine::{CutKind, Job, LimitKind};
 use feedwright::nc::{self, Environment, Program, Toolpath};
-use feedwright::report::Run;
+use feedwright::outcome::ProgramRun;
 use feedwright::schedule::acting::{ACTS_FROM, idle};
 use feedwright::schedule::cutters::Cutters;
 use feedwright::schedule::operations::segments;
@@ -50,7 +50,7 @@ fn simulated(job: &Job) -> (Program, Toolpath, EngagementMap) {
     (program, toolpath, map)
 }
 
-fn run(rest: &str, wanted: Wanted, whole: bool) -> Run {
+fn run(rest: &str, wanted: Wanted, whole: bool) -> ProgramRun {
     let (job, assumptions) = load(rest);
     let watch = Watch {
         progress: &|_, _| (),

@@ -11,7 +11,8 @@ use super::screen::{Screen, written};
 use super::work::run;
 use crate::job;
 use crate::nc::{self, Environment, FeedMode, MoveKind, Program, Toolpath, interpret};
-use crate::report::{self, Outcome, Run};
+use crate::outcome::ProgramRun;
+use crate::report::{self, Outcome};
 use crate::units::{deg_from_rad, mm_min_from_mm_s, rpm_from_rps};
 
 /// `dump`.
@@ -136,7 +137,7 @@ fn moves(path: &Toolpath, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-fn engagement(run: &Run, out: &mut dyn Write) -> io::Result<()> {
+fn engagement(run: &ProgramRun, out: &mut dyn Write) -> io::Result<()> {
     writeln!(
         out,
         "line\tmotion\tfrom_mm\tto_mm\tremoval_area_mm2\taxial_depth_mm\tclear_air\tuncertain\tarcs (slice:entry-exit deg)"
@@ -165,7 +166,7 @@ fn engagement(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-fn problem(run: &Run, out: &mut dyn Write) -> io::Result<()> {
+fn problem(run: &ProgramRun, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "line\tmotion\tfrom_mm\tto_mm\tprogrammed\tcap\tcap_by\tfloor\tfloor_by\tcutting\tfree\tinfeasible")?;
     for node in &run.problem.nodes {
         let motion = &run.toolpath.moves[node.move_id.ix()];

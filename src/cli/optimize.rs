@@ -15,7 +15,8 @@ use super::subprograms;
 use super::work::{Done, Work, execute, inputs, peak_memory, run_keeping, task, wanted};
 use crate::job::{self, Wanted};
 use crate::machine::{Job, LifeShare, Tool};
-use crate::report::{self, Extras, HeldBack, Outcome, Relief, Run, Verdict};
+use crate::outcome::ProgramRun;
+use crate::report::{self, Extras, HeldBack, Outcome, Relief, Verdict};
 
 /// `optimize`.
 #[derive(Debug, Args)]
@@ -421,7 +422,7 @@ impl Reports {
     }
 }
 
-fn timings(run: &Run) -> String {
+fn timings(run: &ProgramRun) -> String {
     let [parse, simulate, schedule, rewrite, check] = run.stage_s;
     let memory = peak_memory().map_or(String::new(), |bytes| format!(", peak memory {} MiB", bytes >> 20));
     format!(

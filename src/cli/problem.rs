@@ -4,7 +4,8 @@
 
 use serde::Serialize;
 
-use crate::report::{Run, WRITTEN_BY};
+use crate::outcome::ProgramRun;
+use crate::report::WRITTEN_BY;
 use crate::schedule::optimum::optimum;
 use crate::schedule::pass::Leg;
 use crate::schedule::solve::node_track;
@@ -46,7 +47,7 @@ struct PointPart {
 }
 
 /// The problem as text.
-pub fn json(run: &Run, file: &str) -> String {
+pub fn json(run: &ProgramRun, file: &str) -> String {
     let found = optimum(node_track(&run.problem, &run.toolpath, &run.job), 0.0);
     let finite = |value: f64| value.is_finite().then_some(value);
     let leg = |(i, leg): (usize, &Leg)| LegPart {

@@ -13,7 +13,7 @@ use super::screen::Screen;
 pub(crate) use crate::api::subprogram;
 use crate::engage;
 use crate::job::{JobError, Keep, Task, Wanted, Watch};
-use crate::report::Run;
+use crate::outcome::ProgramRun;
 
 /// Program, setup and reports.
 #[derive(Debug, Args)]
@@ -97,14 +97,14 @@ pub fn wanted(work: &Work, stress: bool) -> Wanted {
 }
 
 /// Runs the pipeline: `simulate` or `optimize` of [`crate::job`].
-pub type Pipeline = fn(Task, &Watch) -> Result<Run, JobError>;
+pub type Pipeline = fn(Task, &Watch) -> Result<ProgramRun, JobError>;
 
 /// A run with the source it belongs to.
 pub struct Done {
     /// The program as it was read.
     pub source: Source,
     /// What was found.
-    pub run: Run,
+    pub run: ProgramRun,
 }
 
 /// The files a run reads, so that no output takes the place of one.

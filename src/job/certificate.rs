@@ -25,7 +25,7 @@ use crate::engage::EngagementMap;
 use crate::ids::MoveId;
 use crate::machine::{Job, Segment, Slice, Tool};
 use crate::nc::{Move, Toolpath};
-use crate::report::Run;
+use crate::outcome::ProgramRun;
 
 /// Rounds in which feeds are lowered for the certificate, at most.
 pub const ROUNDS: usize = 8;
@@ -66,7 +66,7 @@ impl Making {
     }
 
     /// Of a written file whose moves are known.
-    pub fn make(&mut self, run: &Run, known: &Known, bytes: &[u8], watch: &Watch) -> Result<Made, JobError> {
+    pub fn make(&mut self, run: &ProgramRun, known: &Known, bytes: &[u8], watch: &Watch) -> Result<Made, JobError> {
         let refused = |refusal: Refusal| JobError::NotCertified { line: refusal.line, why: refusal.why };
         let basis = Basis { bytes, toolpath: &known.written, job: &self.job, switched: run.program.has_block_delete() };
         not_certified(&basis).map_err(refused)?;

@@ -27,9 +27,9 @@ use super::tighten::{Breach, asks};
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
 use crate::nc::{Environment, Toolpath};
-use crate::report::answers::Stressed;
-use crate::report::over::Over;
-use crate::report::{Check, Run, Switched};
+use crate::outcome::answers::Stressed;
+use crate::outcome::over_limits::Over;
+use crate::outcome::{Check, ProgramRun, Switched};
 use crate::rewrite::{Rewritten, verify};
 use crate::schedule::FeedPiece;
 use crate::schedule::history;
@@ -64,7 +64,7 @@ struct Rated {
 /// Reads back, simulates unless `known` says what the cutter meets already, with the block-delete switch off and, where
 /// blocks hang on it, on; verifies a file that meets the limits, and the `last` one.
 pub fn check(
-    run: &Run,
+    run: &ProgramRun,
     rewritten: &Rewritten,
     watch: &Watch,
     known: &mut [Option<Known>; 2],
@@ -101,7 +101,7 @@ pub fn check(
 }
 
 /// Breaches found with the switch on, on the moves of the program with it off.
-fn on_off(rated: Rated, run: &Run, switched: &Switched) -> Rated {
+fn on_off(rated: Rated, run: &ProgramRun, switched: &Switched) -> Rated {
     let ids = switch::moves_off(&run.toolpath, &switched.toolpath);
     let place = |breach: &Breach| Some(Origin { move_id: ids[breach.origin.move_id.ix()]?, ..breach.origin });
     let breaches = rated.breaches.iter().filter_map(|b| Some(Breach { origin: place(b)?, ..*b })).collect();
@@ -158,7 +158,7 @@ fn rate(now: &mut Known, side: &Side, after: &[FeedPiece], kept: &[BlockId]) -> 
 }
 
 /// Loads over limits of everything that cuts in the written program, in both positions of the switch.
-pub fn over(run: &Run, rewritten: &Rewritten, known: &[Option<Known>; 2]) -> Over {
+pub fn over(run: &ProgramRun, rewritten: &Rewritten, known: &[Option<Known>; 2]) -> Over {
     let kept: Vec<BlockId> = rewritten.kept.iter().map(|(block, _)| *block).collect();
     let on = run.switched.as_ref().map(|switched| Side::on(switched, &run.job));
     let mut found = Over::default();
@@ -171,7 +171,7 @@ pub fn over(run: &Run, rewritten: &Rewritten, known: &[Option<Known>; 2]) -> Ove
 }
 
 /// The written program under each variation of what was assumed.
-pub fn stressed(run: &Run, known: &Known, watch: &Watch) -> Vec<Stressed> {
+pub fn stressed(run: &ProgramRun, known: &Known, watch: &Watch) -> Vec<Stressed> {
     let after = feeds(&known.written, &known.origins);
     let kept = run.written.iter().flat_map(|written| &written.kept);
     let kept: Vec<BlockId> = kept.map(|(block, _)| *block).collect();

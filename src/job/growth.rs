@@ -8,7 +8,7 @@ use super::task::{JobError, SPACING_MM};
 use super::{used, worn};
 use crate::machine::{Annotate, Job};
 use crate::nc::Program;
-use crate::report::Run;
+use crate::outcome::ProgramRun;
 use crate::rewrite::{self, Rewritten};
 use crate::schedule::{Options, Room, Schedule};
 
@@ -42,7 +42,7 @@ fn most(program: &Program, job: &Job) -> [f64; 2] {
 /// The options of the first round. In a program of ours a word costs twice, and no stretch shorter than two stations is
 /// raised: on other stations what an earlier run left out may seem worth a little more, and air or cut may reach a station
 /// further.
-pub fn options(run: &Run) -> Options {
+pub fn options(run: &ProgramRun) -> Options {
     let (program, job) = (&run.program, &run.job);
     let mut options = Options::of(&run.toolpath);
     if rewrite::is_ours(program) {
@@ -66,7 +66,7 @@ pub type Round = (Schedule, Rewritten, [f64; 2]);
 
 /// A schedule whose text keeps to what it may grow by, or comes as near as [`AGAIN`] tries bring it.
 pub fn within(
-    run: &mut Run,
+    run: &mut ProgramRun,
     fresh: Option<&worn::Fresh>,
     options: &mut Options,
     clock: &dyn Fn() -> f64,
@@ -91,7 +91,7 @@ pub fn within(
 }
 
 /// The text of a schedule, however long.
-pub fn as_it_is(run: &Run, mut schedule: Schedule, clock: &dyn Fn() -> f64) -> Round {
+pub fn as_it_is(run: &ProgramRun, mut schedule: Schedule, clock: &dyn Fn() -> f64) -> Round {
     let start = clock();
     schedule.used = used::used(run, &schedule);
     let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
@@ -100,7 +100,7 @@ pub fn as_it_is(run: &Run, mut schedule: Schedule, clock: &dyn Fn() -> f64) -> R
 }
 
 /// What the text grew by over what it may grow by.
-fn over(run: &Run, rewritten: &Rewritten) -> f64 {
+fn over(run: &ProgramRun, rewritten: &Rewritten) -> f64 {
     let [most_blocks, most_bytes] = most(&run.program, &run.job);
     let [blocks, bytes] = [run.program.len() as f64, run.program.text().len() as f64];
     let written = rewritten.bytes.len() + rewritten.files.iter().map(|(_, bytes)| bytes.len()).sum::<usize>();

@@ -11,8 +11,8 @@ use crate::engage::{self, Again, EngagementMap};
 use crate::ids::MoveId;
 use crate::machine::Job;
 use crate::nc::{Move, Toolpath};
+use crate::outcome::{ProgramRun, Switched};
 use crate::path::{Curve, Vec3};
-use crate::report::{Run, Switched};
 use crate::schedule::Problem;
 
 /// A written program and what is known of its engagement.
@@ -54,7 +54,7 @@ pub struct Side<'a> {
 
 impl<'a> Side<'a> {
     /// With the switch off.
-    pub fn off(run: &'a Run) -> Self {
+    pub fn off(run: &'a ProgramRun) -> Self {
         Self { toolpath: &run.toolpath, map: &run.map, problem: &run.problem, job: &run.job }
     }
     /// With the switch on.

@@ -10,8 +10,8 @@ use crate::force::contact::engaged;
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Tool};
 use crate::nc::Toolpath;
-use crate::report::Run;
-use crate::report::answers::Wear;
+use crate::outcome::ProgramRun;
+use crate::outcome::answers::Wear;
 use crate::schedule::Problem;
 use crate::schedule::budget::{Budget, Kept, extra_s, keep};
 use crate::schedule::history::{self, History};
@@ -34,7 +34,7 @@ pub fn keep_again(answers: &mut [Wear], problem: &mut Problem, toolpath: &Toolpa
 }
 
 /// What the feeds of a run use of the life of each tool with a law of its own; without a budget it is told as well.
-pub fn used_by(run: &mut Run) {
+pub fn used_by(run: &mut ProgramRun) {
     let history = History::of(&run.toolpath, &run.map, &run.job, run.after());
     for tool in run.job.tools.iter().filter(|tool| history.cut_by(tool.number)[0] > 0.0) {
         let (Some(wear), Some((fresh, _))) = (tool.wear, run.job.fresh_index(tool)) else { continue };

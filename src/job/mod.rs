@@ -1,4 +1,4 @@
-//! The pipeline as one readable function. In: a program and a job. Out: a [`Run`] with everything the report needs.
+//! The pipeline as one readable function. In: a program and a job. Out: a [`ProgramRun`] with everything the report needs.
 //!
 //! ```text
 //! interpret → engage → problem → [ solve → rewrite → read back, look again at a finer spacing ] → verify
@@ -58,8 +58,8 @@ use crate::diag::{Diagnostic, Severity};
 use crate::engage::{self, EngageError, EngagementMap};
 use crate::machine::Job;
 use crate::nc::{self, Program, Toolpath};
-pub use crate::report::MET;
-use crate::report::{Answers, Check, Run, Written};
+pub use crate::outcome::MET;
+use crate::outcome::{Answers, Check, ProgramRun, Written};
 use crate::rewrite;
 use crate::schedule::{self, Problem, Schedule};
 
@@ -69,14 +69,14 @@ pub const ROUNDS: usize = 9;
 /// Rounds in which feeds are solved anew under tightened caps; after these they are lowered where they stand.
 pub const SOLVED: usize = 3;
 /// Predicts loads and time as programmed.
-pub fn simulate(task: Task, watch: &Watch) -> Result<Run, JobError> {
+pub fn simulate(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
     let (mut run, _) = posed(task, Edges::AsProgrammed, watch)?;
     life::used_by(&mut run);
     Ok(run)
 }
 
 /// Reads, simulates, and poses the problem for tools with these edges; the problem before any budget, where loads follow feeds.
-fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(Run, Option<Problem>), JobError> {
+fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<Problem>), JobError> {
     let Task { program, mut job, mut assumptions, wanted } = task;
     let start = (watch.clock)();
     assumptions.extend(wanted.confidence.map(|confidence| wanted::confident(&mut job, confidence)));
@@ -156,7 +156,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(Run, Option<Problem
     }
     let scheduled = (watch.clock)();
     let stage_s = [parsed - start, simulated - parsed, scheduled - simulated, 0.0, 0.0];
-    let mut run = Run {
+    let mut run = ProgramRun {
         program,
         job,
         assumptions,
@@ -177,7 +177,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(Run, Option<Problem
 }
 
 /// Rewrites the feeds, and closes the loop over the written file.
-pub fn optimize(task: Task, watch: &Watch) -> Result<Run, JobError> {
+pub fn optimize(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
     let wanted = task.wanted;
     let confidence = wanted.confidence.filter(|_| wanted.certificate);
     let mut making = confidence.map(|confidence| Making::new(&task.job, confidence));

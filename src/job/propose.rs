@@ -5,7 +5,8 @@
 //! the tool's strength or the spindle gives less. What they would give beyond it is said, not proposed: nobody has tried it.
 
 use crate::machine::{Job, LimitKind, Scope};
-use crate::report::{Run, StationLoads, each_station, words::plain};
+use crate::outcome::{ProgramRun, StationLoads, each_station};
+use crate::report::words::plain;
 use crate::schedule::operations::{Segment, whole_tools};
 use crate::schedule::reference::{Distribution, distributions};
 
@@ -67,7 +68,7 @@ struct Held {
 }
 
 /// Proposals by tool, each before those of its operations.
-pub fn propose(run: &Run) -> Vec<Proposal> {
+pub fn propose(run: &ProgramRun) -> Vec<Proposal> {
     let (toolpath, map, job) = (&run.toolpath, &run.map, &run.job);
     let held = held(run);
     let of = |segments: &[Segment]| -> Vec<(usize, Vec<Distribution>)> {
@@ -93,7 +94,7 @@ pub fn propose(run: &Run) -> Vec<Proposal> {
 }
 
 /// One segment for each tool in each section of the text.
-fn operations(run: &Run, tools: &[Segment]) -> Vec<Segment> {
+fn operations(run: &ProgramRun, tools: &[Segment]) -> Vec<Segment> {
     let sections = super::sections(&run.program, &run.toolpath, &run.map);
     let ends = sections.iter().skip(1).map(|next| next.first_line - 1).chain([u32::MAX]);
     let each = |(section, end): (&crate::schedule::operations::Section, u32)| {
@@ -106,7 +107,7 @@ fn operations(run: &Run, tools: &[Segment]) -> Vec<Segment> {
     sections.iter().zip(ends).flat_map(each).collect()
 }
 
-fn held(run: &Run) -> Vec<(u32, Held)> {
+fn held(run: &ProgramRun) -> Vec<(u32, Held)> {
     let mut found: Vec<(u32, Held)> = Vec::new();
     each_station(run, &mut |station: &StationLoads| {
         let motion = &run.toolpath.moves[station.station.move_id.ix()];

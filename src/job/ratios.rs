@@ -19,8 +19,8 @@ use crate::force::{Cap, LoadLine};
 use crate::ids::BlockId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{MoveKind, Toolpath};
-use crate::report::MET;
-use crate::report::over::{self, Apart, LoadLimit, Over, Place, p99};
+use crate::outcome::MET;
+use crate::outcome::over_limits::{Apart, LoadLimit, Over, Place, load_limits, p99};
 use crate::schedule::FeedPiece;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::history;
@@ -222,7 +222,7 @@ impl<'a> Ratios<'a> {
 
     fn limits(&self, origin: &Origin, station: &Station) -> impl Iterator<Item = LoadLimit> + '_ {
         let rps = self.written.moves[station.move_id.ix()].spin.rps;
-        over::load_limits(&self.rules.of(origin.move_id).loads, self.side.job, rps)
+        load_limits(&self.rules.of(origin.move_id).loads, self.side.job, rps)
     }
 
     /// Largest feed that meets every limit.

@@ -11,7 +11,7 @@ use super::task::{JobError, SPACING_MM, Watch};
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{self, Environment, Move, MoveKind, Program, Toolpath};
-use crate::report::Switched;
+use crate::outcome::Switched;
 use crate::rewrite;
 use crate::schedule::realise::pieces_of_moves;
 use crate::schedule::{FeedPiece, Problem};

@@ -9,7 +9,7 @@ use crate::ids::BlockId;
 use crate::machine::LimitKind;
 use crate::machine::limits::FEED_CHANGE_MIN;
 use crate::nc::Freeze;
-use crate::report::Run;
+use crate::outcome::ProgramRun;
 use crate::schedule::caps::LEAST;
 use crate::schedule::words::Grid;
 use crate::schedule::{Bound, FeedPiece, Node, Problem};
@@ -45,7 +45,7 @@ pub fn overlaps(node: &Node, origin: &Origin) -> bool {
 }
 
 /// Blocks that the proof objects to keep their feed from now on.
-pub fn leave_alone(run: &mut Run, blocks: &[BlockId]) {
+pub fn leave_alone(run: &mut ProgramRun, blocks: &[BlockId]) {
     for node in &mut run.problem.nodes {
         let motion = &mut run.toolpath.moves[node.move_id.ix()];
         if blocks.contains(&motion.block) {

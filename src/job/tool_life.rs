@@ -1,12 +1,12 @@
-//! What a run says of the life of one tool. In: a [`Run`] over a program with marks of check points. Out: the check points with
+//! What a run says of the life of one tool. In: a [`ProgramRun`] over a program with marks of check points. Out: the check points with
 //! their places, predicted loads and lengths cut; the load at one as a function of wear; the job with a tool as worn as it is.
 
 use crate::effects::{Parameter, State, named};
 use crate::engage::Station;
 use crate::machine::material::EffectUse;
 use crate::machine::{Job, LifeShare, Wear};
+use crate::outcome::ProgramRun;
 use crate::path::Vec3;
-use crate::report::Run;
 use crate::rewrite;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::history::History;
@@ -60,7 +60,7 @@ pub struct CheckCut {
 
 /// A run seen from one tool.
 pub struct ToolRun<'a> {
-    run: &'a Run,
+    run: &'a ProgramRun,
     cutters: Cutters,
     history: History,
     tool: u32,
@@ -69,14 +69,14 @@ pub struct ToolRun<'a> {
 
 impl<'a> ToolRun<'a> {
     /// At the feeds after.
-    pub fn new(run: &'a Run, tool: u32) -> Self {
+    pub fn new(run: &'a ProgramRun, tool: u32) -> Self {
         let history = History::of(&run.toolpath, &run.map, &run.job, run.after());
         let cutters = Cutters::after(&run.toolpath, &run.map, &run.job, &history);
         Self { run, cutters, history, tool, powers: OnceCell::new() }
     }
 
     /// The run.
-    pub fn run(&self) -> &Run {
+    pub fn run(&self) -> &ProgramRun {
         self.run
     }
 
@@ -102,7 +102,7 @@ impl<'a> ToolRun<'a> {
 
     /// The cuts at the marks of the program.
     pub fn checks(&self) -> Vec<CheckCut> {
-        let Run { program, toolpath, map, job, .. } = self.run;
+        let ProgramRun { program, toolpath, map, job, .. } = self.run;
         let marks = rewrite::checks(program);
         let steady = check_points::steady(toolpath, map, job, self.run.after(), self.tool);
         let block = |place: &Cycle| toolpath.moves[place.move_id.ix()].block;
@@ -118,7 +118,7 @@ impl<'a> ToolRun<'a> {
 
     /// A cut of a check point at a place.
     pub fn cut(&self, number: u32, cycle: u32, place: Cycle) -> Option<CheckCut> {
-        let Run { toolpath, map, .. } = self.run;
+        let ProgramRun { toolpath, map, .. } = self.run;
         let motion = &toolpath.moves[place.move_id.ix()];
         let middle_mm = 0.5 * (place.read_mm[0] + place.read_mm[1]);
         let range = &map.of_move[place.move_id.ix()];
@@ -149,7 +149,7 @@ impl<'a> ToolRun<'a> {
 
     /// The same at another feed, mm/s.
     pub fn load_at(&self, cut: &CheckCut, kind: LoadKind, worn: Option<f64>, feed_mm_s: f64) -> f64 {
-        let Run { toolpath, map, .. } = self.run;
+        let ProgramRun { toolpath, map, .. } = self.run;
         let motion = &toolpath.moves[cut.place.move_id.ix()];
         let station: &Station = &map.stations[cut.station];
         let Some(cutter) = self.cutters.of(cut.place.move_id) else { return f64::NAN };
@@ -167,7 +167,7 @@ impl<'a> ToolRun<'a> {
 /// The wear that effects of the process model do by the way the teeth slide, as a law of a tool: rise of the index per metre over the
 /// second half of what the program cuts, the mean feed per tooth it is for, mm, and the index of a fresh edge. By that way a slower feed wears
 /// more per metre: its exponent is −1. `None` where no effect wears its edges.
-pub fn law_of_effects(run: &Run, number: u32) -> Option<[f64; 3]> {
+pub fn law_of_effects(run: &ProgramRun, number: u32) -> Option<[f64; 3]> {
     let tool = run.job.tool(number)?;
     let (fresh, _) = run.job.fresh_index(tool)?;
     let history = History::of(&run.toolpath, &run.map, &run.job, run.after());

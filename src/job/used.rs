@@ -4,14 +4,14 @@
 use rayon::prelude::*;
 
 use crate::engage::Station;
-use crate::report::Run;
-use crate::report::over::load_limits;
+use crate::outcome::ProgramRun;
+use crate::outcome::over_limits::load_limits;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::rules::rules;
 use crate::schedule::{FeedPiece, Schedule};
 
 /// Ratio of load to limit of each piece of the schedule, by index.
-pub fn used(run: &Run, schedule: &Schedule) -> Vec<Option<f64>> {
+pub fn used(run: &ProgramRun, schedule: &Schedule) -> Vec<Option<f64>> {
     let cutters = Cutters::new(&run.toolpath, &run.map, &run.job, &schedule.pieces);
     let rules = rules(&run.toolpath, &run.map, &run.job);
     let of_piece = |piece: &FeedPiece| {

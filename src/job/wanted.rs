@@ -4,8 +4,8 @@
 use crate::engage::EngagementMap;
 use crate::machine::Job;
 use crate::nc::Toolpath;
-use crate::report::Run;
-use crate::report::answers::{Cycle, Moved, Reference, Surface};
+use crate::outcome::ProgramRun;
+use crate::outcome::answers::{Cycle, Moved, Reference, Surface};
 use crate::schedule::cycle::{fits, saved_percent};
 use crate::schedule::marks::final_surface;
 use crate::schedule::operations::{Section, segments};
@@ -86,7 +86,7 @@ fn moved(plain: &Problem, other: &Problem) -> (f64, f64) {
 }
 
 /// Final surfaces before and after; `None` without any.
-pub fn surface(run: &Run) -> Option<Surface> {
+pub fn surface(run: &ProgramRun) -> Option<Surface> {
     let [before, after] =
         [&run.before[..], run.after()].map(|feeds| final_surface(&run.toolpath, &run.map, &run.job, feeds));
     (before.length_mm > 0.0).then_some(Surface {
@@ -98,7 +98,7 @@ pub fn surface(run: &Run) -> Option<Surface> {
 }
 
 /// The control fitted to a measured time of the original, and what it says of the saving.
-pub fn fitted(run: &Run, measured_s: f64) -> Cycle {
+pub fn fitted(run: &ProgramRun, measured_s: f64) -> Cycle {
     let found = fits(&run.toolpath, &run.before, &run.job.machine, measured_s);
     let factors = || found.iter().map(|fit| fit.acceleration);
     let acceleration =

@@ -12,7 +12,7 @@ use crate::engage::EngagementMap;
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{Program, Toolpath};
-use crate::report::{Run, Switched};
+use crate::outcome::{ProgramRun, Switched};
 use crate::schedule::history::{self, History};
 use crate::schedule::wear::{self, ROUNDS, SETTLED};
 use crate::schedule::{self, FeedPiece, Node, Options, Problem, Schedule};
@@ -26,7 +26,7 @@ pub struct Fresh {
 
 impl Fresh {
     /// `off`: of the run with the switch off.
-    pub fn of(run: &Run, off: Problem) -> Self {
+    pub fn of(run: &ProgramRun, off: Problem) -> Self {
         Self { off, on: run.switched.as_ref().map(|on| on.problem.clone()) }
     }
     /// Takes breaches into the caps.
@@ -36,7 +36,7 @@ impl Fresh {
 }
 
 /// Feeds from the caps of the problem, which follow the wear of these very feeds where there is a `fresh` one.
-pub fn feeds(run: &mut Run, fresh: Option<&Fresh>, options: &Options) -> Result<Schedule, JobError> {
+pub fn feeds(run: &mut ProgramRun, fresh: Option<&Fresh>, options: &Options) -> Result<Schedule, JobError> {
     for _ in 0..ROUNDS {
         let schedule = schedule::feeds(&run.problem, &run.toolpath, &run.job, options);
         let Some(fresh) = fresh else { return Ok(schedule) };
@@ -48,7 +48,7 @@ pub fn feeds(run: &mut Run, fresh: Option<&Fresh>, options: &Options) -> Result<
 }
 
 /// The first place where the check of the file with these feeds found a worn tool above a limit that no feed meets.
-pub fn beyond(run: &Run, feeds: &[FeedPiece], breaches: &[Breach]) -> Option<WornOut> {
+pub fn beyond(run: &ProgramRun, feeds: &[FeedPiece], breaches: &[Breach]) -> Option<WornOut> {
     let breach = tighten::hopeless(&run.problem, breaches).filter(|_| history::wears(&run.job))?;
     let history = History::of(&run.toolpath, &run.map, &run.job, feeds);
     Some(worn_out_at(&run.toolpath, &run.map, &history, breach.origin.move_id, breach.origin.from_mm, breach.kind))
@@ -69,8 +69,8 @@ fn worn_out_at(
 }
 
 /// Gives the problem the caps behind these feeds; the largest share by which one changed.
-fn follow(run: &mut Run, fresh: &Fresh, feeds: &[FeedPiece]) -> Result<f64, JobError> {
-    let Run { program, job, toolpath, map, problem, switched, answers, .. } = run;
+fn follow(run: &mut ProgramRun, fresh: &Fresh, feeds: &[FeedPiece]) -> Result<f64, JobError> {
+    let ProgramRun { program, job, toolpath, map, problem, switched, answers, .. } = run;
     let before = problem.clone();
     Side { program, job, toolpath, map, problem, fresh: &fresh.off }.follow(feeds)?;
     if let (Some(on), Some(fresh)) = (switched, &fresh.on) {

@@ -6,12 +6,12 @@ use serde::ser::{SerializeMap, Serializer};
 
 use std::borrow::Cow;
 
-use super::run::Run;
-use super::stations::{StationLoads, each_station};
 use super::table::LOADS;
 use crate::force::Loads;
 use crate::machine::LimitKind;
 use crate::nc::MoveKind;
+use crate::outcome::ProgramRun;
+use crate::outcome::station_loads::{StationLoads, each_station};
 use crate::schedule::FeedPiece;
 use crate::units::mm_min_from_mm_s;
 
@@ -67,7 +67,7 @@ impl JsonSchema for Largest {
 }
 
 /// Every feed motion of the original program, in order.
-pub fn blocks(run: &Run) -> Vec<BlockRow> {
+pub fn blocks(run: &ProgramRun) -> Vec<BlockRow> {
     let mut rows: Vec<Option<BlockRow>> =
         run.toolpath.moves.iter().enumerate().map(|(index, _)| row(run, index)).collect();
     fill_feeds(&mut rows, run);
@@ -80,7 +80,7 @@ pub fn blocks(run: &Run) -> Vec<BlockRow> {
     rows.into_iter().flatten().collect()
 }
 
-fn row(run: &Run, index: usize) -> Option<BlockRow> {
+fn row(run: &ProgramRun, index: usize) -> Option<BlockRow> {
     let motion = &run.toolpath.moves[index];
     if motion.kind == MoveKind::Rapid {
         return None;
@@ -103,7 +103,7 @@ fn row(run: &Run, index: usize) -> Option<BlockRow> {
 }
 
 /// Highest feed after, and the limit and price of the piece that takes longest.
-fn fill_feeds(rows: &mut [Option<BlockRow>], run: &Run) {
+fn fill_feeds(rows: &mut [Option<BlockRow>], run: &ProgramRun) {
     for piece in run.after() {
         if let Some(row) = &mut rows[piece.move_id.ix()] {
             row.feed_after = row.feed_after.max(mm_min_from_mm_s(piece.feed_mm_s));

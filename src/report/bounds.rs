@@ -1,8 +1,8 @@
 //! What bounds the feed. In: cutting time by what bounds it, of the continuous optimum. Out: shares of it that add to 100 %, with
 //! "kept as programmed" under its own name, once for each reason.
 
-use super::run::Written;
 use crate::machine::LimitKind;
+use crate::outcome::Written;
 
 /// Name under which feeds stand that are not raised whatever the limits allow.
 pub const KEPT: &str = "kept as programmed";
@@ -67,7 +67,7 @@ pub fn whole(shares: &[Share]) -> Vec<u32> {
 mod tests {
     use super::*;
     use crate::nc::Freeze;
-    use crate::report::run::Check;
+    use crate::outcome::Check;
     use crate::rewrite::Stats;
     use crate::schedule::{Kept, Realised, Schedule};
 

@@ -2,14 +2,14 @@
 //! tool did, what bounds the feed and at what price.
 
 use super::bounds::{self, Share};
-use super::over::{Apart, LoadLimit, Over, Place, load_limits as limits_in_force, p99};
-use super::run::Run;
-use super::stations::{StationLoads, each_station};
 use super::verdict::Verdict;
 use crate::engage::Station;
 use crate::force::Loads;
 use crate::machine::{LimitKind, Limits};
 use crate::nc::MoveKind;
+use crate::outcome::ProgramRun;
+use crate::outcome::over_limits::{Apart, LoadLimit, Over, Place, load_limits as limits_in_force, p99};
+use crate::outcome::station_loads::{StationLoads, each_station};
 use crate::schedule::rules::{Rules, rules};
 
 /// One limit, for one tool where it is a load.
@@ -79,7 +79,7 @@ pub struct Figures {
 
 impl Figures {
     /// Tools that are bent beyond what their material allows: line and sentence.
-    pub fn overbent(&self, run: &Run) -> Vec<(u32, String)> {
+    pub fn overbent(&self, run: &ProgramRun) -> Vec<(u32, String)> {
         let beyond = |tool: &ToolFigure| {
             let allowable_mpa = run.job.tool(tool.number)?.allowable_stress_mpa?;
             let (stress_mpa, line) = tool.bending;
@@ -95,7 +95,7 @@ impl Figures {
 }
 
 /// The numbers of a run.
-pub fn figures(run: &Run) -> Figures {
+pub fn figures(run: &ProgramRun) -> Figures {
     let rules = rules(&run.toolpath, &run.map, &run.job);
     let mut tallies = Tallies::default();
     let apart = run.apart();
@@ -223,7 +223,7 @@ impl ToolTally {
         self.cut_time_s += length / found.feed_after_mm_s.max(f64::MIN_POSITIVE);
         self.cut_length_mm += length;
     }
-    fn figure(mut self, run: &Run) -> ToolFigure {
+    fn figure(mut self, run: &ProgramRun) -> ToolFigure {
         let limits = limits_of_tool(run, self.number);
         ToolFigure {
             number: self.number,
@@ -237,7 +237,7 @@ impl ToolTally {
     }
 }
 
-fn limits_of_tool(run: &Run, number: u32) -> Limits {
+fn limits_of_tool(run: &ProgramRun, number: u32) -> Limits {
     run.job.tool(number).map_or(run.job.limits, |tool| run.job.limits.overridden_by(&tool.limits))
 }
 
@@ -251,7 +251,7 @@ struct Tallies {
 }
 
 impl Tallies {
-    fn add(&mut self, run: &Run, rules: &Rules, apart: &[Option<Apart>], found: &StationLoads) {
+    fn add(&mut self, run: &ProgramRun, rules: &Rules, apart: &[Option<Apart>], found: &StationLoads) {
         if found.station.arc_count == 0 {
             return;
         }
@@ -313,7 +313,7 @@ impl Tallies {
 }
 
 /// Active time and price of every limit; limits on motion get rows of their own.
-fn share_active_time(run: &Run, limits: &mut Vec<LimitFigure>) {
+fn share_active_time(run: &ProgramRun, limits: &mut Vec<LimitFigure>) {
     let Some(written) = &run.written else { return };
     let schedule = &written.schedule;
     let whole: f64 = schedule.active_s.iter().map(|(_, s)| s).sum();
@@ -336,7 +336,7 @@ fn share_active_time(run: &Run, limits: &mut Vec<LimitFigure>) {
 }
 
 /// Index of the node of a station.
-pub(super) fn node_at(run: &Run, station: &Station) -> Option<usize> {
+pub(super) fn node_at(run: &ProgramRun, station: &Station) -> Option<usize> {
     let range = run.problem.of_move.get(station.move_id.ix())?;
     let nodes = &run.problem.nodes[range.start as usize..range.end as usize];
     let middle = 0.5 * (station.from_mm + station.to_mm);
@@ -345,7 +345,7 @@ pub(super) fn node_at(run: &Run, station: &Station) -> Option<usize> {
 }
 
 /// Time at the commanded feed of the pieces that a limit holds, for each row of that limit.
-fn tool_lengths(run: &Run, limits: &[LimitFigure], kind: LimitKind) -> Vec<f64> {
+fn tool_lengths(run: &ProgramRun, limits: &[LimitFigure], kind: LimitKind) -> Vec<f64> {
     let rows: Vec<Option<u32>> = limits.iter().filter(|figure| figure.kind == kind).map(|figure| figure.tool).collect();
     let mut times = vec![0.0; rows.len()];
     if rows.len() < 2 {
@@ -361,7 +361,7 @@ fn tool_lengths(run: &Run, limits: &[LimitFigure], kind: LimitKind) -> Vec<f64> 
     times
 }
 
-fn motion_row(run: &Run, kind: LimitKind) -> LimitFigure {
+fn motion_row(run: &ProgramRun, kind: LimitKind) -> LimitFigure {
     let machine = &run.job.machine;
     let limits = &run.job.limits;
     let least = |value: fn(&crate::machine::Axis) -> f64| machine.axes.iter().map(value).fold(f64::INFINITY, f64::min);
@@ -391,7 +391,7 @@ fn motion_row(run: &Run, kind: LimitKind) -> LimitFigure {
     }
 }
 
-fn programmed_s(run: &Run) -> f64 {
+fn programmed_s(run: &ProgramRun) -> f64 {
     let rapid = run.job.machine.rapid_mm_s;
     let moves = run.toolpath.moves.iter().map(|motion| {
         let speed = if motion.kind == MoveKind::Rapid { rapid } else { motion.feed.mm_s };

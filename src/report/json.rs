@@ -6,16 +6,16 @@ use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::answers::Answers;
 use super::blocks::{BlockRow, blocks};
 use super::bounds::Share;
 use super::figures::{Figures, LimitFigure};
 use super::marks::WRITTEN_BY;
-use super::over::Worst;
 use super::provenance::{Provenance, sha256};
-use super::run::{Run, Written};
 use super::verdict::{Fault, Verdict};
 use crate::diag::{self, Severity};
+use crate::outcome::answers::Answers;
+use crate::outcome::over_limits::Worst;
+use crate::outcome::{ProgramRun, Written};
 
 /// What the caller asks for besides the figures.
 #[derive(Debug, Clone, Copy, Default)]
@@ -247,7 +247,7 @@ pub fn json_schema() -> String {
 }
 
 /// The report as text.
-pub fn json(run: &Run, figures: &Figures, from: &Provenance, file: &str, extras: Extras) -> String {
+pub fn json(run: &ProgramRun, figures: &Figures, from: &Provenance, file: &str, extras: Extras) -> String {
     let report = Report {
         written_by: WRITTEN_BY,
         verdict: verdict(&figures.verdict),
@@ -291,7 +291,7 @@ fn worst(worst: &Worst) -> WorstPart {
         tool: worst.place.tool,
         line: worst.place.line,
         ratio: worst.ratio(),
-        apart: worst.place.apart.map(super::over::Apart::name),
+        apart: worst.place.apart.map(crate::outcome::over_limits::Apart::name),
     }
 }
 
@@ -306,7 +306,7 @@ fn fault(fault: &Fault) -> FaultPart<'_> {
     }
 }
 
-fn program<'a>(run: &Run, file: &'a str) -> ProgramPart<'a> {
+fn program<'a>(run: &ProgramRun, file: &'a str) -> ProgramPart<'a> {
     ProgramPart {
         file,
         blocks: run.program.own_len(),
@@ -316,7 +316,7 @@ fn program<'a>(run: &Run, file: &'a str) -> ProgramPart<'a> {
     }
 }
 
-fn time<'a>(run: &'a Run, figures: &Figures) -> TimePart<'a> {
+fn time<'a>(run: &'a ProgramRun, figures: &Figures) -> TimePart<'a> {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     TimePart {
         programmed_s: figures.programmed_s,
@@ -340,7 +340,7 @@ fn limit(figure: &LimitFigure) -> LimitPart {
         before_ratio: figure.ratios[0],
         after_ratio: figure.ratios[1],
         after_line: figure.at.map(|place| place.line),
-        after_apart: figure.at.and_then(|place| place.apart).map(super::over::Apart::name),
+        after_apart: figure.at.and_then(|place| place.apart).map(crate::outcome::over_limits::Apart::name),
         after_p99: figure.after_p99,
         active_time_percent: figure.active_time_percent,
         shadow_price: figure.shadow_price,
@@ -377,8 +377,8 @@ fn check(written: &Written) -> CheckPart<'_> {
     }
 }
 
-fn infeasible(run: &Run) -> Vec<InfeasiblePart> {
-    let part = |place: super::run::Infeasible| InfeasiblePart {
+fn infeasible(run: &ProgramRun) -> Vec<InfeasiblePart> {
+    let part = |place: crate::outcome::Infeasible| InfeasiblePart {
         line: place.line,
         limit: place.limit.name(),
         reason: format!("{} is exceeded even at the lowest feed allowed", place.limit.name()),
@@ -387,7 +387,7 @@ fn infeasible(run: &Run) -> Vec<InfeasiblePart> {
     run.infeasible().into_iter().map(part).collect()
 }
 
-fn output(run: &Run, written: &Written) -> OutputPart {
+fn output(run: &ProgramRun, written: &Written) -> OutputPart {
     OutputPart {
         f_words_before: written.stats.f_words_before,
         f_words_after: written.stats.f_words_after,
@@ -404,7 +404,7 @@ fn output(run: &Run, written: &Written) -> OutputPart {
     }
 }
 
-fn stock(run: &Run) -> StockPart {
+fn stock(run: &ProgramRun) -> StockPart {
     StockPart {
         initial_mm3: run.map.initial_mm3,
         removed_mm3: run.map.removed_mm3,
@@ -413,16 +413,16 @@ fn stock(run: &Run) -> StockPart {
     }
 }
 
-fn performance(run: &Run, peak_memory_bytes: Option<u64>) -> PerformancePart {
+fn performance(run: &ProgramRun, peak_memory_bytes: Option<u64>) -> PerformancePart {
     let [parse, simulate, schedule, rewrite, check] = run.stage_s;
     PerformancePart { stage_s: StagePart { parse, simulate, schedule, rewrite, check }, peak_memory_bytes }
 }
 
-fn assumptions(run: &Run) -> Vec<AssumptionPart<'_>> {
+fn assumptions(run: &ProgramRun) -> Vec<AssumptionPart<'_>> {
     run.assumptions.iter().map(|a| AssumptionPart { key: &a.key, value: &a.value, source: &a.source }).collect()
 }
 
-fn warnings<'a>(run: &'a Run, figures: &Figures) -> Vec<WarningPart<'a>> {
+fn warnings<'a>(run: &'a ProgramRun, figures: &Figures) -> Vec<WarningPart<'a>> {
     let said = diag::kinds(&run.diagnostics).into_iter().map(|kind| WarningPart {
         line: kind.first.line,
         code: kind.first.code,

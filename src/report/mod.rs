@@ -1,7 +1,7 @@
 //! What a run found, as other people and programs read it: JSON with the keys of the interface, CSV, tables on the screen,
-//! an SVG picture. In: a [`Run`]. Out: text.
+//! an SVG picture. In: a [`ProgramRun`](crate::outcome::ProgramRun). Out: text.
 
-pub mod answers;
+mod answers;
 mod blocks;
 pub mod bounds;
 mod figures;
@@ -13,14 +13,11 @@ mod log;
 mod marks;
 mod number;
 pub mod life;
-pub mod over;
 mod page;
 mod picture;
 mod provenance;
-pub mod run;
 pub mod served;
 mod sign_off;
-mod stations;
 mod stepover;
 mod stepover_page;
 mod summary;
@@ -30,22 +27,18 @@ mod table;
 pub mod verdict;
 pub mod words;
 
-pub use answers::Answers;
 pub use figures::{Figures, LimitFigure, figures};
 pub use json::{Extras, json, json_schema};
 pub use learn_page::learn_html;
 pub use log::{log_columns, log_json, log_text};
 pub use marks::{CSV_HEAD, MARK, WRITTEN_BY};
 pub use number::{clock, short, unsigned_zero};
-pub use over::MET;
 pub use page::relief::Relief;
 pub use page::{Shown, html};
 pub use picture::picture;
 pub use provenance::{Provenance, provenance, sha256};
-pub use run::{Check, Infeasible, Run, Switched, Written};
 pub use semifinish::{SemifinishReport, Semifinished, semifinish_report};
 pub use sign_off::sign_off;
-pub use stations::{StationLoads, each_station};
 pub use stepover::{stepover_json, stepover_words};
 pub use stepover_page::stepover_html;
 pub use summary::summary;

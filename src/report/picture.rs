@@ -6,9 +6,9 @@ use std::fmt::Write;
 
 use super::figures::{Figures, LimitFigure};
 use super::number::{clock, short};
-use super::run::Run;
-use super::stations::{StationLoads, each_station};
 use crate::machine::LimitKind;
+use crate::outcome::ProgramRun;
+use crate::outcome::station_loads::{StationLoads, each_station};
 use crate::units::mm_min_from_mm_s;
 
 const WIDTH: f64 = 960.0;
@@ -71,7 +71,7 @@ struct Panel {
 }
 
 /// The picture as SVG text.
-pub fn picture(run: &Run, figures: &Figures, file: &str) -> String {
+pub fn picture(run: &ProgramRun, figures: &Figures, file: &str) -> String {
     let shown = load_to_show(figures);
     let panels = panels(run, shown);
     let mut svg = head(run, file);
@@ -88,7 +88,7 @@ fn load_to_show(figures: &Figures) -> Option<&LimitFigure> {
     loads.reduce(|best, figure| if figure.active_time_percent > best.active_time_percent { figure } else { best })
 }
 
-fn panels(run: &Run, shown: Option<&LimitFigure>) -> [Panel; 2] {
+fn panels(run: &ProgramRun, shown: Option<&LimitFigure>) -> [Panel; 2] {
     let kind = shown.map_or(LimitKind::ForceXy, |figure| figure.kind);
     let limit = shown.and_then(|figure| figure.limit);
     let whole: f64 = run.map.stations.iter().map(crate::engage::Station::length_mm).sum::<f64>().max(1e-9);
@@ -119,7 +119,7 @@ fn load(value: Option<f64>, kind: LimitKind) -> f64 {
     kind.in_report_unit(value)
 }
 
-fn head(run: &Run, file: &str) -> String {
+fn head(run: &ProgramRun, file: &str) -> String {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     let time = match &run.written {
         Some(_) => format!("{} → {}", clock(before), clock(after)),
@@ -203,7 +203,7 @@ fn curve(svg: &mut String, curve: &Curve, colour: &str, y: &dyn Fn(f64) -> f64) 
     );
 }
 
-fn footer(svg: &mut String, run: &Run) {
+fn footer(svg: &mut String, run: &ProgramRun) {
     let whole: f64 = run.map.stations.iter().map(crate::engage::Station::length_mm).sum();
     let y = TOPS[1] + PANEL + 22.0;
     text(svg, LEFT, y, "start", "#505050", "0");

@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
-use super::run::Run;
-use super::stations::Feeds;
+use crate::outcome::ProgramRun;
+use crate::outcome::station_loads::Feeds;
 use crate::units::mm_min_from_mm_s;
 
 /// Where a program comes from.
@@ -48,7 +48,7 @@ impl Rise {
 }
 
 /// Of a run with the bytes of its setup and the options that it was asked with.
-pub fn provenance(run: &Run, setup: Option<&[u8]>, options: Vec<String>) -> Provenance {
+pub fn provenance(run: &ProgramRun, setup: Option<&[u8]>, options: Vec<String>) -> Provenance {
     let stress = &run.answers.stress;
     let worst = stress.iter().map(|case| case.worst_ratio).try_fold(0.0, |worst: f64, case| case.map(|c| worst.max(c)));
     Provenance {
@@ -68,7 +68,7 @@ pub fn sha256(bytes: &[u8]) -> String {
 }
 
 /// The largest rise of a commanded feed where material is cut; the first of several that are alike.
-pub fn largest_rise(run: &Run) -> Option<Rise> {
+pub fn largest_rise(run: &ProgramRun) -> Option<Rise> {
     let moves = run.toolpath.moves.len();
     let [before, after] = [Feeds::new(&run.before, moves), Feeds::new(run.after(), moves)];
     let mut found: Option<Rise> = None;

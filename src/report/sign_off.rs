@@ -5,16 +5,16 @@ use super::html::{escaped, page, table};
 use super::number::{clock, short};
 use super::page::checks::{checks, stamp};
 use super::provenance::Provenance;
-use super::run::Run;
 use super::verdict::Outcome;
 use super::words::plain;
+use crate::outcome::ProgramRun;
 use crate::units::MM_PER_INCH;
 
 /// Rows of the lists: with them the page is one sheet.
 const ROWS: usize = 12;
 
 /// The page; `written` says whether the program was.
-pub fn sign_off(run: &Run, figures: &Figures, from: &Provenance, file: &str, is_written: bool) -> String {
+pub fn sign_off(run: &ProgramRun, figures: &Figures, from: &Provenance, file: &str, is_written: bool) -> String {
     let class = if figures.verdict.outcome == Outcome::Done && is_written { "good" } else { "bad" };
     let refused = if is_written { "" } else { "The program was not written. " };
     let body = [
@@ -41,7 +41,7 @@ pub fn sign_off(run: &Run, figures: &Figures, from: &Provenance, file: &str, is_
     page(&format!("{file}: sign-off"), &format!("<div class=\"sheet\">{}</div>\n", body.concat()))
 }
 
-fn files(run: &Run, from: &Provenance) -> String {
+fn files(run: &ProgramRun, from: &Provenance) -> String {
     let row = |name: &str, hash: Option<&String>| vec![name.to_owned(), hash.cloned().unwrap_or_else(|| "none".into())];
     let rows = [
         row("original", Some(&from.original_sha256)),
@@ -54,7 +54,7 @@ fn files(run: &Run, from: &Provenance) -> String {
     table("Files (SHA-256)", &["", ""], &rows)
 }
 
-fn found(run: &Run, figures: &Figures, from: &Provenance) -> String {
+fn found(run: &ProgramRun, figures: &Figures, from: &Provenance) -> String {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     let check = run.written.as_ref().map(|written| &written.check);
     let rise = from.largest_rise.map_or_else(
@@ -100,12 +100,12 @@ fn limits(figures: &Figures) -> String {
     listed("Limits", &["load", "tool", "limit", "largest", "of it", "line"], rows.iter().map(row).collect())
 }
 
-fn assumptions(run: &Run) -> Vec<Vec<String>> {
+fn assumptions(run: &ProgramRun) -> Vec<Vec<String>> {
     run.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.source.clone()]).collect()
 }
 
 /// Lines by reason, the most frequent first.
-fn kept(run: &Run) -> Vec<Vec<String>> {
+fn kept(run: &ProgramRun) -> Vec<Vec<String>> {
     let mut reasons: Vec<(String, Vec<u32>)> = Vec::new();
     for (line, why) in run.frozen() {
         match reasons.iter_mut().find(|(known, _)| *known == why) {
@@ -130,7 +130,7 @@ fn listed(title: &str, head: &[&str], mut rows: Vec<Vec<String>>) -> String {
     table(title, head, &rows) + &more
 }
 
-fn todo(run: &Run, figures: &Figures, from: &Provenance) -> String {
+fn todo(run: &ProgramRun, figures: &Figures, from: &Provenance) -> String {
     let things = checks(run, figures, from.largest_rise.as_ref());
     let items = things.iter().fold(String::new(), |text, thing| text + &format!("<li>☐ {}</li>\n", escaped(thing)));
     format!("<h2>Checked at the machine</h2>\n<ul style=\"list-style:none;padding:0\">\n{items}</ul>\n")

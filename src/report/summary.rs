@@ -2,13 +2,14 @@
 //! and after, the loads nearest to their limits, what holds the feeds, what was changed, what was left alone. In the words of the shop; the
 //! page and the JSON report have everything.
 
+use super::answers::{answers_text, surface_text};
 use super::bounds;
 use super::figures::{Figures, LimitFigure};
 use super::number::{clock, length, short};
-use super::run::{Run, Written};
 use super::words::plain;
 use crate::diag::{self, Severity};
 use crate::machine::LimitKind;
+use crate::outcome::{ProgramRun, Written};
 use crate::setup::LEARNED;
 use crate::units::MM_PER_INCH;
 
@@ -24,7 +25,7 @@ const LOADS: usize = 4;
 const HOLDERS: usize = 4;
 
 /// The summary as text.
-pub fn summary(run: &Run, figures: &Figures, file: &str) -> String {
+pub fn summary(run: &ProgramRun, figures: &Figures, file: &str) -> String {
     let mut text = String::new();
     text += &verdict(figures);
     text += &head(run, file);
@@ -32,9 +33,13 @@ pub fn summary(run: &Run, figures: &Figures, file: &str) -> String {
     let is_fine = figures.verdict.faults.is_empty();
     let (rewritten, inch) = (run.written.is_some(), run.toolpath.inch);
     text += &times(run, is_fine);
-    text += &run.answers.text(rewritten);
+    text += &answers_text(&run.answers, rewritten);
     if is_fine {
-        text += &run.answers.final_surface.as_ref().map_or_else(String::new, |surface| surface.text(rewritten, inch));
+        text += &run
+            .answers
+            .final_surface
+            .as_ref()
+            .map_or_else(String::new, |surface| surface_text(surface, rewritten, inch));
     }
     let mut rest = String::new();
     if is_fine {
@@ -94,12 +99,12 @@ fn folded(label: &str, sentence: &str) -> String {
     text + "\n"
 }
 
-fn head(run: &Run, file: &str) -> String {
+fn head(run: &ProgramRun, file: &str) -> String {
     let unit = if run.toolpath.inch { "inch" } else { "mm" };
     format!("{file}: {} lines, {}, {unit}\n", run.program.own_len(), run.program.dialect().name())
 }
 
-fn times(run: &Run, with_causes: bool) -> String {
+fn times(run: &ProgramRun, with_causes: bool) -> String {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     let mut text = match &run.written {
         Some(_) => format!(
@@ -143,7 +148,7 @@ fn wrapped(indent: &str, items: &[String]) -> String {
 }
 
 /// The loads nearest to their limits, one row for each load of each tool.
-fn loads(run: &Run, figures: &Figures, most: usize) -> String {
+fn loads(run: &ProgramRun, figures: &Figures, most: usize) -> String {
     let rewritten = run.written.is_some();
     let share = |figure: &LimitFigure| figure.ratios[usize::from(rewritten)].unwrap_or(0.0);
     let mut rows: Vec<&LimitFigure> = figures.limits.iter().filter(|figure| figure.before_max.is_some()).collect();
@@ -168,7 +173,7 @@ fn loads(run: &Run, figures: &Figures, most: usize) -> String {
     text
 }
 
-fn load_row(figure: &LimitFigure, run: &Run) -> String {
+fn load_row(figure: &LimitFigure, run: &ProgramRun) -> String {
     let rewritten = run.written.is_some();
     let (factor, unit) = shown_unit(figure.kind, run.toolpath.inch);
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| short(factor * value));
@@ -219,7 +224,7 @@ fn bounds(figures: &Figures) -> String {
     folded("held by   ", &items.join("; "))
 }
 
-fn output(run: &Run, figures: &Figures) -> String {
+fn output(run: &ProgramRun, figures: &Figures) -> String {
     let Some(written) = &run.written else { return String::new() };
     let stats = &written.stats;
     let check = &written.check;
@@ -266,7 +271,7 @@ fn kept_feeds(frozen: &[(u32, String)]) -> String {
     folded("kept      ", &format!("{all} line{s} feed; {} of them, {}: {why}{more}", lines.len(), some_lines(lines)))
 }
 
-fn apart(run: &Run, figures: &Figures) -> String {
+fn apart(run: &ProgramRun, figures: &Figures) -> String {
     let mut text = String::new();
     let infeasible = run.infeasible();
     if !infeasible.is_empty() {

@@ -2,14 +2,14 @@
 //! run-out tool stands off the ideal wall there at the programmed feed (Ko, Yun, Cho 2002).
 
 use super::number::unsigned_zero;
-use super::run::Run;
+use crate::outcome::ProgramRun;
 use crate::path::Vec3;
 use crate::schedule::cutters::Cutters;
 use crate::units::mm_min_from_mm_s;
 use std::io::{self, Write};
 
 /// Writes the points, tab-separated; the error is positive where material is left, negative where the tool cut too deep.
-pub fn surface(run: &Run, out: &mut dyn Write) -> io::Result<()> {
+pub fn surface(run: &ProgramRun, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "line\tx_mm\ty_mm\tz_mm\terror_mm\tfeed_mm_min")?;
     let cutters = Cutters::new(&run.toolpath, &run.map, &run.job, &run.before);
     for station in run.map.stations.iter().filter(|station| station.arc_count > 0) {

@@ -4,12 +4,12 @@ use std::io::{self, Write};
 
 use super::figures::node_at;
 use super::number::unsigned_zero;
-use super::over::{Apart, load_limits};
-use super::run::Run;
-use super::stations::{Feeds, StationLoads, each_station};
 use crate::force::Loads;
 use crate::ids::MoveId;
 use crate::machine::Slice;
+use crate::outcome::ProgramRun;
+use crate::outcome::over_limits::{Apart, load_limits};
+use crate::outcome::station_loads::{Feeds, StationLoads, each_station};
 use crate::schedule::rules::{Rules, rules};
 use crate::units::{deg_from_rad, mm_min_from_mm_s, rpm_from_rps};
 
@@ -33,7 +33,7 @@ pub const LOADS: [Column; 12] = [
 ];
 
 /// Writes the table.
-pub fn csv(run: &Run, out: &mut dyn Write) -> io::Result<()> {
+pub fn csv(run: &ProgramRun, out: &mut dyn Write) -> io::Result<()> {
     write!(
         out,
         "{},feed_after_mm_min,spindle_rpm,tool,removal_area_mm2,contact_area_mm2_per_rev,entry_deg,exit_deg,axial_depth_mm",
@@ -63,7 +63,7 @@ pub fn csv(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     result
 }
 
-fn row(run: &Run, found: &StationLoads, [before_s, after_s]: [f64; 2], out: &mut dyn Write) -> io::Result<()> {
+fn row(run: &ProgramRun, found: &StationLoads, [before_s, after_s]: [f64; 2], out: &mut dyn Write) -> io::Result<()> {
     let station = found.station;
     let motion = &run.toolpath.moves[station.move_id.ix()];
     let at = motion.curve().point(station.from_mm) - run.toolpath.shift_at(station.move_id);
@@ -94,7 +94,7 @@ fn row(run: &Run, found: &StationLoads, [before_s, after_s]: [f64; 2], out: &mut
 }
 
 /// Largest load over its limit, before and after; 0 where nothing is cut or limited.
-fn ratios(run: &Run, rules: &Rules, found: &StationLoads) -> [f64; 2] {
+fn ratios(run: &ProgramRun, rules: &Rules, found: &StationLoads) -> [f64; 2] {
     let rps = run.toolpath.moves[found.station.move_id.ix()].spin.rps;
     [&found.before, &found.after].map(|loads| {
         let limits = load_limits(&rules.of(found.station.move_id).loads, &run.job, rps);
@@ -103,7 +103,7 @@ fn ratios(run: &Run, rules: &Rules, found: &StationLoads) -> [f64; 2] {
 }
 
 /// Entry and exit angles of the lowest engaged slice, several arcs joined by `;`.
-fn angles(run: &Run, found: &StationLoads) -> (String, String) {
+fn angles(run: &ProgramRun, found: &StationLoads) -> (String, String) {
     let arcs = run.map.arcs_of(found.station);
     let lowest = arcs.first().map(|arc| arc.slice);
     let own: Vec<_> = arcs.iter().filter(|arc| Some(arc.slice) == lowest).collect();
@@ -116,7 +116,7 @@ fn angles(run: &Run, found: &StationLoads) -> (String, String) {
 }
 
 /// Area that the edges of all teeth sweep over material in one revolution, mm².
-fn contact_area(run: &Run, found: &StationLoads) -> f64 {
+fn contact_area(run: &ProgramRun, found: &StationLoads) -> f64 {
     let tool = run.toolpath.moves[found.station.move_id.ix()].tool;
     let slices: &[Slice] = run.map.slices_of(tool);
     let teeth = run.job.tool(tool).map_or(0, |tool| tool.flutes);
@@ -129,7 +129,7 @@ fn contact_area(run: &Run, found: &StationLoads) -> f64 {
 
 /// Time at the beginning of each station: the realised time of each move, shared in its inside by length over feed.
 pub(super) struct Clock<'a> {
-    run: &'a Run,
+    run: &'a ProgramRun,
     /// Start of each move, s, before and after.
     starts: [Vec<f64>; 2],
     current: Option<u32>,
@@ -139,7 +139,7 @@ pub(super) struct Clock<'a> {
 }
 
 impl<'a> Clock<'a> {
-    pub(super) fn new(run: &'a Run) -> Self {
+    pub(super) fn new(run: &'a ProgramRun) -> Self {
         let starts = [&run.realised_before, run.realised_after()].map(|realised| {
             let mut now = 0.0;
             let start = |s: &f64| {

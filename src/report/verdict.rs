@@ -1,4 +1,4 @@
-//! One verdict on a run. In: a finished [`Run`] and its loads over limits ([`Over`]). Out: [`Verdict`]: outcome, headline and
+//! One verdict on a run. In: a finished [`ProgramRun`] and its loads over limits ([`Over`]). Out: [`Verdict`]: outcome, headline and
 //! faults. Exit code, first line, tables, JSON, CSV, HTML and colours are read from it, so that none can say another thing.
 //!
 //! What counts as a fault. *Always*: a collision, a tool that cuts with the spindle at rest or without known loads, stock and
@@ -7,11 +7,11 @@
 //! their limits are what it was asked for, so they stand in its headline and are no fault.
 
 use super::number::length;
-use super::over::{Apart, Beyond, MET, Over, Worst};
-use super::run::{Run, Written};
 use super::words::plain;
 use crate::diag::Severity;
 use crate::engage::EventKind;
+use crate::outcome::over_limits::{Apart, Beyond, MET, Over, Worst};
+use crate::outcome::{ProgramRun, Written};
 
 /// Share of the cutting length above which limits that cannot be met are probably wrong.
 pub const HOPELESS: f64 = 0.2;
@@ -169,7 +169,7 @@ pub struct Verdict {
 
 impl Verdict {
     /// The verdict on a run whose loads over limits are these.
-    pub fn new(run: &Run, over: Over) -> Self {
+    pub fn new(run: &ProgramRun, over: Over) -> Self {
         let mut faults = of_engagement(run);
         if let Some(written) = &run.written {
             faults.extend(of_written(run, written, &over));
@@ -235,7 +235,7 @@ fn place(worst: &Worst) -> String {
 }
 
 /// Faults that hold whatever the feeds are.
-fn of_engagement(run: &Run) -> Vec<Fault> {
+fn of_engagement(run: &ProgramRun) -> Vec<Fault> {
     let mut faults: Vec<Fault> = Vec::new();
     let switched = run.switched.iter().map(|switched| (&switched.map, &switched.toolpath));
     for (map, toolpath) in std::iter::once((&run.map, &run.toolpath)).chain(switched) {
@@ -298,7 +298,7 @@ fn happens(kind: FaultKind) -> &'static str {
 }
 
 /// Faults of a program that was rewritten.
-fn of_written(run: &Run, written: &Written, over: &Over) -> Vec<Fault> {
+fn of_written(run: &ProgramRun, written: &Written, over: &Over) -> Vec<Fault> {
     let inch = run.toolpath.inch;
     let beyond = |found: &Beyond| beyond(found, inch);
     let mut faults: Vec<Fault> =
@@ -334,7 +334,7 @@ fn beyond(found: &Beyond, inch: bool) -> Fault {
 }
 
 /// Limits that cannot be met even at the lowest feed allowed.
-fn infeasible(run: &Run, over: &Over) -> Option<Fault> {
+fn infeasible(run: &ProgramRun, over: &Over) -> Option<Fault> {
     let places = run.infeasible();
     let first = places.first()?;
     let mut lines: Vec<u32> = places.iter().map(|place| place.line).collect();

@@ -11,7 +11,8 @@ use super::super::work::inputs;
 use super::arguments::LifeFiles;
 use crate::job::tool_life::law_of_effects;
 use crate::machine::{Job, Tool};
-use crate::report::{self, Run};
+use crate::outcome::ProgramRun;
+use crate::report;
 use crate::setup::{ToolState, read_tool_state};
 
 /// Files of a command.
@@ -78,7 +79,7 @@ impl Files {
 }
 
 /// The tool whose life it is.
-pub fn the_tool(run: &Run, asked: Option<u32>) -> Result<u32, CliError> {
+pub fn the_tool(run: &ProgramRun, asked: Option<u32>) -> Result<u32, CliError> {
     let used = |tool: &&Tool| run.toolpath.moves.iter().any(|motion| motion.tool == tool.number);
     let wears: Vec<u32> =
         run.job.tools.iter().filter(|tool| tool.wear.is_some()).filter(used).map(|tool| tool.number).collect();
@@ -91,7 +92,7 @@ pub fn the_tool(run: &Run, asked: Option<u32>) -> Result<u32, CliError> {
 }
 
 /// No law, but a model that wears its edges by the way they slide: the same as a law, of which only the end is not known.
-fn of_the_model(run: &Run, asked: Option<u32>) -> Option<CliError> {
+fn of_the_model(run: &ProgramRun, asked: Option<u32>) -> Option<CliError> {
     let number = asked.or_else(|| run.job.tools.first().map(|tool| tool.number))?;
     let [rate, feed, fresh] = law_of_effects(run, number)?.map(report::short);
     Some(CliError::new(

@@ -17,7 +17,8 @@ use super::wanted::wanted;
 use crate::job::tool_life::{ToolRun, with_wear};
 use crate::job::{self, Keep, Wanted};
 use crate::machine::Wear;
-use crate::report::{self, Figures, HeldBack, Outcome, Run};
+use crate::outcome::ProgramRun;
+use crate::report::{self, Figures, HeldBack, Outcome};
 use crate::setup::{PlannedProgram, ToolState};
 
 /// Everything that is needed.
@@ -98,7 +99,7 @@ fn reached(state: &ToolState, now: &Now) -> CliError {
     )
 }
 
-fn is_the_same(run: &Run) -> Result<(), CliError> {
+fn is_the_same(run: &ProgramRun) -> Result<(), CliError> {
     let Some(written) = run.written.as_ref().filter(|written| !written.check.identical) else { return Ok(()) };
     let differences = written.check.differences.join("; ");
     Err(CliError::new(

@@ -19,7 +19,8 @@ use super::screen::Screen;
 use crate::ids::BlockId;
 use crate::job::tool_life::{LoadKind, ToolRun};
 use crate::machine::Wear;
-use crate::report::{Outcome, Run};
+use crate::outcome::ProgramRun;
+use crate::report::Outcome;
 use crate::rewrite::{self, CheckMark};
 use crate::setup::ToolState;
 use crate::toollife::check_points::{self, CheckPoint, Spread};
@@ -75,7 +76,7 @@ fn plan(command: &LifePlan, global: &Global, screen: Screen) -> Result<Outcome, 
     finish(planned, global, screen)
 }
 
-fn marks(run: &Run, points: &[CheckPoint]) -> Vec<CheckMark> {
+fn marks(run: &ProgramRun, points: &[CheckPoint]) -> Vec<CheckMark> {
     let block = |place: &check_points::Cycle| run.toolpath.moves[place.move_id.ix()].block;
     let of_point = |point: &CheckPoint| {
         let number = point.number;

@@ -3,7 +3,7 @@
 
 use crate::job::tool_life::{LoadKind, ToolRun};
 use crate::machine::WearLaw;
-use crate::report::Run;
+use crate::outcome::ProgramRun;
 use crate::setup::ToolState;
 use crate::toollife::regulation::TargetLine;
 use crate::toollife::trend::Trend;
@@ -29,7 +29,7 @@ pub struct Now {
 
 impl Now {
     /// Behind the last check point of `came`, the program as it came.
-    pub fn of(came: &Run, state: &ToolState) -> Self {
+    pub fn of(came: &ProgramRun, state: &ToolState) -> Self {
         let seen = ToolRun::new(came, state.tool);
         let [cut_m, wear_m] = seen.cut_m();
         let cuts = seen.checks();

@@ -12,7 +12,7 @@ use crate::learn::log::columns::{Frame, read as read_frame};
 use crate::learn::log::resultant::{Sample, resultant};
 use crate::learn::log::{Log, read_log};
 use crate::learn::program::timeline::{Timeline, timeline};
-use crate::report::Run;
+use crate::outcome::ProgramRun;
 use crate::setup::ToolState;
 
 /// Columns that a reading may stand in.
@@ -45,7 +45,7 @@ pub struct Told {
 }
 
 /// Reads the file that `--measured` names.
-pub fn read(command: &LifeUpdate, run: &Run, tool: u32, state: &ToolState) -> Result<Told, CliError> {
+pub fn read(command: &LifeUpdate, run: &ProgramRun, tool: u32, state: &ToolState) -> Result<Told, CliError> {
     let path = &command.measured;
     let bytes = input::file(path)?;
     let mapping = mapping(command.map.columns.as_deref())?;
@@ -93,7 +93,7 @@ fn column(frame: &Frame) -> Result<(Vec<f64>, LoadKind), CliError> {
     }
 }
 
-fn of_table(frame: &Frame, cuts: &[CheckCut], run: &Run, state: &ToolState) -> Result<Told, CliError> {
+fn of_table(frame: &Frame, cuts: &[CheckCut], run: &ProgramRun, state: &ToolState) -> Result<Told, CliError> {
     let (values, kind) = column(frame)?;
     let (checks, cycles) = (frame.numbers("check").unwrap_or_default(), frame.numbers("cycle"));
     let (lines, programs) = (frame.numbers("line"), frame.text("program"));
@@ -166,11 +166,11 @@ fn of_table(frame: &Frame, cuts: &[CheckCut], run: &Run, state: &ToolState) -> R
 }
 
 /// Power at the motor shaft where the meter reads this, W.
-fn shaft(run: &Run, reading_w: f64) -> f64 {
+fn shaft(run: &ProgramRun, reading_w: f64) -> f64 {
     reading_w * run.job.machine.spindle.efficiency.at(reading_w)
 }
 
-fn of_log(log: &Log, cuts: &[CheckCut], run: &Run, state: &ToolState, sample: Sample) -> Result<Told, CliError> {
+fn of_log(log: &Log, cuts: &[CheckCut], run: &ProgramRun, state: &ToolState, sample: Sample) -> Result<Told, CliError> {
     let find = |name: &str| log.measured.iter().find(|(known, _)| *known == name).map(|(_, values)| values);
     let force = if sample == Sample::Mean { LoadKind::ForceMean } else { LoadKind::ForcePeak };
     let (values, kind) = find("force_xy_n")

@@ -6,8 +6,9 @@ use super::taken::Readings;
 use super::wanted::Wants;
 use crate::job::tool_life::{CheckCut, LoadKind, ToolRun};
 use crate::machine::WearLaw;
+use crate::outcome::ProgramRun;
 use crate::report::life::{CheckRow, LifeReport};
-use crate::report::{self, Run, WRITTEN_BY};
+use crate::report::{self, WRITTEN_BY};
 use crate::rewrite;
 use crate::schedule::wear::SETTLED;
 use crate::setup::ToolState;
@@ -17,7 +18,7 @@ use crate::units::{mm_min_from_mm_s, rpm_from_rps};
 /// A program with the feeds with which the tool is to last, and what they were solved for.
 pub struct Solved<'a> {
     /// The run over the written program.
-    pub run: &'a Run,
+    pub run: &'a ProgramRun,
     /// The tool in it.
     pub after: &'a ToolRun<'a>,
     /// State of the tool when the program begins.

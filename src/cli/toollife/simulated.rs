@@ -9,7 +9,7 @@ use super::arguments::LifeFiles;
 use crate::job::tool_life::with_wear;
 use crate::job::{self, Keep, Wanted};
 use crate::machine::Wear;
-use crate::report::Run;
+use crate::outcome::ProgramRun;
 
 /// The run over a program as it stands.
 pub fn simulated(
@@ -18,7 +18,7 @@ pub fn simulated(
     wear: Option<(u32, Wear)>,
     global: &Global,
     screen: Screen,
-) -> Result<Run, CliError> {
+) -> Result<ProgramRun, CliError> {
     let copy = Source { bytes: source.bytes.clone(), name: source.name.clone(), path: source.path.clone() };
     let mut task = task(&copy, files.common.setup(), global, Wanted::default())?;
     if let Some((tool, wear)) = wear {

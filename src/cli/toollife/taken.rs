@@ -5,8 +5,9 @@ use super::super::error::CliError;
 use super::readings::{Reading, Told};
 use crate::job::tool_life::{CheckCut, LoadKind, ToolRun};
 use crate::machine::{Job, WearLaw};
+use crate::outcome::ProgramRun;
+use crate::report;
 use crate::report::life::ReadRow;
-use crate::report::{self, Run};
 use crate::setup::{PlannedProgram, ReadingState, ToolState};
 use crate::toollife::exponent::{self, Estimate, Lengths};
 use crate::toollife::index::{Seen, seen};
@@ -32,7 +33,7 @@ pub fn law_of(state: &ToolState, job: &Job, tool: u32) -> WearLaw {
 }
 
 /// The state in which a tool begins a program: as the setup declares it, or as it left its last program.
-pub fn begun(run: &Run, number: u32, old: Option<ToolState>, assurance: f64) -> ToolState {
+pub fn begun(run: &ProgramRun, number: u32, old: Option<ToolState>, assurance: f64) -> ToolState {
     let tool = run.job.tool(number).expect("a tool of the program");
     let wear = tool.wear.expect("a tool with a law of wear");
     let (fresh, unit) = run.job.fresh_index(tool).expect("the setup was checked for it");
@@ -118,7 +119,7 @@ fn exponent_seen(state: &ToolState, noise: f64, declared: f64) -> Option<Estimat
 
 /// Takes readings into the state: the index of each, the trend, and with it the rate and the index at the program's beginning.
 pub fn take_in(
-    run: &Run,
+    run: &ProgramRun,
     tool: u32,
     mut state: ToolState,
     told: &Told,

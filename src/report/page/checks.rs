@@ -2,10 +2,10 @@
 //! program runs: what is wrong, where a feed rises most or a load comes nearest to its limit, and whether stock and tools are
 //! those of the setup.
 
+use crate::outcome::ProgramRun;
 use crate::report::figures::Figures;
 use crate::report::number::short;
 use crate::report::provenance::Rise;
-use crate::report::run::Run;
 use crate::report::verdict::Outcome;
 use crate::report::words::plain;
 use crate::units::MM_PER_INCH;
@@ -14,7 +14,7 @@ use crate::units::MM_PER_INCH;
 const THINGS: usize = 3;
 
 /// The verdict in a few words.
-pub fn stamp(run: &Run, figures: &Figures) -> &'static str {
+pub fn stamp(run: &ProgramRun, figures: &Figures) -> &'static str {
     let verdict = &figures.verdict;
     match verdict.outcome {
         _ if !verdict.held_back().is_empty() => "Do not run it.",
@@ -26,7 +26,7 @@ pub fn stamp(run: &Run, figures: &Figures) -> &'static str {
 }
 
 /// Three sentences.
-pub fn checks(run: &Run, figures: &Figures, rise: Option<&Rise>) -> Vec<String> {
+pub fn checks(run: &ProgramRun, figures: &Figures, rise: Option<&Rise>) -> Vec<String> {
     let faults = figures.verdict.faults.iter().map(|fault| format!("Put this right: {}.", fault.text));
     let mut found: Vec<String> = faults.take(THINGS - 1).collect();
     found.extend(rise.map(|rise| rising(run, rise)));
@@ -42,7 +42,7 @@ pub fn checks(run: &Run, figures: &Figures, rise: Option<&Rise>) -> Vec<String> 
     found
 }
 
-fn rising(run: &Run, rise: &Rise) -> String {
+fn rising(run: &ProgramRun, rise: &Rise) -> String {
     let (factor, unit) = if run.toolpath.inch { (1.0 / MM_PER_INCH, "in/min") } else { (1.0, "mm/min") };
     let [before, after] = [rise.feed_before, rise.feed_after].map(|feed| short(factor * feed));
     format!(
@@ -65,7 +65,7 @@ fn nearest(figures: &Figures) -> Option<String> {
 }
 
 /// What was simulated must be what is clamped.
-fn set_up(run: &Run) -> String {
+fn set_up(run: &ProgramRun) -> String {
     let mut tools: Vec<u32> =
         run.map.stations.iter().map(|station| run.toolpath.moves[station.move_id.ix()].tool).collect();
     tools.sort_unstable();

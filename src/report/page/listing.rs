@@ -2,7 +2,7 @@
 //! stand for it now.
 
 use crate::nc;
-use crate::report::run::Run;
+use crate::outcome::ProgramRun;
 use crate::rewrite::verify::written_for;
 
 /// Bytes of both programs up to which every line is listed; above that, the lines the views point at.
@@ -23,7 +23,7 @@ pub struct Listing {
 }
 
 /// The listing of a run; `shown` are the lines that must be in it.
-pub fn listing(run: &Run, shown: &[u32]) -> Listing {
+pub fn listing(run: &ProgramRun, shown: &[u32]) -> Listing {
     let original = nc::parse(run.program.own_text().to_vec(), Some(run.program.dialect()));
     let lines = original.len();
     let text = |program: &nc::Program, block| {

@@ -18,7 +18,7 @@ use super::figures::Figures;
 use super::html::page_with;
 use super::picture::picture;
 use super::provenance::largest_rise;
-use super::run::Run;
+use crate::outcome::ProgramRun;
 use crate::schedule::operations::Section;
 use crate::units::MM_PER_INCH;
 use digits::digits;
@@ -45,7 +45,7 @@ const VIEWS: &str = include_str!("views.html");
 #[derive(Debug, Clone, Copy)]
 pub struct Shown<'a> {
     /// The run.
-    pub run: &'a Run,
+    pub run: &'a ProgramRun,
     /// Its figures.
     pub figures: &'a Figures,
     /// Name of the program.
@@ -127,7 +127,7 @@ fn scripts(data: &Data) -> String {
     )
 }
 
-fn tools(run: &Run, factor: f64) -> Vec<ToolPart> {
+fn tools(run: &ProgramRun, factor: f64) -> Vec<ToolPart> {
     let part = |tool: &crate::machine::Tool| ToolPart {
         number: tool.number,
         diameter: digits(factor * tool.diameter_mm),

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use crate::nc::{Move, Toolpath};
-use crate::report::run::Run;
+use crate::outcome::ProgramRun;
 use crate::schedule::operations::Section;
 
 /// One operation.
@@ -28,7 +28,7 @@ pub struct Operations {
 
 impl Operations {
     /// Of a run.
-    pub fn new(run: &Run, sections: &[Section]) -> Self {
+    pub fn new(run: &ProgramRun, sections: &[Section]) -> Self {
         let mut found = Self { first_lines: sections.iter().map(|s| s.first_line).collect(), ..Self::default() };
         found.name(&run.toolpath, sections);
         for (side, realised) in [&run.realised_before, run.realised_after()].into_iter().enumerate() {

@@ -13,11 +13,11 @@ use crate::engage::workpiece::shift;
 use crate::ids::MoveId;
 use crate::machine::LimitKind;
 use crate::nc::{Move, MoveKind};
+use crate::outcome::ProgramRun;
+use crate::outcome::over_limits::load_limits;
+use crate::outcome::station_loads::{Feeds, StationLoads, each_station};
 use crate::path::{Curve, Vec3};
 use crate::report::figures::node_at;
-use crate::report::over::load_limits;
-use crate::report::run::Run;
-use crate::report::stations::{Feeds, StationLoads, each_station};
 use crate::report::table::Clock;
 use crate::report::words::plain;
 use crate::schedule::rules::rules;
@@ -115,14 +115,14 @@ struct Sample {
 
 /// Where a move lies for the page: the work coordinates of the program's first offset.
 pub struct Frame<'a> {
-    run: &'a Run,
+    run: &'a ProgramRun,
     /// Origin of the first offset in the common frame.
     pub origin: Vec3,
 }
 
 impl<'a> Frame<'a> {
     /// Of a run.
-    pub fn new(run: &'a Run) -> Self {
+    pub fn new(run: &'a ProgramRun) -> Self {
         let first = run.toolpath.moves.first().map_or(54, |motion| motion.wcs);
         Self { run, origin: shift(&run.job, &run.toolpath, first) }
     }
@@ -143,7 +143,7 @@ impl<'a> Frame<'a> {
 }
 
 struct Gathering<'a> {
-    run: &'a Run,
+    run: &'a ProgramRun,
     frame: Frame<'a>,
     operations: &'a Operations,
     /// Parts a sample may have.
@@ -157,7 +157,7 @@ struct Gathering<'a> {
 }
 
 /// The path of a run; every length times `factor`.
-pub fn path(run: &Run, operations: &Operations, factor: f64) -> Path {
+pub fn path(run: &ProgramRun, operations: &Operations, factor: f64) -> Path {
     let rapids = run.toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Rapid).count();
     let entries = run.map.stations.len() + rapids;
     let mut gathering = Gathering {

@@ -4,12 +4,12 @@ use super::listing::Listing;
 use super::operations::Operation;
 use crate::diag;
 use crate::machine::LimitKind;
+use crate::outcome::ProgramRun;
+use crate::outcome::over_limits::MET;
 use crate::report::bounds::Share;
 use crate::report::figures::{Figures, LimitFigure, ToolFigure};
 use crate::report::html::{escaped, folded, marked, table};
 use crate::report::number::{clock, short};
-use crate::report::over::MET;
-use crate::report::run::Run;
 use crate::report::verdict::{Fault, Outcome};
 use crate::report::words::plain;
 
@@ -17,7 +17,7 @@ use crate::report::words::plain;
 const LINES: usize = 200;
 
 /// Verdict, what to check, time: what is seen first.
-pub fn first(run: &Run, figures: &Figures, listing: &Listing, checks: &[String]) -> String {
+pub fn first(run: &ProgramRun, figures: &Figures, listing: &Listing, checks: &[String]) -> String {
     let things = checks.iter().fold(String::new(), |text, check| text + &format!("<li>{}</li>\n", escaped(check)));
     format!(
         "{}<div class=\"first\"><div><h2>Check before running it</h2>\n<ol id=\"checks\">\n{things}</ol></div>\n<div><h2>Time</h2>\n{}</div></div>\n{}",
@@ -28,7 +28,7 @@ pub fn first(run: &Run, figures: &Figures, listing: &Listing, checks: &[String])
 }
 
 /// Every table behind the views.
-pub fn all(run: &Run, figures: &Figures, operations: &[Operation]) -> String {
+pub fn all(run: &ProgramRun, figures: &Figures, operations: &[Operation]) -> String {
     [
         by_operation(run, operations),
         by_cause(run),
@@ -42,7 +42,7 @@ pub fn all(run: &Run, figures: &Figures, operations: &[Operation]) -> String {
 }
 
 /// The headline.
-fn verdict(run: &Run, figures: &Figures) -> String {
+fn verdict(run: &ProgramRun, figures: &Figures) -> String {
     let verdict = &figures.verdict;
     let class = if verdict.outcome == Outcome::Done { "good" } else { "bad" };
     format!(
@@ -64,7 +64,7 @@ fn faults(figures: &Figures) -> String {
 }
 
 /// Time before and after as bars, and how much of the program was changed.
-fn times(run: &Run, listing: &Listing) -> String {
+fn times(run: &ProgramRun, listing: &Listing) -> String {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     if run.written.is_none() {
         return format!("<p>{} as programmed.</p>\n", clock(before));
@@ -88,7 +88,7 @@ fn times(run: &Run, listing: &Listing) -> String {
     )
 }
 
-fn by_operation(run: &Run, operations: &[Operation]) -> String {
+fn by_operation(run: &ProgramRun, operations: &[Operation]) -> String {
     let row = |operation: &Operation| {
         let [before, after] = operation.time_s;
         let mut cells = vec![operation.name.clone(), clock(before)];
@@ -111,7 +111,7 @@ fn saved(before: f64, after: f64) -> String {
 }
 
 /// Time by cause; a cause is named once, whichever side has it.
-fn by_cause(run: &Run) -> String {
+fn by_cause(run: &ProgramRun) -> String {
     let (before, after) = (&run.realised_before.by_cause, &run.realised_after().by_cause);
     let mut names: Vec<&str> = before.iter().chain(after).filter(|(_, s)| *s > 0.0).map(|(name, _)| *name).collect();
     let mut seen = Vec::new();
@@ -136,7 +136,7 @@ fn by_cause(run: &Run) -> String {
 }
 
 /// What reading the written file back gave.
-fn checked(run: &Run, figures: &Figures) -> String {
+fn checked(run: &ProgramRun, figures: &Figures) -> String {
     let Some(written) = &run.written else { return String::new() };
     format!(
         "<p>Read back: {}; {}.</p>\n",
@@ -212,7 +212,7 @@ fn tools(figures: &Figures) -> String {
     table("Tools", &["tool", "largest power", "largest force", "cutting time", "cutting length"], &rows)
 }
 
-fn places(run: &Run) -> String {
+fn places(run: &ProgramRun) -> String {
     let infeasible: Vec<Vec<String>> = run
         .infeasible()
         .into_iter()

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::run::Run;
+use super::program_run::ProgramRun;
 use crate::engage::Station;
 use crate::force::Loads;
 use crate::schedule::FeedPiece;
@@ -35,7 +35,7 @@ pub struct StationLoads<'a> {
 }
 
 /// Calls `visit` for every station in order.
-pub fn each_station(run: &Run, visit: &mut dyn FnMut(&StationLoads)) {
+pub fn each_station(run: &ProgramRun, visit: &mut dyn FnMut(&StationLoads)) {
     // What lies behind the tool is another past before than after.
     let cutters = [&run.before[..], run.after()].map(|feeds| Cutters::new(&run.toolpath, &run.map, &run.job, feeds));
     let before = Feeds::new(&run.before, run.toolpath.moves.len());
@@ -52,7 +52,7 @@ pub fn each_station(run: &Run, visit: &mut dyn FnMut(&StationLoads)) {
 }
 
 fn loads_at<'a>(
-    run: &Run,
+    run: &ProgramRun,
     cutters: &[Cutters; 2],
     before: &Feeds,
     after: &Feeds,

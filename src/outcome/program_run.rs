@@ -1,7 +1,8 @@
-//! Everything a run found: plain data, filled by [`crate::job`].
+//! A program as it runs on the machine: what it does, what the cutter meets, which feeds are allowed, how long it takes; as it came, and
+//! as it was rewritten where it was. Plain data.
 
 use super::answers::Answers;
-use super::over::{Apart, Over};
+use super::over_limits::{Apart, Over};
 use crate::diag::Diagnostic;
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
@@ -11,9 +12,9 @@ use crate::rewrite::Stats;
 use crate::schedule::{FeedPiece, Node, Problem, Realised, Schedule};
 use crate::setup::Assumption;
 
-/// A run over one program.
+/// One program as it runs: as programmed and, where its feeds were optimised, as written.
 #[derive(Debug)]
-pub struct Run {
+pub struct ProgramRun {
     /// The program as it was read.
     pub program: Program,
     /// Machine, tools, stock, limits.
@@ -119,7 +120,7 @@ pub struct Infeasible {
     pub length_mm: f64,
 }
 
-impl Run {
+impl ProgramRun {
     /// Feeds after: those written, or the programmed ones.
     pub fn after(&self) -> &[FeedPiece] {
         self.written.as_ref().map_or(&self.before, |written| &written.after)
