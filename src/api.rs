@@ -455,7 +455,7 @@ impl Learned {
 
     /// The JSON report.
     pub fn json(&self) -> String {
-        report::learn::learn_json(&self.report)
+        report::learn_json::learn_json(&self.report)
     }
 
     /// The process model for [`Setup::with_model`]; `None` where the data do not support one.

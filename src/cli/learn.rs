@@ -27,7 +27,8 @@ use crate::learn::report::LearnReport;
 use crate::learn::session::{LearnError, Learned, LogOptions, run};
 use crate::machine::material::Process;
 use crate::machine::{Job, Table};
-use crate::report::learn::{learn_json, learn_words};
+use crate::report::learn::learn_words;
+use crate::report::learn_json::learn_json;
 use crate::report::{Outcome, learn_html};
 use crate::setup::{self, SetupError};
 

@@ -8,6 +8,7 @@ mod figures;
 mod html;
 mod json;
 pub mod learn;
+pub mod learn_json;
 mod learn_page;
 mod log;
 mod marks;
