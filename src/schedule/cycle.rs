@@ -8,6 +8,7 @@ use super::problem::FeedPiece;
 use super::realise::realise;
 use crate::machine::Machine;
 use crate::nc::Toolpath;
+use crate::numeric::bisect_ratio;
 
 /// Corner tolerances tried, as factors on the one of the setup.
 const TOLERANCES: [f64; 5] = [0.2, 0.5, 1.0, 2.0, 5.0];
@@ -52,13 +53,11 @@ fn fit_at(toolpath: &Toolpath, feeds: &[FeedPiece], machine: &Machine, tolerance
         machine
     };
     let time = |factor: f64| realise(toolpath, feeds, &with(factor)).total_s;
-    let [mut low, mut high] = FACTORS;
+    let [low, high] = FACTORS;
     if time(low) < measured_s || time(high) > measured_s {
         return None;
     }
-    for _ in 0..40 {
-        let middle = (low * high).sqrt();
-        if time(middle) > measured_s { low = middle } else { high = middle }
-    }
-    Some(Fit { machine: with(high), acceleration: high, corner_tolerance_mm: tolerance, total_s: time(high) })
+    let [_, acceleration] = bisect_ratio(|factor| time(factor) > measured_s, low, high, 40);
+    let total_s = time(acceleration);
+    Some(Fit { machine: with(acceleration), acceleration, corner_tolerance_mm: tolerance, total_s })
 }

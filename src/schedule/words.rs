@@ -14,6 +14,7 @@
 use rayon::prelude::*;
 
 use super::units::Unit;
+use crate::numeric::bisect_ratio;
 
 /// Most levels: one bit each of the trace.
 const LEVELS: usize = 128;
@@ -185,15 +186,11 @@ fn levels(units: &[Unit]) -> Vec<f64> {
         }
         levels
     };
-    let (mut near, mut far) = (FINEST, (high / low).max(FINEST).powf(1.0 / (LEVELS - 1) as f64));
-    if spaced(near).len() <= LEVELS {
-        return spaced(near);
+    let widest = (high / low).max(FINEST).powf(1.0 / (LEVELS - 1) as f64);
+    if spaced(FINEST).len() <= LEVELS {
+        return spaced(FINEST);
     }
-    for _ in 0..20 {
-        let middle = (near * far).sqrt();
-        if spaced(middle).len() > LEVELS { near = middle } else { far = middle }
-    }
-    spaced(far)
+    spaced(bisect_ratio(|ratio| spaced(ratio).len() > LEVELS, FINEST, widest, 20)[1])
 }
 
 /// The cheapest level; among equals the highest.

@@ -369,25 +369,3 @@ fn rising_root(f: impl Fn(f64) -> (f64, f64), a: f64, b: f64) -> f64 {
     }
     t
 }
-
-/// Least value of a convex function on an interval: golden section to about 1e-9 of the interval. (argument, value)
-pub fn least_convex(f: impl Fn(f64) -> f64, a: f64, b: f64) -> (f64, f64) {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let (mut lo, mut hi) = (a, b);
-    let (mut x, mut y) = (hi - GOLDEN * (hi - lo), lo + GOLDEN * (hi - lo));
-    let (mut fx, mut fy) = (f(x), f(y));
-    while hi - lo > 1e-9 * (b - a) + 1e-12 {
-        if fx <= fy {
-            (hi, y, fy) = (y, x, fx);
-            x = hi - GOLDEN * (hi - lo);
-            fx = f(x);
-        } else {
-            (lo, x, fx) = (x, y, fy);
-            y = lo + GOLDEN * (hi - lo);
-            fy = f(y);
-        }
-    }
-    [(a, f(a)), (b, f(b)), (x, fx)]
-        .into_iter()
-        .fold((x, f64::INFINITY), |best, new| if new.1 < best.1 { new } else { best })
-}

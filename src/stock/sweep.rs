@@ -15,9 +15,9 @@ use super::heights::{
     Ball, BallSection, Bulging, BulgingRamp, FlatSection, Heights, Level, Ramp, Round, Straight, Way,
 };
 use super::past::Past;
-use super::region::least_convex;
 use super::runs::{Grid, Line, RowRuns, Run, ring_runs};
 use super::wide::{Lanes, MOST_LANES, Task, widest};
+use crate::numeric::golden_section;
 use crate::path::Vec3;
 use pulp::Simd;
 use std::ops::Range;
@@ -224,7 +224,10 @@ fn swept_height(form: &Form, line: &Line, [u, v]: [f64; 2], stands: f32) -> f32 
         return height(nearest) as f32;
     }
     let lowest = line.z + (slope * a).min(slope * b) + outline(nearest);
-    if lowest > f64::from(stands) { f32::INFINITY } else { least_convex(height, a, b).1 as f32 }
+    if lowest > f64::from(stands) {
+        return f32::INFINITY;
+    }
+    golden_section(height, a, b, 1e-9 * (b - a) + 1e-12).1 as f32
 }
 
 /// How (u, v) change from cell to cell, and what lowers them.

@@ -9,6 +9,7 @@ use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::Quantity;
 use crate::learn::log::quantity::column_factor;
 use crate::learn::report::Value;
+use crate::numeric::golden_section;
 use nalgebra::DMatrix;
 
 /// Share of a regression's variance: normal coefficients from Xu's ratios are uncertain by this much (flat, ball).
@@ -75,12 +76,7 @@ pub(in crate::learn) fn kienzle(
 ) -> Result<Calibration, DataError> {
     let at = |m: f64| power(frame, rows, options, to_shaft, Some(m));
     let cost = |m: f64| at(m).map_or(f64::INFINITY, |c| c.train.rmse);
-    let (mut lo, mut hi) = (0.0, 0.9);
-    for _ in 0..60 {
-        let (a, b) = (hi - 0.618_034 * (hi - lo), lo + 0.618_034 * (hi - lo));
-        if cost(a) < cost(b) { hi = b } else { lo = a }
-    }
-    let m = 0.5 * (lo + hi);
+    let (m, _) = golden_section(cost, 0.0, 0.9, 1e-9);
     let mut result = at(m)?;
     // Curvature of the squares along m, the other parameters refitted.
     let (step, squares) = (0.01, |m: f64| cost(m).powi(2) * result.tests as f64);
