@@ -10,9 +10,10 @@ use feedwright::engage::{self, engage};
 use feedwright::ids::MoveId;
 use feedwright::machine::{Axis, Machine};
 use feedwright::nc::{Environment, MoveKind, interpret, parse};
+use feedwright::schedule::FeedPiece;
 use feedwright::schedule::optimum::optimum;
 use feedwright::schedule::pass::{Chain, Leg, exact_pass};
-use feedwright::schedule::track::{Span, Track, track};
+use feedwright::schedule::track::{Track, track};
 use feedwright::schedule::{Options, as_programmed, problem, realise, solve};
 
 fn main() {
@@ -76,7 +77,7 @@ fn synthetic() {
 /// Three quarters of a circle of 20 mm from rest to rest, every axis up to 500 mm/s^2 and 90 mm/s: the grid, our b and time,
 /// for `tests/bench/compare_toppra.py`.
 fn emit_arc(path: &Path) {
-    let (radius, pieces) = (20.0, 10_000);
+    let (radius, count) = (20.0, 10_000);
     let text = b"G21 G17 G90\nG0 X20 Y0 Z0\nG4 P1\nG3 X0 Y-20 I-20 J0 F60000\nM2\n".to_vec();
     let toolpath = interpret(&parse(text, None), &Environment::default());
     let axis = Axis { velocity_mm_s: 90.0, acceleration_mm_s2: 500.0, jerk_mm_s3: None };
@@ -84,11 +85,11 @@ fn emit_arc(path: &Path) {
     let (job, _) = feedwright::setup::load(&setup, Path::new("programs")).unwrap();
     let machine = Machine { axes: [axis; 3], block_time_s: 0.0, ..job.machine };
     let length = radius * 1.5 * std::f64::consts::PI;
-    let whole = track(&toolpath, &machine, &mut |_, spans| {
-        let at = |i: usize| length * i as f64 / pieces as f64;
-        spans.extend((0..pieces).map(|i| Span { from_mm: at(i), to_mm: at(i + 1), feed_mm_s: 1e3, tag: i as u32 }));
+    let whole = track(&toolpath, &machine, &mut |id, pieces| {
+        let at = |i: usize| length * i as f64 / count as f64;
+        pieces.extend((0..count).map(|i| FeedPiece::commanded(id, [at(i), at(i + 1)], 1e3)));
     });
-    let skip = whole.chain.legs.len() - pieces;
+    let skip = whole.chain.legs.len() - count;
     let mut b = Vec::new();
     let run = |_| {
         let start = Instant::now();
@@ -98,7 +99,7 @@ fn emit_arc(path: &Path) {
     let elapsed = (0..9).map(run).fold(f64::INFINITY, f64::min);
     let mut out = format!("# radius {radius} velocity 90 acceleration 500 seconds {elapsed}\ns,b\n");
     for (i, b) in b[skip..].iter().enumerate() {
-        out += &format!("{},{b}\n", length * i as f64 / pieces as f64);
+        out += &format!("{},{b}\n", length * i as f64 / count as f64);
     }
     std::fs::write(path, out).unwrap();
     println!("wrote {}", path.display());

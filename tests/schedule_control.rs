@@ -4,7 +4,8 @@
 
 use feedwright::machine::{Axis, Machine};
 use feedwright::nc::{Environment, Toolpath, interpret, parse};
-use feedwright::schedule::control::{Control, Order, plan};
+use feedwright::schedule::FeedPiece;
+use feedwright::schedule::control::{Control, plan};
 use feedwright::schedule::pass::{exact_pass, leg_times};
 use feedwright::schedule::{as_programmed, realise};
 
@@ -88,7 +89,7 @@ fn a_control_that_looks_ahead_few_blocks_must_be_able_to_stop_at_their_end() {
         let control = Control { look_ahead, ..Control::of(&machine) };
         let plan = plan(&path, &machine, &control, &mut |id, orders| {
             let motion = &path.moves[id.ix()];
-            orders.push(Order { from_mm: 0.0, to_mm: motion.curve().length(), feed_mm_s: motion.feed.mm_s });
+            orders.push(FeedPiece::commanded(id, [0.0, motion.curve().length()], motion.feed.mm_s));
         });
         leg_times(&plan.chain, &exact_pass(&plan.chain)).iter().sum::<f64>()
     };

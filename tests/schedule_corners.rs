@@ -6,8 +6,9 @@
 use feedwright::machine::{Axis, Machine};
 use feedwright::nc::{Environment, MoveKind, interpret, parse};
 use feedwright::path::Vec3;
+use feedwright::schedule::FeedPiece;
 use feedwright::schedule::pass::exact_pass;
-use feedwright::schedule::track::{Span, Track, track};
+use feedwright::schedule::track::{Track, track};
 
 const ACCELERATION: f64 = 500.0;
 const TOLERANCE_MM: f64 = 0.01;
@@ -25,9 +26,9 @@ fn legs(lines: &str) -> Track {
     let toolpath = interpret(&parse(text.into_bytes(), None), &Environment::default());
     assert!(toolpath.diagnostics.is_empty(), "{:?}", toolpath.diagnostics);
     assert!(toolpath.moves.iter().all(|motion| motion.kind == MoveKind::Feed));
-    track(&toolpath, &machine(), &mut |id, spans| {
+    track(&toolpath, &machine(), &mut |id, pieces| {
         let to_mm = toolpath.moves[id.ix()].curve().length();
-        spans.push(Span { from_mm: 0.0, to_mm, feed_mm_s: 1e3, tag: id.0 });
+        pieces.push(FeedPiece::commanded(id, [0.0, to_mm], 1e3));
     })
 }
 

@@ -9,13 +9,13 @@ use feedwright::engage::{self, EngagementMap, engage};
 use feedwright::machine::{Job, LimitKind, Limits, Mode, Operation, Raise, Ramp};
 use feedwright::nc::{Environment, Freeze, MoveKind, Toolpath, interpret, parse};
 use feedwright::schedule::cycle::{fits, saved_percent};
+use feedwright::schedule::feed_segments::SLACK;
 use feedwright::schedule::operations::segments;
 use feedwright::schedule::optimum::optimum;
 use feedwright::schedule::prices::prices;
 use feedwright::schedule::reference::{distributions, limited_to_itself};
 use feedwright::schedule::solve::node_track;
 use feedwright::schedule::stress::{cases, with_coefficients};
-use feedwright::schedule::units::SLACK;
 use feedwright::schedule::{Options, Problem, Schedule, as_programmed, problem, realise, solve};
 
 struct Part {

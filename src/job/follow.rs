@@ -2,7 +2,6 @@
 //! written move its original and where on it the piece begins; and the written feeds on the moves of the original.
 
 use crate::ids::MoveId;
-use crate::machine::LimitKind;
 use crate::nc::{MoveKind, Toolpath};
 use crate::schedule::FeedPiece;
 
@@ -51,14 +50,8 @@ pub fn follow(original: &Toolpath, written: &Toolpath) -> Option<Vec<Origin>> {
 /// Feeds that the written program commands, on the moves of the original.
 pub fn feeds(written: &Toolpath, origins: &[Origin]) -> Vec<FeedPiece> {
     let feed = |(motion, origin): (&crate::nc::Move, &Origin)| {
-        (motion.kind == MoveKind::Feed).then_some(FeedPiece {
-            move_id: origin.move_id,
-            from_mm: origin.from_mm,
-            to_mm: origin.to_mm,
-            feed_mm_s: motion.feed.mm_s,
-            limit: LimitKind::Programmed,
-            price_s: 0.0,
-        })
+        let along_mm = [origin.from_mm, origin.to_mm];
+        (motion.kind == MoveKind::Feed).then(|| FeedPiece::commanded(origin.move_id, along_mm, motion.feed.mm_s))
     };
     written.moves.iter().zip(origins).filter_map(feed).collect()
 }

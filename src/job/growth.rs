@@ -93,9 +93,8 @@ pub fn within(
 /// The text of a schedule, however long.
 pub fn as_it_is(run: &ProgramRun, mut schedule: Schedule, clock: &dyn Fn() -> f64) -> Round {
     let start = clock();
-    schedule.used = used::used(run, &schedule);
+    used::tell(run, &mut schedule.pieces);
     let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
-    schedule.used = Vec::new();
     (schedule, rewritten, [0.0, clock() - start])
 }
 

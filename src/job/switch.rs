@@ -9,7 +9,7 @@ use super::edges::Edges;
 use super::look;
 use super::task::{JobError, SPACING_MM, Watch};
 use crate::ids::MoveId;
-use crate::machine::{Job, LimitKind};
+use crate::machine::Job;
 use crate::nc::{self, Environment, Move, MoveKind, Program, Toolpath};
 use crate::outcome::Switched;
 use crate::rewrite;
@@ -64,9 +64,7 @@ pub fn feeds_on(feeds: &[FeedPiece], off: &Toolpath, on: &Toolpath) -> Vec<FeedP
         let pieces = ids[id.ix()]
             .map_or(&[][..], |here| &feeds[of_move[here.ix()].start as usize..of_move[here.ix()].end as usize]);
         let Some(last) = pieces.last() else {
-            let limit = LimitKind::Programmed;
-            let feed_mm_s = motion.feed.mm_s;
-            found.push(FeedPiece { move_id: id, from_mm: 0.0, to_mm: length_mm, feed_mm_s, limit, price_s: 0.0 });
+            found.push(FeedPiece::commanded(id, [0.0, length_mm], motion.feed.mm_s));
             continue;
         };
         let scale = length_mm / last.to_mm.max(f64::MIN_POSITIVE);

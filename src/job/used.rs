@@ -1,18 +1,18 @@
-//! How much of its limit each commanded feed uses, for the notes in the program. In: a run and its schedule. Out: for every
-//! piece the largest ratio of the load that bounds it to its limit; nothing where no load does.
+//! How much of its limit each commanded feed uses, for the notes in the program. In: a run and its feeds. Out: every
+//! piece knows the largest ratio of the load that bounds it to its limit; nothing where no load does.
 
 use rayon::prelude::*;
 
 use crate::engage::Station;
 use crate::outcome::ProgramRun;
 use crate::outcome::over_limits::load_limits;
+use crate::schedule::FeedPiece;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::rules::rules;
-use crate::schedule::{FeedPiece, Schedule};
 
-/// Ratio of load to limit of each piece of the schedule, by index.
-pub fn used(run: &ProgramRun, schedule: &Schedule) -> Vec<Option<f64>> {
-    let cutters = Cutters::new(&run.toolpath, &run.map, &run.job, &schedule.pieces);
+/// Puts the ratio of load to limit into each piece.
+pub fn tell(run: &ProgramRun, pieces: &mut [FeedPiece]) {
+    let cutters = Cutters::new(&run.toolpath, &run.map, &run.job, pieces);
     let rules = rules(&run.toolpath, &run.map, &run.job);
     let of_piece = |piece: &FeedPiece| {
         let motion = &run.toolpath.moves[piece.move_id.ix()];
@@ -28,5 +28,6 @@ pub fn used(run: &ProgramRun, schedule: &Schedule) -> Vec<Option<f64>> {
         let loads = run.map.stations_of(piece.move_id).iter().filter(inside).filter_map(load);
         loads.reduce(f64::max).map(|load| load / limit)
     };
-    schedule.pieces.par_iter().map(of_piece).collect()
+    let used: Vec<Option<f64>> = pieces.par_iter().map(of_piece).collect();
+    pieces.iter_mut().zip(used).for_each(|(piece, used)| piece.used = used);
 }

@@ -3,24 +3,11 @@
 
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
-use crate::machine::{Job, LimitKind};
+use crate::machine::Job;
 use crate::nc::{Freeze, Move, MoveKind, Program, Toolpath};
 use crate::schedule::{FeedPiece, Schedule};
 
 use super::freeze::freezes;
-
-/// One feed on one stretch of a block.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Piece {
-    /// Where it ends, mm along the move.
-    pub to_mm: f64,
-    /// Feed, mm/s.
-    pub feed_mm_s: f64,
-    /// What bounds it.
-    pub limit: LimitKind,
-    /// Share of that limit in use, where it is known.
-    pub used: Option<f64>,
-}
 
 /// What a block wants.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -30,8 +17,8 @@ pub enum Want {
     Nothing,
     /// Its bytes and the feed it was written for; why.
     Keep(&'static str),
-    /// These feeds, in order along its move.
-    Feeds(Vec<Piece>),
+    /// These feeds, in order along its move; one for the whole block ends at infinity.
+    Feeds(Vec<FeedPiece>),
 }
 
 /// A block with its want.
@@ -51,8 +38,7 @@ pub struct Plan {
 pub fn plan(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &Job) -> Vec<Plan> {
     let frozen = freezes(program, toolpath, job);
     let mut plans = vec![Plan::default(); program.len()];
-    let all: Vec<Piece> = schedule.pieces.iter().enumerate().map(|(k, piece)| wanted(piece, k, schedule)).collect();
-    let shared = shared_feeds(toolpath, &schedule.pieces, &all);
+    let shared = shared_feeds(toolpath, &schedule.pieces);
     let mut next = 0;
     for (id, motion) in toolpath.iter_moves() {
         let first = next;
@@ -69,40 +55,35 @@ pub fn plan(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &J
             plan.want = Want::Keep(why.why());
         } else if length_mm > 0.0 || first < next {
             let common = motion.shared.and_then(|number| shared.get(number as usize).copied().flatten());
-            let whole = tile(&schedule.pieces[first..next], length_mm);
-            add(plan, motion, if whole { &all[first..next] } else { &[] }, common);
+            let pieces = &schedule.pieces[first..next];
+            add(plan, motion, if tile(pieces, length_mm) { pieces } else { &[] }, common);
         }
     }
     exclude(&mut plans[..program.own_len()], job);
     plans
 }
 
-fn wanted(piece: &FeedPiece, index: usize, schedule: &Schedule) -> Piece {
-    let used = schedule.used.get(index).copied().flatten();
-    Piece { to_mm: piece.to_mm, feed_mm_s: piece.feed_mm_s, limit: piece.limit, used }
-}
-
 /// The lowest feed of the moves of each shared number.
-fn shared_feeds(toolpath: &Toolpath, pieces: &[FeedPiece], all: &[Piece]) -> Vec<Option<Piece>> {
-    let mut least: Vec<Option<Piece>> = Vec::new();
-    for (piece, wanted) in pieces.iter().zip(all) {
+fn shared_feeds(toolpath: &Toolpath, pieces: &[FeedPiece]) -> Vec<Option<FeedPiece>> {
+    let mut least: Vec<Option<FeedPiece>> = Vec::new();
+    for piece in pieces {
         let Some(number) = toolpath.moves[piece.move_id.ix()].shared else { continue };
         let index = number as usize;
         if least.len() <= index {
             least.resize(index + 1, None);
         }
-        least[index] = lowest(&[least[index].unwrap_or(*wanted), *wanted]);
+        least[index] = lowest(&[least[index].unwrap_or(*piece), *piece]);
     }
     least
 }
 
 /// The piece with the lowest feed, for the whole block.
-fn lowest(pieces: &[Piece]) -> Option<Piece> {
+fn lowest(pieces: &[FeedPiece]) -> Option<FeedPiece> {
     let least = pieces.iter().copied().reduce(|a, b| if b.feed_mm_s < a.feed_mm_s { b } else { a });
-    least.map(|piece| Piece { to_mm: f64::INFINITY, ..piece })
+    least.map(|piece| FeedPiece { to_mm: f64::INFINITY, ..piece })
 }
 
-fn add(plan: &mut Plan, motion: &Move, pieces: &[Piece], common: Option<Piece>) {
+fn add(plan: &mut Plan, motion: &Move, pieces: &[FeedPiece], common: Option<FeedPiece>) {
     if let Some(why) = unwritable(motion, pieces) {
         plan.want = Want::Keep(why);
     }
@@ -122,8 +103,8 @@ fn add(plan: &mut Plan, motion: &Move, pieces: &[Piece], common: Option<Piece>) 
 }
 
 /// Why these pieces cannot be written as feeds.
-fn unwritable(motion: &Move, pieces: &[Piece]) -> Option<&'static str> {
-    let known = |piece: &Piece| piece.feed_mm_s > 0.0 && piece.feed_mm_s.is_finite();
+fn unwritable(motion: &Move, pieces: &[FeedPiece]) -> Option<&'static str> {
+    let known = |piece: &FeedPiece| piece.feed_mm_s > 0.0 && piece.feed_mm_s.is_finite();
     if pieces.is_empty() {
         Some("the pieces it was scheduled in do not add up to its path: please report it")
     } else if pieces.iter().all(known) {

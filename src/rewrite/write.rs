@@ -18,9 +18,10 @@ use super::edit::Edit;
 use super::fword::{FeedUnit, round_down};
 use super::mark::{self, Note};
 use super::memory::Memory;
-use super::plan::{Piece, Plan, Want};
+use super::plan::{Plan, Want};
 use super::split::{self, Block};
 use super::view::{self, Manners, Modes, Switched, View, Word};
+use crate::schedule::FeedPiece;
 
 /// An F number as text and value, with the unit it is in.
 #[derive(Debug, Clone, PartialEq)]
@@ -323,7 +324,7 @@ impl<'a> Writer<'a> {
     }
 
     /// A block with new feeds.
-    fn feeds(&mut self, id: BlockId, plan: &Plan, view: &View, pieces: &[Piece]) -> Change {
+    fn feeds(&mut self, id: BlockId, plan: &Plan, view: &View, pieces: &[FeedPiece]) -> Change {
         let Some(first) = plan.first else { return Change::default() };
         let motion = &self.toolpath.moves[first.ix()];
         if let Some(word) = view.only(b'F') {
@@ -393,9 +394,9 @@ impl<'a> Writer<'a> {
     }
 
     /// Pieces with their F numbers; neighbours with one number are one piece.
-    fn numbers(&self, pieces: &[Piece], motion: &crate::nc::Move) -> Option<Vec<(Piece, Feed)>> {
+    fn numbers(&self, pieces: &[FeedPiece], motion: &crate::nc::Move) -> Option<Vec<(FeedPiece, Feed)>> {
         let whole = motion.curve().length();
-        let mut out: Vec<(Piece, Feed)> = Vec::new();
+        let mut out: Vec<(FeedPiece, Feed)> = Vec::new();
         let mut from = 0.0;
         for piece in pieces {
             let length = piece.to_mm.min(whole) - from;
@@ -424,14 +425,14 @@ impl<'a> Writer<'a> {
         Some(Feed { text: style.write(number), value: number.value(), ..original.clone() })
     }
 
-    fn least(&self, pieces: &[Piece], motion: &crate::nc::Move) -> Option<(Piece, Feed)> {
+    fn least(&self, pieces: &[FeedPiece], motion: &crate::nc::Move) -> Option<(FeedPiece, Feed)> {
         let piece = pieces.iter().copied().reduce(|a, b| if b.feed_mm_s < a.feed_mm_s { b } else { a })?;
         let feed = self.number(piece.feed_mm_s, motion, motion.curve().length())?;
         Some((piece, feed))
     }
 
     /// A block in pieces.
-    fn cut(&mut self, view: &View, plan: &Plan, numbers: &[(Piece, Feed)], cut: split::Pieces) -> Change {
+    fn cut(&mut self, view: &View, plan: &Plan, numbers: &[(FeedPiece, Feed)], cut: split::Pieces) -> Change {
         let mut change = Change { edits: cut.edits, ..Change::default() };
         let sep: &[u8] = if self.manners.spaced { b" " } else { b"" };
         for ((piece, feed), mut code) in numbers.iter().zip(cut.before) {
@@ -474,7 +475,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The feed of the block itself (its last piece).
-    fn last_feed(&mut self, view: &View, plan: &Plan, piece: &Piece, feed: &Feed, change: &mut Change) {
+    fn last_feed(&mut self, view: &View, plan: &Plan, piece: &FeedPiece, feed: &Feed, change: &mut Change) {
         if let Some(word) = view.only(b'F') {
             let span = view::number_span(self.program, word);
             if span.of(self.program.text()) == feed.text.as_bytes() {
@@ -503,7 +504,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The note for a feed, as far as annotation is asked for.
-    fn note(&self, piece: &Piece, feed: &Feed, plan: &Plan) -> Option<Note> {
+    fn note(&self, piece: &FeedPiece, feed: &Feed, plan: &Plan) -> Option<Note> {
         let differs = self.reference.as_ref().is_none_or(|reference| *reference != feed.text);
         let wanted = match self.job.output.annotate {
             Annotate::None => false,

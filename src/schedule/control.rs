@@ -11,6 +11,7 @@
 
 use super::corner::{SERVO_S, along, speed_along};
 use super::pass::{Chain, Leg};
+use super::problem::FeedPiece;
 use crate::ids::MoveId;
 use crate::machine::Machine;
 use crate::nc::{Event, Move, MoveKind, PathMode, Toolpath};
@@ -57,17 +58,6 @@ impl Control {
         let look_ahead = linuxcnc.then_some(50);
         Self { look_ahead, joins_lines: linuxcnc, kink_share, kink_slows: linuxcnc, feed_changes_anywhere: false }
     }
-}
-
-/// A move, or a piece of it, with its commanded feed.
-#[derive(Debug, Clone, Copy)]
-pub struct Order {
-    /// Where it begins, mm along the move.
-    pub from_mm: f64,
-    /// Where it ends.
-    pub to_mm: f64,
-    /// Commanded feed, mm/s.
-    pub feed_mm_s: f64,
 }
 
 /// The realised path.
@@ -127,32 +117,31 @@ enum Junction {
     Arc { speed: f64, trim_mm: f64, length_mm: f64 },
 }
 
-/// Plans the whole program. `orders_of` gives the pieces of a feed move.
+/// Plans the whole program. `pieces_of` gives the pieces of a feed move.
 pub fn plan(
     toolpath: &Toolpath,
     machine: &Machine,
     control: &Control,
-    orders_of: &mut dyn FnMut(MoveId, &mut Vec<Order>),
+    pieces_of: &mut dyn FnMut(MoveId, &mut Vec<FeedPiece>),
 ) -> Plan {
     let rules = Rules { machine, control };
     let mut planner = Planner { rules, plan: Plan::default(), run: Vec::with_capacity(HELD) };
     planner.plan.chain.point_b.push(0.0);
-    let mut orders = Vec::new();
+    let mut pieces = Vec::new();
     for event in toolpath.events() {
         let Event::Move(id) = event else {
             planner.flush();
             continue;
         };
         let motion = &toolpath.moves[id.ix()];
-        orders.clear();
+        pieces.clear();
         match motion.kind {
             MoveKind::Rapid => {
-                let to_mm = motion.curve().length();
-                orders.push(Order { from_mm: 0.0, to_mm, feed_mm_s: machine.rapid_mm_s });
+                pieces.push(FeedPiece::commanded(id, [0.0, motion.curve().length()], machine.rapid_mm_s));
             }
-            MoveKind::Feed => orders_of(id, &mut orders),
+            MoveKind::Feed => pieces_of(id, &mut pieces),
         }
-        planner.add(id, motion, &orders);
+        planner.add(motion, &pieces);
     }
     planner.flush();
     look_ahead(&mut planner.plan, control);
@@ -187,11 +176,11 @@ struct Run {
 }
 
 impl Planner<'_> {
-    fn add(&mut self, id: MoveId, motion: &Move, orders: &[Order]) {
+    fn add(&mut self, motion: &Move, pieces: &[FeedPiece]) {
         let whole_mm = motion.curve().length();
-        let last = orders.iter().rposition(|order| order.to_mm > order.from_mm);
-        for (i, order) in orders.iter().enumerate().filter(|(_, order)| order.to_mm > order.from_mm) {
-            let mut primitive = self.rules.primitive(id, motion, order, whole_mm);
+        let last = pieces.iter().rposition(|piece| piece.to_mm > piece.from_mm);
+        for (i, piece) in pieces.iter().enumerate().filter(|(_, piece)| piece.to_mm > piece.from_mm) {
+            let mut primitive = self.rules.primitive(motion, piece, whole_mm);
             if Some(i) != last && motion.path_mode == PathMode::ExactStop {
                 primitive.mode = PathMode::ExactPath;
             }
@@ -293,30 +282,30 @@ impl Plan {
 }
 
 impl Rules<'_> {
-    fn primitive(&self, id: MoveId, motion: &Move, order: &Order, whole_mm: f64) -> Primitive {
+    fn primitive(&self, motion: &Move, piece: &FeedPiece, whole_mm: f64) -> Primitive {
         let axes = &self.machine.axes;
-        let (start, end) = (motion.curve().tangent(order.from_mm), motion.curve().tangent(order.to_mm));
-        let length_mm = order.to_mm - order.from_mm;
+        let (start, end) = (motion.curve().tangent(piece.from_mm), motion.curve().tangent(piece.to_mm));
+        let length_mm = piece.to_mm - piece.from_mm;
         let digest = self.machine.block_time_s.max(SERVO_S);
-        let wanted = if order.feed_mm_s > 0.0 { order.feed_mm_s } else { self.machine.rapid_mm_s };
+        let wanted = if piece.feed_mm_s > 0.0 { piece.feed_mm_s } else { self.machine.rapid_mm_s };
         let mut primitive = Primitive {
-            move_id: id,
+            move_id: piece.move_id,
             rapid: motion.kind == MoveKind::Rapid,
             arc_radius_mm: None,
             normal: None,
             start,
             end,
-            from: motion.curve().point(order.from_mm),
+            from: motion.curve().point(piece.from_mm),
             nominal_mm: length_mm,
             length_mm,
-            feed: order.feed_mm_s,
+            feed: piece.feed_mm_s,
             speed: wanted.min(speed_along(axes, start)).min(whole_mm / digest),
             accel: along(axes, start),
             mode: motion.path_mode,
             kink: 0.0,
         };
         if let Curve::Arc(_) = motion.curve() {
-            let curvature = motion.curve().curvature(order.from_mm);
+            let curvature = motion.curve().curvature(piece.from_mm);
             let moving = |axis: &usize| start[*axis].abs() > 1e-9 || curvature[*axis].abs() > 1e-12;
             let least = |value: &dyn Fn(usize) -> f64| (0..3).filter(moving).map(value).fold(f64::INFINITY, f64::min);
             primitive.accel = least(&|axis| axes[axis].acceleration_mm_s2);

@@ -12,6 +12,7 @@ pub mod convex;
 pub mod corner;
 pub mod cutters;
 pub mod cycle;
+pub mod feed_segments;
 pub mod force_rate;
 pub mod history;
 pub mod interior;
@@ -31,7 +32,6 @@ pub mod rules;
 pub mod solve;
 pub mod stress;
 pub mod track;
-pub mod units;
 pub mod wear;
 pub mod words;
 

@@ -166,7 +166,12 @@ impl Problem {
     }
 }
 
-/// One commanded feed on one piece of a move.
+/// A stretch of a move with one commanded feed, and what is known of it: what the schedule answers, what the control is given, what is
+/// written, and what was read back.
+///
+/// Three other stretches of a path are no such thing: a [`Node`] has bounds and no feed yet; a
+/// [`FeedSegment`](super::feed_segments::FeedSegment) is as many nodes as one F word may stand for; the ramps' zones and
+/// [`crate::job`]'s origins say where, not how fast.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedPiece {
     /// Its move.
@@ -181,9 +186,17 @@ pub struct FeedPiece {
     pub limit: LimitKind,
     /// Price of that bound here: seconds that one percent more of it would save.
     pub price_s: f64,
+    /// Share of the load limit that bounds it which the feed uses; `None`: no load bounds it, or the share is not known.
+    pub used: Option<f64>,
 }
 
 impl FeedPiece {
+    /// A feed that the program commands, of which nothing else is known.
+    pub fn commanded(move_id: MoveId, [from_mm, to_mm]: [f64; 2], feed_mm_s: f64) -> Self {
+        let limit = LimitKind::Programmed;
+        Self { move_id, from_mm, to_mm, feed_mm_s, limit, price_s: 0.0, used: None }
+    }
+
     /// Time for a length of it at the commanded feed, s. Nothing where the feed is not known (F0, or none was given): such a move
     /// stands still or is an error, whatever the control makes of it.
     pub fn time_s(&self, length_mm: f64) -> f64 {
@@ -207,8 +220,6 @@ pub struct Realised {
 pub struct Schedule {
     /// Commanded feeds of every feed move, in order; the pieces of a move tile it.
     pub pieces: Vec<FeedPiece>,
-    /// Share of the load limit that bounds each piece which its feed uses, by index; empty: not known.
-    pub used: Vec<Option<f64>>,
     /// Realised time of the continuous optimum (no F words), s.
     pub continuous_s: f64,
     /// Price of the whole room that the program may grow by, s; 0: it is not used up.

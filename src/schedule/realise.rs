@@ -4,7 +4,7 @@
 //! tolerance in force there), stops at exact stops, dwells, tool changes and changes of spindle speed, and cannot digest
 //! blocks faster than its block time.
 
-use super::control::{Control, Order, plan, seconds_of_moves, stop_losses};
+use super::control::{Control, plan, seconds_of_moves, stop_losses};
 use super::pass::{exact_pass, leg_times};
 use super::problem::{FeedPiece, Realised};
 use crate::ids::MoveId;
@@ -14,24 +14,20 @@ use crate::nc::{Event, MoveKind, Spin, Toolpath};
 /// Time that the program takes with these feeds (pieces in order of execution, as [`as_programmed`] gives them).
 pub fn realise(toolpath: &Toolpath, feeds: &[FeedPiece], machine: &Machine) -> Realised {
     let ranges = pieces_of_moves(feeds, toolpath.moves.len());
-    realise_by(toolpath, machine, &Control::of(machine), &mut |id, orders| {
+    realise_by(toolpath, machine, &Control::of(machine), &mut |id, pieces| {
         let range = &ranges[id.ix()];
-        orders.extend(feeds[range.start as usize..range.end as usize].iter().map(|piece| Order {
-            from_mm: piece.from_mm,
-            to_mm: piece.to_mm,
-            feed_mm_s: piece.feed_mm_s,
-        }));
+        pieces.extend_from_slice(&feeds[range.start as usize..range.end as usize]);
     })
 }
 
-/// The same on a given control. `orders_of` gives the pieces of a feed move.
+/// The same on a given control. `pieces_of` gives the pieces of a feed move.
 pub fn realise_by(
     toolpath: &Toolpath,
     machine: &Machine,
     control: &Control,
-    orders_of: &mut dyn FnMut(MoveId, &mut Vec<Order>),
+    pieces_of: &mut dyn FnMut(MoveId, &mut Vec<FeedPiece>),
 ) -> Realised {
-    let plan = plan(toolpath, machine, control, orders_of);
+    let plan = plan(toolpath, machine, control, pieces_of);
     let b = exact_pass(&plan.chain);
     let times = leg_times(&plan.chain, &b).into_iter().zip(stop_losses(&plan));
     let move_s = seconds_of_moves(&plan, times.map(|(time_s, lost_s)| time_s + lost_s), toolpath.moves.len());
@@ -42,14 +38,8 @@ pub fn realise_by(
 /// The feeds as the program gives them: one piece per feed move.
 pub fn as_programmed(toolpath: &Toolpath) -> Vec<FeedPiece> {
     let feed = |(index, motion): (usize, &crate::nc::Move)| {
-        (motion.kind == MoveKind::Feed).then(|| FeedPiece {
-            move_id: MoveId(index as u32),
-            from_mm: 0.0,
-            to_mm: motion.curve().length(),
-            feed_mm_s: motion.feed.mm_s,
-            limit: crate::machine::LimitKind::Programmed,
-            price_s: 0.0,
-        })
+        let whole_mm = [0.0, motion.curve().length()];
+        (motion.kind == MoveKind::Feed).then(|| FeedPiece::commanded(MoveId(index as u32), whole_mm, motion.feed.mm_s))
     };
     toolpath.moves.iter().enumerate().filter_map(feed).collect()
 }

@@ -5,17 +5,17 @@
 //! its seconds and λ times its share of what is left, a block likewise, and the least λ that fits is found by bisection. So
 //! the most valuable words come first, and the difference to the answer without the bound is what the bound costs.
 
-use super::control::{Control, Order};
+use super::control::Control;
+use super::feed_segments::{FeedSegment, feed_segments};
 use super::optimum::optimum;
 use super::pass::{exact_pass, leg_times};
 use super::prices::prices;
 use super::problem::{Bound, Conflict, FeedPiece, Problem, Schedule};
 use super::realise::{realise, realise_by};
-use super::track::{Span, Track, track};
-use super::units::{Unit, units};
+use super::track::{Track, track};
 use super::words::{Costs, Grid, choose};
 use crate::machine::{Job, LimitKind};
-use crate::nc::{MoveKind, Toolpath};
+use crate::nc::Toolpath;
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min};
 
 /// Price of an F word, s: the time that its some 20 bytes, note included, take over a serial line at 115,200 baud, as
@@ -101,15 +101,15 @@ pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
 
 /// Commanded feeds for the whole program, without prices.
 pub fn feeds(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Options) -> Schedule {
-    let units = units(problem, &fastest_s(problem, toolpath, job), toolpath, job);
-    let carries = |i: usize| carries_word(&units, i, toolpath);
+    let segments = feed_segments(problem, &fastest_s(problem, toolpath, job), toolpath, job);
+    let carries = |i: usize| carries_word(&segments, i, toolpath);
     let attempt = |lambda_s: f64| {
-        let mut feeds = choose(&units, &options.grid, &options.costs(lambda_s, job), &carries);
-        leave_short_rises(&units, &mut feeds, options.least_rise_mm);
-        Attempt { lambda_s, used: used(&units, &feeds, options, &carries), feeds }
+        let mut feeds = choose(&segments, &options.grid, &options.costs(lambda_s, job), &carries);
+        leave_short_rises(&segments, &mut feeds, options.least_rise_mm);
+        Attempt { lambda_s, used: used(&segments, &feeds, options, &carries), feeds }
     };
     let timed = |attempt: &Attempt| {
-        let pieces = pieces(&units, &attempt.feeds);
+        let pieces = pieces(&segments, &attempt.feeds);
         (realise(toolpath, &pieces, &job.machine).total_s, pieces)
     };
     let (continuous_s, free) = rayon::join(|| continuous_s(problem, toolpath, job), || attempt(0.0));
@@ -126,20 +126,20 @@ pub fn feeds(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
 }
 
 /// Puts the feeds of the text back on stretches of path shorter than this on which all are raised.
-fn leave_short_rises(units: &[Unit], feeds: &mut [f64], least_mm: f64) {
-    let rises = |i: usize, feeds: &[f64]| feeds[i] > units[i].programmed_mm_s;
+fn leave_short_rises(segments: &[FeedSegment], feeds: &mut [f64], least_mm: f64) {
+    let rises = |i: usize, feeds: &[f64]| feeds[i] > segments[i].programmed_mm_s;
     let mut start = 0;
-    while start < units.len() {
+    while start < segments.len() {
         let mut end = start + 1;
-        let follows = |i: usize| units[i].move_id.0 <= units[i - 1].move_id.0 + 1;
-        while end < units.len() && rises(start, feeds) && rises(end, feeds) && follows(end) {
+        let follows = |i: usize| segments[i].move_id.0 <= segments[i - 1].move_id.0 + 1;
+        while end < segments.len() && rises(start, feeds) && rises(end, feeds) && follows(end) {
             end += 1;
         }
-        let length_mm: f64 = units[start..end].iter().map(Unit::length_mm).sum();
-        let text = || units[start..end].iter().all(|unit| unit.text_s().is_finite());
+        let length_mm: f64 = segments[start..end].iter().map(FeedSegment::length_mm).sum();
+        let text = || segments[start..end].iter().all(|segment| segment.text_s().is_finite());
         if rises(start, feeds) && length_mm <= least_mm && text() {
-            for (feed, unit) in feeds[start..end].iter_mut().zip(&units[start..end]) {
-                *feed = unit.programmed_mm_s;
+            for (feed, segment) in feeds[start..end].iter_mut().zip(&segments[start..end]) {
+                *feed = segment.programmed_mm_s;
             }
         }
         start = end;
@@ -181,19 +181,19 @@ fn fitting(free: Attempt, known_s: f64, attempt: &dyn Fn(f64) -> Attempt) -> Att
 }
 
 /// Share of the room that words which the text does not have, and blocks, take.
-fn used(units: &[Unit], feeds: &[f64], options: &Options, carries: &dyn Fn(usize) -> bool) -> f64 {
+fn used(segments: &[FeedSegment], feeds: &[f64], options: &Options, carries: &dyn Fn(usize) -> bool) -> f64 {
     let Some(room) = options.room else { return 0.0 };
     let [word, block] = room.shares();
     let mut shares = 0.0;
-    for (i, unit) in units.iter().enumerate() {
-        let same = |j: usize| feeds[j] == units[j].programmed_mm_s;
+    for (i, segment) in segments.iter().enumerate() {
+        let same = |j: usize| feeds[j] == segments[j].programmed_mm_s;
         let changes = i > 0 && feeds[i] != feeds[i - 1] && !(same(i) && same(i - 1));
-        shares += if unit.from_mm > 0.0 {
+        shares += if segment.from_mm > 0.0 {
             if changes { block } else { 0.0 }
         } else if carries(i) {
             if same(i) { 0.0 } else { word }
         } else if changes || i == 0 && !same(i) {
-            if unit.free { word } else { block }
+            if segment.free { word } else { block }
         } else {
             0.0
         };
@@ -205,11 +205,10 @@ fn used(units: &[Unit], feeds: &[f64], options: &Options, carries: &dyn Fn(usize
 /// F could change anywhere at no price; whatever is decided about words and blocks has no part in it.
 pub fn continuous_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> f64 {
     let control = Control { feed_changes_anywhere: true, ..Control::of(&job.machine) };
-    let realised = realise_by(toolpath, &job.machine, &control, &mut |id, orders| {
-        orders.extend(problem.nodes_of(id).iter().map(|node| Order {
-            from_mm: node.from_mm,
-            to_mm: node.to_mm,
-            feed_mm_s: if node.free { node.cap.feed_mm_s } else { node.programmed_mm_s },
+    let realised = realise_by(toolpath, &job.machine, &control, &mut |id, pieces| {
+        pieces.extend(problem.nodes_of(id).iter().map(|node| {
+            let feed_mm_s = if node.free { node.cap.feed_mm_s } else { node.programmed_mm_s };
+            FeedPiece::commanded(id, [node.from_mm, node.to_mm], feed_mm_s)
         }));
     });
     realised.total_s
@@ -269,55 +268,49 @@ fn put_prices(pieces: &mut [FeedPiece], problem: &Problem, node_s: &[f64]) {
     }
 }
 
-/// The track whose spans are the nodes of the problem with their caps.
+/// The track at the caps of the problem; a tag is the number of a node.
 pub fn node_track(problem: &Problem, toolpath: &Toolpath, job: &Job) -> Track {
-    let mut track = track(toolpath, &job.machine, &mut |id, spans| {
-        let range = &problem.of_move[id.ix()];
-        spans.extend(range.clone().map(|tag| {
-            let node = &problem.nodes[tag as usize];
-            let (from_mm, to_mm, feed_mm_s) = (node.from_mm, node.to_mm, node.cap.feed_mm_s);
-            Span { from_mm, to_mm, feed_mm_s, tag }
-        }));
+    let mut track = track(toolpath, &job.machine, &mut |id, pieces| {
+        let nodes = problem.nodes_of(id).iter();
+        pieces.extend(nodes.map(|node| FeedPiece::commanded(id, [node.from_mm, node.to_mm], node.cap.feed_mm_s)));
     });
-    // A rapid has one node.
     for (tag, id) in track.tags.iter_mut().zip(&track.moves) {
-        if toolpath.moves[id.ix()].kind == MoveKind::Rapid {
-            *tag = problem.of_move[id.ix()].start;
-        }
+        *tag += problem.of_move[id.ix()].start;
     }
     track
 }
 
-fn carries_word(units: &[Unit], i: usize, toolpath: &Toolpath) -> bool {
-    let motion = &toolpath.moves[units[i].move_id.ix()];
-    units[i].from_mm <= 0.0 && motion.feed.word.is_some_and(|(block, _)| block == motion.block)
+fn carries_word(segments: &[FeedSegment], i: usize, toolpath: &Toolpath) -> bool {
+    let motion = &toolpath.moves[segments[i].move_id.ix()];
+    segments[i].from_mm <= 0.0 && motion.feed.word.is_some_and(|(block, _)| block == motion.block)
 }
 
 /// Pieces of equal feed within each move.
-fn pieces(units: &[Unit], feeds: &[f64]) -> Vec<FeedPiece> {
-    let mut pieces: Vec<FeedPiece> = Vec::with_capacity(units.len());
-    for (unit, &feed_mm_s) in units.iter().zip(feeds) {
+fn pieces(segments: &[FeedSegment], feeds: &[f64]) -> Vec<FeedPiece> {
+    let mut pieces: Vec<FeedPiece> = Vec::with_capacity(segments.len());
+    for (segment, &feed_mm_s) in segments.iter().zip(feeds) {
         match pieces.last_mut() {
-            Some(last) if last.move_id == unit.move_id && last.feed_mm_s == feed_mm_s => last.to_mm = unit.to_mm,
+            Some(last) if last.move_id == segment.move_id && last.feed_mm_s == feed_mm_s => last.to_mm = segment.to_mm,
             _ => pieces.push(FeedPiece {
-                move_id: unit.move_id,
-                from_mm: unit.from_mm,
-                to_mm: unit.to_mm,
+                move_id: segment.move_id,
+                from_mm: segment.from_mm,
+                to_mm: segment.to_mm,
                 feed_mm_s,
-                limit: binding(unit, feed_mm_s),
+                limit: binding(segment, feed_mm_s),
                 price_s: 0.0,
+                used: None,
             }),
         }
     }
     pieces
 }
 
-fn binding(unit: &Unit, feed_mm_s: f64) -> LimitKind {
-    if !unit.free {
+fn binding(segment: &FeedSegment, feed_mm_s: f64) -> LimitKind {
+    if !segment.free {
         LimitKind::Programmed
-    } else if unit.speed_mm_s < 0.95 * feed_mm_s {
+    } else if segment.speed_mm_s < 0.95 * feed_mm_s {
         LimitKind::Acceleration
     } else {
-        unit.cap.kind
+        segment.cap.kind
     }
 }

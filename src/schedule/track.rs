@@ -3,6 +3,7 @@
 
 use super::corner::{Side, along, corner_speed, jerk_along, speed_along};
 use super::pass::{Chain, Leg, Row};
+use super::problem::FeedPiece;
 use crate::ids::MoveId;
 use crate::machine::Machine;
 use crate::nc::{Event, Move, MoveKind, PathMode, Toolpath};
@@ -11,55 +12,40 @@ use crate::path::{Curve, Vec3};
 /// Largest angle of one leg of an arc, rad.
 const LEG_RAD: f64 = 0.15;
 
-/// A piece of a move with its commanded feed.
-#[derive(Debug, Clone, Copy)]
-pub struct Span {
-    /// Where it begins, mm along the move.
-    pub from_mm: f64,
-    /// Where it ends.
-    pub to_mm: f64,
-    /// Commanded feed, mm/s.
-    pub feed_mm_s: f64,
-    /// What the legs made of it shall point back to.
-    pub tag: u32,
-}
-
 /// Legs of a whole program.
 #[derive(Debug, Clone, Default)]
 pub struct Track {
     /// Legs and points.
     pub chain: Chain,
-    /// Tag of the span of each leg.
+    /// What each leg points back to: by [`track`] the number of its piece, from 0, among those of its move.
     pub tags: Vec<u32>,
     /// Move of each leg.
     pub moves: Vec<MoveId>,
 }
 
-/// Legs of the whole program. `spans_of` gives the pieces of a feed move; a rapid is one piece with its move's index as tag.
-pub fn track(toolpath: &Toolpath, machine: &Machine, spans_of: &mut dyn FnMut(MoveId, &mut Vec<Span>)) -> Track {
+/// Legs of the whole program. `pieces_of` gives the pieces of a feed move; a rapid is one piece.
+pub fn track(toolpath: &Toolpath, machine: &Machine, pieces_of: &mut dyn FnMut(MoveId, &mut Vec<FeedPiece>)) -> Track {
     let mut builder = Builder { track: Track::default(), machine, last: None };
     builder.track.chain.point_b.push(0.0);
-    let mut spans = Vec::new();
+    let mut pieces = Vec::new();
     for event in toolpath.events() {
         match &event {
             Event::Move(id) => {
                 let motion = &toolpath.moves[id.ix()];
-                spans.clear();
+                pieces.clear();
                 match motion.kind {
-                    MoveKind::Rapid => spans.push(rapid_span(*id, motion, machine)),
-                    MoveKind::Feed => spans_of(*id, &mut spans),
+                    MoveKind::Rapid => {
+                        pieces.push(FeedPiece::commanded(*id, [0.0, motion.curve().length()], machine.rapid_mm_s));
+                    }
+                    MoveKind::Feed => pieces_of(*id, &mut pieces),
                 }
-                builder.add(*id, motion, &spans);
+                builder.add(motion, &pieces);
             }
             Event::Dwell { .. } | Event::Tool { .. } | Event::Stop { .. } | Event::Spindle { .. } => builder.rest(),
         }
     }
     builder.rest();
     builder.track
-}
-
-fn rapid_span(id: MoveId, motion: &Move, machine: &Machine) -> Span {
-    Span { from_mm: 0.0, to_mm: motion.curve().length(), feed_mm_s: machine.rapid_mm_s, tag: id.0 }
 }
 
 struct Builder<'a> {
@@ -77,7 +63,7 @@ impl Builder<'_> {
         }
     }
 
-    fn add(&mut self, id: MoveId, motion: &Move, spans: &[Span]) {
+    fn add(&mut self, motion: &Move, pieces: &[FeedPiece]) {
         let length_mm = motion.curve().length();
         if length_mm <= 0.0 {
             return;
@@ -91,39 +77,39 @@ impl Builder<'_> {
             MoveKind::Feed if self.machine.block_time_s > 0.0 => length_mm / self.machine.block_time_s,
             _ => f64::INFINITY,
         };
-        for span in spans.iter().filter(|span| span.to_mm > span.from_mm) {
-            let known = if span.feed_mm_s > 0.0 { span.feed_mm_s } else { self.machine.rapid_mm_s };
+        for (tag, piece) in (0..).zip(pieces).filter(|(_, piece)| piece.to_mm > piece.from_mm) {
+            let known = if piece.feed_mm_s > 0.0 { piece.feed_mm_s } else { self.machine.rapid_mm_s };
             let cap_mm_s = known.min(digest_mm_s);
             match &motion.curve() {
-                Curve::Line { .. } => self.line(id, span, cap_mm_s, start.tangent),
-                curve @ Curve::Arc(_) => self.arc(id, span, cap_mm_s, curve, spans.len() == 1),
+                Curve::Line { .. } => self.line(tag, piece, cap_mm_s, start.tangent),
+                curve @ Curve::Arc(_) => self.arc(tag, piece, cap_mm_s, curve, pieces.len() == 1),
             }
         }
         self.last = Some((Side { tangent: motion.curve().tangent(length_mm), length_mm }, motion.path_mode));
     }
 
-    fn line(&mut self, id: MoveId, span: &Span, cap_mm_s: f64, tangent: Vec3) {
+    fn line(&mut self, tag: u32, piece: &FeedPiece, cap_mm_s: f64, tangent: Vec3) {
         let axes = &self.machine.axes;
         let leg = Leg {
-            ds_mm: span.to_mm - span.from_mm,
+            ds_mm: piece.to_mm - piece.from_mm,
             cap_b: cap_mm_s.min(speed_along(axes, tangent)).powi(2),
             accel_mm_s2: along(axes, tangent),
             jerk_mm_s3: jerk_along(axes, tangent),
             first_row: 0,
             row_count: 0,
         };
-        self.push(id, span.tag, leg);
+        self.push(piece.move_id, tag, leg);
     }
 
-    fn arc(&mut self, id: MoveId, span: &Span, cap_mm_s: f64, curve: &Curve, alone: bool) {
-        let length_mm = span.to_mm - span.from_mm;
-        let turn = length_mm * curve.curvature(span.from_mm).norm();
+    fn arc(&mut self, tag: u32, piece: &FeedPiece, cap_mm_s: f64, curve: &Curve, alone: bool) {
+        let length_mm = piece.to_mm - piece.from_mm;
+        let turn = length_mm * curve.curvature(piece.from_mm).norm();
         let count = ((turn / LEG_RAD).ceil() as usize).clamp(if alone { 2 } else { 1 }, 4096);
         let ds_mm = length_mm / count as f64;
         for i in 0..count {
-            let s0 = span.from_mm + i as f64 * ds_mm;
+            let s0 = piece.from_mm + i as f64 * ds_mm;
             let leg = self.per_axis_leg(curve, s0, ds_mm, cap_mm_s);
-            self.push(id, span.tag, leg);
+            self.push(piece.move_id, tag, leg);
         }
     }
 

@@ -1,19 +1,19 @@
-//! F words. In: [`Unit`]s with caps and reachable speeds. Out: one commanded feed per unit, on the grid of the program's F
+//! F words. In: [`FeedSegment`]s with caps and reachable speeds. Out: one commanded feed per unit, on the grid of the program's F
 //! words, never above a cap.
 //!
-//! A dynamic program: a unit either keeps the feed that the text gives it, or runs at one of the levels, which are caps of the
-//! units, as many as keep every cap near one. Staying costs nothing; a word that is put in or changed costs the price of a
-//! word, a change inside a block or a feed to be restated that of a block; a unit at feed F takes length / min(F, speed). So a
-//! word is written exactly where it saves more seconds than its price. Levels above the cap of a unit are closed to it; levels
+//! A dynamic program: a segment either keeps the feed that the text gives it, or runs at one of the levels, which are caps of the
+//! segments, as many as keep every cap near one. Staying costs nothing; a word that is put in or changed costs the price of a
+//! word, a change inside a block or a feed to be restated that of a block; a segment at feed F takes length / min(F, speed). So a
+//! word is written exactly where it saves more seconds than its price. Levels above the cap of a segment are closed to it; levels
 //! below its floor cost more than any word saves, unless it has no other, so that a minimum gives way to a cap only. Runs of
 //! one level then get the largest F number below all their caps.
 //!
-//! The feed of the text is kept up to [`SLACK`](super::units::SLACK) above a load's cap, and a rise smaller than `minimum_change` counts for
+//! The feed of the text is kept up to [`SLACK`](super::feed_segments::SLACK) above a load's cap, and a rise smaller than `minimum_change` counts for
 //! nothing: an optimised program stays as it is, though its stations lie elsewhere.
 
 use rayon::prelude::*;
 
-use super::units::Unit;
+use super::feed_segments::FeedSegment;
 use crate::numeric::bisect_ratio;
 
 /// Most levels: one bit each of the trace.
@@ -21,7 +21,7 @@ const LEVELS: usize = 128;
 /// Ratio of caps that share a level at least.
 const FINEST: f64 = 1.0005;
 
-/// What a unit below its floor costs, s: more than all words of a program.
+/// What a segment below its floor costs, s: more than all words of a program.
 const BELOW_S: f64 = 1e7;
 /// The feed of the text, among levels.
 const TEXT: u8 = u8::MAX;
@@ -63,33 +63,38 @@ pub struct Costs {
     pub minimum_change: f64,
 }
 
-/// Feed of each unit, mm/s. `carries(i)`: unit i begins a block that has its own F word.
-pub fn choose(units: &[Unit], grid: &Grid, costs: &Costs, carries: &(dyn Fn(usize) -> bool + Sync)) -> Vec<f64> {
-    let mut feeds: Vec<f64> = units.iter().map(|unit| unit.programmed_mm_s).collect();
+/// Feed of each segment, mm/s. `carries(i)`: segment i begins a block that has its own F word.
+pub fn choose(
+    segments: &[FeedSegment],
+    grid: &Grid,
+    costs: &Costs,
+    carries: &(dyn Fn(usize) -> bool + Sync),
+) -> Vec<f64> {
+    let mut feeds: Vec<f64> = segments.iter().map(|segment| segment.programmed_mm_s).collect();
     let mut start = 0;
-    while start < units.len() {
-        if !units[start].free {
+    while start < segments.len() {
+        if !segments[start].free {
             start += 1;
             continue;
         }
-        let end = (start..units.len()).find(|&i| !units[i].free).unwrap_or(units.len());
-        let run = Run { units: &units[start..end], costs, carries: &|i| carries(start + i) };
-        let restated = end < units.len() && !carries(end);
+        let end = (start..segments.len()).find(|&i| !segments[i].free).unwrap_or(segments.len());
+        let run = Run { segments: &segments[start..end], costs, carries: &|i| carries(start + i) };
+        let restated = end < segments.len() && !carries(end);
         let levels = run.best_levels(restated);
-        settle(run.units, &levels, grid, &mut feeds[start..end]);
+        settle(run.segments, &levels, grid, &mut feeds[start..end]);
         start = end;
     }
     feeds
 }
 
-/// A run of free units.
+/// A run of free segments.
 struct Run<'a> {
-    units: &'a [Unit],
+    segments: &'a [FeedSegment],
     costs: &'a Costs,
     carries: &'a dyn Fn(usize) -> bool,
 }
 
-/// Where the best way to each state of one unit comes from.
+/// Where the best way to each state of one segment comes from.
 struct Step {
     /// One bit for each level: it is the one before.
     stays: u128,
@@ -100,37 +105,37 @@ struct Step {
 }
 
 impl Run<'_> {
-    /// Price of another feed than the one before, at unit i; a block with a word of its own pays for that, whatever was before.
+    /// Price of another feed than the one before, at segment i; a block with a word of its own pays for that, whatever was before.
     fn change_s(&self, i: usize, carries: bool) -> f64 {
         if carries {
             0.0
-        } else if self.units[i].from_mm > 0.0 {
+        } else if self.segments[i].from_mm > 0.0 {
             self.costs.split_s
         } else {
             self.costs.word_s
         }
     }
 
-    /// State of each unit: a level, or [`TEXT`]. `restated`: behind the last the feed of the text has to be in force again.
+    /// State of each segment: a level, or [`TEXT`]. `restated`: behind the last the feed of the text has to be in force again.
     fn best_levels(&self, restated: bool) -> Vec<u8> {
-        let feed = levels(self.units);
+        let feed = levels(self.segments);
         let mut cost = vec![f64::INFINITY; feed.len()];
         let mut text_s = 0.0;
-        let mut steps: Vec<Step> = Vec::with_capacity(self.units.len());
-        for (i, unit) in self.units.iter().enumerate() {
+        let mut steps: Vec<Step> = Vec::with_capacity(self.segments.len());
+        for (i, segment) in self.segments.iter().enumerate() {
             let carries = (self.carries)(i);
             let price = self.change_s(i, carries);
             let best = least(&cost);
             let (before, from) = if text_s <= cost[best] { (text_s, TEXT) } else { (cost[best], best as u8) };
             let text = if text_s <= cost[best] + price { TEXT } else { best as u8 };
-            text_s = text_s.min(cost[best] + price) + unit.text_s();
-            let stays = self.advance(unit, &feed, before + price, &mut cost, carries);
+            text_s = text_s.min(cost[best] + price) + segment.text_s();
+            let stays = self.advance(segment, &feed, before + price, &mut cost, carries);
             steps.push(Step { stays, change: from, text });
         }
         let best = least(&cost);
         let back_s = if restated { self.costs.split_s } else { 0.0 };
         let mut state = if text_s <= cost[best] + back_s { TEXT } else { best as u8 };
-        let mut states = vec![0; self.units.len()];
+        let mut states = vec![0; self.segments.len()];
         for (at, step) in states.iter_mut().zip(&steps).rev() {
             *at = state;
             if state == TEXT {
@@ -142,29 +147,29 @@ impl Run<'_> {
         states
     }
 
-    /// Takes the costs of all levels over one unit, where coming from another state costs `change`; which levels stayed.
-    fn advance(&self, unit: &Unit, feed: &[f64], change: f64, cost: &mut [f64], carries: bool) -> u128 {
-        let top = feed.partition_point(|&feed| feed <= unit.cap.feed_mm_s * (1.0 + 1e-9)).max(1) - 1;
+    /// Takes the costs of all levels over one segment, where coming from another state costs `change`; which levels stayed.
+    fn advance(&self, segment: &FeedSegment, feed: &[f64], change: f64, cost: &mut [f64], carries: bool) -> u128 {
+        let top = feed.partition_point(|&feed| feed <= segment.cap.feed_mm_s * (1.0 + 1e-9)).max(1) - 1;
         let (open, closed) = cost.split_at_mut(top + 1);
         closed.fill(f64::INFINITY);
-        let low = feed.partition_point(|&feed| feed < unit.lowest_mm_s() * (1.0 - 1e-9)).min(open.len() - 1);
+        let low = feed.partition_point(|&feed| feed < segment.lowest_mm_s() * (1.0 - 1e-9)).min(open.len() - 1);
         let bits = |part: &[f64]| part.iter().rev().fold(0u32, |bits, cost| bits << 1 | u32::from(*cost <= change));
         let stays = open.chunks(32).rev().fold(0u128, |stay, part| stay << 32 | u128::from(bits(part)));
         let word_s = if carries { self.costs.word_s } else { 0.0 };
         for (cost, feed) in open.iter_mut().zip(feed) {
             let kept = if *cost <= change { *cost } else { change };
-            *cost = kept + word_s + unit.time_s(*feed);
+            *cost = kept + word_s + segment.time_s(*feed);
         }
         for cost in &mut open[..low] {
             *cost += BELOW_S;
         }
         // A rise that is too small to count takes the time of the text.
-        let there = unit.programmed_mm_s;
-        if unit.text_s() < BELOW_S {
+        let there = segment.programmed_mm_s;
+        if segment.text_s() < BELOW_S {
             let first = feed.partition_point(|&feed| feed <= there);
             let small = feed.partition_point(|&feed| feed <= there * (1.0 + self.costs.minimum_change)).min(open.len());
             for k in first..small {
-                open[k] += unit.time_s(there) - unit.time_s(feed[k]);
+                open[k] += segment.time_s(there) - segment.time_s(feed[k]);
             }
         }
         stays
@@ -173,8 +178,8 @@ impl Run<'_> {
 
 /// Feeds of the levels: caps, each the lowest of those within one ratio above it; the ratio is the least that leaves no more
 /// than [`LEVELS`].
-fn levels(units: &[Unit]) -> Vec<f64> {
-    let mut caps: Vec<f64> = units.iter().map(|unit| unit.cap.feed_mm_s).collect();
+fn levels(segments: &[FeedSegment]) -> Vec<f64> {
+    let mut caps: Vec<f64> = segments.iter().map(|segment| segment.cap.feed_mm_s).collect();
     caps.par_sort_unstable_by(f64::total_cmp);
     let (low, high) = (caps[0], caps[caps.len() - 1]);
     let spaced = |ratio: f64| {
@@ -203,12 +208,12 @@ fn least(cost: &[f64]) -> usize {
 }
 
 /// Feeds of the runs of one level.
-fn settle(units: &[Unit], levels: &[u8], grid: &Grid, feeds: &mut [f64]) {
+fn settle(segments: &[FeedSegment], levels: &[u8], grid: &Grid, feeds: &mut [f64]) {
     let mut start = 0;
-    while start < units.len() {
-        let end = (start..units.len()).find(|&i| levels[i] != levels[start]).unwrap_or(units.len());
+    while start < segments.len() {
+        let end = (start..segments.len()).find(|&i| levels[i] != levels[start]).unwrap_or(segments.len());
         if levels[start] != TEXT {
-            let caps = units[start..end].iter().map(|unit| unit.cap.feed_mm_s);
+            let caps = segments[start..end].iter().map(|segment| segment.cap.feed_mm_s);
             feeds[start..end].fill(grid.below(caps.fold(f64::INFINITY, f64::min)));
         }
         start = end;
@@ -230,11 +235,11 @@ mod tests {
         assert_eq!([below(1200.0), below(0.04)], [1200.0, 0.04]);
     }
 
-    fn unit(index: u32, cap: f64) -> Unit {
+    fn segment(index: u32, cap: f64) -> FeedSegment {
         let cap = Bound { feed_mm_s: cap, kind: LimitKind::Power, per_unit: 0.0 };
         let (from_mm, to_mm) = (0.0, 1.0);
         let (floor_mm_s, speed_mm_s, programmed_mm_s) = (0.0, 1e9, 7.77);
-        Unit {
+        FeedSegment {
             move_id: MoveId(index),
             from_mm,
             to_mm,
@@ -249,17 +254,18 @@ mod tests {
 
     #[test]
     fn no_word_is_spent_where_the_machine_does_not_get_so_fast() {
-        let mut units: Vec<Unit> = (0..40).map(|i| unit(i, if i % 2 == 0 { 50.0 } else { 60.0 })).collect();
+        let mut segments: Vec<FeedSegment> =
+            (0..40).map(|i| segment(i, if i % 2 == 0 { 50.0 } else { 60.0 })).collect();
         let costs = Costs { word_s: 1e-4, split_s: 1e-4, minimum_change: 0.0 };
-        let words = |units: &[Unit]| {
-            let feeds = choose(units, &Grid { unit_mm_s: 1e-6, decimals: 0 }, &costs, &|_| false);
+        let words = |segments: &[FeedSegment]| {
+            let feeds = choose(segments, &Grid { unit_mm_s: 1e-6, decimals: 0 }, &costs, &|_| false);
             feeds.windows(2).filter(|pair| pair[0] != pair[1]).count()
         };
-        assert_eq!(words(&units), 39);
-        for unit in &mut units {
-            unit.speed_mm_s = 45.0;
+        assert_eq!(words(&segments), 39);
+        for segment in &mut segments {
+            segment.speed_mm_s = 45.0;
         }
-        assert_eq!(words(&units), 0);
+        assert_eq!(words(&segments), 0);
     }
 
     #[test]
@@ -267,12 +273,12 @@ mod tests {
         let grid = Grid { unit_mm_s: 1e-6, decimals: 0 };
         let costs = Costs { word_s: 1.0, split_s: 1.0, minimum_change: 0.0 };
         let feeds = |kind: LimitKind, cap: f64, floor: f64| {
-            let mut units = vec![unit(0, 10.0), unit(1, cap), unit(2, 10.0)];
-            (units[1].cap.kind, units[1].floor_mm_s) = (kind, floor);
-            for unit in &mut units {
-                unit.programmed_mm_s = 10.0;
+            let mut segments = vec![segment(0, 10.0), segment(1, cap), segment(2, 10.0)];
+            (segments[1].cap.kind, segments[1].floor_mm_s) = (kind, floor);
+            for segment in &mut segments {
+                segment.programmed_mm_s = 10.0;
             }
-            choose(&units, &grid, &costs, &|_| false)
+            choose(&segments, &grid, &costs, &|_| false)
         };
         let same = |found: &[f64], wanted: [f64; 3]| found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3);
         // A word costs more than the time it saves; a minimum asks for it all the same.
@@ -282,16 +288,19 @@ mod tests {
         assert!(same(&feeds(LimitKind::Power, 12.0, 12.0), [10.0; 3]));
     }
 
-    /// Least cost over all 2ⁿ⁻¹ ways to cut a run of n units into pieces, each at its least cap.
-    fn brute(units: &[Unit], word_s: f64) -> f64 {
-        (0..1u32 << (units.len() - 1))
+    /// Least cost over all 2ⁿ⁻¹ ways to cut a run of n segments into pieces, each at its least cap.
+    fn brute(segments: &[FeedSegment], word_s: f64) -> f64 {
+        (0..1u32 << (segments.len() - 1))
             .map(|cuts| {
                 let mut cost = 0.0;
                 let mut start = 0;
-                for end in 1..=units.len() {
-                    if end == units.len() || cuts >> (end - 1) & 1 == 1 {
-                        let cap = units[start..end].iter().map(|unit| unit.cap.feed_mm_s).fold(f64::INFINITY, f64::min);
-                        cost += units[start..end].iter().map(|unit| unit.time_s(cap)).sum::<f64>();
+                for end in 1..=segments.len() {
+                    if end == segments.len() || cuts >> (end - 1) & 1 == 1 {
+                        let cap = segments[start..end]
+                            .iter()
+                            .map(|segment| segment.cap.feed_mm_s)
+                            .fold(f64::INFINITY, f64::min);
+                        cost += segments[start..end].iter().map(|segment| segment.time_s(cap)).sum::<f64>();
                         cost += if start > 0 { word_s } else { 0.0 };
                         start = end;
                     }
@@ -304,15 +313,16 @@ mod tests {
     #[test]
     fn is_as_good_as_every_way_to_cut() {
         let caps = [20.0, 22.0, 55.0, 50.0, 12.0, 13.0, 60.0, 58.0, 40.0, 10.0];
-        let slow = |(i, &cap): (usize, &f64)| Unit { programmed_mm_s: 0.1, ..unit(i as u32, cap) };
-        let units: Vec<Unit> = caps.iter().enumerate().map(slow).collect();
+        let slow = |(i, &cap): (usize, &f64)| FeedSegment { programmed_mm_s: 0.1, ..segment(i as u32, cap) };
+        let segments: Vec<FeedSegment> = caps.iter().enumerate().map(slow).collect();
         for word_s in [0.0, 0.005, 0.02, 0.1] {
             let costs = Costs { word_s, split_s: word_s, minimum_change: 0.0 };
-            let feeds = choose(&units, &Grid { unit_mm_s: 1e-6, decimals: 0 }, &costs, &|_| false);
+            let feeds = choose(&segments, &Grid { unit_mm_s: 1e-6, decimals: 0 }, &costs, &|_| false);
             let words = feeds.windows(2).filter(|pair| pair[0] != pair[1]).count() as f64;
-            let cost = units.iter().zip(&feeds).map(|(unit, &feed)| unit.time_s(feed)).sum::<f64>() + words * word_s;
-            assert!(units.iter().zip(&feeds).all(|(unit, &feed)| feed <= unit.cap.feed_mm_s));
-            assert!(cost <= brute(&units, word_s) * 1.01, "{word_s}: {cost} {}", brute(&units, word_s));
+            let cost =
+                segments.iter().zip(&feeds).map(|(segment, &feed)| segment.time_s(feed)).sum::<f64>() + words * word_s;
+            assert!(segments.iter().zip(&feeds).all(|(segment, &feed)| feed <= segment.cap.feed_mm_s));
+            assert!(cost <= brute(&segments, word_s) * 1.01, "{word_s}: {cost} {}", brute(&segments, word_s));
         }
     }
 
@@ -324,7 +334,7 @@ mod tests {
         // 1 mm at 7.77 mm/s and at another feed: what is saved, s.
         let saved_s = |cap: f64| 1.0 / 7.77 - 1.0 / cap;
         let changes = |cap: f64, from_mm: f64, carries: bool| {
-            let (mut last, mut inner) = (unit(0, 7.77), unit(1, cap));
+            let (mut last, mut inner) = (segment(0, 7.77), segment(1, cap));
             (last.programmed_mm_s, inner.programmed_mm_s, inner.from_mm, inner.to_mm) =
                 (7.77, 7.77, from_mm, from_mm + 1.0);
             (last.cap.kind, last.move_id) = (LimitKind::Programmed, MoveId(0));
@@ -343,7 +353,7 @@ mod tests {
         let grid = Grid { unit_mm_s: 1e-6, decimals: 0 };
         let costs = Costs { word_s: 0.002, split_s: 0.005, minimum_change: 0.01 };
         let stays = |cap: f64, kind: LimitKind| {
-            let mut long = Unit { to_mm: 1000.0, ..unit(0, cap) };
+            let mut long = FeedSegment { to_mm: 1000.0, ..segment(0, cap) };
             long.cap.kind = kind;
             choose(&[long], &grid, &costs, &|_| true)[0] == 7.77
         };

@@ -48,7 +48,15 @@ pub fn schedule(
             let factor = if motion.freeze.is_some() { 1.0 } else { factor(index, piece) };
             let feed_mm_s = motion.feed.mm_s * factor;
             let move_id = MoveId(index as u32);
-            pieces.push(FeedPiece { move_id, from_mm, to_mm, feed_mm_s, limit: LimitKind::Power, price_s: 0.0 });
+            pieces.push(FeedPiece {
+                move_id,
+                from_mm,
+                to_mm,
+                feed_mm_s,
+                limit: LimitKind::Power,
+                price_s: 0.0,
+                used: None,
+            });
             from_mm = to_mm;
         }
     }

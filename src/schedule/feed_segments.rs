@@ -1,5 +1,5 @@
 //! The smallest pieces that may carry an F word of their own. In: the problem, the speeds the machine can reach, what may be
-//! split. Out: [`Unit`]s in order of execution; those of a feed move tile it, none inside a block is shorter than allowed, in
+//! split. Out: [`FeedSegment`]s in order of execution; those of a feed move tile it, none inside a block is shorter than allowed, in
 //! length or in time.
 //!
 //! A piece that is too short takes what it lacks from a neighbour in its block with a higher cap, or is merged with the
@@ -17,7 +17,7 @@ const SAME: f64 = 0.004;
 
 /// A piece that may carry its own F word.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unit {
+pub struct FeedSegment {
     /// Its move.
     pub move_id: MoveId,
     /// Where it begins, mm along the move.
@@ -38,7 +38,7 @@ pub struct Unit {
     pub splittable: bool,
 }
 
-impl Unit {
+impl FeedSegment {
     /// Length, mm.
     pub fn length_mm(&self) -> f64 {
         self.to_mm - self.from_mm
@@ -70,18 +70,18 @@ impl Unit {
 }
 
 /// Units of the whole program. `node_s` is the time of each node in the continuous optimum.
-pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, job: &Job) -> Vec<Unit> {
+pub fn feed_segments(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, job: &Job) -> Vec<FeedSegment> {
     let output = &job.output;
     let groups = groups(toolpath);
-    let mut out: Vec<Unit> = Vec::new();
-    let mut pieces: Vec<Unit> = Vec::new();
+    let mut out: Vec<FeedSegment> = Vec::new();
+    let mut pieces: Vec<FeedSegment> = Vec::new();
     for (index, motion) in toolpath.moves.iter().enumerate() {
         if motion.kind == MoveKind::Rapid {
             continue;
         }
         let range = problem.of_move[index].start as usize..problem.of_move[index].end as usize;
         pieces.clear();
-        pieces.extend(problem.nodes[range.clone()].iter().zip(&node_s[range]).map(|(node, &s)| unit(node, s)));
+        pieces.extend(problem.nodes[range.clone()].iter().zip(&node_s[range]).map(|(node, &s)| segment(node, s)));
         let alone = output.split && motion.splittable && groups[index].is_none();
         if alone && pieces.iter().all(|piece| piece.free) {
             for piece in &mut pieces {
@@ -98,10 +98,10 @@ pub fn units(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, job: &Job) 
     out
 }
 
-fn unit(node: &Node, time_s: f64) -> Unit {
+fn segment(node: &Node, time_s: f64) -> FeedSegment {
     let length_mm = node.length_mm();
     let speed_mm_s = if time_s > 0.0 { length_mm / time_s } else { node.cap.feed_mm_s.max(f64::MIN_POSITIVE) };
-    Unit {
+    FeedSegment {
         move_id: node.move_id,
         from_mm: node.from_mm,
         to_mm: node.to_mm,
@@ -131,27 +131,27 @@ fn groups(toolpath: &Toolpath) -> Vec<Option<u32>> {
 }
 
 /// One cap for all moves of a group: the least; and none is free unless all are.
-fn share_caps(units: &mut [Unit], groups: &[Option<u32>]) {
+fn share_caps(segments: &mut [FeedSegment], groups: &[Option<u32>]) {
     let size = groups.iter().flatten().max().map_or(0, |largest| *largest as usize + 1);
     let mut least: Vec<Option<(Bound, bool)>> = vec![None; size];
-    for unit in units.iter() {
-        let Some(group) = groups[unit.move_id.ix()] else { continue };
-        let (cap, free) = least[group as usize].unwrap_or((unit.cap, true));
-        let lower = if unit.cap.feed_mm_s < cap.feed_mm_s { unit.cap } else { cap };
-        least[group as usize] = Some((lower, free && unit.free));
+    for segment in segments.iter() {
+        let Some(group) = groups[segment.move_id.ix()] else { continue };
+        let (cap, free) = least[group as usize].unwrap_or((segment.cap, true));
+        let lower = if segment.cap.feed_mm_s < cap.feed_mm_s { segment.cap } else { cap };
+        least[group as usize] = Some((lower, free && segment.free));
     }
-    for unit in units.iter_mut() {
-        if let Some((cap, free)) = groups[unit.move_id.ix()].and_then(|group| least[group as usize]) {
-            (unit.cap, unit.free) = (cap, free);
+    for segment in segments.iter_mut() {
+        if let Some((cap, free)) = groups[segment.move_id.ix()].and_then(|group| least[group as usize]) {
+            (segment.cap, segment.free) = (cap, free);
         }
     }
 }
 
 /// Two neighbours as one.
-fn joined(a: &Unit, b: &Unit) -> Unit {
+fn joined(a: &FeedSegment, b: &FeedSegment) -> FeedSegment {
     let time_s = a.length_mm() / a.speed_mm_s + b.length_mm() / b.speed_mm_s;
     let length_mm = b.to_mm - a.from_mm;
-    Unit {
+    FeedSegment {
         to_mm: b.to_mm,
         cap: if b.cap.feed_mm_s < a.cap.feed_mm_s { b.cap } else { a.cap },
         floor_mm_s: a.floor_mm_s.max(b.floor_mm_s),
@@ -161,7 +161,7 @@ fn joined(a: &Unit, b: &Unit) -> Unit {
     }
 }
 
-fn join_all(pieces: &mut Vec<Unit>) {
+fn join_all(pieces: &mut Vec<FeedSegment>) {
     if let Some(all) = pieces.iter().copied().reduce(|a, b| joined(&a, &b)) {
         pieces.clear();
         pieces.push(all);
@@ -169,8 +169,8 @@ fn join_all(pieces: &mut Vec<Unit>) {
 }
 
 /// Joins neighbours whose caps are the same (kind and value); a slow rise or fall is not joined step by step.
-fn join_equal(pieces: &mut Vec<Unit>) {
-    let mut highest = pieces.first().map_or(0.0, |unit| unit.cap.feed_mm_s);
+fn join_equal(pieces: &mut Vec<FeedSegment>) {
+    let mut highest = pieces.first().map_or(0.0, |segment| segment.cap.feed_mm_s);
     pieces.dedup_by(|b, a| {
         let low = a.cap.feed_mm_s.min(b.cap.feed_mm_s);
         let high = highest.max(b.cap.feed_mm_s);
@@ -184,8 +184,8 @@ fn join_equal(pieces: &mut Vec<Unit>) {
 }
 
 /// Makes every piece at least `least_mm` long, and long enough to take `least_s` at its cap (or the block one piece).
-fn lengthen(pieces: &mut Vec<Unit>, least_mm: f64, least_s: f64) {
-    let least = |piece: &Unit| least_mm.max(least_s * piece.cap.feed_mm_s);
+fn lengthen(pieces: &mut Vec<FeedSegment>, least_mm: f64, least_s: f64) {
+    let least = |piece: &FeedSegment| least_mm.max(least_s * piece.cap.feed_mm_s);
     let mut i = 0;
     while pieces.len() > 1 && i < pieces.len() {
         let lacking = least(&pieces[i]) - pieces[i].length_mm();
@@ -214,7 +214,7 @@ fn lengthen(pieces: &mut Vec<Unit>, least_mm: f64, least_s: f64) {
 }
 
 /// Moves the boundary between neighbours so that `to` gains `length_mm` from `from`.
-fn take(pieces: &mut [Unit], to: usize, from: usize, length_mm: f64) {
+fn take(pieces: &mut [FeedSegment], to: usize, from: usize, length_mm: f64) {
     let time_s = pieces[to].length_mm() / pieces[to].speed_mm_s + length_mm / pieces[from].speed_mm_s;
     if from > to {
         pieces[to].to_mm += length_mm;
