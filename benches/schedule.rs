@@ -11,8 +11,8 @@ use feedwright::ids::MoveId;
 use feedwright::machine::{Axis, Machine};
 use feedwright::nc::{Environment, MoveKind, interpret, parse};
 use feedwright::schedule::FeedPiece;
+use feedwright::schedule::exact_pass::{Chain, Leg, exact_pass};
 use feedwright::schedule::optimum::optimum;
-use feedwright::schedule::pass::{Chain, Leg, exact_pass};
 use feedwright::schedule::track::{Track, track};
 use feedwright::schedule::{Options, as_programmed, problem, realise, solve};
 

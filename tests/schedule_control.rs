@@ -6,7 +6,7 @@ use feedwright::machine::{Axis, Machine};
 use feedwright::nc::{Environment, Toolpath, interpret, parse};
 use feedwright::schedule::FeedPiece;
 use feedwright::schedule::control::{Control, plan};
-use feedwright::schedule::pass::{exact_pass, leg_times};
+use feedwright::schedule::exact_pass::{exact_pass, leg_times};
 use feedwright::schedule::{as_programmed, realise};
 
 const ACCELERATION: f64 = 500.0;

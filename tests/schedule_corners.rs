@@ -7,7 +7,7 @@ use feedwright::machine::{Axis, Machine};
 use feedwright::nc::{Environment, MoveKind, interpret, parse};
 use feedwright::path::Vec3;
 use feedwright::schedule::FeedPiece;
-use feedwright::schedule::pass::exact_pass;
+use feedwright::schedule::exact_pass::exact_pass;
 use feedwright::schedule::track::{Track, track};
 
 const ACCELERATION: f64 = 500.0;

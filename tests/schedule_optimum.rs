@@ -6,9 +6,9 @@
 use feedwright::ids::MoveId;
 use feedwright::schedule::check::{jerk_share, residuals};
 use feedwright::schedule::convex::{Window, WindowAnswer, scales, solve_window};
-use feedwright::schedule::interior::solve_interior;
+use feedwright::schedule::exact_pass::{Chain, Leg, Row, cap_prices, exact_pass, leg_times};
+use feedwright::schedule::interior_point::solve_interior;
 use feedwright::schedule::optimum::{ACCEPTED, JERK_ACCEPTED, Optimum, Solvers, TIME_ACCEPTED, optimum, optimum_by};
-use feedwright::schedule::pass::{Chain, Leg, Row, cap_prices, exact_pass, leg_times};
 use feedwright::schedule::track::Track;
 use proptest::prelude::*;
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use feedwright::engage::{self, EngagementMap, engage};
 use feedwright::machine::{Job, LimitKind, Limits, Mode, Operation, Raise, Ramp};
 use feedwright::nc::{Environment, Freeze, MoveKind, Toolpath, interpret, parse};
-use feedwright::schedule::cycle::{fits, saved_percent};
+use feedwright::schedule::cycle_time::{fits, saved_percent};
 use feedwright::schedule::feed_segments::SLACK;
 use feedwright::schedule::operations::segments;
 use feedwright::schedule::optimum::optimum;

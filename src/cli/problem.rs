@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use crate::outcome::ProgramRun;
 use crate::report::WRITTEN_BY;
+use crate::schedule::exact_pass::Leg;
 use crate::schedule::optimum::optimum;
-use crate::schedule::pass::Leg;
 use crate::schedule::solve::node_track;
 
 #[derive(Serialize)]

@@ -26,7 +26,7 @@ mod scan;
 mod summary;
 pub mod surface;
 mod sweep;
-pub mod turn;
+pub mod runout_forces;
 mod zone;
 
 pub use cutter::{Cut, Cutter};

@@ -9,12 +9,12 @@
 
 use rayon::prelude::*;
 
-use super::asked::engagement;
 use super::certificate_text::write;
-use super::follow::Origin;
-use super::known::Known;
+use super::origins::Origin;
+use super::problem::engagement;
 use super::task::{JobError, Watch};
 use super::tighten::Breach;
+use super::written_engagement::WrittenEngagement;
 use crate::certify::check::{Basis, Refusal, Work, feed_moves, not_certified, stock_mm};
 use crate::certify::cutter::Part;
 use crate::certify::interval::Interval;
@@ -66,7 +66,13 @@ impl Making {
     }
 
     /// Of a written file whose moves are known.
-    pub fn make(&mut self, run: &ProgramRun, known: &Known, bytes: &[u8], watch: &Watch) -> Result<Made, JobError> {
+    pub fn make(
+        &mut self,
+        run: &ProgramRun,
+        known: &WrittenEngagement,
+        bytes: &[u8],
+        watch: &Watch,
+    ) -> Result<Made, JobError> {
         let refused = |refusal: Refusal| JobError::NotCertified { line: refusal.line, why: refusal.why };
         let basis = Basis { bytes, toolpath: &known.written, job: &self.job, switched: run.program.has_block_delete() };
         not_certified(&basis).map_err(refused)?;
@@ -101,7 +107,7 @@ fn of_move(
     work: &Work,
     (index, own): (usize, &Move),
     map: &EngagementMap,
-    known: &Known,
+    known: &WrittenEngagement,
 ) -> Result<(MovePart, Vec<(Breach, Refusal)>), Refusal> {
     let (id, feed_mm_s) = (MoveId(index as u32), own.feed.mm_s);
     let mut part =
@@ -149,7 +155,7 @@ fn of_move(
 }
 
 /// A piece of a written move on the original's path.
-fn on_original(known: &Known, id: MoveId, own: &Move, [from, to]: [f64; 2]) -> Origin {
+fn on_original(known: &WrittenEngagement, id: MoveId, own: &Move, [from, to]: [f64; 2]) -> Origin {
     let Origin { move_id, from_mm, to_mm } = known.origins[id.ix()];
     let scale = (to_mm - from_mm) / own.curve().length();
     Origin { move_id, from_mm: from_mm + scale * from, to_mm: from_mm + scale * to }

@@ -15,15 +15,15 @@
 //! Places that are infeasible, frozen or were kept by the rewriting make no cap tighter: their feed is not ours to choose. What
 //! they carry counts all the same in what is reported ([`over`]).
 
-use super::asked::{engagement, environment};
-use super::carried::Carried;
-use super::closer::to_be_seen;
-use super::follow::{Origin, feeds, follow};
-use super::known::{Known, Met, Side};
+use super::block_delete;
+use super::known_loads::KnownLoads;
+use super::origins::{Origin, feeds, follow};
+use super::problem::{engagement, environment};
 use super::ratios::Ratios;
-use super::switch;
+use super::simulated_again::to_simulate_again;
 use super::task::{JobError, SPACING_MM, Watch};
 use super::tighten::{Breach, asks};
+use super::written_engagement::{Met, Side, WrittenEngagement};
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
 use crate::nc::{Environment, Toolpath};
@@ -67,7 +67,7 @@ pub fn check(
     run: &ProgramRun,
     rewritten: &Rewritten,
     watch: &Watch,
-    known: &mut [Option<Known>; 2],
+    known: &mut [Option<WrittenEngagement>; 2],
     last: bool,
 ) -> Result<Found, JobError> {
     let environment = environment(&run.job, watch);
@@ -80,7 +80,7 @@ pub fn check(
         let rated = rated(&Side::on(switched, &run.job), &kept, written, watch, on, last)?;
         sides.push(rated.map(|rated| on_off(rated, run, switched)));
     }
-    let again = |known: &Known| known.met.iter().filter(|met| **met == Met::Finer).count();
+    let again = |known: &WrittenEngagement| known.met.iter().filter(|met| **met == Met::Finer).count();
     let simulated_again = [&*off, &*on].into_iter().flatten().map(again).sum();
     let mut check = Check { spacing_mm: SPACING_MM[1], simulated_again, ..Check::default() };
     let (mut after, mut breaches) = (None, Vec::new());
@@ -102,7 +102,7 @@ pub fn check(
 
 /// Breaches found with the switch on, on the moves of the program with it off.
 fn on_off(rated: Rated, run: &ProgramRun, switched: &Switched) -> Rated {
-    let ids = switch::moves_off(&run.toolpath, &switched.toolpath);
+    let ids = block_delete::moves_off(&run.toolpath, &switched.toolpath);
     let place = |breach: &Breach| Some(Origin { move_id: ids[breach.origin.move_id.ix()]?, ..breach.origin });
     let breaches = rated.breaches.iter().filter_map(|b| Some(Breach { origin: place(b)?, ..*b })).collect();
     Rated { breaches, ..rated }
@@ -115,21 +115,23 @@ fn rated(
     kept: &[BlockId],
     mut written: Toolpath,
     watch: &Watch,
-    known: &mut Option<Known>,
+    known: &mut Option<WrittenEngagement>,
     last: bool,
 ) -> Result<Option<Rated>, JobError> {
-    super::look::freeze_tools(&mut written, side.job);
+    super::remarks::freeze_tools(&mut written, side.job);
     let Some(origins) = follow(side.toolpath, &written) else { return Ok(None) };
     let mut now = match known.take() {
         Some(known) => known.on_with(written, origins),
-        None => Known::whole(side, written, origins),
+        None => WrittenEngagement::whole(side, written, origins),
     };
     let after = feeds(&now.written, &now.origins);
     let mut found = rate(&mut now, side, &after, kept);
     // With effects of the past nothing may be missing of it.
     let tells = !(last || now.met.contains(&Met::NotYet) && history::is_asked_for(side.job));
-    if !(tells && found.breaches.iter().any(|breach| asks(side.problem, breach))) && found.to_be_seen.contains(&true) {
-        now.see(side, &found.to_be_seen, watch)?;
+    if !(tells && found.breaches.iter().any(|breach| asks(side.problem, breach)))
+        && found.to_simulate_again.contains(&true)
+    {
+        now.see(side, &found.to_simulate_again, watch)?;
         found = rate(&mut now, side, &after, kept);
     }
     let Round { breaches, force_rate, .. } = found;
@@ -142,23 +144,23 @@ struct Round {
     force_rate: Option<f64>,
     breaches: Vec<Breach>,
     /// The moves that are to be simulated again.
-    to_be_seen: Vec<bool>,
+    to_simulate_again: Vec<bool>,
 }
 
 /// Loads over limits at the stations that are known, at the feeds of the file.
-fn rate(now: &mut Known, side: &Side, after: &[FeedPiece], kept: &[BlockId]) -> Round {
+fn rate(now: &mut WrittenEngagement, side: &Side, after: &[FeedPiece], kept: &[BlockId]) -> Round {
     let mut carried = std::mem::take(&mut now.carried);
     let ratios = Ratios::new(side, now, &now.map, side.job, (after, 1.0), kept);
     ratios.work_out(&mut carried);
     let mut breaches = ratios.breaches(&carried);
     let force_rate = ratios.force_rate(&mut breaches);
-    let to_be_seen = to_be_seen(now, &ratios, &carried);
+    let to_simulate_again = to_simulate_again(now, &ratios, &carried);
     now.carried = carried;
-    Round { force_rate, breaches, to_be_seen }
+    Round { force_rate, breaches, to_simulate_again }
 }
 
 /// Loads over limits of everything that cuts in the written program, in both positions of the switch.
-pub fn over(run: &ProgramRun, rewritten: &Rewritten, known: &[Option<Known>; 2]) -> Over {
+pub fn over(run: &ProgramRun, rewritten: &Rewritten, known: &[Option<WrittenEngagement>; 2]) -> Over {
     let kept: Vec<BlockId> = rewritten.kept.iter().map(|(block, _)| *block).collect();
     let on = run.switched.as_ref().map(|switched| Side::on(switched, &run.job));
     let mut found = Over::default();
@@ -171,7 +173,7 @@ pub fn over(run: &ProgramRun, rewritten: &Rewritten, known: &[Option<Known>; 2])
 }
 
 /// The written program under each variation of what was assumed.
-pub fn stressed(run: &ProgramRun, known: &Known, watch: &Watch) -> Vec<Stressed> {
+pub fn stressed(run: &ProgramRun, known: &WrittenEngagement, watch: &Watch) -> Vec<Stressed> {
     let after = feeds(&known.written, &known.origins);
     let kept = run.written.iter().flat_map(|written| &written.kept);
     let kept: Vec<BlockId> = kept.map(|(block, _)| *block).collect();
@@ -184,7 +186,7 @@ pub fn stressed(run: &ProgramRun, known: &Known, watch: &Watch) -> Vec<Stressed>
             let ratios = |map: &EngagementMap| {
                 let feeds = (&after[..], case.override_factor);
                 let (ratios, mut carried) =
-                    (Ratios::new(&side, known, map, &case.job, feeds, &kept), Carried::default());
+                    (Ratios::new(&side, known, map, &case.job, feeds, &kept), KnownLoads::default());
                 ratios.work_out(&mut carried);
                 ratios.tally(&carried)
             };

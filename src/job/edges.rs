@@ -1,4 +1,4 @@
-//! How worn the edges are for which a problem is posed, and where they are worn out.
+//! How worn the cutting edges are taken to be when caps are worked out; and the place from which a tool is too worn for any feed.
 
 use crate::engage::EngagementMap;
 use crate::machine::{Job, LimitKind};
@@ -6,7 +6,7 @@ use crate::nc::Toolpath;
 use crate::schedule;
 use crate::schedule::history::History;
 
-/// What lies behind the tool before new feeds are known.
+/// The wear that caps are worked out with before new feeds are known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edges {
     /// Worn by the program as it stands.

@@ -5,7 +5,7 @@
 //! room is made smaller in proportion and the schedule asked again.
 
 use super::task::{JobError, SPACING_MM};
-use super::{used, worn};
+use super::{limit_use, worn};
 use crate::machine::{Annotate, Job};
 use crate::nc::Program;
 use crate::outcome::ProgramRun;
@@ -65,7 +65,7 @@ pub fn options(run: &ProgramRun) -> Options {
 pub type Round = (Schedule, Rewritten, [f64; 2]);
 
 /// A schedule whose text keeps to what it may grow by, or comes as near as [`AGAIN`] tries bring it.
-pub fn within(
+pub fn schedule_within_growth(
     run: &mut ProgramRun,
     fresh: Option<&worn::Fresh>,
     options: &mut Options,
@@ -77,7 +77,7 @@ pub fn within(
         let start = clock();
         let schedule = worn::feeds(run, fresh, options)?;
         spent_s[0] += clock() - start;
-        let (schedule, rewritten, [_, write_s]) = as_it_is(run, schedule, clock);
+        let (schedule, rewritten, [_, write_s]) = text_of_schedule(run, schedule, clock);
         spent_s[1] += write_s;
         let over = over(run, &rewritten);
         match &mut options.room {
@@ -91,9 +91,9 @@ pub fn within(
 }
 
 /// The text of a schedule, however long.
-pub fn as_it_is(run: &ProgramRun, mut schedule: Schedule, clock: &dyn Fn() -> f64) -> Round {
+pub fn text_of_schedule(run: &ProgramRun, mut schedule: Schedule, clock: &dyn Fn() -> f64) -> Round {
     let start = clock();
-    used::tell(run, &mut schedule.pieces);
+    limit_use::tell(run, &mut schedule.pieces);
     let rewritten = rewrite::rewrite(&run.program, &run.toolpath, &schedule, &run.job);
     (schedule, rewritten, [0.0, clock() - start])
 }

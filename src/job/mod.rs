@@ -5,54 +5,56 @@
 //!                                  ▲                                │ loads above 1.01 of their limit
 //!                                  └──────── caps tightened ────────┘
 //! ```
-//! Where loads follow from wear, and wear from feeds, solving means: until the caps hold behind the very feeds that come out
-//! ([`crate::schedule::wear`]).
-//! The engagement of the written file does not depend on feeds: what is cut in pieces or comes near a limit is simulated again, once,
-//! what goes as in the original keeps its stations ([`check`]), and a station with the feed it had keeps the ratio it had. A later round keeps the prices of F words that
-//! the first one settled on; what binds and at what price is worked out for the last. Feeds that are solved anew put splits
-//! elsewhere, and with them the stations of the next simulation: so after [`SOLVED`] rounds the blocks stay as they are, and only
-//! F words are lowered, to the caps of the very stations that will be looked at again. The loop ends when no commanded feed
+//! Edges wear by the way they slide, and slide the longer the slower the feed. Where loads grow with wear, *solve* therefore repeats
+//! until the caps belong to the wear that the solved feeds themselves cause ([`crate::schedule::wear`]).
+//!
+//! Engagement does not depend on feeds. So a block that was cut in pieces, or whose load comes near a limit, is simulated again once;
+//! any other keeps the stations of the first simulation ([`check`]), and a station whose feed has not changed keeps its loads. Later
+//! rounds keep the prices of F words that the first one found; what binds and at what price is worked out for the last.
+//!
+//! Feeds that are solved anew put splits elsewhere, and with them the stations of the next simulation: so after [`SOLVED`] rounds the
+//! blocks stay as they are, and F words are only lowered, to the caps of the very stations that will be simulated again. The loop ends when no commanded feed
 //! exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does then is listed as infeasible, and runs at the
 //! lowest feed that was tried. A block that the proof objects to goes back to its original bytes and feed.
 
-mod asked;
-mod carried;
+mod problem;
+mod known_loads;
 mod certificate;
 mod certificate_text;
 mod check;
-mod closer;
+mod simulated_again;
 mod comments;
 mod edges;
-mod follow;
+mod origins;
 mod force_rate;
 mod growth;
-mod known;
+mod written_engagement;
 pub mod learned;
 mod life;
-mod look;
+mod remarks;
 pub mod plausible;
 pub mod propose;
 mod ratios;
 pub mod semifinish;
 pub mod stepover;
-mod switch;
+mod block_delete;
 mod task;
 mod tighten;
 pub mod tool_life;
-mod used;
+mod limit_use;
 mod wanted;
 mod worn;
 
 pub use certificate::CLOSE_MM;
 pub use comments::sections;
 pub use edges::WornOut;
-pub use look::{events, tool_assumption, unknown_tools};
+pub use remarks::{events, tool_assumption, unknown_tools};
 pub use task::{JobError, Keep, Recall, Remember, SPACING_MM, TakeStock, Task, Watch};
 pub use wanted::Wanted;
 
-use asked::{asked, cut, environment};
 use certificate::Making;
 use edges::Edges;
+use problem::{cut, environment, problem_of};
 
 use crate::diag::{Diagnostic, Severity};
 use crate::engage::{self, EngageError, EngagementMap};
@@ -86,7 +88,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
     let asked_for = job.operations.len();
     let origins: Vec<usize>;
     (origins, job.operations) = comments::by_lines(&job.operations, &program).into_iter().unzip();
-    let unit = look::unit(&program, &environment(&job, watch), &mut job);
+    let unit = remarks::unit(&program, &environment(&job, watch), &mut job);
     let (program, mut toolpath) = read(program, &job, wanted, watch);
     let (unit, unit_doubted) = unit.map_or((None, false), |(told, said, sure)| {
         assumptions.push(told);
@@ -104,7 +106,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
             },
         );
     }
-    let not_finite = look::not_finite(&toolpath);
+    let not_finite = remarks::not_finite(&toolpath);
     if !not_finite.is_empty() {
         return Err(JobError::NotFinite(not_finite));
     }
@@ -122,7 +124,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
         }
         return Err(JobError::UnknownTools(unknown));
     }
-    look::freeze_tools(&mut toolpath, &job);
+    remarks::freeze_tools(&mut toolpath, &job);
     rewrite::freeze(&program, &mut toolpath, &job);
     let parsed = (watch.clock)();
     let map = first_engagement(&toolpath, &job, watch)?;
@@ -132,25 +134,25 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
         answers.reference =
             Some(wanted::limited(&mut job, &sections(&program, &toolpath, &map), &toolpath, &map, percentile));
     }
-    let mut problem = asked(&program, &toolpath, &map, &job, &edges.history(&toolpath, &map, &job));
+    let mut problem = problem_of(&program, &toolpath, &map, &job, &edges.history(&toolpath, &map, &job));
     let fresh = schedule::history::follows_feeds(&job).then(|| problem.clone());
     answers.wear = life::keep_wear(&mut problem, &toolpath, &map, &job);
-    let switched = switch::both_positions(&program, &job, &toolpath, &mut problem, edges, watch)?;
+    let switched = block_delete::both_positions(&program, &job, &toolpath, &mut problem, edges, watch)?;
     let (switched, told) = switched.map_or((None, None), |(switched, told)| (Some(Box::new(switched)), Some(told)));
     assumptions.extend(told);
     let before = schedule::as_programmed(&toolpath);
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
-    let mut diagnostics: Vec<Diagnostic> = look::idle_limits(&toolpath, &map, &job);
+    let mut diagnostics: Vec<Diagnostic> = remarks::idle_limits(&toolpath, &map, &job);
     diagnostics.extend(unit);
     diagnostics.append(&mut toolpath.diagnostics);
-    diagnostics.extend(look::forgotten(&program));
-    diagnostics.extend(look::idle_operations(&toolpath, &map, &job, &origins, asked_for));
-    diagnostics.extend(look::overruled(&problem, &toolpath));
-    diagnostics.extend(look::files(&program, &toolpath));
-    diagnostics.extend(look::stock(&map, &toolpath));
+    diagnostics.extend(remarks::forgotten(&program));
+    diagnostics.extend(remarks::idle_operations(&toolpath, &map, &job, &origins, asked_for));
+    diagnostics.extend(remarks::overruled(&problem, &toolpath));
+    diagnostics.extend(remarks::files(&program, &toolpath));
+    diagnostics.extend(remarks::stock(&map, &toolpath));
     diagnostics.extend(plausible::implausible(&plausible::Seen { toolpath: &toolpath, map: &map, job: &job }));
     diagnostics.extend(events(&map, &toolpath));
-    diagnostics.extend(look::cutters(&map, &toolpath, &job));
+    diagnostics.extend(remarks::cutters(&map, &toolpath, &job));
     if plausible::allow_no_rise(&diagnostics) {
         plausible::raise_nothing(&mut problem);
     }
@@ -191,8 +193,8 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
     for round in 0..=last {
         (watch.progress)("schedule", 0.0);
         let (mut schedule, rewritten, [solve_s, write_s]) = match lowered.take() {
-            Some(schedule) => growth::as_it_is(&run, schedule, watch.clock),
-            None => growth::within(&mut run, fresh.as_ref(), &mut options, watch.clock)?,
+            Some(schedule) => growth::text_of_schedule(&run, schedule, watch.clock),
+            None => growth::schedule_within_growth(&mut run, fresh.as_ref(), &mut options, watch.clock)?,
         };
         let wrote = (watch.clock)();
         let mut found = check::check(&run, &rewritten, watch, &mut known, round == last)?;
@@ -229,9 +231,9 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
             || schedule::explain(&mut schedule, &run.problem, &run.toolpath, &run.job),
             || schedule::realise(&run.toolpath, &found.after, &run.job.machine),
         );
-        run.diagnostics.extend(look::refused(&schedule));
-        run.diagnostics.extend(look::held_by_feed_change(&schedule, &run.job));
-        run.diagnostics.extend(look::missed(&schedule, &run.problem, &run.toolpath));
+        run.diagnostics.extend(remarks::refused(&schedule));
+        run.diagnostics.extend(remarks::held_by_feed_change(&schedule, &run.job));
+        run.diagnostics.extend(remarks::missed(&schedule, &run.problem, &run.toolpath));
         tighten::leave_alone(&mut run, &found.doubtful);
         tighten::tighten(&mut run.problem, &found.breaches, true);
         let over = check::over(&run, &rewritten, &known);

@@ -1,5 +1,5 @@
 //! Loads of the written file under their limits, station by station. In: what is known of its engagement, the feeds it commands, the
-//! limits in force on the original. Out: [`Carried`], the loads themselves; from these the places beyond a limit ([`Breach`]) and
+//! limits in force on the original. Out: [`KnownLoads`], the loads themselves; from these the places beyond a limit ([`Breach`]) and
 //! what is reported of them ([`Over`]).
 //!
 //! The loads of a station are worked out once for each feed that it gets: those that are known stay as long as its feed does, from
@@ -8,12 +8,12 @@
 
 use rayon::prelude::*;
 
-use super::carried::Carried;
-use super::follow::Origin;
 use super::force_rate::{self, Step};
-use super::known::{Known, Side};
+use super::known_loads::KnownLoads;
+use super::origins::Origin;
 use super::task::SPACING_MM;
 use super::tighten::{Breach, OVERLAP_MM, overlaps};
+use super::written_engagement::{Side, WrittenEngagement};
 use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, LoadLine};
 use crate::ids::BlockId;
@@ -55,7 +55,7 @@ impl<'a> Ratios<'a> {
     /// Of a written file under these feeds, each times a factor.
     pub fn new(
         side: &'a Side<'a>,
-        known: &'a Known,
+        known: &'a WrittenEngagement,
         map: &'a EngagementMap,
         job: &Job,
         (feeds, factor): (&'a [FeedPiece], f64),
@@ -81,10 +81,10 @@ impl<'a> Ratios<'a> {
     }
 
     /// Works out what is not known, or not at this feed.
-    pub fn work_out(&self, carried: &mut Carried) {
+    pub fn work_out(&self, carried: &mut KnownLoads) {
         let each = OF_SPINDLE + self.rules.rules.iter().map(|rule| rule.loads.len()).max().unwrap_or(0);
         if self.past || carried.each != each {
-            *carried = Carried { each, ..Carried::default() };
+            *carried = KnownLoads { each, ..KnownLoads::default() };
         }
         carried.make_room(self.map.stations.len());
         let of_station = carried.feeds_mm_s.par_iter_mut().zip(carried.loads.par_chunks_mut(each));
@@ -107,7 +107,7 @@ impl<'a> Ratios<'a> {
     }
 
     /// The feed that a station has, mm/s, and the load nearest to its limit; `None` where nothing is cut, or no load is known.
-    pub fn nearest(&self, index: usize, carried: &Carried) -> Option<(f64, LimitKind, f64)> {
+    pub fn nearest(&self, index: usize, carried: &KnownLoads) -> Option<(f64, LimitKind, f64)> {
         let feed_mm_s = carried.feeds_mm_s[index];
         if feed_mm_s.is_nan() {
             return None;
@@ -129,7 +129,7 @@ impl<'a> Ratios<'a> {
     }
 
     /// The places beyond a limit whose feed is ours to choose.
-    pub fn breaches(&self, carried: &Carried) -> Vec<Breach> {
+    pub fn breaches(&self, carried: &KnownLoads) -> Vec<Breach> {
         let of_station = |index: usize| {
             let (_, kind, _) = self.nearest(index, carried).filter(|(.., ratio)| *ratio > MET)?;
             let station = &self.map.stations[index];
@@ -143,7 +143,7 @@ impl<'a> Ratios<'a> {
     }
 
     /// Loads over limits of everything that cuts, wherever its feed comes from.
-    pub fn tally(&self, carried: &Carried) -> Over {
+    pub fn tally(&self, carried: &KnownLoads) -> Over {
         let starts: Vec<usize> = (0..self.map.stations.len()).step_by(CHUNK).collect();
         let of_chunk = |start: &usize| {
             let end = (start + CHUNK).min(self.map.stations.len());
@@ -158,7 +158,7 @@ impl<'a> Ratios<'a> {
         Over { p99_ratio: p99(ratios), ..over }
     }
 
-    fn tally_of(&self, stations: std::ops::Range<usize>, carried: &Carried) -> (Over, Vec<(f64, f64)>) {
+    fn tally_of(&self, stations: std::ops::Range<usize>, carried: &KnownLoads) -> (Over, Vec<(f64, f64)>) {
         let (mut over, mut ratios) = (Over::default(), Vec::new());
         for index in stations.filter(|index| !carried.feeds_mm_s[*index].is_nan()) {
             let station = &self.map.stations[index];

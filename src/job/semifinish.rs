@@ -1,7 +1,7 @@
 //! `semifinish`: both programs read, the semi-finish moved, written, read back and simulated with the finish again. In: two
 //! programs and the job. Out: the moved program, and what is to be said of it.
 
-use super::{self as job, JobError, Watch, environment, learned, look};
+use super::{self as job, JobError, Watch, environment, learned, remarks};
 use crate::diag::Diagnostic;
 use crate::engage::{self, EngageError, EngagementMap, Event, EventKind};
 use crate::finish::semifinish::{self, Answer, Gouge, Sample, SemifinishError, Wanted, Written, write};
@@ -73,7 +73,7 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
     assumptions.extend(learned::apply(&mut job));
     let mut diagnostics = Vec::new();
     let mut read = |program: &Program, job: &mut Job| -> Result<Toolpath, MoveError> {
-        let unit = look::unit(program, &environment(job, watch), job);
+        let unit = remarks::unit(program, &environment(job, watch), job);
         if let Some((told, said, _)) = unit {
             assumptions.push(told);
             diagnostics.push(said);
@@ -82,12 +82,12 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
         if path.moves.is_empty() {
             return Err(MoveError::Job(JobError::NoMotion));
         }
-        assumptions.extend(look::tool_assumption(&path, job));
-        let unknown = look::unknown_tools(&path, job);
+        assumptions.extend(remarks::tool_assumption(&path, job));
+        let unknown = remarks::unknown_tools(&path, job);
         if !unknown.is_empty() {
             return Err(MoveError::Job(JobError::UnknownTools(unknown)));
         }
-        look::freeze_tools(&mut path, job);
+        remarks::freeze_tools(&mut path, job);
         rewrite::freeze(program, &mut path, job);
         diagnostics.append(&mut path.diagnostics);
         Ok(path)
@@ -116,7 +116,7 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
     let moved = write::write(&semi, &semi_path, &answer.knots, &answer.offsets, wanted.tolerance_mm);
     let back = nc::parse(moved.bytes.clone(), Some(semi.dialect()));
     let mut back_path = nc::interpret(&back, &environment(&job, watch));
-    look::freeze_tools(&mut back_path, &job);
+    remarks::freeze_tools(&mut back_path, &job);
     let still = vec![false; back_path.moves.len()];
     let samples: Vec<Sample> = answer.before.iter().map(|seen| seen.sample).collect();
     let written = semifinish::Task { semi: &back_path, movable: &still, ..task };

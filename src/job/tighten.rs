@@ -4,14 +4,14 @@
 //! A place is left as infeasible where no feed allowed meets its limit, and where no round is left to try a lower one: it runs at
 //! the lowest feed there is, and is listed.
 
-use super::follow::Origin;
+use super::origins::Origin;
 use crate::ids::BlockId;
 use crate::machine::LimitKind;
 use crate::machine::limits::FEED_CHANGE_MIN;
 use crate::nc::Freeze;
 use crate::outcome::ProgramRun;
 use crate::schedule::caps::LEAST;
-use crate::schedule::words::Grid;
+use crate::schedule::f_words::Grid;
 use crate::schedule::{Bound, FeedPiece, Node, Problem};
 
 /// Two places share no more than this: they touch, mm.

@@ -2,10 +2,10 @@
 //! feeds settled by the rounds of [`crate::schedule::wear`], in both positions of the block-delete switch, or the place from which the
 //! tool is worn out.
 
-use super::asked::asked;
+use super::block_delete;
 use super::edges::WornOut;
 use super::life;
-use super::switch;
+use super::problem::problem_of;
 use super::task::JobError;
 use super::tighten::{self, Breach};
 use crate::engage::EngagementMap;
@@ -74,10 +74,10 @@ fn follow(run: &mut ProgramRun, fresh: &Fresh, feeds: &[FeedPiece]) -> Result<f6
     let before = problem.clone();
     Side { program, job, toolpath, map, problem, fresh: &fresh.off }.follow(feeds)?;
     if let (Some(on), Some(fresh)) = (switched, &fresh.on) {
-        let there = switch::feeds_on(feeds, toolpath, &on.toolpath);
+        let there = block_delete::feeds_on(feeds, toolpath, &on.toolpath);
         let Switched { toolpath: on_path, map, problem: on_problem } = on.as_mut();
         Side { program, job, toolpath: on_path, map, problem: on_problem, fresh }.follow(&there)?;
-        switch::lower_to(problem, toolpath, on);
+        block_delete::lower_to(problem, toolpath, on);
     }
     life::keep_again(&mut answers.wear, problem, toolpath, map, job);
     Ok(wear::largest_change(&before, problem))
@@ -96,7 +96,7 @@ struct Side<'a> {
 impl Side<'_> {
     fn follow(&mut self, feeds: &[FeedPiece]) -> Result<(), JobError> {
         let history = History::of(self.toolpath, self.map, self.job, feeds);
-        let worn = asked(self.program, self.toolpath, self.map, self.job, &history);
+        let worn = problem_of(self.program, self.toolpath, self.map, self.job, &history);
         let tools = self.job.tools.iter().map(|tool| tool.number);
         let spared: Vec<u32> = tools.filter(|tool| history::spares(self.job, *tool)).collect();
         let spares = |node: &Node| spared.contains(&self.toolpath.moves[node.move_id.ix()].tool);

@@ -1,11 +1,10 @@
-//! The runout that a log shows, settled. In: effects found, with coefficients, and what takes the forces of a log about
-//! runouts. Out: data with the forces taken about the runout that leaves the least.
+//! The exact runout behind the peak forces of a log. In: the effects found, with coefficients; what works out the forces for any
+//! runout. Out: data whose forces are taken about the runout that leaves the least.
 //!
-//! A peak force belongs to one tooth, and to another one as the runout turns: the squares have several valleys over the
-//! way that it points, and between two runouts of a grid a force is not linear. So the valleys are first looked for
-//! about the offset that was found, all ways round; each of the deepest is then followed by damped Gauss–Newton steps,
-//! with the forces taken anew at every place, in a grid that narrows. The measured quantities weigh by what the best
-//! fit so far leaves of them.
+//! A peak force belongs to one tooth, and to another one as the runout turns: so the squares have several valleys over the direction
+//! of the runout, and between two runouts of a grid a force is not linear. The valleys are first looked for at the offset that was
+//! found, in all directions; each of the deepest is then followed by damped Gauss–Newton steps, the forces worked out anew at every
+//! place, in a grid that narrows. Each measured quantity is weighted by what the best fit so far leaves of it.
 
 use crate::effects::Geometry;
 use crate::learn::dataset::samples::Data;

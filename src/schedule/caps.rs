@@ -5,17 +5,17 @@
 //! at all, or only at less than [`LEAST`] of the lowest feed asked for, makes the piece infeasible: it runs at that lowest
 //! feed. In a cut a feed rises above the programmed one only where a load limit is in force that ever acts; outside a cut only where the
 //! engagement map says that nothing can be met; and nowhere that [`super::kept`] names. With a confidence, caps leave room for what is uncertain in the process model
-//! ([`super::robust`]).
+//! ([`super::confidence`]).
 
 use rayon::prelude::*;
 
-use super::acting::{self, Idle};
+use super::confidence::{self, doubt};
 use super::cutters::{Cutters, SLIVER_MM, skims};
 use super::history::History;
+use super::idle_limits::{self, Idle};
 use super::kept::{self, Keeping, Standing};
 use super::problem::{Bound, Conflict, Kept, Node, Problem};
 use super::realise::as_programmed;
-use super::robust::{self, doubt};
 use super::rules::{Rule, Rules, rules};
 use super::{force_rate, ramps};
 use crate::engage::{EngagementMap, Station};
@@ -59,7 +59,7 @@ pub fn problem_after(
     let doubt = doubt(job);
     let others: Vec<Cutters> = doubt.jobs.iter().map(|job| Cutters::after(toolpath, map, job, history)).collect();
     let keeping = Keeping::new(toolpath, map, job, &rules, &cutters);
-    let idle = acting::idle(toolpath, map, &rules, &cutters);
+    let idle = idle_limits::idle(toolpath, map, &rules, &cutters);
     let (cutters, deviations) = (&cutters, doubt.deviations);
     let context = Context { toolpath, map, job, rules: &rules, cutters, others, deviations, keeping, idle };
     let answers: Vec<(Node, Option<(Bound, Bound)>)> =
@@ -210,7 +210,7 @@ impl Context<'_> {
         let others: Vec<LoadLine> =
             self.others.iter().filter_map(|cutters| self.line(cutters, motion, station)).collect();
         let spindle = &self.job.machine.spindle;
-        let cap = |line: &LoadLine, kind, limit| robust::cap(line, &others, self.deviations, kind, limit);
+        let cap = |line: &LoadLine, kind, limit| confidence::cap(line, &others, self.deviations, kind, limit);
         let floor = lowest_feed(line.as_ref(), rule, programmed);
         let acts = self.idle[self.rules.index_of(node.move_id)].is_none();
         let highest = if !rule.loads.is_empty() && acts && line.is_some() && !skims(station) {

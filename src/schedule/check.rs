@@ -1,7 +1,7 @@
 //! The independent checker: measures a solution against the constraints themselves, not against what the solver was told.
 //! In: a chain with b at its points. Out: the worst violation of caps, accelerations and jerk, as shares.
 
-use super::pass::{Chain, Leg};
+use super::exact_pass::{Chain, Leg};
 
 /// Worst violations; 0 means met exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -35,7 +35,7 @@ fn acceleration_excess(chain: &Chain, leg: &Leg, b0: f64, b1: f64) -> f64 {
     if leg.row_count == 0 {
         return (b1 - b0).abs() - 2.0 * leg.accel_mm_s2 * leg.ds_mm;
     }
-    let excess = |row: &super::pass::Row| (row.p * b0 + row.q * b1 - row.r) / row.p.abs().max(row.q.abs());
+    let excess = |row: &super::exact_pass::Row| (row.p * b0 + row.q * b1 - row.r) / row.p.abs().max(row.q.abs());
     chain.rows_of(leg).iter().map(excess).fold(f64::NEG_INFINITY, f64::max)
 }
 

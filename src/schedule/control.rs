@@ -10,7 +10,7 @@
 //! half of each, its radius is d tan θ, and it is made only as large as its speed needs.
 
 use super::corner::{SERVO_S, along, speed_along};
-use super::pass::{Chain, Leg};
+use super::exact_pass::{Chain, Leg};
 use super::problem::FeedPiece;
 use crate::ids::MoveId;
 use crate::machine::Machine;

@@ -10,7 +10,7 @@
 //! Points at rest are constants.
 
 use super::cone::{Program, RowId};
-use super::pass::{Chain, Leg};
+use super::exact_pass::{Chain, Leg};
 
 /// Time of a leg that begins or ends at rest at constant jerk, in units of its length over the speed at its other end.
 pub const REST_FACTOR: f64 = 3.0;

@@ -7,9 +7,9 @@
 //! | reason | holds where |
 //! |---|---|
 //! | plunge | material is cut and −t_z > cos 45°: the tool goes down faster than it goes aside |
-//! | ramp | material is cut, it is no plunge, and −t_z times the length of the move is more than [`LEVEL_MM`](super::kinds::LEVEL_MM) |
+//! | ramp | material is cut, it is no plunge, and −t_z times the length of the move is more than [`LEVEL_MM`](super::kinds_of_cut::LEVEL_MM) |
 //! | entry | the path is within one tool radius after first contact, or before the last one, of a cut ([`entries`]) |
-//! | finishing | the station, or one within a cell's diagonal, leaves the finished surface by a cut no thicker than an [allowance](super::kinds::ALLOWANCE) |
+//! | finishing | the station, or one within a cell's diagonal, leaves the finished surface by a cut no thicker than an [allowance](super::kinds_of_cut::ALLOWANCE) |
 //! | compensation | G41 or G42 (RL, RR) is in force |
 //! | cycle | the move belongs to a drilling or boring cycle (which is then neither plunge nor ramp) |
 //!
@@ -20,7 +20,7 @@
 //! no loads) nothing is raised anywhere, in air or in cuts.
 
 use super::cutters::{Cutters, SLIVER_MM, skims};
-use super::kinds::{downwards, finishing};
+use super::kinds_of_cut::{downwards, finishing};
 use super::problem::{Bound, Kept, Node, Problem};
 use super::ramps::spread;
 use super::rules::{Rule, Rules};

@@ -1,8 +1,8 @@
 //! From caps to feeds. In: a [`Problem`] (the path with its caps, floors and programmed feeds) and the machine. Out: a
 //! [`Schedule`]: feeds per piece, what bound them and at what price, realised speeds and times.
 
-pub mod acting;
-pub mod band;
+pub mod idle_limits;
+pub mod five_diagonals;
 pub mod budget;
 pub mod caps;
 pub mod check;
@@ -11,29 +11,29 @@ pub mod control;
 pub mod convex;
 pub mod corner;
 pub mod cutters;
-pub mod cycle;
+pub mod cycle_time;
 pub mod feed_segments;
 pub mod force_rate;
 pub mod history;
-pub mod interior;
+pub mod interior_point;
 pub mod kept;
-pub mod kinds;
-pub mod marks;
+pub mod kinds_of_cut;
+pub mod feed_marks;
 pub mod operations;
 pub mod optimum;
-pub mod pass;
+pub mod exact_pass;
 pub mod prices;
 pub mod problem;
 pub mod ramps;
 pub mod realise;
 pub mod reference;
-pub mod robust;
+pub mod confidence;
 pub mod rules;
 pub mod solve;
 pub mod stress;
 pub mod track;
 pub mod wear;
-pub mod words;
+pub mod f_words;
 
 pub use caps::{problem, problem_after};
 pub use kept::Standing;

@@ -6,7 +6,7 @@
 //! apart, wherever they stand, and so are depths: sorted, a depth more than [`DEEPER`] times the one before begins another
 //! operation.
 
-use super::kinds::cuts;
+use super::kinds_of_cut::cuts;
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
 use crate::machine::{Cut, CutKind, Job, Scope};

@@ -4,7 +4,7 @@
 //! The exact pass answers wherever only caps and accelerations bind. Where its speeds would break the jerk limit, legs are
 //! cut finer; there, and where the axes of an arc couple speed and acceleration, the convex program is solved in windows: they
 //! end at rest or at points where the exact speeds are quiet; a stretch without such a point is cut into windows that overlap,
-//! and the overlap is thrown away. The solver is [`super::interior`]; what it does not answer goes to clarabel
+//! and the overlap is thrown away. The solver is [`super::interior_point`]; what it does not answer goes to clarabel
 //! ([`super::convex`]), at one scale and once more at another. Every answer passes [`super::check`]; a window without one that
 //! does keeps the exact speeds, and the answer says so.
 
@@ -12,8 +12,8 @@ use rayon::prelude::*;
 
 use super::check::{Residuals, jerk_share, residuals};
 use super::convex::{REST_FACTOR, Window, WindowAnswer, rest_cap, scales, solve_window};
-use super::interior::solve_interior;
-use super::pass::{Chain, Leg, exact_pass, exact_pass_below, leg_time_s};
+use super::exact_pass::{Chain, Leg, exact_pass, exact_pass_below, leg_time_s};
+use super::interior_point::solve_interior;
 use super::track::Track;
 use crate::ids::MoveId;
 

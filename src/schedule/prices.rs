@@ -6,8 +6,8 @@
 //! product of ill-conditioned factors); b = F² makes it a price of the feed, and the cap's own derivative a price of the
 //! limit behind it.
 
+use super::exact_pass::{cap_prices, exact_pass, time_slopes};
 use super::optimum::Optimum;
-use super::pass::{cap_prices, exact_pass, time_slopes};
 use super::problem::{Kept, Problem};
 use crate::machine::LimitKind;
 

@@ -5,7 +5,7 @@
 //! blocks faster than its block time.
 
 use super::control::{Control, plan, seconds_of_moves, stop_losses};
-use super::pass::{exact_pass, leg_times};
+use super::exact_pass::{exact_pass, leg_times};
 use super::problem::{FeedPiece, Realised};
 use crate::ids::MoveId;
 use crate::machine::Machine;

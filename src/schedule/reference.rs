@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::cutters::Cutters;
-use super::kinds::cuts;
+use super::kinds_of_cut::cuts;
 use super::operations::{Segment, nearest};
 use super::realise::as_programmed;
 use crate::engage::EngagementMap;

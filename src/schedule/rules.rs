@@ -2,7 +2,7 @@
 //! tool, operation and reference, and the rule of each move. Limits merge job → tool → operation; the last operation that
 //! matches wins. What the program itself gives as a reference lowers them further.
 
-use super::kinds;
+use super::kinds_of_cut;
 use super::operations::{finishes, nearest};
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
@@ -59,7 +59,7 @@ impl Rules {
 pub fn rules(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Rules {
     let mut keys: Vec<(u32, Option<usize>, Option<usize>)> = Vec::new();
     let mut of_move = Vec::with_capacity(toolpath.moves.len());
-    let cuts = if job.references.is_empty() { Vec::new() } else { kinds::cuts(toolpath, map, job) };
+    let cuts = if job.references.is_empty() { Vec::new() } else { kinds_of_cut::cuts(toolpath, map, job) };
     let reference_of = |index: usize, motion: &Move| {
         let scopes = job.references.iter().map(|reference| &reference.scope);
         nearest(scopes, motion, (*cuts.get(index)?)?)

@@ -1,19 +1,19 @@
 //! The main question of the room: from caps to commanded feeds. In: [`Problem`], toolpath, job, options. Out: [`Schedule`].
 //!
 //! First the continuous optimum: speeds at every node under caps, axes and corners. Then the F words that are worth their
-//! price ([`super::words`]). Where the program would grow by more than it may, prices rise until it does not: a word then costs
+//! price ([`super::f_words`]). Where the program would grow by more than it may, prices rise until it does not: a word then costs
 //! its seconds and λ times its share of what is left, a block likewise, and the least λ that fits is found by bisection. So
 //! the most valuable words come first, and the difference to the answer without the bound is what the bound costs.
 
 use super::control::Control;
+use super::exact_pass::{exact_pass, leg_times};
+use super::f_words::{Costs, Grid, choose};
 use super::feed_segments::{FeedSegment, feed_segments};
 use super::optimum::optimum;
-use super::pass::{exact_pass, leg_times};
 use super::prices::prices;
 use super::problem::{Bound, Conflict, FeedPiece, Problem, Schedule};
 use super::realise::{realise, realise_by};
 use super::track::{Track, track};
-use super::words::{Costs, Grid, choose};
 use crate::machine::{Job, LimitKind};
 use crate::nc::Toolpath;
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min};

@@ -1,8 +1,8 @@
 //! From moves to legs. In: the toolpath, the commanded feed of each piece of it, the machine. Out: a [`Track`]: the legs and
-//! points of [`super::pass`], each leg knowing its piece, with rests where the control stops and speeds at the corners.
+//! points of [`super::exact_pass`], each leg knowing its piece, with rests where the control stops and speeds at the corners.
 
 use super::corner::{Side, along, corner_speed, jerk_along, speed_along};
-use super::pass::{Chain, Leg, Row};
+use super::exact_pass::{Chain, Leg, Row};
 use super::problem::FeedPiece;
 use crate::ids::MoveId;
 use crate::machine::Machine;

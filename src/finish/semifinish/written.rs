@@ -9,7 +9,7 @@ use crate::force::Loads;
 use crate::machine::Job;
 use crate::nc::Toolpath;
 use crate::path::Vec3;
-use crate::schedule::robust::doubt;
+use crate::schedule::confidence::doubt;
 
 /// What was found.
 pub struct Written {

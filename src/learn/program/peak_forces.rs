@@ -11,7 +11,7 @@ use crate::force::fine_rings::FineRings;
 use crate::force::{Cut, Cutter, Loads};
 use crate::learn::program::declared::declared;
 
-use crate::force::turn::Turn;
+use crate::force::runout_forces::Turn;
 use crate::learn::log::resultant::Sample;
 use crate::learn::program::runout_grid::{RunoutGrid, Runouts};
 use crate::machine::material::{ForceModel, LinearEdge, Material, Process};

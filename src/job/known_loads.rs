@@ -1,10 +1,11 @@
-//! What the stations of a written file carry. In: feeds and loads as they are worked out. Out: the same for the next look at the file.
+//! Feeds and loads at the stations of the written file, kept from one round of the check to the next: a station that has the feed it
+//! had is not worked out again. In: feeds and loads as they are worked out. Out: the same for the stations of another engagement map.
 
 use crate::engage::{Again, EngagementMap};
 
-/// What each station carries at the feed it was last asked about.
+/// The loads of each station at the feed for which they were last worked out.
 #[derive(Default)]
-pub struct Carried {
+pub struct KnownLoads {
     /// By station: the feed, mm/s; NaN where nothing is cut or no load is known.
     pub feeds_mm_s: Vec<f64>,
     /// By station: the load under each of its limits, in their order and units, with room for `each`.
@@ -13,7 +14,7 @@ pub struct Carried {
     pub each: usize,
 }
 
-impl Carried {
+impl KnownLoads {
     /// For the stations of another map that has some moves of this one: their loads stay known, those of the others are not.
     pub fn over_to(&self, map: &EngagementMap, again: Again) -> Self {
         let mut there = Self { each: self.each, ..Self::default() };

@@ -1,5 +1,5 @@
-//! Which blocks of the written file are simulated again, at the finer spacing. In: where the stations of each block come from, what they
-//! carry at the feeds of the file. Out: yes or no for each block.
+//! Which blocks of the written file are simulated again, at the finer spacing. In: where the stations of each block come from, and their
+//! loads at the feeds of the file. Out: yes or no for each block.
 //!
 //! Engagement does not depend on feeds, and a block that the file has whole goes the same way through the same stock as in the
 //! original. A finer simulation of it can only find what lies *between* the stations of the first one, and that shows at these:
@@ -24,9 +24,9 @@
 
 use rayon::prelude::*;
 
-use super::carried::Carried;
-use super::known::{Known, Met};
+use super::known_loads::KnownLoads;
 use super::ratios::Ratios;
+use super::written_engagement::{Met, WrittenEngagement};
 use crate::nc::{MoveKind, Toolpath};
 
 /// Part of a limit from which what a station reaches (see the head) is looked at again. Of 166,000 whole blocks in fourteen programs
@@ -38,7 +38,7 @@ const NEAR: f64 = 0.8;
 type Load = Option<(f64, f64)>;
 
 /// Which moves are to be simulated for the check.
-pub fn to_be_seen(known: &Known, ratios: &Ratios, carried: &Carried) -> Vec<bool> {
+pub fn to_simulate_again(known: &WrittenEngagement, ratios: &Ratios, carried: &KnownLoads) -> Vec<bool> {
     let stations = &known.map.stations;
     let load = |index: usize| ratios.nearest(index, carried).map(|(feed_mm_s, _, ratio)| (ratio, feed_mm_s));
     let loads: Vec<Load> = (0..stations.len()).into_par_iter().map(load).collect();

@@ -1,5 +1,5 @@
-//! The problem of a program. In: program, toolpath, engagement, what lies behind the tools. Out: caps and floors; and the engagement
-//! of a toolpath at a spacing.
+//! Caps and floors of a program: the problem that the schedule then solves. In: program, toolpath, engagement, and what each tool has
+//! cut before it comes to a place (its history, by which edges wear). Out: a [`Problem`]; and the engagement of a toolpath at a spacing.
 
 use super::task::{SPACING_MM, Watch};
 use crate::engage::{self, EngageError, EngagementMap};
@@ -33,7 +33,7 @@ pub(super) fn engagement(
 /// Caps and floors relative to the feeds that the program was written for: the F words of an earlier run are not taken for
 /// the user's, but where an entry or a finishing pass ends is known no better than to a station, and stays where the file has
 /// it. Where it is not known any more what the feeds were, nothing is raised. `history`: what lies behind the tools.
-pub(super) fn asked(
+pub(super) fn problem_of(
     program: &Program,
     toolpath: &Toolpath,
     map: &EngagementMap,

@@ -10,9 +10,9 @@
 //! linear in the points. A step is shortened until the barrier function T − μ Σ ln s falls (Armijo). All b on the way are
 //! feasible; the multipliers at the end are those of the true jerk rows.
 
-use super::band::Band;
 use super::convex::{REST_FACTOR, Window, WindowAnswer, rest_cap};
-use super::pass::{Leg, leg_time_s, time_slopes};
+use super::exact_pass::{Leg, leg_time_s, time_slopes};
+use super::five_diagonals::Band;
 
 /// Most Newton steps.
 const STEPS: usize = 100;

@@ -1,11 +1,11 @@
 //! What is known of the engagement of the written file. In: its toolpath, that of the original with the engagement of the first
 //! simulation. Out: the stations of the written moves: a block that the file has whole goes the same way through the same stock and has
 //! those of the original; what was cut in pieces has none until it is simulated, in the stock as the written file cuts it. What
-//! one round has found the next one keeps, place by place, and with it the loads ([`Carried`]).
+//! one round has found the next one keeps, station by station, and with it the loads ([`KnownLoads`]).
 
-use super::asked::cut;
-use super::carried::Carried;
-use super::follow::Origin;
+use super::known_loads::KnownLoads;
+use super::origins::Origin;
+use super::problem::cut;
 use super::task::{JobError, SPACING_MM, Watch};
 use crate::engage::{self, Again, EngagementMap};
 use crate::ids::MoveId;
@@ -16,7 +16,7 @@ use crate::path::{Curve, Vec3};
 use crate::schedule::Problem;
 
 /// A written program and what is known of its engagement.
-pub struct Known {
+pub struct WrittenEngagement {
     /// Its moves.
     pub written: Toolpath,
     /// The piece of the original that each of them is.
@@ -25,8 +25,8 @@ pub struct Known {
     pub map: EngagementMap,
     /// Where the stations of each move come from.
     pub met: Vec<Met>,
-    /// What its stations carry.
-    pub carried: Carried,
+    /// The loads of its stations.
+    pub carried: KnownLoads,
 }
 
 /// Where the stations of a written move come from.
@@ -63,7 +63,7 @@ impl<'a> Side<'a> {
     }
 }
 
-impl Known {
+impl WrittenEngagement {
     /// Of a file that was not looked at before: blocks it has whole are met as those of the original are.
     pub fn whole(side: &Side, written: Toolpath, origins: Vec<Origin>) -> Self {
         let of_move: Vec<Option<MoveId>> = written
@@ -76,7 +76,7 @@ impl Known {
             .collect();
         let map = Again { known: side.map, of_move: &of_move }.carried();
         let met = of_move.iter().map(|of| of.map_or(Met::NotYet, |_| Met::AsOriginal)).collect();
-        Self { written, origins, map, met, carried: Carried::default() }
+        Self { written, origins, map, met, carried: KnownLoads::default() }
     }
 
     /// Of a file that cuts some blocks otherwise than this one: places that both have keep what is known of them.

@@ -4,9 +4,9 @@
 
 use std::collections::BTreeMap;
 
-use super::asked::{asked, engagement, environment};
 use super::edges::Edges;
-use super::look;
+use super::problem::{engagement, environment, problem_of};
+use super::remarks;
 use super::task::{JobError, SPACING_MM, Watch};
 use crate::ids::MoveId;
 use crate::machine::Job;
@@ -30,10 +30,10 @@ pub fn both_positions(
         return Ok(None);
     }
     let mut other = nc::interpret(program, &Environment { block_delete: true, ..environment(job, watch) });
-    look::freeze_tools(&mut other, job);
+    remarks::freeze_tools(&mut other, job);
     rewrite::freeze(program, &mut other, job);
     let map = engagement(&other, job, watch, "simulate", SPACING_MM[0])?;
-    let posed = asked(program, &other, &map, job, &edges.history(&other, &map, job));
+    let posed = problem_of(program, &other, &map, job, &edges.history(&other, &map, job));
     let switched = Switched { toolpath: other, map, problem: posed };
     lower_to(problem, toolpath, &switched);
     let assumption = Assumption {
