@@ -14,7 +14,7 @@ use super::output::{Kind, Outputs};
 use super::screen::{self, Screen};
 use super::work::{inputs, run};
 use crate::job;
-use crate::job::propose::{Item, Proposal, propose};
+use crate::job::propose::{Proposal, ReferenceLimit, propose};
 use crate::machine::{CutKind, Job, LimitKind, Scope, Tool};
 use crate::report::{Outcome, short};
 use crate::schedule::operations::{Segment, segments, whole_tools};
@@ -171,7 +171,7 @@ fn setup_unit(kind: LimitKind, inch: bool) -> (&'static str, f64) {
 }
 
 fn proposed(proposal: &Proposal, inch: bool) -> ProposalPart {
-    let limit = |item: &Item| {
+    let limit = |item: &ReferenceLimit| {
         let (unit, per_unit) = setup_unit(item.kind, inch);
         let value = item.kind.in_report_unit(item.value) / per_unit;
         ProposedLimit { name: item.kind.name(), unit, value, reason: why(item, inch) }
@@ -261,7 +261,7 @@ fn suggestion(proposal: &Proposal, inch: bool) -> String {
     format!("  proposed, in the setup's units:\n  limits = {{ {} }}\n{}", items.join(", "), why.collect::<String>())
 }
 
-fn why(item: &Item, inch: bool) -> String {
+fn why(item: &ReferenceLimit, inch: bool) -> String {
     item.why(&|kind, value| format!("{} {}", in_setup(kind, value, inch), setup_unit(kind, inch).0))
 }
 
@@ -296,7 +296,8 @@ fn write(path: &Path, proposals: &[Proposal], inch: bool, screen: Screen) -> Res
 }
 
 fn amendment(proposal: &Proposal, inch: bool) -> Amendment {
-    let limit = |item: &Item| (item.kind.name().to_owned(), in_setup(item.kind, item.value, inch), why(item, inch));
+    let limit =
+        |item: &ReferenceLimit| (item.kind.name().to_owned(), in_setup(item.kind, item.value, inch), why(item, inch));
     let name = proposal.operation.as_ref().map_or("", |(name, _)| name.as_str());
     // A comment in the setup is one line of plain characters.
     let plain: String = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();

@@ -225,7 +225,8 @@ impl UnderWay {
             program.is_some() && verdict.held_back().into_iter().all(|why| is_accepted(why, command))
         };
         let options = command.deciding(global)?;
-        let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), options, is_written: &may_write };
+        let shown =
+            ReportInputs { done: &done, stock: &stock, setup: setup_text.as_deref(), options, is_written: &may_write };
         let verdict = reports.write(&shown, global, screen, to_stdout)?;
         let mut found = Rewritten {
             name: done.source.name.clone(),
@@ -271,7 +272,8 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     let to_stdout = reports.uses_stdout();
     let setup_text = setup_text(setup, &done.source);
     let options = [global.deciding()?, command.deciding()].concat();
-    let shown = Found { done: &done, stock: &stock, setup: setup_text.as_deref(), options, is_written: &|_| false };
+    let shown =
+        ReportInputs { done: &done, stock: &stock, setup: setup_text.as_deref(), options, is_written: &|_| false };
     let outcome = reports.write(&shown, global, screen, to_stdout)?.outcome;
     outputs.commit()?;
     Ok(outcome)
@@ -331,7 +333,7 @@ fn setup_text(given: Option<&Path>, source: &Source) -> Option<Vec<u8>> {
 }
 
 /// What the reports show.
-struct Found<'a> {
+struct ReportInputs<'a> {
     done: &'a Done,
     stock: &'a [Relief],
     setup: Option<&'a [u8]>,
@@ -375,7 +377,13 @@ impl Reports {
 
     /// Files as asked for; the summary to standard output, or to standard error where that is taken. Returns the verdict that
     /// they all show.
-    fn write(self, found: &Found, global: &Global, screen: Screen, stdout_taken: bool) -> Result<Verdict, CliError> {
+    fn write(
+        self,
+        found: &ReportInputs,
+        global: &Global,
+        screen: Screen,
+        stdout_taken: bool,
+    ) -> Result<Verdict, CliError> {
         let Done { source, run } = found.done;
         let figures = report::figures(run);
         let from = report::provenance(run, found.setup, found.options.clone());

@@ -78,7 +78,7 @@ pub fn look<'b>(
     let Work { found, mut met, .. } = work;
     let stretches: Between = found
         .into_iter()
-        .map(|Found { to_mm, volume_mm3, peak }| Stretch {
+        .map(|OpenStretch { to_mm, volume_mm3, peak }| Stretch {
             to_mm,
             volume_mm3,
             peak: peak.map(|node| std::mem::take(&mut met[node.met])),
@@ -97,7 +97,7 @@ struct Node {
 }
 
 /// A stretch in the making: its peak as a node. Those that cut are parted by those that do not, so no two have one peak.
-struct Found {
+struct OpenStretch {
     to_mm: f64,
     volume_mm3: f64,
     peak: Option<Node>,
@@ -109,7 +109,7 @@ struct Work<'a, 'b> {
     room: &'a mut Gathered<'b>,
     first: usize,
     start: f64,
-    found: Vec<Found>,
+    found: Vec<OpenStretch>,
     met: Vec<Outcome>,
     peak_mm2: f64,
 }
@@ -192,7 +192,7 @@ impl Work<'_, '_> {
                 last.volume_mm3 += volume_mm3;
                 last.peak = last.peak.map(|peak| more(peak, most));
             }
-            _ => self.found.push(Found { to_mm: b.s_mm, volume_mm3, peak: engaged.then_some(most) }),
+            _ => self.found.push(OpenStretch { to_mm: b.s_mm, volume_mm3, peak: engaged.then_some(most) }),
         }
     }
 }

@@ -36,7 +36,7 @@ pub struct SubRing {
 }
 
 /// A part of a curved outline that is engaged, and on which sides (below, above) its width runs out at its border.
-pub struct Found {
+pub struct EngagedPart {
     /// The part.
     pub ring: SubRing,
     /// What is engaged of it.
@@ -47,7 +47,12 @@ pub struct Found {
 
 /// ∫ of the width over the first ring where it lies about a pointed tip and others follow: from the tip outward all that
 /// leads (`leads`, per mm of edge) is engaged, until that is more than the rings beside show, run on in a line along the radius.
-pub fn about_tip(cutter: &Cutter, found: &[Found], widths: &[[f64; 2]], leads: impl Fn(&Slice) -> f64) -> Option<f64> {
+pub fn about_tip(
+    cutter: &Cutter,
+    found: &[EngagedPart],
+    widths: &[[f64; 2]],
+    leads: impl Fn(&Slice) -> f64,
+) -> Option<f64> {
     let [tip, next, ..] = found else { return None };
     let is_tip = tip.ring.slice == 0 && tip.ring.part[0] == 0.0 && cutter.pointed();
     if !is_tip || !follows(&tip.ring, &next.ring) {
@@ -71,7 +76,7 @@ pub fn about_tip(cutter: &Cutter, found: &[Found], widths: &[[f64; 2]], leads: i
 
 /// Error of the midpoint rule over a part of the outline, edge³ f″/24, from the widths (with their edges) of the parts
 /// beside it, or none where the width runs out; 0 where there is nothing smooth beside it.
-pub fn correction(found: &[Found], widths: &[[f64; 2]], k: usize) -> f64 {
+pub fn correction(found: &[EngagedPart], widths: &[[f64; 2]], k: usize) -> f64 {
     let [width, edge] = widths[k];
     let beside = |other: Option<usize>, side: usize| {
         if found[k].ends[side] {

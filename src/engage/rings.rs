@@ -9,7 +9,7 @@ use super::cutter::{Band, Cutter};
 use super::gaps::{Dir, Gaps, Interval, chord, span, windows};
 use super::inside::in_blanks;
 use super::nominate::{Mark, Sample};
-use super::outline::{Angles, Found, SubRing, about_tip, correction, end, follows};
+use super::outline::{Angles, EngagedPart, SubRing, about_tip, correction, end, follows};
 use super::scene::{RawArc, Scene, area};
 use crate::machine::Slice;
 use crate::stock::Blank;
@@ -147,7 +147,7 @@ impl<'a> Work<'a> {
 
     /// Hands on the rings of a curved outline, cut where engagement begins and ends; their removal area, mm².
     fn ends(&self, curved: &mut Vec<Curved>, out: &mut Vec<RawArc>) -> f64 {
-        let mut found: Vec<Found> = Vec::with_capacity(curved.len() + 2);
+        let mut found: Vec<EngagedPart> = Vec::with_capacity(curved.len() + 2);
         for k in 0..curved.len() {
             let this = &curved[k];
             if this.angles.is_empty() {
@@ -161,7 +161,7 @@ impl<'a> Work<'a> {
             if none_below || below.is_some_and(|below| below.angles.is_empty()) {
                 match self.limit(this, below, 0) {
                     Limit::Within(limit) => (part[0], ends[0]) = (limit, true),
-                    Limit::Beyond(ring, angles) => found.push(Found { ring, angles, ends: [true, false] }),
+                    Limit::Beyond(ring, angles) => found.push(EngagedPart { ring, angles, ends: [true, false] }),
                     Limit::Between => {}
                 }
             }
@@ -169,15 +169,15 @@ impl<'a> Work<'a> {
             if above.is_none_or(|above| above.angles.is_empty()) {
                 match self.limit(this, above, 1) {
                     Limit::Within(limit) => (part[1], ends[1]) = (limit, true),
-                    Limit::Beyond(ring, angles) => beyond = Some(Found { ring, angles, ends: [false, true] }),
+                    Limit::Beyond(ring, angles) => beyond = Some(EngagedPart { ring, angles, ends: [false, true] }),
                     Limit::Between => {}
                 }
             }
             if part == this.ring.part {
-                found.push(Found { ring: this.ring, angles: this.angles.clone(), ends });
+                found.push(EngagedPart { ring: this.ring, angles: this.angles.clone(), ends });
             } else {
                 let ring = self.sub_ring(this.ring.slice, part, this.bottom);
-                found.push(Found { ring, angles: self.ring(&ring, &this.windows), ends });
+                found.push(EngagedPart { ring, angles: self.ring(&ring, &this.windows), ends });
             }
             found.extend(beyond);
         }
@@ -192,7 +192,7 @@ impl<'a> Work<'a> {
     }
 
     /// What is engaged of the outermost ring of a bottom at its edge, where its middle is not.
-    fn edge(&self, last: &Curved) -> Option<Found> {
+    fn edge(&self, last: &Curved) -> Option<EngagedPart> {
         if !last.bottom || !last.angles.is_empty() || last.ring.part[1] < 1.0 {
             return None;
         }
@@ -200,11 +200,11 @@ impl<'a> Work<'a> {
         let at_edge = width(1.0);
         let from = (at_edge > 0.0).then(|| end([1.0, at_edge], 0.5 * (last.ring.part[0] + 1.0), None, width))?;
         let ring = self.sub_ring(last.ring.slice, [from, 1.0], true);
-        Some(Found { ring, angles: self.ring(&ring, &last.windows), ends: [true, false] })
+        Some(EngagedPart { ring, angles: self.ring(&ring, &last.windows), ends: [true, false] })
     }
 
     /// ∫ of the width over the outline: the midpoint rule with its error of second order put right.
-    fn integral(&self, found: &[Found]) -> f64 {
+    fn integral(&self, found: &[EngagedPart]) -> f64 {
         let widths: Vec<[f64; 2]> = found.iter().map(|of| self.width(&of.ring, &of.angles)).collect();
         let leads = |slice: &Slice| {
             let zone = self.zone([slice.normal_r, slice.normal_z]);
@@ -219,7 +219,7 @@ impl<'a> Work<'a> {
     }
 
     /// Cuts the rings into thirds for which the midpoint rule is too rough. What was found at the middle stays.
-    fn in_thirds(&self, found: Vec<Found>, curved: &[Curved]) -> Vec<Found> {
+    fn in_thirds(&self, found: Vec<EngagedPart>, curved: &[Curved]) -> Vec<EngagedPart> {
         let mut found = found;
         for gap_share in GAP_SHARES {
             let widths: Vec<[f64; 2]> = found.iter().map(|of| self.width(&of.ring, &of.angles)).collect();
@@ -249,9 +249,9 @@ impl<'a> Work<'a> {
                 let outer = |ring: SubRing| self.ring(&ring, &curved.windows);
                 let [below, above] = [outer(low), outer(high)];
                 let [ends_below, ends_above] = of.ends;
-                next.push(Found { ring: low, angles: below, ends: [ends_below, false] });
-                next.push(Found { ring: middle, angles: of.angles, ends: [false; 2] });
-                next.push(Found { ring: high, angles: above, ends: [false, ends_above] });
+                next.push(EngagedPart { ring: low, angles: below, ends: [ends_below, false] });
+                next.push(EngagedPart { ring: middle, angles: of.angles, ends: [false; 2] });
+                next.push(EngagedPart { ring: high, angles: above, ends: [false, ends_above] });
             }
             next.retain(|of| !of.angles.is_empty());
             found = next;
@@ -394,15 +394,15 @@ pub(super) fn extent(angles: &[Interval]) -> f64 {
 }
 
 /// Does a gap open or close from one ring to the next? The width has a kink there.
-fn divides(below: &Found, above: &Found) -> bool {
+fn divides(below: &EngagedPart, above: &EngagedPart) -> bool {
     let jumps = || (extent(&below.angles) - extent(&above.angles)).abs() > GAP_RAD;
     follows(&below.ring, &above.ring) && (below.angles.len() != above.angles.len() || jumps())
 }
 
 /// Does the engagement of a ring of a bottom differ from that of the next inward or outward, or is that inward not engaged? Where
 /// a wall meets a bottom the width bends sharply, and beyond its edge there is nothing to tell.
-fn uneven(found: &[Found], k: usize) -> bool {
-    let turns = |inward: &Found, outward: &Found| {
+fn uneven(found: &[EngagedPart], k: usize) -> bool {
+    let turns = |inward: &EngagedPart, outward: &EngagedPart| {
         follows(&inward.ring, &outward.ring) && (extent(&inward.angles) - extent(&outward.angles)).abs() > UNEVEN_RAD
     };
     let of = &found[k];

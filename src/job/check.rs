@@ -36,7 +36,7 @@ use crate::schedule::history;
 use crate::schedule::stress::cases;
 
 /// What the check found.
-pub struct Found {
+pub struct CheckedFile {
     /// Numbers for the report.
     pub check: Check,
     /// Written feeds on the original's moves.
@@ -47,7 +47,7 @@ pub struct Found {
     pub doubtful: Vec<BlockId>,
 }
 
-impl Found {
+impl CheckedFile {
     /// Is there nothing to be done better?
     pub fn is_good(&self) -> bool {
         self.breaches.is_empty() && self.doubtful.is_empty()
@@ -69,7 +69,7 @@ pub fn check(
     watch: &Watch,
     known: &mut [Option<WrittenEngagement>; 2],
     last: bool,
-) -> Result<Found, JobError> {
+) -> Result<CheckedFile, JobError> {
     let environment = environment(&run.job, watch);
     let reread = |environment: &Environment| crate::nc::interpret(&rewritten.read(&run.program), environment);
     let kept: Vec<BlockId> = rewritten.kept.iter().map(|(block, _)| *block).collect();
@@ -97,7 +97,7 @@ pub fn check(
     check.differences = differences().map(ToString::to_string).collect();
     check.differences.extend(strays.then(|| "the written path does not run along the original".into()));
     check.identical = proof.is_some() && check.differences.is_empty();
-    Ok(Found { check, after: after.unwrap_or_else(|| run.before.clone()), breaches, doubtful })
+    Ok(CheckedFile { check, after: after.unwrap_or_else(|| run.before.clone()), breaches, doubtful })
 }
 
 /// Breaches found with the switch on, on the moves of the program with it off.

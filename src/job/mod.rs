@@ -150,7 +150,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
     diagnostics.extend(remarks::overruled(&problem, &toolpath));
     diagnostics.extend(remarks::files(&program, &toolpath));
     diagnostics.extend(remarks::stock(&map, &toolpath));
-    diagnostics.extend(plausible::implausible(&plausible::Seen { toolpath: &toolpath, map: &map, job: &job }));
+    diagnostics.extend(plausible::implausible(&plausible::Simulation { toolpath: &toolpath, map: &map, job: &job }));
     diagnostics.extend(events(&map, &toolpath));
     diagnostics.extend(remarks::cutters(&map, &toolpath, &job));
     if plausible::allow_no_rise(&diagnostics) {

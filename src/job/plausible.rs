@@ -15,7 +15,7 @@ use crate::schedule::{Bound, Kept, Problem};
 use crate::units::{MM_PER_INCH, rpm_from_rps};
 
 /// What is looked at.
-pub struct Seen<'a> {
+pub struct Simulation<'a> {
     /// What the program does.
     pub toolpath: &'a Toolpath,
     /// What the cutter meets.
@@ -25,13 +25,13 @@ pub struct Seen<'a> {
 }
 
 /// What was found: a sentence, and the line where it shows, if it does on one.
-type Found = (String, Option<u32>);
+type Finding = (String, Option<u32>);
 
 /// One check.
 pub struct Check {
     code: &'static str,
     severity: Severity,
-    find: fn(&Seen) -> Vec<Found>,
+    find: fn(&Simulation) -> Vec<Finding>,
     help: &'static str,
 }
 
@@ -107,9 +107,9 @@ pub const MEETS: f64 = 0.02;
 const NO_CHIP_TERM: &str = "plausible::no-chip-term";
 
 /// What does not hold.
-pub fn implausible(seen: &Seen) -> Vec<Diagnostic> {
+pub fn implausible(seen: &Simulation) -> Vec<Diagnostic> {
     let said = |check: &Check| {
-        let one = |(text, line): Found| {
+        let one = |(text, line): Finding| {
             let said = Diagnostic::new(check.code, check.severity, text).help(check.help);
             Diagnostic { line, ..said }
         };
@@ -135,12 +135,12 @@ pub fn raise_nothing(problem: &mut Problem) {
     }
 }
 
-fn feeds<'a>(seen: &'a Seen) -> impl Iterator<Item = (MoveId, &'a Move)> {
+fn feeds<'a>(seen: &'a Simulation) -> impl Iterator<Item = (MoveId, &'a Move)> {
     seen.toolpath.iter_moves().filter(|(_, motion)| motion.kind == MoveKind::Feed)
 }
 
 /// Length of a move that cuts, mm.
-fn cut_mm(seen: &Seen, id: MoveId) -> f64 {
+fn cut_mm(seen: &Simulation, id: MoveId) -> f64 {
     let cuts = seen.map.stations_of(id).iter().filter(|station| station.arc_count > 0);
     cuts.map(crate::engage::Station::length_mm).sum()
 }
@@ -157,7 +157,7 @@ fn extent(shape: &StockShape) -> Option<Vec3> {
 }
 
 /// Extent of the feed motion, mm.
-fn reach(seen: &Seen) -> Option<Vec3> {
+fn reach(seen: &Simulation) -> Option<Vec3> {
     let ends = feeds(seen).flat_map(|(_, motion)| [motion.curve().from(), motion.curve().to()]);
     let spans = ends.fold(None, |known: Option<(Vec3, Vec3)>, at| {
         Some(known.map_or((at, at), |(low, high)| (low.inf(&at), high.sup(&at))))
@@ -165,7 +165,7 @@ fn reach(seen: &Seen) -> Option<Vec3> {
     spans.map(|(low, high)| high - low)
 }
 
-fn units(seen: &Seen) -> Vec<Found> {
+fn units(seen: &Simulation) -> Vec<Finding> {
     let [stock] = &seen.job.stocks[..] else { return Vec::new() };
     let (Some(stock), Some(reach)) = (extent(&stock.shape), reach(seen)) else { return Vec::new() };
     let ratio = |axis: usize| reach[axis] / stock[axis];
@@ -184,9 +184,9 @@ fn units(seen: &Seen) -> Vec<Found> {
     vec![(format!("{text}: {} of motion, {} of stock", size(reach), size(stock)), None)]
 }
 
-fn feed_per_tooth(seen: &Seen) -> Vec<Found> {
+fn feed_per_tooth(seen: &Simulation) -> Vec<Finding> {
     let plain = |tool: &&Tool| matches!(tool.shape, Shape::Flat | Shape::Ball | Shape::Bull | Shape::Drill);
-    let mut found: Vec<(u32, Found)> = Vec::new();
+    let mut found: Vec<(u32, Finding)> = Vec::new();
     for (id, motion) in feeds(seen) {
         let Some(tool) = seen.job.tool(motion.tool).filter(plain) else { continue };
         let per_tooth_mm = motion.feed.mm_s / (motion.spin.rps * f64::from(tool.flutes.max(1)));
@@ -203,7 +203,7 @@ fn feed_per_tooth(seen: &Seen) -> Vec<Found> {
     found.into_iter().map(|(_, found)| found).collect()
 }
 
-fn stock_size(seen: &Seen) -> Vec<Found> {
+fn stock_size(seen: &Simulation) -> Vec<Finding> {
     let volume_mm3 = seen.map.initial_mm3;
     let text = format!("the stock is {:.1} cubic metres", volume_mm3 / 1e9);
     if volume_mm3 > STOCK_MM3 { vec![(text, None)] } else { Vec::new() }
@@ -216,7 +216,7 @@ fn k_tc(material: &Material) -> Option<f64> {
     }
 }
 
-fn coefficients(seen: &Seen) -> Vec<Found> {
+fn coefficients(seen: &Simulation) -> Vec<Finding> {
     let [low, high] = K_TC_N_MM2;
     let mut found = Vec::new();
     let stocks = seen.job.stocks.iter().map(|stock| ("the stock".to_owned(), &stock.material));
@@ -241,7 +241,7 @@ fn coefficients(seen: &Seen) -> Vec<Found> {
 }
 
 /// A model whose force is that of the edges alone, as cuts with chips of a few µm leave it, has no limit to any feed.
-fn no_chip_term(seen: &Seen) -> Vec<Found> {
+fn no_chip_term(seen: &Simulation) -> Vec<Finding> {
     let none = |model: &ForceModel| matches!(model, ForceModel::LinearEdge(k) if k.k_tc == 0.0);
     let stocks = seen.job.stocks.iter().map(|stock| ("the stock".to_owned(), &stock.material.model));
     let own = seen.job.tools.iter().filter_map(|t| Some((format!("T{}", t.number), &t.coefficients.as_ref()?.model)));
@@ -255,8 +255,8 @@ fn no_chip_term(seen: &Seen) -> Vec<Found> {
     found.into_iter().filter(|(_, model)| none(model)).map(said).collect()
 }
 
-fn below_tare(seen: &Seen) -> Vec<Found> {
-    let mut found: Vec<(u32, Found)> = Vec::new();
+fn below_tare(seen: &Simulation) -> Vec<Finding> {
+    let mut found: Vec<(u32, Finding)> = Vec::new();
     for (id, motion) in feeds(seen) {
         let Some(tool) = seen.job.tool(motion.tool) else { continue };
         let Some(limit_w) = seen.job.limits.overridden_by(&tool.limits).power_w else { continue };
@@ -275,7 +275,7 @@ fn below_tare(seen: &Seen) -> Vec<Found> {
     found.into_iter().map(|(_, found)| found).collect()
 }
 
-fn idle_tools(seen: &Seen) -> Vec<Found> {
+fn idle_tools(seen: &Simulation) -> Vec<Finding> {
     let mut tools: Vec<(u32, u32, bool)> = Vec::new();
     for (id, motion) in feeds(seen) {
         if seen.job.tool(motion.tool).is_none_or(Tool::is_frozen) {
@@ -293,7 +293,7 @@ fn idle_tools(seen: &Seen) -> Vec<Found> {
     idle.map(|(number, line, _)| (format!("T{number} moves at feed from here on and never cuts"), Some(line))).collect()
 }
 
-fn misses(seen: &Seen) -> Vec<Found> {
+fn misses(seen: &Simulation) -> Vec<Finding> {
     let (mut feed_mm, mut met_mm, mut first) = (0.0, 0.0, None);
     for (id, motion) in feeds(seen) {
         if seen.job.tool(motion.tool).is_some_and(Tool::is_frozen) {

@@ -19,7 +19,7 @@ const NOTHING: f64 = 1e-6;
 
 /// One limit, in the unit of [`crate::machine::Limits`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Item {
+pub struct ReferenceLimit {
     /// Which.
     pub kind: LimitKind,
     /// Its value.
@@ -55,7 +55,7 @@ pub struct Proposal {
     /// A tap, reamer or probe keeps its feed: nothing to limit.
     pub keeps_feed: bool,
     /// The limits.
-    pub items: Vec<Item>,
+    pub items: Vec<ReferenceLimit>,
 }
 
 /// What holds a tool besides the program: per unit of force in the plane the bending stress, and the spindle's power.
@@ -145,7 +145,7 @@ fn proposal(
             bound => Reason::Does { bound },
         };
         let value = bound.map_or(does, |bound| bound.min(does));
-        (does > least).then_some(Item { kind, value, reason })
+        (does > least).then_some(ReferenceLimit { kind, value, reason })
     };
     let force = item(LimitKind::ForceXy, NOTHING, strength).or_else(|| item(LimitKind::ForceAxial, NOTHING, None));
     let power = item(LimitKind::Power, NOTHING, held.power_w);
@@ -156,7 +156,7 @@ fn proposal(
     Proposal { tool, operation, cut_length_mm, keeps_feed, items }
 }
 
-impl Item {
+impl ReferenceLimit {
     /// The reason as a clause; `shown` writes a value of this kind with its unit.
     pub fn why(&self, shown: &dyn Fn(LimitKind, f64) -> String) -> String {
         let bound = match self.kind {

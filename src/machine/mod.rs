@@ -263,7 +263,7 @@ pub struct Operation {
 
 /// How the output is written.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Output {
+pub struct OutputRules {
     /// Relative feed change worth an F word.
     pub minimum_change: f64,
     /// Output over input, in blocks and in bytes; `None`: the default, which leaves short programs more.
@@ -409,7 +409,7 @@ pub struct Job {
     /// Limits from the program itself, by operation.
     pub references: Vec<Reference>,
     /// Output settings.
-    pub output: Output,
+    pub output: OutputRules,
     /// Whether bare lengths of the setup are inches: what is proposed for it is written in its units.
     pub inch: bool,
     /// Cell of the height field, mm; `None`: chosen from tools and stock.

@@ -34,7 +34,7 @@ pub struct Memory {
 }
 
 /// One F word with its number, and what its note says.
-struct Found {
+struct NotedWord {
     start: u32,
     number: String,
     was: Option<String>,
@@ -49,13 +49,13 @@ impl Memory {
         if !mark::is_marked(program, part) {
             return None;
         }
-        let of_block = |block: u32| -> (Vec<Found>, Marks) {
+        let of_block = |block: u32| -> (Vec<NotedWord>, Marks) {
             let view = View::of(program, BlockId(block));
             let marks = view.ours.iter().filter(|(_, ours)| !matches!(ours, Ours::Note(_)));
             let marks = marks.map(|(span, ours)| (BlockId(block), *span, ours.clone())).collect();
             (found(program, &view), marks)
         };
-        let blocks: Vec<(Vec<Found>, Marks)> = part.blocks.clone().into_par_iter().map(of_block).collect();
+        let blocks: Vec<(Vec<NotedWord>, Marks)> = part.blocks.clone().into_par_iter().map(of_block).collect();
         let (mut words, mut marks) = (Vec::new(), Vec::new());
         for (of_block, mut of_marks) in blocks {
             words.extend(of_block);
@@ -77,7 +77,7 @@ impl Memory {
         }
         let whole = listed.is_empty() || listed.len() == words.len();
         let mut listed = listed.into_iter();
-        let stands_for = |word: &Found| {
+        let stands_for = |word: &NotedWord| {
             let own = || word.was.clone().unwrap_or_else(|| word.number.clone());
             (word.start, listed.next().unwrap_or_else(own))
         };
@@ -95,13 +95,13 @@ impl Memory {
     }
 }
 
-fn found(program: &Program, view: &View) -> Vec<Found> {
+fn found(program: &Program, view: &View) -> Vec<NotedWord> {
     let text = |word: &view::Word| String::from_utf8_lossy(view::number_bytes(program, word)).into_owned();
     let note = view.note().map(|(_, note)| note);
     let of_word = |word: &view::Word| {
         let number = text(word);
         let was = note.filter(|note| note.feed == number).and_then(|note| note.was.clone());
-        Found { start: word.span.start, number, was }
+        NotedWord { start: word.span.start, number, was }
     };
     view.words.iter().filter(|word| word.letter == b'F').map(of_word).collect()
 }

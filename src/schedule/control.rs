@@ -159,11 +159,11 @@ struct Planner<'a> {
     rules: Rules<'a>,
     plan: Plan,
     /// Primitives since the last stop that are no legs yet. Lines may still be joined to the last one.
-    run: Vec<Run>,
+    run: Vec<Linked>,
 }
 
 /// A primitive in the run between two stops.
-struct Run {
+struct Linked {
     primitive: Primitive,
     /// Points inside it, where it was joined.
     joined: Vec<Vec3>,
@@ -187,7 +187,7 @@ impl Planner<'_> {
             if !self.join(&primitive) {
                 self.close();
                 let (joined, owners) = (Vec::new(), Vec::new());
-                self.run.push(Run { primitive, joined, owners, entry: 0.0, arc: None });
+                self.run.push(Linked { primitive, joined, owners, entry: 0.0, arc: None });
             }
         }
     }
@@ -195,7 +195,7 @@ impl Planner<'_> {
     /// Joins a line to the one before it where the control does so: every point joined so far stays within the tolerance of
     /// the line from the first to the new end, and at most [`JOINED`] are kept.
     fn join(&mut self, next: &Primitive) -> bool {
-        let Some(Run { primitive: last, joined, owners, .. }) = self.run.last_mut() else { return false };
+        let Some(Linked { primitive: last, joined, owners, .. }) = self.run.last_mut() else { return false };
         let PathMode::Tolerance(tolerance_mm) = last.mode else { return false };
         let lines = last.arc_radius_mm.is_none() && next.arc_radius_mm.is_none() && !last.rapid && !next.rapid;
         if !self.rules.control.joins_lines || !lines || last.feed != next.feed || joined.len() >= JOINED {
@@ -249,8 +249,8 @@ impl Planner<'_> {
 
 impl Plan {
     /// The legs of a primitive whose junctions are known.
-    fn put(&mut self, run: &Run) {
-        let Run { primitive, owners, entry, arc, .. } = run;
+    fn put(&mut self, run: &Linked) {
+        let Linked { primitive, owners, entry, arc, .. } = run;
         if let Some((length_mm, accel, before)) = *arc {
             let leg = self.moves.len() as u32;
             let first = owners.first().map_or(primitive.move_id, |owner| owner.0);
@@ -319,7 +319,7 @@ impl Rules<'_> {
     }
 
     /// How the control goes from one primitive to the next.
-    fn link(&self, before: &mut Run, after: &mut Run) {
+    fn link(&self, before: &mut Linked, after: &mut Linked) {
         let (a, b) = (&mut before.primitive, &mut after.primitive);
         match self.junction(a, b) {
             Junction::Stop { share } => self.reserve([a, b], share),

@@ -78,7 +78,7 @@ pub fn choose(
             continue;
         }
         let end = (start..segments.len()).find(|&i| !segments[i].free).unwrap_or(segments.len());
-        let run = Run { segments: &segments[start..end], costs, carries: &|i| carries(start + i) };
+        let run = FreeRun { segments: &segments[start..end], costs, carries: &|i| carries(start + i) };
         let restated = end < segments.len() && !carries(end);
         let levels = run.best_levels(restated);
         settle(run.segments, &levels, grid, &mut feeds[start..end]);
@@ -88,7 +88,7 @@ pub fn choose(
 }
 
 /// A run of free segments.
-struct Run<'a> {
+struct FreeRun<'a> {
     segments: &'a [FeedSegment],
     costs: &'a Costs,
     carries: &'a dyn Fn(usize) -> bool,
@@ -104,7 +104,7 @@ struct Step {
     text: u8,
 }
 
-impl Run<'_> {
+impl FreeRun<'_> {
     /// Price of another feed than the one before, at segment i; a block with a word of its own pays for that, whatever was before.
     fn change_s(&self, i: usize, carries: bool) -> f64 {
         if carries {

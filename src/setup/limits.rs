@@ -6,7 +6,9 @@ use super::quantity::Quantity;
 use super::read::{Reader, Sense};
 use crate::machine::limits::{FEED_CHANGE_MAX, FEED_CHANGE_MIN};
 use crate::machine::material::Process;
-use crate::machine::{AirFeed, Annotate, LimitKind, Limits, Match, Mode, Operation, Output, Raise, Ramp, WearBudget};
+use crate::machine::{
+    AirFeed, Annotate, LimitKind, Limits, Match, Mode, Operation, OutputRules, Raise, Ramp, WearBudget,
+};
 use crate::nc::Doubt;
 use crate::units::Dimension;
 
@@ -196,7 +198,7 @@ fn line_range(reader: &mut Reader, key: &str, [first, last]: [u32; 2]) -> (u32, 
 }
 
 /// `[output]`.
-pub fn output(reader: &mut Reader, table: &OutputTable) -> Output {
+pub fn output(reader: &mut Reader, table: &OutputTable) -> OutputRules {
     let known = [("none", Annotate::None), ("changes", Annotate::Changes), ("full", Annotate::Full)];
     let annotate = table.annotate.as_deref().and_then(|word| reader.choice("output.annotate", word, &known));
     if table.annotate.is_none() {
@@ -214,7 +216,7 @@ pub fn output(reader: &mut Reader, table: &OutputTable) -> Output {
     if let Some(growth) = table.max_growth.filter(|growth| !(1.0..=1e6).contains(growth)) {
         reader.complain("output.max_growth", format!("{growth} is no growth"), "it is output over input: 4 is usual");
     }
-    Output {
+    OutputRules {
         max_growth: table.max_growth,
         minimum_change: reader.or(
             "output.minimum_change",

@@ -11,7 +11,8 @@ use feedwright::ids::{BlockId, MoveId};
 use feedwright::machine::limits::Limits;
 use feedwright::machine::material::{ForceModel, LinearEdge, Material, Process};
 use feedwright::machine::{
-    Annotate, Axis, Box3, Job, Machine, Output, Profile, Raise, Shape, Spindle, Stock, StockShape, Table, Tool, Unsaid,
+    Annotate, Axis, Box3, Job, Machine, OutputRules, Profile, Raise, Shape, Spindle, Stock, StockShape, Table, Tool,
+    Unsaid,
 };
 use feedwright::nc::{Feed, FeedMode, Move, MoveKind, PathMode, Spin, State, Toolpath};
 use feedwright::path::{Arc, Curve, Plane, Vec3};
@@ -110,7 +111,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
         confidence: None,
         operations: Vec::new(),
         references: Vec::new(),
-        output: Output {
+        output: OutputRules {
             replace_computed_feeds: false,
             minimum_change: 0.05,
             max_growth: None,

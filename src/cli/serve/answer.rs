@@ -61,7 +61,7 @@ struct Chosen {
 }
 
 /// A program with its new feeds.
-struct Found {
+struct NewFeeds {
     done: Done,
     stock: Vec<Relief>,
     said: String,
@@ -212,7 +212,7 @@ impl Served {
     }
 
     /// The feeds of a program; simulated only where nothing is known of it.
-    fn found(&self, chosen: Chosen) -> Result<Found, CliError> {
+    fn found(&self, chosen: Chosen) -> Result<NewFeeds, CliError> {
         let Chosen { source, setup, text, .. } = chosen;
         let place = self.folder.path().join(setup.as_deref().unwrap_or("setup from comments"));
         let mut read = input::read(text, &place)?;
@@ -238,11 +238,11 @@ impl Served {
             ));
         }
         let how = if recalled { "its engagement was known" } else { "simulated" };
-        Ok(Found { done, stock, said: format!("{:.2} s, {how}", begun.elapsed().as_secs_f64()) })
+        Ok(NewFeeds { done, stock, said: format!("{:.2} s, {how}", begun.elapsed().as_secs_f64()) })
     }
 }
 
-fn page(found: &Found, figures: &report::Figures, name: &str, form: &str) -> String {
+fn page(found: &NewFeeds, figures: &report::Figures, name: &str, form: &str) -> String {
     let run = &found.done.run;
     let sections = job::sections(&run.program, &run.toolpath, &run.map);
     report::html(&report::Shown { run, figures, file: name, sections: &sections, stock: &found.stock, above: form })

@@ -108,7 +108,7 @@ struct Leg {
 }
 
 /// Samples of one line that follow each other, and their leg.
-struct Run {
+struct LineRun {
     from: usize,
     to: usize,
     leg: usize,
@@ -126,14 +126,14 @@ fn legs(timeline: &Timeline) -> Vec<Leg> {
 }
 
 /// Runs that belong to a leg, in order, and how many samples do not.
-fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<Run>, usize) {
+fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<LineRun>, usize) {
     let (mut runs, mut next, mut from, mut lost) = (Vec::new(), 0, 0, 0);
     while from < lines.len() {
         let to = (from..lines.len()).find(|i| lines[*i] != lines[from]).unwrap_or(lines.len());
         match legs[next..].iter().position(|leg| f64::from(leg.line) == lines[from]) {
             Some(k) => {
                 next += k;
-                runs.push(Run { from, to, leg: next });
+                runs.push(LineRun { from, to, leg: next });
             }
             None => lost += to - from,
         }
@@ -143,8 +143,8 @@ fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<Run>, usize) {
 }
 
 /// Drift at the boundaries between runs that follow each other.
-fn boundaries(log: &Log, legs: &[Leg], runs: &[Run], clock: &Clock) -> Vec<Observation> {
-    let between = |pair: &[Run]| {
+fn boundaries(log: &Log, legs: &[Leg], runs: &[LineRun], clock: &Clock) -> Vec<Observation> {
+    let between = |pair: &[LineRun]| {
         let (before, after) = (&pair[0], &pair[1]);
         let [lo, hi] = [log.time_s[before.to - 1], log.time_s[after.from]];
         let [end, start] = [clock.starts[legs[before.leg].to], clock.starts[legs[after.leg].from]];

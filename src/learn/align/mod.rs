@@ -107,7 +107,7 @@ pub fn by_position(log: &Log, timeline: &Timeline) -> Option<Aligned> {
     })
 }
 
-struct Found {
+struct NearestPlace {
     spot: usize,
     share: f64,
     distance: f64,
@@ -115,8 +115,8 @@ struct Found {
 
 /// Nearest point of the path from a spot and a share of it on; `expected_s`: where in the program it should be after a
 /// gap.
-fn nearest(spots: &[Spot], (spot, share): (usize, f64), reach: f64, p: &Vec3, expected_s: Option<f64>) -> Found {
-    let mut best = Found { spot, share, distance: f64::INFINITY };
+fn nearest(spots: &[Spot], (spot, share): (usize, f64), reach: f64, p: &Vec3, expected_s: Option<f64>) -> NearestPlace {
+    let mut best = NearestPlace { spot, share, distance: f64::INFINITY };
     let (mut cost, mut ahead) = (f64::INFINITY, -share * spots[spot].length_mm);
     for (k, each) in spots.iter().enumerate().skip(spot) {
         if ahead > reach {
@@ -134,7 +134,7 @@ fn nearest(spots: &[Spot], (spot, share): (usize, f64), reach: f64, p: &Vec3, ex
         let total = distance.powi(2) + aside.powi(2);
         if total < cost - 1e-12 {
             cost = total;
-            best = Found { spot: k, share: t, distance };
+            best = NearestPlace { spot: k, share: t, distance };
         }
         ahead += each.length_mm;
     }

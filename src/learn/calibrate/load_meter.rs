@@ -74,7 +74,7 @@ pub fn parse(text: &str) -> Result<Reading, DataError> {
 }
 
 /// What one tool says.
-struct Found {
+struct OfTool {
     reading: Reading,
     k_tc: f64,
     k_te: f64,
@@ -88,10 +88,10 @@ struct Found {
 
 /// Coefficients from the readings of a program's tools.
 pub fn coefficients(readings: &[Reading], prepared: &SimulatedProgram, job: &Job) -> Result<Calibration, DataError> {
-    let found: Vec<Found> = readings.iter().map(|r| of_tool(*r, prepared, job)).collect::<Result<_, _>>()?;
-    let weight = |f: &Found| 1.0 / f.variance;
+    let found: Vec<OfTool> = readings.iter().map(|r| of_tool(*r, prepared, job)).collect::<Result<_, _>>()?;
+    let weight = |f: &OfTool| 1.0 / f.variance;
     let whole: f64 = found.iter().map(weight).sum();
-    let average = |of: &dyn Fn(&Found) -> f64| found.iter().map(|f| weight(f) * of(f)).sum::<f64>() / whole;
+    let average = |of: &dyn Fn(&OfTool) -> f64| found.iter().map(|f| weight(f) * of(f)).sum::<f64>() / whole;
     let (k_tc, k_te) = (average(&|f| f.k_tc.ln()).exp(), average(&|f| f.k_te.ln()).exp());
     let scatter = found.iter().map(|f| weight(f) * (f.k_tc / k_tc).ln().powi(2)).sum::<f64>();
     let grown = if found.len() > 1 { (scatter / (found.len() - 1) as f64).max(1.0) } else { 1.0 };
@@ -112,7 +112,7 @@ pub fn coefficients(readings: &[Reading], prepared: &SimulatedProgram, job: &Job
         std_error,
         unit: unit.to_owned(),
     };
-    let own = |f: &Found| {
+    let own = |f: &OfTool| {
         let error = (f.variance + (f.edge_share * SPLIT).powi(2)).sqrt();
         value(&format!("k_tc of T{}", f.reading.tool), f.k_tc, f.k_tc * error, "N/mm²")
     };
@@ -147,7 +147,7 @@ pub fn coefficients(readings: &[Reading], prepared: &SimulatedProgram, job: &Job
     })
 }
 
-fn of_tool(reading: Reading, prepared: &SimulatedProgram, job: &Job) -> Result<Found, DataError> {
+fn of_tool(reading: Reading, prepared: &SimulatedProgram, job: &Job) -> Result<OfTool, DataError> {
     let number = reading.tool;
     let missing = |what: String| DataError::Unfit(format!("T{number}: {what}"));
     let tool = job.tool(number).ok_or_else(|| missing("the setup has no such tool".into()))?;
@@ -176,7 +176,7 @@ fn of_tool(reading: Reading, prepared: &SimulatedProgram, job: &Job) -> Result<F
     let scale = unit_w * difference / peak.second_w;
     let scale_error = if reading.percent { SCALE } else { 0.0 };
     let second = 0.5 * (peak.moment_w / peak.second_w - 1.0);
-    Ok(Found {
+    Ok(OfTool {
         reading,
         k_tc: scale * k.k_tc,
         k_te: scale * k.k_te,
