@@ -52,6 +52,26 @@ fn both_kinds_of_stl_are_read_alike() {
     }
 }
 
+/// What files of CAD systems hold: a binary file whose header begins with `solid`, several bodies in one text, a text without a name,
+/// normals that are no numbers, and lengths with more digits than an f32 has.
+#[test]
+fn files_are_read_as_cad_systems_write_them() {
+    let [one, other] = [0.0, 100.0].map(|x| cube([x, 0.0, -10.0], [x + 30.0, 20.0, 0.0]));
+    let volume = |bytes: &[u8]| read_stl(bytes).unwrap_or_else(|error| panic!("{error}")).0.volume();
+    let mut headed = binary(&one);
+    headed[..14].copy_from_slice(b"solid exported");
+    assert!((volume(&headed) - 6000.0).abs() < 1e-6, "by its length it is binary");
+    let bodies = [text(&one), text(&other)].concat();
+    assert!((volume(&bodies) - 12_000.0).abs() < 1e-6, "no body is left out");
+    let said = String::from_utf8(text(&one)).unwrap();
+    let odd = said.replacen("solid part", "\nsolid", 1).replace("normal 0 0 0", "normal nan nan nan");
+    assert!((volume(odd.as_bytes()) - 6000.0).abs() < 1e-6);
+    let far = cube([4000.0001, 0.0, -10.0], [4030.0001, 20.0, 0.0]);
+    let (mesh, _) = read_stl(&text(&far)).unwrap();
+    let least = mesh.vertices.iter().map(|p| p.x).fold(f64::INFINITY, f64::min);
+    assert!((least - 4000.0001).abs() < 1e-9, "{least}: an f32 has steps of 0.0005 mm there");
+}
+
 #[test]
 fn what_can_safely_be_repaired_is_and_is_said() {
     let good = cube([0.0, 0.0, -10.0], [30.0, 20.0, 0.0]);
