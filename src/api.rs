@@ -169,7 +169,7 @@ fn with_environment<T>(text: &nc::Program, setup: Option<&Setup>, read: &mut dyn
     let load = |name: &str| subprogram(folder, name);
     let job = setup.map(|setup| &setup.job);
     let environment = Environment { load: &load, ..job.map(Environment::from_job).unwrap_or_default() };
-    read(&nc::unit::settled(text, environment, job))
+    read(&nc::unit::with_its_unit(text, environment, job))
 }
 
 /// A file of this name in the folder, if the name cannot lead out of it.

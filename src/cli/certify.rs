@@ -36,7 +36,7 @@ pub fn certify(command: &Certify, global: &Global, screen: Screen) -> Result<Out
     let folder = source.path.as_deref().and_then(Path::parent).map(Path::to_owned);
     let load = |name: &str| work::subprogram(folder.as_deref(), name);
     let environment = Environment { load: &load, ..Environment::from_job(job) };
-    let environment = nc::unit::settled(&program, environment, Some(job));
+    let environment = nc::unit::with_its_unit(&program, environment, Some(job));
     let toolpath = nc::interpret(&program, &environment);
     let basis = Basis { bytes: &source.bytes, toolpath: &toolpath, job, switched: program.has_block_delete() };
     match check(&text, &basis) {

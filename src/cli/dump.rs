@@ -60,7 +60,7 @@ pub fn dump(command: &Dump, global: &Global, screen: Screen) -> Result<Outcome, 
                 Stage::Blocks => blocks(&program, &mut out),
                 _ => {
                     let environment = job.map(Environment::from_job).unwrap_or_default();
-                    moves(&interpret(&program, &nc::unit::settled(&program, environment, job)), &mut out)
+                    moves(&interpret(&program, &nc::unit::with_its_unit(&program, environment, job)), &mut out)
                 }
             })?;
         }

@@ -212,7 +212,7 @@ pub fn beside(source: &Source) -> Option<PathBuf> {
 /// What the text of a program tells of its setup.
 pub fn facts(source: &Source, global: &Global) -> Result<Facts, CliError> {
     let program = parse(source, global, None)?;
-    let path = nc::interpret(&program, &nc::unit::settled(&program, nc::Environment::default(), None));
+    let path = nc::interpret(&program, &nc::unit::with_its_unit(&program, nc::Environment::default(), None));
     if path.moves.iter().all(|motion| motion.kind != nc::MoveKind::Feed) {
         return Err(CliError::new(
             format!("{}: no tool moves at a feed in it", source.name),

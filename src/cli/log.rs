@@ -9,7 +9,7 @@ use super::learn::{LOG_COLUMNS, mapping, open};
 use super::options::{ColumnMap, Global};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
-use crate::learn::log::seen::{Seen, see};
+use crate::learn::log::overview::{LogOverview, overview};
 use crate::report;
 use crate::report::Outcome;
 
@@ -36,7 +36,7 @@ pub fn log(command: &LogView, global: &Global, screen: Screen) -> Result<Outcome
     let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
     let bytes = input::file(&command.file)?;
     let name = command.file.display().to_string();
-    let seen = see(&bytes, &mapping(command.map.columns.as_deref())?).map_err(|error| {
+    let seen = overview(&bytes, &mapping(command.map.columns.as_deref())?).map_err(|error| {
         CliError::new(
             format!("{name}: {error}"),
             "give a table with a header (CSV, workbook), or MTConnect output; --columns names columns",
@@ -60,7 +60,7 @@ pub fn log(command: &LogView, global: &Global, screen: Screen) -> Result<Outcome
 /// Writes the mapping that the log proposes into the setup.
 fn write_mapping(
     setup: &Path,
-    seen: &Seen,
+    seen: &LogOverview,
     bytes: &[u8],
     mut outputs: Outputs,
     screen: Screen,
@@ -83,6 +83,6 @@ fn write_mapping(
     outputs.open_over(setup, Kind::Setup)?.write(table.as_bytes())?;
     outputs.commit()?;
     screen.say(&format!("written   [log] columns into {}", setup.display()));
-    let mapped = see(bytes, &proposed).is_ok_and(|seen| seen.unusable.is_none());
+    let mapped = overview(bytes, &proposed).is_ok_and(|seen| seen.unusable.is_none());
     Ok(if mapped { Outcome::Done } else { Outcome::Unmet })
 }

@@ -24,7 +24,7 @@ pub fn plain(
     let folder = source.path.as_deref().and_then(Path::parent).map(Path::to_owned);
     let load = |name: &str| work::subprogram(folder.as_deref(), name);
     let environment = Environment { load: &load, ..Environment::from_job(&job) };
-    let environment = nc::unit::settled(&program, environment, Some(&job));
+    let environment = nc::unit::with_its_unit(&program, environment, Some(&job));
     if !nc::has_flow_control(&program, &environment) {
         return Ok(source);
     }

@@ -198,7 +198,7 @@ fn proven(
     let folder = before.path.as_deref().and_then(Path::parent).map(Path::to_owned);
     let load = |name: &str| work::subprogram(folder.as_deref(), name);
     let environment = Environment { load: &load, ..job.map(Environment::from_job).unwrap_or_default() };
-    let environment = nc::unit::settled(&program, environment, job);
+    let environment = nc::unit::with_its_unit(&program, environment, job);
     let paths = [nc::interpret(&program, &environment), nc::interpret(&moved, &environment)];
     let proof = proof::prove([&program, &moved], [&paths[0], &paths[1]], within_mm);
     let mut text = if proof.holds() {

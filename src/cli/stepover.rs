@@ -11,7 +11,7 @@ use super::options::Global;
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::finish::stepover::{Ask, Refusal, Surface, run};
-use crate::job::stepover::hold;
+use crate::job::stepover::at_reference_force;
 use crate::nc::Dialect;
 use crate::report::{Outcome, stepover_html, stepover_json, stepover_words};
 use crate::stock::Piece;
@@ -141,7 +141,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
     let start = Instant::now();
     let clock = || start.elapsed().as_secs_f64();
     let hold = |text: &str, piece: &Piece, reference_n: f64| {
-        hold(text, piece, (&job, dialect, reference_n), &clock).map_err(|error| Refusal::Plain {
+        at_reference_force(text, piece, (&job, dialect, reference_n), &clock).map_err(|error| Refusal::Plain {
             why: format!("no feeds could be found for the planned passes: {error}"),
             help: "correct the setup as it says".into(),
         })

@@ -63,7 +63,7 @@ pub fn toolpath(command: &Motions, global: &Global, screen: Screen) -> Result<Ou
     let folder = source.path.as_deref().and_then(std::path::Path::parent).map(std::path::Path::to_owned);
     let load = |name: &str| super::work::subprogram(folder.as_deref(), name);
     let environment = Environment { load: &load, ..job.map(Environment::from_job).unwrap_or_default() };
-    let environment = nc::unit::settled(&program, environment, job);
+    let environment = nc::unit::with_its_unit(&program, environment, job);
     let path = nc::interpret(&program, &environment);
     screen.diagnostics(&source.name, &source.bytes, &path.diagnostics);
     match json {

@@ -156,7 +156,7 @@ pub fn verify(command: &Verify, global: &Global, screen: Screen) -> Result<Outco
     // A file that is not beside the rewritten program is the original's for the control too.
     let load_other = |name: &str| work::subprogram(other.as_deref(), name).or_else(|| load(name));
     let environment = Environment { load: &load, ..job.map(Environment::from_job).unwrap_or_default() };
-    let environment = nc::unit::settled(&before, environment, job);
+    let environment = nc::unit::with_its_unit(&before, environment, job);
     let (before, _) = nc::linked(&before, &environment);
     let (after, _) = nc::linked(&after, &Environment { load: &load_other, ..environment.clone() });
     let proof = rewrite::verify(&before, &after, &environment);

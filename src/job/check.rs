@@ -22,7 +22,7 @@ use super::problem::{engagement, environment};
 use super::ratios::Ratios;
 use super::simulated_again::to_simulate_again;
 use super::task::{JobError, SPACING_MM, Watch};
-use super::tighten::{Breach, asks};
+use super::tighten::{Breach, asks_for_lower_cap};
 use super::written_engagement::{Met, Side, WrittenEngagement};
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
@@ -128,7 +128,7 @@ fn rated(
     let mut found = rate(&mut now, side, &after, kept);
     // With effects of the past nothing may be missing of it.
     let tells = !(last || now.met.contains(&Met::NotYet) && history::is_asked_for(side.job));
-    if !(tells && found.breaches.iter().any(|breach| asks(side.problem, breach)))
+    if !(tells && found.breaches.iter().any(|breach| asks_for_lower_cap(side.problem, breach)))
         && found.to_simulate_again.contains(&true)
     {
         now.see(side, &found.to_simulate_again, watch)?;

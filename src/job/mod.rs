@@ -81,7 +81,7 @@ pub fn simulate(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
 fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<Problem>), JobError> {
     let Task { program, mut job, mut assumptions, wanted } = task;
     let start = (watch.clock)();
-    assumptions.extend(wanted.confidence.map(|confidence| wanted::confident(&mut job, confidence)));
+    assumptions.extend(wanted.confidence.map(|confidence| wanted::at_confidence(&mut job, confidence)));
     assumptions.extend(learned::unexplained(&job));
     assumptions.extend(learned::at_their_largest(&mut job));
     assumptions.extend(learned::apply(&mut job));
@@ -132,7 +132,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
     let mut answers = Answers::default();
     if let Some(percentile) = wanted.reference {
         answers.reference =
-            Some(wanted::limited(&mut job, &sections(&program, &toolpath, &map), &toolpath, &map, percentile));
+            Some(wanted::limit_to_itself(&mut job, &sections(&program, &toolpath, &map), &toolpath, &map, percentile));
     }
     let mut problem = problem_of(&program, &toolpath, &map, &job, &edges.history(&toolpath, &map, &job));
     let fresh = schedule::history::follows_feeds(&job).then(|| problem.clone());
@@ -173,8 +173,8 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
         answers,
         stage_s,
     };
-    run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fitted(&run, measured_s));
-    run.answers.final_surface = wanted::surface(&run);
+    run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fit_control(&run, measured_s));
+    run.answers.final_surface = wanted::final_surface_of(&run);
     Ok((run, fresh))
 }
 
@@ -254,8 +254,8 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
     if let (true, [Some(known), _]) = (wanted.stress, &known) {
         run.answers.stress = check::stressed(&run, known, watch);
     }
-    run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fitted(&run, measured_s));
-    run.answers.final_surface = wanted::surface(&run);
+    run.answers.cycle = wanted.cycle_time_s.map(|measured_s| wanted::fit_control(&run, measured_s));
+    run.answers.final_surface = wanted::final_surface_of(&run);
     Ok(run)
 }
 

@@ -13,7 +13,7 @@ use crate::path::Vec3;
 use crate::stock::{Piece, saved};
 
 /// The text with feeds that keep to a force, N.
-pub fn hold(
+pub fn at_reference_force(
     text: &str,
     piece: &Piece,
     (job, dialect, reference_n): (&Job, Dialect, f64),

@@ -29,7 +29,7 @@ pub struct Breach {
 }
 
 /// Does a breach ask for a cap that the schedule did not have?
-pub fn asks(problem: &Problem, breach: &Breach) -> bool {
+pub fn asks_for_lower_cap(problem: &Problem, breach: &Breach) -> bool {
     let mut over = problem.nodes_of(breach.origin.move_id).iter().filter(|node| overlaps(node, &breach.origin));
     over.any(|node| match reachable(node, breach) {
         Some(cap_mm_s) => node.cap.feed_mm_s > cap_mm_s,
@@ -154,12 +154,12 @@ mod tests {
         let mut problem =
             Problem { nodes: vec![air()], of_move: std::iter::once(0..1).collect(), ..Problem::default() };
         for breach in [MET_AT_30, Breach { cap_mm_s: None, ..MET_AT_30 }] {
-            assert!(asks(&problem, &breach), "{breach:?}");
+            assert!(asks_for_lower_cap(&problem, &breach), "{breach:?}");
             tighten(&mut problem, &[breach], false);
-            assert!(!asks(&problem, &breach), "{breach:?}");
+            assert!(!asks_for_lower_cap(&problem, &breach), "{breach:?}");
         }
         let elsewhere = Origin { from_mm: 1.5, to_mm: 2.0, ..MET_AT_30.origin };
-        assert!(!asks(&problem, &Breach { origin: elsewhere, ..MET_AT_30 }));
+        assert!(!asks_for_lower_cap(&problem, &Breach { origin: elsewhere, ..MET_AT_30 }));
     }
 
     /// A load that no feed can meet where the schedule saw air: the lowest change of feed holds, never a feed of zero (which

@@ -35,7 +35,7 @@ pub struct Wanted {
 }
 
 /// The job at a confidence: the stock at its largest, the process model's doubt in the caps.
-pub fn confident(job: &mut Job, confidence: f64) -> Assumption {
+pub fn at_confidence(job: &mut Job, confidence: f64) -> Assumption {
     *job = with_grown_stock(job);
     job.confidence = Some(confidence);
     let known = if job.process.covariance_of.is_empty() { "the stated uncertainty" } else { "the covariance" };
@@ -50,7 +50,7 @@ pub fn confident(job: &mut Job, confidence: f64) -> Assumption {
 }
 
 /// Limits every operation to a percentile of its own loads; how the highest feeds in cuts move when the coefficients are off.
-pub fn limited(
+pub fn limit_to_itself(
     job: &mut Job,
     sections: &[Section],
     toolpath: &Toolpath,
@@ -86,7 +86,7 @@ fn moved(plain: &Problem, other: &Problem) -> (f64, f64) {
 }
 
 /// Final surfaces before and after; `None` without any.
-pub fn surface(run: &ProgramRun) -> Option<Surface> {
+pub fn final_surface_of(run: &ProgramRun) -> Option<Surface> {
     let [before, after] =
         [&run.before[..], run.after()].map(|feeds| final_surface(&run.toolpath, &run.map, &run.job, feeds));
     (before.length_mm > 0.0).then_some(Surface {
@@ -98,7 +98,7 @@ pub fn surface(run: &ProgramRun) -> Option<Surface> {
 }
 
 /// The control fitted to a measured time of the original, and what it says of the saving.
-pub fn fitted(run: &ProgramRun, measured_s: f64) -> Cycle {
+pub fn fit_control(run: &ProgramRun, measured_s: f64) -> Cycle {
     let found = fits(&run.toolpath, &run.before, &run.job.machine, measured_s);
     let factors = || found.iter().map(|fit| fit.acceleration);
     let acceleration =

@@ -26,10 +26,10 @@ pub fn times_alone(prepared: &SimulatedProgram, log: &Log) -> Result<(LearnRepor
         by_position(log, &prepared.timeline)
             .or_else(|| by_line(log, &prepared.timeline, &prepared.slower))
             .ok_or_else(|| DataError::Unfit("the log has neither a load nor places or lines of this program".into()))?;
-    let found = shown(prepared, log, &aligned.program_s);
+    let found = measured_acceleration(prepared, log, &aligned.program_s);
     let half = aligned.program_s.len() / 2;
     let first: Vec<f64> = (0..2 * half).map(|i| if i < half { aligned.program_s[i] } else { f64::NAN }).collect();
-    let of_first = shown(prepared, log, &first).map_or(1.0, |(factor, _)| factor);
+    let of_first = measured_acceleration(prepared, log, &first).map_or(1.0, |(factor, _)| factor);
     let error = |factor: f64| error_of_times(prepared, log, &aligned, half, factor);
     let (Some(before), Some(after)) = (error(1.0), error(of_first)) else {
         return Err(DataError::Unfit("too few samples of the log belong to the program".into()));
@@ -55,7 +55,7 @@ pub fn times_alone(prepared: &SimulatedProgram, log: &Log) -> Result<(LearnRepor
 }
 
 /// The acceleration that the times show, where it is clearly less than the declared one.
-fn shown(prepared: &SimulatedProgram, log: &Log, program_s: &[f64]) -> Option<(f64, f64)> {
+fn measured_acceleration(prepared: &SimulatedProgram, log: &Log, program_s: &[f64]) -> Option<(f64, f64)> {
     acceleration_shown(log, program_s, &prepared.timeline, &prepared.slower).filter(|(f, nats)| is_slower(*f, *nats))
 }
 

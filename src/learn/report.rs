@@ -148,7 +148,7 @@ pub struct Alignment {
     pub stretch: f64,
     /// position, line, block or load.
     pub method: String,
-    /// Standard uncertainty of where a sample belongs, s: root mean square over all samples.
+    /// Standard uncertainty of where a sample belongs, s: the median over the samples that belong somewhere.
     pub uncertainty_s: f64,
     /// The same by stretches of the log: ([from, to], uncertainty), s.
     pub stretches: Vec<([f64; 2], f64)>,

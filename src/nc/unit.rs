@@ -90,7 +90,7 @@ pub fn infer(program: &Program, environment: &Environment<'_>, witness: Witness)
 }
 
 /// The surroundings with the unit of this program, as the setup tells it or its numbers do.
-pub fn settled<'a>(program: &Program, environment: Environment<'a>, job: Option<&Job>) -> Environment<'a> {
+pub fn with_its_unit<'a>(program: &Program, environment: Environment<'a>, job: Option<&Job>) -> Environment<'a> {
     if job.is_some_and(|job| job.machine.unsaid.inch.is_some()) {
         return environment;
     }

@@ -1,7 +1,7 @@
-//! A log as it was read, as text and as JSON. In: [`Seen`]. Out: what `log` shows.
+//! A log as it was read, as text and as JSON. In: [`LogOverview`]. Out: what `log` shows.
 
 use crate::learn::log::Kind;
-use crate::learn::log::seen::{Seen, SeenColumn};
+use crate::learn::log::overview::{ColumnOverview, LogOverview};
 use serde_json::json;
 
 /// A mapping as a line of the `[log]` table of a setup.
@@ -11,7 +11,7 @@ pub fn log_columns(mapping: &[(String, String)]) -> String {
 }
 
 /// For the terminal.
-pub fn log_text(seen: &Seen, name: &str) -> String {
+pub fn log_text(seen: &LogOverview, name: &str) -> String {
     let kind = match (seen.kind, &seen.layout) {
         (Kind::Shdr, _) => "MTConnect adapter output, a row where something changes".to_owned(),
         (Kind::Streams, _) => "MTConnect streams, a row where something changes".to_owned(),
@@ -64,7 +64,7 @@ pub fn log_text(seen: &Seen, name: &str) -> String {
     text
 }
 
-fn column_line(column: &SeenColumn, width: usize) -> String {
+fn column_line(column: &ColumnOverview, width: usize) -> String {
     let read = match (column.read_as, &column.proposed) {
         (Some(read), _) => read.to_owned(),
         (None, Some(proposed)) => format!("not used; {proposed}?"),
@@ -87,8 +87,8 @@ fn column_line(column: &SeenColumn, width: usize) -> String {
 }
 
 /// For programs.
-pub fn log_json(seen: &Seen, name: &str) -> String {
-    let column = |column: &SeenColumn| {
+pub fn log_json(seen: &LogOverview, name: &str) -> String {
+    let column = |column: &ColumnOverview| {
         json!({
             "name": column.name,
             "read_as": column.read_as,

@@ -80,14 +80,14 @@ impl<'a> Reader<'a> {
         match quantity.value(dimension, self.inch) {
             Ok(value) => {
                 if let Some(asked) = senseless(value, sense) {
-                    self.complain(key, format!("{} makes no sense here", shown(quantity)), asked);
+                    self.complain(key, format!("{} makes no sense here", as_written(quantity)), asked);
                 }
                 value
             }
             Err(why) => {
                 self.complain(
                     key,
-                    format!("{} cannot be used: {why}", shown(quantity)),
+                    format!("{} cannot be used: {why}", as_written(quantity)),
                     "write a number, or a text with its unit like \"110 lbf\"",
                 );
                 1.0
@@ -162,7 +162,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn shown(quantity: &Quantity) -> String {
+fn as_written(quantity: &Quantity) -> String {
     match quantity {
         Quantity::Number(number) if number.abs() >= 1e10 => format!("{number:e}"),
         Quantity::Number(number) => number.to_string(),

@@ -121,7 +121,7 @@ pub fn check(
     let job = with_saved_stock(job);
     let program = nc::parse(text.as_bytes().to_vec(), Some(dialect));
     let environment = Environment::from_job(&job);
-    let toolpath = nc::interpret(&program, &nc::unit::settled(&program, environment, Some(&job)));
+    let toolpath = nc::interpret(&program, &nc::unit::with_its_unit(&program, environment, Some(&job)));
     let parts = parts(&toolpath, steps);
     let bytes = saved::to_bytes(piece, Vec3::zeros());
     let options = engage::Options {

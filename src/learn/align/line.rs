@@ -8,7 +8,7 @@
 //! The machine's acceleration is the one under which the drift is the least surprising.
 
 use crate::learn::align::drift::{Drift, Observation, drift};
-use crate::learn::align::{Aligned, Method, typical};
+use crate::learn::align::{Aligned, Method, median_uncertainty};
 use crate::learn::log::Log;
 use crate::learn::log::gaps::median_step;
 use crate::learn::program::clock::{Clock, Slower};
@@ -51,7 +51,7 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
     let least_s = LEAST_STEPS * median_step(&log.time_s);
     let sample_uncertainty_s: Vec<f64> = drift.deviations_s(&placed).into_iter().map(|s| s.max(least_s)).collect();
     Some(Aligned {
-        uncertainty_s: typical(&program_s, &sample_uncertainty_s),
+        uncertainty_s: median_uncertainty(&program_s, &sample_uncertainty_s),
         program_s,
         method: Method::Line,
         sample_uncertainty_s,

@@ -18,7 +18,7 @@ use crate::learn::align::line::most_likely_acceleration;
 use crate::learn::align::matching::{Match, match_load};
 use crate::learn::align::measured_load::{MeasuredLoad, gridded, thinned};
 use crate::learn::align::predicted_load::{PARTS, Part, PredictedLoad, parts, with_doubtful};
-use crate::learn::align::{Aligned, Method, typical};
+use crate::learn::align::{Aligned, Method, median_uncertainty};
 use crate::learn::log::Log;
 use crate::learn::program::clock::{Clock, Slower};
 use crate::learn::program::simulated::ProgramView;
@@ -76,7 +76,7 @@ pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> 
     let sample_uncertainty_s: Vec<f64> =
         state.walk.deviations_s(&placed).into_iter().map(|s| s.hypot(LEAST_S)).collect();
     Some(Aligned {
-        uncertainty_s: typical(&program_s, &sample_uncertainty_s),
+        uncertainty_s: median_uncertainty(&program_s, &sample_uncertainty_s),
         program_s,
         method: Method::Load,
         sample_uncertainty_s,

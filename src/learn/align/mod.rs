@@ -203,7 +203,7 @@ fn leave_ends(program_s: &mut [f64], moved: &[bool], timeline: &Timeline) {
 
 /// Uncertainty of the typical sample of the program: the median, so that a few that lie far from all that was observed,
 /// and weigh little, do not stand for the others.
-pub(in crate::learn) fn typical(program_s: &[f64], sample_uncertainty_s: &[f64]) -> f64 {
+pub(in crate::learn) fn median_uncertainty(program_s: &[f64], sample_uncertainty_s: &[f64]) -> f64 {
     let mut placed: Vec<f64> =
         program_s.iter().zip(sample_uncertainty_s).filter(|(t, _)| t.is_finite()).map(|(_, s)| *s).collect();
     if placed.is_empty() {

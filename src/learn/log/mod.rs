@@ -18,7 +18,7 @@ pub mod oddities;
 pub mod quantity;
 pub mod resultant;
 pub mod sampled;
-pub mod seen;
+pub mod overview;
 pub mod shdr;
 pub mod signal;
 

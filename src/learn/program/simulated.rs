@@ -50,7 +50,7 @@ pub fn simulate_for(
     loader: Option<Loader>,
 ) -> Result<SimulatedProgram, EngageError> {
     let program = parse(program.to_vec(), None);
-    let path = interpret(&program, &unit::settled(&program, Environment::from_job(job), Some(job)));
+    let path = interpret(&program, &unit::with_its_unit(&program, Environment::from_job(job), Some(job)));
     let map = engage(&path, job, &options(loader), &|_| ())?;
     let timeline = timeline(&path, &map, job, forces);
     let others = other_geometries(&path, &timeline, job, SizeChanges::usual(job), forces, loader);

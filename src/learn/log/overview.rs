@@ -10,7 +10,7 @@ use super::{Kind, Log, frame, from_frame, oddities};
 
 /// A column.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SeenColumn {
+pub struct ColumnOverview {
     /// Its name as understood.
     pub name: String,
     /// What it is read as; `None`: it is not used.
@@ -34,7 +34,7 @@ pub struct Happened {
 
 /// A log as it is read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct LogOverview {
     /// What kind of file.
     pub kind: Kind,
     /// How a table lies in it.
@@ -42,7 +42,7 @@ pub struct Seen {
     /// Rows.
     pub rows: usize,
     /// The columns in their order.
-    pub columns: Vec<SeenColumn>,
+    pub columns: Vec<ColumnOverview>,
     /// Length, s, and usual step of its clock, s.
     pub clock_s: Option<[f64; 2]>,
     /// Stretches without readings, s.
@@ -80,10 +80,10 @@ const WORDS: [(&[&str], &str); 17] = [
 ///
 /// # Errors
 /// A file that holds no rows of cells.
-pub fn see(bytes: &[u8], mapping: &[(String, String)]) -> Result<Seen, DataError> {
+pub fn overview(bytes: &[u8], mapping: &[(String, String)]) -> Result<LogOverview, DataError> {
     let (kind, frame) = frame(bytes, mapping)?;
     let read = from_frame(&frame).map(|log| Log { on_change: kind.is_on_change(), ..log });
-    let mut seen = Seen {
+    let mut seen = LogOverview {
         kind,
         rows: frame.rows,
         columns: columns(&frame),
@@ -109,21 +109,21 @@ pub fn see(bytes: &[u8], mapping: &[(String, String)]) -> Result<Seen, DataError
     Ok(seen)
 }
 
-impl Seen {
+impl LogOverview {
     /// The mapping that is proposed: theirs, ours.
     pub fn proposed(&self) -> Vec<(String, String)> {
-        let of = |column: &SeenColumn| Some((column.name.clone(), column.proposed.clone()?));
+        let of = |column: &ColumnOverview| Some((column.name.clone(), column.proposed.clone()?));
         self.columns.iter().filter_map(of).collect()
     }
 }
 
-fn columns(frame: &Frame) -> Vec<SeenColumn> {
+fn columns(frame: &Frame) -> Vec<ColumnOverview> {
     let read_as = |name: &str| {
         let base = quantity(name).0;
         OURS.iter().find(|(ours, _)| *ours == base).map(|(_, column)| *column)
     };
     let mut taken: Vec<&str> = Vec::new();
-    let mut columns: Vec<SeenColumn> = Vec::new();
+    let mut columns: Vec<ColumnOverview> = Vec::new();
     for name in frame.names() {
         let first = read_as(name).filter(|column| !taken.contains(column));
         taken.extend(first);
@@ -134,7 +134,7 @@ fn columns(frame: &Frame) -> Vec<SeenColumn> {
             Some([least.min(*value), most.max(*value)])
         });
         let empty = frame.text(name).map_or(0, |cells| cells.iter().filter(|cell| cell.is_empty()).count());
-        columns.push(SeenColumn {
+        columns.push(ColumnOverview {
             name: name.clone(),
             read_as: first,
             proposed: None,
