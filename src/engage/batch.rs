@@ -2,19 +2,19 @@
 //! are before the batch, its elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample. What
 //! needs the fields no more ([`Swept::finish`]) can go on beside the batch that follows.
 //!
-//! Between samples whose engagement differs it is looked at more closely ([`super::between`]). Only there are the optional
-//! samples asked for, and the ends of short blocks whose neighbours do not agree ([`super::joints`]): the tiles are taken
+//! Between samples whose engagement differs it is looked at more closely ([`super::between_samples`]). Only there are the optional
+//! samples asked for, and the ends of short blocks whose neighbours do not agree ([`super::block_ends`]): the tiles are taken
 //! back, sweep by sweep, and asked on the way.
 //!
 //! Tiles are worked in parallel, each through its own operations in order of execution; what they say about a sample is
 //! merged in the order of the tiles, so the result does not depend on the number of threads.
 
-use super::between::{Between, Locate, alike, look};
-use super::joints::{joints, turns};
+use super::between_samples::{Between, Locate, alike, look};
+use super::block_ends::{joints, turns};
 use super::nominate::{Need, Nominations, Sample, Scratch, nominate};
-use super::outcome::Outcome;
+use super::sample_outcome::Outcome;
+use super::sample_view::{Gathered, View, cutter_of};
 use super::scene::Scene;
-use super::view::{Gathered, View, cutter_of};
 use crate::stock::{Field, Past, Tile, Tiling, claim, make_again, sweep, take_back};
 use rayon::prelude::*;
 

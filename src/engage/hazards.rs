@@ -6,7 +6,7 @@ use super::batch::BatchResult;
 use super::cutter::Cutter;
 use super::map::{EngagementMap, Event, EventKind};
 use super::nominate::Sample;
-use super::outcome::Outcome;
+use super::sample_outcome::Outcome;
 use super::scene::Scene;
 use crate::ids::MoveId;
 use crate::machine::Box3;

@@ -1,37 +1,44 @@
 //! Cutter–workpiece engagement. In: toolpath, tools, stock. Out: an [`EngagementMap`]: for every feed move the stations,
 //! each with the engaged arcs of the cutter's slices and the removal rate.
 //!
-//! The height field of [`crate::stock`] only nominates earlier moves ([`nominate`]); the arcs are worked out exactly from
-//! what those moves swept ([`arcs`], [`cover`]). [`batch`] runs both over the tiles of the stock, [`stations`] joins sampled points
-//! into stations, [`simulate`] is the loop over the program.
+//! The height field of [`crate::stock`] only nominates earlier moves; the arcs are worked out exactly from what those moves swept.
+//!
+//! | what | files |
+//! |---|---|
+//! | the loop over the program, in batches of moves | [`simulate`], [`batch`], [`options`], [`workpiece`] |
+//! | which earlier moves may matter at a place | [`nominate`] |
+//! | exact geometry of one place: rings of the cutter, what is covered of each | [`cutter`], [`scene`], [`arcs`], `rings`, `cylinder`, `outline`, [`cover`], [`gaps`], `inside_stock` |
+//! | from place to place: where to look closer, what may be taken over | [`sample_view`], [`sample_outcome`], [`between_samples`], `block_ends` |
+//! | what is handed on | [`map`], [`stations`], [`final_surface`], [`hazards`] |
+//! | kept from an earlier simulation | [`reused_stations`], [`cache`], [`key`] |
 
-pub mod again;
 pub mod arcs;
 pub mod batch;
-pub mod between;
+pub mod between_samples;
+mod block_ends;
 pub mod cache;
 pub mod cover;
 pub mod cutter;
 mod cylinder;
-pub mod finish;
+pub mod final_surface;
 pub mod gaps;
 pub mod hazards;
-mod inside;
-mod joints;
+mod inside_stock;
 pub mod key;
 pub mod map;
 pub mod nominate;
 pub mod options;
-pub mod outcome;
 mod outline;
+pub mod reused_stations;
 mod rings;
+pub mod sample_outcome;
+pub mod sample_view;
 pub mod scene;
 pub mod simulate;
 pub mod stations;
-pub mod view;
 pub mod workpiece;
 
-pub use again::Again;
 pub use map::{EngagedArc, EngagementMap, Event, EventKind, Station, StationFlags};
 pub use options::{EngageError, Loader, Options};
+pub use reused_stations::Again;
 pub use simulate::{engage, engage_again, engage_and_keep};

@@ -7,7 +7,7 @@
 use super::cover::{Cover, TOUCH_MM};
 use super::cutter::{Band, Cutter};
 use super::gaps::{Dir, Gaps, Interval, chord, span, windows};
-use super::inside::in_blanks;
+use super::inside_stock::in_blanks;
 use super::nominate::{Mark, Sample};
 use super::outline::{Angles, EngagedPart, SubRing, about_tip, correction, end, follows};
 use super::scene::{RawArc, Scene, area};

@@ -5,16 +5,16 @@
 //! that was sampled. Between
 //! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
 
-use super::again::Again;
 use super::batch::{BatchResult, Operation, Swept, assign, run};
+use super::block_ends::Marker;
 use super::cutter::Cutter;
-use super::finish::mark_final_surface;
+use super::final_surface::mark_final_surface;
 use super::hazards::{report, report_fixtures, report_rapids};
-use super::joints::Marker;
 use super::map::{EngagementMap, StationFlags};
 use super::nominate::{Need, Sample};
 use super::options::{EngageError, Options};
-use super::outcome::{Outcome, STRAIGHT_RAD, turn_rad};
+use super::reused_stations::Again;
+use super::sample_outcome::{Outcome, STRAIGHT_RAD, turn_rad};
 use super::scene::Scene;
 use super::stations::{Builder, Point};
 use super::workpiece::{Earlier, cell_mm, pieces, shift, sources};

@@ -6,10 +6,10 @@
 //! equal arcs become one station as long as both ends of each are engaged alike: entry and exit stay by themselves. A ring that a level cuts in two is entered into the tool's list
 //! of slices as a ring of its own, its bounds rounded to 1/256 of the whole.
 
-use super::between::{Between, Stretch};
+use super::between_samples::{Between, Stretch};
 use super::cutter::Cutter;
 use super::map::{EngagedArc, EngagementMap, Station, StationFlags};
-use super::outcome::{Outcome, PARTS, same};
+use super::sample_outcome::{Outcome, PARTS, same};
 use super::scene::RawArc;
 use crate::ids::MoveId;
 use std::collections::HashMap;

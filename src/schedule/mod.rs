@@ -1,39 +1,48 @@
 //! From caps to feeds. In: a [`Problem`] (the path with its caps, floors and programmed feeds) and the machine. Out: a
 //! [`Schedule`]: feeds per piece, what bound them and at what price, realised speeds and times.
+//!
+//! | what | files |
+//! |---|---|
+//! | which limits and modes hold where | [`rules`], [`operations`], [`kinds_of_cut`], [`reference`], [`idle_limits`] |
+//! | from limits to caps and floors | [`problem`], [`caps`], [`cutters`], [`history`], [`confidence`], [`kept`], [`ramps`], [`force_rate`], [`budget`], [`wear`] |
+//! | the continuous optimum | [`track`], [`corner`], [`exact_pass`], [`optimum`], [`interior_point`], [`five_diagonals`], [`convex`], [`cone`], [`check`] |
+//! | F words | [`solve`], [`feed_segments`], [`f_words`], [`prices`] |
+//! | the model of the control | [`control`], [`realise`], [`cycle_time`] |
+//! | what is told besides | [`feed_marks`], [`stress`] |
 
-pub mod idle_limits;
-pub mod five_diagonals;
 pub mod budget;
 pub mod caps;
 pub mod check;
 pub mod cone;
+pub mod confidence;
 pub mod control;
 pub mod convex;
 pub mod corner;
 pub mod cutters;
 pub mod cycle_time;
+pub mod exact_pass;
+pub mod f_words;
+pub mod feed_marks;
 pub mod feed_segments;
+pub mod five_diagonals;
 pub mod force_rate;
 pub mod history;
+pub mod idle_limits;
 pub mod interior_point;
 pub mod kept;
 pub mod kinds_of_cut;
-pub mod feed_marks;
 pub mod operations;
 pub mod optimum;
-pub mod exact_pass;
 pub mod prices;
 pub mod problem;
 pub mod ramps;
 pub mod realise;
 pub mod reference;
-pub mod confidence;
 pub mod rules;
 pub mod solve;
 pub mod stress;
 pub mod track;
 pub mod wear;
-pub mod f_words;
 
 pub use caps::{problem, problem_after};
 pub use kept::Standing;

@@ -5,7 +5,7 @@ use super::arcs::arcs_at;
 use super::cover::Cover;
 use super::cutter::Cutter;
 use super::nominate::{Mark, Nomination, Nominations, Sample};
-use super::outcome::Outcome;
+use super::sample_outcome::Outcome;
 use super::scene::{RawArc, Scene};
 use crate::ids::MoveId;
 

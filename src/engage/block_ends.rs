@@ -6,7 +6,7 @@
 
 use super::cutter::Cutter;
 use super::nominate::{Need, Sample};
-use super::outcome::{Outcome, STRAIGHT_RAD, turn_rad};
+use super::sample_outcome::{Outcome, STRAIGHT_RAD, turn_rad};
 use super::scene::RawArc;
 use crate::path::Vec3;
 

@@ -8,8 +8,8 @@
 //! where it jumps on until the jump matters no more.
 
 use super::nominate::Sample;
-use super::outcome::{Outcome, same};
-use super::view::{Gathered, View};
+use super::sample_outcome::{Outcome, same};
+use super::sample_view::{Gathered, View};
 
 /// Disagreement of areas, as a part of the larger, over a millimetre.
 const AGREE: f64 = 4e-3;
