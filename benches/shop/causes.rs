@@ -299,10 +299,9 @@ pub fn all() -> Vec<Cause> {
     causes
 }
 
-/// The same in tables of steady cuts. `learn-table` takes no tare from the setup, and idle power does rise with speed here:
-/// to say so is true.
+/// The same in tables of steady cuts.
 fn in_tables() -> Vec<Cause> {
-    let named = |name, names| Cause { table: true, tolerated: &["tare-speed"], ..named(name, Needs::Any, names) };
+    let named = |name, names| Cause { table: true, ..named(name, Needs::Any, names) };
     let unlisted = |name, parts, covariates, tolerated| Cause {
         table: true,
         ..unlisted(name, Needs::Any, parts, covariates, tolerated, true)
@@ -316,9 +315,9 @@ fn in_tables() -> Vec<Cause> {
         named("table:position", &["edge-position"]),
         named("table:curvature", &["path-curvature"]),
         named("table:drive", &["drive-efficiency"]),
-        unlisted("table:saturation", &["saturation"], &["power"], &["tare-speed"]),
+        unlisted("table:saturation", &["saturation"], &["power"], &[]),
         unlisted("table:gearbox", &["gearbox"], &["speed"], &["tare-speed"]),
-        unlisted("table:set-up-tare", &["set-up-tare"], &["group", "time"], &["tare-warm-up", "tare-speed"]),
+        unlisted("table:set-up-tare", &["set-up-tare"], &["group", "time"], &["tare-warm-up"]),
     ]
 }
 

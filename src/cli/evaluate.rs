@@ -86,6 +86,7 @@ fn on_table(command: &Evaluate) -> Result<Evaluation, CliError> {
     let of = |error| refused(&error, &command.input);
     let (frame, table) = steady(&bytes, command.map.columns.as_deref(), Some(&job)).map_err(|e| of(e.into()))?;
     let efficiency = efficiency(Some(&job));
-    let found = data(&frame, &table, |y| y * efficiency.at(y)).map_err(|e| of(e.into()))?;
+    let spindle = Some(&job.machine.spindle);
+    let found = data(&frame, &table, |y| y * efficiency.at(y), spindle).map_err(|e| of(e.into()))?;
     of_data(&found, &job).map_err(|e| of(e.into()))
 }

@@ -191,7 +191,9 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
     let (frame, table) = steady(&bytes, command.map.columns.as_deref(), setup.as_ref())
         .map_err(|e| refused(&e.into(), &command.table))?;
     let efficiency = efficiency(setup.as_ref());
-    let found = data(&frame, &table, |y| y * efficiency.at(y)).map_err(|e| refused(&e.into(), &command.table))?;
+    let spindle = setup.as_ref().map(|job| &job.machine.spindle);
+    let found =
+        data(&frame, &table, |y| y * efficiency.at(y), spindle).map_err(|e| refused(&e.into(), &command.table))?;
     let main = main_kind(&found.kind, found.kind_names.len());
     let split = main.map_or_else(|| by_blocks(&found, "set-up"), |kind| by_kind(&found, kind, "set-up"));
     let mut report = diagnose(&found, &split, &Options::default())

@@ -61,6 +61,21 @@ pub struct Spindle {
     pub runup_time_s: f64,
 }
 
+impl Spindle {
+    /// Declared tare at a speed over that at the reference; 1 where no tare is declared, 0 with the spindle at rest (below a fiftieth
+    /// of the reference).
+    pub fn tare_shape(&self, rps: f64, reference_rps: f64) -> f64 {
+        let reference_w = self.tare_w.at(reference_rps);
+        if rps < 0.02 * reference_rps {
+            0.0
+        } else if reference_w > 0.0 {
+            self.tare_w.at(rps) / reference_w
+        } else {
+            1.0
+        }
+    }
+}
+
 /// The machine and its control.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {

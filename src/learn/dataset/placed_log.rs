@@ -124,15 +124,7 @@ impl<'a> PlacedLog<'a> {
     }
 
     pub(in crate::learn) fn tare_shape(&self, rps: f64) -> f64 {
-        let tare = &self.known.job.machine.spindle.tare_w;
-        let reference = tare.at(self.reference_rps);
-        if rps < 0.02 * self.reference_rps {
-            0.0
-        } else if reference > 0.0 {
-            tare.at(rps) / reference
-        } else {
-            1.0
-        }
+        self.known.job.machine.spindle.tare_shape(rps, self.reference_rps)
     }
 
     /// A meter reading as the power at the motor shaft that the setup makes of it.

@@ -1,9 +1,11 @@
 //! A table of steady cuts as data of a diagnosis: of a spindle reading, or where there is none of mean forces or of the layers of
 //! a ball end.
 //!
-//! The model of a row: power = tare + (k_tc Q + k_te A)·1e-3 W; torque = the same over 2πn; load in percent = the same
-//! in percent of an unknown rating. Straight geometry is the base, the path's curvature an effect.
+//! The model of a row: power = tare·P₀(n)/P₀(n₀) + (k_tc Q + k_te A)·1e-3 W, P₀(n) the declared tare at the speed n; torque =
+//! tare + the rest over 2πn; load in percent = the same in percent of an unknown rating, with a level tare. Straight geometry is
+//! the base, the path's curvature an effect.
 
+use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, rates};
 use crate::learn::dataset::samples::{Data, VariantColumns};
 use crate::learn::dataset::steady_table::{SteadyRow, measured_quantity, numbered, row_rates, spindle_base, states};
@@ -14,18 +16,24 @@ use crate::learn::log::quantity::column_factor;
 use crate::learn::log::signal::readable;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
+use crate::machine::Spindle;
 
 /// Data for the diagnosis: of a spindle reading, else of mean forces, else of layers of a ball end. `to_shaft` turns a meter
-/// reading into the quantity at the motor shaft.
-pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -> Result<Data, DataError> {
-    let spindle = measured_quantity(frame);
-    if spindle.is_err() && frame.numbers("force_x_n").is_some() && frame.numbers("force_y_n").is_some() {
+/// reading into the quantity at the motor shaft; `spindle`, where one is declared, says how its tare goes with the speed.
+pub fn data(
+    frame: &Frame,
+    table: &[SteadyRow],
+    to_shaft: impl Fn(f64) -> f64,
+    spindle: Option<&Spindle>,
+) -> Result<Data, DataError> {
+    let measured = measured_quantity(frame);
+    if measured.is_err() && frame.numbers("force_x_n").is_some() && frame.numbers("force_y_n").is_some() {
         return mean_forces::data(frame, table);
     }
-    if spindle.is_err() && frame.numbers("force_xy_n").is_some() {
+    if measured.is_err() && frame.numbers("force_xy_n").is_some() {
         return layers::data(frame, table);
     }
-    let (name, quantity, unit) = spindle?;
+    let (name, quantity, unit) = measured?;
     let reading: Vec<f64> = frame.needed(name)?.into_iter().map(to_shaft).collect();
     readable(name, &reading)?;
     if let Some(i) = table.iter().position(|row| quantity == Quantity::Torque && !row.cut.rps.is_finite()) {
@@ -35,8 +43,16 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
         )));
     }
     let n = table.len();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|a, b| table[*a].order.total_cmp(&table[*b].order));
+    let state = states(table, &order);
+    let tare = |of: &State| {
+        let declared = spindle.filter(|_| quantity == Quantity::Power && of.rps.is_finite());
+        declared.map_or(1.0, |spindle| spindle.tare_shape(of.rps, of.reference_rps))
+    };
+    let tare: Vec<f64> = state.iter().map(tare).collect();
     let columns_of = |rates_of: &dyn Fn(&SteadyRow) -> Rates| -> Vec<Vec<f64>> {
-        let mut columns = vec![vec![1.0; n], vec![0.0; n], vec![0.0; n]];
+        let mut columns = vec![tare.clone(), vec![0.0; n], vec![0.0; n]];
         for (i, row) in table.iter().enumerate() {
             let r = rates_of(row);
             let factor = column_factor(quantity, row.cut.rps);
@@ -63,8 +79,6 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
     };
     let (block, _) = numbered(table.iter().map(|row| row.group.as_str()));
     let (kind, kind_names) = numbered(table.iter().map(|row| row.kind.as_str()));
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|a, b| table[*a].order.total_cmp(&table[*b].order));
     let weight = reading.iter().map(|y| if y.is_finite() { 1.0 } else { 0.0 }).collect();
     let single_group = block.iter().all(|b| *b == 0);
     Ok(Data {
@@ -72,7 +86,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow], to_shaft: impl Fn(f64) -> f64) -
         columns: straight,
         reading: reading.iter().map(|y| if y.is_finite() { *y } else { 0.0 }).collect(),
         weight,
-        state: states(table, &order),
+        state,
         span_s: vec![0.0; n],
         readings_per_sample: Vec::new(),
         load_variance: Vec::new(),
