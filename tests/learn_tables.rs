@@ -14,6 +14,7 @@ use feedwright::learn::model::cross_validation::{Split, by_blocks, by_kind, held
 use feedwright::learn::model::design::FittedEffect;
 use feedwright::learn::model::fit::{Model, predict};
 use feedwright::learn::report::{Added, LearnReport};
+use feedwright::machine::{Spindle, Table};
 use std::path::Path;
 
 const PAPERS: &str = "../shared/reference/papers";
@@ -66,7 +67,7 @@ fn table5() -> String {
 fn data_of(csv: &str) -> Data {
     let frame = columns::read(csv.as_bytes(), &[]).unwrap();
     let rows = steady_table::rows(&frame, &[]).unwrap();
-    table_data::data(&frame, &rows, |y| y).unwrap()
+    table_data::data(&frame, &rows, |y| y, None).unwrap()
 }
 
 fn diagnosed(csv: &str) -> LearnReport {
@@ -233,7 +234,7 @@ fn niu_table_1_diagnosed_and_carried_over_to_table_3() {
     }
     let frame = columns::read(csv.as_bytes(), &[]).unwrap();
     let rows = steady_table::rows(&frame, &[]).unwrap();
-    let data = table_data::data(&frame, &rows, |y| y).unwrap();
+    let data = table_data::data(&frame, &rows, |y| y, None).unwrap();
     let kind = data.kind_names.iter().position(|k| k == "table 1").unwrap();
     let report = diagnose(&data, &by_kind(&data, kind, "test"), &Options::default()).unwrap();
     let names: Vec<&str> = report.effects.iter().map(|e| e.name.as_str()).collect();
@@ -272,7 +273,7 @@ fn face_milling_by_part_and_what_it_says_of_other_operations() {
     let tool =
         steady_table::TableTool { number: 1, diameter_mm: 9.525, flutes: 4, shape: feedwright::machine::Shape::Flat };
     let rows = steady_table::rows(&frame, &[tool]).unwrap();
-    let data = table_data::data(&frame, &rows, |y| y).unwrap();
+    let data = table_data::data(&frame, &rows, |y| y, None).unwrap();
     assert_eq!((data.len(), data.kind_names.len()), (896, 4));
     let face = data.kind_names.iter().position(|k| k == "Face Milling").unwrap();
     let report = diagnose(&data, &by_kind(&data, face, "part"), &Options::default()).unwrap();
@@ -303,7 +304,7 @@ fn a_table_of_rates_without_geometry_is_learned_from_or_refused_in_a_sentence() 
     let pairs = [("q", "removal_rate_mm3_s"), ("a", "contact_rate_mm2_s"), ("pm", "spindle_power_w")];
     let frame = columns::read(text.as_bytes(), &map(&pairs)).unwrap();
     let cuts = steady_table::rows(&frame, &[]).unwrap();
-    let data = table_data::data(&frame, &cuts, |y| y).unwrap();
+    let data = table_data::data(&frame, &cuts, |y| y, None).unwrap();
     let report = diagnose(&data, &by_blocks(&data, "set-up"), &Options::default()).unwrap();
     // The caption of the table: k_tc 693.8 N/mm², k_te 18.98 N/mm, from other cuts; here within twice the standard error.
     for (name, caption) in [("k_tc", 693.8), ("k_te", 18.98)] {
@@ -313,7 +314,7 @@ fn a_table_of_rates_without_geometry_is_learned_from_or_refused_in_a_sentence() 
     // Without rates or depths nothing can be told, whatever the reading.
     let torque = columns::read(text.as_bytes(), &map(&[pairs[0], pairs[1], ("pm", "spindle_torque_nm")])).unwrap();
     let cuts = steady_table::rows(&torque, &[]).unwrap();
-    assert!(table_data::data(&torque, &cuts, |y| y).unwrap_err().to_string().contains("spindle_rpm"));
+    assert!(table_data::data(&torque, &cuts, |y| y, None).unwrap_err().to_string().contains("spindle_rpm"));
 }
 
 /// Cuts of one table in three set-ups of eight cuts of 30 s, whose edge coefficient rises by a tenth of itself every cut since the
@@ -343,7 +344,7 @@ fn a_fresh_edge_begins_anew_by_set_up_or_as_the_table_declares() {
     let way = |csv: &str| {
         let frame = columns::read(csv.as_bytes(), &[]).unwrap();
         let rows = steady_table::rows(&frame, &[]).unwrap();
-        let data = table_data::data(&frame, &rows, |y| y).unwrap();
+        let data = table_data::data(&frame, &rows, |y| y, None).unwrap();
         data.state.iter().map(|state| state.sliding_mm).collect::<Vec<f64>>()
     };
     // Each set-up a fresh edge; the first edge used again in the third; a wear of 0 in mid-table.
@@ -419,4 +420,58 @@ fn a_model_without_a_cutting_coefficient_raises_no_feed() {
     assert!(!raised && said.contains("does not grow with the feed"), "{said}");
     let (raised, said) = rewritten(800.0);
     assert!(raised && !said.contains("does not grow with the feed"), "{said}");
+}
+
+/// Cuts of three spindle speeds in four set-ups, with a tare of 100 W + 0.1 W per rev/min, and in each set-up so much more, W.
+fn with_tares(more_w: [f64; 4]) -> String {
+    let mut out = String::from(
+        "group,order,feed_mm_min,spindle_rpm,axial_depth_mm,radial_depth_mm,side,diameter_mm,flutes,spindle_power_w\n",
+    );
+    for cut in 0..48_usize {
+        let (set_up, rpm) = (cut / 12, [2000.0, 3500.0, 5000.0][(cut * 7 + cut / 12) % 3]);
+        let (feed, radial) = ([400.0, 700.0, 1000.0, 550.0][(cut * 5 + cut / 4) % 4], [3.0, 6.0, 10.0][cut / 3 % 3]);
+        let (removal, contact) =
+            (radial * 2.0 * feed / 60.0, 2.0 * 5.0 * f64::acos(1.0 - radial / 5.0) * 3.0 * rpm / 60.0);
+        let noise = [1.5, -0.7, 0.2, -1.6, 0.9, -0.3, 1.1][cut * 11 % 7];
+        let power = 100.0 + 0.1 * rpm + 0.8 * removal + 0.015 * contact + more_w[set_up] + noise;
+        out += &format!("{set_up},{cut},{feed},{rpm},2,{radial},down,10,3,{power:.2}\n");
+    }
+    out
+}
+
+/// Diagnosed with a declared tare of half the true height and slope, or with none.
+fn with_spindle(csv: &str, is_declared: bool) -> LearnReport {
+    let frame = columns::read(csv.as_bytes(), &[]).unwrap();
+    let rows = steady_table::rows(&frame, &[]).unwrap();
+    let spindle = Spindle {
+        max_rps: 200.0,
+        power_w: None,
+        torque_nmm: None,
+        tare_w: Table::new(vec![[0.0, 50.0], [100.0, 350.0]]).unwrap(),
+        efficiency: Table::constant(1.0),
+        runup_time_s: 0.0,
+    };
+    let data = table_data::data(&frame, &rows, |y| y, Some(&spindle).filter(|_| is_declared)).unwrap();
+    diagnose(&data, &by_blocks(&data, "set-up"), &Options::default()).unwrap()
+}
+
+#[test]
+fn a_declared_tare_goes_with_the_speed_in_a_table_too() {
+    let csv = with_tares([0.0; 4]);
+    // Its size is left to fit.
+    let declared = with_spindle(&csv, true);
+    assert!(declared.effects.is_empty() && declared.unnamed.is_empty(), "{}", declared.verdict);
+    // Of a machine that declares none it is an effect.
+    let undeclared = with_spindle(&csv, false);
+    assert_eq!(undeclared.names(), ["tare-speed"], "{}", undeclared.verdict);
+    assert!(undeclared.base_test.rmse > 10.0 * declared.base_test.rmse);
+}
+
+#[test]
+fn what_changes_from_set_up_to_set_up_is_said() {
+    let said = |more_w| with_spindle(&with_tares(more_w), true).verdict;
+    let drifting = said([0.0, 40.0, -25.0, 15.0]);
+    assert!(drifting.contains("of the remaining variance follows set-up"), "{drifting}");
+    let steady = said([0.0; 4]);
+    assert!(!steady.contains("set-up"), "{steady}");
 }
