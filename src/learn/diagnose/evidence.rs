@@ -17,7 +17,9 @@ use crate::learn::diagnose::criteria::{
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial, unphysical};
 use crate::learn::diagnose::unnamed::{Found, LAST_RANK, rank};
-use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_block, t_statistic};
+use crate::learn::model::cross_validation::{
+    held_out_residuals, improvement_by_block, improvement_by_case, t_statistic,
+};
 use crate::learn::model::fit::{Fitted, part};
 use crate::learn::report::Rejected;
 use rayon::prelude::*;
@@ -80,7 +82,9 @@ impl Diagnosis<'_> {
         let before = &present.left;
         let after = self.unseen_residuals(present.model, trial);
         let drop = self.drop_of(before, &after);
-        let t = t_statistic(&improvement_by_block(&self.train, before, &after));
+        // What is the same all through a set-up has as many cases as there are set-ups.
+        let by = if self.is_of_set_ups(trial) { improvement_by_block } else { improvement_by_case };
+        let t = t_statistic(&by(&self.train, before, &after));
         let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
         let of_rest = self.share_of_excess(before, &after, before, NOISE_KNOWN_TO);
         if !takes_enough(share, of_rest) {
@@ -146,7 +150,7 @@ impl Diagnosis<'_> {
         let theirs = |covariate, part| knows(present.model, covariate, part) && !trial.effect.knows(covariate, part);
         let after = self.less_any_shape(&trial.fitted, after, theirs);
         let drop = self.drop_of(before, &after);
-        let t = t_statistic(&improvement_by_block(&self.train, before, &after));
+        let t = t_statistic(&improvement_by_case(&self.train, before, &after));
         let rest = self.share_of_excess(before, &after, before, NOISE_KNOWN_TO);
         let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
         (!lowers_held_out_beside(drop, t) || !takes_enough(share, rest)).then(|| {

@@ -12,21 +12,26 @@ use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
 use crate::learn::diagnose::trial::Trial;
 use crate::learn::model::cross_validation::held_out_residuals;
-use crate::learn::model::fit::fit;
+use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::Confounded;
 
 impl Diagnosis<'_> {
     /// Why what begins at an instant is no accident: no operation is cut both before and after it, or in a table it may as well
     /// lie between two set-ups.
     pub(in crate::learn) fn between_cuts(&self, trial: &Trial, before: &[f64]) -> Option<String> {
-        let (_, at_s) = instant(trial)?;
+        self.lies_between(&trial.fitted, trial.fitted.model.effects.len().checked_sub(1)?, before)
+    }
+
+    /// The same of the `e`-th effect of a model.
+    pub(in crate::learn) fn lies_between(&self, fitted: &Fitted, e: usize, before: &[f64]) -> Option<String> {
+        let (_, at_s) = instant(fitted, e)?;
         if !self.data.is_series() {
-            return self.may_begin_between(trial, before).then(|| {
+            return self.may_begin_between(fitted, e, before).then(|| {
                 format!("it begins at cut {at_s:.0}, which may as well be between two set-ups: it may be what they differ by")
             });
         }
         let kinds = self.kinds();
-        let cutting = self.cutting(trial);
+        let cutting = self.cutting(fitted);
         let count = |kind: usize, is_after: bool| {
             let members = cutting.iter().filter(|i| self.data.kind[**i] == kind);
             members.filter(|i| (self.data.state[**i].time_s >= at_s) == is_after).count()
@@ -38,7 +43,8 @@ impl Diagnosis<'_> {
 
     /// What an accident in a log cannot be told from: it takes nearly as much where it begins between two operations.
     pub(in crate::learn) fn accident_or_difference(&self, present: &Present, trial: &Trial) -> Option<Confounded> {
-        if !self.data.is_series() || !self.may_begin_between(trial, &present.left) {
+        let last = trial.fitted.model.effects.len().checked_sub(1)?;
+        if !self.data.is_series() || !self.may_begin_between(&trial.fitted, last, &present.left) {
             return None;
         }
         Some(Confounded {
@@ -49,22 +55,22 @@ impl Diagnosis<'_> {
     }
 
     /// Does an effect take nearly as much when it begins at the border of two operations (of a table: set-ups)?
-    fn may_begin_between(&self, trial: &Trial, before: &[f64]) -> bool {
-        let Some((instant, at_s)) = instant(trial) else { return false };
+    fn may_begin_between(&self, found: &Fitted, e: usize, before: &[f64]) -> bool {
+        let Some((instant, at_s)) = instant(found, e) else { return false };
         let drop = |from_s: f64| {
-            let mut effects = trial.fitted.model.effects.clone();
-            effects.iter_mut().last().into_iter().for_each(|moved| moved.values[instant] = from_s);
+            let mut effects = found.model.effects.clone();
+            effects[e].values[instant] = from_s;
             let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
             Some(self.drop_of(before, &held_out_residuals(&self.train, &fitted.model.effects, self.split)))
         };
         let Some(there) = drop(at_s) else { return false };
         let is_as_good = |border_s: &f64| drop(*border_s).is_some_and(|drop| takes_as_much(drop / there.max(1e-12)));
-        self.borders_about(at_s, &self.cutting(trial)).iter().any(is_as_good)
+        self.borders_about(at_s, &self.cutting(found)).iter().any(is_as_good)
     }
 
     /// Samples of cuts.
-    fn cutting(&self, trial: &Trial) -> Vec<usize> {
-        let load = self.cut(&trial.fitted);
+    fn cutting(&self, fitted: &Fitted) -> Vec<usize> {
+        let load = self.cut(fitted);
         self.train.used().filter(|i| load[*i] > 0.0).collect()
     }
 
@@ -84,9 +90,9 @@ impl Diagnosis<'_> {
     }
 }
 
-/// The parameter of a trial that is an instant, and its value.
-fn instant(trial: &Trial) -> Option<(usize, f64)> {
-    let last = trial.fitted.model.effects.last()?;
-    let instant = last.effect.parameters.iter().position(|p| p.place == Some(Place::Instant))?;
-    Some((instant, last.values[instant]))
+/// The parameter of the `e`-th effect that is an instant, and its value.
+fn instant(fitted: &Fitted, e: usize) -> Option<(usize, f64)> {
+    let each = fitted.model.effects.get(e)?;
+    let instant = each.effect.parameters.iter().position(|p| p.place == Some(Place::Instant))?;
+    Some((instant, each.values[instant]))
 }

@@ -29,7 +29,7 @@ use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
 use crate::learn::diagnose::terms::Told;
 use crate::learn::diagnose::trial::{Trial, best_trial, p_value, score_of, unphysical};
 use crate::learn::diagnose::unnamed::{Found, is_unnamed, with_predicted_loads};
-use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
+use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_case, t_statistic, without};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::model::whitening::{weighed_by, whitened};
@@ -168,7 +168,7 @@ impl Diagnosis<'_> {
             let text = format!(
                 "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
                 100.0 * self.drop_of(&present.left, &after),
-                t_statistic(&improvement_by_block(&self.train, &present.left, &after)),
+                t_statistic(&improvement_by_case(&self.train, &present.left, &after)),
                 trial.score
             );
             let errors = [self.judged(&present.model.model.effects), self.judged(&trial.fitted.model.effects)];
@@ -206,7 +206,7 @@ impl Diagnosis<'_> {
         let judged = pairs.into_iter().find_map(|(score, two)| {
             let after = held_out_residuals(&self.train, &two.fitted.model.effects, self.split);
             let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual, LEAST_EXCESS);
-            let t = t_statistic(&improvement_by_block(&self.train, &self.base_residual, &after));
+            let t = t_statistic(&improvement_by_case(&self.train, &self.base_residual, &after));
             let enough = pair_explains(share, t) && !self.leaves_much(&after);
             let better = |found: &Found| {
                 let knows = |u: &FittedEffect| u.effect.knows(found.covariate, found.effect.multiplies);
@@ -215,7 +215,9 @@ impl Diagnosis<'_> {
             };
             // One curve that leaves as little is the simpler answer.
             let simpler = || curves.first().is_some_and(|found| !self.is_better(&found.follows.left, &after));
-            let sound = enough && !curves.iter().any(better) && !simpler();
+            let new = base.model.effects.len()..two.fitted.model.effects.len();
+            let is_accident = |e| self.lies_between(&two.fitted, e, &self.base_residual).is_none();
+            let sound = enough && !curves.iter().any(better) && !simpler() && new.into_iter().all(is_accident);
             sound.then_some((score, two, share))
         });
         let (score, two, share) = judged?;
@@ -238,7 +240,7 @@ impl Diagnosis<'_> {
         let best = &trials[chosen];
         let as_good = |t: &Trial| {
             let left = self.unseen_residuals(present.model, t);
-            let worse = t_statistic(&improvement_by_block(&self.train, &left, after));
+            let worse = t_statistic(&improvement_by_case(&self.train, &left, after));
             let share = self.drop_of(&present.left, &left) / self.drop_of(&present.left, after).max(1e-12);
             leaves_as_much(share, worse)
         };
@@ -319,7 +321,7 @@ impl Diagnosis<'_> {
         let others: Vec<FittedEffect> = remove(effects, k).into_iter().filter(|each| !is_shape_of(own, each)).collect();
         let with: Vec<FittedEffect> = others.iter().chain([own]).cloned().collect();
         let [before, after] = [&others, &with].map(|each| held_out_residuals(&self.train, each, self.split));
-        let t = t_statistic(&improvement_by_block(&self.train, &before, &after));
+        let t = t_statistic(&improvement_by_case(&self.train, &before, &after));
         lowers_held_out(self.drop_of(&before, &after), t)
     }
 

@@ -8,7 +8,9 @@ use crate::learn::diagnose::criteria::{lowers_elsewhere, lowers_held_out, lowers
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::trial::Trial;
-use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic};
+use crate::learn::model::cross_validation::{
+    Split, held_out_residuals, improvement_by_block, improvement_by_case, t_statistic,
+};
 use crate::learn::model::fit::Fitted;
 use crate::learn::report::Confounded;
 
@@ -25,9 +27,8 @@ impl Diagnosis<'_> {
         let by_cut = Split { fold: (0..self.data.len()).collect(), folds: self.data.len(), ..self.split.clone() };
         let [before, after] =
             [present, &trial.fitted].map(|fitted| held_out_residuals(&self.train, &fitted.model.effects, &by_cut));
-        let improved = |i: usize| self.train.weight[i] * (before[i].powi(2) - after[i].powi(2));
-        let improvement: Vec<f64> = self.train.used().map(improved).filter(|value| value.is_finite()).collect();
-        lowers_held_out_beside(self.drop_of(&before, &after), t_statistic(&improvement))
+        let t = t_statistic(&improvement_by_case(&self.train, &before, &after));
+        lowers_held_out_beside(self.drop_of(&before, &after), t)
     }
 
     /// The drift that an accepted trial cannot be told from: set-ups left out whole do not bear it out.
@@ -46,7 +47,7 @@ impl Diagnosis<'_> {
     }
 
     /// Does what the effect of a trial follows change between set-ups of several cuts alone?
-    fn is_of_set_ups(&self, trial: &Trial) -> bool {
+    pub(in crate::learn) fn is_of_set_ups(&self, trial: &Trial) -> bool {
         let set_ups = self.train.blocks();
         !self.data.is_series()
             && set_ups.len() * 2 <= self.train.used().count()

@@ -16,7 +16,7 @@ use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
 use crate::learn::diagnose::free_curve::{Curve, Follows, Residual};
 use crate::learn::diagnose::trial::{Trial, score_of};
-use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_block, t_statistic};
+use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit, part};
 use rayon::prelude::*;
@@ -122,7 +122,7 @@ impl Diagnosis<'_> {
 
     /// Does `after` leave clearly less than `before`, block by block?
     pub(in crate::learn) fn is_better(&self, before: &[f64], after: &[f64]) -> bool {
-        is_clearly_better(t_statistic(&improvement_by_block(&self.train, before, after)))
+        is_clearly_better(t_statistic(&improvement_by_case(&self.train, before, after)))
     }
 
     /// The model with the curve that explains most of what it leaves; `None` where none is clear.
@@ -130,13 +130,19 @@ impl Diagnosis<'_> {
         let before = held_out_residuals(&self.train, &present.model.effects, self.split);
         let has = |effect: &Effect| present.model.effects.iter().any(|each| each.effect.name == effect.name);
         let clear = |found: &Found| {
-            let t = t_statistic(&improvement_by_block(&self.train, &before, &found.follows.left));
+            let t = t_statistic(&improvement_by_case(&self.train, &before, &found.follows.left));
             follows_a_curve(self.drop_of(&before, &found.follows.left), t)
         };
-        // In a table nothing is read without a cut: there such a curve may be a step on the way to the name.
+        // In a table nothing is read without a cut: there a curve of the tare may be a step on the way to the name.
         let is_series = self.data.is_series();
         let may_follow = |covariate, part| !is_series || part == Multiplies::Load || is_there_without_a_cut(covariate);
-        let mut found = self.curves(present, &before, may_follow);
+        // Its coefficients bend far towards what a curve would show. In logs, curves fitted with the model took the place of laws that
+        // were right.
+        let mut found = if is_series {
+            self.curves(present, &before, may_follow)
+        } else {
+            self.fitted_curves(present, &before, may_follow)
+        };
         found.retain(|each| !has(each.effect) && clear(each));
         self.tried += found.len();
         let least = &found.first()?.follows.left.clone();
@@ -174,7 +180,7 @@ impl Diagnosis<'_> {
             return None;
         }
         let after = held_out_residuals(&self.train, &fitted.model.effects, self.split);
-        let t = t_statistic(&improvement_by_block(&self.train, before, &after));
+        let t = t_statistic(&improvement_by_case(&self.train, before, &after));
         let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
         let of_rest = self.share_of_excess(before, &after, before, NOISE_KNOWN_TO);
         let shows = lowers_held_out(self.drop_of(before, &after), t)
@@ -213,6 +219,10 @@ pub(in crate::learn) fn with_predicted_loads(data: &Data, predicted: &[f64]) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::State;
+    use crate::learn::dataset::samples::{Base, UNBOUNDED};
+    use crate::learn::model::cross_validation::Split;
+    use crate::path::Vec3;
 
     #[test]
     fn a_tare_follows_nothing_that_only_a_cut_has() {
@@ -245,6 +255,53 @@ mod tests {
         assert_eq!(each.asked(), 1);
         assert!(effect.is_physical(&each.values) && is_unnamed(effect));
         assert!(!is_unnamed(crate::effects::named("flank-wear").unwrap()));
+    }
+
+    #[test]
+    fn a_curve_knows_nothing_of_what_only_the_samples_left_out_show() {
+        // Six passes at depths of their own, by turns a fifth easier and harder.
+        let (blocks, each) = (6, 20);
+        let n = blocks * each;
+        let harder = |i: usize| if (i / each).is_multiple_of(2) { 1.2 } else { 0.8 };
+        let load: Vec<f64> = (0..n).map(|i| 100.0 + 10.0 * (i % 7) as f64).collect();
+        let state = |i: usize| State { position: Vec3::new(0.0, 0.0, (i / each) as f64), ..State::default() };
+        let data = Data {
+            base: vec![Base {
+                name: "k_tc".into(),
+                unit: String::new(),
+                class: Class::Cutting,
+                prior: None,
+                bounds: UNBOUNDED,
+            }],
+            reading: (0..n).map(|i| load[i] * harder(i)).collect(),
+            columns: vec![load],
+            weight: vec![1.0; n],
+            state: (0..n).map(state).collect(),
+            block: (0..n).map(|i| i / each).collect(),
+            ..table_of(n)
+        };
+        let split = Split { test: vec![false; n], fold: data.block.clone(), folds: blocks, how: String::new() };
+        let effect = crate::effects::named("unnamed-load-z").unwrap();
+        let knots = (0..blocks).map(|k| [k as f64, harder(k * each) - 1.0]).collect();
+        let curve = as_effect(effect, &Curve { knots, weight: vec![10.0, 9.0, 8.0, 7.0, 6.0, 5.0], in_steps: true });
+        // All of them are followed to the end where every one is seen.
+        assert!(fit(&data, std::slice::from_ref(&curve), FORM_ROUNDS).unwrap().squares < 1e-6);
+        let squares = |effects: &[FittedEffect]| -> f64 {
+            held_out_residuals(&data, effects, &split).iter().map(|r| r * r).sum()
+        };
+        assert!(squares(&[curve]) > 0.8 * squares(&[]));
+    }
+
+    /// Samples of a table without anything of their own.
+    fn table_of(n: usize) -> Data {
+        Data {
+            span_s: vec![1.0; n],
+            readings_per_sample: vec![1.0; n],
+            run: (0..n).collect(),
+            channel: vec![0; n],
+            kind: vec![0; n],
+            ..Data::default()
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Which samples a model is fitted on, chosen on, and finally judged on. Always whole blocks (set-ups, parts, passes or
 //! stretches of time), never neighbouring samples.
 
+use crate::effects::Place;
 use crate::learn::dataset::samples::Data;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::fit;
@@ -61,21 +62,39 @@ pub fn without(data: &Data, out: impl Fn(usize) -> bool) -> Vec<f64> {
     (0..data.len()).map(|i| if out(i) { 0.0 } else { data.weight[i] }).collect()
 }
 
-/// Residual of every sample that counts under a model that has not seen its fold; parameters begin at `effects`.
+/// Rounds of the fit without a fold.
+const FOLD_ROUNDS: usize = 12;
+
+/// Residual of every sample that counts under a model that has not seen its fold; parameters begin at `effects`, but for the
+/// factors of curves.
 pub fn held_out_residuals(data: &Data, effects: &[FittedEffect], split: &Split) -> Vec<f64> {
+    let begun: Vec<FittedEffect> = effects.iter().map(with_curve_forgotten).collect();
     let of_fold = |fold: usize| -> Vec<(usize, f64)> {
         let held: Vec<usize> = data.used().filter(|i| split.fold[*i] == fold).collect();
         if held.is_empty() {
             return Vec::new();
         }
         let others = data.with_weights(without(data, |i| split.fold[i] == fold));
-        let Some(fitted) = fit(&others, effects, 8) else { return Vec::new() };
+        let Some(fitted) = fit(&others, &begun, FOLD_ROUNDS) else { return Vec::new() };
         held.into_iter().map(|i| (i, data.reading[i] - fitted.predicted[i])).collect()
     };
     let folds: Vec<Vec<(usize, f64)>> = (0..split.folds).into_par_iter().map(of_fold).collect();
     let mut residuals = vec![f64::NAN; data.len()];
     folds.into_iter().flatten().for_each(|(i, residual)| residuals[i] = residual);
     residuals
+}
+
+/// The effect as a fit to some of the samples may begin with it. A factor of a curve is told by the samples about its knot alone:
+/// left at what all samples gave, it would carry those that are left out into their own prediction.
+fn with_curve_forgotten(each: &FittedEffect) -> FittedEffect {
+    let mut each = each.clone();
+    if each.effect.parameters.iter().any(|p| p.place == Some(Place::Knot)) {
+        let parameters = each.effect.parameters.iter().zip(&each.free);
+        for (value, (parameter, free)) in each.values.iter_mut().zip(parameters) {
+            *value = parameter.neutral.filter(|_| *free).unwrap_or(*value);
+        }
+    }
+    each
 }
 
 /// Per block: Σ w r² before minus after, over samples that both have.
@@ -88,6 +107,16 @@ pub fn improvement_by_block(data: &Data, before: &[f64], after: &[f64]) -> Vec<f
         }
     }
     sums
+}
+
+/// The same per case: per block of a log, per cut of a table. Neighbouring samples share their errors, cuts of a table do not, and
+/// the few set-ups that there are say little of their own scatter.
+pub fn improvement_by_case(data: &Data, before: &[f64], after: &[f64]) -> Vec<f64> {
+    if data.is_series() {
+        return improvement_by_block(data, before, after);
+    }
+    let known = data.used().filter(|i| before[*i].is_finite() && after[*i].is_finite());
+    known.map(|i| data.weight[i] * (before[i].powi(2) - after[i].powi(2))).collect()
 }
 
 /// Mean over its standard error.
