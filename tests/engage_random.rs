@@ -280,7 +280,7 @@ fn random_programs_keep_the_promises() {
     let range =
         asked.as_deref().and_then(|asked| asked.split_once("..")).map(|(a, b)| a.parse().unwrap()..b.parse().unwrap());
     let cell: f64 = std::env::var("ENGAGE_CELL").map_or(0.1, |cell| cell.parse().unwrap());
-    let seeds: Vec<u64> = range.map_or(SEEDS.to_vec(), Iterator::collect);
+    let seeds: Vec<u64> = range.map_or_else(seeds, Iterator::collect);
     let judged: Vec<(u64, Program, Verdict)> = seeds
         .into_par_iter()
         .map(|seed| {
@@ -299,11 +299,10 @@ fn random_programs_keep_the_promises() {
     assert!(quantiles(&mut found.windows)[2] <= WINDOW);
 }
 
-/// Programs that the test looks at.
-const SEEDS: [u64; 37] = [
-    0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 17, 18, 19, 20, 21, 22, 23, 27, 28, 29, 30, 31, 32, 33, 35,
-    36, 37, 44, 47, 53, 61,
-];
+/// Programs that the test looks at: the first 38, none left out, and four further ones that it had before.
+fn seeds() -> Vec<u64> {
+    (0..38).chain([44, 47, 53, 61]).collect()
+}
 
 /// Volume by the height field against brute force, all stations taken together.
 #[test]

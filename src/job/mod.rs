@@ -17,33 +17,33 @@
 //! exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does then is listed as infeasible, and runs at the
 //! lowest feed that was tried. A block that the proof objects to goes back to its original bytes and feed.
 
-mod problem;
-mod known_loads;
+mod block_delete;
 mod certificate;
 mod certificate_text;
 mod check;
-mod simulated_again;
 mod comments;
 mod edges;
-mod origins;
 mod force_rate;
 mod growth;
-mod written_engagement;
+mod known_loads;
 pub mod learned;
 mod life;
-mod remarks;
+mod limit_use;
+mod origins;
 pub mod plausible;
+mod problem;
 pub mod propose;
 mod ratios;
+mod remarks;
 pub mod semifinish;
+mod simulated_again;
 pub mod stepover;
-mod block_delete;
 mod task;
 mod tighten;
 pub mod tool_life;
-mod limit_use;
 mod wanted;
 mod worn;
+mod written_engagement;
 
 pub use certificate::CLOSE_MM;
 pub use comments::sections;

@@ -3,11 +3,11 @@
 //!
 //! | what | files |
 //! |---|---|
-//! | which limits and modes hold where | [`rules`], [`operations`], [`kinds_of_cut`], [`reference`], [`idle_limits`] |
-//! | from limits to caps and floors | [`problem`], [`caps`], [`cutters`], [`history`], [`confidence`], [`kept`], [`ramps`], [`force_rate`], [`budget`], [`wear`] |
+//! | which limits and modes hold where | [`rules`], [`operations`], [`kinds_of_cut`], [`reference`](mod@reference), [`idle_limits`] |
+//! | from limits to caps and floors | [`problem`](mod@problem), [`caps`], [`cutters`], [`history`], [`confidence`], [`kept`], [`ramps`], [`force_rate`], [`budget`], [`wear`] |
 //! | the continuous optimum | [`track`], [`corner`], [`exact_pass`], [`optimum`], [`interior_point`], [`five_diagonals`], [`convex`], [`cone`], [`check`] |
-//! | F words | [`solve`], [`feed_segments`], [`f_words`], [`prices`] |
-//! | the model of the control | [`control`], [`realise`], [`cycle_time`] |
+//! | F words | [`solve`](mod@solve), [`feed_segments`], [`f_words`], [`prices`] |
+//! | the model of the control | [`control`], [`realise`](mod@realise), [`cycle_time`] |
 //! | what is told besides | [`feed_marks`], [`stress`] |
 
 pub mod budget;
