@@ -1,10 +1,10 @@
 //! `semifinish`: both programs read, the semi-finish moved, written, read back and simulated with the finish again. In: two
 //! programs and the job. Out: the moved program, and what is to be said of it.
 
-use super::{self as job, JobError, Watch, environment, learned, remarks};
 use crate::diag::Diagnostic;
 use crate::engage::{self, EngageError, EngagementMap, Event, EventKind};
 use crate::finish::semifinish::{self, Answer, Gouge, Sample, SemifinishError, Wanted, Written, write};
+use crate::job::{self, JobError, Watch, environment, learned, remarks};
 use crate::machine::Job;
 use crate::nc::{self, Program, Toolpath};
 use crate::rewrite;

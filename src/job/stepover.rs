@@ -11,6 +11,7 @@ use crate::machine::{Annotate, Job};
 use crate::nc::{self, Dialect};
 use crate::path::Vec3;
 use crate::stock::{Piece, saved};
+use std::path::Path;
 
 /// The text with feeds that keep to a force, N.
 pub fn at_reference_force(
@@ -26,13 +27,14 @@ pub fn at_reference_force(
     }
     job.output.annotate = Annotate::None;
     let bytes = saved::to_bytes(piece, Vec3::zeros());
+    let load = |_: &Path| Ok(bytes.clone());
     let watch = Watch {
         progress: &|_, _| (),
         clock,
         subprograms: &|_| None,
         engage: engage::Options {
             cell_mm: Some(piece.field.cell[0].max(piece.field.cell[1])),
-            loader: Some(&|_| Ok(bytes.clone())),
+            loader: Some(&load),
             ..engage::Options::default()
         },
         keep: Keep::default(),

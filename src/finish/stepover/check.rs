@@ -18,6 +18,7 @@ use crate::schedule::cutters::Cutters;
 use crate::schedule::{as_programmed, realise};
 use crate::stock::{Blank, Piece, Relief, saved};
 use rayon::prelude::*;
+use std::path::Path;
 
 /// What came out.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -124,10 +125,11 @@ pub fn check(
     let toolpath = nc::interpret(&program, &nc::unit::with_its_unit(&program, environment, Some(&job)));
     let parts = parts(&toolpath, steps);
     let bytes = saved::to_bytes(piece, Vec3::zeros());
+    let load = |_: &Path| Ok(bytes.clone());
     let options = engage::Options {
         spacing_mm: SPACING_MM,
         cell_mm: Some(piece.field.cell[0].max(piece.field.cell[1])),
-        loader: Some(&|_| Ok(bytes.clone())),
+        loader: Some(&load),
         ..engage::Options::default()
     };
     let map = engage::engage(&toolpath, &job, &options, &|_| {})?;
