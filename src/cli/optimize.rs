@@ -13,8 +13,9 @@ use super::problem;
 use super::screen::Screen;
 use super::subprograms;
 use super::work::{Done, Work, execute, inputs, peak_memory, run_keeping, task, wanted};
+use crate::effects::wear;
 use crate::job::{self, Wanted};
-use crate::machine::{Job, LifeShare, Tool};
+use crate::machine::{Job, LifeShare};
 use crate::outcome::ProgramRun;
 use crate::report::{self, Extras, HeldBack, Outcome, Relief, Verdict};
 
@@ -279,21 +280,27 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     Ok(outcome)
 }
 
-/// The budgets of wear, each for a tool whose law is known.
+/// The budgets of wear, each for a tool whose law and end are known.
 fn budgets(asked: &[LifeShare], job: &Job) -> Result<Vec<LifeShare>, CliError> {
-    let known = |tool: &&Tool| tool.wear.is_some() && job.fresh_index(tool).is_some();
-    let known: Vec<u32> = job.tools.iter().filter(known).map(|tool| tool.number).collect();
+    let known: Vec<u32> =
+        job.tools.iter().filter(|tool| wear::with_end(job, tool).is_some()).map(|tool| tool.number).collect();
     let unknown = asked.iter().find(|life| life.tool.map_or(known.is_empty(), |number| !known.contains(&number)));
-    match unknown {
-        None => Ok(asked.to_vec()),
-        Some(life) => Err(CliError::new(
+    let Some(life) = unknown else { return Ok(asked.to_vec()) };
+    let of = life.tool.map_or_else(|| "any tool".to_owned(), |number| format!("T{number}"));
+    let tool = job.tools.iter().find(|tool| life.tool.is_none_or(|number| number == tool.number));
+    Err(match tool.and_then(|tool| wear::of_tool(job, tool)) {
+        Some(wear) => CliError::new(
+            format!("--wear-budget: the model says how {of} wears, and nothing says when it is worn out"),
             format!(
-                "--wear-budget: the setup has no law of wear of {}",
-                life.tool.map_or_else(|| "any tool".to_owned(), |number| format!("T{number}"))
+                "write under its [[tool]]: wear = {{ end = … }}, the index at which you change it; {} is fresh",
+                report::short(wear.fresh)
             ),
+        ),
+        None => CliError::new(
+            format!("--wear-budget: the setup has no law of wear of {of}"),
             "write it under its [[tool]]: wear = { rate = 0.3, feed_per_tooth = 0.1, exponent = 1, end = 400 }",
-        )),
-    }
+        ),
+    })
 }
 
 /// Did the user say that the program is to be written all the same?

@@ -1,7 +1,13 @@
 //! Flank wear in its three stages: k_?e · (1 + r(1 − e^(−l/λ)) + g·l + a·l³), l the distance each tooth has slid
-//! through material in units of 100 m: running in, steady growth, the end of the edge.
+//! through material in units of 100 m: running in, steady growth, the end of the edge. It is the law of wear of a tool
+//! ([`crate::machine::wear`]) that counts the way of its teeth, for an index whose fresh edge is 1; `learn` fits it with the power −1,
+//! under which a mm slid counts as a mm whatever the feed.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
+use crate::machine::wear::{COUNTED_AT_MM, Counted, WearRate};
+
+/// Its unit of length, mm.
+const UNIT_MM: f64 = 1e5;
 
 /// `flank-wear`.
 pub const EFFECT: Effect = Effect {
@@ -51,15 +57,50 @@ pub const EFFECT: Effect = Effect {
             place: None,
             meaning: "cubic growth towards the end of the edge",
         },
+        Parameter {
+            name: "exponent",
+            unit: "-",
+            min: -1.0,
+            max: 2.0,
+            starts: &[-1.0],
+            neutral: Some(-1.0),
+            place: None,
+            meaning: "power of the feed in the growth per length of cut; -1: the way slid alone, above 0: slower feeds spare the edge",
+        },
+        Parameter {
+            name: "feed_per_tooth",
+            unit: "mm",
+            min: 1e-3,
+            max: 10.0,
+            starts: &[COUNTED_AT_MM],
+            neutral: Some(COUNTED_AT_MM),
+            place: None,
+            meaning: "feed per tooth at which the growth holds; of no matter to the exponent -1",
+        },
     ],
+    // Its stages in every set; the power and its feed are told by a model file, and by the readings of a tool's life.
+    forms: &[&[0, 1, 2, 3], &[0, 2, 3], &[0, 1, 3], &[0, 3], &[0, 1, 2], &[0, 2], &[0, 1], &[0]],
     change,
+    wear: Some(rate),
     separated_by: "the first cut repeated after the last, at the same feed",
     needs: &[Need::Range(Covariate::Sliding, 1e3)],
     ..BARE
 };
 
+fn rate(p: &[f64]) -> WearRate {
+    WearRate {
+        per_mm: p[0] / UNIT_MM,
+        counted: Counted::TeethWay,
+        feed_per_tooth_mm: p[5],
+        exponent: p[4],
+        run_in: p[1],
+        run_in_mm: p[2] * UNIT_MM,
+        end_per_mm3: p[3] / UNIT_MM.powi(3),
+    }
+}
+
 fn change(p: &[f64], state: &State) -> Change {
-    let l = (state.sliding_mm * 1e-5).max(0.0);
-    let growth = p[0] * l + p[1] * (1.0 - (-l / p[2]).exp()) + p[3] * l * l * l;
-    Change { edge: 1.0 + growth, ..Change::default() }
+    let rate = rate(p);
+    let mm = state.slid.at(rate.exponent) * (COUNTED_AT_MM / rate.feed_per_tooth_mm).powf(rate.exponent + 1.0);
+    Change { edge: 1.0 + rate.rise(mm), ..Change::default() }
 }

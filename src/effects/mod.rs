@@ -27,7 +27,10 @@ mod tare_warm_up;
 mod tool_diameter;
 pub mod unnamed;
 mod up_down;
+pub mod wear;
 
+use crate::machine::material::EffectUse;
+use crate::machine::wear::{Lengths, WearRate};
 use crate::path::Vec3;
 
 /// Where an effect acts, and so which room applies it.
@@ -177,7 +180,7 @@ impl Covariate {
     pub fn of(self, state: &State) -> f64 {
         match self {
             Covariate::Time => state.time_s,
-            Covariate::Sliding => state.sliding_mm,
+            Covariate::Sliding => state.slid.0[0],
             Covariate::Volume => state.volume_mm3,
             Covariate::FeedPerTooth => state.feed_per_tooth_mm,
             Covariate::ChipThickness => state.chip_thickness_mm,
@@ -224,9 +227,10 @@ pub struct Sector {
 pub struct State {
     /// Time since the start, s.
     pub time_s: f64,
-    /// Distance that each tooth of this tool has slid through material, mm.
-    pub sliding_mm: f64,
-    /// Rise of the wear index since the edge was fresh over the index of a fresh edge, by the tool's own law.
+    /// Distance that each tooth of this tool has slid through material, mm, counted for each power of the feed; for −1 it is that
+    /// distance itself.
+    pub slid: Lengths,
+    /// Rise of the wear index since the edge was fresh over the index of a fresh edge, by the law of the tool or of the model.
     pub worn: f64,
     /// Volume this tool has removed so far, mm³.
     pub volume_mm3: f64,
@@ -297,7 +301,7 @@ impl Default for State {
         let nan = f64::NAN;
         Self {
             time_s: nan,
-            sliding_mm: nan,
+            slid: Lengths([nan; 4]),
             worn: nan,
             volume_mm3: nan,
             rps: nan,
@@ -497,6 +501,9 @@ pub struct Effect {
     pub forms: &'static [&'static [usize]],
     /// What it does to a cut.
     pub change: fn(&[f64], &State) -> Change,
+    /// The law by which it wears edges, for an index whose fresh edge is 1. What it changes reaches predicted loads as wear of the tool
+    /// ([`wear`]), and not as a change.
+    pub wear: Option<fn(&[f64]) -> WearRate>,
     /// The cut that shows it apart from the others, one clause.
     pub separated_by: &'static str,
     /// What data must show before it is looked for; all of it.
@@ -520,6 +527,7 @@ const BARE: Effect = Effect {
     parameters: &[],
     forms: &[],
     change: |_, _| Change::default(),
+    wear: None,
     separated_by: "",
     needs: &[],
     geometry: &[],
@@ -549,9 +557,10 @@ impl Effect {
         self.geometry.contains(&geometry)
     }
 
-    /// Do edges wear by it: does it change loads with the way that they slide?
-    pub fn wears_edges(&self) -> bool {
-        self.acts == Acts::Load && self.covariates.contains(&Covariate::Sliding)
+    /// Its parameters in order, from those that a model gives; `None` where one without a neutral value is missing.
+    pub fn values(&self, used: &EffectUse) -> Option<Vec<f64>> {
+        let given = |name: &str| used.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| *value);
+        self.parameters.iter().map(|p| given(p.name).or(p.neutral)).collect()
     }
 }
 

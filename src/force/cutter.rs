@@ -71,8 +71,8 @@ impl Cutter {
             |slice: &Slice| matches!(tool.profile.segments.get(slice.segment as usize), Some(Segment::Arc { .. }));
         let rings: Vec<Ring> =
             slices.iter().map(|slice| Ring::new(slice, coefficients.of(slice, curved(slice)), tool)).collect();
-        let effects = Effects::of(process)?;
-        if let Some(effect) = effects.wearing().filter(|_| !has_edge_force(&kind, &rings, tool)) {
+        let (effects, wearing) = Effects::of(process)?;
+        if let Some(effect) = wearing.filter(|_| !has_edge_force(&kind, &rings, tool)) {
             return Err(ForceError::NoEdgeForce { effect, model: model.name().to_owned() });
         }
         let exact = kind == Kind::Exact && tool.runout.is_none_or(|runout| runout.offset_mm == 0.0);

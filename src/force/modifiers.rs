@@ -31,7 +31,7 @@ impl Factors {
     }
 }
 
-/// The effects of a process model with their parameter values.
+/// The effects of a process model with their parameter values, but for the wear of edges: that comes with the state.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Effects(Vec<(&'static Effect, Vec<f64>)>);
 
@@ -44,9 +44,10 @@ impl PartialEq for Effects {
 }
 
 impl Effects {
-    /// Those of a process model, checked against the list.
-    pub(super) fn of(process: &Process) -> Result<Self, ForceError> {
-        let mut effects = Vec::new();
+    /// Those of a process model, checked against the list, and the one by which edges wear: it has nothing to act on where there
+    /// is no edge force.
+    pub(super) fn of(process: &Process) -> Result<(Self, Option<&'static str>), ForceError> {
+        let (mut effects, mut wearing) = (Vec::new(), None);
         for used in &process.effects {
             let unknown = || ForceError::UnknownEffect { name: used.name.clone() };
             let effect = named(&used.name).ok_or_else(unknown)?;
@@ -58,14 +59,13 @@ impl Effects {
                 super::error::range(parameter.name, value, parameter.min, parameter.max)?;
                 values.push(value);
             }
-            effects.push((effect, values));
+            if effect.wear.is_some() {
+                wearing = Some(effect.name);
+            } else {
+                effects.push((effect, values));
+            }
         }
-        Ok(Self(effects))
-    }
-
-    /// The effect by which edges wear, if there is one: it has nothing to act on where there is no edge force.
-    pub(super) fn wearing(&self) -> Option<&'static str> {
-        self.0.iter().find(|(effect, _)| effect.wears_edges()).map(|(effect, _)| effect.name)
+        Ok((Self(effects), wearing))
     }
 
     /// At a station whose state has no feed in it yet; `chip_per_feed` is the mean chip thickness per feed per tooth.
@@ -126,7 +126,7 @@ impl Moving {
     }
 }
 
-/// Wear by the tool's own law; none where it has no law.
+/// Wear by the law of the tool; none where it has no law.
 fn worn(state: &State) -> f64 {
     if state.worn.is_finite() { state.worn } else { 0.0 }
 }

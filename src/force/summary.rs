@@ -4,9 +4,8 @@
 //! as proportional to chip thickness over the arc: F_t = F/√(1+s²), F_n = s F_t. These models say nothing of axial force.
 //!
 //! What the formula says at no chip thickness (b0 + b_l L + b_ll L²; C0 + C1 L) is its edge force: effects on edge coefficients
-//! multiply it, effects on cutting coefficients the rest; wear by the tool's own law adds to b0 (C0), which is its index.
-//! Where it comes out negative it is no
-//! force of the edge, only a bend of the fit, and goes with the rest.
+//! multiply it, effects on cutting coefficients the rest; wear makes b0 grow, the index of that model, and C0 and C1 alike.
+//! Where it comes out negative it is no force of the edge, only a bend of the fit, and goes with the rest.
 //!
 //! On an arc from 0 to α (or π − α to π) t_m is f sin α with Ibaraki (Eq. 4) and r − √(r² + f² − 2 r f sin α) with Nishida,
 //! α at most a right angle.
@@ -68,11 +67,11 @@ impl Formula {
         }
     }
 
-    /// What wear adds to as a multiple: b0, and C0 on the height of the layer, N.
-    fn index(&self, layer: &Layer) -> f64 {
+    /// What wear multiplies, N: b0 alone, which is the index of that model; of a layer its edge, C0 and C1 alike.
+    fn wears(&self, layer: &Layer) -> f64 {
         match self {
             Formula::Response([b0, ..]) => *b0,
-            Formula::Layer([c0, ..], of) => layer.height_mm * of.factor(layer.radius_mm) * c0,
+            Formula::Layer(..) => self.edge(layer).max(0.0),
         }
     }
 
@@ -93,10 +92,13 @@ impl Formula {
         }
     }
 
-    /// Is there an edge force for every length of contact up to this one?
+    /// Is there a force that wear makes grow, for every length of contact up to this one?
     pub(super) fn has_edge(&self, longest_mm: f64) -> bool {
-        let steps = 0..=EDGE_SAMPLES;
-        steps.skip(1).all(|k| self.edge_at(longest_mm * f64::from(k) / f64::from(EDGE_SAMPLES)) > 0.0)
+        let at = |k: u32| self.edge_at(longest_mm * f64::from(k) / f64::from(EDGE_SAMPLES));
+        match self {
+            Formula::Response([b0, ..]) => *b0 > 0.0,
+            Formula::Layer(..) => (1..=EDGE_SAMPLES).all(|k| at(k) > 0.0),
+        }
     }
 }
 
@@ -132,7 +134,7 @@ impl Summary {
         for layer in self.cutting_layers() {
             let edge = self.formula.edge(layer);
             let rest = self.formula.resultant(layer, f + factors.peak_feed_mm) - edge.max(0.0);
-            let worn = edge.max(0.0) + self.formula.index(layer) * factors.worn;
+            let worn = edge.max(0.0) + self.formula.wears(layer) * factors.worn;
             let peak = (rest * factors.cutting + worn * factors.edge).max(0.0);
             let (t, n) = (peak * along, peak * along * self.normal_share);
             forces.xy_peak += peak;

@@ -135,9 +135,7 @@ fn change_of(effect: &Effect, used: &EffectUse) -> Change {
 }
 
 fn change_at(effect: &Effect, used: &EffectUse, state: &State) -> Change {
-    let given = |name: &str| used.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| *value);
-    let values: Vec<f64> = effect.parameters.iter().map(|p| given(p.name).or(p.neutral).unwrap_or(f64::NAN)).collect();
-    if values.iter().all(|value| value.is_finite()) { (effect.change)(&values, state) } else { Change::default() }
+    effect.values(used).map_or_else(Change::default, |values| (effect.change)(&values, state))
 }
 
 fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumption> {

@@ -1,17 +1,18 @@
 //! Budgets of wear, one for each tool. In: a problem, what the cutter meets, the job. Out: caps lowered until each tool keeps its
 //! budget, and what the budgets cost.
 //!
-//! A tool with a law of its own ([`crate::machine::wear`]) has its budget as a share of its whole life, from a fresh edge to
+//! A tool whose law and end are known ([`crate::effects::wear`]) has its budget as a share of its whole life, from a fresh edge to
 //! the end of its index; one without as a share of what the program uses as it stands (`[limits] wear`: contact area times feed
 //! to a power).
 
+use crate::effects::wear;
 use crate::engage::EngagementMap;
-use crate::force::contact::engaged;
+use crate::force::contact::{Engaged, engaged};
 use crate::ids::MoveId;
-use crate::machine::{Job, LimitKind, Tool};
-use crate::nc::Toolpath;
+use crate::machine::{Job, LimitKind, Tool, Wear};
+use crate::nc::{Move, Toolpath};
 use crate::outcome::ProgramRun;
-use crate::outcome::answers::Wear;
+use crate::outcome::answers::Wear as LifeUsed;
 use crate::schedule::Problem;
 use crate::schedule::budget::{Budget, Kept, extra_s, keep};
 use crate::schedule::history::{self, History};
@@ -20,13 +21,19 @@ use crate::schedule::history::{self, History};
 const LONGER: f64 = 0.1;
 
 /// Lowers the caps until every budget is kept; one answer for each tool that has one.
-pub fn keep_wear(problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Wear> {
+pub fn keep_wear(problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<LifeUsed> {
     let tools = job.tools.iter().filter(|tool| toolpath.moves.iter().any(|motion| motion.tool == tool.number));
     tools.filter_map(|tool| of_tool(tool, problem, toolpath, map, job)).collect()
 }
 
 /// The same anew for tools that slower feeds spare, after the caps of the problem followed their wear.
-pub fn keep_again(answers: &mut [Wear], problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) {
+pub fn keep_again(
+    answers: &mut [LifeUsed],
+    problem: &mut Problem,
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    job: &Job,
+) {
     for answer in answers.iter_mut().filter(|answer| history::spares(job, answer.tool)) {
         let again = job.tool(answer.tool).and_then(|tool| of_tool(tool, problem, toolpath, map, job));
         *answer = again.unwrap_or_else(|| answer.clone());
@@ -37,18 +44,24 @@ pub fn keep_again(answers: &mut [Wear], problem: &mut Problem, toolpath: &Toolpa
 pub fn used_by(run: &mut ProgramRun) {
     let history = History::of(&run.toolpath, &run.map, &run.job, run.after());
     for tool in run.job.tools.iter().filter(|tool| history.cut_by(tool.number)[0] > 0.0) {
-        let (Some(wear), Some((fresh, _))) = (tool.wear, run.job.fresh_index(tool)) else { continue };
-        let used = wear.law.rate_per_mm * history.cut_by(tool.number)[1] / (wear.law.end - fresh);
+        let Some(Wear { law, fresh, .. }) = wear::with_end(&run.job, tool) else { continue };
+        let used = history.cut_by(tool.number)[1] / law.life_mm(fresh);
         match run.answers.wear.iter_mut().find(|answer| answer.tool == tool.number) {
             Some(answer) if answer.of_life => answer.used = used,
             Some(_) => {}
-            None => run.answers.wear.push(Wear::without_budget(tool.number, used, wear.law.slower_is_safer())),
+            None => run.answers.wear.push(LifeUsed::without_budget(tool.number, used, law.slower_is_safer())),
         }
     }
 }
 
-fn of_tool(tool: &Tool, problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Option<Wear> {
-    let (rate, budget, of_life) = of_its_life(tool, problem, toolpath, job)
+fn of_tool(
+    tool: &Tool,
+    problem: &mut Problem,
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    job: &Job,
+) -> Option<LifeUsed> {
+    let (rate, budget, of_life) = of_its_life(tool, problem, toolpath, map, job)
         .map(|(rate, budget)| (rate, budget, true))
         .or_else(|| of_the_program(tool, problem, toolpath, map, job).map(|(rate, budget)| (rate, budget, false)))?;
     let fresh = problem.clone();
@@ -64,7 +77,7 @@ fn of_tool(tool: &Tool, problem: &mut Problem, toolpath: &Toolpath, map: &Engage
     }
     let shorter = Budget { most: budget.most.min(used) / (1.0 + LONGER), ..budget };
     let costs_s = extra_s(&fresh, problem, &rate, &shorter).filter(|_| !impossible);
-    Some(Wear {
+    Some(LifeUsed {
         tool: tool.number,
         most: Some(budget.most),
         used,
@@ -77,16 +90,22 @@ fn of_tool(tool: &Tool, problem: &mut Problem, toolpath: &Toolpath, map: &Engage
 }
 
 /// Wear of a millimetre of each node at a feed of 1 mm/s as a share of the tool's life, and the budget.
-fn of_its_life(tool: &Tool, problem: &Problem, toolpath: &Toolpath, job: &Job) -> Option<(Vec<f64>, Budget)> {
+fn of_its_life(
+    tool: &Tool,
+    problem: &Problem,
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    job: &Job,
+) -> Option<(Vec<f64>, Budget)> {
     let share = job.life.iter().rfind(|life| life.tool.is_none_or(|number| number == tool.number))?.share;
-    let (law, (fresh, _)) = (tool.wear?.law, job.fresh_index(tool)?);
-    let per_mm = law.rate_per_mm / (law.end - fresh);
-    let rate = |motion: &crate::nc::Move| {
-        let per_tooth = 1.0 / (motion.spin.rps * f64::from(tool.flutes));
-        if motion.tool == tool.number && per_tooth.is_finite() { per_mm * law.pace(per_tooth) } else { 0.0 }
+    let Wear { law, fresh, .. } = wear::with_end(job, tool)?;
+    let (life_mm, flutes) = (law.life_mm(fresh), f64::from(tool.flutes));
+    let rate = |motion: &Move, met: &Engaged| {
+        let per_tooth = 1.0 / (motion.spin.rps * flutes);
+        if per_tooth.is_finite() { law.rate.counts(met.way_mm, flutes, per_tooth) / life_mm } else { 0.0 }
     };
-    let nodes = problem.nodes.iter().map(|node| rate(&toolpath.moves[node.move_id.ix()]));
-    Some((nodes.collect(), Budget { exponent: law.exponent, most: share }))
+    let budget = Budget { exponent: law.rate.exponent, most: share };
+    Some((at_nodes(tool, problem, toolpath, map, &rate), budget))
 }
 
 /// The same as a share of what this tool uses in the program as it stands.
@@ -98,16 +117,23 @@ fn of_the_program(
     job: &Job,
 ) -> Option<(Vec<f64>, Budget)> {
     let budget = job.wear?;
-    let mut rate = contact(tool, problem, toolpath, map);
+    // Edge area over material in a revolution, mm².
+    let mut rate = at_nodes(tool, problem, toolpath, map, &|_, met| met.contact_mm2);
     let cuts = problem.nodes.iter().zip(&rate).filter(|(node, _)| node.cutting && node.free);
     let programmed: f64 = cuts.map(|(node, c)| c * node.programmed_mm_s.powf(budget.exponent) * node.length_mm()).sum();
     rate.iter_mut().zip(&problem.nodes).for_each(|(c, node)| *c = if node.free { *c / programmed } else { 0.0 });
     (programmed > 0.0).then_some((rate, Budget { exponent: budget.exponent, most: budget.most }))
 }
 
-/// Edge area of a tool over material in a revolution at each node, mm².
-fn contact(tool: &Tool, problem: &Problem, toolpath: &Toolpath, map: &EngagementMap) -> Vec<f64> {
-    let mut rate = vec![0.0; problem.nodes.len()];
+/// Something of what a tool meets at each of its nodes, 0 at the others.
+fn at_nodes(
+    tool: &Tool,
+    problem: &Problem,
+    toolpath: &Toolpath,
+    map: &EngagementMap,
+    of: &dyn Fn(&Move, &Engaged) -> f64,
+) -> Vec<f64> {
+    let mut values = vec![0.0; problem.nodes.len()];
     for (index, motion) in toolpath.moves.iter().enumerate().filter(|(_, motion)| motion.tool == tool.number) {
         let stations = map.stations_of(MoveId(index as u32));
         for node in problem.of_move[index].clone() {
@@ -116,8 +142,9 @@ fn contact(tool: &Tool, problem: &Problem, toolpath: &Toolpath, map: &Engagement
                 continue;
             };
             let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
-            rate[node as usize] = engaged(station, map, map.slices_of(motion.tool), tool.flutes, tangent_z).contact_mm2;
+            let met = engaged(station, map, map.slices_of(motion.tool), tool.flutes, tangent_z);
+            values[node as usize] = of(motion, &met);
         }
     }
-    rate
+    values
 }

@@ -1,9 +1,8 @@
 //! What a run says of the life of one tool. In: a [`ProgramRun`] over a program with marks of check points. Out: the check points with
 //! their places, predicted loads and lengths cut; the load at one as a function of wear; the job with a tool as worn as it is.
 
-use crate::effects::{Parameter, State, named};
+use crate::effects::wear;
 use crate::engage::Station;
-use crate::machine::material::EffectUse;
 use crate::machine::{Job, LifeShare, Wear};
 use crate::outcome::ProgramRun;
 use crate::path::Vec3;
@@ -95,8 +94,10 @@ impl<'a> ToolRun<'a> {
     /// What lies behind each station were this the exponent.
     fn with_power(&self, power: f64) -> History {
         let mut job = self.run.job.clone();
-        let mine = job.tools.iter_mut().filter(|tool| tool.number == self.tool).filter_map(|tool| tool.wear.as_mut());
-        mine.for_each(|wear| wear.law.exponent = power);
+        if let Some(mut wear) = job.tool(self.tool).and_then(|tool| wear::of_tool(&job, tool)) {
+            wear.law.rate.exponent = power;
+            with_wear(&mut job, self.tool, wear, None);
+        }
         History::of(&self.run.toolpath, &self.run.map, &job, self.run.after())
     }
 
@@ -164,48 +165,10 @@ impl<'a> ToolRun<'a> {
     }
 }
 
-/// The wear that effects of the process model do by the way the teeth slide, as a law of a tool: rise of the index per metre over the
-/// second half of what the program cuts, the mean feed per tooth it is for, mm, and the index of a fresh edge. By that way a slower feed wears
-/// more per metre: its exponent is −1. `None` where no effect wears its edges.
-pub fn law_of_effects(run: &ProgramRun, number: u32) -> Option<[f64; 3]> {
-    let tool = run.job.tool(number)?;
-    let (fresh, _) = run.job.fresh_index(tool)?;
-    let history = History::of(&run.toolpath, &run.map, &run.job, run.after());
-    let (mut cut_mm, mut teeth, mut slid_mm) = (0.0, 0.0, 0.0);
-    for (id, motion) in run.toolpath.iter_moves().filter(|(_, motion)| motion.tool == number) {
-        let per_mm = motion.spin.rps * f64::from(tool.flutes) / motion.feed.mm_s;
-        for index in run.map.of_move[id.ix()].clone().map(|index| index as usize) {
-            let station = &run.map.stations[index];
-            if station.arc_count > 0 && per_mm.is_finite() {
-                cut_mm += station.length_mm();
-                teeth += station.length_mm() * per_mm;
-                slid_mm = history.slid_mm(index);
-            }
-        }
-    }
-    let rise = fresh * (worn_by_effects(&run.job, slid_mm) - worn_by_effects(&run.job, 0.5 * slid_mm));
-    (rise > 0.0).then(|| [rise / (0.5e-3 * cut_mm), cut_mm / teeth, fresh])
-}
-
-/// Factor on edge forces of the effects that wear edges, behind so much sliding.
-fn worn_by_effects(job: &Job, slid_mm: f64) -> f64 {
-    let state = State { sliding_mm: slid_mm, ..State::default() };
-    let factor = |used: &EffectUse| {
-        let effect = named(&used.name).filter(|effect| effect.wears_edges())?;
-        let value = |parameter: &Parameter| {
-            let found = used.parameters.iter().find(|(name, _)| name == parameter.name).map(|(_, value)| *value);
-            found.or(parameter.neutral)
-        };
-        let values: Vec<f64> = effect.parameters.iter().map(value).collect::<Option<_>>()?;
-        Some((effect.change)(&values, &state).edge)
-    };
-    job.process.effects.iter().filter_map(factor).product()
-}
-
 /// The job with this tool as worn as it is, its rate as it is known now, and a budget for the program.
 pub fn with_wear(job: &mut Job, tool: u32, wear: Wear, share: Option<f64>) {
     if let Some(tool) = job.tools.iter_mut().find(|known| known.number == tool) {
-        tool.wear = Some(wear);
+        tool.wear = Some(wear.into());
     }
     job.life = share.map(|share| LifeShare { tool: Some(tool), share }).into_iter().collect();
 }

@@ -14,7 +14,7 @@ pub use limits::{LimitKind, Limits};
 pub use material::Material;
 pub use profile::{Profile, Segment, Slice};
 pub use tool::{Runout, Shape, Tool};
-pub use wear::{Wear, WearLaw, fresh_index};
+pub use wear::{ToolWear, Wear, WearLaw, WearRate, fresh_index};
 
 /// Farther from a zero point than this nothing of a mill or its work lies, mm. The longest gantry mills travel some tens of metres; a
 /// larger number is a slip or a wrong unit (judgement).

@@ -3,7 +3,7 @@
 use super::limits::Limits;
 use super::material::Material;
 use super::profile::Profile;
-use super::wear::Wear;
+use super::wear::ToolWear;
 
 /// Kinds of cutter the setup file names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -86,8 +86,8 @@ pub struct Tool {
     pub coefficients: Option<Material>,
     /// Its own limits.
     pub limits: Limits,
-    /// How it wears, where that is known.
-    pub wear: Option<Wear>,
+    /// What the setup says of its wear.
+    pub wear: Option<ToolWear>,
 }
 
 impl Tool {

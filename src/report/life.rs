@@ -65,6 +65,8 @@ pub struct LifeReport {
     pub index_deviation: f64,
     /// Rise of the index per metre at the reference feed, and its standard deviation.
     pub rate_per_m: [f64; 2],
+    /// Metre of what: `path` of the tool, or `teeth-way`, what each tooth slides through material.
+    pub counted: &'static str,
     /// Exponent of the feed that was regulated with.
     pub exponent: f64,
     /// What the readings say of it, with its standard deviation; `None` with fewer than three of them.
@@ -147,8 +149,9 @@ pub fn life_words(report: &LifeReport) -> String {
         short(end)
     );
     let [rate, deviation] = report.rate_per_m;
+    let slid = if report.counted == "path" { "" } else { " that a tooth slides" };
     text += &format!(
-        "rate      {} ± {} {unit} per m at the reference feed, with its power {}\n",
+        "rate      {} ± {} {unit} per m{slid} at the reference feed, with its power {}\n",
         short(rate),
         short(deviation),
         short(report.exponent)

@@ -10,10 +10,11 @@
 
 use super::problem::FeedPiece;
 use super::realise::{pieces_of_moves, realise};
-use crate::effects::{Acts, Covariate, State, named};
+use crate::effects::{Acts, Covariate, State, named, wear};
 use crate::engage::{EngagementMap, Station};
 use crate::force::contact::{Engaged, engaged};
-use crate::machine::{Job, Tool, Wear};
+use crate::machine::wear::Lengths;
+use crate::machine::{Job, Tool, Wear, WearLaw};
 use crate::nc::{Event, Move, Toolpath};
 use crate::path::Vec3;
 use rayon::prelude::*;
@@ -29,31 +30,33 @@ pub fn follows_feeds(job: &Job) -> bool {
     any_law(job, |_| true) || acting(job, &|covariate| matches!(covariate, Covariate::Time | Covariate::Sliding))
 }
 
-/// Do edges wear with the way they slide, so that slower feeds wear them more per mm of path?
+/// Do slower feeds wear edges more per mm of path?
 pub fn wears(job: &Job) -> bool {
-    any_law(job, |wear| wear.law.exponent < 0.0) || acting(job, &|covariate| covariate == Covariate::Sliding)
+    any_law(job, |law| law.rate.exponent < 0.0) || acting(job, &|covariate| covariate == Covariate::Sliding)
 }
 
-/// Does a tool wear by a law of its own by which slower feeds spare it?
+/// Does a tool wear by a law by which slower feeds spare it?
 pub fn spares(job: &Job, tool: u32) -> bool {
-    let wear = job.tool(tool).filter(|tool| job.fresh_index(tool).is_some()).and_then(|tool| tool.wear);
-    wear.is_some_and(|wear| wear.law.slower_is_safer())
+    job.tool(tool).and_then(|tool| wear::of_tool(job, tool)).is_some_and(|wear| wear.law.slower_is_safer())
 }
 
-fn any_law(job: &Job, holds: impl Fn(&Wear) -> bool) -> bool {
-    job.tools.iter().filter_map(|tool| tool.wear.as_ref()).any(holds)
+fn any_law(job: &Job, holds: impl Fn(&WearLaw) -> bool) -> bool {
+    job.tools.iter().filter_map(|tool| wear::of_tool(job, tool)).any(|wear| holds(&wear.law))
 }
 
 fn acting(job: &Job, on: &dyn Fn(Covariate) -> bool) -> bool {
+    // Those that wear edges do it through the law of each tool.
     let effects = job.process.effects.iter().filter_map(|used| named(&used.name));
-    effects.filter(|effect| effect.acts == Acts::Load).any(|effect| effect.covariates.iter().copied().any(on))
+    effects
+        .filter(|effect| effect.acts == Acts::Load && effect.wear.is_none())
+        .any(|effect| effect.covariates.iter().copied().any(on))
 }
 
 /// What lies behind the middle of a station.
 #[derive(Debug, Clone, Copy, Default)]
 struct Past {
     time_s: f64,
-    sliding_mm: f64,
+    slid: Lengths,
     volume_mm3: f64,
     since_entry_mm: f64,
     /// Length cut, each mm with the pace at which it wears the tool, mm.
@@ -73,27 +76,18 @@ pub struct History {
     in_all: Vec<(u32, [f64; 2])>,
 }
 
-/// A tool that wears by a law of its own.
+/// A tool that wears.
 #[derive(Debug, Clone, Copy)]
 struct Edge {
     tool: u32,
     wear: Wear,
-    fresh: f64,
-    flutes: f64,
 }
 
 impl Edge {
-    /// Those of a job; a tool whose force model has no index of wear is left out.
+    /// Those of a job.
     fn all(job: &Job) -> Vec<Self> {
-        let edge = |tool: &Tool| {
-            let (fresh, _) = job.fresh_index(tool)?;
-            Some(Self { tool: tool.number, wear: tool.wear?, fresh, flutes: f64::from(tool.flutes) })
-        };
+        let edge = |tool: &Tool| Some(Self { tool: tool.number, wear: wear::of_tool(job, tool)? });
         job.tools.iter().filter_map(edge).collect()
-    }
-    /// Its index behind so much wearing cut.
-    fn index(&self, wear_mm: f64) -> f64 {
-        self.wear.index.unwrap_or(self.fresh) + self.wear.law.rate_per_mm * wear_mm
     }
 }
 
@@ -113,7 +107,7 @@ impl History {
     /// The same with edges that have not slid: no feeds leave less wear behind.
     pub fn unworn(mut self) -> Self {
         for past in Arc::make_mut(&mut self.past) {
-            past.sliding_mm = 0.0;
+            past.slid = Lengths::default();
             past.wear_mm = 0.0;
         }
         self
@@ -121,7 +115,7 @@ impl History {
 
     /// How far each tooth has slid when it is at a station of the map, mm.
     pub fn slid_mm(&self, station: usize) -> f64 {
-        self.past.get(station).map_or(0.0, |past| past.sliding_mm)
+        self.past.get(station).map_or(0.0, |past| past.slid.0[0])
     }
 
     /// Length that a tool has cut at the end, and that length with the pace of its wear, mm.
@@ -147,12 +141,11 @@ impl History {
         let direction = motion.curve().tangent(middle_mm);
         let left = Vec3::new(-direction.y, direction.x, 0.0);
         let [ahead, aside] = engaged.contact_mm;
-        // A tool with a law of its own wears by nothing else.
         let edge = self.edges.iter().find(|edge| edge.tool == motion.tool);
         State {
             time_s: past.time_s,
-            sliding_mm: if edge.is_some() { 0.0 } else { past.sliding_mm },
-            worn: edge.map_or(0.0, |edge| edge.index(past.wear_mm) / edge.fresh - 1.0),
+            slid: past.slid,
+            worn: edge.map_or(0.0, |edge| edge.wear.worn(past.wear_mm)),
             volume_mm3: past.volume_mm3,
             reference_rps: self.tare_rps,
             axial_depth_mm: engaged.axial_mm,
@@ -202,10 +195,11 @@ fn pasts(
                 let pace = Pace::new(pieces, motion.curve().length(), seconds[id.ix()]);
                 let tool = so_far(&mut tools, motion.tool);
                 let edge = edges.iter().find(|edge| edge.tool == motion.tool);
+                let turning = [motion.spin.rps, job.tool(motion.tool).map_or(1.0, |tool| f64::from(tool.flutes))];
                 for index in map.of_move[id.ix()].clone().map(|index| index as usize) {
                     let station = &map.stations[index];
                     let [start_s, end_s] = [station.from_mm, station.to_mm].map(|at_mm| now_s + pace.at(at_mm));
-                    past[index] = tool.through(station, &engaged[index], motion.spin.rps, [start_s, end_s], edge);
+                    past[index] = tool.through(station, &engaged[index], turning, [start_s, end_s], edge);
                 }
                 if map.of_move[id.ix()].is_empty() {
                     tool.since_entry_mm = 0.0;
@@ -260,28 +254,30 @@ impl Past {
         &mut self,
         station: &Station,
         met: &Engaged,
-        rps: f64,
+        [rps, flutes]: [f64; 2],
         [start_s, end_s]: [f64; 2],
         edge: Option<&Edge>,
     ) -> Self {
         let (length_mm, took_s) = (station.length_mm(), end_s - start_s);
         let cut_mm = if station.arc_count > 0 { length_mm } else { 0.0 };
-        let pace = |edge: &Edge| edge.wear.law.pace(length_mm / (took_s * rps * edge.flutes));
+        let feed_mm = length_mm / (took_s * rps * flutes);
+        let counts = |edge: &Edge| edge.wear.law.rate.counts(met.way_mm, flutes, feed_mm);
         let wear_mm =
-            edge.filter(|_| cut_mm > 0.0 && took_s > 0.0 && rps > 0.0).map_or(0.0, |edge| cut_mm * pace(edge));
-        let (slid_mm, removed_mm3) = (met.way_mm * rps * took_s, met.section_mm2 * length_mm);
+            edge.filter(|_| cut_mm > 0.0 && took_s > 0.0 && rps > 0.0).map_or(0.0, |edge| cut_mm * counts(edge));
+        let slid = Lengths::slid(met.way_mm * rps * took_s, feed_mm);
+        let removed_mm3 = met.section_mm2 * length_mm;
         if station.arc_count == 0 {
             self.since_entry_mm = 0.0;
         }
         let behind = Self {
             time_s: start_s + 0.5 * took_s,
-            sliding_mm: self.sliding_mm + 0.5 * slid_mm,
+            slid: self.slid.and(&slid.times(0.5)),
             volume_mm3: self.volume_mm3 + 0.5 * removed_mm3,
             since_entry_mm: self.since_entry_mm,
             wear_mm: self.wear_mm + 0.5 * wear_mm,
             cut_mm: self.cut_mm + 0.5 * cut_mm,
         };
-        self.sliding_mm += slid_mm;
+        self.slid = self.slid.and(&slid);
         self.volume_mm3 += removed_mm3;
         self.wear_mm += wear_mm;
         self.cut_mm += cut_mm;

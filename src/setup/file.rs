@@ -244,20 +244,23 @@ pub struct ToolTable {
 
 /// How a tool wears. Its index of wear is the part of the force that does not come from the chip: b0 of the response model
 /// (N), k_te of the linear edge model (N/mm); a fresh edge has that of the material. It rises per metre of cut by
-/// rate · (feed per tooth / feed_per_tooth)^exponent.
+/// rate · (feed per tooth / feed_per_tooth)^exponent. Without these three it rises as the process model says (flank-wear).
 #[derive(Debug, Deserialize, JsonSchema, Clone)]
 #[serde(deny_unknown_fields, expecting = "a table like { rate = 0.3, feed_per_tooth = 0.1, exponent = 1, end = 400 }")]
 pub struct ToolWearTable {
-    /// Rise of the index per metre of cut at that feed per tooth.
-    pub rate: Quantity,
+    /// Rise of the index per metre of cut at that feed per tooth; absent: that of the process model.
+    pub rate: Option<Quantity>,
     /// Feed per tooth at which the rate was seen, mm.
-    pub feed_per_tooth: Quantity,
+    pub feed_per_tooth: Option<Quantity>,
     /// Power of the feed, from -1 (the way the teeth slide) to 2; above 0 a slower feed spares the edge.
-    pub exponent: Quantity,
-    /// Index at which the tool is worn out.
-    pub end: Quantity,
+    pub exponent: Option<Quantity>,
+    /// Index at which the tool is worn out; needed beside a rate.
+    pub end: Option<Quantity>,
     /// Index when the program begins; absent: a fresh edge.
     pub index: Option<Quantity>,
+    /// State of the tool that `toollife` wrote, like T1.life.toml, beside the setup: the index behind its last program, and the law as
+    /// known there where no rate is given here.
+    pub state: Option<String>,
     /// Relative standard deviation of the rate from tool to tool.
     pub rate_scatter: Option<Quantity>,
     /// Standard deviation of the index at the end from tool to tool.

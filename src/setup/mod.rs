@@ -23,6 +23,7 @@ mod stock;
 mod tool;
 pub mod tool_library;
 mod tool_state;
+mod used;
 
 pub use draft::{Facts, Known, Lacking, Of, ToolKnown};
 pub use error::SetupError;
@@ -78,8 +79,8 @@ fn worn(reader: &mut Reader, job: &Job) {
             reader.complain(&key(""), text, "give k_te of the linear edge model, b0 of response, or c0 of layer");
             continue;
         };
-        if wear.law.end <= fresh {
-            let text = format!("{} {unit} is not above the {fresh} {unit} of a fresh edge", wear.law.end);
+        if let Some(end) = wear.end.filter(|end| *end <= fresh) {
+            let text = format!("{end} {unit} is not above the {fresh} {unit} of a fresh edge");
             reader.complain(&key(".end"), text, "the index rises from that of a fresh edge to its end");
         }
         if wear.index.is_some_and(|index| index < fresh) {
@@ -106,7 +107,7 @@ pub fn schema() -> String {
 }
 
 fn job(reader: &mut Reader, file: &SetupFile, dir: &Path, is_for_table: bool) -> Result<Job, SetupError> {
-    let tools = tools(reader, file, is_for_table);
+    let tools = tools(reader, file, dir, is_for_table);
     let (limits, air_feed) = limits::global(reader, &file.limits.clone().unwrap_or_default());
     let operations = file.operation.iter().flatten().enumerate();
     let operations = operations.map(|(index, table)| limits::operation(reader, table, index)).collect();
@@ -155,14 +156,15 @@ fn speeds(reader: &mut Reader, tables: &[file::ToolTable]) -> Vec<(u32, f64)> {
     .collect()
 }
 
-fn tools(reader: &mut Reader, file: &SetupFile, is_for_table: bool) -> Vec<crate::machine::Tool> {
+fn tools(reader: &mut Reader, file: &SetupFile, dir: &Path, is_for_table: bool) -> Vec<crate::machine::Tool> {
     let tables = file.tool.as_deref().unwrap_or(&[]);
     if tables.is_empty() && !is_for_table {
         reader.missing("tool", "write one [[tool]] per T word of the program: number, shape, diameter, flutes");
     }
     let mut tools: Vec<crate::machine::Tool> = Vec::new();
     for (index, table) in tables.iter().enumerate() {
-        let Some(tool) = tool::tool(reader, table, index) else { continue };
+        let Some(mut tool) = tool::tool(reader, table, index) else { continue };
+        used::take_state(reader, table, &mut tool, dir);
         if tools.iter().any(|other| other.number == tool.number) {
             reader.complain(
                 &format!("tool[{}].number", index + 1),

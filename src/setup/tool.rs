@@ -9,12 +9,9 @@ use super::material::{material, named_material};
 use super::outline::{self, Sizes};
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
-use crate::machine::{Profile, Runout, Shape, Tool, Wear, WearLaw};
+use crate::effects::wear::RATE_SCATTER;
+use crate::machine::{Profile, Runout, Shape, Tool, ToolWear, WearRate};
 use crate::units::{Dimension, deg_from_rad};
-
-/// Relative standard deviation of the rate of wear from tool to tool where none is declared: among the three runs of Ibaraki,
-/// Shimizu and Matsubara the rates that give their lives (0.233, 0.306, 0.363 N/m) scatter by 0.22 of their mean.
-const RATE_SCATTER: f64 = 0.22;
 
 const SHAPES: [(&str, Shape); 12] = [
     ("flat", Shape::Flat),
@@ -98,40 +95,52 @@ pub fn tool(reader: &mut Reader, table: &ToolTable, position: usize) -> Option<T
     })
 }
 
-fn wear(reader: &mut Reader, key: &str, written: &ToolWearTable) -> Wear {
+fn wear(reader: &mut Reader, key: &str, written: &ToolWearTable) -> ToolWear {
+    let at = |what: &str| format!("{key}.{what}");
+    let share = Sense::Within(-1e-9, 1.0, "a relative standard deviation from tool to tool, like 0.2");
+    let rate = wear_rate(reader, key, written);
+    if rate.is_some() && written.end.is_none() {
+        reader.missing(&at("end"), "the index of wear at which the tool is changed");
+    }
+    ToolWear {
+        rate,
+        end: reader.optional(&at("end"), written.end.as_ref(), Dimension::Ratio, Sense::Positive),
+        rate_scatter: reader.or(
+            &at("rate_scatter"),
+            written.rate_scatter.as_ref(),
+            Dimension::Ratio,
+            share,
+            RATE_SCATTER,
+        ),
+        end_scatter: reader.or(
+            &at("end_scatter"),
+            written.end_scatter.as_ref(),
+            Dimension::Ratio,
+            Sense::NotNegative,
+            0.0,
+        ),
+        index: reader.optional(&at("index"), written.index.as_ref(), Dimension::Ratio, Sense::Positive),
+    }
+}
+
+/// Rate, its feed and its power: all three or none.
+fn wear_rate(reader: &mut Reader, key: &str, written: &ToolWearTable) -> Option<WearRate> {
     let at = |what: &str| format!("{key}.{what}");
     let power =
         Sense::Within(-1.001, 2.001, "from -1 (the way the teeth slide) to 2; above 0 a slower feed spares the edge");
-    let share = Sense::Within(-1e-9, 1.0, "a relative standard deviation from tool to tool, like 0.2");
-    let per_m = reader.value(&at("rate"), &written.rate, Dimension::Ratio, Sense::Positive);
-    Wear {
-        law: WearLaw {
-            rate_per_mm: 1e-3 * per_m,
-            feed_per_tooth_mm: reader.value(
-                &at("feed_per_tooth"),
-                &written.feed_per_tooth,
-                Dimension::Length,
-                Sense::Positive,
-            ),
-            exponent: reader.value(&at("exponent"), &written.exponent, Dimension::Ratio, power),
-            end: reader.value(&at("end"), &written.end, Dimension::Ratio, Sense::Positive),
-            rate_scatter: reader.or(
-                &at("rate_scatter"),
-                written.rate_scatter.as_ref(),
-                Dimension::Ratio,
-                share,
-                RATE_SCATTER,
-            ),
-            end_scatter: reader.or(
-                &at("end_scatter"),
-                written.end_scatter.as_ref(),
-                Dimension::Ratio,
-                Sense::NotNegative,
-                0.0,
-            ),
-        },
-        index: reader.optional(&at("index"), written.index.as_ref(), Dimension::Ratio, Sense::Positive),
+    let three = [("rate", &written.rate), ("feed_per_tooth", &written.feed_per_tooth), ("exponent", &written.exponent)];
+    if three.iter().all(|(_, value)| value.is_none()) {
+        return None;
     }
+    for (name, _) in three.iter().filter(|(_, value)| value.is_none()) {
+        let help = "a rate of wear is told by rate, feed_per_tooth and exponent; leave all three out for that of the process model";
+        reader.missing(&at(name), help);
+    }
+    let per_m = reader.value(&at("rate"), written.rate.as_ref()?, Dimension::Ratio, Sense::Positive);
+    let feed_mm =
+        reader.value(&at("feed_per_tooth"), written.feed_per_tooth.as_ref()?, Dimension::Length, Sense::Positive);
+    let exponent = reader.value(&at("exponent"), written.exponent.as_ref()?, Dimension::Ratio, power);
+    Some(WearRate::along_path(1e-3 * per_m, feed_mm, exponent))
 }
 
 fn rounded(value: f64) -> f64 {

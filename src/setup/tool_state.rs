@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::toollife::exponent::Lengths;
+use crate::machine::wear::{Counted, Lengths};
 
 /// First line of the file, by which it is recognised as ours.
 pub const STATE_MARK: &str = "# State of a tool, written by feedwright toollife.";
@@ -41,6 +41,9 @@ pub struct ToolState {
     pub rate_deviation_per_m: f64,
     /// Reference feed per tooth, mm.
     pub feed_per_tooth_mm: f64,
+    /// What a metre is one of.
+    #[serde(default, with = "counted")]
+    pub counted: Counted,
     /// Exponent of the feed in use: the declared one, or that of the readings where they refute it.
     pub exponent: f64,
     /// Length cut before the program below, m.
@@ -93,9 +96,28 @@ pub struct ReadingState {
 }
 
 impl ToolState {
+    /// Index behind the program, cut to its end.
+    pub fn index_behind(&self) -> f64 {
+        self.index + self.rate_per_m * Lengths(self.program.lengths_m).at(self.exponent)
+    }
     /// Length cut before the program at the reference feed, with the exponent in use, m.
     pub fn wear_m(&self) -> f64 {
         Lengths(self.lengths_m).at(self.exponent)
+    }
+}
+
+/// `counted` as a word.
+mod counted {
+    use crate::machine::wear::Counted;
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer>(counted: &Counted, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(counted.name())
+    }
+    pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<Counted, D::Error> {
+        let word = String::deserialize(from)?;
+        let known = [Counted::Path, Counted::TeethWay].into_iter().find(|counted| counted.name() == word);
+        known.ok_or_else(|| D::Error::custom(format!("counted = \"{word}\" is neither path nor teeth-way")))
     }
 }
 
@@ -137,6 +159,7 @@ mod tests {
             rate_known_per_m: 2.0,
             rate_deviation_per_m: 0.4,
             feed_per_tooth_mm: 0.06,
+            counted: Counted::TeethWay,
             exponent: 1.0,
             cut_m: 0.0,
             lengths_m: [0.0; 4],
@@ -153,7 +176,11 @@ mod tests {
         };
         let text = write_tool_state(&state);
         assert!(text.starts_with(STATE_MARK));
-        assert_eq!(read_tool_state(&text), Ok(state));
+        assert_eq!(read_tool_state(&text), Ok(state.clone()));
+        // One of before, when every law counted the path.
+        let old = text.replace("counted = \"teeth-way\"\n", "");
+        assert_eq!(read_tool_state(&old), Ok(ToolState { counted: Counted::Path, ..state }));
+        assert!(read_tool_state(&text.replace("teeth-way", "teeth")).is_err());
         assert!(read_tool_state("tool = 1").is_err());
     }
 }

@@ -10,9 +10,8 @@
 //! only if that is as sure as the tool is to last.
 
 use super::trend::{self, Known, Reading};
+pub use crate::machine::wear::{Lengths, POWERS};
 
-/// Powers for which lengths are kept.
-pub const POWERS: [f64; 4] = [-1.0, 0.0, 1.0, 2.0];
 /// From the lowest power to the highest, in this many steps.
 const STEPS: usize = 30;
 /// Its length.
@@ -24,32 +23,6 @@ const REFUTED: f64 = 0.5 * 7.88;
 const ANYTHING: f64 = 0.866;
 /// Readings that leave something to judge the line by.
 const LEAST: usize = 3;
-
-/// Length cut, counted at the reference feed were the power each of [`POWERS`], m: a metre at feed f counts (f/f₀)^p metres.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Lengths(pub [f64; 4]);
-
-impl Lengths {
-    /// The same for every power: what is cut at the reference feed.
-    pub fn at_reference(m: f64) -> Self {
-        Self([m; 4])
-    }
-    /// With another length behind it.
-    pub fn and(&self, more: &Self) -> Self {
-        Self([0, 1, 2, 3].map(|k| self.0[k] + more.0[k]))
-    }
-    /// For a power from −1 to 2, m. ln W is a cumulant generating function of ln (f/f₀), smooth in p: the cubic through the four.
-    pub fn at(&self, power: f64) -> f64 {
-        let weight = |k: usize| -> f64 {
-            let others = POWERS.iter().enumerate().filter(|(j, _)| *j != k);
-            others.map(|(_, other)| (power - other) / (POWERS[k] - other)).product()
-        };
-        if self.0.iter().any(|m| *m <= 0.0) {
-            return 0.0;
-        }
-        self.0.iter().enumerate().map(|(k, m)| weight(k) * m.ln()).sum::<f64>().exp()
-    }
-}
 
 /// What readings say of the power.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,19 +94,6 @@ mod tests {
             (lengths, index)
         };
         ratios.iter().cycle().take(10).map(reading).collect()
-    }
-
-    #[test]
-    fn lengths_between_the_powers_are_those_of_the_sum() {
-        let cuts = [(30.0, 0.4), (50.0, 0.9), (20.0, 1.6)];
-        let sum = |power: f64| cuts.iter().map(|(m, ratio)| m * f64::powf(*ratio, power)).sum::<f64>();
-        let lengths = Lengths(POWERS.map(sum));
-        for k in 0..=30 {
-            let power = -1.0 + 0.1 * f64::from(k);
-            // Far below what a rate scatters by.
-            assert!((lengths.at(power) / sum(power) - 1.0).abs() < 5e-3, "{power}");
-        }
-        assert_eq!(Lengths::default().at(0.5), 0.0);
     }
 
     #[test]

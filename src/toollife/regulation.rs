@@ -6,8 +6,11 @@
 //! ([`crate::schedule::budget`]). *By shift* (Ibaraki, Shimizu, Matsubara, section 3.2): the force at the next check point is to
 //! lie on the target line, and the whole profile of feeds is shifted by the ratio that brings it there.
 //!
-//! Both rest on p > 0. Where p ≤ 0 a slower feed does not spare the tool, and regulation never slows it.
+//! Both rest on p > 0. Where p ≤ 0 a slower feed does not spare the tool, and regulation never slows it. Where p < 0 a faster one spares
+//! it, but if the declared p is wrong it ruins the tool: feeds rise only when readings say p < 0 with the assurance asked for, and then
+//! as far as limits allow, which costs no time.
 
+use super::exponent::Estimate;
 use super::trend::Trend;
 use crate::machine::WearLaw;
 
@@ -42,19 +45,30 @@ impl TargetLine {
 pub enum Regulation {
     /// Feeds so that the mean pace of wear over the rest is this.
     Pace(f64),
-    /// Feeds as they are or faster: a slower one does not spare this tool (p ≤ 0).
-    NoUse,
+    /// Feeds as they are: a slower one does not spare this tool (p ≤ 0), and that a faster one does is not sure.
+    AsTheyAre,
+    /// Feeds as high as limits allow: by the readings a faster one spares this tool.
+    Faster,
     /// The index is at its end with more than the probability left open: no feed helps.
     WornOut,
 }
 
 /// Pace of wear with which a tool lasts for `rest_m` more metres with probability `assurance`. `now_m`: what it has cut, at the
-/// reference feed.
-pub fn regulate(trend: &Trend, law: &WearLaw, now_m: f64, rest_m: f64, assurance: f64) -> Regulation {
+/// reference feed. `seen`: what readings say of the power of the feed.
+pub fn regulate(
+    trend: &Trend,
+    law: &WearLaw,
+    seen: Option<&Estimate>,
+    [now_m, rest_m]: [f64; 2],
+    assurance: f64,
+) -> Regulation {
     let end_m = trend.worn_out_m(1.0 - assurance, law.end, law.end_scatter);
     let left_m = end_m.map_or(f64::INFINITY, |end_m| end_m - now_m);
-    if !law.slower_is_safer() {
-        Regulation::NoUse
+    let faster_spares = law.rate.exponent < 0.0 && seen.is_some_and(|seen| 1.0 - seen.spares >= assurance);
+    if faster_spares {
+        Regulation::Faster
+    } else if !law.slower_is_safer() {
+        Regulation::AsTheyAre
     } else if left_m <= 0.0 {
         Regulation::WornOut
     } else {
@@ -64,16 +78,17 @@ pub fn regulate(trend: &Trend, law: &WearLaw, now_m: f64, rest_m: f64, assurance
 
 /// Ratio of feeds with a pace of wear; 1 where the pace does not depend on the feed.
 pub fn ratio_of_pace(law: &WearLaw, pace: f64) -> f64 {
-    if law.exponent == 0.0 { 1.0 } else { pace.max(0.0).powf(law.exponent.recip()) }
+    if law.rate.exponent == 0.0 { 1.0 } else { pace.max(0.0).powf(law.rate.exponent.recip()) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::WearRate;
     use crate::toollife::trend::{Known, Reading, trend};
 
     fn law(exponent: f64) -> WearLaw {
-        WearLaw { rate_per_mm: 4e-4, feed_per_tooth_mm: 0.1, exponent, end: 400.0, rate_scatter: 0.2, end_scatter: 0.0 }
+        WearLaw { rate: WearRate::along_path(4e-4, 0.1, exponent), end: 400.0, rate_scatter: 0.2, end_scatter: 0.0 }
     }
 
     fn seen() -> Trend {
@@ -85,21 +100,27 @@ mod tests {
     #[test]
     fn the_pace_uses_up_what_is_left_over_the_rest() {
         // Worn out at 625 m; 160 are cut.
-        let Regulation::Pace(pace) = regulate(&seen(), &law(1.0), 160.0, 465.0, 0.5) else { panic!() };
+        let Regulation::Pace(pace) = regulate(&seen(), &law(1.0), None, [160.0, 465.0], 0.5) else { panic!() };
         assert!((pace - 1.0).abs() < 1e-4, "{pace}");
-        let Regulation::Pace(sure) = regulate(&seen(), &law(1.0), 160.0, 465.0, 0.9) else { panic!() };
+        let Regulation::Pace(sure) = regulate(&seen(), &law(1.0), None, [160.0, 465.0], 0.9) else { panic!() };
         assert!(sure < pace, "{sure}");
-        let Regulation::Pace(longer) = regulate(&seen(), &law(2.0), 160.0, 930.0, 0.5) else { panic!() };
+        let Regulation::Pace(longer) = regulate(&seen(), &law(2.0), None, [160.0, 930.0], 0.5) else { panic!() };
         assert!((longer - 0.5).abs() < 1e-4);
         assert!((ratio_of_pace(&law(2.0), longer) - 0.5f64.sqrt()).abs() < 1e-4);
-        assert_eq!(regulate(&seen(), &law(1.0), 700.0, 10.0, 0.5), Regulation::WornOut);
+        assert_eq!(regulate(&seen(), &law(1.0), None, [700.0, 10.0], 0.5), Regulation::WornOut);
     }
 
     #[test]
-    fn where_slower_is_no_safer_nothing_is_slowed() {
+    fn where_slower_is_no_safer_nothing_is_slowed_and_what_is_not_sure_is_not_sped_up() {
+        let seen = |spares| Estimate { power: -0.8, deviation: 0.3, is_told: true, refutes: false, spares };
+        let of = |p: f64, seen: Option<Estimate>| regulate(&self::seen(), &law(p), seen.as_ref(), [160.0, 500.0], 0.9);
         for p in [-1.0, 0.0] {
-            assert_eq!(regulate(&seen(), &law(p), 160.0, 500.0, 0.5), Regulation::NoUse);
+            assert_eq!([of(p, None), of(p, Some(seen(0.11)))], [Regulation::AsTheyAre; 2]);
         }
+        assert_eq!(
+            [of(-1.0, Some(seen(0.09))), of(0.0, Some(seen(0.09)))],
+            [Regulation::Faster, Regulation::AsTheyAre]
+        );
     }
 
     #[test]

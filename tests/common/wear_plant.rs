@@ -7,8 +7,8 @@
 
 #![allow(dead_code)]
 
-use feedwright::machine::WearLaw;
-use feedwright::toollife::exponent::{self, Lengths, POWERS};
+use feedwright::machine::{WearLaw, WearRate};
+use feedwright::toollife::exponent::{self, Estimate, Lengths, POWERS};
 use feedwright::toollife::regulation::{Regulation, TargetLine, ratio_of_pace, regulate};
 use feedwright::toollife::trend::{Known, Reading, Trend, trend};
 
@@ -144,9 +144,7 @@ pub struct Course {
 /// Runs one tool to its end. `believed`: the exponent that is declared for the law that regulates; `exponent`: that of the tool.
 pub fn course(shop: &Shop, [believed, exponent]: [f64; 2], plant: &Plant, way: Way) -> Course {
     let law_of = |exponent: f64| WearLaw {
-        rate_per_mm: 1e-3 * shop.rate,
-        feed_per_tooth_mm: 1.0,
-        exponent,
+        rate: WearRate::along_path(1e-3 * shop.rate, 1.0, exponent),
         end: shop.end_n,
         rate_scatter: shop.rate_scatter,
         end_scatter: shop.end_deviation_n,
@@ -164,14 +162,21 @@ pub fn course(shop: &Shop, [believed, exponent]: [f64; 2], plant: &Plant, way: W
     let mut predictions: Vec<(Lengths, f64, Trend)> = Vec::new();
     let mut next_m = shop.every_m;
     // The ratio wanted, and whether it is one that leads to the target line.
-    let decide = |trend: &Trend, power: f64, cut_m: f64, wear_m: f64, ratio: f64, refused: &mut bool| -> (f64, bool) {
+    let decide = |trend: &Trend,
+                  power: f64,
+                  seen: Option<&Estimate>,
+                  [cut_m, wear_m]: [f64; 2],
+                  ratio: f64,
+                  refused: &mut bool|
+     -> (f64, bool) {
         let rest_m = (shop.target_m - cut_m).max(1e-9);
         let law = law_of(power);
-        match regulate(trend, &law, wear_m, rest_m, shop.assurance) {
-            Regulation::NoUse => {
+        match regulate(trend, &law, seen, [wear_m, rest_m], shop.assurance) {
+            Regulation::AsTheyAre => {
                 *refused = true;
                 (1.0, false)
             }
+            Regulation::Faster => (shop.ratios[1], false),
             Regulation::WornOut => (shop.ratios[0], false),
             Regulation::Pace(pace) if way == Way::Budget => (ratio_of_pace(&law, pace), false),
             Regulation::Pace(_) => {
@@ -183,7 +188,7 @@ pub fn course(shop: &Shop, [believed, exponent]: [f64; 2], plant: &Plant, way: W
     };
     if way != Way::None {
         let before = Trend::before(0.0, shop.fresh_n, &known);
-        let (wanted, _) = decide(&before, believed, 0.0, 0.0, ratio, &mut refused);
+        let (wanted, _) = decide(&before, believed, None, [0.0; 2], ratio, &mut refused);
         ratio = wanted.clamp(shop.ratios[0], shop.ratios[1]);
     }
     for step in 0..MOST_M {
@@ -206,7 +211,8 @@ pub fn course(shop: &Shop, [believed, exponent]: [f64; 2], plant: &Plant, way: W
                 readings.iter().map(|(lengths, index)| Reading { at_m: lengths.at(power), index: *index }).collect();
             let found = trend(&counted, &known).expect("there are readings");
             if way != Way::None && cut_m < shop.target_m {
-                let (wanted, leads) = decide(&found, power, cut_m, lengths.at(power), ratio, &mut refused);
+                let (wanted, leads) =
+                    decide(&found, power, seen.as_ref(), [cut_m, lengths.at(power)], ratio, &mut refused);
                 ratio = wanted.clamp(shop.ratios[0], shop.ratios[1]);
                 tracks = (leads && ratio == wanted).then_some(index);
             }
@@ -281,7 +287,7 @@ pub fn as_sure(shop: &Shop, exponent: f64, share: f64, tools: u64) -> Option<f64
     Some(low.recip())
 }
 
-/// The table over p and ways; then what becomes of a regulation that believes in p = 1 where that is wrong.
+/// The table over p and ways; then what becomes of a regulation that believes in another p than there is.
 pub fn table(shop: &Shop, tools: u64) -> String {
     let mut text =
         String::from("p    regulation          reached  time per length  interval holds  tracking N  p refuted\n");
@@ -304,8 +310,8 @@ pub fn table(shop: &Shop, tools: u64) -> String {
             }
         }
     }
-    for exponent in [-1.0, 0.0, 2.0] {
-        line(exponent, "budget, believes 1", &row(shop, [1.0, exponent], Way::Budget, tools));
+    for [believed, exponent] in [[1.0, -1.0], [1.0, 0.0], [1.0, 2.0], [2.0, -1.0], [-1.0, 1.0]] {
+        line(exponent, &format!("budget, believes {believed}"), &row(shop, [believed, exponent], Way::Budget, tools));
     }
     text
 }

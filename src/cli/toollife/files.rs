@@ -9,7 +9,7 @@ use super::super::options::Global;
 use super::super::output::Outputs;
 use super::super::work::inputs;
 use super::arguments::LifeFiles;
-use crate::job::tool_life::law_of_effects;
+use crate::effects::wear;
 use crate::machine::{Job, Tool};
 use crate::outcome::ProgramRun;
 use crate::report;
@@ -60,7 +60,7 @@ impl Files {
             )
         };
         let tool = job.tool(number).ok_or_else(|| no_tool(&[]))?;
-        let (fresh, _) = job.fresh_index(tool).ok_or_else(|| no_tool(&[]))?;
+        let fresh = wear::of_tool(job, tool).ok_or_else(|| no_tool(&[]))?.fresh;
         let differs = |a: f64, b: f64| (a - b).abs() > 1e-6 * a.abs().max(b.abs());
         if state.tool != number {
             return Err(other("number", format!("T{}", state.tool), format!("T{number}")));
@@ -81,26 +81,27 @@ impl Files {
 /// The tool whose life it is.
 pub fn the_tool(run: &ProgramRun, asked: Option<u32>) -> Result<u32, CliError> {
     let used = |tool: &&Tool| run.toolpath.moves.iter().any(|motion| motion.tool == tool.number);
-    let wears: Vec<u32> =
-        run.job.tools.iter().filter(|tool| tool.wear.is_some()).filter(used).map(|tool| tool.number).collect();
+    let wears: Vec<u32> = lives(&run.job).filter(used).map(|tool| tool.number).collect();
     match asked {
         Some(number) if wears.contains(&number) => Ok(number),
         None if wears.len() == 1 => Ok(wears[0]),
-        _ if wears.is_empty() => Err(of_the_model(run, asked).unwrap_or_else(|| no_tool(&wears))),
+        _ if wears.is_empty() => Err(without_end(&run.job, asked).unwrap_or_else(|| no_tool(&wears))),
         _ => Err(no_tool(&wears)),
     }
 }
 
-/// No law, but a model that wears its edges by the way they slide: the same as a law, of which only the end is not known.
-fn of_the_model(run: &ProgramRun, asked: Option<u32>) -> Option<CliError> {
-    let number = asked.or_else(|| run.job.tools.first().map(|tool| tool.number))?;
-    let [rate, feed, fresh] = law_of_effects(run, number)?.map(report::short);
+/// The tools whose law of wear and end are known.
+pub fn lives(job: &Job) -> impl Iterator<Item = &Tool> {
+    job.tools.iter().filter(|tool| wear::with_end(job, tool).is_some())
+}
+
+/// A model that wears the edges of the tool, of which only the end is not known.
+fn without_end(job: &Job, asked: Option<u32>) -> Option<CliError> {
+    let tool = asked.map_or_else(|| job.tools.first(), |number| job.tool(number))?;
+    let fresh = report::short(wear::of_tool(job, tool)?.fresh);
     Some(CliError::new(
-        format!("T{number} has no law of wear in the setup; the model wears its edges by the way they slide"),
-        format!(
-            "in this program that is, under its [[tool]]: wear = {{ rate = {rate}, feed_per_tooth = {feed}, exponent = -1, end = … }}, end the \
-             index at which you change it ({fresh} is fresh); the law then takes the place of the model's wear"
-        ),
+        format!("the process model says how T{} wears, and nothing says when it is worn out", tool.number),
+        format!("write under its [[tool]]: wear = {{ end = … }}, the index at which you change it; {fresh} is fresh"),
     ))
 }
 

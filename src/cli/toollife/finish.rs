@@ -13,10 +13,10 @@ use super::outputs::Outs;
 use super::reported::{Solved, check_rows};
 use super::simulated::simulated;
 use super::taken::{Readings, law_of};
-use super::wanted::wanted;
+use super::wanted::{Wants, wanted};
 use crate::job::tool_life::{ToolRun, with_wear};
 use crate::job::{self, Keep, Wanted};
-use crate::machine::Wear;
+use crate::machine::{Limits, Wear};
 use crate::outcome::ProgramRun;
 use crate::report::{self, Figures, HeldBack, Outcome};
 use crate::setup::{PlannedProgram, ToolState};
@@ -46,17 +46,16 @@ pub fn finish(planned: Planned, global: &Global, screen: Screen) -> Result<Outco
     let mut outputs = Outs::open(&mut files, command, &source, number)?;
     let mut task = task(&source, command.common.setup(), global, Wanted::default())?;
     let law = law_of(&state, &task.job, number);
-    let wear = Wear { law, index: Some(state.index.max(state.fresh)) };
+    let wear = Wear { law, fresh: state.fresh, index: state.index.max(state.fresh) };
     let came = simulated(&source, command, Some((number, wear)), global, screen)?;
     let now = Now::of(&came, &state);
     if now.rest_m <= 0.0 {
         return Err(reached(&state, &now));
     }
-    let wanted = wanted(&now, &seen.trend, &law, &state, command.method, &mut notes)?;
+    let wanted = wanted(&now, &seen.trend, &law, seen.exponent.as_ref(), &state, command.method, &mut notes)?;
     with_wear(&mut task.job, number, wear, wanted.share);
-    if let (Some(force_n), Some(tool)) = (wanted.force_n, task.job.tools.iter_mut().find(|t| t.number == number)) {
-        tool.limits.force_xy_n = Some(tool.limits.force_xy_n.map_or(force_n, |known| known.min(force_n)));
-    }
+    let mine = task.job.tools.iter_mut().filter(|tool| tool.number == number);
+    mine.for_each(|tool| hold(&mut tool.limits, &wanted));
     let run = match frozen_to {
         None => came,
         Some(line) => {
@@ -87,6 +86,17 @@ pub fn finish(planned: Planned, global: &Global, screen: Screen) -> Result<Outco
     }
     outputs.write(&bytes, &report, &sha256, &state, files.outputs, screen)?;
     Ok(if lasts { figures.verdict.outcome } else { Outcome::Unmet })
+}
+
+/// What is wanted, as limits of the tool.
+fn hold(limits: &mut Limits, wanted: &Wants) {
+    let least = |known: Option<f64>, new: f64| Some(known.map_or(new, |known| known.min(new)));
+    if let Some(force_n) = wanted.force_n {
+        limits.force_xy_n = least(limits.force_xy_n, force_n);
+    }
+    if !wanted.may_rise {
+        limits.feed_change_max = least(limits.feed_change_max, 1.0);
+    }
 }
 
 fn reached(state: &ToolState, now: &Now) -> CliError {

@@ -3,8 +3,9 @@
 
 use super::super::error::CliError;
 use super::readings::{Reading, Told};
+use crate::effects::wear;
 use crate::job::tool_life::{CheckCut, LoadKind, ToolRun};
-use crate::machine::{Job, WearLaw};
+use crate::machine::{Job, Wear, WearLaw, WearRate};
 use crate::outcome::ProgramRun;
 use crate::report;
 use crate::report::life::ReadRow;
@@ -19,27 +20,31 @@ const REPEATS: f64 = 0.02;
 /// A rate that falls by this many of its deviations is no wear.
 const FALLS: f64 = 2.0;
 
-/// Law with the rate as known now.
+/// Law with the rate as known now: a straight line.
 pub fn law_of(state: &ToolState, job: &Job, tool: u32) -> WearLaw {
-    let declared = job.tool(tool).and_then(|tool| tool.wear).map(|wear| wear.law);
+    let declared = declared(job, tool).map(|wear| wear.law);
+    let along = WearRate::along_path(1e-3 * state.rate_per_m, state.feed_per_tooth_mm, state.exponent);
     WearLaw {
-        rate_per_mm: 1e-3 * state.rate_per_m,
-        feed_per_tooth_mm: state.feed_per_tooth_mm,
-        exponent: state.exponent,
+        rate: WearRate { counted: state.counted, ..along },
         end: state.end,
         rate_scatter: state.rate_deviation_per_m / state.rate_known_per_m,
         end_scatter: declared.map_or(0.0, |law| law.end_scatter),
     }
 }
 
+/// What setup and process model say of its wear.
+fn declared(job: &Job, tool: u32) -> Option<Wear> {
+    job.tool(tool).and_then(|tool| wear::of_tool(job, tool))
+}
+
 /// The state in which a tool begins a program: as the setup declares it, or as it left its last program.
 pub fn begun(run: &ProgramRun, number: u32, old: Option<ToolState>, assurance: f64) -> ToolState {
     let tool = run.job.tool(number).expect("a tool of the program");
-    let wear = tool.wear.expect("a tool with a law of wear");
-    let (fresh, unit) = run.job.fresh_index(tool).expect("the setup was checked for it");
+    let Wear { law, fresh, index } = declared(&run.job, number).expect("a tool with a law of wear");
+    let unit = run.job.fresh_index(tool).map_or("of the fresh edge", |(_, unit)| unit);
     let model = run.job.process.base.as_ref().or_else(|| run.job.material(tool).map(|material| &material.model));
-    let rate_per_m = 1e3 * wear.law.rate_per_mm;
-    let index = wear.index.unwrap_or(fresh);
+    // The line from a fresh edge to its end.
+    let rate_per_m = 1e3 * (law.end - fresh) / law.life_mm(fresh);
     let fresh_state = ToolState {
         tool: number,
         diameter_mm: tool.diameter_mm,
@@ -47,13 +52,14 @@ pub fn begun(run: &ProgramRun, number: u32, old: Option<ToolState>, assurance: f
         model: model.map_or_else(String::new, |model| model.name().to_owned()),
         index_unit: unit.to_owned(),
         fresh,
-        end: wear.law.end,
+        end: law.end,
         index,
         rate_per_m,
         rate_known_per_m: rate_per_m,
-        rate_deviation_per_m: wear.law.rate_scatter * rate_per_m,
-        feed_per_tooth_mm: wear.law.feed_per_tooth_mm,
-        exponent: wear.law.exponent,
+        rate_deviation_per_m: law.rate_scatter * rate_per_m,
+        feed_per_tooth_mm: law.rate.feed_per_tooth_mm,
+        counted: law.rate.counted,
+        exponent: law.rate.exponent,
         cut_m: 0.0,
         lengths_m: Lengths::at_reference((index - fresh) / rate_per_m).0,
         target_m: 0.0,
@@ -69,9 +75,8 @@ pub fn begun(run: &ProgramRun, number: u32, old: Option<ToolState>, assurance: f
     };
     let Some(old) = old else { return fresh_state };
     // The last program was cut to its end.
-    let program = Lengths(old.program.lengths_m);
-    let lengths_m = Lengths(old.lengths_m).and(&program).0;
-    let index = old.index + old.rate_per_m * program.at(old.exponent);
+    let lengths_m = Lengths(old.lengths_m).and(&Lengths(old.program.lengths_m)).0;
+    let index = old.index_behind();
     ToolState { index, lengths_m, cut_m: old.cut_m + old.program.cut_m, assurance, program: fresh_state.program, ..old }
 }
 
@@ -135,7 +140,7 @@ pub fn take_in(
     let first = told.readings.first();
     let kind = first.map_or(LoadKind::ForcePeak, |reading| reading.kind);
     let noise = noise(&seen_from, first.and_then(|reading| reading.cuts.first()), kind, &state);
-    let declared = run.job.tool(tool).and_then(|tool| tool.wear).map_or(state.exponent, |wear| wear.law.exponent);
+    let declared = declared(&run.job, tool).map_or(state.exponent, |wear| wear.law.rate.exponent);
     let exponent = exponent_seen(&state, noise, declared);
     state.exponent = exponent::trusted(exponent.as_ref(), declared, state.assurance);
     let found = trend_of(&state, noise);

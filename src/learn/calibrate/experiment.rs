@@ -24,6 +24,7 @@ use crate::learn::model::whitening::whitened;
 use crate::learn::program::simulated::ProgramView;
 use crate::learn::program::simulated::{SimulatedProgram, simulate_for};
 use crate::learn::report::{Confounded, LearnReport};
+use crate::machine::wear::Lengths;
 use crate::machine::{Box3, Job, Tool};
 
 /// A programme of cuts on which rivals differ.
@@ -120,10 +121,11 @@ fn imagined(prepared: &SimulatedProgram, job: &Job, channel_names: &[String]) ->
 /// Time, sliding and volume go on where the log ended.
 fn continue_after(data: &mut Data, learned: &Data) {
     let last = |of: fn(&State) -> f64| learned.state.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max);
-    let (time, sliding, volume) = (last(|s| s.time_s), last(|s| s.sliding_mm), last(|s| s.volume_mm3));
+    let (time, volume) = (last(|s| s.time_s), last(|s| s.volume_mm3));
+    let slid = Lengths([last(|s| s.slid.0[0]), last(|s| s.slid.0[1]), last(|s| s.slid.0[2]), last(|s| s.slid.0[3])]);
     for state in &mut data.state {
         state.time_s += time;
-        state.sliding_mm += sliding;
+        state.slid = state.slid.and(&slid);
         state.volume_mm3 += volume;
     }
 }

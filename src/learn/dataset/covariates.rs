@@ -2,7 +2,7 @@
 
 use crate::effects::{Sector, State};
 use crate::learn::align::Method;
-use crate::learn::dataset::placed_log::PlacedLog;
+use crate::learn::dataset::placed_log::{PlacedLog, slid};
 use crate::learn::program::motion::motion;
 use std::f64::consts::PI;
 
@@ -38,15 +38,15 @@ impl PlacedLog<'_> {
         let mean = |of: &[f64]| members.iter().map(|i| of[*i]).sum::<f64>() / members.len() as f64;
         let program_s = mean(&self.aligned.program_s);
         let index = self.known.timeline.at(program_s).unwrap_or(0);
-        let spot = &self.known.timeline.spots[index];
+        let (spot, behind) = (&self.known.timeline.spots[index], &self.behind[index]);
         let e = &spot.engaged;
         let rps = self.rps(members[members.len() / 2], spot);
         let tool = self.known.job.tool(spot.tool);
         let share = ((program_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
         let mut state = State {
             time_s: mean(&self.log.time_s),
-            sliding_mm: self.cumulated[index][0] + share * (e.way_mm * rps * (spot.end_s - spot.start_s)),
-            volume_mm3: self.cumulated[index][1] + share * e.section_mm2 * spot.length_mm,
+            slid: behind.slid.and(&slid(spot, share, rps, self.known.job)),
+            volume_mm3: behind.volume_mm3 + share * e.section_mm2 * spot.length_mm,
             rps,
             reference_rps: self.reference_rps,
             tool: f64::from(spot.tool),
@@ -81,7 +81,7 @@ impl PlacedLog<'_> {
         state.direction = spot.direction;
         state.curvature_per_mm = spot.curvature_per_mm;
         state.edge_position_mm = 0.5 * e.axial_mm;
-        state.since_entry_mm = self.cumulated[index][2] + share * spot.length_mm;
+        state.since_entry_mm = behind.since_entry_mm + share * spot.length_mm;
         state
     }
 }

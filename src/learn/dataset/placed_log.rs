@@ -11,6 +11,8 @@ use crate::learn::log::quantity::column_factor;
 use crate::learn::program::simulated::ProgramView;
 use crate::learn::program::timeline::{Activity, Spot};
 use crate::learn::regress::statistics::median;
+use crate::machine::Job;
+use crate::machine::wear::Lengths;
 use crate::units::rpm_from_rps;
 
 /// A tool at a spindle speed.
@@ -43,8 +45,8 @@ pub(in crate::learn) struct PlacedLog<'a> {
     pub(in crate::learn) aligned: &'a Aligned,
     /// Spot of each sample.
     pub(in crate::learn) spot: Vec<Option<usize>>,
-    /// Cumulated sliding and volume, and the path since material was met, at the start of each spot.
-    pub(in crate::learn) cumulated: Vec<[f64; 3]>,
+    /// What lies behind the start of each spot.
+    pub(in crate::learn) behind: Vec<Behind>,
     pub(in crate::learn) reference_rps: f64,
     /// Tools with their spindle speeds: the operations of the program.
     pub(in crate::learn) operations: Vec<Operation>,
@@ -64,7 +66,7 @@ impl<'a> PlacedLog<'a> {
             known,
             aligned,
             spot: aligned.program_s.iter().map(|t| known.timeline.at(*t)).collect(),
-            cumulated: cumulated(spots, &tools),
+            behind: behind(spots, &tools, known.job),
             reference_rps: median(&cutting).max(1e-3),
             operations: operations(spots),
             feed: measured_feed(log, aligned, known.timeline),
@@ -137,17 +139,36 @@ impl<'a> PlacedLog<'a> {
     }
 }
 
-/// Sliding and volume so far of each spot's tool, and the path since material was met, at the start of each spot.
-fn cumulated(spots: &[Spot], tools: &[u32]) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; tools.len()];
+/// What a tool has behind it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::learn) struct Behind {
+    /// Way of its teeth in material, mm.
+    pub(in crate::learn) slid: Lengths,
+    /// Volume that it has removed, mm³.
+    pub(in crate::learn) volume_mm3: f64,
+    /// Path since it met material, mm.
+    pub(in crate::learn) since_entry_mm: f64,
+}
+
+/// Way of the teeth of the tool in material over a share of a spot.
+pub(in crate::learn) fn slid(spot: &Spot, share: f64, rps: f64, job: &Job) -> Lengths {
+    let flutes = job.tool(spot.tool).map_or(1.0, |tool| f64::from(tool.flutes));
+    Lengths::slid(spot.engaged.way_mm * rps * (spot.end_s - spot.start_s), spot.speed_mm_s() / (flutes * rps))
+        .times(share)
+}
+
+/// What each spot's tool has behind it at the start of the spot.
+fn behind(spots: &[Spot], tools: &[u32], job: &Job) -> Vec<Behind> {
+    let mut sums = vec![Behind::default(); tools.len()];
     spots
         .iter()
         .map(|spot| {
             let sum = &mut sums[tools.binary_search(&spot.tool).unwrap_or(0)];
             let before = *sum;
-            sum[0] += spot.engaged.way_mm * spot.rps * (spot.end_s - spot.start_s);
-            sum[1] += spot.engaged.section_mm2 * spot.length_mm;
-            sum[2] = if spot.engaged.section_mm2 > 1e-6 { sum[2] + spot.length_mm } else { 0.0 };
+            sum.slid = sum.slid.and(&slid(spot, 1.0, spot.rps, job));
+            sum.volume_mm3 += spot.engaged.section_mm2 * spot.length_mm;
+            let cuts = spot.engaged.section_mm2 > 1e-6;
+            sum.since_entry_mm = if cuts { sum.since_entry_mm + spot.length_mm } else { 0.0 };
             before
         })
         .collect()

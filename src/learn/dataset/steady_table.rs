@@ -6,6 +6,7 @@ use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
 use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::{OF_SPINDLE, Quantity};
+use crate::machine::wear::Lengths;
 use crate::machine::{Shape, Tool};
 use crate::units::{mm_s_from_mm_min, rps_from_rpm};
 use std::collections::BTreeMap;
@@ -241,7 +242,7 @@ pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<Stat
     let reference = table.first().map_or(1.0, |row| row.cut.rps);
     let mut clock = 0.0;
     // What each edge has behind it: way of its teeth in material, mm, and volume, mm³.
-    let mut behind: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+    let mut behind: BTreeMap<&str, (Lengths, f64)> = BTreeMap::new();
     for &i in order {
         let (row, c) = (&table[i], &table[i].cut);
         let r = row_rates(row, true);
@@ -250,16 +251,17 @@ pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<Stat
         let theta = if known { immersion_rad(0.5 * c.diameter_mm, c.radial_depth_mm, None) } else { f64::NAN };
         let past = behind.entry(row.edge.as_str()).or_default();
         if row.is_fresh {
-            *past = [0.0; 2];
+            *past = Default::default();
         }
-        let [sliding, volume] = *past;
+        let (slid, volume) = *past;
+        let feed_per_tooth_mm = c.feed_mm_s / (f64::from(c.flutes) * c.rps);
         states[i] = State {
             time_s: if row.duration_s.is_finite() { clock } else { row.order },
-            sliding_mm: if row.duration_s.is_finite() { sliding } else { f64::NAN },
+            slid: if row.duration_s.is_finite() { slid } else { Lengths([f64::NAN; 4]) },
             volume_mm3: if row.duration_s.is_finite() { volume } else { f64::NAN },
             rps: c.rps,
             reference_rps: reference,
-            feed_per_tooth_mm: c.feed_mm_s / (f64::from(c.flutes) * c.rps),
+            feed_per_tooth_mm,
             chip_thickness_mm: r.removal_rate_mm3_s / r.contact_rate_mm2_s,
             cutting_speed_mm_s: PI * c.diameter_mm * c.rps,
             axial_depth_mm: c.axial_depth_mm,
@@ -271,7 +273,8 @@ pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<Stat
             ..State::default()
         };
         clock += lasts;
-        *past = [sliding + 0.5 * c.diameter_mm * theta * c.rps * lasts, volume + r.removal_rate_mm3_s * lasts];
+        let way_mm = 0.5 * c.diameter_mm * theta * c.rps * lasts;
+        *past = (slid.and(&Lengths::slid(way_mm, feed_per_tooth_mm)), volume + r.removal_rate_mm3_s * lasts);
     }
     states
 }

@@ -308,8 +308,11 @@ mod tests {
     #[test]
     fn a_parameter_on_its_bound_or_smaller_than_its_error_is_said() {
         let wear = named("flank-wear").unwrap();
-        let with =
-            |growth: f64| FittedEffect { effect: wear, values: vec![growth, 0.0, 0.1, 0.0], free: vec![true; 4] };
+        let with = |growth: f64| FittedEffect {
+            effect: wear,
+            values: vec![growth, 0.0, 0.1, 0.0, -1.0, 0.1],
+            free: vec![true; 6],
+        };
         assert!(doubt(&with(50.0), 0, 0.1).unwrap().contains("stands on its bound"));
         assert!(doubt(&with(0.5), 0, 0.6).unwrap().contains("not determined"));
         assert_eq!(doubt(&with(0.5), 0, 0.4), None);

@@ -47,8 +47,7 @@ pub fn in_model(added: &Added) -> Option<FittedEffect> {
 pub fn in_model_file(process: &Process) -> Vec<FittedEffect> {
     let acting = |used: &EffectUse| {
         let effect = named(&used.name).filter(|e| matches!(e.acts, Acts::Load | Acts::Measuring))?;
-        let given = |name: &str| used.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| *value);
-        let values: Vec<f64> = effect.parameters.iter().map(|p| given(p.name).or(p.neutral)).collect::<Option<_>>()?;
+        let values = effect.values(used)?;
         let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v) && !p.is_scanned());
         Some(FittedEffect { effect, free: free.collect(), values })
     };

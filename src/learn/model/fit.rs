@@ -404,6 +404,7 @@ mod tests {
     use crate::effects::{State, named};
     use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
     use crate::learn::model::starts::{forms, product};
+    use crate::machine::wear::Lengths;
 
     /// Cuts of an edge that has grown by two thirds at the end.
     fn worn() -> Data {
@@ -413,7 +414,8 @@ mod tests {
         let cut = |i: usize| 0.2 + 0.02 * (i % 7) as f64;
         let edge = |i: usize| 5.0 + 0.3 * (i % 5) as f64;
         let grown = |i: usize| 1.0 + i as f64 / 900.0;
-        let state = |i: usize| State { time_s: i as f64, sliding_mm: 1e6 * i as f64 / n as f64, ..State::default() };
+        let slid = |i: usize| Lengths::at_reference(1e6 * i as f64 / n as f64);
+        let state = |i: usize| State { time_s: i as f64, slid: slid(i), ..State::default() };
         Data {
             base: vec![base("k_tc", Class::Cutting), base("k_te", Class::Edge)],
             columns: vec![(0..n).map(cut).collect(), (0..n).map(edge).collect()],
@@ -450,7 +452,7 @@ mod tests {
         let wear = named("flank-wear").unwrap();
         for each in product(wear).iter().flat_map(|values| forms(wear, values)) {
             let found = fit(&data, std::slice::from_ref(&each), 25).unwrap();
-            let [growth, run_in, _, end] = found.model.effects[0].values[..] else { panic!("four parameters") };
+            let [growth, run_in, _, end, ..] = found.model.effects[0].values[..] else { panic!("its stages") };
             assert!((growth - 2.0 / 30.0).abs() < 1e-4, "{:?}: {growth}", each.free);
             assert!(run_in < 1e-3 && end < 1e-5 && (found.model.base[1] - 17.0).abs() < 0.02);
         }
