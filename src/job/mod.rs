@@ -143,6 +143,7 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
     let before = schedule::as_programmed(&toolpath);
     let realised_before = schedule::realise(&toolpath, &before, &job.machine);
     let mut diagnostics: Vec<Diagnostic> = remarks::idle_limits(&toolpath, &map, &job);
+    diagnostics.extend(remarks::without_rate(&job));
     diagnostics.extend(unit);
     diagnostics.append(&mut toolpath.diagnostics);
     diagnostics.extend(remarks::forgotten(&program));
@@ -234,6 +235,8 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
         run.diagnostics.extend(remarks::refused(&schedule));
         run.diagnostics.extend(remarks::held_by_feed_change(&schedule, &run.job));
         run.diagnostics.extend(remarks::missed(&schedule, &run.problem, &run.toolpath));
+        let too_worn = fresh.as_ref().map(|fresh| worn::too_worn(&run, fresh, &found.after));
+        run.diagnostics.extend(too_worn.into_iter().flatten());
         tighten::leave_alone(&mut run, &found.doubtful);
         tighten::tighten(&mut run.problem, &found.breaches, true);
         let over = check::over(&run, &rewritten, &known);

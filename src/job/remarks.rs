@@ -2,6 +2,7 @@
 //! must not happen.
 
 use crate::diag::{Diagnostic, Severity};
+use crate::effects::wear;
 use crate::engage::{EngagementMap, EventKind};
 use crate::force::Cutter;
 use crate::ids::MoveId;
@@ -142,6 +143,18 @@ pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<D
         Diagnostic::new("schedule::limit-never-acts", Severity::Warning, text).on_line(motion.line).help(help)
     };
     idle(toolpath, map, &rules, &cutters).into_iter().flatten().map(said).collect()
+}
+
+/// Tools of which the setup says when they are worn out, or how far they are, while nothing says how they wear.
+pub fn without_rate(job: &Job) -> Vec<Diagnostic> {
+    let without = |tool: &&Tool| tool.wear.is_some() && wear::of_tool(job, tool).is_none();
+    let said = |tool: &Tool| {
+        let text =
+            format!("`wear` of T{} gives no rate, and the process model none: it does not wear here", tool.number);
+        let help = "give rate, feed_per_tooth and exponent, or a --model in which `learn` found flank-wear";
+        Diagnostic::new("setup::wear", Severity::Warning, text).help(help)
+    };
+    job.tools.iter().filter(without).map(said).collect()
 }
 
 /// `feed_change` where it holds the feed for longer than any other limit.

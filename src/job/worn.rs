@@ -8,11 +8,14 @@ use super::life;
 use super::problem::problem_of;
 use super::task::JobError;
 use super::tighten::{self, Breach};
+use crate::diag::{Diagnostic, Severity};
+use crate::effects;
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
-use crate::machine::{Job, LimitKind};
+use crate::machine::{Job, LimitKind, Tool};
 use crate::nc::{Program, Toolpath};
 use crate::outcome::{ProgramRun, Switched};
+use crate::report::short;
 use crate::schedule::history::{self, History};
 use crate::schedule::wear::{self, ROUNDS, SETTLED};
 use crate::schedule::{self, FeedPiece, Node, Options, Problem, Schedule};
@@ -52,6 +55,44 @@ pub fn beyond(run: &ProgramRun, feeds: &[FeedPiece], breaches: &[Breach]) -> Opt
     let breach = tighten::hopeless(&run.problem, breaches).filter(|_| history::wears(&run.job))?;
     let history = History::of(&run.toolpath, &run.map, &run.job, feeds);
     Some(worn_out_at(&run.toolpath, &run.map, &history, breach.origin.move_id, breach.origin.from_mm, breach.kind))
+}
+
+/// Tools whose edge comes to be so worn that a limit which a fresh one meets is met by no feed: from where, and what helps. The rounds
+/// give each place the highest feed that its wear leaves, and do not slow an earlier place for a later one.
+pub fn too_worn(run: &ProgramRun, fresh: &Fresh, feeds: &[FeedPiece]) -> Vec<Diagnostic> {
+    let history = History::of(&run.toolpath, &run.map, &run.job, feeds);
+    let motion = |node: &Node| &run.toolpath.moves[node.move_id.ix()];
+    let of_tool = |tool: &Tool| {
+        let wear = effects::wear::of_tool(&run.job, tool)?;
+        let nodes = run.problem.nodes.iter().zip(&fresh.off.nodes).filter(|(node, _)| motion(node).tool == tool.number);
+        let unmet = |(now, new): &(&Node, &Node)| new.infeasible.is_none().then_some(now.infeasible).flatten();
+        let (node, kind) = nodes.map(|pair| (pair.0, unmet(&pair))).find_map(|(node, kind)| Some((node, kind?)))?;
+        if kind == LimitKind::Budget {
+            return None;
+        }
+        let before = run.map.stations_of(node.move_id).partition_point(|station| station.to_mm <= node.from_mm);
+        let [_, wear_mm] = history.cut_mm(run.map.of_move[node.move_id.ix()].start as usize + before);
+        let (number, line, name) = (tool.number, motion(node).line, kind.name());
+        let share = wear_mm / wear.law.life_mm(wear.fresh);
+        let text = format!(
+            "from line {line} on the edge of T{number} is so worn that no feed meets {name}, which a new one meets"
+        );
+        let help = if !wear.law.slower_is_safer() {
+            "slower feeds do not spare it: change the tool before this line, or raise the limit".to_owned()
+        } else if share > 0.0 {
+            format!("slower feeds before it spare the edge: --wear-budget T{number}={}", short(round_down(share)))
+        } else {
+            format!("slower feeds before it spare the edge: write wear = {{ end = … }} of T{number}, and --wear-budget")
+        };
+        Some(Diagnostic::new("schedule::too-worn", Severity::Warning, text).on_line(line).help(help))
+    };
+    run.job.tools.iter().filter_map(of_tool).collect()
+}
+
+/// Two digits, downwards.
+fn round_down(share: f64) -> f64 {
+    let digit = 10f64.powf(share.log10().floor() - 1.0);
+    (share / digit).floor() * digit
 }
 
 fn worn_out_at(
