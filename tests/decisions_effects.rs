@@ -179,6 +179,40 @@ fn summary_check_and_simulation_of_the_written_file_agree_under_every_effect() {
     }
 }
 
+/// The law that the setup gives to the tool itself, whatever its power, fresh and used.
+#[test]
+fn summary_check_and_simulation_agree_under_a_tools_own_law_of_wear() {
+    let response = "model = \"response\"\nb0 = 40\nb_l = 2\nb_t = 2500";
+    for (material, fresh, rate) in [(EDGES, 20.0, 10.0), (response, 40.0, 40.0)] {
+        let bare = setup(material, "force_xy = 400");
+        let of = |table: &str| {
+            let own = bare.replace("flute_length = 22", &format!("flute_length = 22\n{table}"));
+            optimized(&own, &passes(5), "tare = 100\ntare_speed = 3000\n")
+        };
+        let plain = of("").time_s;
+        for exponent in [-1.0, 0.0, 0.5, 1.0, 2.0] {
+            let law = |index: f64| {
+                let own =
+                    format!("rate = {rate}, feed_per_tooth = 0.05, exponent = {exponent}, end = {}", 50.0 * fresh);
+                of(&format!("wear = {{ {own}, index = {index} }}"))
+            };
+            let [new, used] = [law(fresh), law(1.5 * fresh)];
+            for told in [&new, &used] {
+                let [low, high] = [f64::min, f64::max].map(|pick| told.worst.into_iter().reduce(pick).unwrap());
+                println!("{fresh} p = {exponent}: {:.4?} before {:.4?} {:.2} s", told.worst, told.before, told.time_s);
+                assert!(high / low < 1.01 && (0.98..=1.01).contains(&high), "p = {exponent}: {:?}", told.worst);
+                assert!((told.before[0] / told.before[1] - 1.0).abs() < 1e-9, "p = {exponent}: {:?}", told.before);
+            }
+            assert!(
+                plain < new.time_s && new.time_s < used.time_s,
+                "p = {exponent}: {plain} {} {}",
+                new.time_s,
+                used.time_s
+            );
+        }
+    }
+}
+
 /// flank-wear that grows by so much every 100 m, and nothing else.
 fn wear(growth_per_100m: f64) -> String {
     format!("[[effect]]\nname = \"flank-wear\"\nparameters = {{ growth_per_100m = {growth_per_100m}, run_in = 0 }}\n")

@@ -122,7 +122,7 @@ fn effects_of_the_process_model_act_on_loads_and_caps() {
     let base = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).line(&cut(&arcs));
     let worn =
         with_effect("flank-wear", &[("growth_per_100m", 1.0), ("run_in", 0.0), ("run_in_length", 1.0), ("end", 0.0)]);
-    let state = State { sliding_mm: 1e5, ..State::default() };
+    let state = State { worn: 1.0, ..State::default() };
     let cutter = try_cutter(&tool, &slices, ForceModel::LinearEdge(K), &worn, RPS).expect("a known effect");
     let line = cutter.line(&Cut { state, ..cut(&arcs) });
     assert!((line.loads(0.0).torque_nm / base.loads(0.0).torque_nm - 2.0).abs() < 1e-9, "edge forces twice");
@@ -143,13 +143,14 @@ fn effects_of_the_process_model_act_on_loads_and_caps() {
     assert!(sized.loads(0.5).force_xy_peak_n > base.loads(0.5).force_xy_peak_n);
 }
 
-/// Worn to twice the edge force: `response` and `layer` gain what they give at no chip, the other models their edge terms.
+/// Worn to twice the index: `response` gains its b0, which is the index, `layer` what it gives at no chip, the other models their edge
+/// terms.
 #[test]
 fn flank_wear_acts_on_the_edge_force_of_every_model_or_is_refused() {
     let (tool, slices) = flat(2, 30.0);
     let arcs = side_arcs(&slices, 5.0, 0.0, PI / 2.0);
     let worn = with_effect("flank-wear", &[("growth_per_100m", 1.0), ("run_in", 0.0)]);
-    let state = State { sliding_mm: 1e5, ..State::default() };
+    let state = State { worn: 1.0, ..State::default() };
     let response = [("b0", 10.0), ("b_l", 2.0), ("b_t", 1000.0), ("b_lt", 30.0)];
     let layer = [("c0", 3.0), ("c1", 0.4), ("c2", 2.0), ("c3", 0.1)];
     let kienzle = [("k_c11", 1500.0), ("m_c", 0.25), ("k_te", 20.0), ("k_re", 10.0)];
@@ -161,9 +162,13 @@ fn flank_wear_acts_on_the_edge_force_of_every_model_or_is_refused() {
     };
     // Two teeth, each a quarter of a turn in the cut, 5 mm deep on a radius of 5 mm.
     let of_kienzle = 1e-3 * 2.0 * 0.25 * 20.0 * 5.0 * 5.0;
-    for (name, keys, edge) in
-        [("response", &response, None), ("layer", &layer, None), ("kienzle", &kienzle, Some(of_kienzle))]
-    {
+    let b0_alone = cutter(&tool, &slices, named("response", &[("b0", 10.0), ("b_l", 0.0), ("b_t", 0.0)]), RPS);
+    let of_response = torque(&b0_alone.line(&cut(&arcs)), 0.0);
+    for (name, keys, edge) in [
+        ("response", &response[..], Some(of_response)),
+        ("layer", &layer[..], None),
+        ("kienzle", &kienzle[..], Some(of_kienzle)),
+    ] {
         let (new, old) = lines(name, keys);
         let edge = edge.unwrap_or_else(|| torque(&new, 0.0));
         for feed in [0.5, 4.0, 8.0] {

@@ -345,7 +345,7 @@ fn a_fresh_edge_begins_anew_by_set_up_or_as_the_table_declares() {
         let frame = columns::read(csv.as_bytes(), &[]).unwrap();
         let rows = steady_table::rows(&frame, &[]).unwrap();
         let data = table_data::data(&frame, &rows, |y| y, None).unwrap();
-        data.state.iter().map(|state| state.sliding_mm).collect::<Vec<f64>>()
+        data.state.iter().map(|state| state.slid.0[0]).collect::<Vec<f64>>()
     };
     // Each set-up a fresh edge; the first edge used again in the third; a wear of 0 in mid-table.
     let by_set_up = way(&worn(None));

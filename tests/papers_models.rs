@@ -221,5 +221,15 @@ fn ibaraki_table_2_is_the_response_model() {
         let (l, tm) = (r * angle, number(row, "feed_mm_min") / (6.0 * rpm) * angle.sin());
         let force = 50.0 + 20.0 * l + 4000.0 * tm + 500.0 * l * tm;
         assert!((line.loads(feed).force_xy_peak_n / force - 1.0).abs() < 1e-6, "{}", row["name"]);
+        // 6 mm deep; the paper prints the rate of S1 (20.7), the others follow from its table.
+        let rate_cm3_min = 1e-3 * line.removal_area_mm2 * number(row, "feed_mm_min");
+        let [(_, printed)] = MRR_CM3_MIN.into_iter().filter(|(name, _)| *name == row["name"]).collect::<Vec<_>>()[..]
+        else {
+            panic!("{}", row["name"])
+        };
+        assert!((rate_cm3_min - printed).abs() < 0.006, "{}: {rate_cm3_min} for {printed}", row["name"]);
     }
 }
+
+/// Removal rates of the conditions of Ibaraki's Table 2.
+const MRR_CM3_MIN: [(&str, f64); 5] = [("S1", 20.74), ("C1", 23.04), ("C2", 5.22), ("C3", 6.81), ("C4", 6.96)];
