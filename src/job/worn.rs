@@ -121,7 +121,7 @@ fn follow(run: &mut ProgramRun, fresh: &Fresh, feeds: &[FeedPiece]) -> Result<f6
         block_delete::lower_to(problem, toolpath, on);
     }
     life::keep_again(&mut answers.wear, problem, toolpath, map, job);
-    Ok(wear::largest_change(&before, problem))
+    Ok(wear::largest_change(&before, problem, &fresh.off))
 }
 
 /// One position of the block-delete switch.

@@ -40,8 +40,8 @@
 use super::problem::{Node, Problem};
 use crate::machine::LimitKind;
 
-/// Share by which caps may change in the round after which wear counts as settled; a fifth of what the check of the written
-/// file allows a load.
+/// Share of its limit by which a load may change in the round after which wear counts as settled; a fifth of what the check of the
+/// written file allows it.
 pub const SETTLED: f64 = 0.002;
 /// Most rounds.
 pub const ROUNDS: usize = 36;
@@ -77,10 +77,14 @@ pub fn follow(
     worn_out
 }
 
-/// The largest share by which a cap in a cut changed.
-pub fn largest_change(before: &Problem, after: &Problem) -> f64 {
-    let cuts = before.nodes.iter().zip(&after.nodes).filter(|(node, _)| node.cutting && node.free);
-    let change = |(a, b): (&Node, &Node)| (b.cap.feed_mm_s / a.cap.feed_mm_s - 1.0).abs();
+/// The largest change of a cap in a cut, as a share of the cap of a fresh edge there. A load E + K v at a cap c is K c above what no
+/// feed takes away, and on a fresh edge K c is less than the limit: so this is more than the share of the limit by which a load changes.
+/// (As a share of the cap itself it has no bound: caps go to nothing where an edge is worn out.)
+pub fn largest_change(before: &Problem, after: &Problem, fresh: &Problem) -> f64 {
+    let nodes = before.nodes.iter().zip(&after.nodes).zip(&fresh.nodes);
+    let cuts = nodes.filter(|((node, _), _)| node.cutting && node.free);
+    let change =
+        |((a, b), fresh): ((&Node, &Node), &Node)| (b.cap.feed_mm_s - a.cap.feed_mm_s).abs() / fresh.cap.feed_mm_s;
     cuts.map(change).fold(0.0, f64::max)
 }
 
@@ -152,7 +156,7 @@ mod tests {
             if let Some((node, _)) = follow(&mut problem, &fresh, &worn, &|_| exponent > 0) {
                 return Err(problem.nodes[node].from_mm);
             }
-            if largest_change(&before, &problem) <= SETTLED {
+            if largest_change(&before, &problem, &fresh) <= SETTLED {
                 return Ok((round, problem.nodes.iter().map(|node| node.cap.feed_mm_s).collect()));
             }
         }
@@ -187,6 +191,22 @@ mod tests {
                 assert!((cap / exact - 1.0).abs() < 0.02, "{share} at {x}: {cap} for {exact}");
             }
         }
+    }
+
+    /// A cap near nothing that is halved changes the load by as much of the limit as one that is high and loses a little.
+    #[test]
+    fn a_change_counts_by_the_load_that_it_changes() {
+        let (fresh, few) = (posed(2, None), [0.02, 0.01]);
+        let with = |feeds: [f64; 2]| {
+            let mut problem = fresh.clone();
+            problem.nodes.iter_mut().zip(feeds).for_each(|(node, feed)| node.cap.feed_mm_s = feed);
+            problem
+        };
+        let high = fresh.nodes[0].cap.feed_mm_s;
+        let change = |from: f64, to: f64| largest_change(&with([from, high]), &with([to, high]), &fresh);
+        assert!((change(few[0], few[1]) - change(high, high - 0.01)).abs() < 1e-12);
+        // That load, over its limit, is less.
+        assert!(K * 0.01 / LIMIT < change(few[0], few[1]) && change(few[0], few[1]) < SETTLED);
     }
 
     #[test]
