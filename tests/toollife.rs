@@ -575,8 +575,10 @@ fn no_feed_rises_on_a_power_that_no_reading_has_shown() {
         let (code, said) = plan(folder.path(), "6");
         assert!(code <= 1, "{said}");
         let text = fs::read_to_string(folder.path().join("part.life.nc")).unwrap();
-        let feeds = text.lines().filter_map(|line| line.split('F').nth(1)?.trim().parse::<f64>().ok());
-        (said, feeds.fold(0.0, f64::max))
+        let word = |line: &str| line.split(" F").nth(1)?.split(' ').next()?.parse::<f64>().ok();
+        let feeds: Vec<f64> = text.lines().filter_map(word).collect();
+        assert!(feeds.len() >= 40, "{text}");
+        (said, feeds.into_iter().fold(0.0, f64::max))
     };
     for exponent in [-1.0, 0.0] {
         let (said, feed) = highest(exponent);
@@ -933,6 +935,17 @@ fn the_case_study_program_has_its_length_and_its_check_points() {
     assert_eq!(points.len(), 12);
     let (code, said) = run(folder, &["verify", "island.nc", "island.life.nc"]);
     assert_eq!(code, 0, "{said}");
+    // The four cycles of a check point are one reading, their mean.
+    let force_n = points[0]["force_xy_n"].as_f64().unwrap();
+    let row = |(cycle, more): (u32, f64)| format!("1,{cycle},{:.1}\n", force_n + more);
+    let rows: String = [(1, -9.0), (2, 1.0), (3, 4.0), (4, 8.0)].map(row).concat();
+    fs::write(folder.join("read.csv"), format!("check,cycle,force_xy_n\n{rows}")).unwrap();
+    let update = ["toollife", "update", "island.life.nc", "--setup", "island.setup.toml", "--measured", "read.csv"];
+    let (code, said) = run(folder, &[&update[..], &["--json", "u.json", "--accept-infeasible"]].concat());
+    assert!(code <= 1, "{said}");
+    let readings = json(folder, "u.json")["readings"].clone();
+    let load = readings[0]["load"].as_f64().unwrap();
+    assert!(readings.as_array().unwrap().len() == 1 && (load - force_n - 1.0).abs() < 0.1, "{readings}");
 }
 
 /// A regulation that believes in 1 where the tool has −1 slows it down, until its readings refute that; then they show that a faster feed
