@@ -40,10 +40,10 @@ impl Fresh {
 
 /// Feeds from the caps of the problem, which follow the wear of these very feeds where there is a `fresh` one.
 pub fn feeds(run: &mut ProgramRun, fresh: Option<&Fresh>, options: &Options) -> Result<Schedule, JobError> {
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
         let schedule = schedule::feeds(&run.problem, &run.toolpath, &run.job, options);
         let Some(fresh) = fresh else { return Ok(schedule) };
-        if follow(run, fresh, &schedule.pieces)? <= SETTLED {
+        if follow(run, fresh, &schedule.pieces, round < ROUNDS / 2)? <= SETTLED {
             return Ok(schedule);
         }
     }
@@ -110,14 +110,14 @@ fn worn_out_at(
 }
 
 /// Gives the problem the caps behind these feeds; the largest share by which one changed.
-fn follow(run: &mut ProgramRun, fresh: &Fresh, feeds: &[FeedPiece]) -> Result<f64, JobError> {
+fn follow(run: &mut ProgramRun, fresh: &Fresh, feeds: &[FeedPiece], may_rise: bool) -> Result<f64, JobError> {
     let ProgramRun { program, job, toolpath, map, problem, switched, answers, .. } = run;
     let before = problem.clone();
-    Side { program, job, toolpath, map, problem, fresh: &fresh.off }.follow(feeds)?;
+    Side { program, job, toolpath, map, problem, fresh: &fresh.off, may_rise }.follow(feeds)?;
     if let (Some(on), Some(fresh)) = (switched, &fresh.on) {
         let there = block_delete::feeds_on(feeds, toolpath, &on.toolpath);
         let Switched { toolpath: on_path, map, problem: on_problem } = on.as_mut();
-        Side { program, job, toolpath: on_path, map, problem: on_problem, fresh }.follow(&there)?;
+        Side { program, job, toolpath: on_path, map, problem: on_problem, fresh, may_rise }.follow(&there)?;
         block_delete::lower_to(problem, toolpath, on);
     }
     life::keep_again(&mut answers.wear, problem, toolpath, map, job);
@@ -132,6 +132,8 @@ struct Side<'a> {
     map: &'a EngagementMap,
     problem: &'a mut Problem,
     fresh: &'a Problem,
+    /// May caps rise again where slower feeds spare the edge?
+    may_rise: bool,
 }
 
 impl Side<'_> {
@@ -139,7 +141,7 @@ impl Side<'_> {
         let history = History::of(self.toolpath, self.map, self.job, feeds);
         let worn = problem_of(self.program, self.toolpath, self.map, self.job, &history);
         let tools = self.job.tools.iter().map(|tool| tool.number);
-        let spared: Vec<u32> = tools.filter(|tool| history::spares(self.job, *tool)).collect();
+        let spared: Vec<u32> = tools.filter(|tool| self.may_rise && history::spares(self.job, *tool)).collect();
         let spares = |node: &Node| spared.contains(&self.toolpath.moves[node.move_id.ix()].tool);
         let worn_out = wear::follow(self.problem, self.fresh, &worn, &spares);
         let Some((node, kind)) = worn_out.filter(|_| history::wears(self.job)) else { return Ok(()) };

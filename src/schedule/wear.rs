@@ -34,6 +34,10 @@
 //! station still rests on what lies before it alone, so Picard's bound holds as it stands, and with it the limit is the one
 //! solution of v_i = c_i(S_i(v)). In an even cut with F = E (1 + g I) + K v and dI/dx = k v it is v = v₀ e^(−E g k x / K).
 //!
+//! F words are rounded and each is worth its price, so feeds are no smooth function of caps, and caps that may rise can go round in a
+//! circle about that solution. In the second half of the rounds, which is more than Picard's bound needs, they only fall here too: a
+//! little below it, they rest.
+//!
 //! Time since the start also follows the feeds (a spindle that warms up). The same rounds serve: caps only fall, so what is
 //! written holds its limits; where slower feeds would allow more, a little of it is not used.
 
