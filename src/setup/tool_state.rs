@@ -111,6 +111,7 @@ mod counted {
     use crate::machine::wear::Counted;
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
     pub fn serialize<S: Serializer>(counted: &Counted, to: S) -> Result<S::Ok, S::Error> {
         to.serialize_str(counted.name())
     }
