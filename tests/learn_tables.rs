@@ -467,6 +467,31 @@ fn a_declared_tare_goes_with_the_speed_in_a_table_too() {
     assert!(undeclared.base_test.rmse > 10.0 * declared.base_test.rmse);
 }
 
+/// A tare is a power whatever is read: a limit of power is held with it.
+#[test]
+fn a_table_of_torques_gives_its_tare_in_watts() {
+    let of_row = |row: &str| {
+        let cells: Vec<&str> = row.split(',').collect();
+        let [rpm, watts] = [3, cells.len() - 1].map(|k| cells[k].parse::<f64>().unwrap());
+        format!("{},{:.5}\n", cells[..cells.len() - 1].join(","), watts / (std::f64::consts::TAU * rpm / 60.0))
+    };
+    let powers = with_tares([0.0; 4]);
+    let mut rows = powers.lines();
+    let head = rows.next().unwrap().replace("spindle_power_w", "spindle_torque_nm");
+    let torques = head + "\n" + &rows.map(of_row).collect::<String>();
+    let report = with_spindle(&torques, true);
+    assert!(report.effects.is_empty() && report.unnamed.is_empty(), "{}", report.verdict);
+    let tare = report.final_base.iter().find(|value| value.name == "tare").unwrap();
+    // 100 W + 0.1 W per rev/min at the 2000 rev/min of the first cut.
+    assert!(tare.unit == "W" && (tare.value - 300.0).abs() < 5.0, "{tare:?}");
+    let frame = columns::read(torques.as_bytes(), &[]).unwrap();
+    let rows = steady_table::rows(&frame, &[]).unwrap();
+    // Without a declared tare the same torque at every speed; at 2000 rev/min 1 N·m is 209 W.
+    let calibrated = calibrate(&frame, &rows, "power", CalibrateOptions::default(), |y| y).unwrap();
+    let tare_w = calibrated.tare.unwrap();
+    assert!((250.0..400.0).contains(&tare_w), "{tare_w}");
+}
+
 #[test]
 fn what_changes_from_set_up_to_set_up_is_said() {
     let said = |more_w| with_spindle(&with_tares(more_w), true).verdict;
@@ -474,4 +499,15 @@ fn what_changes_from_set_up_to_set_up_is_said() {
     assert!(drifting.contains("of the remaining variance follows set-up"), "{drifting}");
     let steady = said([0.0; 4]);
     assert!(!steady.contains("set-up"), "{steady}");
+    // Of fewer than four cuts a set-up half do not tell the other half.
+    let csv = with_tares([0.0, 40.0, -25.0, 15.0]);
+    let of = |cuts: usize| -> String {
+        csv.lines()
+            .enumerate()
+            .filter(|(k, _)| *k == 0 || (k - 1) % 12 < cuts)
+            .map(|(_, line)| format!("{line}\n"))
+            .collect()
+    };
+    let pattern = |cuts: usize| with_spindle(&of(cuts), true).verdict.contains("follows set-up");
+    assert!(pattern(4) && !pattern(3));
 }

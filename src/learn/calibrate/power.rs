@@ -7,7 +7,7 @@ use crate::learn::calibrate::regression::{Problem, groups, solved};
 use crate::learn::dataset::steady_table::{SteadyRow, measured_quantity, row_rates};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::Quantity;
-use crate::learn::log::quantity::column_factor;
+use crate::learn::log::quantity::{column_factor, tare_factor};
 use crate::learn::report::Value;
 use crate::numeric::golden_section;
 use nalgebra::DMatrix;
@@ -26,6 +26,8 @@ pub(in crate::learn) fn power(
     let reading = frame.needed(name)?;
     let used: Vec<usize> = (0..rows.len()).filter(|i| reading[*i].is_finite()).collect();
     let tare = options.known_tare_w;
+    let rps = |i: usize| rows[i].cut.rps;
+    let reference_rps = used.first().map_or(1.0, |i| rps(*i));
     let cut = |i: usize, edge: bool| {
         let r = row_rates(&rows[i], false);
         let h = r.removal_rate_mm3_s / r.contact_rate_mm2_s.max(1e-12);
@@ -38,10 +40,12 @@ pub(in crate::learn) fn power(
     }
     let edge_columns = names.len();
     if tare.is_none() {
-        names.push(("tare", unit));
+        names.push(("tare", if quantity == Quantity::Torque { "W" } else { unit }));
     }
     let relative = quantity == Quantity::Relative;
-    let column = |i: usize, j: usize| if j < edge_columns { cut(i, j == 1) } else { 1.0 };
+    let column = |i: usize, j: usize| {
+        if j < edge_columns { cut(i, j == 1) } else { tare_factor(quantity, None, rps(i), reference_rps) }
+    };
     let problem = Problem {
         names: names
             .iter()
@@ -54,7 +58,10 @@ pub(in crate::learn) fn power(
             .collect(),
         positive: vec![true; names.len()],
         x: DMatrix::from_fn(used.len(), names.len(), |k, j| column(used[k], j)),
-        y: used.iter().map(|i| to_shaft(reading[*i]) - tare.unwrap_or(0.0)).collect(),
+        y: used
+            .iter()
+            .map(|i| to_shaft(reading[*i]) - tare.map_or(0.0, |w| w * tare_factor(quantity, None, rps(*i), rps(*i))))
+            .collect(),
         groups: groups(rows, &used),
     };
     let mut result = solved("power", &problem, options.loss)?;

@@ -194,9 +194,9 @@ impl PlacedLog<'_> {
     }
 
     /// Column of the tare and of what the spindle takes to run up.
-    fn idle(&self, i: usize, spot: &Spot, base: &Base) -> f64 {
+    fn idle(&self, i: usize, quantity: Quantity, spot: &Spot, base: &Base) -> f64 {
         match base.name.as_str() {
-            "tare" => self.tare_shape(self.rps(i, spot)),
+            "tare" => self.tare_factor(quantity, self.rps(i, spot)),
             "run_up" => self.running_up(i, spot),
             _ => 0.0,
         }
@@ -290,9 +290,9 @@ impl PlacedLog<'_> {
                 let slower = |all: &Vec<f64>| if self.feed.is_some() { 1.0 } else { all[index] };
                 ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += share * slower(all) / n);
             }
-            if let (Some(spot), Some(_)) = (self.spot[i].map(|k| &self.known.timeline.spots[k]), quantity) {
+            if let (Some(spot), Some(quantity)) = (self.spot[i].map(|k| &self.known.timeline.spots[k]), quantity) {
                 for (value, base) in at_sample.iter_mut().zip(&data.base) {
-                    *value += self.idle(i, spot, base);
+                    *value += self.idle(i, quantity, spot, base);
                 }
             }
             let more = self.over_span(i, quantity, &data.base, &at_sample);

@@ -7,7 +7,7 @@ use crate::learn::dataset::measured_feed::{MeasuredFeed, measured_feed};
 use crate::learn::dataset::samples::Class;
 use crate::learn::log::Log;
 use crate::learn::log::quantity::Quantity;
-use crate::learn::log::quantity::column_factor;
+use crate::learn::log::quantity::{column_factor, tare_factor};
 use crate::learn::program::simulated::ProgramView;
 use crate::learn::program::timeline::{Activity, Spot};
 use crate::learn::regress::statistics::median;
@@ -127,6 +127,10 @@ impl<'a> PlacedLog<'a> {
 
     pub(in crate::learn) fn tare_shape(&self, rps: f64) -> f64 {
         self.known.job.machine.spindle.tare_shape(rps, self.reference_rps)
+    }
+
+    pub(in crate::learn) fn tare_factor(&self, quantity: Quantity, rps: f64) -> f64 {
+        tare_factor(quantity, Some(&self.known.job.machine.spindle), rps, self.reference_rps)
     }
 
     /// A meter reading as the power at the motor shaft that the setup makes of it.

@@ -209,12 +209,7 @@ pub fn spindle_base(quantity: Quantity, unit: &str) -> Vec<Base> {
             base("k_tc", format!("{unit}/(1000 mm³/s)"), Class::Cutting),
             base("k_te", format!("{unit}/(1000 mm²/s)"), Class::Edge),
         ],
-        Quantity::Torque => vec![
-            base("tare", unit.to_owned(), Class::Tare),
-            base("k_tc", "N/mm²".into(), Class::Cutting),
-            base("k_te", "N/mm".into(), Class::Edge),
-        ],
-        Quantity::Power => vec![
+        Quantity::Power | Quantity::Torque => vec![
             base("tare", "W".into(), Class::Tare),
             base("k_tc", "N/mm²".into(), Class::Cutting),
             base("k_te", "N/mm".into(), Class::Edge),

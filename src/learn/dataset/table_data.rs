@@ -1,18 +1,17 @@
 //! A table of steady cuts as data of a diagnosis: of a spindle reading, or where there is none of mean forces or of the layers of
 //! a ball end.
 //!
-//! The model of a row: power = tare·P₀(n)/P₀(n₀) + (k_tc Q + k_te A)·1e-3 W, P₀(n) the declared tare at the speed n; torque =
-//! tare + the rest over 2πn; load in percent = the same in percent of an unknown rating, with a level tare. Straight geometry is
-//! the base, the path's curvature an effect.
+//! The model of a row: power = tare·P₀(n)/P₀(n₀) + (k_tc Q + k_te A)·1e-3 W, P₀(n) the declared tare at the speed n; torque = the same
+//! over 2πn; load in percent = the same in percent of an unknown rating. Straight geometry is the base, the path's curvature an
+//! effect.
 
-use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, rates};
 use crate::learn::dataset::samples::{Data, VariantColumns};
 use crate::learn::dataset::steady_table::{SteadyRow, measured_quantity, numbered, row_rates, spindle_base, states};
 use crate::learn::dataset::{layers, mean_forces};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::Quantity;
-use crate::learn::log::quantity::column_factor;
+use crate::learn::log::quantity::{column_factor, tare_factor};
 use crate::learn::log::signal::readable;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
@@ -46,11 +45,9 @@ pub fn data(
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|a, b| table[*a].order.total_cmp(&table[*b].order));
     let state = states(table, &order);
-    let tare = |of: &State| {
-        let declared = spindle.filter(|_| quantity == Quantity::Power && of.rps.is_finite());
-        declared.map_or(1.0, |spindle| spindle.tare_shape(of.rps, of.reference_rps))
-    };
-    let tare: Vec<f64> = state.iter().map(tare).collect();
+    // Of a speed that is not known, one row says nothing of how the tare goes with it.
+    let spindle = spindle.filter(|_| state.iter().all(|of| of.rps.is_finite()));
+    let tare: Vec<f64> = state.iter().map(|of| tare_factor(quantity, spindle, of.rps, of.reference_rps)).collect();
     let columns_of = |rates_of: &dyn Fn(&SteadyRow) -> Rates| -> Vec<Vec<f64>> {
         let mut columns = vec![tare.clone(), vec![0.0; n], vec![0.0; n]];
         for (i, row) in table.iter().enumerate() {

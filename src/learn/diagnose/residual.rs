@@ -213,12 +213,15 @@ fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -
     })
 }
 
+/// Fewest cuts a set-up, on average: two that tell and two that are told. Judgement.
+const CUTS_OF_A_SET_UP: usize = 4;
+
 /// Do cuts of a set-up leave what the others of that set-up leave? Learned on every other cut of each set-up, scored on the rest;
-/// against the same with the cuts shuffled over the set-ups. `None` where set-ups have fewer than four cuts.
+/// against the same with the cuts shuffled over the set-ups.
 fn from_set_up_to_set_up(data: &Data, residual: &[f64], seed: u64) -> Option<Pattern> {
     let blocks = data.blocks();
     let used: Vec<usize> = data.used().collect();
-    if blocks.len() < 2 || used.len() < 4 * blocks.len() {
+    if blocks.len() < 2 || used.len() < CUTS_OF_A_SET_UP * blocks.len() {
         return None;
     }
     let mut bins: Vec<usize> = used.iter().map(|i| blocks.binary_search(&data.block[*i]).unwrap_or(0)).collect();

@@ -136,8 +136,8 @@ impl Diagnosis<'_> {
         // In a table nothing is read without a cut: there a curve of the tare may be a step on the way to the name.
         let is_series = self.data.is_series();
         let may_follow = |covariate, part| !is_series || part == Multiplies::Load || is_there_without_a_cut(covariate);
-        // Its coefficients bend far towards what a curve would show. In logs, curves fitted with the model took the place of laws that
-        // were right.
+        // The coefficients of a few dozen cuts bend far towards what a curve would show, so there it is fitted with them. In logs,
+        // curves fitted with the model took the place of laws that were right (a chipped edge, a cutting speed).
         let mut found = if is_series {
             self.curves(present, &before, may_follow)
         } else {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::machine::Spindle;
 use crate::units::watts_from_n_mm_s;
 
 /// Measured quantities that are understood, as columns; forces are on the workpiece, in machine axes.
@@ -35,11 +36,51 @@ pub enum Quantity {
     Relative,
 }
 
+/// What a tare of 1 W at the reference speed is in this quantity at a speed: P₀(n)/P₀(n₀) by the declared tare P₀, 1 where none is
+/// declared; a torque is that power over 2πn, and where no tare is declared the same at every speed.
+pub fn tare_factor(quantity: Quantity, spindle: Option<&Spindle>, rps: f64, reference_rps: f64) -> f64 {
+    let declared = spindle.filter(|spindle| spindle.tare_w.at(reference_rps) > 0.0);
+    let shape = spindle.map_or(1.0, |spindle| spindle.tare_shape(rps, reference_rps));
+    match quantity {
+        Quantity::Power | Quantity::Relative => shape,
+        Quantity::Torque => shape / (TAU * if declared.is_some() { rps } else { reference_rps }.max(1e-9)),
+    }
+}
+
 /// What mm³/s times N/mm² (or mm²/s times N/mm) is in this quantity: 1 N·mm/s is 1 mW; a torque is a power over 2πn. A
 /// relative load has coefficients per thousand of the rate.
 pub fn column_factor(quantity: Quantity, rps: f64) -> f64 {
     match quantity {
         Quantity::Power | Quantity::Relative => watts_from_n_mm_s(1.0),
         Quantity::Torque => watts_from_n_mm_s(1.0) / (TAU * rps.max(1e-9)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::Table;
+
+    #[test]
+    fn a_tare_goes_with_the_speed_as_declared_and_in_torque_over_the_speed() {
+        let of = |tare_w: Table| Spindle {
+            max_rps: 200.0,
+            power_w: None,
+            torque_nmm: None,
+            tare_w,
+            efficiency: Table::constant(1.0),
+            runup_time_s: 0.0,
+        };
+        let rising = of(Table::new(vec![[0.0, 0.0], [100.0, 400.0]]).unwrap());
+        assert_eq!(tare_factor(Quantity::Power, Some(&rising), 50.0, 25.0), 2.0);
+        assert_eq!(tare_factor(Quantity::Power, Some(&rising), 0.4, 25.0), 0.0, "at rest");
+        let torque = |spindle, rps| tare_factor(Quantity::Torque, spindle, rps, 25.0) * TAU * 25.0;
+        assert!((torque(Some(&rising), 50.0) - 1.0).abs() < 1e-12, "twice the power at twice the speed");
+        let level = of(Table::constant(400.0));
+        assert!((torque(Some(&level), 50.0) - 0.5).abs() < 1e-12);
+        for undeclared in [None, Some(&of(Table::constant(0.0)))] {
+            assert!((torque(undeclared, 50.0) - 1.0).abs() < 1e-12);
+            assert_eq!(tare_factor(Quantity::Power, undeclared, 50.0, 25.0), 1.0);
+        }
     }
 }

@@ -62,7 +62,7 @@ pub fn without(data: &Data, out: impl Fn(usize) -> bool) -> Vec<f64> {
     (0..data.len()).map(|i| if out(i) { 0.0 } else { data.weight[i] }).collect()
 }
 
-/// Rounds of the fit without a fold.
+/// Most rounds of the fit without a fold; one that has come to rest stops by itself.
 const FOLD_ROUNDS: usize = 12;
 
 /// Residual of every sample that counts under a model that has not seen its fold; parameters begin at `effects`, but for the
