@@ -13,6 +13,7 @@ mod evaluate;
 mod init;
 mod input;
 mod keep;
+mod lacks_of_wear;
 mod learn;
 mod library;
 mod limits;

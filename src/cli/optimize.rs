@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::error::CliError;
 use super::input::{self, Source};
 use super::keep::Kept;
+use super::lacks_of_wear::lacks_of_wear;
 use super::options::Global;
 use super::output::{Kind, Output, Outputs};
 use super::plain::plain;
@@ -288,19 +289,7 @@ fn budgets(asked: &[LifeShare], job: &Job) -> Result<Vec<LifeShare>, CliError> {
     let Some(life) = unknown else { return Ok(asked.to_vec()) };
     let of = life.tool.map_or_else(|| "any tool".to_owned(), |number| format!("T{number}"));
     let tool = job.tools.iter().find(|tool| life.tool.is_none_or(|number| number == tool.number));
-    Err(match tool.and_then(|tool| wear::of_tool(job, tool)) {
-        Some(wear) => CliError::new(
-            format!("--wear-budget: the model says how {of} wears, and nothing says when it is worn out"),
-            format!(
-                "write under its [[tool]]: wear = {{ end = … }}, the index at which you change it; {} is fresh",
-                report::short(wear.fresh)
-            ),
-        ),
-        None => CliError::new(
-            format!("--wear-budget: the setup has no law of wear of {of}"),
-            "write it under its [[tool]]: wear = { rate = 0.3, feed_per_tooth = 0.1, exponent = 1, end = 400 }",
-        ),
-    })
+    Err(lacks_of_wear(&of, tool.and_then(|tool| wear::of_tool(job, tool))))
 }
 
 /// Did the user say that the program is to be written all the same?

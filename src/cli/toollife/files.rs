@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::error::CliError;
 use super::super::input::{self, Source};
+use super::super::lacks_of_wear::lacks_of_wear;
 use super::super::options::Global;
 use super::super::output::Outputs;
 use super::super::work::inputs;
@@ -12,7 +13,6 @@ use super::arguments::LifeFiles;
 use crate::effects::wear;
 use crate::machine::{Job, Tool};
 use crate::outcome::ProgramRun;
-use crate::report;
 use crate::setup::{ToolState, read_tool_state};
 
 /// Files of a command.
@@ -98,21 +98,14 @@ pub fn lives(job: &Job) -> impl Iterator<Item = &Tool> {
 /// A model that wears the edges of the tool, of which only the end is not known.
 fn without_end(job: &Job, asked: Option<u32>) -> Option<CliError> {
     let tool = asked.map_or_else(|| job.tools.first(), |number| job.tool(number))?;
-    let fresh = report::short(wear::of_tool(job, tool)?.fresh);
-    Some(CliError::new(
-        format!("the process model says how T{} wears, and nothing says when it is worn out", tool.number),
-        format!("write under its [[tool]]: wear = {{ end = … }}, the index at which you change it; {fresh} is fresh"),
-    ))
+    Some(lacks_of_wear(&format!("T{}", tool.number), Some(wear::of_tool(job, tool)?)))
 }
 
 /// No tool, or more than one, whose life could be meant.
 pub fn no_tool(wears: &[u32]) -> CliError {
     let wears: Vec<String> = wears.iter().map(|number| format!("T{number}")).collect();
     if wears.is_empty() {
-        return CliError::new(
-            "no tool of this program has a law of wear in the setup",
-            "write it under its [[tool]]: wear = { rate = 0.3, feed_per_tooth = 0.1, exponent = 1, end = 400 }",
-        );
+        return lacks_of_wear("any tool of this program", None);
     }
     CliError::new(format!("which tool? {} have laws of wear", wears.join(", ")), "name one with --tool")
 }
