@@ -592,6 +592,24 @@ fn a_batch_does_every_program_once_whoever_runs_it() {
     assert_eq!(run(&["batch", ".", "--shard", "3/2"]).0, 2);
 }
 
+#[test]
+fn two_batches_over_one_list_do_every_program_once() {
+    let dir = many();
+    let start = || {
+        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("feedwright"));
+        let command = command.current_dir(dir.path()).args(["batch", ".", "--out", "out"]);
+        command.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped()).spawn().unwrap()
+    };
+    let done = [start(), start()].map(|child| child.wait_with_output().unwrap());
+    let said: Vec<String> = done.iter().map(|done| String::from_utf8(done.stderr.clone()).unwrap()).collect();
+    assert!(done.iter().all(|done| done.status.code() == Some(0)), "{said:?}");
+    assert_eq!(done[0].stdout, done[1].stdout);
+    let mut runs: Vec<&str> =
+        said.iter().flat_map(|said| said.lines()).filter_map(|line| line.strip_prefix("runs ")).collect();
+    runs.sort_unstable();
+    assert_eq!(runs.iter().map(|name| name.trim()).collect::<Vec<_>>(), ["a.nc", "b.tap", "c.nc"], "{said:?}");
+}
+
 /// Another program that the same tool cuts.
 fn other_program() -> String {
     PROGRAM.replace("Z-2 F300", "Z-4 F300")

@@ -4,16 +4,21 @@
 //! A record holds the hashes of the program, the setup and the output, the options that decide feeds, and the version. Where all of them
 //! still hold the program is not run again: a batch that was killed goes on where it was, and several shards of one list on several machines do every program once.
 //! Whoever runs, the files are the same bytes, and so is the summary.
+//!
+//! A scheduler may start a shard again while the first one still runs (its worker is lost, the program it called is not). So a batch
+//! takes a program with a lock on its record, waits while another has it, and looks at the record once it has the lock.
 
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use super::error::CliError;
 use super::optimize::{Optimize, line, optimize};
 use super::options::{Common, Global};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
+use super::under_way::{Refusal, UnderWay};
 use super::work::Work;
 use crate::report::{Outcome, sha256};
 
@@ -49,6 +54,9 @@ pub fn is_program(path: &Path) -> bool {
     !OTHERS.contains(&ending.as_str())
 }
 
+/// How often it is seen whether another process has done with a program.
+const LOOK_AGAIN: Duration = Duration::from_millis(100);
+
 /// One program of a batch.
 struct Job {
     /// As the list names it.
@@ -69,19 +77,47 @@ pub fn batch(command: &Batch, global: &Global, screen: Screen) -> Result<Outcome
     }
     let options = global.deciding()?;
     for job in &own {
-        if done(job, &options).is_some() {
+        let is_done = || done(job, &options).is_some();
+        let taken = if is_done() { None } else { take(job, screen) };
+        // Another may have done it between the look and the lock.
+        if is_done() {
             screen.say(&format!("known     {}", job.name));
-            continue;
+        } else {
+            run(job, global, screen);
         }
-        screen.say(&format!("runs      {}", job.name));
-        let common = Common { setup: Some(job.setup.clone()), json: Some(job.record.clone()) };
-        let work = Work { common, ..Work::of(job.program.clone()) };
-        let one = Optimize { output: Some(job.output.clone()), ..Optimize::of(work) };
-        if let Err(error) = optimize(&one, global, screen.quietly()) {
-            screen.fail(&error);
-        }
+        drop(taken);
     }
     sum_up(&own, command, global, screen)
+}
+
+/// What `optimize` does with a program; an error is said and ends this program only.
+fn run(job: &Job, global: &Global, screen: Screen) {
+    screen.say(&format!("runs      {}", job.name));
+    let common = Common { setup: Some(job.setup.clone()), json: Some(job.record.clone()) };
+    let work = Work { common, ..Work::of(job.program.clone()) };
+    let one = Optimize { output: Some(job.output.clone()), ..Optimize::of(work) };
+    if let Err(error) = optimize(&one, global, screen.quietly()) {
+        screen.fail(&error);
+    }
+}
+
+/// The program for this process alone, until what is returned is dropped or the process dies. Waits while another has it. `None`
+/// where the folder cannot be written: then the run says so itself.
+fn take(job: &Job, screen: Screen) -> Option<UnderWay> {
+    let folder = job.record.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut lock = job.record.clone().into_os_string();
+    lock.push(" is taken");
+    let mut waits = false;
+    loop {
+        match UnderWay::begin(folder, Path::new(&lock)) {
+            Ok(taken) => return Some(taken),
+            Err(Refusal::Io(_)) => return None,
+            Err(Refusal::Busy) if waits => {}
+            Err(Refusal::Busy) => screen.say(&format!("waits     {}: another Feedwright has it", job.name)),
+        }
+        waits = true;
+        std::thread::sleep(LOOK_AGAIN);
+    }
 }
 
 /// Sums up what all shards have done.
