@@ -16,9 +16,12 @@ use crate::force::contact::{Engaged, engaged};
 use crate::machine::wear::Lengths;
 use crate::machine::{Job, Tool, Wear, WearLaw};
 use crate::nc::{Event, Move, Toolpath};
-use crate::path::Vec3;
+use crate::path::{Curve, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
+
+/// Stations that are looked at in a row.
+const CHUNK: usize = 1 << 10;
 
 /// Does a load depend on more than the engagement, because the process model has effects on loads or a tool wears?
 pub fn is_asked_for(job: &Job) -> bool {
@@ -97,7 +100,7 @@ impl History {
         if !is_asked_for(job) {
             return Self::default();
         }
-        let engaged: Vec<Engaged> = map.stations.par_iter().map(|station| met(toolpath, map, job, station)).collect();
+        let engaged = met_at_all(toolpath, map, job);
         let (past, tools) = pasts(toolpath, map, job, &engaged, feeds);
         let in_all = tools.iter().map(|(tool, past)| (*tool, [past.cut_mm, past.wear_mm])).collect();
         let tare_rps = job.process.tare_rps.unwrap_or(f64::NAN);
@@ -161,6 +164,34 @@ impl History {
             ..State::default()
         }
     }
+}
+
+/// What is met at every station.
+fn met_at_all(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Engaged> {
+    let same = |a: &Station, b: &Station| are_alike(toolpath, map, [a, b]);
+    let chunks = map.stations.par_chunks(CHUNK);
+    chunks.flat_map_iter(|chunk| once_for_alike(chunk, same, |station| met(toolpath, map, job, station))).collect()
+}
+
+/// Do two stations of one line meet the same? Those do into which a long station was cut ([`EngagementMap::cut_to`]).
+fn are_alike(toolpath: &Toolpath, map: &EngagementMap, [a, b]: [&Station; 2]) -> bool {
+    // Along a line the direction does not change; along an arc in space it may.
+    let is_line = || matches!(toolpath.moves[a.move_id.ix()].curve(), Curve::Line { .. });
+    a.move_id == b.move_id
+        && a.removal_area_mm2 == b.removal_area_mm2
+        && a.axial_depth_mm == b.axial_depth_mm
+        && map.arcs_of(a) == map.arcs_of(b)
+        && is_line()
+}
+
+/// What `work` finds for each item; for one that is like the item before it, what was found there.
+fn once_for_alike<T, R: Clone>(items: &[T], alike: impl Fn(&T, &T) -> bool, work: impl Fn(&T) -> R) -> Vec<R> {
+    let mut found: Vec<R> = Vec::with_capacity(items.len());
+    for (index, item) in items.iter().enumerate() {
+        let known = index.checked_sub(1).filter(|before| alike(&items[*before], item));
+        found.push(known.map_or_else(|| work(item), |before| found[before].clone()));
+    }
+    found
 }
 
 fn met(toolpath: &Toolpath, map: &EngagementMap, job: &Job, station: &Station) -> Engaged {
@@ -285,5 +316,54 @@ impl Past {
             self.since_entry_mm += length_mm;
         }
         behind
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engage::{EngagedArc, StationFlags};
+    use crate::ids::MoveId;
+    use crate::nc;
+    use std::cell::Cell;
+
+    #[test]
+    fn what_is_like_the_item_before_is_not_worked_out_again() {
+        let worked = Cell::new(0);
+        let work = |item: &f64| {
+            worked.set(worked.get() + 1);
+            10.0 * item
+        };
+        let found = once_for_alike(&[1.0, 1.0, 2.0, 2.0, 1.0, 1.0], |a, b| a == b, work);
+        assert_eq!(found, [10.0, 10.0, 20.0, 20.0, 10.0, 10.0]);
+        assert_eq!(worked.get(), 3);
+    }
+
+    #[test]
+    fn stations_are_alike_on_one_line_with_equal_engagement() {
+        let text = "G21 G90 G17\nG1 X10 Y0 Z0 F100\nX20\nG2 X30 Y0 I5 J0\n";
+        let toolpath = nc::interpret(&nc::parse(text.into(), None), &nc::Environment::default());
+        let [first, second, arc] = [0, 1, 2].map(|index| MoveId(toolpath.moves.len() as u32 - 3 + index));
+        assert!(matches!(toolpath.moves[arc.ix()].curve(), Curve::Arc(_)));
+        let arcs = [0.5, 0.5, 0.6].map(|entry_rad| EngagedArc { slice: 0, entry_rad, exit_rad: 2.0 });
+        let map = EngagementMap { arcs: arcs.to_vec(), ..EngagementMap::default() };
+        let station = |move_id: MoveId, from_mm: f64, first_arc: u32| Station {
+            move_id,
+            from_mm,
+            to_mm: from_mm + 1.0,
+            removal_area_mm2: 3.0,
+            axial_depth_mm: 6.0,
+            first_arc,
+            arc_count: 1,
+            flags: StationFlags::default(),
+        };
+        let here = station(first, 0.0, 0);
+        let alike = |other: Station| are_alike(&toolpath, &map, [&here, &other]);
+        assert!(alike(station(first, 1.0, 0)) && alike(station(first, 1.0, 1)));
+        assert!(!alike(station(first, 1.0, 2)), "other arcs");
+        assert!(!alike(station(second, 0.0, 0)), "another move may go another way");
+        assert!(!alike(Station { removal_area_mm2: 3.1, ..station(first, 1.0, 0) }));
+        assert!(!alike(Station { axial_depth_mm: 5.0, ..station(first, 1.0, 0) }));
+        assert!(!are_alike(&toolpath, &map, [&station(arc, 0.0, 0), &station(arc, 1.0, 0)]), "an arc turns");
     }
 }
