@@ -61,7 +61,13 @@ fn a_program_alone_names_what_it_lacks_and_writes_nothing() {
         assert!(said.contains(word), "{word}: {said}");
     }
     assert!(!said.contains("flutes of T2"), "a drill needs no count: {said}");
+    assert!(said.contains("feedwright part.nc --material"), "{said}");
     assert_eq!(bench.names(), ["part.nc"]);
+    // What is to be typed can be typed.
+    bench.put("my part.nc", PROGRAM.as_bytes());
+    let (code, _, said) = bench.run(&["my part.nc"]);
+    assert!(code == 2 && said.contains("feedwright \"my part.nc\" --material"), "{said}");
+    assert!(said.contains("feedwright init \"my part.nc\""), "{said}");
 }
 
 #[test]

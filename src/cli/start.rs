@@ -77,7 +77,7 @@ fn drafted(command: &Start, source: &Source, global: &Global, screen: Screen) ->
     let facts = init::known(source, &command.told, global, screen)?;
     let lacking = facts.lacking();
     if !lacking.is_empty() {
-        let program = command.program.display();
+        let program = typed(&command.program);
         return Err(CliError::new(
             format!("{} does not tell:\n{}", source.name, init::listed(&lacking)),
             format!(
@@ -90,6 +90,12 @@ fn drafted(command: &Start, source: &Source, global: &Global, screen: Screen) ->
     outputs.commit()?;
     screen.say(&format!("written   {}", target.display()));
     Ok(target)
+}
+
+/// A path as it is typed in a command: in quotes where it has a blank.
+fn typed(path: &Path) -> String {
+    let text = path.display().to_string();
+    if text.contains(char::is_whitespace) { format!("\"{text}\"") } else { text }
 }
 
 /// Without a limit of its own the program's own loads are the limit: nothing is loaded more than it is already. The percentile of the cut
