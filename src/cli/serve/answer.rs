@@ -106,7 +106,7 @@ impl Served {
     fn list(&self) -> Answer {
         let link = |name: &String| (name.clone(), format!("program/{}", encoded(name)));
         let [programs, dropped] = self.folder.programs().map(|names| names.iter().map(link).collect::<Vec<_>>());
-        let name = self.folder.path().display().to_string();
+        let name = self.folder.shown();
         Answer::page(200, folder_page(&name, &programs, &dropped, MOST_DROPPED))
     }
 

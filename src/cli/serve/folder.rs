@@ -42,6 +42,11 @@ impl Folder {
         &self.path
     }
 
+    /// The same for people.
+    pub fn shown(&self) -> String {
+        as_people_write_it(&self.path.display().to_string())
+    }
+
     fn dropped(&self) -> MutexGuard<'_, Vec<Dropped>> {
         self.dropped.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -113,9 +118,30 @@ fn is_plain(name: &str) -> bool {
     (1..=200).contains(&name.len()) && !name.starts_with('.') && !name.ends_with(['.', ' ']) && !name.contains(bad)
 }
 
+/// A path without what Windows puts before one that was resolved: `\\?\C:\parts`, `\\?\UNC\server\parts`.
+fn as_people_write_it(path: &str) -> String {
+    match (path.strip_prefix(r"\\?\UNC\"), path.strip_prefix(r"\\?\")) {
+        (Some(share), _) => format!(r"\\{share}"),
+        (None, Some(local)) => local.to_owned(),
+        (None, None) => path.to_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn resolved_paths_are_shown_as_people_write_them() {
+        for (resolved, shown) in [
+            (r"\\?\C:\my parts", r"C:\my parts"),
+            (r"\\?\UNC\shop\parts", r"\\shop\parts"),
+            (r"\\shop\parts", r"\\shop\parts"),
+            ("/home/parts", "/home/parts"),
+        ] {
+            assert_eq!(as_people_write_it(resolved), shown);
+        }
+    }
     use std::fs;
 
     #[test]

@@ -67,7 +67,7 @@ pub fn serve(command: &Serve, global: &Global, screen: Screen) -> Result<Outcome
         .map_err(|error| CliError::new(format!("the system gives no random numbers: {error}"), "try again"))?;
     let url = guard.url();
     screen::print(&format!("{url}\n"))?;
-    screen.say(&format!("serves    {} to this computer alone; Ctrl-C ends it", folder.path().display()));
+    screen.say(&format!("serves    {} to this computer alone; Ctrl-C ends it", folder.shown()));
     if !command.no_open {
         // A machine without a browser shows nothing; the address is printed all the same.
         let _ = open::that_detached(&url);
