@@ -100,7 +100,7 @@ fn without_rivals_there_is_no_experiment_and_the_page_stands_alone() {
     let rivals = json["confounded"].as_array().unwrap().len();
     assert_eq!(dir.path().join("next.nc").exists(), rivals > 0, "{said}");
     let page = std::fs::read_to_string(dir.path().join("r.html")).unwrap();
-    assert!(page.starts_with("<!doctype html>") && page.ends_with("</body></html>\n"));
+    assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</body></html>\n"));
     assert!(page.matches("<svg").count() >= 2 && page.matches("<polyline").count() > 8);
     assert!(page.contains("predicted before") && page.contains("base model, held out"));
     // Nothing is fetched from anywhere, and no number failed.

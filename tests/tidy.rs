@@ -260,6 +260,25 @@ fn solver_parser_and_serialiser_live_in_one_place_each() {
     }
 }
 
+/// `maud` escapes all text of a page; only style, scripts and data go around it, each encoded in one file.
+#[test]
+fn markup_is_escaped_by_construction() {
+    let mut files = Vec::new();
+    rust_files(Path::new("src"), &mut files);
+    let around = |file: &&PathBuf| fs::read_to_string(file).unwrap().contains("PreEscaped");
+    let found: Vec<&PathBuf> = files.iter().filter(around).collect();
+    assert_eq!(found, [Path::new("src/report/embedded.rs")]);
+    // Whoever writes a tag into a string does not use the macro.
+    let tag = ["<div", "<p>", "<p ", "<td", "<tr>", "<table", "<span", "<svg", "<text", "<a href", "<script", "<style"];
+    let by_hand = files.iter().filter(|file| file.starts_with("src/report")).filter_map(|file| {
+        let text = fs::read_to_string(file).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+        lines.into_iter().find(|line| tag.iter().any(|tag| line.contains(tag))).map(|line| format!("{file:?}: {line}"))
+    });
+    assert_eq!(by_hand.collect::<Vec<_>>(), Vec::<String>::new());
+}
+
 /// Everything of an effect stands in its file: no other file asks for one by its name. `setup/` has keys of the same words.
 #[test]
 fn no_effect_is_called_by_its_name_outside_its_file() {

@@ -414,7 +414,7 @@ impl Reports {
                 file: &source.name,
                 sections: &sections,
                 stock: found.stock,
-                above: "",
+                form: None,
             };
             output.write(report::html(&shown).as_bytes())?;
         }

@@ -1,9 +1,9 @@
 //! The report of `learn` as one HTML file: the verdict, measured against predicted before and after, the residual along the
 //! covariates, and the tables. In: a [`LearnReport`] and what there is to show of it. Out: text that needs nothing else.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
-use super::html::{escaped, folded, page, table, words};
+use super::html::{folded, key, page, table, words};
 use super::learn::learn_words;
 use super::number::short;
 use crate::learn::diagnose::curves::{CovariateCurve, Curves, Trace};
@@ -21,26 +21,20 @@ const COLUMNS: usize = 3;
 
 /// The page.
 pub fn learn_html(report: &LearnReport, shown: &Curves, file: &str) -> String {
-    let mut body = format!("<div class=\"verdict\"><p>{}</p></div>\n", escaped(&report.verdict));
-    body += &ladder(report);
-    body += &alignment(report);
-    if !shown.traces.is_empty() {
-        body += "<h2>Measured and predicted</h2>\n";
-    }
-    for trace in &shown.traces {
-        body += &picture(trace);
-    }
-    if !shown.along.is_empty() {
-        body += "<h2>Mean residual along what was cut (the most telling first)</h2>\n";
-        let _ = writeln!(
-            body,
-            "<p><span class=\"key\"><i style=\"background:{BEFORE}\"></i>before</span> <span class=\"key\"><i style=\"background:{AFTER}\"></i>after</span></p>"
-        );
-        body += &residuals(&shown.along);
-    }
-    body += &tables(report);
-    let _ =
-        writeln!(body, "<details><summary>In words</summary><pre>{}</pre></details>", escaped(&learn_words(report)));
+    let body = html! {
+        div class="verdict" { p { (report.verdict) } } "\n"
+        (ladder(report))
+        (alignment(report))
+        @if !shown.traces.is_empty() { h2 { "Measured and predicted" } "\n" }
+        @for trace in &shown.traces { (picture(trace)) }
+        @if !shown.along.is_empty() {
+            h2 { "Mean residual along what was cut (the most telling first)" } "\n"
+            p { (key(BEFORE, "before")) " " (key(AFTER, "after")) } "\n"
+            (residuals(&shown.along))
+        }
+        (tables(report))
+        details { summary { "In words" } pre { (learn_words(report)) } } "\n"
+    };
     page(file, &body)
 }
 
@@ -59,59 +53,69 @@ impl Frame {
         let ([x0, x1, left, width], [y0, y1, top, height]) = (self.x, self.y);
         (left + width * (x - x0) / (x1 - x0), top + height * (1.0 - (y - y0) / (y1 - y0)))
     }
-    fn line(&self, svg: &mut String, points: impl Iterator<Item = (f64, f64)>, colour: &str) {
+    fn line(&self, points: impl Iterator<Item = (f64, f64)>, colour: &str) -> Markup {
         let places: Vec<String> = points.map(|(x, y)| self.at(x, y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-        let _ = writeln!(
-            svg,
-            "<polyline points=\"{}\" fill=\"none\" style=\"stroke:{colour}\" stroke-width=\"1.3\"/>",
-            places.join(" ")
-        );
+        html! {
+            polyline points=(places.join(" ")) fill="none" style={ "stroke:" (colour) } stroke-width="1.3" {} "\n"
+        }
     }
-    fn axes(&self, svg: &mut String, unit: &str) {
+    fn axes(&self, unit: &str) -> Markup {
         let ([x0, x1, left, width], [y0, y1, top, height]) = (self.x, self.y);
-        let _ = writeln!(
-            svg,
-            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" style=\"stroke:{LINE}\"/>"
-        );
-        let mut text = |x: f64, y: f64, anchor: &str, content: &str| {
-            let _ =
-                writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>", escaped(content));
+        let text = |x: f64, y: f64, anchor: &str, content: &str| {
+            html! { text x=(tenths(x)) y=(tenths(y)) text-anchor=(anchor) { (content) } "\n" }
         };
-        text(left - 4.0, top + 10.0, "end", &short(y1));
-        text(left - 4.0, top + height, "end", &short(y0));
-        text(left, top + height + 14.0, "start", &short(x0));
-        text(left + width, top + height + 14.0, "end", &short(x1));
-        // Below the numbers: a long name would run into them.
-        text(left + 0.5 * width, top + height + 28.0, "middle", unit);
+        let [x, y, w, h] = [left, top, width, height].map(tenths);
+        html! {
+            rect x=(x) y=(y) width=(w) height=(h) fill="none" style={ "stroke:" (LINE) } {} "\n"
+            (text(left - 4.0, top + 10.0, "end", &short(y1)))
+            (text(left - 4.0, top + height, "end", &short(y0)))
+            (text(left, top + height + 14.0, "start", &short(x0)))
+            (text(left + width, top + height + 14.0, "end", &short(x1)))
+            // Below the numbers: a long name would run into them.
+            (text(left + 0.5 * width, top + height + 28.0, "middle", unit))
+        }
     }
+}
+
+/// A place of a drawing, to a tenth of a pixel.
+fn tenths(value: f64) -> String {
+    format!("{value:.1}")
 }
 
 fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.filter(|v| v.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
 }
 
-fn open(height: f64) -> String {
-    format!(
-        "<div class=\"scroll\"><svg xmlns=\"http://www.w3.org/2000/svg\" class=\"own wide\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"Helvetica,Arial,sans-serif\" font-size=\"12\">\n"
-    )
+fn drawing(height: f64, inside: &Markup) -> Markup {
+    let box_px = format!("0 0 {WIDTH} {height}");
+    html! {
+        div class="scroll" {
+            svg
+                xmlns="http://www.w3.org/2000/svg" class="own wide" viewBox=(box_px)
+                font-family="Helvetica,Arial,sans-serif" font-size="12"
+            { "\n" (inside) }
+        }
+        "\n"
+    }
 }
 
 /// Measured and predicted over time.
-fn picture(trace: &Trace) -> String {
+fn picture(trace: &Trace) -> Markup {
     let all = [&trace.measured, &trace.before, &trace.after];
     let [lo, hi] = span(all.iter().flat_map(|v| v.iter().copied()));
     let frame = Frame::new(span(trace.time_s.iter().copied()), [lo.min(0.0), hi], [70.0, 24.0, 870.0, 230.0]);
-    let mut svg = open(296.0);
-    frame.axes(&mut svg, "s");
-    for ((values, colour), (label, x)) in all.iter().zip([MEASURED, BEFORE, AFTER]).zip([
-        (measured(&trace.name).as_str(), 70.0),
-        ("predicted before", 330.0),
-        ("predicted after", 520.0),
-    ]) {
-        let _ = writeln!(svg, "<text x=\"{x}\" y=\"16\" style=\"fill:{colour}\">{}</text>", escaped(label));
-        frame.line(&mut svg, thinned(&trace.time_s, values).into_iter(), colour);
-    }
-    svg + "</svg></div>\n"
+    let names = [measured(&trace.name), "predicted before".to_owned(), "predicted after".to_owned()];
+    let curves = all.into_iter().zip([MEASURED, BEFORE, AFTER]).zip(names.iter().zip(["70", "330", "520"]));
+    drawing(
+        296.0,
+        &html! {
+            (frame.axes("s"))
+            @for ((values, colour), (name, x)) in curves {
+                text x=(x) y="16" style={ "fill:" (colour) } { (name) } "\n"
+                (frame.line(thinned(&trace.time_s, values).into_iter(), colour))
+            }
+        },
+    )
 }
 
 /// A measured quantity in words: "spindle_power_w (W)" is "measured spindle power (W)".
@@ -128,26 +132,27 @@ fn thinned(time: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     time.chunks(size).zip(values.chunks(size)).map(|(t, v)| (mean(t), mean(v))).collect()
 }
 
-fn residuals(along: &[CovariateCurve]) -> String {
+fn residuals(along: &[CovariateCurve]) -> Markup {
     let shown = &along[..along.len().min(PANELS)];
     let rows = shown.len().div_ceil(COLUMNS);
     let (width, height) = (WIDTH / COLUMNS as f64, 204.0);
-    let mut svg = open(height * rows as f64 + 10.0);
-    for (k, each) in shown.iter().enumerate() {
+    let panel = |(k, each): (usize, &CovariateCurve)| {
         let (left, top) = (width * (k % COLUMNS) as f64 + 60.0, height * (k / COLUMNS) as f64 + 10.0);
         let y = span(each.bins.iter().flat_map(|b| [b[1], b[2], 0.0]));
         let frame = Frame::new(span(each.bins.iter().map(|b| b[0])), y, [left, top, width - 76.0, 145.0]);
-        frame.axes(&mut svg, &each.name);
         let ends = [frame.x[0], frame.x[1]];
-        frame.line(&mut svg, ends.iter().map(|x| (*x, 0.0)), LINE);
-        frame.line(&mut svg, each.bins.iter().map(|b| (b[0], b[1])), BEFORE);
-        frame.line(&mut svg, each.bins.iter().map(|b| (b[0], b[2])), AFTER);
-    }
-    svg + "</svg></div>\n"
+        html! {
+            (frame.axes(&each.name))
+            (frame.line(ends.iter().map(|x| (*x, 0.0)), LINE))
+            (frame.line(each.bins.iter().map(|b| (b[0], b[1])), BEFORE))
+            (frame.line(each.bins.iter().map(|b| (b[0], b[2])), AFTER))
+        }
+    };
+    drawing(height * rows as f64 + 10.0, &html! { @for panel in shown.iter().enumerate().map(panel) { (panel) } })
 }
 
 /// Effect by effect, how the error fell: on the data that were fitted once, on data held out at every rung.
-fn ladder(report: &LearnReport) -> String {
+fn ladder(report: &LearnReport) -> Markup {
     let number = |v: f64| if v.is_finite() { short(v) } else { String::new() };
     let mut rows = vec![vec![
         "base model".to_owned(),
@@ -177,8 +182,8 @@ fn ladder(report: &LearnReport) -> String {
 }
 
 /// How the log was tied to the program.
-fn alignment(report: &LearnReport) -> String {
-    let Some(found) = &report.alignment else { return String::new() };
+fn alignment(report: &LearnReport) -> Markup {
+    let Some(found) = &report.alignment else { return html! {} };
     let [before, held, after] = found.outside;
     let mut rows = vec![
         vec!["tied by".to_owned(), found.method.clone()],
@@ -191,7 +196,7 @@ fn alignment(report: &LearnReport) -> String {
     words("Alignment", &["", ""], &rows)
 }
 
-fn tables(report: &LearnReport) -> String {
+fn tables(report: &LearnReport) -> Markup {
     let number = |v: f64| if v.is_finite() { short(v) } else { String::new() };
     let values = |values: &[Value]| -> Vec<Vec<String>> {
         values.iter().map(|v| vec![v.name.clone(), number(v.value), number(v.std_error), v.unit.clone()]).collect()
@@ -200,7 +205,7 @@ fn tables(report: &LearnReport) -> String {
     let errors = |name: &str, e: &crate::learn::report::Errors| {
         vec![name.to_owned(), number(e.rmse), format!("{:.2} %", e.mape), format!("{:.3}", e.r2)]
     };
-    let mut text = table(
+    let fitted = table(
         "Errors",
         &["", "root mean square", "relative", "r²"],
         &[
@@ -210,17 +215,21 @@ fn tables(report: &LearnReport) -> String {
             errors("with effects, held out", &report.final_test),
         ],
     );
-    text += &table("Coefficients", &head, &values(&report.final_base));
-    for effect in &report.effects {
-        text += &table(&format!("Effect: {}", escaped(&effect.name)), &head, &values(&effect.parameters));
-        let _ = writeln!(text, "<p>{}</p>", escaped(&effect.evidence));
-    }
     let confounded: Vec<Vec<String>> =
         report.confounded.iter().map(|c| vec![c.names.join(" or "), c.why.clone(), c.experiment.clone()]).collect();
-    text += &words("Cannot be told apart", &["effects", "why", "what would separate them"], &confounded);
     let rejected: Vec<Vec<String>> = report.rejected.iter().map(|r| vec![r.name.clone(), r.why.clone()]).collect();
     let warnings: Vec<Vec<String>> = report.warnings.iter().map(|w| vec![w.clone()]).collect();
-    text + &folded("Looked at and not added", &["effect", "why"], &rejected) + &folded("Notes", &["what"], &warnings)
+    html! {
+        (fitted)
+        (table("Coefficients", &head, &values(&report.final_base)))
+        @for effect in &report.effects {
+            (table(&format!("Effect: {}", effect.name), &head, &values(&effect.parameters)))
+            p { (effect.evidence) } "\n"
+        }
+        (words("Cannot be told apart", &["effects", "why", "what would separate them"], &confounded))
+        (folded("Looked at and not added", &["effect", "why"], &rejected))
+        (folded("Notes", &["what"], &warnings))
+    }
 }
 
 #[cfg(test)]
@@ -236,7 +245,7 @@ mod tests {
             before: vec![1.0, 1.5],
             after: vec![1.0, 1.9],
         };
-        let svg = picture(&trace);
+        let svg = picture(&trace).into_string();
         assert!(svg.contains(">measured spindle power (W)</text>"), "{svg}");
         // Each name in the colour of its curve: the style of the page has the last word on attributes.
         for colour in [MEASURED, BEFORE, AFTER] {

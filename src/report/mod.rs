@@ -5,6 +5,7 @@ mod answers;
 mod blocks;
 pub mod bounds;
 mod figures;
+mod embedded;
 mod html;
 mod json;
 pub mod learn;

@@ -2,7 +2,7 @@
 //! self-contained SVG. The path is cut into as many columns as there are pixels; a column shows the mean as a line and the
 //! span from the least to the largest value as a shade.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
 use super::figures::{Figures, LimitFigure};
 use super::number::{clock, short};
@@ -70,16 +70,26 @@ struct Panel {
     limit: Option<f64>,
 }
 
-/// The picture as SVG text.
+/// The picture as a file.
 pub fn picture(run: &ProgramRun, figures: &Figures, file: &str) -> String {
+    drawing(run, figures, file).into_string()
+}
+
+/// The picture as a part of a page: every element is closed, so it is XML as well as HTML.
+pub(super) fn drawing(run: &ProgramRun, figures: &Figures, file: &str) -> Markup {
     let shown = load_to_show(figures);
     let panels = panels(run, shown);
-    let mut svg = head(run, file);
-    for (panel, top) in panels.iter().zip(TOPS) {
-        draw(&mut svg, panel, top, run.written.is_some());
+    html! {
+        svg
+            xmlns="http://www.w3.org/2000/svg" viewBox={ "0 0 " (WIDTH) " 540" } width=(WIDTH) height="540"
+            font-family="Helvetica, Arial, sans-serif" font-size="13"
+        {
+            "\n" (head(run, file))
+            @for (panel, top) in panels.iter().zip(TOPS) { (draw(panel, top, run.written.is_some())) }
+            (footer(run))
+        }
+        "\n"
     }
-    footer(&mut svg, run);
-    svg + "</svg>\n"
 }
 
 /// The load limit that holds the feed longest, else the first in force.
@@ -119,115 +129,87 @@ fn load(value: Option<f64>, kind: LimitKind) -> f64 {
     kind.in_report_unit(value)
 }
 
-fn head(run: &ProgramRun, file: &str) -> String {
+/// The mark, the ground, and the name of the program with its time.
+fn head(run: &ProgramRun, file: &str) -> Markup {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     let time = match &run.written {
         Some(_) => format!("{} → {}", clock(before), clock(after)),
         None => clock(before),
     };
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
-    let file: String = name.chars().map(|c| if "<>&\"".contains(c) { '_' } else { c }).collect();
-    format!(
-        concat!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} 540\" width=\"{w}\" height=\"540\" ",
-            "font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\">\n",
-            "<!-- w{mark} {version} -->\n",
-            "<rect width=\"{w}\" height=\"540\" fill=\"white\"/>\n",
-            "<text x=\"{left}\" y=\"24\" font-size=\"16\" fill=\"#202020\">{file}: {time}</text>\n"
-        ),
-        w = WIDTH,
-        mark = super::marks::MARK,
-        version = env!("CARGO_PKG_VERSION"),
-        left = LEFT,
-        file = file,
-        time = time
-    )
+    html! {
+        metadata { "w" (super::marks::MARK) " " (env!("CARGO_PKG_VERSION")) } "\n"
+        rect width=(WIDTH) height="540" fill="white" {} "\n"
+        text x=(LEFT) y="24" font-size="16" fill="#202020" { (name) ": " (time) } "\n"
+    }
 }
 
-fn draw(svg: &mut String, panel: &Panel, top: f64, rewritten: bool) {
+fn draw(panel: &Panel, top: f64, rewritten: bool) -> Markup {
     let usual = panel.before.usual_high().max(panel.after.usual_high()).max(panel.limit.unwrap_or(0.0));
     let all = panel.before.highest().max(panel.after.highest());
     let scale = nice(if all <= 1.3 * usual { all } else { 1.15 * usual }.max(1e-9));
     let y = |value: f64| top + PANEL * (1.0 - (value / scale).min(1.0));
-    text(svg, LEFT, top - 9.0, "start", "#202020", &format!("{} [{}]", panel.title, panel.unit));
-    for tick in 0..=4 {
-        let value = scale * f64::from(tick) / 4.0;
-        let _ = writeln!(
-            svg,
-            "<line x1=\"{LEFT}\" x2=\"{}\" y1=\"{:.1}\" y2=\"{:.1}\" stroke=\"#e4e4e4\"/>",
-            WIDTH - RIGHT,
-            y(value),
-            y(value)
-        );
-        text(svg, LEFT - 8.0, y(value) + 4.0, "end", "#505050", &short(value));
-    }
-    curve(svg, &panel.before, BEFORE, &y);
-    if rewritten {
-        curve(svg, &panel.after, AFTER, &y);
-    }
-    if let Some(limit) = panel.limit.filter(|limit| *limit <= scale) {
-        let _ = writeln!(
-            svg,
-            "<line x1=\"{LEFT}\" x2=\"{}\" y1=\"{:.1}\" y2=\"{:.1}\" stroke=\"{LIMIT}\" stroke-width=\"1.5\" stroke-dasharray=\"7 4\"/>",
-            WIDTH - RIGHT,
-            y(limit),
-            y(limit)
-        );
-        text(svg, WIDTH - RIGHT, y(limit) - 5.0, "end", LIMIT, &format!("limit {} {}", short(limit), panel.unit));
+    let right = WIDTH - RIGHT;
+    html! {
+        (text(LEFT, top - 9.0, "start", "#202020", &format!("{} [{}]", panel.title, panel.unit)))
+        @for value in [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| share * scale) {
+            @let at = tenths(y(value));
+            line x1=(LEFT) x2=(right) y1=(at) y2=(at) stroke="#e4e4e4" {} "\n"
+            (text(LEFT - 8.0, y(value) + 4.0, "end", "#505050", &short(value)))
+        }
+        (curve(&panel.before, BEFORE, &y))
+        @if rewritten { (curve(&panel.after, AFTER, &y)) }
+        @if let Some(limit) = panel.limit.filter(|limit| *limit <= scale) {
+            @let at = tenths(y(limit));
+            line x1=(LEFT) x2=(right) y1=(at) y2=(at) stroke=(LIMIT) stroke-width="1.5" stroke-dasharray="7 4" {} "\n"
+            (text(right, y(limit) - 5.0, "end", LIMIT, &format!("limit {} {}", short(limit), panel.unit)))
+        }
     }
 }
 
 /// Shade from least to largest, line through the means.
-fn curve(svg: &mut String, curve: &Curve, colour: &str, y: &dyn Fn(f64) -> f64) {
+fn curve(curve: &Curve, colour: &str, y: &dyn Fn(f64) -> f64) -> Markup {
     let x = |index: usize| LEFT + (WIDTH - LEFT - RIGHT) * (index as f64 + 0.5) / COLUMNS as f64;
     let filled: Vec<(usize, &Column)> = curve.columns.iter().enumerate().filter(|(_, c)| c.weight > 0.0).collect();
-    if filled.is_empty() {
-        return;
+    let place = |index: usize, value: f64| format!("{:.1},{:.1}", x(index), y(value));
+    let highs = filled.iter().map(|(index, column)| place(*index, column.high));
+    let lows = filled.iter().rev().map(|(index, column)| place(*index, column.low));
+    let shade: Vec<String> = highs.chain(lows).collect();
+    let line: Vec<String> = filled.iter().map(|(index, column)| place(*index, column.sum / column.weight)).collect();
+    html! {
+        @if !filled.is_empty() {
+            polygon points=(shade.join(" ")) fill=(colour) fill-opacity="0.22" {} "\n"
+            polyline points=(line.join(" ")) fill="none" stroke=(colour) stroke-width="1.3" {} "\n"
+        }
     }
-    let mut shade = String::new();
-    for (index, column) in &filled {
-        let _ = write!(shade, "{:.1},{:.1} ", x(*index), y(column.high));
-    }
-    for (index, column) in filled.iter().rev() {
-        let _ = write!(shade, "{:.1},{:.1} ", x(*index), y(column.low));
-    }
-    let mut line = String::new();
-    for (index, column) in &filled {
-        let _ = write!(line, "{:.1},{:.1} ", x(*index), y(column.sum / column.weight));
-    }
-    let _ = writeln!(svg, "<polygon points=\"{}\" fill=\"{colour}\" fill-opacity=\"0.22\"/>", shade.trim_end());
-    let _ = writeln!(
-        svg,
-        "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.3\"/>",
-        line.trim_end()
-    );
 }
 
-fn footer(svg: &mut String, run: &ProgramRun) {
+/// The length of the path, and what the colours stand for.
+fn footer(run: &ProgramRun) -> Markup {
     let whole: f64 = run.map.stations.iter().map(crate::engage::Station::length_mm).sum();
     let y = TOPS[1] + PANEL + 22.0;
-    text(svg, LEFT, y, "start", "#505050", "0");
-    text(svg, WIDTH - RIGHT, y, "end", "#505050", &format!("{} mm along the feed moves", short(whole)));
     let legend: &[(&str, &str)] = if run.written.is_some() {
         &[("as programmed", BEFORE), ("as written", AFTER)]
     } else {
         &[("as programmed", BEFORE)]
     };
-    for ((label, colour), x) in legend.iter().zip([330.0, 480.0]) {
-        let _ = writeln!(
-            svg,
-            "<line x1=\"{x}\" x2=\"{}\" y1=\"{}\" y2=\"{}\" stroke=\"{colour}\" stroke-width=\"4\"/>",
-            x + 26.0,
-            y - 4.0,
-            y - 4.0
-        );
-        text(svg, x + 34.0, y, "start", "#303030", label);
+    html! {
+        (text(LEFT, y, "start", "#505050", "0"))
+        (text(WIDTH - RIGHT, y, "end", "#505050", &format!("{} mm along the feed moves", short(whole))))
+        @for ((label, colour), x) in legend.iter().zip([330.0, 480.0]) {
+            line x1=(x) x2=(x + 26.0) y1=(y - 4.0) y2=(y - 4.0) stroke=(colour) stroke-width="4" {} "\n"
+            (text(x + 34.0, y, "start", "#303030", label))
+        }
     }
 }
 
-fn text(svg: &mut String, x: f64, y: f64, anchor: &str, colour: &str, content: &str) {
-    let _ =
-        writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{colour}\">{content}</text>");
+fn text(x: f64, y: f64, anchor: &str, colour: &str, content: &str) -> Markup {
+    html! { text x=(tenths(x)) y=(tenths(y)) text-anchor=(anchor) fill=(colour) { (content) } "\n" }
+}
+
+/// A place of a drawing, to a tenth of a pixel.
+fn tenths(value: f64) -> String {
+    format!("{value:.1}")
 }
 
 /// The next of 1, 2, 2.5, 4, 5, 8 times a power of ten.

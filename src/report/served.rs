@@ -1,9 +1,10 @@
 //! What the served page has besides the report: the list of a folder with a place to drop programs, the form of limits above a report,
 //! and why there is none. In: names, limits, sentences. Out: markup.
 
-use std::fmt::Write;
+use maud::{Markup, html};
 
-use super::html::{escaped, page, page_with};
+use super::embedded::script;
+use super::html::{page, page_with};
 use super::words;
 use crate::machine::LimitKind;
 use crate::units::Dimension;
@@ -16,34 +17,40 @@ pub type Link = (String, String);
 
 /// The page of a folder: its programs, those that were dropped, and the place to drop one.
 pub fn folder_page(folder: &str, programs: &[Link], dropped: &[Link], most_bytes: usize) -> String {
-    let mut body = String::from("<h2>Programs</h2>\n");
-    body += &links(programs, "There is no program in this folder.");
-    if !dropped.is_empty() {
-        body += "<h2>Dropped here</h2>\n<p>In memory only, until feedwright ends.</p>\n";
-        body += &links(dropped, "");
-    }
-    let _ = write!(
-        body,
-        "<div id=\"drop\" data-most=\"{most_bytes}\"><label>Drop an NC program here, or choose one: <input type=\"file\" id=\"choose\"></label>\n\
-         <p id=\"said\" role=\"status\"></p></div>\n"
-    );
-    page_with(&format!("Feedwright: {folder}"), &body, &format!("<script>\n'use strict';\n{DROP}</script>\n"))
+    let body = html! {
+        h2 { "Programs" } "\n"
+        (links(programs, "There is no program in this folder."))
+        @if !dropped.is_empty() {
+            h2 { "Dropped here" } "\n"
+            p { "In memory only, until feedwright ends." } "\n"
+            (links(dropped, ""))
+        }
+        div id="drop" data-most=(most_bytes) {
+            label { "Drop an NC program here, or choose one: " input type="file" id="choose"; }
+            p id="said" role="status" {}
+        }
+        "\n"
+    };
+    page_with(&format!("Feedwright: {folder}"), &body, &script(&format!("\n'use strict';\n{DROP}")))
 }
 
-fn links(links: &[Link], none: &str) -> String {
-    if links.is_empty() {
-        return format!("<p>{none}</p>\n");
+fn links(links: &[Link], none: &str) -> Markup {
+    html! {
+        @if links.is_empty() {
+            p { (none) } "\n"
+        } @else {
+            ul class="programs" { @for (name, to) in links { li { a href=(to) { (name) } } "\n" } } "\n"
+        }
     }
-    let one = |text: String, (name, to): &Link| {
-        text + &format!("<li><a href=\"{}\">{}</a></li>\n", escaped(to), escaped(name))
-    };
-    format!("<ul class=\"programs\">{}</ul>\n", links.iter().fold(String::new(), one))
 }
 
 /// A program whose report cannot be made: why, and the form to put it right.
-pub fn refusal_page(name: &str, sentences: &[String], form: &str) -> String {
-    let said = sentences.iter().fold(String::new(), |text, one| text + &format!("<p>{}</p>\n", escaped(one)));
-    page(name, &format!("{form}<div class=\"verdict bad\"><b>No feeds</b>\n{said}</div>\n"))
+pub fn refusal_page(name: &str, sentences: &[String], shown: &Form) -> String {
+    let body = html! {
+        (form(shown))
+        div class="verdict bad" { b { "No feeds" } "\n" @for sentence in sentences { p { (sentence) } "\n" } } "\n"
+    };
+    page(name, &body)
 }
 
 /// One limit of the form.
@@ -79,35 +86,43 @@ pub struct Form {
 }
 
 /// The form as markup. Its values go into the address: what was tried can be gone back to.
-pub fn form(form: &Form) -> String {
-    let mut text = String::from("<form class=\"limits screen\" method=\"get\">\n<p><a href=\"../\">all programs</a>");
-    let chosen = |name: &str| if form.setup.as_deref() == Some(name) { " selected" } else { "" };
-    text += " <label>setup <select name=\"setup\"><option value=\"\">from the comments of the program</option>";
-    for name in &form.setups {
-        let _ = write!(text, "<option value=\"{0}\"{1}>{0}</option>", escaped(name), chosen(name));
+pub(super) fn form(form: &Form) -> Markup {
+    html! {
+        form class="limits screen" method="get" {
+            p {
+                a href="../" { "all programs" } " "
+                label {
+                    "setup "
+                    select name="setup" {
+                        option value="" { "from the comments of the program" }
+                        @for name in &form.setups {
+                            option value=(name) selected[form.setup.as_ref() == Some(name)] { (name) }
+                        }
+                    }
+                }
+            }
+            div class="fields" { "\n" @for field in &form.fields { (input(field, form.inch)) "\n" } }
+            p {
+                button { "feeds with these limits" } " " span id="took" { (form.said) }
+                @for (name, to) in &form.save { " " a href=(to) { (name) } }
+            }
+        }
+        "\n"
     }
-    text += "</select></label></p>\n<div class=\"fields\">\n";
-    for field in &form.fields {
-        let tool = field.tool.map_or_else(String::new, |number| format!("T{number}: "));
-        let changed = if field.value == field.written { "" } else { " class=\"changed\"" };
-        let _ = writeln!(
-            text,
-            "<label{changed}><span>{tool}{}, {}</span> <input name=\"{}\" value=\"{}\" size=\"9\" autocomplete=\"off\"></label>",
-            name(field.kind),
-            unit(field.kind, form.inch),
-            escaped(&field.key),
-            escaped(&field.value)
-        );
+}
+
+/// One limit with its value; one that was changed is marked.
+fn input(field: &Field, inch: bool) -> Markup {
+    let class = (field.value != field.written).then_some("changed");
+    html! {
+        label class=[class] {
+            span {
+                @if let Some(number) = field.tool { "T" (number) ": " }
+                (name(field.kind)) ", " (unit(field.kind, inch))
+            }
+            " " input name=(field.key) value=(field.value) size="9" autocomplete="off";
+        }
     }
-    let _ = write!(
-        text,
-        "</div>\n<p><button>feeds with these limits</button> <span id=\"took\">{}</span>",
-        escaped(&form.said)
-    );
-    for (name, to) in &form.save {
-        let _ = write!(text, " <a href=\"{}\">{}</a>", escaped(to), escaped(name));
-    }
-    text + "</p>\n</form>\n"
 }
 
 /// What a limit is called in the form.
@@ -149,10 +164,10 @@ mod tests {
             ..Form::default()
         };
         let link = [(bad.to_owned(), bad.to_owned())];
-        for text in [form(&shown), folder_page(bad, &link, &link, 9), refusal_page(bad, &[bad.into()], "")] {
-            assert!(!text.contains("<script>alert"), "{text}");
+        for text in [folder_page(bad, &link, &link, 9), refusal_page(bad, &[bad.into()], &shown)] {
+            assert!(!text.contains("<script>alert") && !text.contains(bad), "{text}");
         }
-        let text = form(&shown);
+        let text = form(&shown).into_string();
         assert_eq!(text.matches("class=\"changed\"").count(), 1);
         assert!(text.contains("T3: cutting force, N"), "{text}");
         assert_eq!((unit(LimitKind::Feed, true), unit(LimitKind::Deflection, false)), ("in/min", "mm"));

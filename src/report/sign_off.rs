@@ -1,7 +1,10 @@
 //! One page to print, sign and file with a program. In: a run with its figures and its provenance. Out: HTML that needs nothing else.
 
+use maud::{Markup, html};
+
+use super::embedded::json;
 use super::figures::{Figures, LimitFigure};
-use super::html::{escaped, page, table};
+use super::html::{page, table};
 use super::number::{clock, short};
 use super::page::checks::{checks, stamp};
 use super::provenance::Provenance;
@@ -17,31 +20,30 @@ const ROWS: usize = 12;
 pub fn sign_off(run: &ProgramRun, figures: &Figures, from: &Provenance, file: &str, is_written: bool) -> String {
     let class = if figures.verdict.outcome == Outcome::Done && is_written { "good" } else { "bad" };
     let refused = if is_written { "" } else { "The program was not written. " };
-    let body = [
-        format!(
-            "<div class=\"verdict {class}\"><b>{refused}{}</b><p class=\"{class}\">{}</p></div>\n",
-            stamp(run, figures),
-            escaped(&figures.verdict.headline)
-        ),
-        files(run, from),
-        found(run, figures, from),
-        "<div class=\"pair\"><div>".to_owned(),
-        limits(figures),
-        "</div><div>".to_owned(),
-        listed("Values assumed", &["key", "value", "source"], assumptions(run)),
-        "</div></div>".to_owned(),
-        listed("Lines that keep their feed", &["lines", "how many", "why"], kept(run)),
-        todo(run, figures, from),
-        signatures(),
-        format!(
-            "<script type=\"application/json\" id=\"provenance\">{}</script>\n",
-            serde_json::to_string(from).expect("plain data").replace('<', "\\u003c")
-        ),
-    ];
-    page(&format!("{file}: sign-off"), &format!("<div class=\"sheet\">{}</div>\n", body.concat()))
+    let body = html! {
+        div class="sheet" {
+            div class={ "verdict " (class) } {
+                b { (refused) (stamp(run, figures)) }
+                p class=(class) { (figures.verdict.headline) }
+            }
+            "\n"
+            (files(run, from))
+            (found(run, figures, from))
+            div class="pair" {
+                div { (limits(figures)) }
+                div { (listed("Values assumed", &["key", "value", "source"], assumptions(run))) }
+            }
+            (listed("Lines that keep their feed", &["lines", "how many", "why"], kept(run)))
+            (todo(run, figures, from))
+            (signatures())
+            (json("provenance", from))
+        }
+        "\n"
+    };
+    page(&format!("{file}: sign-off"), &body)
 }
 
-fn files(run: &ProgramRun, from: &Provenance) -> String {
+fn files(run: &ProgramRun, from: &Provenance) -> Markup {
     let row = |name: &str, hash: Option<&String>| vec![name.to_owned(), hash.cloned().unwrap_or_else(|| "none".into())];
     let rows = [
         row("original", Some(&from.original_sha256)),
@@ -54,7 +56,7 @@ fn files(run: &ProgramRun, from: &Provenance) -> String {
     table("Files (SHA-256)", &["", ""], &rows)
 }
 
-fn found(run: &ProgramRun, figures: &Figures, from: &Provenance) -> String {
+fn found(run: &ProgramRun, figures: &Figures, from: &Provenance) -> Markup {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     let check = run.written.as_ref().map(|written| &written.check);
     let rise = from.largest_rise.map_or_else(
@@ -83,7 +85,7 @@ fn found(run: &ProgramRun, figures: &Figures, from: &Provenance) -> String {
 }
 
 /// The load limits in force with the largest load under each.
-fn limits(figures: &Figures) -> String {
+fn limits(figures: &Figures) -> Markup {
     let mut rows: Vec<&LimitFigure> = figures.limits.iter().filter(|figure| figure.before_max.is_some()).collect();
     rows.sort_by(|a, b| b.ratios[1].unwrap_or(0.0).total_cmp(&a.ratios[1].unwrap_or(0.0)));
     let row = |figure: &&LimitFigure| {
@@ -123,22 +125,27 @@ fn kept(run: &ProgramRun) -> Vec<Vec<String>> {
 }
 
 /// A table of no more than [`ROWS`] rows; how many there are is said.
-fn listed(title: &str, head: &[&str], mut rows: Vec<Vec<String>>) -> String {
+fn listed(title: &str, head: &[&str], mut rows: Vec<Vec<String>>) -> Markup {
     let all = rows.len();
     rows.truncate(ROWS);
-    let more = if all > ROWS { format!("<p>{} more in the report.</p>\n", all - ROWS) } else { String::new() };
-    table(title, head, &rows) + &more
+    html! { (table(title, head, &rows)) @if all > ROWS { p { (all - ROWS) " more in the report." } "\n" } }
 }
 
-fn todo(run: &ProgramRun, figures: &Figures, from: &Provenance) -> String {
+fn todo(run: &ProgramRun, figures: &Figures, from: &Provenance) -> Markup {
     let things = checks(run, figures, from.largest_rise.as_ref());
-    let items = things.iter().fold(String::new(), |text, thing| text + &format!("<li>☐ {}</li>\n", escaped(thing)));
-    format!("<h2>Checked at the machine</h2>\n<ul style=\"list-style:none;padding:0\">\n{items}</ul>\n")
+    html! {
+        h2 { "Checked at the machine" }
+        ul style="list-style:none;padding:0" { "\n" @for thing in things { li { "☐ " (thing) } "\n" } }
+        "\n"
+    }
 }
 
-fn signatures() -> String {
-    let line = "<td style=\"width:16em;height:3em\"></td>";
-    format!(
-        "<table><tr><th class=\"l\">released by</th><th>date</th><th>first part by</th><th>date</th></tr><tr>{line}{line}{line}{line}</tr></table>\n"
-    )
+fn signatures() -> Markup {
+    html! {
+        table {
+            tr { th class="l" { "released by" } th { "date" } th { "first part by" } th { "date" } }
+            tr { @for _ in 0..4 { td style="width:16em;height:3em" {} } }
+        }
+        "\n"
+    }
 }

@@ -1,12 +1,13 @@
 //! The picture of a step-over plan: the surface seen from above, coloured by force and by scallop, as one HTML file. In: an
 //! [`Answer`]. Out: text. Cells of the picture show the largest value of the passes within them.
 
-use super::html::{escaped, page};
+use maud::{Markup, html};
+
+use super::html::page;
 use super::number::short;
 use super::stepover::stepover_words;
 use crate::finish::stepover::Answer;
 use crate::finish::stepover::passes::Spot;
-use std::fmt::Write;
 
 /// Cells along the longer side.
 const CELLS: f64 = 120.0;
@@ -17,11 +18,11 @@ const SIDE_PX: f64 = 460.0;
 pub fn stepover_html(answer: &Answer, title: &str) -> String {
     let force = panel(answer, "force, N", answer.reference_n, |spot| spot.force_n);
     let scallop = panel(answer, "scallop, µm", 1e3 * answer.bounds.scallop_mm, |spot| 1e3 * spot.scallop_mm);
-    page(title, &format!("<p>{force} {scallop}</p>\n<pre>{}</pre>\n", escaped(&stepover_words(answer))))
+    page(title, &html! { p { (force) " " (scallop) } "\n" pre { (stepover_words(answer)) } "\n" })
 }
 
 /// The surface with a value; white is none, blue half the limit or less, green the limit, red a tenth above it.
-fn panel(answer: &Answer, name: &str, limit: f64, of: impl Fn(&Spot) -> f64) -> String {
+fn panel(answer: &Answer, name: &str, limit: f64, of: impl Fn(&Spot) -> f64) -> Markup {
     let spots = || answer.varying.plan.passes.iter().flat_map(|pass| pass.stretches.iter().flatten());
     let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let bounds = spots().fold(start, |(low, high), spot| {
@@ -38,24 +39,27 @@ fn panel(answer: &Answer, name: &str, limit: f64, of: impl Fn(&Spot) -> f64) -> 
     }
     let px = SIDE_PX / CELLS;
     let [width, height] = count.map(|n| n as f64 * px);
-    let mut svg = format!(
-        "<svg width=\"{width:.0}\" height=\"{:.0}\" font-family=\"Helvetica,Arial,sans-serif\" font-size=\"13\"><text x=\"0\" y=\"14\">{name}; limit {}: blue half of it, green at it, red above</text>",
-        height + 20.0,
-        short(limit)
-    );
-    for (k, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+    let says = format!("{name}; limit {}: blue half of it, green at it, red above", short(limit));
+    let whole = |length: f64| format!("{length:.0}");
+    let cells = values.iter().enumerate().filter(|(_, value)| value.is_finite()).map(|(k, value)| {
         let (x, y) = ((k % count[0]) as f64 * px, 20.0 + height - ((k / count[0]) as f64 + 1.0) * px);
-        let share = value / limit;
-        // Hue from blue (240) at half the limit to green (120) at it, red (0) a tenth above.
-        let hue = if share <= 1.0 {
-            240.0 - 240.0 * (share - 0.5).clamp(0.0, 0.5)
-        } else {
-            120.0 - 1200.0 * (share - 1.0).min(0.1)
-        };
-        let _ = write!(
-            svg,
-            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{px:.2}\" height=\"{px:.2}\" fill=\"hsl({hue:.0},75%,50%)\"/>"
-        );
+        let [x, y, side] = [format!("{x:.1}"), format!("{y:.1}"), format!("{px:.2}")];
+        html! { rect x=(x) y=(y) width=(side) height=(side) fill=(colour(value / limit)) {} }
+    });
+    html! {
+        svg width=(whole(width)) height=(whole(height + 20.0)) font-family="Helvetica,Arial,sans-serif" font-size="13" {
+            text x="0" y="14" { (says) }
+            @for cell in cells { (cell) }
+        }
     }
-    svg + "</svg>"
+}
+
+/// Colour of a share of the limit: hue from blue (240) at half of it to green (120) at it, red (0) a tenth above.
+fn colour(share: f64) -> String {
+    let hue = if share <= 1.0 {
+        240.0 - 240.0 * (share - 0.5).clamp(0.0, 0.5)
+    } else {
+        120.0 - 1200.0 * (share - 1.0).min(0.1)
+    };
+    format!("hsl({hue:.0},75%,50%)")
 }

@@ -24,7 +24,7 @@ use crate::cli::start::own_loads;
 use crate::cli::work::{Done, execute};
 use crate::job::{self, Task, Wanted};
 use crate::machine::LimitKind;
-use crate::report::served::{Field, Form, folder_page, form, refusal_page};
+use crate::report::served::{Field, Form, folder_page, refusal_page};
 use crate::report::{self, Relief, sha256};
 use crate::setup::change::{self, Change};
 
@@ -125,7 +125,7 @@ impl Served {
             Some(Ok(chosen)) => chosen,
             Some(Err(error)) => {
                 let shown = Form { setups: self.folder.setups(), ..Form::default() };
-                return Answer::page(422, refusal_page(name, &sentences(&error), &form(&shown)));
+                return Answer::page(422, refusal_page(name, &sentences(&error), &shown));
             }
         };
         let mut shown = Form {
@@ -136,7 +136,7 @@ impl Served {
             ..Form::default()
         };
         match self.found(chosen) {
-            Err(error) => Answer::page(422, refusal_page(name, &sentences(&error), &form(&shown))),
+            Err(error) => Answer::page(422, refusal_page(name, &sentences(&error), &shown)),
             Ok(found) => {
                 let figures = report::figures(&found.done.run);
                 shown.said.clone_from(&found.said);
@@ -147,7 +147,7 @@ impl Served {
                     shown.save.push(("save the program".into(), to));
                 }
                 shown.save.push(("save the setup".into(), format!("../setup/{}?{query}", encoded(name))));
-                Answer::page(200, page(&found, &figures, name, &form(&shown)))
+                Answer::page(200, page(&found, &figures, name, &shown))
             }
         }
     }
@@ -242,10 +242,11 @@ impl Served {
     }
 }
 
-fn page(found: &NewFeeds, figures: &report::Figures, name: &str, form: &str) -> String {
+fn page(found: &NewFeeds, figures: &report::Figures, name: &str, form: &Form) -> String {
     let run = &found.done.run;
     let sections = job::sections(&run.program, &run.toolpath, &run.map);
-    report::html(&report::Shown { run, figures, file: name, sections: &sections, stock: &found.stock, above: form })
+    let shown = report::Shown { run, figures, file: name, sections: &sections, stock: &found.stock, form: Some(form) };
+    report::html(&shown)
 }
 
 /// The limits of a setup as fields, with the values of the query.

@@ -2,7 +2,7 @@
 //! leaves. Out: text: what a person needs first, then the views, then the tables.
 //!
 //! Verdict and tables are markup that works without a script; the views are drawn by the scripts beside this file from one
-//! block of JSON, in which `<` is escaped so that no text of a program can end it.
+//! block of JSON, which no text of a program can end (`embedded.rs`).
 
 pub mod checks;
 mod digits;
@@ -11,13 +11,17 @@ mod operations;
 pub mod relief;
 mod samples;
 mod tables;
+mod views;
 
+use maud::{Markup, html as markup};
 use serde::Serialize;
 
+use super::embedded::{json, script};
 use super::figures::Figures;
 use super::html::page_with;
-use super::picture::picture;
+use super::picture::drawing;
 use super::provenance::largest_rise;
+use super::served::{Form, form};
 use crate::outcome::ProgramRun;
 use crate::schedule::operations::Section;
 use crate::units::MM_PER_INCH;
@@ -26,6 +30,7 @@ use listing::{Row, listing};
 use operations::{Operation, Operations};
 use relief::Relief;
 use samples::{Columns, Frame, Load, Points, path};
+use views::views;
 
 /// The scripts, in the order in which they use each other.
 const SCRIPTS: [&str; 8] = [
@@ -38,8 +43,6 @@ const SCRIPTS: [&str; 8] = [
     include_str!("listing.js"),
     include_str!("main.js"),
 ];
-/// Where the views are drawn.
-const VIEWS: &str = include_str!("views.html");
 
 /// What the page is made of.
 #[derive(Debug, Clone, Copy)]
@@ -54,8 +57,8 @@ pub struct Shown<'a> {
     pub sections: &'a [Section],
     /// The stock it leaves, in the common frame; empty where that is not known.
     pub stock: &'a [Relief],
-    /// Markup above all else: the form of a page that is served.
-    pub above: &'a str,
+    /// The form of limits above all else, on a page that is served.
+    pub form: Option<&'a Form>,
 }
 
 #[derive(Serialize)]
@@ -89,7 +92,7 @@ struct BoxPart {
 
 /// The page as text.
 pub fn html(shown: &Shown) -> String {
-    let Shown { run, figures, file, sections, stock, above } = *shown;
+    let Shown { run, figures, file, sections, stock, form: limits } = *shown;
     let inch = run.toolpath.inch;
     let factor = if inch { 1.0 / MM_PER_INCH } else { 1.0 };
     let operations = Operations::new(run, sections);
@@ -98,9 +101,13 @@ pub fn html(shown: &Shown) -> String {
     let origin = Frame::new(run).origin;
     let stock: Vec<Relief> = stock.iter().map(|relief| relief.seen_from(origin, factor)).collect();
     let first = tables::first(run, figures, &listing, &checks::checks(run, figures, largest_rise(run).as_ref()));
-    let fallback = format!("<div class=\"without-script scroll\">{}</div>\n", picture(run, figures, file));
-    let body =
-        [above.to_owned(), first, fallback, VIEWS.to_owned(), tables::all(run, figures, &operations.all)].concat();
+    let body = markup! {
+        @if let Some(limits) = limits { (form(limits)) }
+        (first)
+        div class="without-script scroll" { (drawing(run, figures, file)) } "\n"
+        (views())
+        (tables::all(run, figures, &operations.all))
+    };
     let data = Data {
         rewritten: run.written.is_some(),
         unit_length: if inch { "in" } else { "mm" },
@@ -119,12 +126,8 @@ pub fn html(shown: &Shown) -> String {
 }
 
 /// The data and the scripts as markup.
-fn scripts(data: &Data) -> String {
-    let json = serde_json::to_string(data).expect("plain data").replace('<', "\\u003c");
-    format!(
-        "<script type=\"application/json\" id=\"data\">{json}</script>\n<script>\n'use strict';\n{}</script>\n",
-        SCRIPTS.concat()
-    )
+fn scripts(data: &Data) -> Markup {
+    markup! { (json("data", data)) (script(&format!("\n'use strict';\n{}", SCRIPTS.concat()))) }
 }
 
 fn tools(run: &ProgramRun, factor: f64) -> Vec<ToolPart> {

@@ -1,5 +1,7 @@
 //! The tables of the page, and its first screen. In: a run with its figures. Out: markup that works without a script.
 
+use maud::{Markup, html};
+
 use super::listing::Listing;
 use super::operations::Operation;
 use crate::diag;
@@ -8,7 +10,7 @@ use crate::outcome::ProgramRun;
 use crate::outcome::over_limits::MET;
 use crate::report::bounds::Share;
 use crate::report::figures::{Figures, LimitFigure, ToolFigure};
-use crate::report::html::{escaped, folded, marked, table};
+use crate::report::html::{folded, marked, table};
 use crate::report::number::{clock, short};
 use crate::report::verdict::{Fault, Outcome};
 use crate::report::words::plain;
@@ -17,43 +19,44 @@ use crate::report::words::plain;
 const LINES: usize = 200;
 
 /// Verdict, what to check, time: what is seen first.
-pub fn first(run: &ProgramRun, figures: &Figures, listing: &Listing, checks: &[String]) -> String {
-    let things = checks.iter().fold(String::new(), |text, check| text + &format!("<li>{}</li>\n", escaped(check)));
-    format!(
-        "{}<div class=\"first\"><div><h2>Check before running it</h2>\n<ol id=\"checks\">\n{things}</ol></div>\n<div><h2>Time</h2>\n{}</div></div>\n{}",
-        verdict(run, figures),
-        times(run, listing),
-        faults(figures)
-    )
+pub fn first(run: &ProgramRun, figures: &Figures, listing: &Listing, checks: &[String]) -> Markup {
+    html! {
+        (verdict(run, figures))
+        div class="first" {
+            div {
+                h2 { "Check before running it" }
+                ol id="checks" { "\n" @for check in checks { li { (check) } "\n" } }
+            }
+            div { h2 { "Time" } (times(run, listing)) }
+        }
+        "\n"
+        (faults(figures))
+    }
 }
 
 /// Every table behind the views.
-pub fn all(run: &ProgramRun, figures: &Figures, operations: &[Operation]) -> String {
-    [
-        by_operation(run, operations),
-        by_cause(run),
-        limits(figures),
-        bounds(figures),
-        tools(figures),
-        checked(run, figures),
-        places(run),
-    ]
-    .concat()
+pub fn all(run: &ProgramRun, figures: &Figures, operations: &[Operation]) -> Markup {
+    html! {
+        (by_operation(run, operations))
+        (by_cause(run))
+        (limits(figures))
+        (bounds(figures))
+        (tools(figures))
+        (checked(run, figures))
+        (places(run))
+    }
 }
 
 /// The headline.
-fn verdict(run: &ProgramRun, figures: &Figures) -> String {
+fn verdict(run: &ProgramRun, figures: &Figures) -> Markup {
     let verdict = &figures.verdict;
     let class = if verdict.outcome == Outcome::Done { "good" } else { "bad" };
-    format!(
-        "<div class=\"verdict {class}\"><b>{}</b>\n<p class=\"{class}\">{}</p></div>\n",
-        super::checks::stamp(run, figures),
-        escaped(&verdict.headline)
-    )
+    let stamp = super::checks::stamp(run, figures);
+    html! { div class={ "verdict " (class) } { b { (stamp) } "\n" p class=(class) { (verdict.headline) } } "\n" }
 }
 
 /// Every fault with its lines.
-fn faults(figures: &Figures) -> String {
+fn faults(figures: &Figures) -> Markup {
     let row = |fault: &Fault| {
         let lines: Vec<String> = fault.lines.iter().take(LINES).map(ToString::to_string).collect();
         let more = if fault.lines.len() > LINES { ", …" } else { "" };
@@ -64,31 +67,25 @@ fn faults(figures: &Figures) -> String {
 }
 
 /// Time before and after as bars, and how much of the program was changed.
-fn times(run: &ProgramRun, listing: &Listing) -> String {
+fn times(run: &ProgramRun, listing: &Listing) -> Markup {
     let (before, after) = (run.realised_before.total_s, run.realised_after().total_s);
     if run.written.is_none() {
-        return format!("<p>{} as programmed.</p>\n", clock(before));
+        return html! { p { (clock(before)) " as programmed." } "\n" };
     }
     let longest = before.max(after).max(f64::MIN_POSITIVE);
     let bar = |name: &str, class: &str, seconds: f64| {
-        let share = 100.0 * seconds / longest;
-        format!(
-            "<span>{name}</span><i class=\"{class}\" style=\"width:{share:.1}%\"></i><span>{}</span>",
-            clock(seconds)
-        )
+        let width = format!("width:{:.1}%", 100.0 * seconds / longest);
+        html! { span { (name) } i class=(class) style=(width) {} span { (clock(seconds)) } }
     };
-    format!(
-        "<div class=\"times\">{}{}</div><p>{:.1} % {}. {} of {} lines changed.</p>\n",
-        bar("before", "was", before),
-        bar("after", "is", after),
-        100.0 * (after / before.max(f64::MIN_POSITIVE) - 1.0).abs(),
-        if after <= before { "shorter" } else { "longer" },
-        listing.changed,
-        listing.lines
-    )
+    let percent = 100.0 * (after / before.max(f64::MIN_POSITIVE) - 1.0).abs();
+    let change = format!("{percent:.1} % {}", if after <= before { "shorter" } else { "longer" });
+    html! {
+        div class="times" { (bar("before", "was", before)) (bar("after", "is", after)) }
+        p { (change) ". " (listing.changed) " of " (listing.lines) " lines changed." } "\n"
+    }
 }
 
-fn by_operation(run: &ProgramRun, operations: &[Operation]) -> String {
+fn by_operation(run: &ProgramRun, operations: &[Operation]) -> Markup {
     let row = |operation: &Operation| {
         let [before, after] = operation.time_s;
         let mut cells = vec![operation.name.clone(), clock(before)];
@@ -111,7 +108,7 @@ fn saved(before: f64, after: f64) -> String {
 }
 
 /// Time by cause; a cause is named once, whichever side has it.
-fn by_cause(run: &ProgramRun) -> String {
+fn by_cause(run: &ProgramRun) -> Markup {
     let (before, after) = (&run.realised_before.by_cause, &run.realised_after().by_cause);
     let mut names: Vec<&str> = before.iter().chain(after).filter(|(_, s)| *s > 0.0).map(|(name, _)| *name).collect();
     let mut seen = Vec::new();
@@ -136,16 +133,13 @@ fn by_cause(run: &ProgramRun) -> String {
 }
 
 /// What reading the written file back gave.
-fn checked(run: &ProgramRun, figures: &Figures) -> String {
-    let Some(written) = &run.written else { return String::new() };
-    format!(
-        "<p>Read back: {}; {}.</p>\n",
-        if written.check.identical { "only feeds differ" } else { "more than feeds differs" },
-        escaped(&figures.verdict.largest())
-    )
+fn checked(run: &ProgramRun, figures: &Figures) -> Markup {
+    let Some(written) = &run.written else { return html! {} };
+    let differ = if written.check.identical { "only feeds differ" } else { "more than feeds differs" };
+    html! { p { "Read back: " (differ) "; " (figures.verdict.largest()) "." } "\n" }
 }
 
-fn limits(figures: &Figures) -> String {
+fn limits(figures: &Figures) -> Markup {
     let number = |value: Option<f64>| value.map_or_else(String::new, short);
     let percent = |ratio: Option<f64>| ratio.map_or_else(String::new, |ratio| format!("{:.1} %", 100.0 * ratio));
     let row = |figure: &LimitFigure| {
@@ -188,7 +182,7 @@ fn limits(figures: &Figures) -> String {
     marked("Limits (every cut counted: frozen, kept and infeasible blocks too)", &head, &rows, &beyond)
 }
 
-fn bounds(figures: &Figures) -> String {
+fn bounds(figures: &Figures) -> Markup {
     let row = |share: &Share| {
         let reason = share.reason.unwrap_or_default().to_owned();
         let kind = LimitKind::ALL.into_iter().find(|kind| kind.name() == share.name);
@@ -198,7 +192,7 @@ fn bounds(figures: &Figures) -> String {
     table("What bounds the feed", &["limit", "of the cutting time", "why"], &rows)
 }
 
-fn tools(figures: &Figures) -> String {
+fn tools(figures: &Figures) -> Markup {
     let row = |tool: &ToolFigure| {
         vec![
             format!("T{}", tool.number),
@@ -212,7 +206,7 @@ fn tools(figures: &Figures) -> String {
     table("Tools", &["tool", "largest power", "largest force", "cutting time", "cutting length"], &rows)
 }
 
-fn places(run: &ProgramRun) -> String {
+fn places(run: &ProgramRun) -> Markup {
     let infeasible: Vec<Vec<String>> = run
         .infeasible()
         .into_iter()
@@ -228,8 +222,10 @@ fn places(run: &ProgramRun) -> String {
         .collect();
     let assumptions: Vec<Vec<String>> =
         run.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.source.clone()]).collect();
-    folded("Limits that cannot be met", &["line", "limit", "length"], &infeasible)
-        + &folded("Blocks that keep their feed", &["line", "why"], &frozen)
-        + &folded("Warnings", &["line", "code", "what"], &warnings)
-        + &folded("Assumptions", &["key", "value", "source"], &assumptions)
+    html! {
+        (folded("Limits that cannot be met", &["line", "limit", "length"], &infeasible))
+        (folded("Blocks that keep their feed", &["line", "why"], &frozen))
+        (folded("Warnings", &["line", "code", "what"], &warnings))
+        (folded("Assumptions", &["key", "value", "source"], &assumptions))
+    }
 }
