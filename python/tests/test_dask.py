@@ -26,11 +26,12 @@ COMMAND = shlex.split(os.environ.get("FEEDWRIGHT", "")) or [sys.executable, "-m"
 SHARDS = 3
 # The shard whose worker is lost, while its second program is under way.
 LOST = 2
-# Programs of `programs/`, each with the line of its setup that is changed and what it becomes: one program for every shard.
+# Programs of `programs/`, each with the line of its setup that is changed and what it becomes: one program for every shard. The
+# second takes long enough to be met under way.
 PROGRAMS = (
-    ("pocket.nc", "force_xy = 450", ("force_xy = 450", "force_xy = 400", "force_xy = 350")),
-    ("bracket.nc", "deflection = 0.003", ("deflection = 0.003", "deflection = 0.0035", "deflection = 0.004")),
     ("calibration.ngc", "power = 3500", ("power = 3500", "power = 3000", "power = 2500")),
+    ("pocket.nc", "force_xy = 450", ("force_xy = 450", "force_xy = 400", "force_xy = 350")),
+    ("calibration.ngc", "force_xy = 900", ("force_xy = 850", "force_xy = 800", "force_xy = 750")),
 )
 PATIENCE_S = 120
 
@@ -46,10 +47,11 @@ def lay_out(folder):
         stem, ending = name.split(".")
         setup = (ROOT / "programs" / f"{stem}.setup.toml").read_text()
         assert setup.count(f"\n{line}\n") == 1, f"{stem}.setup.toml has no line {line}"
-        for k, limit in enumerate(limits):
-            names.append(f"{stem}-{k}.{ending}")
+        for limit in limits:
+            part = f"{stem}-{len(names)}"
+            names.append(f"{part}.{ending}")
             (folder / names[-1]).write_bytes((ROOT / "programs" / name).read_bytes())
-            (folder / f"{stem}-{k}.setup.toml").write_text(setup.replace(line, limit))
+            (folder / f"{part}.setup.toml").write_text(setup.replace(line, limit))
     (folder / "list.txt").write_text("\n".join(names) + "\n")
     return folder / "list.txt"
 
