@@ -38,13 +38,22 @@ class Windows(unittest.TestCase):
         # Neither .NET nor a browser engine is asked for, and nothing is drawn.
         own = {"WINEPREFIX": str(cls.folder / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree=;mshtml="}
         cls.environment = {**os.environ, **own}
+        # Wine's own processes stay until the end, and speak to nobody: what a run says is what the program says.
+        (cls.folder / "wine").mkdir()
+        cls.serve("-p")
+        nowhere = {name: subprocess.DEVNULL for name in ("stdin", "stdout", "stderr")}
+        subprocess.run([WINE, "wineboot", "-i"], env=cls.environment, check=True, **nowhere)
 
     @classmethod
     def tearDownClass(cls):
         # The server of this prefix and no other.
-        server = shutil.which("wineserver") or pathlib.Path(WINE).with_name("wineserver")
-        subprocess.run([server, "-k"], env=cls.environment, check=False)
+        cls.serve("-k")
         cls.place.cleanup()
+
+    @classmethod
+    def serve(cls, option):
+        server = shutil.which("wineserver") or pathlib.Path(WINE).with_name("wineserver")
+        subprocess.run([server, option], env=cls.environment, check=False)
 
     def here(self, folder, *arguments):
         return self.run_in(folder, [os.environ["FEEDWRIGHT"], *arguments])
