@@ -112,7 +112,9 @@ impl MeasuredFeed {
             let (first, last) = (stretch[0], stretch[stretch.len() - 1]);
             let ratio = median(&stretch.iter().map(|i| self.ratio[*i]).collect::<Vec<f64>>());
             let is_stand = ratio < STANDS;
-            let lasts_s = log.time_s[last] - log.time_s[first];
+            // A rapid or a tool change between two feed moves is no time at another feed.
+            let in_feed = stretch.windows(2).filter(|pair| pair[1] == pair[0] + 1);
+            let lasts_s: f64 = in_feed.map(|pair| log.time_s[pair[1]] - log.time_s[pair[0]]).sum();
             if lasts_s < LISTED_S[usize::from(!is_stand)] || (ratio - 1.0).abs() < LISTED_OFF {
                 continue;
             }
@@ -192,6 +194,24 @@ mod tests {
             let found = measured_feed(&log, &aligned, &program).unwrap();
             assert_eq!(found.events(&log, &aligned, &program), []);
         }
+    }
+
+    #[test]
+    fn the_time_of_a_tool_change_is_none_at_another_feed() {
+        let mut program = straight();
+        program.spots[30..70].iter_mut().for_each(|spot| spot.activity = Activity::ToolChange);
+        // A tenth too fast for half a second before the change and after it.
+        let beside = |t: f64| (2.5..3.0).contains(&t) || (7.0..7.5).contains(&t);
+        let (log, aligned) = logged(|t| if beside(t) { 1.1 } else { 1.0 }, None);
+        let found = measured_feed(&log, &aligned, &program).unwrap();
+        assert!(found.ratio.iter().any(|r| *r > 1.09));
+        assert_eq!(found.events(&log, &aligned, &program), []);
+        // An override that goes on behind a rapid is listed as one.
+        program.spots[30..34].iter_mut().for_each(|spot| spot.activity = Activity::Rapid);
+        program.spots[34..70].iter_mut().for_each(|spot| spot.activity = Activity::Feed);
+        let (log, aligned) = logged(|t| if (1.0..7.0).contains(&t) { 1.1 } else { 1.0 }, None);
+        let found = measured_feed(&log, &aligned, &program).unwrap();
+        assert_eq!(found.events(&log, &aligned, &program).len(), 1);
     }
 
     #[test]
