@@ -145,7 +145,7 @@ fn as_mesh(mut job: Job) -> (Job, Vec<u8>) {
 #[test]
 fn a_stock_from_a_file_that_stands_proud_is_found() {
     let found = diagnosed_in("stock-proud", PROUD, &as_mesh);
-    assert_eq!(names(&found), ["stock-proud"]);
+    assert_eq!(names(&found), ["stock-proud"], "{}", found.verdict);
     assert_eq!(names(&diagnosed_in("none", 1000, &as_mesh)), [""; 0]);
     let top = |report: &LearnReport| report.effects[0].parameters[0].value;
     let boxed = diagnosed("stock-proud", PROUD);

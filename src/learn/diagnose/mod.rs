@@ -3,6 +3,7 @@
 
 pub mod answer;
 pub mod candidates;
+mod contest;
 pub mod criteria;
 pub mod curves;
 pub mod diagnosis;

@@ -7,27 +7,26 @@
 //! 3. The best is added if its score is above the threshold, its parameters are physical, it lowers the held-out error of
 //!    the folds by more than one standard error over the blocks, beside the effects before it in any shape, no curve along
 //!    something that it knows nothing of does better, and it does no harm on kinds of cuts it was not fitted on.
-//! 4. Rivals that leave no more on data left out than the best, and have nothing to add to it, are reported as confounded
-//!    with it. When none is found alone, pairs are tried: one may hide the other from the fit.
+//! 4. When none is found alone, pairs are tried: one may hide the other from the fit.
 //! 5. Where no effect of the list is left to add, the curve over a covariate that lowers the held-out error most is added
 //!    without a name ([`super::unnamed`]), and the list is gone through again beside it.
-//! 6. Each effect must still pay beside the others, and no other must do better in its place. What remains after that is
-//!    reported beside what was found; it takes nothing back.
+//! 6. Each effect must still pay beside the others, and no other must do better in its place: what clearly does takes it,
+//!    and the search goes on from there; what does as well is said beside the name ([`super::contest`]). What remains
+//!    after that is reported beside what was found; it takes nothing back.
 //! 7. Base terms that a table does not tell are left out where it is predicted better without ([`super::terms`]).
 
 use crate::effects::Acts;
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::answer::{unexplained, verdict};
-use crate::learn::diagnose::criteria::{
-    CONFOUNDED_WITHIN, LEAST_EXCESS, leaves_as_much, lowers_held_out, pair_explains, pairs_are_worth_it,
-};
+use crate::learn::diagnose::contest::Outcome;
+use crate::learn::diagnose::criteria::{LEAST_EXCESS, lowers_held_out, pair_explains, pairs_are_worth_it};
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
 use crate::learn::diagnose::terms::Told;
-use crate::learn::diagnose::trial::{Trial, best_trial, p_value, score_of, unphysical};
+use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
 use crate::learn::diagnose::unnamed::{Found, is_unnamed, with_predicted_loads};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_case, t_statistic, without};
 use crate::learn::model::design::FittedEffect;
@@ -40,10 +39,11 @@ const PAIRED: usize = 6;
 /// Pairs that are judged on data left out, best first.
 const PAIRS_JUDGED: usize = 4;
 
+/// Most names that give way to something else.
+const EXCHANGES: usize = 3;
+
 /// Most curves without a name.
 const MOST_CURVES: usize = 2;
-/// Share of the best score that a rival needs to be looked at.
-const RIVAL_SCORE: f64 = 0.7;
 
 /// Runs the whole diagnosis.
 pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnReport> {
@@ -69,8 +69,7 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     search.base_residual = held_out_residuals(&search.train, &begin.model.effects, split);
     search.floor = noise_floor(&search.train, &base.residuals(data)).unwrap_or(0.0);
     search.noise = noise_with_memory(&search.train, &base.residuals(data)).unwrap_or(0.0);
-    let (fitted, confounded) = search.add_effects(&begin);
-    let fitted = search.prune(fitted);
+    let (fitted, mut confounded) = search.found(&begin);
     // What an effect made of one channel has stood in its noise so far.
     let several = data.channel.iter().any(|c| *c != data.channel[0]);
     let weighed = if several { weighed_by(data, &fitted) } else { scaled.clone() };
@@ -82,33 +81,54 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     let mut last = Diagnosis { data: &told, train, ..search.clone() };
     let mut report = last.report(&search, &base, &fitted);
     report.left_out = left_out;
-    report.confounded =
-        confounded.into_iter().filter(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0])).collect();
+    confounded.retain(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0]));
+    report.confounded = confounded;
     report.unexplained = unexplained(&told, &fitted, &report, options.seed);
     report.verdict = verdict(&report);
     Some(report)
 }
 
 impl Diagnosis<'_> {
-    fn add_effects(&mut self, base: &Fitted) -> (Fitted, Vec<Confounded>) {
-        let mut found = base.clone();
+    /// The model at the end of the search, and what its names cannot be told from.
+    fn found(&mut self, begin: &Fitted) -> (Fitted, Vec<Confounded>) {
         let mut confounded: Vec<Confounded> = Vec::new();
-        let (mut named, mut curves, mut begun) = (0, 0, false);
+        let added = self.add_effects(begin, true, &mut confounded);
+        let mut found = self.prune(added);
+        for round in 0.. {
+            match self.contested(&found, round < EXCHANGES) {
+                Outcome::Holds(in_doubt) => {
+                    confounded.extend(in_doubt);
+                    break;
+                }
+                Outcome::Exchanged(exchanged) => {
+                    let added = self.add_effects(&exchanged, false, &mut confounded);
+                    found = self.prune(added);
+                }
+            }
+        }
+        (found, confounded)
+    }
+
+    fn add_effects(&mut self, base: &Fitted, is_first: bool, confounded: &mut Vec<Confounded>) -> Fitted {
+        let mut found = base.clone();
+        let is_named = |each: &&FittedEffect| !is_unnamed(each.effect);
+        let mut note = is_first;
         loop {
-            let next =
-                if named < self.options.max_effects { self.next_named(&found, !begun, &mut confounded) } else { None };
-            let is_first = !std::mem::replace(&mut begun, true);
+            let named = found.model.effects.iter().filter(is_named).count();
+            let curves = found.model.effects.len() - named;
+            let next = if named < self.options.max_effects { self.next_named(&found, note, confounded) } else { None };
+            let may_be_pair = std::mem::replace(&mut note, false);
             if let Some(next) = next {
-                (found, named) = (next, named + 1);
+                found = next;
                 continue;
             }
-            if let Some(pair) = is_first.then(|| self.pair(base)).flatten() {
-                (found, named) = (pair, named + 2);
+            if let Some(pair) = may_be_pair.then(|| self.pair(base)).flatten() {
+                found = pair;
                 continue;
             }
             let curve = if curves < MOST_CURVES { self.with_unnamed(&found) } else { None };
-            let Some(curve) = curve else { return (found, confounded) };
-            (found, curves) = (curve, curves + 1);
+            let Some(curve) = curve else { return found };
+            found = curve;
         }
     }
 
@@ -135,7 +155,6 @@ impl Diagnosis<'_> {
         let present = self.present(model);
         let (chosen, after) = self.first_accepted(&present, &trials)?;
         confounded.retain(|c| !c.names.iter().any(|name| name == trials[chosen].effect.name));
-        confounded.extend(self.rivals(&present, &trials, chosen, &after));
         confounded.extend(self.drift(&present, &trials[chosen], &after));
         confounded.extend(self.accident_or_difference(&present, &trials[chosen]));
         Some(self.shaped(trials.swap_remove(chosen).fitted))
@@ -232,40 +251,6 @@ impl Diagnosis<'_> {
         }
         self.pair = two.fitted.model.effects[base.model.effects.len()..].iter().map(|u| u.effect.name).collect();
         Some(self.prune(two.fitted)).filter(|left| left.model.effects.len() > base.model.effects.len() + 1)
-    }
-
-    /// Rivals that explain as much as the chosen one, which leaves `after`, and have nothing to add to it: by their
-    /// likelihood, or by what they leave on data left out, whatever their parameters are charged.
-    fn rivals(&self, present: &Present, trials: &[Trial], chosen: usize, after: &[f64]) -> Option<Confounded> {
-        let best = &trials[chosen];
-        let as_good = |t: &Trial| {
-            let left = self.unseen_residuals(present.model, t);
-            let worse = t_statistic(&improvement_by_case(&self.train, &left, after));
-            let share = self.drop_of(&present.left, &left) / self.drop_of(&present.left, after).max(1e-12);
-            leaves_as_much(share, worse)
-        };
-        let close = |t: &&Trial| {
-            t.effect.name != best.effect.name
-                && t.score > self.threshold()
-                && unphysical(t.fitted.model.effects.last(), self.data.clock_s).is_none()
-                && (best.gain - t.gain < CONFOUNDED_WITHIN || (t.score > RIVAL_SCORE * best.score && as_good(t)))
-        };
-        let adds = |t: &Trial| {
-            let trial = best_trial(&self.train, &best.fitted, &best.fitted.model.effects, t.effect).1;
-            trial.is_some_and(|t| t.score > self.threshold())
-        };
-        let rivals: Vec<&Trial> = trials.iter().filter(close).filter(|t| !adds(t)).collect();
-        if rivals.is_empty() {
-            return None;
-        }
-        let names = std::iter::once(best.effect.name).chain(rivals.iter().map(|t| t.effect.name));
-        let cuts: Vec<&str> =
-            std::iter::once(best.effect.separated_by).chain(rivals.iter().map(|t| t.effect.separated_by)).collect();
-        Some(Confounded {
-            names: names.map(str::to_owned).collect(),
-            why: "each leaves as little of the residual as the other, and neither adds to the other".to_owned(),
-            experiment: cuts.join("; "),
-        })
     }
 
     /// Takes effects out that no longer pay, and puts better ones in their place.

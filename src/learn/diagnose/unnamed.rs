@@ -49,7 +49,7 @@ pub(in crate::learn) fn rank(covariate: Covariate) -> usize {
 
 /// Can what a spindle takes while nothing is cut follow it? A tare that follows depth, immersion, chip or the way since entry
 /// is load of the cut, put where no limit of the tool sees it.
-fn is_there_without_a_cut(covariate: Covariate) -> bool {
+pub(in crate::learn) fn is_there_without_a_cut(covariate: Covariate) -> bool {
     use Covariate::{Heading, PathAcceleration, PathSpeed, Slope, SpindleSpeed, Time, Tool, X, Y, Z};
     matches!(covariate, Time | SpindleSpeed | PathSpeed | PathAcceleration | Tool | Heading | Slope | X | Y | Z)
 }
@@ -163,7 +163,12 @@ impl Diagnosis<'_> {
     }
 
     /// The curve fitted together with the model, and what both leave on data left out; `None` where that is not less.
-    fn judged_curve(&self, present: &Fitted, before: &[f64], found: &Found) -> Option<(Trial, Vec<f64>)> {
+    pub(in crate::learn) fn judged_curve(
+        &self,
+        present: &Fitted,
+        before: &[f64],
+        found: &Found,
+    ) -> Option<(Trial, Vec<f64>)> {
         let each = as_effect(found.effect, &found.follows.curve);
         let effects: Vec<FittedEffect> = present.model.effects.iter().cloned().chain([each.clone()]).collect();
         let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
