@@ -18,7 +18,7 @@ use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::{Confounded, Rejected};
 
-/// Most rivals that are said beside a name, best first.
+/// Most rivals that are said beside a name: those with a name, best first, then the curves.
 const SAID: usize = 3;
 
 /// What may stand in the place of an effect.
@@ -86,8 +86,10 @@ impl Diagnosis<'_> {
             let as_likely = matches!(rival, Rival::Named(trial) if are_looked_for(trial) && is_as_likely(trial));
             as_likely || leaves_as_much(drop(left) / drop(&contest.shaped).max(1e-12), worse)
         };
-        let rivals = contest.rivals.iter().filter(|(rival, left)| as_good(rival, left)).map(|(rival, _)| rival);
-        let rivals: Vec<&Rival> = rivals.take(SAID).collect();
+        let as_good = contest.rivals.iter().filter(|(rival, left)| as_good(rival, left)).map(|(rival, _)| rival);
+        // What a cut can part from it comes first.
+        let (named, curves): (Vec<&Rival>, Vec<&Rival>) = as_good.partition(|rival| matches!(rival, Rival::Named(_)));
+        let rivals: Vec<&Rival> = named.into_iter().chain(curves).take(SAID).collect();
         let apart = rivals.iter().filter_map(|rival| match rival {
             Rival::Named(trial) => Some(trial.effect.separated_by),
             Rival::Curve(_) => None,
