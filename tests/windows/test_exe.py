@@ -120,7 +120,7 @@ class Windows(unittest.TestCase):
         for name in ("part.setup.toml", "part.fw.nc"):
             self.assertEqual((windows / name).read_bytes(), (linux / name).read_bytes(), name)
         page = (windows / "part.fw.html").read_bytes()
-        self.assertTrue(page.startswith(b"<!doctype html>") and page.rstrip().endswith(b"</html>"))
+        self.assertTrue(page.startswith(b"<!DOCTYPE html>") and page.rstrip().endswith(b"</html>"))
         self.assertEqual(len(list(windows.iterdir())), 4, "something was left behind")
         # The setup is there now: the path alone does.
         self.assertEqual(self.there(self.folder, dropped)[0], 0)
