@@ -10,31 +10,21 @@ use std::path::Path;
 
 use everyday::Everyday;
 use feedwright::engage;
-use feedwright::job::{JobError, Keep, MET, SPACING_MM, Task, Wanted, Watch, optimize, simulate};
+use feedwright::job::{JobError, Keep, MET, Task, Wanted, Watch, optimize, simulate};
 use feedwright::nc::{self, Dialect, MoveKind};
 use feedwright::outcome::ProgramRun;
 use feedwright::report::figures;
 use feedwright::setup;
 
 fn run(text: &[u8], setup_text: &str) -> ProgramRun {
-    made(text, setup_text, optimize, Keep::default())
+    made(text, setup_text, optimize)
 }
 
-/// Simulated at the spacing of the check.
 fn simulated(text: &[u8], setup_text: &str) -> ProgramRun {
-    let ProgramRun { toolpath, job, .. } = made(text, setup_text, simulate, Keep::default());
-    let options = engage::Options { spacing_mm: SPACING_MM[1], ..engage::Options::default() };
-    let map = engage::engage(&toolpath, &job, &options, &|_| ()).unwrap();
-    let recall = |_: &_| Some(map.clone());
-    made(text, setup_text, simulate, Keep { recall: Some(&recall), ..Keep::default() })
+    made(text, setup_text, simulate)
 }
 
-fn made(
-    text: &[u8],
-    setup_text: &str,
-    how: fn(Task, &Watch) -> Result<ProgramRun, JobError>,
-    keep: Keep,
-) -> ProgramRun {
+fn made(text: &[u8], setup_text: &str, how: fn(Task, &Watch) -> Result<ProgramRun, JobError>) -> ProgramRun {
     let (job, assumptions) = setup::load(setup_text, Path::new(".")).unwrap();
     let dialect = job.machine.dialect.as_deref().and_then(Dialect::from_name);
     let watch = Watch {
@@ -42,7 +32,7 @@ fn made(
         clock: &|| 0.0,
         subprograms: &|_| None,
         engage: engage::Options::default(),
-        keep,
+        keep: Keep::default(),
     };
     let program = nc::parse(text.to_vec(), dialect);
     how(Task { program, job, assumptions, wanted: Wanted::default() }, &watch).unwrap()
@@ -127,7 +117,7 @@ fn everyday_programs_get_what_their_limits_allow() {
 }
 
 /// The check simulates again only what was cut in pieces or comes near a limit. What it says of all the file is what a simulation
-/// of the whole written file at the same spacing finds, within 1 %; and both kinds of blocks are there.
+/// of the whole written file finds, within 1 %; and both kinds of blocks are there.
 #[test]
 fn the_check_says_what_a_simulation_of_the_whole_written_file_finds() {
     let (mut in_part, mut near) = (0, 0);
