@@ -187,19 +187,13 @@ fn follows(effect: &Effect, covariate: Covariate, part: Multiplies) -> bool {
 mod tests {
     use super::*;
     use crate::effects::{State, named};
-    use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
+    use crate::learn::dataset::samples::Data;
     use crate::learn::diagnose::diagnosis::Options;
-    use crate::learn::model::cross_validation::{Split, held_out_residuals};
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::path::Vec3;
 
-    const BLOCKS: usize = 24;
-    const EACH: usize = 40;
-
-    /// Blocks of samples with a noise of 0.58, each cut up or climb and at a height; `share` of the load is missing there.
+    /// Blocks each cut up or climb and at a height; `share` of the load is missing there.
     fn blocks(up: impl Fn(usize) -> f64, z_mm: impl Fn(usize) -> f64, share: impl Fn(usize) -> f64) -> Data {
-        let n = BLOCKS * EACH;
-        let load = |i: usize| 100.0 + 10.0 * (i % 7) as f64;
-        let wobble = |i: usize| ((i * 7919) % 101) as f64 / 50.0 - 1.0;
         let state = |i: usize| State {
             time_s: i as f64,
             position: Vec3::new((i * 31 % EACH) as f64, 0.0, z_mm(i / EACH)),
@@ -207,50 +201,17 @@ mod tests {
             up_share_chip: up(i / EACH),
             ..State::default()
         };
-        let base =
-            Base { name: "k_tc".into(), unit: String::new(), class: Class::Cutting, prior: None, bounds: UNBOUNDED };
-        Data {
-            base: vec![base],
-            columns: vec![(0..n).map(load).collect()],
-            reading: (0..n).map(|i| load(i) * (1.0 + share(i / EACH)) + wobble(i)).collect(),
-            weight: vec![1.0; n],
-            state: (0..n).map(state).collect(),
-            span_s: vec![1.0; n],
-            readings_per_sample: vec![1.0; n],
-            run: vec![0; n],
-            channel: vec![0; n],
-            block: (0..n).map(|i| i / EACH).collect(),
-            kind: vec![0; n],
-            ..Data::default()
-        }
+        made(|i| share(i / EACH), 1.0, state)
     }
 
     /// The contest for the place of `up-down-asymmetry`, fitted to the data.
     fn contested(data: &Data) -> Outcome {
-        let split = Split {
-            test: vec![false; data.len()],
-            fold: data.block.iter().map(|block| block % 5).collect(),
-            folds: 5,
-            how: String::new(),
-        };
+        let split = fifths(data);
         let up_down = named("up-down-asymmetry").unwrap();
         let options = Options { candidates: vec![up_down], ..Options::default() };
-        let mut search = Diagnosis {
-            data,
-            train: data.clone(),
-            split: &split,
-            options: &options,
-            tried: 0,
-            rejected: Vec::new(),
-            evidence: Vec::new(),
-            pair: Vec::new(),
-            base_residual: held_out_residuals(data, &[], &split),
-            floor: 0.58,
-            noise: 0.58,
-        };
         let each = FittedEffect { effect: up_down, values: vec![0.1, 0.0], free: vec![true, false] };
         let model = fit(data, &[each], FORM_ROUNDS).unwrap();
-        search.contested(&model, true)
+        begun(data, &split, &options, 1.0).contested(&model, true)
     }
 
     /// +1 or −1 for each block, by turns of `every`.
@@ -283,6 +244,20 @@ mod tests {
         let Outcome::Holds(in_doubt) = contested(&data) else { panic!("the name goes") };
         assert_eq!(in_doubt[0].names, ["up-down-asymmetry", "a curve of the load along position z"]);
         assert!(in_doubt[0].experiment.contains("up and climb"));
+    }
+
+    #[test]
+    fn a_name_gives_way_to_time_where_that_clearly_explains_more_and_not_where_it_explains_as_much() {
+        // What is missing begins half way. Three of four blocks before it are cut climb, three of four after it up.
+        let late = by_turns(12);
+        let mostly = |block: usize| if block.is_multiple_of(4) { late(block) } else { -late(block) };
+        let share = |block: usize| -0.2 * late(block);
+        let Outcome::Exchanged(fitted) = contested(&blocks(mostly, by_turns(1), share)) else {
+            panic!("the name stays")
+        };
+        assert_eq!(fitted.model.effects[0].effect.name, "unnamed-load-time");
+        let as_good = contested(&blocks(|block| -late(block), by_turns(1), share));
+        assert!(matches!(as_good, Outcome::Holds(_)));
     }
 
     #[test]

@@ -13,6 +13,8 @@ pub mod forms;
 pub mod free_curve;
 pub mod held_out;
 mod instants;
+#[cfg(test)]
+mod made_data;
 pub mod over_time;
 pub mod replacement;
 pub mod residual;

@@ -42,68 +42,30 @@ impl Diagnosis<'_> {
 mod tests {
     use super::*;
     use crate::effects::{State, named};
-    use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
+    use crate::learn::dataset::samples::Data;
     use crate::learn::diagnose::diagnosis::Options;
-    use crate::learn::model::cross_validation::Split;
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::learn::model::fit::fit;
     use crate::path::Vec3;
 
-    const BLOCKS: usize = 24;
-    const EACH: usize = 40;
-    /// Standard deviation of a noise of 1.
-    const NOISE: f64 = 0.58;
-
-    /// Passes along X, one a block, with a noise of `noise` times [`NOISE`]; those for which `hard` is true take the
-    /// share `excess` more between 30 and 70 mm.
+    /// Passes along X, one a block; those for which `hard` is true take the share `excess` more between 30 and 70 mm.
     fn passes(hard: impl Fn(usize) -> bool, excess: f64, noise: f64) -> Data {
-        let n = BLOCKS * EACH;
-        let load = |i: usize| 100.0 + 10.0 * (i % 7) as f64;
         let x_mm = |i: usize| 100.0 * (i % EACH) as f64 / EACH as f64;
-        let factor = |i: usize| if hard(i / EACH) && (30.0..70.0).contains(&x_mm(i)) { 1.0 + excess } else { 1.0 };
-        let wobble = |i: usize| noise * (((i * 7919) % 101) as f64 / 50.0 - 1.0);
+        let share = |i: usize| if hard(i / EACH) && (30.0..70.0).contains(&x_mm(i)) { excess } else { 0.0 };
         let state = |i: usize| State {
             time_s: i as f64,
             position: Vec3::new(x_mm(i), 5.0 * (i / EACH) as f64, 0.0),
             ..State::default()
         };
-        let base =
-            Base { name: "k_tc".into(), unit: String::new(), class: Class::Cutting, prior: None, bounds: UNBOUNDED };
-        Data {
-            base: vec![base],
-            columns: vec![(0..n).map(load).collect()],
-            reading: (0..n).map(|i| load(i) * factor(i) + wobble(i)).collect(),
-            weight: vec![1.0; n],
-            state: (0..n).map(state).collect(),
-            span_s: vec![1.0; n],
-            readings_per_sample: vec![1.0; n],
-            run: vec![0; n],
-            channel: vec![0; n],
-            block: (0..n).map(|i| i / EACH).collect(),
-            kind: vec![0; n],
-            ..Data::default()
-        }
+        made(share, noise, state)
     }
 
     /// The rival that takes the place of an effect which explains nothing.
     fn exchanged(data: &Data, noise: f64) -> Option<Fitted> {
-        let fold = (0..data.len()).map(|i| i / EACH % 5).collect();
-        let split = Split { test: vec![false; data.len()], fold, folds: 5, how: String::new() };
+        let split = fifths(data);
         let options = Options { candidates: vec![named("hard-zone").unwrap()], ..Options::default() };
         let plain = fit(data, &[], 0)?;
-        let mut search = Diagnosis {
-            data,
-            train: data.clone(),
-            split: &split,
-            options: &options,
-            tried: 0,
-            rejected: Vec::new(),
-            evidence: Vec::new(),
-            pair: Vec::new(),
-            base_residual: held_out_residuals(data, &[], &split),
-            floor: NOISE * noise,
-            noise: NOISE * noise,
-        };
-        search.replacement(&plain, &plain, named("size-effect").unwrap(), 0.0)
+        begun(data, &split, &options, noise).replacement(&plain, &plain, named("size-effect").unwrap(), 0.0)
     }
 
     #[test]

@@ -1,0 +1,58 @@
+//! Data for the tests of a diagnosis. In: what of the load of each sample is missing, and the state it was read in. Out:
+//! [`Data`] with one coefficient, and a diagnosis of it in five folds.
+
+use crate::effects::State;
+use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
+use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
+use crate::learn::model::cross_validation::{Split, held_out_residuals};
+
+/// Blocks of the data, and samples of each.
+pub(super) const BLOCKS: usize = 24;
+pub(super) const EACH: usize = 40;
+/// Standard deviation of a noise of 1.
+pub(super) const NOISE: f64 = 0.58;
+
+/// Loads of 100 to 160 that are off by `share(i)`, with `noise` times [`NOISE`], read in `state(i)`.
+pub(super) fn made(share: impl Fn(usize) -> f64, noise: f64, state: impl Fn(usize) -> State) -> Data {
+    let n = BLOCKS * EACH;
+    let load = |i: usize| 100.0 + 10.0 * (i % 7) as f64;
+    let wobble = |i: usize| noise * (((i * 7919) % 101) as f64 / 50.0 - 1.0);
+    let base = Base { name: "k_tc".into(), unit: String::new(), class: Class::Cutting, prior: None, bounds: UNBOUNDED };
+    Data {
+        base: vec![base],
+        columns: vec![(0..n).map(load).collect()],
+        reading: (0..n).map(|i| load(i) * (1.0 + share(i)) + wobble(i)).collect(),
+        weight: vec![1.0; n],
+        state: (0..n).map(state).collect(),
+        span_s: vec![1.0; n],
+        readings_per_sample: vec![1.0; n],
+        run: vec![0; n],
+        channel: vec![0; n],
+        block: (0..n).map(|i| i / EACH).collect(),
+        kind: vec![0; n],
+        ..Data::default()
+    }
+}
+
+/// Every fifth block left out in turn.
+pub(super) fn fifths(data: &Data) -> Split {
+    let fold = data.block.iter().map(|block| block % 5).collect();
+    Split { test: vec![false; data.len()], fold, folds: 5, how: String::new() }
+}
+
+/// A diagnosis that has begun.
+pub(super) fn begun<'a>(data: &'a Data, split: &'a Split, options: &'a Options, noise: f64) -> Diagnosis<'a> {
+    Diagnosis {
+        data,
+        train: data.clone(),
+        split,
+        options,
+        tried: 0,
+        rejected: Vec::new(),
+        evidence: Vec::new(),
+        pair: Vec::new(),
+        base_residual: held_out_residuals(data, &[], split),
+        floor: NOISE * noise,
+        noise: NOISE * noise,
+    }
+}
