@@ -56,10 +56,28 @@ pub struct Unnamed {
     pub knots: Vec<[f64; 2]>,
     /// A named effect that depends on the covariate too: the curve is what its form misses.
     pub beside: Option<String>,
+    /// Covariates that go with this one here, so that a curve over each explains as much: likelier first.
+    pub rivals: Vec<String>,
     /// The effect that this is in another form, where only one follows the covariate.
     pub family: Option<String>,
     /// One sentence.
     pub said: String,
+}
+
+impl Unnamed {
+    /// What the curve says, what the load may follow in its place, and the cuts that would show which.
+    pub fn in_words(&self) -> String {
+        if self.rivals.is_empty() {
+            return self.said.clone();
+        }
+        format!(
+            "{}; or it follows {}, which goes with {} in this program: the same cut at other values of one of them alone \
+             shows which",
+            self.said,
+            self.rivals.join(" or "),
+            self.covariate
+        )
+    }
 }
 
 /// An effect that was looked at and not added.

@@ -74,7 +74,7 @@ pub fn learn_words(r: &LearnReport) -> String {
     for u in &r.unnamed {
         let name =
             u.family.as_ref().map_or("without a name".to_owned(), |name| format!("{name}, in a form of its own"));
-        text += &format!("+ {name}: {} ({})\n", u.said, u.added.evidence);
+        text += &format!("+ {name}: {} ({})\n", u.in_words(), u.added.evidence);
     }
     for c in &r.confounded {
         text += &format!("? one of: {} ({}); to part them: {}\n", c.names.join(", "), c.why, c.experiment);

@@ -40,6 +40,10 @@ impl Diagnosis<'_> {
         let unnamed = curves.into_iter().map(|e| {
             let mut curve = said(added(e), &fitted.model.effects, e);
             curve.family = curve.family.filter(|_| self.holds_elsewhere(&fitted.model.effects, e));
+            if curve.family.is_none() {
+                let rivals = self.rivals_of_curve(&fitted.model.effects, e);
+                curve.rivals = rivals.into_iter().map(|covariate| covariate.name().to_owned()).collect();
+            }
             curve
         });
         let unnamed = unnamed.collect();
@@ -177,6 +181,7 @@ fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
         unit: unit.to_owned(),
         multiplies: if multiplies == Multiplies::Tare { "tare" } else { "load" }.to_owned(),
         beside: beside.map(|other| other.effect.name.to_owned()),
+        rivals: Vec::new(),
         family: family_of(covariate, multiplies).filter(|_| beside.is_none()).map(|effect| effect.name.to_owned()),
         said: sentence(what, covariate.name(), unit, &knots),
         knots,
@@ -266,8 +271,8 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
     });
     let curves = report.unnamed.iter().map(|u| match (&u.family, &u.beside) {
         (Some(name), _) => format!("{name} in a form of its own: {}", u.said),
-        (None, Some(name)) => format!("beside {name}, whose law misses it: {}", u.said),
-        (None, None) => format!("without a name: {}", u.said),
+        (None, Some(name)) => format!("beside {name}, whose law misses it: {}", u.in_words()),
+        (None, None) => format!("without a name: {}", u.in_words()),
     });
     let is_curve = report.nameless().next().is_some();
     let left = report.unexplained.as_ref().filter(|_| !is_curve).map(|u| {

@@ -5,6 +5,7 @@ pub mod answer;
 pub mod candidates;
 mod contest;
 pub mod criteria;
+mod curve_rivals;
 pub mod curves;
 pub mod diagnosis;
 pub mod doubts;

@@ -125,25 +125,32 @@ impl Diagnosis<'_> {
         is_clearly_better(t_statistic(&improvement_by_case(&self.train, before, after)))
     }
 
-    /// The model with the curve that explains most of what it leaves; `None` where none is clear.
-    pub(in crate::learn) fn with_unnamed(&mut self, present: &Fitted) -> Option<Fitted> {
-        let before = held_out_residuals(&self.train, &present.model.effects, self.split);
+    /// The curves that may stand beside a model without a name, least squares first.
+    pub(in crate::learn) fn curves_beside(&self, present: &Fitted, left: &[f64]) -> Vec<Found> {
         let has = |effect: &Effect| present.model.effects.iter().any(|each| each.effect.name == effect.name);
-        let clear = |found: &Found| {
-            let t = t_statistic(&improvement_by_case(&self.train, &before, &found.follows.left));
-            follows_a_curve(self.drop_of(&before, &found.follows.left), t)
-        };
         // In a table nothing is read without a cut: there a curve of the tare may be a step on the way to the name.
         let is_series = self.data.is_series();
         let may_follow = |covariate, part| !is_series || part == Multiplies::Load || is_there_without_a_cut(covariate);
         // The coefficients of a few dozen cuts bend far towards what a curve would show, so there it is fitted with them. In logs,
         // curves fitted with the model took the place of laws that were right (a chipped edge, a cutting speed).
         let mut found = if is_series {
-            self.curves(present, &before, may_follow)
+            self.curves(present, left, may_follow)
         } else {
-            self.fitted_curves(present, &before, may_follow)
+            self.fitted_curves(present, left, may_follow)
         };
-        found.retain(|each| !has(each.effect) && clear(each));
+        found.retain(|each| !has(each.effect));
+        found
+    }
+
+    /// The model with the curve that explains most of what it leaves; `None` where none is clear.
+    pub(in crate::learn) fn with_unnamed(&mut self, present: &Fitted) -> Option<Fitted> {
+        let before = held_out_residuals(&self.train, &present.model.effects, self.split);
+        let clear = |found: &Found| {
+            let t = t_statistic(&improvement_by_case(&self.train, &before, &found.follows.left));
+            follows_a_curve(self.drop_of(&before, &found.follows.left), t)
+        };
+        let mut found = self.curves_beside(present, &before);
+        found.retain(clear);
         self.tried += found.len();
         let least = &found.first()?.follows.left.clone();
         // Of those that no other is clearly ahead of, what says most about the process comes first.

@@ -1,0 +1,82 @@
+//! What a curve without a name cannot be told from. In: a diagnosis and the model at its end. Out: the covariates along
+//! which another curve explains as much in its place, on data left out.
+//!
+//! Covariates go together in a program: the deeper pass is the later one, and lies lower. Then every curve over one of
+//! them follows what any of them does, and which it is only other cuts can show.
+
+use crate::effects::Covariate;
+use crate::learn::diagnose::criteria::leaves_as_much;
+use crate::learn::diagnose::diagnosis::Diagnosis;
+use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
+use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic};
+use crate::learn::model::design::FittedEffect;
+use crate::learn::model::fit::fit;
+
+/// Most covariates that are said beside that of a curve: more say no more than that nobody knows.
+const SAID: usize = 2;
+
+impl Diagnosis<'_> {
+    /// The covariates along which a curve in the place of the curve `effects[e]` leaves as little, least first.
+    pub(in crate::learn) fn rivals_of_curve(&self, effects: &[FittedEffect], e: usize) -> Vec<Covariate> {
+        let Some(without_it) = fit(&self.train, &remove(effects, e), FORM_ROUNDS) else { return Vec::new() };
+        let before = held_out_residuals(&self.train, &without_it.model.effects, self.split);
+        let found = self.curves_beside(&without_it, &before);
+        let Some(own) = found.iter().find(|each| each.effect.name == effects[e].effect.name) else { return Vec::new() };
+        let drop = |left: &[f64]| self.drop_of(&before, left);
+        let mut rivals: Vec<Covariate> = Vec::new();
+        for each in &found {
+            let worse = t_statistic(&improvement_by_case(&self.train, &each.follows.left, &own.follows.left));
+            let is_as_good = leaves_as_much(drop(&each.follows.left) / drop(&own.follows.left).max(1e-12), worse);
+            if is_as_good && each.covariate != own.covariate && !rivals.contains(&each.covariate) {
+                rivals.push(each.covariate);
+            }
+        }
+        rivals.truncate(SAID);
+        rivals
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::State;
+    use crate::learn::dataset::samples::Data;
+    use crate::learn::diagnose::diagnosis::Options;
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::path::Vec3;
+
+    /// +1 or −1 for each block, by turns of `every`.
+    fn by_turns(every: usize) -> impl Fn(usize) -> f64 {
+        move |block| if (block / every).is_multiple_of(2) { 1.0 } else { -1.0 }
+    }
+
+    /// The rivals of the curve over z that the load follows, in blocks that each have a depth.
+    fn rivals(depth_mm: impl Fn(usize) -> f64) -> Vec<Covariate> {
+        let z = by_turns(1);
+        let state = |i: usize| State {
+            position: Vec3::new((i * 31 % EACH) as f64, 0.0, z(i / EACH)),
+            axial_depth_mm: 3.0 + depth_mm(i / EACH),
+            ..State::default()
+        };
+        let data: Data = made(|i| 0.2 * z(i / EACH), 1.0, state);
+        let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
+        let mut diagnosis = begun(&data, &split, &options, 1.0);
+        let plain = fit(&data, &[], 0).unwrap();
+        let found = diagnosis.with_unnamed(&plain).unwrap();
+        let along = found.model.effects[0].effect.covariates[0];
+        let mut all = diagnosis.rivals_of_curve(&found.model.effects, 0);
+        all.push(along);
+        assert!(all.contains(&Covariate::Z));
+        all.retain(|covariate| *covariate != Covariate::Z);
+        all
+    }
+
+    #[test]
+    fn what_goes_with_the_covariate_of_a_curve_is_said_beside_it_and_what_does_not_is_not() {
+        assert_eq!(rivals(by_turns(1)), [Covariate::AxialDepth]);
+        assert!(rivals(by_turns(3)).is_empty());
+        // The depth goes with z in all blocks but a few.
+        let z = by_turns(1);
+        assert!(rivals(|block| if block % 7 == 0 { -z(block) } else { z(block) }).is_empty());
+    }
+}
