@@ -35,6 +35,7 @@ pub struct Row {
     pub one_of: usize,
     pub among: usize,
     pub covariate: usize,
+    pub covariate_among: usize,
     pub failed: usize,
     pub before: Vec<f64>,
     pub after: Vec<f64>,
@@ -60,6 +61,7 @@ impl Row {
         self.one_of += usize::from(verdict.one_of);
         self.among += usize::from(verdict.among);
         self.covariate += usize::from(verdict.covariate_right);
+        self.covariate_among += usize::from(verdict.covariate_among);
         self.failed += usize::from(answer.failure.is_some());
         self.seconds.push(seconds);
         if let (Some(before), Some(after)) = (answer.before, answer.after) {
@@ -103,6 +105,7 @@ impl Row {
         self.one_of += other.one_of;
         self.among += other.among;
         self.covariate += other.covariate;
+        self.covariate_among += other.covariate_among;
         self.failed += other.failed;
         self.before.extend(&other.before);
         self.after.extend(&other.after);
@@ -128,6 +131,10 @@ pub fn print_goals(totals: &[Row; 4]) {
         totals.iter().fold((0, 0), |sum, row| (sum.0 + row.one_of, sum.1 + row.among));
     println!("answered \"one of\"    {:5.1} %  with the truth in it {among} of {one_of}", share(one_of, logs));
     println!("covariate right      {:5.1} %  goal 80", share(totals[3].covariate, totals[3].logs));
+    println!(
+        "  or among its rivals {:4.1} %  (at most two are said beside the first)",
+        share(totals[3].covariate_among, totals[3].logs)
+    );
     println!(
         "error above the noise that is gone, median over causes without a name {:3.0} %  goal 70",
         100.0 * median(&totals[3].gone)

@@ -22,6 +22,8 @@ pub struct Answer {
     pub confounded: Vec<Vec<String>>,
     /// What carries that which has no name, as it was worded.
     pub covariates: Vec<String>,
+    /// Covariates that it says may carry it as well.
+    pub rivals: Vec<String>,
     /// Held-out error before and after, by its own claim, W.
     pub before: Option<f64>,
     pub after: Option<f64>,
@@ -37,6 +39,8 @@ pub struct Verdict {
     pub false_names: Vec<String>,
     /// For causes without a name.
     pub covariate_right: bool,
+    /// The same, or the covariate is among those that are said to carry it as well.
+    pub covariate_among: bool,
     /// Says "one of", and whether what was hidden is said by that or by a name.
     pub one_of: bool,
     pub among: bool,
@@ -76,6 +80,7 @@ impl Answer {
             names: under(&report["effects"], "name"),
             confounded: confounded.collect(),
             covariates,
+            rivals: under(&report["unnamed"], "rivals"),
             before: report["base"]["test"]["rmse"].as_f64(),
             after: report["final"]["test"]["rmse"].as_f64(),
             failure: None,
@@ -145,6 +150,10 @@ pub fn judge(cause: &Cause, answer: &Answer) -> Verdict {
         cause.equivalent.iter().any(|name| answer.asserts(name))
             || answer.covariates.iter().flat_map(|wording| covariates_of(wording)).any(|said| wanted.contains(&said))
     };
+    let goes_with = |wanted: &[&str]| {
+        answer.rivals.iter().flat_map(|wording| covariates_of(wording)).any(|said| wanted.contains(&said))
+    };
+    let covariate_among = matches!(cause.truth, Truth::Unlisted(wanted) if carried(wanted) || goes_with(wanted));
     let (right, covariate_right) = match cause.truth {
         Truth::Plain => (false_names.is_empty(), false),
         Truth::Named(names) => (names.iter().all(|name| answer.asserts(name)), false),
@@ -161,5 +170,6 @@ pub fn judge(cause: &Cause, answer: &Answer) -> Verdict {
                     || said.into_iter().any(|covariate| wanted.contains(&covariate))
             }
         };
-    Verdict { right: right && answer.failure.is_none(), silent, false_names, covariate_right, one_of, among }
+    let right = right && answer.failure.is_none();
+    Verdict { right, silent, false_names, covariate_right, covariate_among, one_of, among }
 }

@@ -17,7 +17,8 @@
 //!
 //! Columns: logs judged; right (every hidden effect named alone, for a plain log no name, for a cause without a name its
 //! covariate and no false name); silent (nothing named); false (a name asserted alone for which nothing was hidden); one of
-//! (several names that it cannot part), and in it (what was hidden is among them or named beside them); covariate (the carrying covariate said); medians of the held-out error before and after over the noise, by
+//! (several names that it cannot part), and in it (what was hidden is among them or named beside them); covariate (the carrying covariate said first; below the table also how often it is that or one of its
+//! `rivals`); medians of the held-out error before and after over the noise, by
 //! the binary's own claim; the share of the error above the noise that is gone, by that claim; and where the binary has
 //! `evaluate`, the same after on a second program of the same machine, whose truth is known here.
 
