@@ -4,8 +4,6 @@
 //!
 //! The written program is simulated whole, at a spacing of its own, with the stock grown by its uncertainty. A station has the arcs of
 //! its most engaged place; what turns between two such places is what the certificate rests on. Bounds are the checker's own.
-//! They are convex in the feed, so a chord from the load without feed to that at the feed tried lies above them: where it meets the
-//! limit the limit is kept.
 
 use rayon::prelude::*;
 
@@ -18,12 +16,12 @@ use super::written_engagement::WrittenEngagement;
 use crate::certify::check::{Basis, Refusal, Work, feed_moves, not_certified, stock_mm};
 use crate::certify::cutter::Part;
 use crate::certify::interval::Interval;
-use crate::certify::place::Arc;
+use crate::certify::place::{Arc, Place};
 use crate::certify::text::{MovePart, Station, sha256};
 use crate::certify::{Certificate, fingerprint};
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
-use crate::machine::{Job, Segment, Slice, Tool};
+use crate::machine::{Job, LimitKind, Segment, Slice, Tool};
 use crate::nc::{Move, Toolpath};
 use crate::outcome::ProgramRun;
 
@@ -36,8 +34,9 @@ pub const SOLVED: usize = 2;
 pub const CLOSE_MM: f64 = 0.3;
 /// What immersions are widened by, rad: twice the rounding of a full turn to the 24 bits that arcs are kept with.
 const ROUNDED_RAD: f64 = 1e-6;
-/// Part of a limit that a lowered feed stays below it: bounds are searched to about this (`peak::LEAST`).
-const ROOM: f64 = 0.002;
+/// To what part of a feed the highest one that is proven is looked for, and where from: most are above their limit by little.
+const FINE: f64 = 0.002;
+const TRIED: [f64; 4] = [0.9, 0.7, 0.4, 0.0];
 
 /// A certificate in the making.
 pub struct Making {
@@ -129,20 +128,9 @@ fn of_move(
         if !stated.arcs.is_empty() {
             let place = work.place(own, &stated)?;
             (stated.depth, stated.torque, stated.chip) = (place.depth, place.torque, place.chip);
-            let above = |(_, bound, limit): &(_, f64, f64)| bound > limit;
-            let at_feed = work.bounds(own, &place, feed_mm_s)?;
-            if at_feed.iter().any(above) {
-                let still = work.bounds(own, &place, 0.0)?;
-                for ((kind, bound, limit), (_, at_rest, _)) in
-                    at_feed.into_iter().zip(still).filter(|(of, _)| above(of))
-                {
-                    let room = limit * (1.0 - ROOM) - at_rest;
-                    if room <= 0.0 {
-                        let why =
-                            format!("{} may exceed its limit at any feed: edges rub, and a spindle idles", kind.name());
-                        return Err(Refusal { line: Some(own.line), why });
-                    }
-                    let cap_mm_s = Some(feed_mm_s * (room / (bound - at_rest)).min(1.0 - ROOM));
+            for (kind, bound, limit) in work.bounds(own, &place, feed_mm_s)? {
+                if bound > limit {
+                    let cap_mm_s = Some(highest(work, own, &place, kind)?);
                     let origin = on_original(known, id, own, stated.over_mm);
                     let why = format!("{} cannot be proven to stay below its limit", kind.name());
                     breaches.push((Breach { origin, kind, cap_mm_s }, Refusal { line: Some(own.line), why }));
@@ -152,6 +140,30 @@ fn of_move(
         part.stations.push(stated);
     }
     Ok((part, breaches))
+}
+
+/// The highest feed at which a load is proven to stay below its limit. A bound that is below its limit is searched no further and says little,
+/// so no chord between two of them: the feed is halved in on.
+fn highest(work: &Work, own: &Move, place: &Place, kind: LimitKind) -> Result<f64, Refusal> {
+    let proven = |feed_mm_s: f64| -> Result<bool, Refusal> {
+        let bounds = work.bounds(own, place, feed_mm_s)?;
+        Ok(bounds.iter().filter(|(of, ..)| *of == kind).all(|(_, bound, limit)| bound <= limit))
+    };
+    let mut high = own.feed.mm_s;
+    for tried in TRIED.map(|part| part * own.feed.mm_s) {
+        if !proven(tried)? {
+            high = tried;
+            continue;
+        }
+        let mut low = tried;
+        while high - low > FINE * own.feed.mm_s {
+            let middle = 0.5 * (low + high);
+            *(if proven(middle)? { &mut low } else { &mut high }) = middle;
+        }
+        return Ok(low);
+    }
+    let why = format!("{} may exceed its limit at any feed: edges rub, and a spindle idles", kind.name());
+    Err(Refusal { line: Some(own.line), why })
 }
 
 /// A piece of a written move on the original's path.
