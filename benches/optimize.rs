@@ -1,5 +1,6 @@
 //! The whole pipeline on a finishing program: `optimize` by stage with peak memory, then the same with one limit changed and the
-//! engagement of the first run kept in a file, as `--cache` keeps it. `cargo bench --bench optimize -- [blocks]` (default 100,000).
+//! engagement of the first run kept in a file, as `--cache` keeps it; and from a block, with a certificate and what its checker takes.
+//! `cargo bench --bench optimize -- [blocks]` (default 100,000), `-- certificate [blocks]` for the last alone.
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
@@ -7,6 +8,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
 
+use feedwright::certify::{Basis, check};
 use feedwright::engage::cache::{from_bytes, to_bytes};
 use feedwright::engage::{self, EngagementMap};
 use feedwright::job::{Keep, Task, Wanted, Watch, optimize, simulate};
@@ -23,7 +25,10 @@ const STAGES: [&str; 5] = ["parse", "simulate", "schedule", "rewrite", "check"];
 
 fn main() {
     let blocks = std::env::args().skip(1).find_map(|word| word.parse().ok()).unwrap_or(100_000);
-    let text = program(blocks);
+    if std::env::args().any(|word| word == "certificate") {
+        return certified(blocks);
+    }
+    let text = program(blocks, surface);
     let stock = stock();
     let load = |_: &Path| Ok(stock.clone());
     let kept = tempfile::NamedTempFile::new().unwrap();
@@ -46,6 +51,50 @@ fn main() {
     for (jerk, name) in [(true, "with jerk"), (false, "without jerk: the exact pass")] {
         resolve(&text, name, jerk, &watch);
     }
+    certified(blocks);
+}
+
+/// `optimize` without and with a certificate, and the checker.
+fn certified(blocks: usize) {
+    let start = Instant::now();
+    let clock = || start.elapsed().as_secs_f64();
+    let engage = engage::Options::default();
+    let watch = Watch { progress: &|_, _| (), clock: &clock, subprograms: &|_| None, engage, keep: Keep::default() };
+    let text = program(blocks, shallow);
+    let task = |certificate: bool| {
+        let plain = task(&text, 80.0);
+        let wanted = Wanted { confidence: Some(0.95), certificate, ..plain.wanted };
+        let mut job = plain.job;
+        let stock = &mut job.stocks[0];
+        let extent = machine::Box3 { min: Vec3::new(-5.0, -5.0, -20.0), max: Vec3::new(305.0, 205.0, 0.0) };
+        (stock.shape, stock.uncertainty_mm) = (machine::StockShape::Box(extent), 0.02);
+        stock.material.uncertainty = Some(0.1);
+        Task { job, wanted, ..plain }
+    };
+    let plain = task(false);
+    let begin = clock();
+    optimize(plain, &watch).unwrap();
+    let plain_s = clock() - begin;
+    let task = task(true);
+    let job = task.job.clone();
+    let begin = clock();
+    let run = optimize(task, &watch).unwrap();
+    let optimize_s = clock() - begin;
+    let bytes = run.written.unwrap().bytes;
+    let begin = clock();
+    let written = nc::parse(bytes.clone(), Some(nc::Dialect::LinuxCnc));
+    let toolpath = nc::interpret(&written, &nc::Environment::from_job(&job));
+    let basis = Basis { bytes: &bytes, toolpath: &toolpath, job: &job, switched: false };
+    let certificate = run.answers.certificate.unwrap();
+    let proven = check(&certificate, &basis).unwrap();
+    let check_s = clock() - begin;
+    println!(
+        "certificate of {blocks} blocks, {} stations, {:.0} MB: checked in {check_s:.2} s, {:.2} of the {plain_s:.2} s that optimize takes \
+         without one (with one {optimize_s:.2} s)",
+        proven.counts[1],
+        certificate.len() as f64 / 1e6,
+        check_s / plain_s
+    );
 }
 
 /// Another force limit on the engagement that was kept: best of three.
@@ -94,7 +143,12 @@ fn surface(x: f64, y: f64) -> f64 {
     -8.0 + 3.0 * (x * 0.05).sin() * (y * 0.04).cos()
 }
 
-fn program(blocks: usize) -> String {
+/// The same waves, 0.2 to 0.5 mm below the top of a block.
+fn shallow(x: f64, y: f64) -> f64 {
+    -0.35 + 0.05 * (surface(x, y) + 8.0)
+}
+
+fn program(blocks: usize, surface: fn(f64, f64) -> f64) -> String {
     let rows = blocks.div_ceil(PER_ROW);
     let pitch = (200.0 / rows as f64).min(0.3);
     let mut text = String::from("%\nG21 G17 G90 G64\nT1 M6\nS12000 M3\nG0 X0 Y0 Z5\n");
