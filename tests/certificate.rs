@@ -214,8 +214,8 @@ fn bounds_lie_outside() {
     assert!(third.lo < third.hi && third.hi - third.lo < 1e-15);
     let one = third * Interval::exact(3.0);
     assert!(one.lo < 1.0 && one.hi > 1.0);
-    assert!((Interval::exact(1.0) / Interval::of(-1.0, 1.0)).hi.is_infinite());
-    assert!(!Interval::of(0.0, 1.0).holds(Interval::exact(f64::NAN)));
+    assert!((Interval::exact(1.0) / Interval { lo: -1.0, hi: 1.0 }).hi.is_infinite());
+    assert!(!Interval { lo: 0.0, hi: 1.0 }.holds(Interval::exact(f64::NAN)));
 }
 
 /// χ² tables: 3.841, 5.991 and 12.592 at 95 % for 1, 2 and 6 degrees of freedom.

@@ -2,27 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::cutter::Part;
 use super::ellipsoid::Ellipsoid;
-use super::limits::{fingerprint, in_force, not_covered, tool_of, unknown_motion};
+use super::limits::{Basis, fingerprint, in_force, not_covered, tool_of, unknown_motion};
 use super::place::{Place, rise};
-use super::text::{Certificate, MovePart, Stated, Station, read, sha256};
+use super::text::{Certificate, MovePart, Station, read, sha256};
 use super::witness::{Field, look};
-use crate::machine::{Job, LimitKind, Tool};
+use crate::machine::{LimitKind, Tool};
 use crate::nc::{Move, MoveKind, Toolpath};
-
-/// What the control is given.
-#[derive(Clone, Copy)]
-pub struct Basis<'a> {
-    /// The bytes of the program.
-    pub bytes: &'a [u8],
-    /// What it does.
-    pub toolpath: &'a Toolpath,
-    /// The setup as it is read.
-    pub job: &'a Job,
-    /// Are there blocks under the block-delete switch?
-    pub switched: bool,
-}
 
 /// What is proven.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -58,8 +44,9 @@ fn refused<T>(line: Option<u32>, why: impl Into<String>) -> Result<T, Refusal> {
 /// Proves, or says why not.
 pub fn check(text: &str, basis: &Basis) -> Result<Proven, Refusal> {
     let certificate = read(text).or_else(|why| refused(None, why))?;
-    bound_to(&certificate, basis)?;
-    let work = Work::new(&certificate, basis)?;
+    not_certified(basis)?;
+    let work = Work::of(&certificate, basis)?;
+    work.is_of(basis)?;
     let feeds: Vec<(usize, &Move)> = feed_moves(basis.toolpath).collect();
     if feeds.len() != certificate.moves.len() {
         let [own, stated] = [feeds.len(), certificate.moves.len()];
@@ -67,14 +54,15 @@ pub fn check(text: &str, basis: &Basis) -> Result<Proven, Refusal> {
     }
     let found: Vec<Result<Vec<(LimitKind, f64)>, Refusal>> =
         feeds.par_iter().zip(&certificate.moves).map(|(own, stated)| work.motion(*own, stated)).collect();
-    let mut proven = Proven { confidence: certificate.confidence, ..Proven::default() };
-    for ratios in found {
-        ratios?.into_iter().for_each(|(kind, ratio)| raise(&mut proven.ratios, kind, ratio));
-    }
+    let ratios: Vec<(LimitKind, f64)> = found.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
+    let largest = |kind: LimitKind| {
+        let of_kind = ratios.iter().filter(|(of, _)| *of == kind).map(|(_, ratio)| *ratio);
+        Some((kind, of_kind.reduce(f64::max)?))
+    };
+    let ratios = LimitKind::ALL.into_iter().filter_map(largest).collect();
+    let mut proven = Proven { confidence: certificate.confidence, ratios, ..Proven::default() };
     if let Some(mut field) = Field::new(basis.job, basis.toolpath) {
-        let tool = |motion: &Move| tool_of(basis.job, motion).cloned();
-        let parts = |number: u32| work.parts(number).to_vec();
-        if let Some(line) = look(&mut field, basis.toolpath, &certificate.moves, &tool, &parts) {
+        if let Some(line) = look(&mut field, basis, &certificate) {
             return refused(Some(line), "material stands where the certificate says that nothing is engaged");
         }
         proven.witnessed = true;
@@ -84,37 +72,14 @@ pub fn check(text: &str, basis: &Basis) -> Result<Proven, Refusal> {
     Ok(proven)
 }
 
+fn words(numbers: impl Iterator<Item = f64>) -> String {
+    numbers.fold(String::new(), |text, number| text + &format!(" {number:?}"))
+}
+
 /// Moves at a feed that have a length, with their places among all.
 pub fn feed_moves(toolpath: &Toolpath) -> impl Iterator<Item = (usize, &Move)> {
     let fed = |motion: &Move| motion.kind == MoveKind::Feed && motion.curve().length() > NO_LENGTH_MM;
     toolpath.moves.iter().enumerate().filter(move |(_, motion)| fed(motion))
-}
-
-fn raise(ratios: &mut Vec<(LimitKind, f64)>, kind: LimitKind, ratio: f64) {
-    match ratios.iter_mut().find(|(known, _)| *known == kind) {
-        Some((_, known)) => *known = known.max(ratio),
-        None => ratios.push((kind, ratio)),
-    }
-}
-
-/// Is it of this program and this setup, and of a kind that is certified?
-fn bound_to(certificate: &Certificate, basis: &Basis) -> Result<(), Refusal> {
-    let job = basis.job;
-    if certificate.program != sha256(basis.bytes) {
-        return refused(None, "the certificate is of another program: its SHA-256 is not that of this one");
-    }
-    if certificate.setup != fingerprint(job) {
-        return refused(None, "the certificate was made with another setup");
-    }
-    if certificate.stock_mm != stock_mm(job) {
-        return refused(None, "the uncertainty of the stock is not that of the setup");
-    }
-    not_certified(basis)
-}
-
-/// How far each piece of stock may stand proud, mm.
-pub fn stock_mm(job: &Job) -> Vec<f64> {
-    job.stocks.iter().map(|stock| stock.uncertainty_mm).collect()
 }
 
 /// What no certificate speaks about.
@@ -134,12 +99,8 @@ pub fn not_certified(basis: &Basis) -> Result<(), Refusal> {
         let why = format!("not certified: {} is not known from here on", doubted.doubt.name());
         return refused(Some(doubted.line), why);
     }
-    for (_, motion) in feed_moves(toolpath) {
-        if let Some(why) = unknown_motion(motion) {
-            return refused(Some(motion.line), format!("not certified: {why}"));
-        }
-    }
-    Ok(())
+    let unknown = feed_moves(toolpath).find_map(|(_, motion)| Some((motion.line, unknown_motion(motion)?)));
+    unknown.map_or(Ok(()), |(line, why)| refused(Some(line), format!("not certified: {why}")))
 }
 
 /// What is known of each tool at each speed.
@@ -158,19 +119,7 @@ struct Known<'a> {
 }
 
 impl<'a> Work<'a> {
-    /// Tools, limits and ellipsoids of a program, those that are stated being the same.
-    fn new(certificate: &'a Certificate, basis: &Basis<'a>) -> Result<Self, Refusal> {
-        let work = Self::of(certificate, basis)?;
-        if certificate.limits != work.limits() {
-            return refused(None, "the limits are not those of the setup");
-        }
-        if certificate.ellipsoids != work.ellipsoids() {
-            return refused(None, "the ellipsoid of the coefficients is not that of the setup");
-        }
-        Ok(work)
-    }
-
-    /// The same for a certificate in the making.
+    /// Tools, limits and ellipsoids of a program.
     pub fn of(certificate: &'a Certificate, basis: &Basis<'a>) -> Result<Self, Refusal> {
         let job = basis.job;
         let mut known: Vec<Known> = Vec::new();
@@ -194,19 +143,34 @@ impl<'a> Work<'a> {
         Ok(Self { certificate, known })
     }
 
-    /// Limits in force, as a certificate states them.
-    pub fn limits(&self) -> Vec<(u32, String, f64)> {
-        let of = |known: &Known| {
-            let limits = known.limits.clone().into_iter();
-            let number = known.number;
-            limits.map(move |(kind, value)| (number, kind.name().to_owned(), value)).collect::<Vec<_>>()
-        };
-        self.known.iter().flat_map(of).collect()
+    /// What a certificate has to say of program and setup, line by line.
+    pub fn given(&self, basis: &Basis) -> Vec<String> {
+        let mut lines = vec![
+            format!("program {}", sha256(basis.bytes)),
+            format!("setup {}", fingerprint(basis.job)),
+            format!("confidence {:?}", self.certificate.confidence),
+            format!("stock{}", words(basis.job.stocks.iter().map(|stock| stock.uncertainty_mm))),
+        ];
+        for Known { number, rps, limits, ellipsoid: Ellipsoid { radius, mean, shape, .. }, .. } in &self.known {
+            lines.extend(limits.iter().map(|(kind, value)| format!("limit {number} {} {value:?}", kind.name())));
+            let numbers = [*radius].into_iter().chain(*mean).chain(shape.iter().flatten().copied());
+            lines.push(format!("ellipsoid {number} {rps:?}{}", words(numbers)));
+        }
+        lines
     }
 
-    /// Ellipsoids, as a certificate states them.
-    pub fn ellipsoids(&self) -> Vec<Stated> {
-        self.known.iter().map(|known| Stated::of(known.number, known.rps, &known.ellipsoid)).collect()
+    /// Is the certificate of this program and this setup?
+    fn is_of(&self, basis: &Basis) -> Result<(), Refusal> {
+        let (own, stated) = (self.given(basis), &self.certificate.given);
+        let differs = own.iter().zip(stated).find(|(own, stated)| own != stated).map(|(own, _)| own.split(' ').next());
+        match differs.flatten() {
+            None if own.len() == stated.len() => Ok(()),
+            Some("program") => {
+                refused(None, "the certificate is of another program: its SHA-256 is not that of this one")
+            }
+            Some("setup") => refused(None, "the certificate was made with another setup"),
+            what => refused(None, format!("{} of the certificate is not that of the setup", what.unwrap_or("a limit"))),
+        }
     }
 
     /// The largest bounds of a move over their limits.
@@ -230,49 +194,29 @@ impl<'a> Work<'a> {
         }
         let mut ratios = Vec::new();
         for station in stated.stations.iter().filter(|station| !station.arcs.is_empty()) {
-            for (kind, bound, limit) in self.loads(own, station, own.feed.mm_s)? {
+            let place = self.place(own, station)?;
+            if station.enclosures.iter().zip(place.enclosures()).any(|(stated, found)| !stated.holds(found)) {
+                return refused(line, "an enclosure of depth, torque or chip does not hold what follows from its arcs");
+            }
+            for (kind, bound, limit) in self.bounds(own, &place, own.feed.mm_s)? {
                 if bound.is_nan() || bound > limit {
                     let [bound, limit] = [bound, limit].map(|value| kind.in_report_unit(value));
-                    let (name, unit) = (kind.name(), kind.unit());
-                    let [from, to] = station.over_mm;
-                    return refused(
-                        line,
-                        format!(
-                            "{name} may reach {bound:.4} {unit} of {limit:.4} from {from:.2} to {to:.2} mm of the move"
-                        ),
-                    );
+                    let (name, unit, [from, to]) = (kind.name(), kind.unit(), station.over_mm);
+                    let load = format!("{name} may reach {bound:.4} {unit} of {limit:.4}");
+                    return refused(line, format!("{load} from {from:.2} to {to:.2} mm of the move"));
                 }
-                raise(&mut ratios, kind, bound / limit);
+                ratios.push((kind, bound / limit));
             }
         }
         Ok(ratios)
     }
 
-    /// Bounds of the limited loads of a station at a feed: kind, bound, limit. What the station states must hold them.
-    pub fn loads(&self, own: &Move, station: &Station, feed_mm_s: f64) -> Result<Vec<(LimitKind, f64, f64)>, Refusal> {
-        let line = Some(own.line);
-        let place = self.place(own, station)?;
-        let of_own = [(station.depth, place.depth), (station.torque[0], place.torque[0])];
-        let of_own = of_own.into_iter().chain([(station.torque[1], place.torque[1]), (station.chip, place.chip)]);
-        for (stated, found) in of_own {
-            if !stated.holds(found) {
-                return refused(line, "an enclosure of depth, torque or chip does not hold what follows from its arcs");
-            }
-        }
-        self.bounds(own, &place, feed_mm_s)
-    }
-
     /// The place of a station, worked out.
     pub fn place(&self, own: &Move, station: &Station) -> Result<Place, Refusal> {
         let known = self.known_of(own)?;
-        let place = Place::new(known.tool, self.parts(own.tool), &station.arcs, rise(&own.curve(), station.over_mm));
+        let (parts, rise) = (self.certificate.parts_of(own.tool), rise(&own.curve(), station.over_mm));
+        let place = Place::new(known.tool, parts, &station.arcs, rise);
         place.map_or_else(|| refused(Some(own.line), "an arc lies on no part of the tool"), Ok)
-    }
-
-    /// The rings of a tool.
-    pub fn parts(&self, number: u32) -> &[Part] {
-        let found = self.certificate.parts.iter().find(|(known, _)| *known == number);
-        found.map_or(&[], |(_, parts)| parts)
     }
 
     /// Bounds of the limited loads at a place.

@@ -7,7 +7,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::interval::Interval;
-use crate::machine::{Segment, Tool};
+use crate::machine::Tool;
 
 /// A part of one piece of the outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,23 +41,9 @@ impl Ring {
         let share = part.to - part.from;
         let inside = part.from >= -1e-9 && part.to <= 1.0 + 1e-9 && share > 0.0;
         let segment = tool.profile.segments.get(part.segment).filter(|_| inside)?;
-        let middle = 0.5 * (part.from + part.to);
-        Some(match *segment {
-            Segment::Line { from, to } => {
-                let along = [to[0] - from[0], to[1] - from[1]];
-                let length = along[0].hypot(along[1]);
-                let top = from[1] + along[1] * part.to;
-                let [r, z] = [from[0] + middle * along[0], from[1] + middle * along[1]];
-                Self { z, r, edge: share * length, normal: [along[1] / length, -along[0] / length], top }
-            }
-            Segment::Arc { centre, radius, from_rad, to_rad } => {
-                let turn = |at: f64| (from_rad + at * (to_rad - from_rad)).sin_cos();
-                let (sin, cos) = turn(middle);
-                let edge = share * radius * (to_rad - from_rad).abs();
-                let [r, z] = [centre[0] + radius * cos, centre[1] + radius * sin];
-                Self { z, r, edge, normal: [cos, sin], top: centre[1] + radius * turn(part.to).0 }
-            }
-        })
+        let ([r, z], normal) = segment.at(0.5 * (part.from + part.to));
+        let ([_, top], _) = segment.at(part.to);
+        Some(Self { z, r, edge: share * segment.length(), normal, top })
     }
 }
 
@@ -78,12 +64,12 @@ impl Teeth {
         }
         // A tooth cuts what the one before it left: the feed of the pitch between them.
         let mut lag = 0.0;
-        let mut each = Vec::new();
-        for tooth in 0..tool.pitch_rad.len() {
-            let before = tool.pitch_rad[(tooth + tool.pitch_rad.len() - 1) % tool.pitch_rad.len()];
-            each.push([-lag, before * n / TAU]);
-            lag += tool.pitch_rad[tooth];
-        }
+        let before = tool.pitch_rad.iter().cycle().skip(tool.pitch_rad.len() - 1);
+        let of = |(own, before): (&f64, &f64)| {
+            lag += own;
+            [own - lag, before * n / TAU]
+        };
+        let each = tool.pitch_rad.iter().zip(before).map(of).collect();
         Self { period: TAU, each }
     }
 }
@@ -124,10 +110,11 @@ pub fn compliance(tool: &Tool, at: f64) -> [Interval; 2] {
 /// What of a tool no certificate speaks about.
 pub fn unfit(tool: &Tool) -> Option<&'static str> {
     let sized = tool.diameter_mm > 0.0 && tool.flutes > 0 && tool.helix_rad.abs() < 0.49 * PI;
-    match () {
-        () if !sized => Some("a tool without diameter or teeth"),
-        () if tool.runout.is_some_and(|runout| runout.offset_mm != 0.0) => Some("a tool with runout"),
-        () if tool.wear.is_some() => Some("a tool with a law of wear"),
-        () => None,
-    }
+    let runs_out = tool.runout.is_some_and(|runout| runout.offset_mm != 0.0);
+    let unfit = [
+        (!sized, "a tool without diameter or teeth"),
+        (runs_out, "a tool with runout"),
+        (tool.wear.is_some(), "a tool with a law of wear"),
+    ];
+    unfit.into_iter().find(|(is, _)| *is).map(|(_, what)| what)
 }

@@ -8,6 +8,7 @@
 //! share of a cut's load that the model left unexplained, is one more independent direction: (1 + s v) aᵀκ with u² + v² ≤ r² is at
 //! most aᵀμ + r √(b² + s² (aᵀμ)²) + s r² b / 2, where b² = aᵀ G Σ Gᵀ a, since u v ≤ r² / 2.
 
+use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::machine::material::{ForceModel, LinearEdge};
@@ -32,8 +33,6 @@ pub struct Ellipsoid {
     scatter: [f64; 2],
     /// Radius.
     pub radius: f64,
-    /// Degrees of freedom.
-    pub directions: usize,
 }
 
 impl Ellipsoid {
@@ -54,21 +53,14 @@ impl Ellipsoid {
             (vec!["all".to_owned()], vec![vec![stated * stated]])
         };
         let columns = names.iter().map(|name| column(name, &names, &mean)).collect::<Result<Vec<_>, _>>()?;
-        positive(&covariance, names.len())?;
+        let covariance = positive(&covariance, names.len())?;
         let directions = names.len() + usize::from(scatter > 0.0);
         let radius = radius(confidence, directions)?;
-        let mut shape = [[0.0; P]; P];
-        for (i, row) in shape.iter_mut().enumerate() {
-            for (k, entry) in row.iter_mut().enumerate() {
-                let of = |(a, b): (usize, usize)| {
-                    columns[a][i] * 0.5 * (covariance[a][b] + covariance[b][a]) * columns[b][k]
-                };
-                let pairs = (0..names.len()).flat_map(|a| (0..names.len()).map(move |b| (a, b)));
-                *entry = radius * radius * pairs.map(of).sum::<f64>();
-            }
-        }
+        let led = DMatrix::from_fn(P, names.len(), |i, k| columns[k][i]);
+        let product = &led * covariance * led.transpose() * (radius * radius);
+        let shape = std::array::from_fn(|i| std::array::from_fn(|k| product[(i, k)]));
         let scatter = [radius * scatter, 0.5 * radius * radius * scatter];
-        let ellipsoid = Self { mean, shape, scatter, radius, directions };
+        let ellipsoid = Self { mean, shape, scatter, radius };
         let low = (0..P - 1).find(|k| ellipsoid.mean[*k] - ellipsoid.half_width(*k) < 0.0);
         low.map_or(Ok(ellipsoid), |k| Err(format!("{} may be negative at this confidence", NAMES[k])))
     }
@@ -147,27 +139,19 @@ fn column(name: &str, names: &[String], mean: &[f64; P]) -> Result<[f64; P], Str
     Ok(column)
 }
 
-/// Is it a covariance: square, finite, and positive but for rounding (Cholesky)?
-fn positive(matrix: &[Vec<f64>], n: usize) -> Result<(), String> {
+/// A covariance: square, finite, and positive but for rounding.
+fn positive(matrix: &[Vec<f64>], n: usize) -> Result<DMatrix<f64>, String> {
     if matrix.len() != n || matrix.iter().any(|row| row.len() != n || row.iter().any(|value| !value.is_finite())) {
         return Err("a covariance that is no square table of numbers".to_owned());
     }
-    let mut left = vec![vec![0.0; n]; n];
-    for i in 0..n {
-        for k in 0..=i {
-            let sum: f64 = (0..k).map(|m| left[i][m] * left[k][m]).sum();
-            let rest = 0.5 * (matrix[i][k] + matrix[k][i]) - sum;
-            if i == k {
-                if rest < -1e-9 * matrix[i][i].abs() {
-                    return Err("a covariance that is not positive".to_owned());
-                }
-                left[i][i] = rest.max(0.0).sqrt();
-            } else {
-                left[i][k] = if left[k][k] > 0.0 { rest / left[k][k] } else { 0.0 };
-            }
-        }
+    let symmetric = DMatrix::from_fn(n, n, |i, k| 0.5 * (matrix[i][k] + matrix[k][i]));
+    // Scaled to a unit diagonal, so that the smallest of the coefficients counts as much as the largest.
+    let scale = |k: usize| symmetric[(k, k)].abs().sqrt().max(f64::MIN_POSITIVE);
+    let scaled = DMatrix::from_fn(n, n, |i, k| symmetric[(i, k)] / scale(i) / scale(k));
+    if n > 0 && scaled.symmetric_eigenvalues().min() < -1e-9 {
+        return Err("a covariance that is not positive".to_owned());
     }
-    Ok(())
+    Ok(symmetric)
 }
 
 /// Radius that holds a normal vector of so many directions with this probability; 0 without any.

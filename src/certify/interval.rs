@@ -4,7 +4,7 @@
 //! Sums, products, quotients and roots of IEEE 754 are rounded to the nearest double, so one step outward holds them.
 
 use std::f64::consts::PI;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 /// An enclosure of a number.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -16,10 +16,6 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// From two bounds in any order.
-    pub fn of(a: f64, b: f64) -> Self {
-        Self { lo: a.min(b), hi: a.max(b) }
-    }
     /// A number that is exact.
     pub fn exact(x: f64) -> Self {
         Self { lo: x, hi: x }
@@ -44,14 +40,9 @@ impl Interval {
     pub fn sqrt(self) -> Self {
         Self { lo: self.lo.max(0.0).sqrt(), hi: self.hi.max(0.0).sqrt() }.out().not_negative()
     }
-    /// Its square.
-    pub fn squared(self) -> Self {
-        let square = self * self;
-        if self.lo <= 0.0 && self.hi >= 0.0 { Self { lo: 0.0, hi: square.hi } } else { square }
-    }
     /// The circle's half turn.
     pub fn pi() -> Self {
-        Self::of(PI, PI.next_up())
+        Self { lo: PI, hi: PI.next_up() }
     }
 }
 
@@ -65,14 +56,7 @@ impl Add for Interval {
 impl Sub for Interval {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
-        self + -other
-    }
-}
-
-impl Neg for Interval {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self { lo: -self.hi, hi: -self.lo }
+        Self { lo: self.lo - other.hi, hi: self.hi - other.lo }.out()
     }
 }
 
@@ -80,10 +64,8 @@ impl Mul for Interval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let products = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
-        let (mut lo, mut hi) = (products[0], products[0]);
-        for product in products {
-            (lo, hi) = (lo.min(product), hi.max(product));
-        }
+        let [lo, hi] =
+            [f64::min, f64::max].map(|of: fn(f64, f64) -> f64| products.into_iter().reduce(of).unwrap_or(f64::NAN));
         Self { lo, hi }.out()
     }
 }

@@ -6,7 +6,20 @@ use super::place::COVERED;
 use super::text::sha256;
 use crate::machine::limits::Role;
 use crate::machine::{Job, LimitKind, Limits, Tool};
-use crate::nc::{Freeze, Move};
+use crate::nc::{Freeze, Move, Toolpath};
+
+/// What the control is given.
+#[derive(Clone, Copy)]
+pub struct Basis<'a> {
+    /// The bytes of the program.
+    pub bytes: &'a [u8],
+    /// What it does.
+    pub toolpath: &'a Toolpath,
+    /// The setup as it is read.
+    pub job: &'a Job,
+    /// Are there blocks under the block-delete switch?
+    pub switched: bool,
+}
 
 /// SHA-256 of all that a setup says, but for what no load depends on.
 pub fn fingerprint(job: &Job) -> String {
@@ -23,21 +36,21 @@ pub fn tool_of<'a>(job: &'a Job, motion: &Move) -> Option<&'a Tool> {
 /// Load limits of a tool, each at its lowest: the setup's, the tool's in its place, and those of every operation that may match it (which
 /// lines and comments an operation means is not known in the written program). The spindle's curves at this speed are among them.
 pub fn in_force(job: &Job, tool: &Tool, rps: f64) -> Vec<(LimitKind, f64)> {
-    let mut found: Vec<(LimitKind, f64)> = Vec::new();
-    let mut lower = |kind: LimitKind, value: f64| match found.iter_mut().find(|(known, _)| *known == kind) {
-        Some((_, known)) => *known = known.min(value),
-        None => found.push((kind, value)),
-    };
     let operations = job.operations.iter().filter(|of| of.matches.tool.is_none_or(|number| number == tool.number));
-    for kind in LimitKind::ALL.into_iter().filter(|kind| matches!(kind.row().role, Role::Load { .. } | Role::Rate)) {
+    let spindle = &job.machine.spindle;
+    let lowest = |kind: LimitKind| {
         let own = tool.limits.value(kind).or(job.limits.value(kind));
         let of_operations = operations.clone().filter_map(|of| Limits::value(&of.limits, kind));
-        own.into_iter().chain(of_operations).for_each(|value| lower(kind, value));
-    }
-    let spindle = &job.machine.spindle;
-    spindle.power_w.iter().for_each(|curve| lower(LimitKind::Power, curve.at(rps)));
-    spindle.torque_nmm.iter().for_each(|curve| lower(LimitKind::Torque, curve.at(rps)));
-    found
+        let of_spindle = match kind {
+            LimitKind::Power => spindle.power_w.as_ref(),
+            LimitKind::Torque => spindle.torque_nmm.as_ref(),
+            _ => None,
+        };
+        let all = own.into_iter().chain(of_operations).chain(of_spindle.map(|curve| curve.at(rps)));
+        Some((kind, all.reduce(f64::min)?))
+    };
+    let loads = LimitKind::ALL.into_iter().filter(|kind| matches!(kind.row().role, Role::Load { .. } | Role::Rate));
+    loads.filter_map(lowest).collect()
 }
 
 /// What of a tool and its limits is not certified, in words.

@@ -23,6 +23,6 @@ pub mod place;
 pub mod text;
 pub mod witness;
 
-pub use check::{Basis, Proven, Refusal, check};
-pub use limits::fingerprint;
+pub use check::{Proven, Refusal, check};
+pub use limits::Basis;
 pub use text::Certificate;

@@ -13,7 +13,9 @@
 
 use std::f64::consts::FRAC_PI_8;
 
+use super::cutter::Ring;
 use super::ellipsoid::{Ellipsoid, P};
+use crate::machine::LimitKind;
 
 /// An edge of one tooth on one ring while it may cut.
 #[derive(Debug, Clone, Copy)]
@@ -32,19 +34,6 @@ pub struct Edge {
     pub share: f64,
     /// What a newton on it counts: 1, or mm and MPa at the tool.
     pub weights: [f64; 3],
-}
-
-/// What of an edge is counted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum What {
-    /// Force in the plane, N.
-    Plane,
-    /// Deflection of the tip, mm.
-    Deflection,
-    /// Bending stress, MPa.
-    Stress,
-    /// Force along the axis, N.
-    Axial,
 }
 
 /// All edges at a place.
@@ -69,14 +58,14 @@ const ROUNDING: f64 = 1e-11;
 
 impl Edges {
     /// A bound of the load in question at feeds up to `f` mm per tooth; it is searched no further once it is below `limit`.
-    pub fn most(&self, what: What, f: f64, limit: f64, known: &Ellipsoid) -> f64 {
+    pub fn most(&self, kind: LimitKind, f: f64, limit: f64, known: &Ellipsoid) -> f64 {
         let half: [f64; P] = std::array::from_fn(|k| known.half_width(k));
-        let work = Work { edges: self, what, f, known, half, slack: self.slack(what, f, known, &half) };
+        let work = Work { edges: self, kind, f, known, half, slack: self.slack(kind, f, known, &half) };
         let eighth = self.period / 8.0;
         let mut boxes = Vec::new();
         for k in 0..8 {
             let over = [eighth * f64::from(k), if k == 7 { self.period } else { eighth * f64::from(k + 1) }];
-            if what == What::Axial {
+            if kind == LimitKind::ForceAxial {
                 boxes.extend([1.0, -1.0].map(|sense| Box { over, middle: sense, half: 0.0 }));
             } else {
                 let sector = |m: i32| Box { over, middle: FRAC_PI_8 * f64::from(2 * m + 1), half: FRAC_PI_8 };
@@ -97,20 +86,19 @@ impl Edges {
     }
 
     /// What rounding may add to a bound.
-    fn slack(&self, what: What, f: f64, known: &Ellipsoid, half: &[f64; P]) -> f64 {
+    fn slack(&self, kind: LimitKind, f: f64, known: &Ellipsoid, half: &[f64; P]) -> f64 {
         let largest: f64 = (0..P - 1).map(|k| known.mean[k] + half[k]).sum();
-        let of = |edge: &Edge| edge.edge * edge.weights[what.weight()] * (1.0 + 2.0 * f * edge.share) * largest;
+        let of = |edge: &Edge| edge.edge * edge.weights[weight(kind)] * (1.0 + 2.0 * f * edge.share) * largest;
         ROUNDING * self.list.iter().map(of).sum::<f64>() * known.scattered()
     }
 }
 
-impl What {
-    fn weight(self) -> usize {
-        match self {
-            What::Plane | What::Axial => 0,
-            What::Deflection => 1,
-            What::Stress => 2,
-        }
+/// Which of an edge's weights counts for a load.
+fn weight(kind: LimitKind) -> usize {
+    match kind {
+        LimitKind::Deflection => 1,
+        LimitKind::BendingStress => 2,
+        _ => 0,
     }
 }
 
@@ -138,7 +126,7 @@ impl Box {
 
 struct Work<'a> {
     edges: &'a Edges,
-    what: What,
+    kind: LimitKind,
     f: f64,
     known: &'a Ellipsoid,
     half: [f64; P],
@@ -159,9 +147,9 @@ impl Work<'_> {
             if chip <= 0.0 {
                 continue;
             }
-            let size = edge.edge * edge.weights[self.what.weight()];
+            let size = edge.edge * edge.weights[weight(self.kind)];
             let [n_r, n_z] = edge.normal;
-            let along = if self.what == What::Axial {
+            let along = if self.kind == LimitKind::ForceAxial {
                 [0.0, -n_z * of.middle * size, -n_r * of.middle * size]
             } else {
                 let [x, y] = [edge.turn[0] * cos - edge.turn[1] * sin, edge.turn[1] * cos + edge.turn[0] * sin];
@@ -170,7 +158,7 @@ impl Work<'_> {
             rest += self.take(along, chip, &mut sum);
         }
         let most = (self.known.most(&sum) + rest * self.known.scattered() + self.slack).max(0.0);
-        if self.what == What::Axial { most } else { most / of.half.cos() * (1.0 + ROUNDING) }
+        if self.kind == LimitKind::ForceAxial { most } else { most / of.half.cos() * (1.0 + ROUNDING) }
     }
 
     /// Largest chip thickness of an edge in a box, per mm of its feed.
@@ -216,26 +204,21 @@ impl Work<'_> {
     }
 }
 
-/// An edge over `over`, its immersion less the rotation being `off`.
-pub fn edge(over: [f64; 2], off: f64) -> Edge {
-    let ends = over.map(|theta| {
-        let (sin, cos) = (theta + off).sin_cos();
-        [sin, cos]
-    });
-    let (sin, cos) = off.sin_cos();
-    Edge { over, ends, turn: [cos, sin], edge: 0.0, normal: [0.0; 2], share: 1.0, weights: [1.0; 3] }
+impl Edge {
+    /// An edge over `over`, its immersion less the rotation being `off`.
+    pub fn new(ring: &Ring, share: f64, weights: [f64; 3], over: [f64; 2], off: f64) -> Self {
+        let ends = over.map(|theta| (theta + off).sin_cos().into());
+        let (sin, cos) = off.sin_cos();
+        Self { over, ends, turn: [cos, sin], edge: ring.edge, normal: ring.normal, share, weights }
+    }
 }
 
 /// Rotations within a period at which an arc of immersions is under a tooth of this lead, with what the immersion then exceeds the
 /// rotation by.
-pub fn passes([entry, exit]: [f64; 2], lead: f64, period: f64, mut each: impl FnMut([f64; 2], f64)) {
-    let (mut turn, last) = (((entry - lead) / period).floor() - 1.0, ((exit - lead) / period).ceil());
-    while turn <= last {
-        let off = lead + turn * period;
-        let over = [(entry - off).max(0.0), (exit - off).min(period)];
-        if over[0] < over[1] {
-            each(over, off);
-        }
-        turn += 1.0;
-    }
+pub fn passes([entry, exit]: [f64; 2], lead: f64, period: f64) -> impl Iterator<Item = ([f64; 2], f64)> {
+    let [first, last] = [((entry - lead) / period).floor() as i64 - 1, ((exit - lead) / period).ceil() as i64];
+    let turns = (first..=last).map(move |turn| lead + turn as f64 * period);
+    turns
+        .map(move |off| ([(entry - off).max(0.0), (exit - off).min(period)], off))
+        .filter(|(over, _)| over[0] < over[1])
 }

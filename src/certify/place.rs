@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::cutter::{Part, Ring, Teeth, compliance, lag_rad};
 use super::ellipsoid::{Ellipsoid, P};
 use super::interval::Interval;
-use super::peak::{Edges, What, edge, passes};
+use super::peak::{Edge, Edges, passes};
 use crate::machine::{LimitKind, Tool};
 use crate::path::{Curve, Plane};
 
@@ -60,13 +60,12 @@ pub fn rise(curve: &Curve, [from, to]: [f64; 2]) -> Interval {
     let middle = 0.5 * (from + to);
     let at = Interval::exact(curve.tangent(middle).z);
     match curve {
-        Curve::Line { .. } => at.widened(1e-12),
-        Curve::Arc(arc) if arc.plane == Plane::Xy => at.widened(1e-12),
         // The direction of an arc turns by its curvature a mm.
-        Curve::Arc(_) => {
+        Curve::Arc(arc) if arc.plane != Plane::Xy => {
             let turn = 1.1 * curve.curvature(middle).norm() * 0.5 * (to - from) + 1e-12;
             Interval { lo: (at.lo - turn).max(-1.0), hi: (at.hi + turn).min(1.0) }
         }
+        _ => at.widened(1e-12),
     }
 }
 
@@ -74,7 +73,7 @@ impl Place {
     /// Of arcs on parts of a tool's outline, with the path rising like this; `None` where a part is none of it, or an arc no arc.
     pub fn new(tool: &Tool, parts: &[Part], arcs: &[Arc], rise: Interval) -> Option<Self> {
         let teeth = Teeth::of(tool);
-        let across = (Interval::exact(1.0) - rise.squared()).sqrt();
+        let across = (Interval::exact(1.0) - (rise * rise).not_negative()).sqrt();
         let edges = Edges { list: Vec::new(), period: teeth.period, across: across.hi, rise: [rise.lo, rise.hi] };
         let zero = Interval::exact(0.0);
         let mut place = Self { edges, torque: [zero; 2], chip: zero, depth: zero };
@@ -89,12 +88,8 @@ impl Place {
             place.depth.hi = place.depth.hi.max(ring.top);
             for [lead, share] in &teeth.each {
                 let off = lead - lag_rad(tool, ring.z);
-                passes([arc.entry, arc.exit], off, teeth.period, |over, off| {
-                    let one = edge(over, off);
-                    let found =
-                        super::peak::Edge { edge: ring.edge, normal: ring.normal, share: *share, weights, ..one };
-                    place.edges.list.push(found);
-                });
+                let passes = passes([arc.entry, arc.exit], off, teeth.period);
+                place.edges.list.extend(passes.map(|(over, off)| Edge::new(ring, *share, weights, over, off)));
             }
             place.take_means(arc, ring, (across.hi, rise), f64::from(tool.flutes), largest_share);
         }
@@ -117,20 +112,18 @@ impl Place {
         }
     }
 
-    /// Is anything engaged?
-    pub fn cuts(&self) -> bool {
-        !self.edges.list.is_empty()
+    /// What a certificate states of it.
+    pub fn enclosures(&self) -> [Interval; 4] {
+        [self.depth, self.torque[0], self.torque[1], self.chip]
     }
 
     /// Bound of a load, in the unit of the setup's limits inside the program, at feeds per tooth up to `f` mm and this speed; `None` for
     /// kinds that are not covered.
     pub fn most(&self, kind: LimitKind, f: f64, rps: f64, limit: f64, known: &Ellipsoid) -> Option<f64> {
-        let peak = |what: What| self.edges.most(what, f, limit, known);
         Some(match kind {
-            LimitKind::ForceXy => peak(What::Plane),
-            LimitKind::ForceAxial => peak(What::Axial),
-            LimitKind::Deflection => peak(What::Deflection),
-            LimitKind::BendingStress => peak(What::Stress),
+            LimitKind::ForceXy | LimitKind::ForceAxial | LimitKind::Deflection | LimitKind::BendingStress => {
+                self.edges.most(kind, f, limit, known)
+            }
             LimitKind::Torque => known.most(&self.torque_form(f, 1.0, 0.0)),
             // N·mm/s are mW.
             LimitKind::Power => known.most(&self.torque_form(f, 1e-3 * TAU * rps, 1.0)),

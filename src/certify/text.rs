@@ -16,7 +16,6 @@
 use sha2::{Digest, Sha256};
 
 use super::cutter::Part;
-use super::ellipsoid::Ellipsoid;
 use super::interval::Interval;
 use super::place::Arc;
 
@@ -26,33 +25,21 @@ pub const HEAD: &str = "feedwright certificate 1";
 /// What a certificate says.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Certificate {
-    /// SHA-256 of the written program.
-    pub program: String,
-    /// SHA-256 of what the setup says ([`super::fingerprint`]).
-    pub setup: String,
+    /// The lines that follow from program, setup and confidence: the checker has the same of its own.
+    pub given: Vec<String>,
     /// Confidence at which the coefficients lie in their ellipsoids.
     pub confidence: f64,
-    /// By how much each piece of stock may be off its shape, mm.
-    pub stock_mm: Vec<f64>,
-    /// Limits in force: tool, kind, value.
-    pub limits: Vec<(u32, String, f64)>,
-    /// What the coefficients may be, by tool and speed.
-    pub ellipsoids: Vec<Stated>,
     /// Rings of each tool.
     pub parts: Vec<(u32, Vec<Part>)>,
     /// Feed moves.
     pub moves: Vec<MovePart>,
 }
 
-/// An ellipsoid as it is stated.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Stated {
-    /// Tool.
-    pub tool: u32,
-    /// Speed, rev/s.
-    pub rps: f64,
-    /// Radius, mean, shape.
-    pub numbers: Vec<f64>,
+impl Certificate {
+    /// Rings of a tool.
+    pub fn parts_of(&self, number: u32) -> &[Part] {
+        self.parts.iter().find(|(tool, _)| *tool == number).map_or(&[], |(_, parts)| parts)
+    }
 }
 
 /// A feed move.
@@ -77,22 +64,11 @@ pub struct MovePart {
 pub struct Station {
     /// From where to where, mm along the move.
     pub over_mm: [f64; 2],
-    /// Heights above the tip between which it may be engaged, mm.
-    pub depth: Interval,
-    /// Mean torque per k_te, and per k_tc and feed per tooth.
-    pub torque: [Interval; 2],
-    /// Largest chip thickness over feed per tooth.
-    pub chip: Interval,
+    /// Heights above the tip between which it may be engaged, mm; mean torque per k_te, and per k_tc and feed per tooth; largest chip
+    /// thickness over feed per tooth.
+    pub enclosures: [Interval; 4],
     /// What may be engaged.
     pub arcs: Vec<Arc>,
-}
-
-impl Stated {
-    /// Of an ellipsoid.
-    pub fn of(tool: u32, rps: f64, known: &Ellipsoid) -> Self {
-        let numbers = std::iter::once(known.radius).chain(known.mean).chain(known.shape.into_iter().flatten());
-        Self { tool, rps, numbers: numbers.collect() }
-    }
 }
 
 /// SHA-256 in hexadecimal digits.
@@ -109,25 +85,22 @@ pub fn read(text: &str) -> Result<Certificate, String> {
     if seal != format!("sealed {}\n", sha256(body.as_bytes())) {
         return Err("the certificate was altered: its text does not fit its seal".to_owned());
     }
-    let mut found = Certificate { confidence: f64::NAN, ..Certificate::default() };
+    let mut found = Certificate::default();
     for (number, line) in body.lines().enumerate().skip(1) {
         let mut words = Words { line, rest: line.split(' '), number: number + 1 };
         take(&mut found, &mut words)?;
         words.end()?;
     }
+    let stated = found.given.iter().find_map(|line| line.strip_prefix("confidence ")?.parse().ok());
+    found.confidence = stated.ok_or("the certificate states no confidence")?;
     Ok(found)
 }
 
 fn take(found: &mut Certificate, words: &mut Words) -> Result<(), String> {
     match words.word()? {
-        "program" => words.word()?.clone_into(&mut found.program),
-        "setup" => words.word()?.clone_into(&mut found.setup),
-        "confidence" => found.confidence = words.number()?,
-        "stock" => found.stock_mm = words.numbers()?,
-        "limit" => found.limits.push((words.whole()?, words.word()?.to_owned(), words.number()?)),
-        "ellipsoid" => {
-            let (tool, rps) = (words.whole()?, words.number()?);
-            found.ellipsoids.push(Stated { tool, rps, numbers: words.numbers()? });
+        "program" | "setup" | "confidence" | "stock" | "limit" | "ellipsoid" => {
+            found.given.push(words.line.to_owned());
+            words.rest.by_ref().for_each(drop);
         }
         "part" => {
             let tool = words.whole()?;
@@ -147,13 +120,12 @@ fn take(found: &mut Certificate, words: &mut Words) -> Result<(), String> {
         }),
         "station" => {
             let over_mm = [words.number()?, words.number()?];
-            let [depth, rubbed, cut, chip] =
-                [words.interval()?, words.interval()?, words.interval()?, words.interval()?];
+            let enclosures = [words.interval()?, words.interval()?, words.interval()?, words.interval()?];
             let mut arcs = Vec::new();
             while words.more() {
                 arcs.push(Arc { ring: words.whole()?, entry: words.number()?, exit: words.number()? });
             }
-            let station = Station { over_mm, depth, torque: [rubbed, cut], chip, arcs };
+            let station = Station { over_mm, enclosures, arcs };
             found.moves.last_mut().ok_or_else(|| words.wrong())?.stations.push(station);
         }
         _ => return Err(words.wrong()),
@@ -183,13 +155,6 @@ impl<'a> Words<'a> {
     fn whole<T: std::str::FromStr>(&mut self) -> Result<T, String> {
         let word = self.word()?;
         word.parse::<T>().map_err(|_| self.wrong())
-    }
-    fn numbers(&mut self) -> Result<Vec<f64>, String> {
-        let mut numbers = Vec::new();
-        while self.more() {
-            numbers.push(self.number()?);
-        }
-        Ok(numbers)
     }
     fn interval(&mut self) -> Result<Interval, String> {
         let (lo, hi) = (self.number()?, self.number()?);

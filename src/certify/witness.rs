@@ -6,12 +6,13 @@
 //! is followed up to three cells before. Arcs that are too short by less than some four cells pass: this finds what was left
 //! out, it does not measure.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use super::cutter::{Part, Ring};
-use super::text::MovePart;
+use super::limits::{Basis, tool_of};
+use super::text::{Certificate, MovePart, Station};
 use crate::machine::{Job, StockShape, Tool};
-use crate::nc::{Move, MoveKind, Toolpath};
+use crate::nc::{Move, Toolpath};
 use crate::path::Vec3;
 
 /// Cell and step along the path, as shares of the diameter: a ring of 33 cells.
@@ -49,17 +50,17 @@ impl Field {
         if !one_frame || !at_home || job.stocks.is_empty() {
             return None;
         }
-        let extents = job.stocks.iter().map(|stock| match &stock.shape {
-            StockShape::Box(of) => Some([[of.min.x, of.max.x], [of.min.y, of.max.y]]),
-            StockShape::Cylinder { centre, diameter_mm, .. } => {
-                Some([0, 1].map(|k| [centre[k] - 0.5 * diameter_mm, centre[k] + 0.5 * diameter_mm]))
-            }
-            StockShape::Stl(_) | StockShape::Saved(_) => None,
-        });
-        let extents = extents.collect::<Option<Vec<_>>>()?;
-        let bound = |k: usize, end: usize, of: fn(f64, f64) -> f64| extents.iter().map(|e| e[k][end]).reduce(of);
-        let [low, high] =
-            [[bound(0, 0, f64::min)?, bound(1, 0, f64::min)?], [bound(0, 1, f64::max)?, bound(1, 1, f64::max)?]];
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for stock in &job.stocks {
+            let (from, to) = match &stock.shape {
+                StockShape::Box(of) => ([of.min.x, of.min.y], [of.max.x, of.max.y]),
+                StockShape::Cylinder { centre, diameter_mm, .. } => {
+                    (centre.map(|at| at - 0.5 * diameter_mm), centre.map(|at| at + 0.5 * diameter_mm))
+                }
+                StockShape::Stl(_) | StockShape::Saved(_) => return None,
+            };
+            (low, high) = ([0, 1].map(|k| low[k].min(from[k])), [0, 1].map(|k| high[k].max(to[k])));
+        }
         let least = job.tools.iter().map(|tool| tool.diameter_mm).fold(f64::INFINITY, f64::min);
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         let cell_mm = (CELL * least).max(FINEST_MM).max((area / MOST_CELLS).sqrt());
@@ -104,9 +105,8 @@ impl Field {
     }
 
     /// Cuts away what a tool clears that stands with its tip here.
-    fn stamp(&mut self, tip: Vec3, clears: &Clears) {
-        let reach = clears.reach_mm;
-        let per_square = clears.heights.len() as f64 / (reach * reach);
+    fn stamp(&mut self, tip: Vec3, reach: f64, clears: &[f64]) {
+        let per_square = clears.len() as f64 / (reach * reach);
         let span = |k: usize| {
             let low = (tip[k] - reach - self.first[k]) / self.cell_mm;
             let high = (tip[k] + reach - self.first[k]) / self.cell_mm;
@@ -116,7 +116,7 @@ impl Field {
             let y = self.first[1] + (j as f64 + 0.5) * self.cell_mm - tip.y;
             for i in span(0) {
                 let x = self.first[0] + (i as f64 + 0.5) * self.cell_mm - tip.x;
-                if let Some(z) = clears.heights.get(((x * x + y * y) * per_square) as usize) {
+                if let Some(z) = clears.get(((x * x + y * y) * per_square) as usize) {
                     let height = &mut self.heights[j * self.size[0] + i];
                     *height = height.min((tip.z + z) as f32);
                 }
@@ -126,37 +126,22 @@ impl Field {
 }
 
 /// What a tool clears: heights of its outline on rings of equal area, each at its outer edge, where it is the highest.
-struct Clears {
-    reach_mm: f64,
-    heights: Vec<f64>,
-}
-
-impl Clears {
-    fn of(tool: &Tool) -> Self {
-        let reach_mm = tool.profile.max_radius();
-        let at = |k: u32| tool.profile.height_at(reach_mm * (f64::from(k) / 128.0).sqrt().min(1.0));
-        Self { reach_mm, heights: (1..=128).map(|k| at(k).unwrap_or(f64::INFINITY)).collect() }
-    }
+fn clears(tool: &Tool) -> Vec<f64> {
+    let at = |k: u32| tool.profile.height_at(tool.profile.max_radius() * (f64::from(k) / 128.0).sqrt().min(1.0));
+    (1..=128).map(|k| at(k).unwrap_or(f64::INFINITY)).collect()
 }
 
 /// Follows the program; the line of the first move on which material is met outside of the arcs.
-pub fn look(
-    field: &mut Field,
-    toolpath: &Toolpath,
-    moves: &[MovePart],
-    tool_of: &dyn Fn(&Move) -> Option<Tool>,
-    parts: &dyn Fn(u32) -> Vec<Part>,
-) -> Option<u32> {
-    let mut now: Option<(u32, Eye)> = None;
-    for stated in moves {
-        let motion = &toolpath.moves[stated.index];
-        debug_assert_eq!(motion.kind, MoveKind::Feed);
-        if now.as_ref().is_none_or(|(number, _)| *number != motion.tool) {
-            let tool = tool_of(motion)?;
-            now = Some((motion.tool, Eye { clears: Clears::of(&tool), tool, parts: parts(motion.tool) }));
+pub fn look(field: &mut Field, basis: &Basis, certificate: &Certificate) -> Option<u32> {
+    let mut eye: Option<Eye> = None;
+    for stated in &certificate.moves {
+        let motion = &basis.toolpath.moves[stated.index];
+        if eye.as_ref().is_none_or(|eye| eye.number != motion.tool) {
+            let tool = tool_of(basis.job, motion)?;
+            let parts = certificate.parts_of(motion.tool);
+            eye = Some(Eye { number: motion.tool, clears: clears(tool), tool, parts });
         }
-        let (_, eye) = now.as_ref()?;
-        if eye.follow(field, motion, stated) {
+        if eye.as_ref()?.follow(field, motion, stated) {
             return Some(motion.line);
         }
     }
@@ -164,21 +149,23 @@ pub fn look(
 }
 
 /// A tool as this look sees it.
-struct Eye {
-    tool: Tool,
-    clears: Clears,
-    parts: Vec<Part>,
+struct Eye<'a> {
+    number: u32,
+    tool: &'a Tool,
+    clears: Vec<f64>,
+    parts: &'a [Part],
 }
 
-impl Eye {
+impl Eye<'_> {
     /// Cuts along a move; is anything met outside of its arcs?
     fn follow(&self, field: &mut Field, motion: &Move, stated: &MovePart) -> bool {
         let curve = motion.curve();
         let step = STEP * self.tool.diameter_mm;
         let (mut done, length) = (0.0, curve.length());
+        let reach = self.tool.profile.max_radius();
         let mut cut_to = |field: &mut Field, to: f64| {
             while done <= to {
-                field.stamp(curve.point(done), &self.clears);
+                field.stamp(curve.point(done), reach, &self.clears);
                 done += step;
             }
         };
@@ -190,12 +177,12 @@ impl Eye {
             }
         }
         cut_to(field, length);
-        field.stamp(curve.point(length), &self.clears);
+        field.stamp(curve.point(length), reach, &self.clears);
         false
     }
 
     /// Does material stand at a point of the outline that leads and lies on none of the arcs?
-    fn meets(&self, field: &Field, tip: Vec3, along: Vec3, station: &super::text::Station) -> bool {
+    fn meets(&self, field: &Field, tip: Vec3, along: Vec3, station: &Station) -> bool {
         let across = along.x.hypot(along.y);
         if across < LEADS {
             return false;
@@ -207,26 +194,19 @@ impl Eye {
                 if at >= 1.0 {
                     break;
                 }
-                let Some(ring) = Ring::of(&self.tool, &Part { segment, from: at - 1e-3, to: at + 1e-3 }) else {
+                let Some(ring) = Ring::of(self.tool, &Part { segment, from: at - 1e-3, to: at + 1e-3 }) else {
                     continue;
                 };
                 let short = SHORT_CELLS * field.cell_mm / ring.r.max(field.cell_mm);
-                let on = |arc: &&super::place::Arc| {
-                    self.parts.get(arc.ring).is_some_and(|p| {
-                        // A part ends where a level passes: up to two cells of it may lie on the other side.
-                        let slack = 2.0 * field.cell_mm / outline.length();
-                        p.segment == segment && p.from - slack <= at && at <= p.to + slack
-                    })
-                };
-                let arcs: Vec<_> = station.arcs.iter().filter(on).collect();
+                // A part ends where a level passes: up to two cells of it may lie on the other side.
+                let slack = 2.0 * field.cell_mm / outline.length();
+                let on = |p: &Part| p.segment == segment && p.from - slack <= at && at <= p.to + slack;
+                let arcs: Vec<_> = station.arcs.iter().filter(|arc| self.parts.get(arc.ring).is_some_and(on)).collect();
                 for k in 0..ON_TURN {
                     let phi = (k as f64 + 0.5) * PI / ON_TURN as f64;
                     let leads = across * ring.normal[0] * phi.sin() + along.z * ring.normal[1];
-                    let named = arcs.iter().any(|arc| {
-                        [-2.0 * PI, 0.0, 2.0 * PI]
-                            .iter()
-                            .any(|turn| (arc.entry - short..=arc.exit + short).contains(&(phi + turn)))
-                    });
+                    let named = |phi: f64| arcs.iter().any(|arc| arc.entry - short <= phi && phi <= arc.exit + short);
+                    let named = [-TAU, 0.0, TAU].into_iter().any(|turn| named(phi + turn));
                     if leads < LEADS || named {
                         continue;
                     }

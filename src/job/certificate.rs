@@ -13,12 +13,11 @@ use super::problem::engagement;
 use super::task::{JobError, Watch};
 use super::tighten::Breach;
 use super::written_engagement::WrittenEngagement;
-use crate::certify::check::{Basis, Refusal, Work, feed_moves, not_certified, stock_mm};
+use crate::certify::check::{Refusal, Work, feed_moves, not_certified};
 use crate::certify::cutter::Part;
-use crate::certify::interval::Interval;
 use crate::certify::place::{Arc, Place};
-use crate::certify::text::{MovePart, Station, sha256};
-use crate::certify::{Certificate, fingerprint};
+use crate::certify::text::{MovePart, Station};
+use crate::certify::{Basis, Certificate};
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind, Segment, Slice, Tool};
@@ -81,20 +80,17 @@ impl Making {
         }
         let Some((_, map)) = &self.seen else { unreachable!("it was just seen") };
         let mut certificate = Certificate {
-            program: sha256(bytes),
-            setup: fingerprint(&self.job),
             confidence: self.confidence,
-            stock_mm: stock_mm(&self.job),
             parts: parts(&known.written, map, &run.job),
             ..Certificate::default()
         };
         let work = Work::of(&certificate, &basis).map_err(refused)?;
-        let (limits, ellipsoids) = (work.limits(), work.ellipsoids());
+        let given = work.given(&basis);
         let feeds: Vec<(usize, &Move)> = feed_moves(&known.written).collect();
         let of_moves: Vec<(MovePart, Vec<(Breach, Refusal)>)> =
             feeds.par_iter().map(|own| of_move(&work, *own, map, known)).collect::<Result<_, _>>().map_err(refused)?;
         let (moves, breaches): (Vec<MovePart>, Vec<Vec<(Breach, Refusal)>>) = of_moves.into_iter().unzip();
-        (certificate.limits, certificate.ellipsoids, certificate.moves) = (limits, ellipsoids, moves);
+        (certificate.given, certificate.moves) = (given, moves);
         let mut breaches = breaches.into_iter().flatten().peekable();
         let refusal = breaches.peek().map(|(_, refusal)| refusal.clone());
         Ok(Made { text: write(&certificate), breaches: breaches.map(|(breach, _)| breach).collect(), refusal })
@@ -118,16 +114,11 @@ fn of_move(
             entry: f64::from(arc.entry_rad) - ROUNDED_RAD,
             exit: f64::from(arc.exit_rad) + ROUNDED_RAD,
         });
-        let mut stated = Station {
-            over_mm: [station.from_mm, station.to_mm],
-            depth: Interval::default(),
-            torque: Default::default(),
-            chip: Interval::default(),
-            arcs: arcs.collect(),
-        };
+        let mut stated =
+            Station { over_mm: [station.from_mm, station.to_mm], enclosures: Default::default(), arcs: arcs.collect() };
         if !stated.arcs.is_empty() {
             let place = work.place(own, &stated)?;
-            (stated.depth, stated.torque, stated.chip) = (place.depth, place.torque, place.chip);
+            stated.enclosures = place.enclosures();
             for (kind, bound, limit) in work.bounds(own, &place, feed_mm_s)? {
                 if bound > limit {
                     let cap_mm_s = Some(highest(work, own, &place, kind)?);

@@ -5,23 +5,11 @@ use std::fmt::Write;
 use crate::certify::Certificate;
 use crate::certify::cutter::Part;
 use crate::certify::place::Arc;
-use crate::certify::text::{HEAD, MovePart, Stated, Station, sha256};
+use crate::certify::text::{HEAD, MovePart, Station, sha256};
 
 /// The text of a certificate.
 pub fn write(of: &Certificate) -> String {
-    let mut text = format!("{HEAD}\nprogram {}\nsetup {}\nconfidence {:?}\nstock", of.program, of.setup, of.confidence);
-    of.stock_mm.iter().for_each(|mm| text += &format!(" {mm:?}"));
-    text.push('\n');
-    for (tool, kind, value) in &of.limits {
-        let _ = writeln!(text, "limit {tool} {kind} {value:?}");
-    }
-    for Stated { tool, rps, numbers } in &of.ellipsoids {
-        let _ = write!(text, "ellipsoid {tool} {rps:?}");
-        for number in numbers {
-            let _ = write!(text, " {number:?}");
-        }
-        text.push('\n');
-    }
+    let mut text = format!("{HEAD}\n{}\n", of.given.join("\n"));
     for (tool, parts) in &of.parts {
         for Part { segment, from, to } in parts {
             let _ = writeln!(text, "part {tool} {segment} {from:?} {to:?}");
@@ -41,7 +29,7 @@ pub fn write(of: &Certificate) -> String {
 fn write_station(text: &mut String, of: &Station) {
     let [from, to] = of.over_mm;
     let _ = write!(text, "station {from:?} {to:?}");
-    for bound in [of.depth, of.torque[0], of.torque[1], of.chip] {
+    for bound in of.enclosures {
         let _ = write!(text, " {:?} {:?}", bound.lo, bound.hi);
     }
     for Arc { ring, entry, exit } in &of.arcs {
