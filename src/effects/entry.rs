@@ -2,7 +2,7 @@
 //! since the tool met material as λ·dy/ds = −e·(y/e)^m from y = e: y = e·e^(−s/λ) at the order m = 1, e·(1 − (1 −
 //! m)s/λ)^(1/(1 − m)) below it, which comes to its end at s = λ/(1 − m).
 
-use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State, Way};
 
 /// `entry`.
 pub const EFFECT: Effect = Effect {
@@ -11,6 +11,7 @@ pub const EFFECT: Effect = Effect {
     acts: Acts::Load,
     covariates: &[Covariate::SinceEntry],
     family: &[Covariate::SinceEntry],
+    way: Way::Down,
     parameters: &[
         Parameter {
             name: "excess",

@@ -3,7 +3,7 @@
 //! ([`crate::machine::wear`]) that counts the way of its teeth, for an index whose fresh edge is 1; `learn` fits it with the power −1,
 //! under which a mm slid counts as a mm whatever the feed.
 
-use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State, Way};
 use crate::machine::wear::{COUNTED_AT_MM, Counted, WearRate};
 
 /// Its unit of length, mm.
@@ -16,6 +16,7 @@ pub const EFFECT: Effect = Effect {
     acts: Acts::Load,
     covariates: &[Covariate::Sliding, Covariate::Time, Covariate::Volume],
     family: &[Covariate::Sliding],
+    way: Way::Up,
     parameters: &[
         Parameter {
             name: "growth_per_100m",

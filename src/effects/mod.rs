@@ -480,6 +480,17 @@ pub enum Multiplies {
     Tare,
 }
 
+/// Which way a reading goes as a covariate grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Up alone.
+    Up,
+    /// Down alone.
+    Down,
+    /// Up, down, or both.
+    Either,
+}
+
 /// One named effect: everything that any room needs to know of it stands in its file.
 #[derive(Debug)]
 pub struct Effect {
@@ -495,6 +506,8 @@ pub struct Effect {
     pub multiplies: Multiplies,
     /// Covariates that belong to this effect alone: a curve over one of them is this effect in another form than its law.
     pub family: &'static [Covariate],
+    /// Which way the reading goes with those.
+    pub way: Way,
     /// Its parameters.
     pub parameters: &'static [Parameter],
     /// Sets of parameters that are fitted together, the other optional ones neutral; empty: every set of the optional ones.
@@ -524,6 +537,7 @@ const BARE: Effect = Effect {
     covariates: &[],
     multiplies: Multiplies::Load,
     family: &[],
+    way: Way::Either,
     parameters: &[],
     forms: &[],
     change: |_, _| Change::default(),

@@ -1,6 +1,6 @@
 //! Size effect: k_?c · (h/0.05 mm)^−m (Kienzle's exponent), h the chip thickness in every sector of the engaged arc.
 
-use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State, Way};
 
 /// `size-effect`.
 pub const EFFECT: Effect = Effect {
@@ -9,6 +9,7 @@ pub const EFFECT: Effect = Effect {
     acts: Acts::Load,
     covariates: &[Covariate::ChipThickness, Covariate::FeedPerTooth],
     family: &[Covariate::ChipThickness, Covariate::FeedPerTooth],
+    way: Way::Down,
     parameters: &[Parameter {
         name: "exponent",
         unit: "-",

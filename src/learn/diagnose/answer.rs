@@ -5,7 +5,7 @@ use crate::effects::unnamed::{CURVES, knots};
 use crate::effects::{Covariate, Multiplies, family_of, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::diagnose::criteria::{is_no_worse, is_structure, lowers_elsewhere, tells_apart};
+use crate::learn::diagnose::criteria::{goes, is_no_worse, is_structure, lowers_elsewhere, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::remove;
 use crate::learn::diagnose::residual::{Pattern, noise_floor, patterns};
@@ -175,6 +175,8 @@ fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
     let (factor, unit) = covariate.shown();
     let knots: Vec<[f64; 2]> = knots(&each.values).into_iter().map(|[at, f]| [at * factor, f]).collect();
     let beside = effects.iter().find(|other| !is_unnamed(other.effect) && other.effect.knows(covariate, multiplies));
+    let factors: Vec<f64> = knots.iter().map(|knot| knot[1]).collect();
+    let family = family_of(covariate, multiplies).filter(|effect| goes(effect.way, &factors));
     let what = if multiplies == Multiplies::Tare { "the tare" } else { "the load of the cut" };
     Unnamed {
         covariate: covariate.name().to_owned(),
@@ -182,7 +184,7 @@ fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
         multiplies: if multiplies == Multiplies::Tare { "tare" } else { "load" }.to_owned(),
         beside: beside.map(|other| other.effect.name.to_owned()),
         rivals: Vec::new(),
-        family: family_of(covariate, multiplies).filter(|_| beside.is_none()).map(|effect| effect.name.to_owned()),
+        family: family.filter(|_| beside.is_none()).map(|effect| effect.name.to_owned()),
         said: sentence(what, covariate.name(), unit, &knots),
         knots,
         added,
@@ -295,6 +297,7 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::unnamed::{BEYOND, KNOTS};
 
     #[test]
     fn a_curve_is_one_sentence_with_a_place_and_a_size() {
@@ -308,6 +311,30 @@ mod tests {
             load(&[[100.0, 1.0], [150.0, 1.1], [200.0, 1.3]]),
             "the load of the cut follows position z: at 200 mm it is 30 % higher than at 100 mm"
         );
+    }
+
+    #[test]
+    fn a_curve_bears_the_name_of_a_family_only_where_it_goes_its_way() {
+        let family = |name: &str, factors: [f64; 3]| {
+            let at = (0..KNOTS).map(|k| if k < 3 { k as f64 } else { BEYOND });
+            let factors = (0..KNOTS).map(|k| *factors.get(k).unwrap_or(&1.0));
+            let values: Vec<f64> = at.chain(factors).chain([1.0]).collect();
+            let each = FittedEffect { effect: named(name).unwrap(), free: vec![true; values.len()], values };
+            let added = Added {
+                name: name.into(),
+                parameters: Vec::new(),
+                p_value: 0.0,
+                test_rmse_before: 2.0,
+                test_rmse_after: 1.0,
+                evidence: String::new(),
+            };
+            said(added, &[each], 0).family
+        };
+        assert_eq!(family("unnamed-load-sliding-distance", [1.0, 1.1, 1.3]).as_deref(), Some("flank-wear"));
+        assert_eq!(family("unnamed-load-sliding-distance", [1.0, 1.3, 1.0]), None);
+        assert_eq!(family("unnamed-load-chip-thickness", [1.2, 1.1, 1.0]).as_deref(), Some("size-effect"));
+        assert_eq!(family("unnamed-load-chip-thickness", [1.0, 1.3, 1.0]), None);
+        assert_eq!(family("unnamed-load-up-share", [1.0, 1.3, 1.0]).as_deref(), Some("up-down-asymmetry"));
     }
 
     #[test]

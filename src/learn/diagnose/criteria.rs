@@ -4,6 +4,8 @@
 //! that the logs of `benches/confusion` (hidden effects, development seeds) are answered rightly, and are held by its
 //! matrix and the tests of learn.
 
+use crate::effects::Way;
+
 /// Least score of an effect in a log: twice the log-likelihood ratio less the charge k ln n of the Bayesian information
 /// criterion (Schwarz 1978). Kass and Raftery (1995) call 6 … 10 "strong"; where an instant or a place is searched for,
 /// its middle is asked for.
@@ -132,6 +134,20 @@ pub(in crate::learn) fn harms(ratio: f64, t: f64) -> bool {
 /// Does an effect raise the error over operations that were left out in turn? `drop`: by how much it falls.
 pub(in crate::learn) fn harms_elsewhere(drop: f64) -> bool {
     drop < 1.0 - HARM
+}
+
+/// Most that a curve may go back of what it goes forward, and still go one way. Judgement.
+const GOES_BACK: f64 = 0.25;
+
+/// Does a curve through these values go this way?
+pub(in crate::learn) fn goes(way: Way, values: &[f64]) -> bool {
+    let rises = |sign: f64| values.windows(2).map(|pair| (sign * (pair[1] - pair[0])).max(0.0)).sum::<f64>();
+    let (up, down) = (rises(1.0), rises(-1.0));
+    match way {
+        Way::Up => down <= GOES_BACK * up,
+        Way::Down => up <= GOES_BACK * down,
+        Way::Either => true,
+    }
 }
 
 /// Does it lower that error, so that a curve earns the name of a family?
@@ -283,6 +299,13 @@ mod tests {
         assert!(is_steady_within(0.04, 1.0) && !is_steady_within(0.06, 1.0));
         assert!(harms_elsewhere(-0.03) && !harms_elsewhere(-0.01));
         assert!(is_slower(0.59, 31.0) && !is_slower(0.61, 99.0) && !is_slower(0.1, 29.0));
+    }
+
+    #[test]
+    fn a_curve_goes_one_way_though_it_goes_back_a_little() {
+        assert!(goes(Way::Up, &[1.0, 1.2, 1.16, 1.3]) && !goes(Way::Up, &[1.0, 1.2, 1.1, 1.2]));
+        assert!(goes(Way::Down, &[1.3, 1.0]) && !goes(Way::Down, &[1.0, 1.3, 1.0]) && !goes(Way::Up, &[1.0, 1.3, 1.0]));
+        assert!(goes(Way::Either, &[1.0, 1.3, 1.0]));
     }
 
     #[test]
