@@ -13,7 +13,7 @@ use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
 use crate::learn::diagnose::unnamed::{Found, LAST_RANK, is_there_without_a_cut, is_unnamed, rank};
-use crate::learn::model::cross_validation::{improvement_by_case, t_statistic};
+use crate::learn::model::cross_validation::{certainty_of_gain, improvement_by_case, t_statistic};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::{Confounded, Rejected};
@@ -143,7 +143,11 @@ impl Diagnosis<'_> {
     fn takes_the_place(&self, rival: &Rival, shaped: &[f64], left: &[f64]) -> bool {
         let is_late = matches!(rival, Rival::Curve(found) if rank(found.covariate) == LAST_RANK);
         let t = t_statistic(&improvement_by_case(&self.train, shaped, left));
-        if is_late { follows_a_curve(self.drop_of(shaped, left), t) } else { is_clearly_better(t) }
+        if is_late {
+            follows_a_curve(self.drop_of(shaped, left), certainty_of_gain(&self.train, shaped, left))
+        } else {
+            is_clearly_better(t)
+        }
     }
 
     /// The model with the best rival, where that leaves clearly less than the name in any shape, and stands every test of

@@ -16,7 +16,7 @@ use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
 use crate::learn::diagnose::free_curve::{Curve, Follows, Residual};
 use crate::learn::diagnose::trial::{Trial, score_of};
-use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic};
+use crate::learn::model::cross_validation::{certainty_of_gain, held_out_residuals, improvement_by_case, t_statistic};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit, part};
 use rayon::prelude::*;
@@ -146,7 +146,7 @@ impl Diagnosis<'_> {
     pub(in crate::learn) fn with_unnamed(&mut self, present: &Fitted) -> Option<Fitted> {
         let before = held_out_residuals(&self.train, &present.model.effects, self.split);
         let clear = |found: &Found| {
-            let t = t_statistic(&improvement_by_case(&self.train, &before, &found.follows.left));
+            let t = certainty_of_gain(&self.train, &before, &found.follows.left);
             follows_a_curve(self.drop_of(&before, &found.follows.left), t)
         };
         let mut found = self.curves_beside(present, &before);
@@ -192,7 +192,7 @@ impl Diagnosis<'_> {
             return None;
         }
         let after = held_out_residuals(&self.train, &fitted.model.effects, self.split);
-        let t = t_statistic(&improvement_by_case(&self.train, before, &after));
+        let t = certainty_of_gain(&self.train, before, &after);
         let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
         let of_rest = self.share_of_excess(before, &after, before, NOISE_KNOWN_TO);
         let shows = lowers_held_out(self.drop_of(before, &after), t)

@@ -119,6 +119,38 @@ pub fn improvement_by_case(data: &Data, before: &[f64], after: &[f64]) -> Vec<f6
     known.map(|i| data.weight[i] * (before[i].powi(2) - after[i].powi(2))).collect()
 }
 
+/// Gain of a model over another on data left out, over its standard error. With δ = before − after, of what the two leave, the
+/// gain Σ w (before² − after²) is Σ w δ² + 2 Σ w δ·after: how far the two differ, and what the rest adds to that or takes
+/// away. The scatter of either, the gain or its second part, from case to case bounds the error. That of the gain counts it against
+/// what is there in a few blocks that it is not there in the others; that of the second part, that more is left which goes the same way.
+pub fn certainty_of_gain(data: &Data, before: &[f64], after: &[f64]) -> f64 {
+    let differs = |i: usize| data.weight[i] * (before[i] - after[i]);
+    let sums = |case: Vec<usize>| {
+        let certain: f64 = case.iter().map(|&i| differs(i) * (before[i] - after[i])).sum();
+        let rest: f64 = case.iter().map(|&i| 2.0 * differs(i) * after[i]).sum();
+        [certain + rest, rest]
+    };
+    let cases = cases(data, |i| before[i].is_finite() && after[i].is_finite());
+    let each: Vec<[f64; 2]> = cases.into_iter().map(sums).collect();
+    let n = each.len() as f64;
+    let gain: f64 = each.iter().map(|of| of[0]).sum();
+    let scatter = each.iter().map(|of| (of[0] - gain / n).powi(2)).sum::<f64>() * n / (n - 1.0).max(1.0);
+    let variance = scatter.min(each.iter().map(|of| of[1].powi(2)).sum());
+    if variance > 0.0 { gain / variance.sqrt() } else { 0.0 }
+}
+
+/// Blocks of a log, cuts of a table: the samples of each that count and are known.
+fn cases(data: &Data, known: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+    let used = data.used().filter(|i| known(*i));
+    if !data.is_series() {
+        return used.map(|i| vec![i]).collect();
+    }
+    let blocks = data.blocks();
+    let mut cases = vec![Vec::new(); blocks.len()];
+    used.for_each(|i| blocks.binary_search(&data.block[i]).into_iter().for_each(|b| cases[b].push(i)));
+    cases
+}
+
 /// Mean over its standard error.
 pub fn t_statistic(values: &[f64]) -> f64 {
     let n = values.len() as f64;
@@ -128,4 +160,58 @@ pub fn t_statistic(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
     if variance > 0.0 { mean / (variance / n).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 24 blocks of 40 samples that follow each other, in time.
+    fn data() -> Data {
+        let n = 960;
+        Data {
+            reading: vec![0.0; n],
+            weight: vec![1.0; n],
+            block: (0..n).map(|i| i / 40).collect(),
+            span_s: vec![1.0; n],
+            run: vec![0; n],
+            ..Data::default()
+        }
+    }
+
+    /// Scatter of about ±1 without a pattern.
+    fn wobble(i: usize) -> f64 {
+        ((i * 7919) % 101) as f64 / 50.0 - 1.0
+    }
+
+    /// (t, certainty) of what is gained where a model leaves `before(block)` and another `after(block)`, beside the scatter.
+    fn gained(before: impl Fn(usize) -> f64, after: impl Fn(usize) -> f64) -> (f64, f64) {
+        let data = data();
+        let left = |of: &dyn Fn(usize) -> f64| (0..960).map(|i| of(i / 40) + wobble(i)).collect::<Vec<f64>>();
+        let (before, after) = (left(&before), left(&after));
+        (t_statistic(&improvement_by_case(&data, &before, &after)), certainty_of_gain(&data, &before, &after))
+    }
+
+    #[test]
+    fn what_only_few_blocks_show_is_as_certain_as_the_rest_is_small() {
+        let few = |block: usize| if block < 3 { 2.0 } else { 0.0 };
+        let (t, certainty) = gained(few, |_| 0.0);
+        assert!(t < 2.0 && certainty > 5.0, "{t} {certainty}");
+        // The other way round it is as certain a loss.
+        assert!(gained(|_| 0.0, few).1 < -1.0);
+    }
+
+    #[test]
+    fn what_is_gained_in_every_block_is_certain_however_much_is_left() {
+        let (t, certainty) = gained(|block| 2.0 + (block % 2) as f64, |block| 1.0 + 0.5 * (block % 2) as f64);
+        assert!(t > 4.0 && certainty >= t, "{t} {certainty}");
+    }
+
+    #[test]
+    fn what_is_gained_here_and_lost_there_is_not_certain() {
+        let off = |block: usize| if block.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let (_, certainty) = gained(|block| if block == 7 { 1.2 } else { 0.0 }, |block| 0.3 * off(block));
+        assert!(certainty < 2.0, "{certainty}");
+        assert_eq!(gained(|_| 0.0, |_| 0.0).1, 0.0);
+    }
 }
