@@ -6,45 +6,76 @@
 //! nothing of explains more than the effect does in any shape, the effect only stands in for what is not in the list.
 
 use crate::effects::unnamed::{BEYOND, CURVES, KNOTS};
-use crate::effects::{Covariate, Effect, Multiplies};
+use crate::effects::{Covariate, Effect, Multiplies, Way};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::{
-    ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, follows_a_curve, is_clearly_better, lowers_held_out,
-    takes_enough,
+    ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, follows_a_curve, goes, is_clearly_better, lowers_held_out,
+    takes_as_much, takes_enough,
 };
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
 use crate::learn::diagnose::free_curve::{Curve, Follows, Residual};
 use crate::learn::diagnose::trial::{Trial, score_of};
 use crate::learn::model::cross_validation::{certainty_of_gain, held_out_residuals, improvement_by_case, t_statistic};
-use crate::learn::model::design::FittedEffect;
+use crate::learn::model::design::{Acting, FittedEffect, acting, changed_columns};
 use crate::learn::model::fit::{Fitted, fit, part};
 use rayon::prelude::*;
 
 /// Curves whose fit is judged on data left out, best first.
-const JUDGED: usize = 3;
+const JUDGED: usize = 4;
 
 /// Curves that are fitted together with the model before the best of them is sought, best first.
 const FITTED: usize = 6;
 
+/// Most times that a curve is found anew in what the coefficients leave without bending towards it.
+const REFINED: usize = 3;
+
 /// A curve that a residual follows.
+#[derive(Clone)]
 pub(in crate::learn) struct Found {
     pub(in crate::learn) covariate: Covariate,
     pub(in crate::learn) effect: &'static Effect,
     pub(in crate::learn) follows: Follows,
 }
 
+/// What curves are chosen by.
+struct Standing<'a> {
+    rank: usize,
+    parts: usize,
+    /// On data left out.
+    left: &'a [f64],
+}
+
+impl<'a> Standing<'a> {
+    fn of(found: &Found, left: &'a [f64]) -> Self {
+        Self { rank: rank_of_curve(found.effect, found.covariate), parts: found.follows.curve.knots.len(), left }
+    }
+}
+
 /// Rank of what only grows while the program runs.
 pub(in crate::learn) const LAST_RANK: usize = 2;
 
-/// What is preferred where a residual follows several covariates as well: a quantity of the process, then a place, then
-/// anything that only grows while the program runs.
+/// What is preferred where a residual follows several covariates as well: a quantity of the process, then a place or the feed (which a
+/// cut knows as chips alone), then anything that only grows while the program runs.
 pub(in crate::learn) fn rank(covariate: Covariate) -> usize {
     match covariate {
-        Covariate::X | Covariate::Y => 1,
+        Covariate::X | Covariate::Y | Covariate::PathSpeed => 1,
         Covariate::Sliding | Covariate::Volume | Covariate::Time => LAST_RANK,
         _ => 0,
     }
+}
+
+/// The same of a curve: what a spindle takes without a cut hardly knows where the tool is, or whither it goes.
+fn rank_of_curve(effect: &Effect, covariate: Covariate) -> usize {
+    let is_place = matches!(covariate, Covariate::Z | Covariate::Heading | Covariate::Slope);
+    rank(covariate).max(usize::from(is_place && effect.multiplies == Multiplies::Tare))
+}
+
+/// Wear only grows. A curve over the way of the teeth or the volume that comes down again stands for something that happened while
+/// they grew: that is said of the time.
+fn may_go(covariate: Covariate, curve: &Curve) -> bool {
+    let shares: Vec<f64> = curve.knots.iter().map(|knot| knot[1]).collect();
+    !matches!(covariate, Covariate::Sliding | Covariate::Volume) || goes(Way::Up, &shares)
 }
 
 /// Can what a spindle takes while nothing is cut follow it? A tare that follows depth, immersion, chip or the way since entry
@@ -74,6 +105,9 @@ impl Diagnosis<'_> {
             let load = if effect.multiplies == Multiplies::Tare { &tare } else { &cut };
             let values: Vec<f64> = data.state.iter().map(|state| covariate.of(state)).collect();
             let follows = Residual { data, split: self.split, left, load }.follows(&values)?;
+            if !may_go(*covariate, &follows.curve) {
+                return None;
+            }
             Some(Found { covariate: *covariate, effect, follows })
         });
         let mut found: Vec<Found> = found.collect();
@@ -93,6 +127,31 @@ impl Diagnosis<'_> {
         found.iter_mut().take(FITTED).for_each(|each| self.fit_together(present, each));
         found.sort_by(|a, b| a.follows.squares.total_cmp(&b.follows.squares));
         found
+    }
+
+    /// Curves that are found anew in what is left when the base coefficients do not bend towards them.
+    fn free_of_base(&self, present: &Fitted, left: &[f64], found: &mut [Found]) {
+        let data = &self.train;
+        let (cut, tare) = (self.cut(present), part(data, present, &[Class::Tare]));
+        let acting: Vec<Acting> = present.model.effects.iter().map(|each| acting(each, data)).collect();
+        let columns = changed_columns(data, &acting.iter().collect::<Vec<_>>());
+        found.par_iter_mut().for_each(|each| {
+            let load = if each.effect.multiplies == Multiplies::Tare { &tare } else { &cut };
+            let values: Vec<f64> = data.state.iter().map(|state| each.covariate.of(state)).collect();
+            for _ in 0..REFINED {
+                let freed =
+                    Residual { data, split: self.split, left, load }.freed(&each.follows.curve, &values, &columns);
+                let again =
+                    freed.and_then(|left| Residual { data, split: self.split, left: &left, load }.follows(&values));
+                match again {
+                    Some(again) if again.squares < each.follows.squares && may_go(each.covariate, &again.curve) => {
+                        each.follows = again;
+                    }
+                    _ => break,
+                }
+            }
+        });
+        found.sort_by(|a, b| a.follows.squares.total_cmp(&b.follows.squares));
     }
 
     /// Fits a curve together with the model.
@@ -131,10 +190,11 @@ impl Diagnosis<'_> {
         // In a table nothing is read without a cut: there a curve of the tare may be a step on the way to the name.
         let is_series = self.data.is_series();
         let may_follow = |covariate, part| !is_series || part == Multiplies::Load || is_there_without_a_cut(covariate);
-        // The coefficients of a few dozen cuts bend far towards what a curve would show, so there it is fitted with them. In logs,
-        // curves fitted with the model took the place of laws that were right (a chipped edge, a cutting speed).
+        // The coefficients bend towards what a curve would show, those of a few dozen cuts far.
         let mut found = if is_series {
-            self.curves(present, left, may_follow)
+            let mut found = self.curves(present, left, may_follow);
+            self.free_of_base(present, left, &mut found);
+            found
         } else {
             self.fitted_curves(present, left, may_follow)
         };
@@ -152,12 +212,7 @@ impl Diagnosis<'_> {
         let mut found = self.curves_beside(present, &before);
         found.retain(clear);
         self.tried += found.len();
-        let least = &found.first()?.follows.left.clone();
-        // Of those that no other is clearly ahead of, what says most about the process comes first.
-        let as_good = |each: &Found| !self.is_better(&each.follows.left, least);
-        found.sort_by_key(|each| if as_good(each) { rank(each.covariate) } else { usize::MAX });
-        let judged = found.iter().take(JUDGED).find_map(|each| self.judged_curve(present, &before, each));
-        let (trial, after) = judged?;
+        let (trial, after) = self.best_curve(present, &before, &found)?;
         let share = self.share_of_excess(&before, &after, &before, LEAST_EXCESS);
         let text = format!(
             "no effect of the list explains it; the curve takes away {:.0} % of what is left beyond the noise",
@@ -167,6 +222,35 @@ impl Diagnosis<'_> {
         let p = self.p_of_the_search(&trial);
         self.evidence.push((trial.effect.name, text, p, errors.map(|e| e.rmse)));
         Some(trial.fitted)
+    }
+
+    /// The best of curves, least squares first, fitted together with the model, and what both leave on data left out.
+    fn best_curve(&self, present: &Fitted, before: &[f64], found: &[Found]) -> Option<(Trial, Vec<f64>)> {
+        let alone: Vec<Standing> = found.iter().map(|each| Standing::of(each, &each.follows.left)).collect();
+        let mut order: Vec<usize> = (1..found.len()).collect();
+        order.sort_by_cached_key(|k| self.preference(before, &alone[0], &alone[*k]));
+        let chosen = (0..found.len().min(1)).chain(order).take(JUDGED).map(|k| &found[k]);
+        let mut judged: Vec<(&Found, (Trial, Vec<f64>))> =
+            chosen.filter_map(|each| Some((each, self.judged_curve(present, before, each)?))).collect();
+        judged.sort_by(|(_, a), (_, b)| self.drop_of(before, &b.1).total_cmp(&self.drop_of(before, &a.1)));
+        let together: Vec<Standing> = judged.iter().map(|(each, (_, left))| Standing::of(each, left)).collect();
+        let best = (0..judged.len()).min_by_key(|k| self.preference(before, &together[0], &together[*k]))?;
+        Some(judged.swap_remove(best).1)
+    }
+
+    /// Of curves that none is clearly ahead of, or that take nearly as much with fewer parts, what says most about the process
+    /// comes first, and then what has fewest parts: its rank and its parts. What only grows while the program runs is ahead where it
+    /// shows as much more as a curve of its own has to.
+    fn preference(&self, before: &[f64], least: &Standing, each: &Standing) -> (usize, usize) {
+        let share = self.drop_of(before, each.left) / self.drop_of(before, least.left).max(1e-12);
+        let is_simpler = each.parts < least.parts && takes_as_much(share);
+        let is_behind = if least.rank >= LAST_RANK && each.rank < LAST_RANK {
+            let certainty = certainty_of_gain(&self.train, each.left, least.left);
+            follows_a_curve(self.drop_of(each.left, least.left), certainty)
+        } else {
+            self.is_better(each.left, least.left)
+        };
+        if is_simpler || !is_behind { (each.rank, each.parts) } else { (usize::MAX, 0) }
     }
 
     /// The curve fitted together with the model, and what both leave on data left out; `None` where that is not less.
@@ -233,7 +317,10 @@ mod tests {
     use super::*;
     use crate::effects::State;
     use crate::learn::dataset::samples::{Base, UNBOUNDED};
+    use crate::learn::diagnose::diagnosis::Options;
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::learn::model::cross_validation::Split;
+    use crate::machine::wear::Lengths;
     use crate::path::Vec3;
 
     #[test]
@@ -314,6 +401,56 @@ mod tests {
             kind: vec![0; n],
             ..Data::default()
         }
+    }
+
+    /// Names of the curves that are found where the share of block b that is missing is `share(b)`.
+    fn found(share: impl Fn(usize) -> f64, state: impl Fn(usize) -> State) -> Vec<&'static str> {
+        let data = made(|i| share(i / EACH), 1.0, state);
+        let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
+        let mut diagnosis = begun(&data, &split, &options, 1.0);
+        let plain = fit(&data, &[], 0).unwrap();
+        let found = diagnosis.with_unnamed(&plain);
+        found.iter().flat_map(|found| &found.model.effects).map(|each| each.effect.name).collect()
+    }
+
+    /// A sample of a tool that has slid as far as the log is long.
+    fn worn(i: usize) -> State {
+        State { time_s: i as f64, slid: Lengths::at_reference(i as f64), ..State::default() }
+    }
+
+    #[test]
+    fn what_comes_and_goes_while_the_log_runs_is_said_of_the_time() {
+        let window = |block: usize| if (9..15).contains(&block) { 0.2 } else { 0.0 };
+        assert_eq!(found(window, worn), ["unnamed-load-time"]);
+        assert_eq!(found(|_| 0.0, worn), [""; 0]);
+        let up = Curve { knots: vec![[0.0, 0.0], [1.0, 0.2]], weight: vec![1.0; 2], in_steps: true };
+        let back = Curve { knots: vec![[0.0, 0.0], [1.0, 0.2], [2.0, 0.0]], weight: vec![1.0; 3], in_steps: true };
+        assert!(
+            may_go(Covariate::Sliding, &up) && !may_go(Covariate::Sliding, &back) && may_go(Covariate::Time, &back)
+        );
+    }
+
+    #[test]
+    fn of_curves_that_take_nearly_as_much_the_simpler_one_is_said_and_time_comes_last() {
+        let data = made(|_| 0.0, 1.0, worn);
+        let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
+        let diagnosis = begun(&data, &split, &options, 1.0);
+        let wobble = |i: usize| ((i * 7919) % 101) as f64 / 50.0 - 1.0;
+        let left = |off: f64| (0..data.len()).map(|i| off + wobble(i)).collect::<Vec<f64>>();
+        let [before, least, more, much] = [10.0, 1.0, 1.5, 4.0].map(left);
+        let key = |of: (usize, usize, &[f64]), than: (usize, usize, &[f64])| {
+            let standing = |(rank, parts, left)| Standing { rank, parts, left };
+            diagnosis.preference(&before, &standing(than), &standing(of))
+        };
+        assert_eq!(key((0, 2, &more), (0, 6, &least)), (0, 2));
+        assert_eq!(key((0, 6, &more), (0, 6, &least)), (usize::MAX, 0));
+        assert_eq!(key((0, 2, &much), (0, 6, &least)), (usize::MAX, 0));
+        // By half a percent, however clearly, time is not ahead of a quantity of the process.
+        let nearly = left(1.004);
+        assert_eq!(key((0, 6, &nearly), (LAST_RANK, 2, &least)), (0, 6));
+        assert_eq!(key((0, 6, &nearly), (0, 2, &least)), (usize::MAX, 0));
+        let [z, time] = ["unnamed-tare-z", "unnamed-load-time"].map(|name| crate::effects::named(name).unwrap());
+        assert!(rank_of_curve(z, Covariate::Z) == 1 && rank_of_curve(time, Covariate::Time) == LAST_RANK);
     }
 
     #[test]
