@@ -8,10 +8,10 @@
 //!    the folds by more than one standard error over the blocks, beside the effects before it in any shape, no curve along
 //!    something that it knows nothing of does better, and it does no harm on kinds of cuts it was not fitted on.
 //! 4. When none is found alone, pairs are tried: one may hide the other from the fit.
-//! 5. Where no effect of the list is left to add, the curve over a covariate that lowers the held-out error most is added
-//!    without a name ([`super::unnamed`]), and the list is gone through again beside it.
-//! 6. Each effect must still pay beside the others, and no other must do better in its place: what clearly does takes it,
-//!    and the search goes on from there; what does as well is said beside the name ([`super::contest`]). What remains
+//! 5. Each effect must still pay beside the others, and no other must do better in its place: what clearly does takes it,
+//!    and the search goes on from there; what does as well is said beside the name ([`super::contest`]).
+//! 6. Where no effect of the list is left to add, the curve over a covariate that lowers the held-out error most is added
+//!    without a name ([`super::unnamed`]), the list is gone through again beside it, and so is 5. What remains
 //!    after that is reported beside what was found; it takes nothing back.
 //! 7. Base terms that a table does not tell are left out where it is predicted better without ([`super::terms`]).
 
@@ -89,46 +89,61 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
 }
 
 impl Diagnosis<'_> {
-    /// The model at the end of the search, and what its names cannot be told from.
+    /// The model at the end of the search, and what its names cannot be told from. Names are contested before curves are added: a
+    /// curve beside a name that is wrong would make up for what the name lacks.
     fn found(&mut self, begin: &Fitted) -> (Fitted, Vec<Confounded>) {
         let mut confounded: Vec<Confounded> = Vec::new();
-        let added = self.add_effects(begin, true, &mut confounded);
+        let named = self.add_names(begin, true, &mut confounded);
+        let (mut found, mut in_doubt) = self.settled(named, &mut confounded);
+        if let Some(more) = self.add_curves(&found, &mut confounded) {
+            (found, in_doubt) = self.settled(more, &mut confounded);
+        }
+        confounded.extend(in_doubt);
+        (found, confounded)
+    }
+
+    /// A model in which every effect still pays and every name holds its place, and what those cannot be told from.
+    fn settled(&mut self, added: Fitted, confounded: &mut Vec<Confounded>) -> (Fitted, Vec<Confounded>) {
         let mut found = self.prune(added);
         for round in 0.. {
             match self.contested(&found, round < EXCHANGES) {
-                Outcome::Holds(in_doubt) => {
-                    confounded.extend(in_doubt);
-                    break;
-                }
+                Outcome::Holds(in_doubt) => return (found, in_doubt),
                 Outcome::Exchanged(exchanged) => {
-                    let added = self.add_effects(&exchanged, false, &mut confounded);
+                    let named = self.add_names(&exchanged, false, confounded);
+                    let added = self.add_curves(&named, confounded).unwrap_or(named);
                     found = self.prune(added);
                 }
             }
         }
-        (found, confounded)
+        (found, Vec::new())
     }
 
-    fn add_effects(&mut self, base: &Fitted, is_first: bool, confounded: &mut Vec<Confounded>) -> Fitted {
+    /// The model with all the effects of the list that data show, one after the other.
+    fn add_names(&mut self, base: &Fitted, is_first: bool, confounded: &mut Vec<Confounded>) -> Fitted {
         let mut found = base.clone();
-        let is_named = |each: &&FittedEffect| !is_unnamed(each.effect);
-        let mut note = is_first;
+        let mut is_first = is_first;
         loop {
-            let named = found.model.effects.iter().filter(is_named).count();
-            let curves = found.model.effects.len() - named;
-            let next = if named < self.options.max_effects { self.next_named(&found, note, confounded) } else { None };
-            let may_be_pair = std::mem::replace(&mut note, false);
-            if let Some(next) = next {
-                found = next;
-                continue;
+            let named = found.model.effects.iter().filter(|each| !is_unnamed(each.effect)).count();
+            let next =
+                if named < self.options.max_effects { self.next_named(&found, is_first, confounded) } else { None };
+            let pair = if next.is_none() && is_first { self.pair(base) } else { None };
+            is_first = false;
+            match next.or(pair) {
+                Some(more) => found = more,
+                None => return found,
             }
-            if let Some(pair) = may_be_pair.then(|| self.pair(base)).flatten() {
-                found = pair;
-                continue;
-            }
-            let curve = if curves < MOST_CURVES { self.with_unnamed(&found) } else { None };
+        }
+    }
+
+    /// The model with curves without a name, and the list gone through again beside each; `None` where none is clear.
+    fn add_curves(&mut self, base: &Fitted, confounded: &mut Vec<Confounded>) -> Option<Fitted> {
+        let mut found = None;
+        loop {
+            let present = found.as_ref().unwrap_or(base);
+            let curves = present.model.effects.iter().filter(|each| is_unnamed(each.effect)).count();
+            let curve = if curves < MOST_CURVES { self.with_unnamed(present) } else { None };
             let Some(curve) = curve else { return found };
-            found = curve;
+            found = Some(self.add_names(&curve, false, confounded));
         }
     }
 
