@@ -19,36 +19,72 @@ fn cutter(tool: &Tool, slices: &[Slice]) -> Cutter {
     mills::cutter(tool, slices, ForceModel::LinearEdge(K), RPS)
 }
 
-/// Forces on the tool (x, y, z) and torque at rotation θ, by the definitions alone.
+/// Where an arc has a chip: c n_r sin φ + t_z n_z > 0.
+fn cutting(slice: &Slice, arc: &EngagedArc, c: f64, tangent_z: f64) -> Vec<[f64; 2]> {
+    let (entry, exit) = (arc.entry_rad as f64, arc.exit_rad as f64);
+    let (swing, base) = (c * slice.normal_r, tangent_z * slice.normal_z);
+    if base > swing.abs() {
+        return vec![[entry, exit]];
+    }
+    if swing <= 1e-12 || base < -swing {
+        return Vec::new();
+    }
+    let low = (-base / swing).asin();
+    let zone = |turn: i32| {
+        let shift = TAU * f64::from(turn);
+        [entry.max(low + shift), exit.min(PI - low + shift)]
+    };
+    (-2..3).map(zone).filter(|[from, to]| from < to).collect()
+}
+
+/// Forces on the tool (x, y, z) and torque at rotation θ, by the definitions alone: where a cylindrical side cuts, the
+/// edge on a ring lags evenly from its bottom to its top, and what of it is in the arc cuts (Gauss, four points);
+/// elsewhere it is at one angle.
 fn at_angle(tool: &Tool, slices: &[Slice], cut: &Cut, feed: f64, theta: f64) -> [f64; 4] {
+    const GAUSS: [[f64; 2]; 4] = [
+        [-0.861_136_311_594_053, 0.347_854_845_137_454],
+        [-0.339_981_043_584_856, 0.652_145_154_862_546],
+        [0.339_981_043_584_856, 0.652_145_154_862_546],
+        [0.861_136_311_594_053, 0.347_854_845_137_454],
+    ];
     let n = tool.flutes as usize;
     let c = (1.0 - cut.tangent_z * cut.tangent_z).sqrt();
+    let on_side = cut.arcs.iter().any(|arc| slices[arc.slice as usize].normal_r > 0.999);
     let mut sum = [0.0; 4];
     for arc in cut.arcs {
         let slice = &slices[arc.slice as usize];
-        let lag = slice.z_mm * tool.helix_rad.tan() / tool.radius_mm();
-        let mut position = 0.0;
-        for j in 0..n {
-            let before = if tool.pitch_rad.is_empty() { TAU / n as f64 } else { tool.pitch_rad[(j + n - 1) % n] };
-            if j > 0 {
-                position -= before;
+        let per_mm = tool.helix_rad.tan() / tool.radius_mm();
+        let (lag, width) = (slice.z_mm * per_mm, if on_side { (slice.dz_mm() * per_mm).abs() } else { 0.0 });
+        for [from, to] in cutting(slice, arc, c, cut.tangent_z) {
+            let mut position = 0.0;
+            for j in 0..n {
+                let before = if tool.pitch_rad.is_empty() { TAU / n as f64 } else { tool.pitch_rad[(j + n - 1) % n] };
+                if j > 0 {
+                    position -= before;
+                }
+                let middle = theta + position - lag;
+                let turns = ((middle + 0.5 * width - from) / TAU).floor();
+                for phi in [0.0, 1.0].map(|back| middle - (turns + back) * TAU) {
+                    let (low, high) = ((phi - 0.5 * width).max(from), (phi + 0.5 * width).min(to));
+                    if width == 0.0 && !(from..=to).contains(&phi) || width > 0.0 && low >= high {
+                        continue;
+                    }
+                    let share = if width > 0.0 { (high - low) / width } else { 1.0 };
+                    for [place, weight] in GAUSS {
+                        let phi = 0.5 * (low + high) + 0.5 * (high - low) * place;
+                        let (sin, cos) = phi.sin_cos();
+                        let h = feed / RPS * before / TAU * (c * sin * slice.normal_r + cut.tangent_z * slice.normal_z);
+                        let du = slice.edge_mm * share * 0.5 * weight;
+                        let forces = [K.k_tc * h + K.k_te, K.k_rc * h + K.k_re, K.k_ac * h + K.k_ae];
+                        let [t, r, a] = forces.map(|force| force * du);
+                        let (nr, nz) = (slice.normal_r, slice.normal_z);
+                        sum[0] += -t * cos - r * nr * sin + a * nz * sin;
+                        sum[1] += t * sin - r * nr * cos + a * nz * cos;
+                        sum[2] += -r * nz - a * nr;
+                        sum[3] += t * slice.radius_mm;
+                    }
+                }
             }
-            let phi = theta + position - lag;
-            let turns = ((phi - arc.entry_rad as f64) / TAU).floor();
-            let phi = phi - turns * TAU;
-            let (sin, cos) = phi.sin_cos();
-            let per_feed = c * sin * slice.normal_r + cut.tangent_z * slice.normal_z;
-            if phi > arc.exit_rad as f64 || per_feed <= 1e-12 {
-                continue;
-            }
-            let h = feed / RPS * before / TAU * per_feed;
-            let du = slice.edge_mm;
-            let (t, r, a) = ((K.k_tc * h + K.k_te) * du, (K.k_rc * h + K.k_re) * du, (K.k_ac * h + K.k_ae) * du);
-            let (nr, nz) = (slice.normal_r, slice.normal_z);
-            sum[0] += -t * cos - r * nr * sin + a * nz * sin;
-            sum[1] += t * sin - r * nr * cos + a * nz * cos;
-            sum[2] += -r * nz - a * nr;
-            sum[3] += t * slice.radius_mm;
         }
     }
     sum
@@ -127,9 +163,15 @@ fn means_and_peaks_agree_with_the_sum_over_angles() {
                     sum.mean[axis]
                 );
             }
+            // The grid of angles can only miss a peak; of torque and axial force ours may, by a sine's bend over 0.02
+            // rad.
+            let bend = 0.02f64.powi(2) / 8.0;
             let close = |ours: f64, theirs: f64, what: &str| {
-                // The grid of angles can only miss a peak, never find a higher one.
-                assert!(ours > theirs - 1e-6 * scale - 1e-6, "{name} feed {feed} {what}: {ours} below {theirs}");
+                let missed = if what == "xy" { 5e-6 } else { bend };
+                assert!(
+                    ours > theirs - missed * theirs.max(scale) - 1e-6,
+                    "{name} feed {feed} {what}: {ours} below {theirs}"
+                );
                 assert!(ours < theirs * 1.001 + 1e-6, "{name} feed {feed} {what}: {ours} above {theirs}");
             };
             close(loads.force_xy_peak_n, sum.xy_peak, "xy");

@@ -28,18 +28,23 @@ fn cut(arcs: &[EngagedArc]) -> Cut<'_> {
 }
 
 #[test]
-fn sampling_agrees_with_the_exact_spans() {
-    let (mut tool, slices) = flat(4, 30.0);
-    let arcs = side_arcs(&slices, 6.0, 1.7, PI);
-    let exact = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).loads(&cut(&arcs), 12.0);
-    tool.runout = Some(Runout { offset_mm: 1e-12, angle_rad: 0.3 });
-    let sampled = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).loads(&cut(&arcs), 12.0);
-    for axis in 0..3 {
-        assert!((exact.mean_force_n[axis] - sampled.mean_force_n[axis]).abs() < 1e-5 * exact.force_xy_peak_n);
+fn sampling_agrees_with_the_closed_forms() {
+    let entry_rad = 1.7;
+    for helix_deg in [0.0, 30.0] {
+        let (mut tool, slices) = flat(4, helix_deg);
+        let arcs = side_arcs(&slices, 6.0, entry_rad, PI);
+        let exact = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).loads(&cut(&arcs), 12.0);
+        tool.runout = Some(Runout { offset_mm: 1e-12, angle_rad: 0.3 });
+        let sampled = cutter(&tool, &slices, ForceModel::LinearEdge(K), RPS).loads(&cut(&arcs), 12.0);
+        for axis in 0..3 {
+            assert!((exact.mean_force_n[axis] - sampled.mean_force_n[axis]).abs() < 1e-5 * exact.force_xy_peak_n);
+        }
+        assert!((exact.power_w - sampled.power_w).abs() < 1e-4);
+        // Samples take the edge on a ring at one angle: of those that cut one may be too many, a ring's lag of the arc.
+        let lag_rad = slices[arcs[0].slice as usize].dz_mm() * tool.helix_rad.tan() / tool.radius_mm();
+        let ratio = sampled.force_xy_peak_n / exact.force_xy_peak_n;
+        assert!(ratio > 0.99 && ratio <= 1.0 + lag_rad / (PI - entry_rad) + 1e-9, "{helix_deg}: {ratio}");
     }
-    assert!((exact.power_w - sampled.power_w).abs() < 1e-4);
-    let ratio = sampled.force_xy_peak_n / exact.force_xy_peak_n;
-    assert!(ratio > 0.99 && ratio <= 1.0 + 1e-9, "{ratio}");
 }
 
 #[test]

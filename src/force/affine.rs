@@ -12,6 +12,10 @@ use super::loads::{Cap, Forces};
 use super::modifiers::Factors;
 use super::rings::{C, Sums};
 
+/// How much a peak between points may be above the highest of them in |F|²: h²/8 · 4 for a distance h of 0.02 rad, and
+/// five times that.
+const NEARLY: f64 = 1.001;
+
 /// A load that is affine in feed per tooth: `base + slope·f`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Affine {
@@ -42,6 +46,33 @@ impl Affine {
         let bound = limit.copysign(self.slope);
         Cap::Feed { feed_mm_s: (bound - self.base) / self.slope, per_unit: self.slope.abs().recip() }
     }
+}
+
+/// All forces at one angle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Point {
+    /// F_x + i F_y of the edges, and per feed per tooth.
+    pub edge: C,
+    pub cut: C,
+    pub axial: Affine,
+    /// N·mm.
+    pub torque: Affine,
+    /// Are the points before and after it as far away as each other, with no bend of the forces between them?
+    pub is_inner: bool,
+}
+
+/// Where between three points the largest of |F|² is, with E and B there, if it is near the middle one: the forces on
+/// the parabolas through the points, whose error is of third order in their distance.
+fn between(points: &[Point], sizes: [f64; 3], edge: f64) -> Option<(C, C)> {
+    let [before, here, after] = points else { return None };
+    let (rise, bend) = (0.5 * (sizes[2] - sizes[0]), sizes[0] + sizes[2] - 2.0 * sizes[1]);
+    if !here.is_inner || sizes[0] > sizes[1] || sizes[2] > sizes[1] || bend >= 0.0 {
+        return None;
+    }
+    let x = -rise / bend;
+    let on_parabola = |a: C, b: C, c: C| b + ((c - a) * 0.5 + (a + c - b * 2.0) * (0.5 * x)) * x;
+    let e = on_parabola(before.edge, here.edge, after.edge) * edge;
+    Some((e, on_parabola(before.cut, here.cut, after.cut)))
 }
 
 /// A stretch of rotation in which the same teeth cut.
@@ -136,7 +167,10 @@ fn dot(a: C, b: C) -> f64 {
 /// `factors.edge_worn()`, cutting forces by `factors.cutting`; a peak is taken at the feed plus `factors.peak_feed_mm`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Spans {
+    /// Stretches of straight edges.
     pub list: Vec<Span>,
+    /// Angles of helical ones, close enough for every peak.
+    pub points: Vec<Point>,
     /// Mean force along x, y, z.
     pub mean: [Affine; 3],
     /// Mean torque, N·mm.
@@ -153,13 +187,20 @@ impl Spans {
         let peak = f + factors.peak_feed_mm;
         Forces {
             xy_peak: self.peak_xy(peak * factors.cutting, factors.edge_worn()).0.sqrt(),
-            axial_peak: largest(self.list.iter().flat_map(|span| span.axial), peak, factors),
-            torque_peak: largest(self.list.iter().map(|span| span.torque), peak, factors),
+            axial_peak: largest(self.axial(), peak, factors),
+            torque_peak: largest(self.torques(), peak, factors),
             wall: largest(self.wall.iter().copied(), peak, factors),
             mean: self.mean.map(|component| component.under(factors).at(f)),
             torque: self.torque.under(factors).at(f),
             chip: self.chip * peak,
         }
+    }
+
+    fn axial(&self) -> impl Iterator<Item = Affine> {
+        self.list.iter().flat_map(|span| span.axial).chain(self.points.iter().map(|point| point.axial))
+    }
+    fn torques(&self) -> impl Iterator<Item = Affine> {
+        self.list.iter().map(|span| span.torque).chain(self.points.iter().map(|point| point.torque))
     }
 
     /// Cap on the mean force normal to the wall, per tooth.
@@ -172,7 +213,7 @@ impl Spans {
     }
     /// Cap on the peak axial force, per tooth.
     pub(super) fn cap_axial(&self, limit_n: f64, factors: &Factors) -> Cap {
-        least(self.list.iter().flat_map(|span| span.axial), limit_n, factors)
+        least(self.axial(), limit_n, factors)
     }
     /// Cap on the force at the moments that leave the wall, per tooth.
     pub(super) fn cap_wall(&self, limit_n: f64, factors: &Factors) -> Cap {
@@ -186,6 +227,24 @@ impl Spans {
     /// Largest |F_xy|² in a revolution at feed per tooth `f` and edge factor `edge`, with E and B at that angle.
     fn peak_xy(&self, f: f64, edge: f64) -> (f64, C, C) {
         let mut best = (0.0, C::default(), C::default());
+        let mut sizes = [0.0; 3];
+        for (k, point) in self.points.iter().enumerate() {
+            let e = point.edge * edge;
+            let size = (e + point.cut * f).norm_sqr();
+            if size > best.0 {
+                best = (size, e, point.cut);
+            }
+            sizes = [sizes[1], sizes[2], size];
+            if k < 2 || sizes[1] * NEARLY < best.0 {
+                continue;
+            }
+            if let Some((e, b)) = between(&self.points[k - 2..=k], sizes, edge) {
+                let size = (e + b * f).norm_sqr();
+                if size > best.0 {
+                    best = (size, e, b);
+                }
+            }
+        }
         for span in &self.list {
             let e = span.edge * edge;
             for [b, _] in span.ends {
@@ -216,11 +275,14 @@ impl Spans {
 
     /// Cap on the peak |F_xy|, per tooth.
     pub(super) fn cap_xy(&self, limit_n: f64, factors: &Factors) -> Cap {
-        let edge = self.list.iter().map(|span| span.edge.norm_sqr()).fold(0.0, f64::max).sqrt() * factors.edge_worn();
+        let edges = self.list.iter().map(|span| span.edge).chain(self.points.iter().map(|point| point.edge));
+        let edge = edges.map(|edge| edge.norm_sqr()).fold(0.0, f64::max).sqrt() * factors.edge_worn();
         if edge > limit_n {
             return Cap::Unreachable;
         }
-        let steepest = self.list.iter().flat_map(|span| span.ends).map(|[b, _]| b.norm_sqr()).fold(0.0, f64::max);
+        let cuts = self.list.iter().flat_map(|span| span.ends).map(|[b, _]| b);
+        let cuts = cuts.chain(self.points.iter().map(|point| point.cut));
+        let steepest = cuts.map(|b| b.norm_sqr()).fold(0.0, f64::max);
         if steepest <= 0.0 {
             return Cap::Free;
         }

@@ -6,6 +6,7 @@
 
 use super::beam::Beam;
 use super::error::ForceError;
+use super::helix;
 use super::kinds::{Kind, before, kind_of, radii};
 use super::laws::{Conditions, Law};
 use super::line::{Engine, LoadLine, Station};
@@ -124,6 +125,9 @@ impl Cutter {
             removal_area_mm2: mean.removal_mm2,
             contact_mm2_per_rev: mean.contact_mm2 * self.rings.flutes(),
             engine: match &self.kind {
+                Kind::Exact if helix::is_spread(&self.rings, &pieces) => {
+                    Engine::Spans(helix::turn(&self.rings, &pieces, direction, &mean))
+                }
                 Kind::Exact => Engine::Spans(sweep(&self.rings, &pieces, direction, &mean)),
                 Kind::Sampled { law, bends } => {
                     let bends = bends.then_some(station.compliance[0]);

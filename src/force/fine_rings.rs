@@ -1,9 +1,10 @@
 //! Rings thin enough for a peak. In: the rings that engagement is worked out for, their tool. Out: thinner ones, and
 //! arcs on them.
 //!
-//! All of the edge on a ring enters the cut at one angle. Where helix and height of a ring make its edge lag by as much
-//! as a light cut is wide, the peak force jumps by a ring's share; rings that lag by less than [`FINEST_RAD`] keep that
-//! share small. What is engaged does not change within a ring of the side of a mill.
+//! Where forces are sampled through a turn (`scan.rs`: runout, laws that are not linear), all of the edge on a ring
+//! enters the cut at one angle. Where helix and height of a ring make its edge lag by as much as a light cut is wide,
+//! the peak force jumps by a ring's share; rings that lag by less than [`FINEST_RAD`] keep that share small. What is
+//! engaged does not change within a ring of the side of a mill.
 
 use crate::engage::EngagedArc;
 use crate::machine::{Slice, Tool};

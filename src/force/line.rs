@@ -1,9 +1,9 @@
 //! Loads of one station as functions of feed, whatever the model: a [`LoadLine`] answers for any feed and any limit.
 //!
-//! Engines: [`super::affine`] (linear edge model, exact), [`super::scan`] (any law of chip thickness, runout, deflection;
-//! sampled over a revolution) and [`super::summary`] (models of the resultant alone). Load effects of the process model
-//! multiply cutting and edge forces and the tare; where a factor depends on feed, caps come from the first crossing of the
-//! sampled load instead of a formula.
+//! Engines: [`super::affine`] (linear edge model, exact; its edges from [`super::helix`] or [`super::sweep`]),
+//! [`super::scan`] (any law of chip thickness, runout, deflection; sampled over a revolution) and [`super::summary`]
+//! (models of the resultant alone). Load effects of the process model multiply cutting and edge forces and the tare;
+//! where a factor depends on feed, caps come from the first crossing of the sampled load instead of a formula.
 
 use super::affine::Affine;
 use super::affine::Spans;

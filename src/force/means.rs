@@ -1,7 +1,7 @@
 //! Averages over a revolution. In: the rings and the pieces of them that cut. Out: mean forces, torque, removal, contact,
 //! and what describes the cut as a whole (depths, thickest chip, sense of milling).
 
-use super::affine::Affine;
+use super::affine::{Affine, Spans};
 use super::rings::{C, Rings};
 use super::zone::{Piece, floor};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -69,6 +69,12 @@ pub(super) struct Means {
 }
 
 impl Means {
+    /// Forces of which only the means are known.
+    pub(super) fn spans(&self) -> Spans {
+        let [x, y] = self.plane;
+        Spans { mean: [x, y, self.axial], torque: self.torque, chip: self.chip, ..Spans::default() }
+    }
+
     /// Chip thickness averaged over the contact, per feed per tooth.
     pub(super) fn chip_mm(&self) -> f64 {
         if self.contact_mm2 > 0.0 { self.removal_mm2 / self.contact_mm2 } else { 0.0 }

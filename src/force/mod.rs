@@ -14,6 +14,7 @@ pub mod contact;
 pub mod cutter;
 mod error;
 pub mod fine_rings;
+mod helix;
 mod kinds;
 mod laws;
 pub mod line;

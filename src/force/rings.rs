@@ -114,6 +114,8 @@ pub(super) struct ToothRing {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ring {
     pub lag_rad: f64,
+    /// How much more its top lags than its bottom, as a magnitude.
+    pub lag_width_rad: f64,
     pub radius_mm: f64,
     pub height_mm: f64,
     pub edge_mm: f64,
@@ -137,8 +139,10 @@ impl Ring {
     pub(super) fn new(slice: &Slice, k: &LinearEdge, tool: &Tool) -> Self {
         let (n_r, n_z, du) = (slice.normal_r, slice.normal_z, slice.edge_mm);
         let radius = tool.radius_mm();
+        let lag_rad = |height_mm: f64| if radius > 0.0 { height_mm * tool.helix_rad.tan() / radius } else { 0.0 };
         Self {
-            lag_rad: if radius > 0.0 { slice.z_mm * tool.helix_rad.tan() / radius } else { 0.0 },
+            lag_rad: lag_rad(slice.z_mm),
+            lag_width_rad: lag_rad(slice.dz_mm()).abs(),
             radius_mm: slice.radius_mm,
             height_mm: slice.z_mm,
             edge_mm: du,
@@ -151,6 +155,15 @@ impl Ring {
             tangential_c: k.k_tc * du,
             tangential_e: k.k_te * du,
         }
+    }
+
+    /// Is the next ring the same edge further up?
+    pub(super) fn continues_in(&self, next: &Self) -> bool {
+        let same = |a: f64, b: f64| (a - b).abs() <= 1e-9;
+        let alike =
+            Self { lag_rad: next.lag_rad, lag_width_rad: next.lag_width_rad, height_mm: next.height_mm, ..*self };
+        let meets = same((next.lag_rad - self.lag_rad).abs(), self.lag_width_rad);
+        alike == *next && same(next.lag_width_rad, self.lag_width_rad) && meets
     }
 
     /// All teeth on this ring, by [`Teeth::index`].

@@ -36,8 +36,7 @@ pub(super) fn sweep(rings: &Rings, pieces: &[Piece], direction: [f64; 2], mean: 
         from = (event.theta, event.turn);
     }
     push_spans(from, (end, C::from_polar(1.0, end)), &sums, direction, &mut spans);
-    let [x, y] = mean.plane;
-    Spans { list: spans, mean: [x, y, mean.axial], torque: mean.torque, wall, chip: mean.chip }
+    Spans { list: spans, wall, ..mean.spans() }
 }
 
 /// Normal force in the plane, F_y = Im(e^{−iθ} (E + f B)), at an event that leaves the wall.
