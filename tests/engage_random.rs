@@ -1,7 +1,8 @@
-//! Random programs against brute force: at the stations of feed moves the removal area, the area of their arcs and their
-//! angles, from what every earlier move swept ([`engage_common::brute`]). In: seeds. Out: how far the map is off.
+//! Random programs against brute force: at the stations of feed moves the removal area, the area of their arcs and
+//! what these lack, from what every earlier move swept ([`engage_common::brute`]). In: seeds. Out: how far the map is off.
 //!
-//! Promised at cells of 0.1 mm: angles to 0.01° (median), 0.75° (99 %) and 3° (worst); removal over a millimetre and more of
+//! Promised at cells of 0.1 mm: of what is in material anywhere along a station its arcs lack no more than 1.5 % of the largest removal area,
+//! and they remove at most 5 % of it (99 %; worst 35 %) more than the fullest place; removal over a millimetre and more of
 //! path to 0.3 % of the largest. Small programs have a note of how far they are off where they break a promise: a fault repaired
 //! is to lose its note.
 //!
@@ -11,7 +12,7 @@
 
 mod engage_common;
 use engage_common::brute::{Along, Ring, Scene, along};
-use engage_common::oracle::{Mill, integral, quantiles};
+use engage_common::oracle::{Mill, integral, quantiles, uncovered};
 use engage_common::random::{MAX, MILLS, MIN, Program, Step, program};
 use engage_common::ways::{Sweep, Way};
 use feedwright::engage::{EngagementMap, Station};
@@ -20,7 +21,7 @@ use feedwright::machine::Slice;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Removal area below which angles are not looked at, mm².
+/// Removal area below which it is not looked what arcs lack, mm².
 const LEAST_MM2: f64 = 1e-3;
 
 /// What was met before and at a move.
@@ -46,10 +47,8 @@ struct Compared {
     brute: Along,
     /// Removal area of its own arcs.
     of_arcs: f64,
-    /// Deviations of angles, where its engagement is steady.
-    angles: Vec<f64>,
-    /// Engaged rings with a different number of intervals.
-    odd: usize,
+    /// Removal area of what is in material at a place of it and in none of its arcs, mm².
+    missing: f64,
 }
 
 fn ring_of(slice: &Slice) -> Ring {
@@ -72,46 +71,30 @@ fn compare(map: &EngagementMap, program: &Program, sweeps: &[Sweep], index: usiz
             place.width(&ring_of(&slices[slice]), [FRAC_PI_2 - f64::from(exit), FRAC_PI_2 - f64::from(entry)])
         };
         let of_arcs = arcs.iter().map(|arc| of_arc(arc.slice.into(), arc.entry_rad, arc.exit_rad)).sum();
-        let steady = brute.most - brute.least < 1e-3 * brute.most && brute.most > LEAST_MM2;
-        let (angles, odd) = if steady { angles(map, slices, station, &scene, part) } else { (Vec::new(), 0) };
-        Compared { index, station: *station, brute, of_arcs, angles, odd }
+        let cuts = brute.most > LEAST_MM2;
+        let missing = if cuts { missing(map, slices, station, &scene, part) } else { 0.0 };
+        Compared { index, station: *station, brute, of_arcs, missing }
     };
     stations.iter().filter(|station| station.length_mm() > 1e-3).map(one).collect()
 }
 
-/// Deviations of the angles of a station in degrees, at the place of its piece where they fit best, and the number of rings
-/// whose arcs are not as many as expected.
-fn angles(
-    map: &EngagementMap,
-    slices: &[Slice],
-    station: &Station,
-    scene: &Scene,
-    part: [f64; 2],
-) -> (Vec<f64>, usize) {
+/// Removal area on the rings of a station that is met somewhere along it and is in none of its arcs, mm²: the most of five places.
+fn missing(map: &EngagementMap, slices: &[Slice], station: &Station, scene: &Scene, part: [f64; 2]) -> f64 {
     let arcs = map.arcs_of(station);
     let mut used: Vec<u16> = arcs.iter().map(|arc| arc.slice).collect();
     used.dedup();
-    let at = |t: f64| {
-        let place = scene.place(part[0] + t * (part[1] - part[0]));
-        let (mut errors, mut odd) = (Vec::new(), 0);
-        for index in &used {
-            let expected = place.engaged(&ring_of(&slices[*index as usize]));
-            let found = arcs.iter().filter(|arc| arc.slice == *index);
-            let mut found: Vec<[f64; 2]> =
-                found.map(|arc| [arc.exit_rad, arc.entry_rad].map(|phi| FRAC_PI_2 - f64::from(phi))).collect();
-            found.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            if found.len() == expected.len() {
-                let both = found.iter().zip(&expected);
-                errors.extend(both.flat_map(|(f, e)| [0, 1].map(|k| (f[k] - e[k]).abs().to_degrees())));
-            } else {
-                odd += 1;
-            }
-        }
-        (errors, odd)
+    let lacking = |share: f64| {
+        let place = scene.place(part[0] + share * (part[1] - part[0]));
+        let of_ring = |index: &u16| {
+            let ring = ring_of(&slices[usize::from(*index)]);
+            let met = arcs.iter().filter(|arc| arc.slice == *index);
+            let met: Vec<[f64; 2]> =
+                met.map(|arc| [arc.exit_rad, arc.entry_rad].map(|phi| FRAC_PI_2 - f64::from(phi))).collect();
+            uncovered(&place.engaged(&ring), &met).into_iter().map(|open| place.width(&ring, open)).sum::<f64>()
+        };
+        used.iter().map(of_ring).sum::<f64>()
     };
-    let rank = |(errors, odd): &(Vec<f64>, usize)| *odd as f64 * 1e3 + errors.iter().sum::<f64>();
-    let tried = (0..5).map(|k| at(0.02 + 0.24 * f64::from(k)));
-    tried.min_by(|a, b| rank(a).total_cmp(&rank(b))).unwrap()
+    [0.01, 0.25, 0.5, 0.75, 0.99].map(lacking).into_iter().fold(0.0, f64::max)
 }
 
 /// How far the map of a program is off.
@@ -151,7 +134,7 @@ fn windows(compared: &[&Compared]) -> Vec<(usize, f64)> {
 
 fn show(of: &Compared, step: &Step) -> String {
     format!(
-        "{} move {}{} {:.4}..{:.4}: mean {:.4} (brute {:.4}), arcs {:.4} (brute {:.4}..{:.4}), angle off {:.3}°, {} odd",
+        "{} move {}{} {:.4}..{:.4}: mean {:.4} (brute {:.4}), arcs {:.4} (brute {:.4}..{:.4}), {:.4} missing",
         step.what,
         of.index,
         if of.station.flags.clear_air { " CLEAR" } else { "" },
@@ -162,8 +145,7 @@ fn show(of: &Compared, step: &Step) -> String {
         of.of_arcs,
         of.brute.least,
         of.brute.most,
-        of.angles.iter().copied().fold(0.0, f64::max),
-        of.odd
+        of.missing
     )
 }
 
@@ -223,7 +205,7 @@ fn of_last(sweeps: &[Sweep]) -> Scene<'_> {
 /// Distributions over the stations of some programs.
 #[derive(Default)]
 struct Found {
-    angles: Vec<f64>,
+    missing: Vec<f64>,
     windows: Vec<f64>,
     under: Vec<f64>,
     over: Vec<f64>,
@@ -241,18 +223,18 @@ impl Found {
             self.windows.push(off.abs() / largest);
         }
         for of in compared {
-            self.angles.extend_from_slice(&of.angles);
+            self.missing.push(of.missing / largest);
             self.under.push((of.brute.most - of.of_arcs).max(0.0) / largest);
             self.over.push((of.of_arcs - of.brute.most).max(0.0) / largest);
             let under = of.brute.most - of.of_arcs > SHOWN * largest;
-            if under || of.angles.iter().any(|angle| *angle > ANGLES[1]) {
+            if under || of.missing > MISSING * largest {
                 println!("    {name}: {}", show(of, &program.steps[of.index]));
             }
         }
     }
     fn print(&mut self) {
         let lists = [
-            ("angles °", &mut self.angles),
+            ("missing", &mut self.missing),
             ("removal", &mut self.windows),
             ("under", &mut self.under),
             ("over", &mut self.over),
@@ -266,10 +248,13 @@ impl Found {
     }
 }
 
-/// Promised: angles in degrees (median, 99 %, worst), removal over a millimetre as a part of the largest.
-const ANGLES: [f64; 3] = [0.01, 0.75, 3.0];
+/// Promised: removal area that the arcs of a station lack anywhere along it, and removal over a millimetre, as parts of the largest.
+const MISSING: f64 = 0.015;
 const WINDOW: f64 = 3e-3;
-/// How far the area of a station's arcs may be off in the small programs, as a part of the largest.
+/// By how much the area of a station's arcs, which are those of all its places, may be above that of its fullest place, as a part of the
+/// largest (99 %, worst).
+const OVER: [f64; 2] = [0.05, 0.35];
+/// How far that area may be below it, and off in the small programs, as a part of the largest.
 const PEAK: f64 = 1e-2;
 /// Missing part of a peak from which a station is shown.
 const SHOWN: f64 = 5e-3;
@@ -294,9 +279,11 @@ fn random_programs_keep_the_promises() {
         found.take(verdict, program, &format!("seed {seed}"));
     }
     found.print();
-    let [median, p99, worst] = quantiles(&mut found.angles);
-    assert!(median <= ANGLES[0] && p99 <= ANGLES[1] && worst <= ANGLES[2], "{median} {p99} {worst}");
     assert!(quantiles(&mut found.windows)[2] <= WINDOW);
+    let ([_, _, under], [_, _, missing]) = (quantiles(&mut found.under), quantiles(&mut found.missing));
+    assert!(under <= PEAK && missing <= MISSING, "{under} {missing}");
+    let [_, over, most] = quantiles(&mut found.over);
+    assert!(over <= OVER[0] && most <= OVER[1], "{over} {most}");
 }
 
 /// Programs that the test looks at: the first 38, none left out, and four further ones that it had before.
@@ -461,7 +448,8 @@ fn known() -> Vec<Known> {
             ],
             31.5,
             Peak,
-            Some(4.58),
+            // What is in material moves from one side of the rim to the other within 0.3 mm: the station has both.
+            Some(11.21),
         ),
     ]
 }

@@ -20,12 +20,11 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Programs of the ordinary run: the first so many, those noted, and one with a fin thinner than a cell.
+/// Programs of the ordinary run: the first so many, one with a fin thinner than a cell, and four whose path turns into a wall, where a
+/// sliver in material at 110° bears more than a wider arc further on (they were 3.6 to 9.2 % above their limit when a station had the arcs of one
+/// place).
 const ORDINARY: usize = 40;
-const WITH_A_FIN: usize = 322;
-/// Programs of the first 500 that are above their limit over [`EDGE_MM`], and by how much; one that is repaired is to lose its note. Where the
-/// path turns into a wall, a station takes the arcs of its place with the largest area; what it meets before that is less, but nearer to 90°.
-const NOTED: [(usize, f64); 4] = [(87, 1.044), (306, 1.041), (347, 1.092), (376, 1.036)];
+const FURTHER: [usize; 5] = [322, 87, 306, 347, 376];
 /// What the check of the written file may find above a limit.
 const MODEL: f64 = 1.01;
 /// The witness: its step along the path, mm, and parts of the leading half of the rim; and where that finds too much, closely.
@@ -412,7 +411,7 @@ fn number(name: &str) -> Option<usize> {
 fn no_written_file_exceeds_its_limits() {
     let begin = number("FEEDWRIGHT_SEED").unwrap_or(0);
     let mut seeds: Vec<usize> = (begin..begin + number("FEEDWRIGHT_LONG").unwrap_or(ORDINARY)).collect();
-    seeds.extend(NOTED.iter().map(|(seed, _)| *seed).chain([WITH_A_FIN]));
+    seeds.extend(FURTHER);
     seeds.sort_unstable();
     seeds.dedup();
     let count = seeds.len();
@@ -424,11 +423,7 @@ fn no_written_file_exceeds_its_limits() {
             match judged(&case) {
                 Ok(Some(ratios)) => {
                     let [once, held] = ratios.close.unwrap_or([ratios.coarse; 2]);
-                    let holds =
-                        NOTED.iter().find(|(noted, _)| *noted == seed).map_or(held <= FOUND, |(_, as_noted)| {
-                            held > FOUND && (held - as_noted).abs() < 0.5 * (as_noted - 1.0)
-                        });
-                    if ratios.check > MODEL || !holds {
+                    if ratios.check > MODEL || held > FOUND {
                         let Ratios { check, coarse, .. } = ratios;
                         faults.lock().unwrap().push(format!(
                             "{seed} ({}): check {check:.3}, witness {coarse:.3}, closely {once:.3}, over {EDGE_MM:.2} mm {held:.3}\n{}",

@@ -1,5 +1,6 @@
 //! What happens between two sampled points. In: the outcomes at both, the optional samples between them. Out: the volume
-//! removed, in stretches with and without engagement, and the most engaged point of each.
+//! removed, in stretches with and without engagement, and what is met on each: everything that is in material at any place of it that
+//! was looked at ([`super::union`]).
 //!
 //! Where both ends are engaged alike, nothing is looked at. Elsewhere the removal area is integrated by bisection over the
 //! optional samples, and between two of those (closer than the cells that nominate see) over positions whose candidates are
@@ -29,8 +30,8 @@ pub struct Stretch {
     pub to_mm: f64,
     /// Volume removed, mm³.
     pub volume_mm3: f64,
-    /// Its most engaged point; `None` where nothing is cut.
-    pub peak: Option<Outcome>,
+    /// What is met on it; `None` where nothing is cut.
+    pub met: Option<Outcome>,
 }
 
 /// The stretches between two samples, in order.
@@ -75,16 +76,16 @@ pub fn look<'b>(
         Node { index: ends[k], s_mm: work.place(ends[k]), area_mm2, met: k }
     });
     work.samples(a, b);
-    let Work { found, mut met, .. } = work;
+    let Work { found, met, .. } = work;
     let stretches: Between = found
         .into_iter()
-        .map(|OpenStretch { to_mm, volume_mm3, peak }| Stretch {
+        .map(|OpenStretch { to_mm, volume_mm3, places }| Stretch {
             to_mm,
             volume_mm3,
-            peak: peak.map(|node| std::mem::take(&mut met[node.met])),
+            met: Outcome::of_places(places.iter().map(|place| &met[*place])),
         })
         .collect();
-    stretches.iter().any(|stretch| stretch.peak.is_some()).then_some(stretches)
+    stretches.iter().any(|stretch| stretch.met.is_some()).then_some(stretches)
 }
 
 /// A point at which the removal area is known: `index` is the sample at it or before it, `met` says where its outcome is.
@@ -96,11 +97,11 @@ struct Node {
     met: usize,
 }
 
-/// A stretch in the making: its peak as a node. Those that cut are parted by those that do not, so no two have one peak.
+/// A stretch in the making: its places are those of the outcomes at its nodes; none where nothing is cut.
 struct OpenStretch {
     to_mm: f64,
     volume_mm3: f64,
-    peak: Option<Node>,
+    places: Vec<usize>,
 }
 
 struct Work<'a, 'b> {
@@ -183,16 +184,19 @@ impl Work<'_, '_> {
     fn leaf(&mut self, a: Node, b: Node, middle: Option<Node>) {
         let trapezoid = |a: Node, b: Node| 0.5 * (a.area_mm2 + b.area_mm2) * (b.s_mm - a.s_mm);
         let volume_mm3 = middle.map_or_else(|| trapezoid(a, b), |m| trapezoid(a, m) + trapezoid(m, b));
-        let more = |a: Node, b: Node| if a.area_mm2 > b.area_mm2 { a } else { b };
-        let most = middle.map_or_else(|| more(a, b), |m| more(more(a, m), b));
         let engaged = volume_mm3 > 0.0;
-        match self.found.last_mut() {
-            Some(last) if last.peak.is_some() == engaged => {
-                last.to_mm = b.s_mm;
-                last.volume_mm3 += volume_mm3;
-                last.peak = last.peak.map(|peak| more(peak, most));
+        let nodes = [Some(a), middle, Some(b)].into_iter().flatten().filter(|node| engaged && node.area_mm2 > 0.0);
+        if self.found.last().is_none_or(|last| last.places.is_empty() == engaged) {
+            self.found.push(OpenStretch { to_mm: a.s_mm, volume_mm3: 0.0, places: Vec::new() });
+        }
+        let Some(open) = self.found.last_mut() else { return };
+        open.to_mm = b.s_mm;
+        open.volume_mm3 += volume_mm3;
+        for node in nodes {
+            // Neighbouring leaves share a node.
+            if open.places.last() != Some(&node.met) {
+                open.places.push(node.met);
             }
-            _ => self.found.push(OpenStretch { to_mm: b.s_mm, volume_mm3, peak: engaged.then_some(most) }),
         }
     }
 }

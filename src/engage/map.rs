@@ -1,7 +1,7 @@
 //! What the engagement stage hands on.
 //!
 //! A *station* speaks for the piece `from_mm..to_mm` of its move; the stations of a feed move tile it in order. Its arcs
-//! are those met at a representative (the most engaged) point of that piece. Immersion angles follow DESIGN: φ from the
+//! are all that are in material at any place of that piece. Immersion angles follow DESIGN: φ from the
 //! +Y normal of the feed direction, clockwise seen from the spindle, feed along +X; up-milling begins at φ = 0, climb ends
 //! at φ = π. Under a vertical feed φ keeps the last horizontal direction.
 

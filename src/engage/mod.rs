@@ -8,7 +8,7 @@
 //! | the loop over the program, in batches of moves | [`simulate`], [`batch`], [`options`], [`workpiece`] |
 //! | which earlier moves may matter at a place | [`nominate`] |
 //! | exact geometry of one place: rings of the cutter, what is covered of each | [`cutter`], [`scene`], [`arcs`], `rings`, `cylinder`, `outline`, [`cover`], [`gaps`], `inside_stock` |
-//! | from place to place: where to look closer, what may be taken over | [`sample_view`], [`sample_outcome`], [`between_samples`], `block_ends` |
+//! | from place to place: where to look closer, what may be taken over | [`sample_view`], [`sample_outcome`], [`between_samples`], `block_ends`, `union` |
 //! | what is handed on | [`map`], [`stations`], [`final_surface`], [`hazards`] |
 //! | kept from an earlier simulation | [`reused_stations`], [`cache`], [`key`] |
 
@@ -36,6 +36,7 @@ pub mod sample_view;
 pub mod scene;
 pub mod simulate;
 pub mod stations;
+mod union;
 pub mod workpiece;
 
 pub use map::{EngagedArc, EngagementMap, Event, EventKind, Station, StationFlags};

@@ -1,9 +1,10 @@
-//! What is known of a sample: its arcs and what stands near it. In: arcs. Out: the same seen from another heading, and whether two
-//! samples meet the same.
+//! What is known of a sample: its arcs and what stands near it. In: arcs. Out: the same seen from another heading, what several
+//! samples meet together, and whether two meet the same.
 
 use super::arcs::area_of;
 use super::cutter::Cutter;
 use super::scene::{Cut, RawArc};
+use super::union::unite;
 
 /// Angle up to which an arc ends where the cutter leads no further, rad.
 const EDGE_RAD: f32 = 1e-4;
@@ -32,6 +33,21 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// What a stretch meets that has these places: all their arcs, the largest of their figures; `None` where none is engaged.
+    pub fn of_places<'a>(places: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
+        let mut engaged = places.into_iter().filter(|place| !place.arcs.is_empty());
+        let mut all = engaged.next()?.clone();
+        for place in engaged {
+            unite(&mut all.arcs, &place.arcs);
+            all.cut.area_mm2 = all.cut.area_mm2.max(place.cut.area_mm2);
+            all.cut.top_mm = all.cut.top_mm.max(place.cut.top_mm);
+            all.cut.rub_mm = all.cut.rub_mm.max(place.cut.rub_mm);
+            all.struck = [0, 1].map(|k| all.struck[k].max(place.struck[k]));
+            all.undercut |= place.undercut;
+        }
+        all.cut.arcs = all.arcs.len() as u32;
+        Some(all)
+    }
     /// The same engagement seen from another heading, `by_rad` further counter-clockwise: what is engaged stays in its place, as
     /// far as the cutter still leads there; where it reached as far as the cutter leads it does so again.
     fn turned(&self, by_rad: f64) -> Self {

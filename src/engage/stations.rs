@@ -1,8 +1,8 @@
 //! From samples to stations. In: the outcomes at the sampled points of each move, in order. Out: the stations of the
 //! [`EngagementMap`], their arcs, and the partial rings those arcs need.
 //!
-//! A piece between two samples takes the arcs of the more engaged one (by removal area) and the mean of both areas, or what
-//! was found between them; where nothing is cut on a part of it that part is a piece of its own. Neighbouring pieces with
+//! A piece between two samples takes the arcs of both ([`super::union`]) and the mean of their areas, or what was found between
+//! them; where nothing is cut on a part of it that part is a piece of its own. Neighbouring pieces with
 //! equal arcs become one station as long as both ends of each are engaged alike: entry and exit stay by themselves. A ring that a level cuts in two is entered into the tool's list
 //! of slices as a ring of its own, its bounds rounded to 1/256 of the whole.
 
@@ -12,6 +12,7 @@ use super::map::{EngagedArc, EngagementMap, Station, StationFlags};
 use super::sample_outcome::{Outcome, PARTS, same};
 use super::scene::RawArc;
 use crate::ids::MoveId;
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Builds the map station by station.
@@ -35,8 +36,8 @@ pub struct Point<'a> {
 
 /// A piece of a move before it becomes a station.
 struct Piece<'a> {
-    /// Its arcs and their removal area; `None` where nothing is cut.
-    lead: Option<&'a Outcome>,
+    /// What it meets; `None` where nothing is cut.
+    met: Option<Cow<'a, Outcome>>,
     to_mm: f64,
     volume_mm3: f64,
     clear: bool,
@@ -54,8 +55,8 @@ impl Builder {
                 Some((held, station)) if joins(held, &piece) => {
                     station.to_mm = piece.to_mm;
                     held.volume_mm3 += piece.volume_mm3;
-                    if area(piece.lead) > area(held.lead) {
-                        held.lead = piece.lead;
+                    if area(&piece) > area(held) {
+                        held.met = piece.met;
                     }
                 }
                 _ => {
@@ -108,7 +109,7 @@ impl Builder {
 
     fn close(&mut self, index: u16, cutter: &Cutter, (piece, mut station): (Piece, Station)) {
         station.first_arc = self.map.arcs.len() as u32;
-        if let Some(outcome) = piece.lead {
+        if let Some(outcome) = piece.met {
             station.arc_count = outcome.arcs.len() as u32;
             station.axial_depth_mm = outcome.cut.top_mm as f32;
             let length = station.length_mm();
@@ -143,19 +144,23 @@ impl Builder {
 /// The pieces between two points.
 fn pieces<'a>(a: &Point<'a>, b: &Point<'a>) -> impl Iterator<Item = Piece<'a>> + use<'a> {
     let clear = a.outcome.clear && b.outcome.clear;
-    let more = if a.outcome.cut.area_mm2 > b.outcome.cut.area_mm2 { a.outcome } else { b.outcome };
     let whole = b.before.is_none().then(|| {
-        let lead = (!more.arcs.is_empty()).then_some(more);
         let volume_mm3 = 0.5 * (a.outcome.cut.area_mm2 + b.outcome.cut.area_mm2) * (b.s_mm - a.s_mm);
         let steady = same(&a.outcome.arcs, &b.outcome.arcs);
-        Piece { lead, to_mm: b.s_mm, volume_mm3, clear: clear && lead.is_none(), steady }
+        let more = if a.outcome.cut.area_mm2 > b.outcome.cut.area_mm2 { a.outcome } else { b.outcome };
+        let met = if steady {
+            (!more.arcs.is_empty()).then_some(Cow::Borrowed(more))
+        } else {
+            Outcome::of_places([a.outcome, b.outcome]).map(Cow::Owned)
+        };
+        Piece { to_mm: b.s_mm, volume_mm3, clear: clear && met.is_none(), steady, met }
     });
     let stretch = move |stretch: &'a Stretch| Piece {
-        lead: stretch.peak.as_ref(),
+        met: stretch.met.as_ref().map(Cow::Borrowed),
         to_mm: stretch.to_mm,
         volume_mm3: stretch.volume_mm3,
-        clear: clear && stretch.peak.is_none(),
-        steady: stretch.peak.is_none(),
+        clear: clear && stretch.met.is_none(),
+        steady: stretch.met.is_none(),
     };
     whole.into_iter().chain(b.before.into_iter().flatten().map(stretch))
 }
@@ -164,15 +169,15 @@ fn joins(held: &Piece, next: &Piece) -> bool {
     held.clear == next.clear
         && held.steady
         && next.steady
-        && match (held.lead, next.lead) {
+        && match (&held.met, &next.met) {
             (Some(held), Some(next)) => same(&held.arcs, &next.arcs),
             (None, None) => true,
             _ => false,
         }
 }
 
-fn area(outcome: Option<&Outcome>) -> f64 {
-    outcome.map_or(0.0, |outcome| outcome.cut.area_mm2)
+fn area(piece: &Piece) -> f64 {
+    piece.met.as_ref().map_or(0.0, |outcome| outcome.cut.area_mm2)
 }
 
 fn empty_station(move_id: MoveId, [from_mm, to_mm]: [f64; 2], flags: StationFlags) -> Station {

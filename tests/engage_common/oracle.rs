@@ -218,6 +218,57 @@ pub fn deviations(
     best.2
 }
 
+/// What of some intervals of angles lies in none of others.
+pub fn uncovered(intervals: &[[f64; 2]], by: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut by = by.to_vec();
+    by.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut open = Vec::new();
+    for [from, to] in intervals {
+        let mut at = *from;
+        for [begin, end] in &by {
+            open.push([at, begin.min(*to)]);
+            at = at.max(*end);
+        }
+        open.push([at, *to]);
+    }
+    open.retain(|[from, to]| from < to);
+    open
+}
+
+/// Contact on the rings of a station that is met at a place `at(s)` (tip, tangent) of it and is in none of its arcs, as a share of what
+/// these hold: the most of five places.
+pub fn missing(
+    map: &EngagementMap,
+    tool: u32,
+    station: &Station,
+    at: &impl Fn(f64) -> ([f64; 3], [f64; 3]),
+    uncut: &impl Fn(f64, f64, f64) -> bool,
+) -> f64 {
+    let slices = map.slices_of(tool);
+    let contact = |slice: usize, [from, to]: [f64; 2]| slices[slice].radius_mm * slices[slice].edge_mm * (to - from);
+    let arcs: Vec<(usize, [f64; 2])> = map
+        .arcs_of(station)
+        .iter()
+        .map(|arc| (arc.slice.into(), [arc.entry_rad, arc.exit_rad].map(f64::from)))
+        .collect();
+    let mut used: Vec<usize> = arcs.iter().map(|(slice, _)| *slice).collect();
+    used.dedup();
+    let held: f64 = arcs.iter().map(|(slice, angles)| contact(*slice, *angles)).sum();
+    let lacking = |k: u32| {
+        let (tip, tangent) = at(station.from_mm + station.length_mm() * f64::from(k) / 4.0);
+        let of_ring = |index: &usize| {
+            let slice = &slices[*index];
+            let ring = [slice.radius_mm, slice.z_mm, slice.normal_r, slice.normal_z];
+            let met: Vec<[f64; 2]> =
+                arcs.iter().filter(|(slice, _)| slice == index).map(|(_, angles)| *angles).collect();
+            let open = uncovered(&engaged(tip, tangent, ring, uncut), &met);
+            open.into_iter().map(|angles| contact(*index, angles)).sum::<f64>()
+        };
+        used.iter().map(of_ring).sum::<f64>()
+    };
+    (0..=4).map(lacking).fold(0.0, f64::max) / held
+}
+
 /// Deviations of the arcs of one ring, in degrees.
 fn errors_of_ring(arcs: &[EngagedArc], index: u16, expected: &[[f64; 2]]) -> Vec<f64> {
     let of_ring = arcs.iter().filter(|arc| arc.slice == index);
