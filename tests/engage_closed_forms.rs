@@ -123,3 +123,27 @@ fn air_is_clear_only_beyond_the_clearance() {
     assert!((shut - (40.0 + 2.0 * 7.0)).abs() < 3.0, "{shut}");
     assert_eq!(map.removed_mm3, 0.0);
 }
+
+/// A fin of 0.04 mm between two slots, thinner than a cell of 0.2 mm: no height around it tells how high it stands, yet a third pass along it
+/// meets it over the full depth wherever it meets it.
+#[test]
+fn a_fin_thinner_than_a_cell_is_met_over_its_whole_height() {
+    let depth = 2.8;
+    let mut met = 0;
+    for offset in [0.0, 0.03, 0.06, 0.09, 0.12, 0.15, 0.18] {
+        let at = |x: f64, y: f64| [x, y + offset, -depth];
+        let mut path = Path::from(at(-10.0, 0.0));
+        path.line(at(50.0, 0.0))
+            .line(at(50.0, 10.04))
+            .line(at(-10.0, 10.04))
+            .line(at(-10.0, 5.02))
+            .line(at(30.0, 5.02));
+        let map = run(&path, &job(vec![flat(10.0)], vec![block([0.0, -20.0, -20.0], [40.0, 30.0, 0.0])]), 0.2, 1.0);
+        for station in stations(&map, 4).iter().filter(|station| station.to_mm > 20.0 && station.arc_count > 0) {
+            let deep = station.axial_depth_mm;
+            assert!((f64::from(deep) - depth).abs() < 0.02, "{deep} mm at {offset}, {:.2}", station.from_mm);
+            met += 1;
+        }
+    }
+    assert!(met > 0);
+}

@@ -1,6 +1,6 @@
 //! Limits hold in the written file: generated programs, tools, stocks, limits, units and dialects; the written text judged by a second
 //! simulation that shares nothing with the first: its own reader of words, what a rim meets from distances to lines and arcs, teeth one by one.
-//! Forty programs in the ordinary run; `FEEDWRIGHT_LONG=N` for N of them, `FEEDWRIGHT_SEED=K` to begin at program K.
+//! Two thousand programs in the ordinary run; `FEEDWRIGHT_LONG=N` for N of them, `FEEDWRIGHT_SEED=K` to begin at program K.
 //!
 //! Force of a slice of a tooth (linear-edge model), φ from the normal of the feed: h = f_z sin φ, dF_t = (k_tc h + k_te) dz,
 //! dF_r = (k_rc h + k_re) dz where material stands at φ; the load is the largest resultant in the plane within a revolution.
@@ -20,11 +20,10 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Programs of the ordinary run: the first so many, one with a fin thinner than a cell, and four whose path turns into a wall, where a
-/// sliver in material at 110° bears more than a wider arc further on (they were 3.6 to 9.2 % above their limit when a station had the arcs of one
-/// place).
-const ORDINARY: usize = 40;
-const FURTHER: [usize; 5] = [322, 87, 306, 347, 376];
+/// Programs of the ordinary run: the first so many, and one with a fin thinner than a cell that was 2.6 times its limit. Among the first are four
+/// whose path turns into a wall, where a sliver in material at 110° bears more than a wider arc further on (87, 306, 347, 376).
+const ORDINARY: usize = 2000;
+const WITH_A_FIN: usize = 2249;
 /// What the check of the written file may find above a limit.
 const MODEL: f64 = 1.01;
 /// The witness: its step along the path, mm, and parts of the leading half of the rim; and where that finds too much, closely.
@@ -411,7 +410,7 @@ fn number(name: &str) -> Option<usize> {
 fn no_written_file_exceeds_its_limits() {
     let begin = number("FEEDWRIGHT_SEED").unwrap_or(0);
     let mut seeds: Vec<usize> = (begin..begin + number("FEEDWRIGHT_LONG").unwrap_or(ORDINARY)).collect();
-    seeds.extend(FURTHER);
+    seeds.push(WITH_A_FIN);
     seeds.sort_unstable();
     seeds.dedup();
     let count = seeds.len();

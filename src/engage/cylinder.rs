@@ -4,6 +4,7 @@
 //! Equal ends of a stack mean that all between are equal. Where engagement changes much though no level lies there (a floor on a
 //! slope, a groove), rings are halved until it changes evenly; where it ends, until the height of that is known.
 
+use super::cutter::Band;
 use super::gaps::Interval;
 use super::outline::SubRing;
 use super::rings::{Shared, Work, extent, push};
@@ -117,7 +118,7 @@ impl Work<'_> {
 
     /// Arcs of rings above each other with one radius: they only shrink with height, so equal ends mean all equal, and one
     /// is looked for only within what one below it meets.
-    pub(super) fn stack(&self, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
+    fn stack(&self, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
         let Some(lowest) = rings.first() else { return Vec::new() };
         let lower: Shared = self.ring(lowest, windows).into();
         let mut sides: Vec<Side> = rings.iter().map(|ring| Side { ring: *ring, angles: lower.clone() }).collect();
@@ -127,6 +128,16 @@ impl Work<'_> {
             self.between(&mut sides);
         }
         sides
+    }
+
+    /// Arcs of those rings of a band, and of all above them where the topmost still meets something: what is thinner than a cell stands
+    /// as high as none of the cells around it show.
+    pub(super) fn stack_up(&self, band: &Band, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
+        let sides = self.stack(rings, windows);
+        match sides.last() {
+            Some(top) if !top.angles.is_empty() => self.stack(&self.sub_rings(band, f64::INFINITY), windows),
+            _ => sides,
+        }
     }
 
     /// Fills in what lies between the first and the last of a stack, which are known.

@@ -75,7 +75,8 @@ impl<'a> Work<'a> {
                 }));
             } else {
                 area_mm2 += self.ends(&mut curved, out);
-                area_mm2 += self.sides(&self.refine(self.stack(&rings, &within), &within), out);
+                let sides = self.stack_up(band, &rings, &within);
+                area_mm2 += self.sides(&self.refine(sides, &within), out);
             }
         }
         area_mm2 + self.ends(&mut curved, out)
@@ -113,7 +114,7 @@ impl<'a> Work<'a> {
     }
 
     /// Rings of a band that lie lower than `top`, split where a level passes through them.
-    fn sub_rings(&self, band: &Band, top: f64) -> Vec<SubRing> {
+    pub(super) fn sub_rings(&self, band: &Band, top: f64) -> Vec<SubRing> {
         let mut rings = Vec::new();
         let slack = 0.1 * self.cutter.margin;
         for index in band.slices[0]..=band.slices[1] {
