@@ -20,7 +20,17 @@ fn rust_files(dir: &Path, out: &mut Vec<PathBuf>) {
 fn declared(file: &str) -> Vec<String> {
     let text = fs::read_to_string(file).unwrap();
     let line_of = |line: &str| line.strip_prefix("pub ").unwrap_or(line).strip_prefix("mod ").map(str::to_owned);
-    text.lines().filter_map(|line| line_of(line)?.strip_suffix(';').map(str::to_owned)).collect()
+    let mut rooms: Vec<String> =
+        text.lines().filter_map(|line| line_of(line)?.strip_suffix(';').map(str::to_owned)).collect();
+    // A room stands twice: hidden with the feature `rooms`, private without it.
+    let mut seen = Vec::new();
+    rooms.retain(|room| {
+        !seen.contains(room) && {
+            seen.push(room.clone());
+            true
+        }
+    });
+    rooms
 }
 
 /// Uses of a later room in the files below `dir`, whose rooms are `rooms` and whose paths begin with `path`.
