@@ -153,6 +153,21 @@ fn circles(dir: &str) -> Vec<PathBuf> {
     }
 }
 
+/// The proof is worth what it shares with what it judges: the reading of a text (`nc`) and what that is made of, no more.
+#[test]
+fn the_proof_shares_only_the_reading_of_a_text_with_what_writes() {
+    let mut files = Vec::new();
+    rust_files(Path::new("src/rewrite/verify"), &mut files);
+    let shared = ["nc", "path", "ids", "diag", "units", "machine"].map(|room| format!("src/{room}"));
+    let may = |other: &Path| {
+        other.starts_with("src/rewrite/verify") || shared.iter().any(|room| other.with_extension("").starts_with(room))
+    };
+    assert!(files.len() > 4 && !may(Path::new("src/rewrite/view.rs")) && may(Path::new("src/ids.rs")));
+    let uses = files.iter().flat_map(|file| used_by(file).into_iter().map(move |other| (file, other)));
+    let wrong: Vec<_> = uses.filter(|(_, other)| !may(other)).collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
 #[test]
 fn no_file_uses_itself_by_way_of_others() {
     for room in declared("src/lib.rs") {

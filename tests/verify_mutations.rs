@@ -183,6 +183,21 @@ fn feeds_that_must_stay_and_the_manner_of_the_control_are_held() {
     }
 }
 
+/// What some editors put before a text is the first thing a control reads: it stays there, whatever is written in front of the code.
+#[test]
+fn a_byte_order_mark_stays_in_front() {
+    let marked = format!("\u{feff}{}", ORIGINAL.trim_start_matches("%\nO1000 (PART)\n"));
+    let read = |text: &str| parse(text.as_bytes(), Dialect::LinuxCnc);
+    let written = other_feeds(&marked, Dialect::LinuxCnc);
+    assert!(written.starts_with("\u{feff}N10 G21") && written.contains("FEEDWRIGHT"), "{written}");
+    let holds = |text: &str| verify(&read(&marked), &read(text), &surroundings()).holds();
+    assert!(holds(&written));
+    let bare = written.trim_start_matches('\u{feff}');
+    for moved in [bare.to_owned(), format!("(FW F600 kept)\n{written}")] {
+        assert!(!holds(&moved), "{moved}");
+    }
+}
+
 #[test]
 fn the_same_program_holds_without_any_change() {
     let proof = proof(ORIGINAL);

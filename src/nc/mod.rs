@@ -25,7 +25,7 @@ pub use doubt::{Doubt, Doubted};
 pub use environment::Environment;
 pub use interpret::{Unrolled, has_flow_control, interpret, interpret_each, linked, plain_feeds, unroll};
 pub use number::decimal;
-pub use program::{File, MAX_TEXT, Part, Program, parse};
+pub use program::{BYTE_ORDER_MARK, File, MAX_TEXT, Part, Program, parse};
 pub use refusal::{Refusal, refusal};
 pub use siemens::is_setting;
 pub use token::{Token, TokenKind};

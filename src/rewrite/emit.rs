@@ -3,7 +3,7 @@
 
 use crate::ids::BlockId;
 use crate::machine::Annotate;
-use crate::nc::{CommentForm, Syntax};
+use crate::nc::{BYTE_ORDER_MARK, CommentForm, Syntax};
 
 use super::decimal::{Decimal, NumberStyle};
 use super::edit::Edit;
@@ -201,8 +201,9 @@ impl Writer<'_> {
         }
     }
 
-    /// Puts the mark of the file in, or its sum anew: in a line before the first block of code, or in plain language (whose
-    /// lines are counted) at the end of the first motion. Behind it the original feeds, where notes do not tell them.
+    /// Puts the mark of the file in, or its sum anew: in a line before the first block of code (the second, where the first one begins
+    /// with a byte order mark, which must stay the first bytes), or in plain language (whose lines are counted) at the end of the
+    /// first motion. Behind it the original feeds, where notes do not tell them.
     fn header(&mut self) {
         let words = self.words.iter().map(|(number, was)| (number.as_str(), was.as_str()));
         let text = self.comment(&mark::header_text(memory::sum(words)));
@@ -218,7 +219,9 @@ impl Writer<'_> {
         }
         let views = self.part.blocks().map(|block| (block, View::of(self.program, block)));
         if self.may_insert() {
-            let mut code = views.filter(|(_, view)| !view.empty && !view.flow && !view.words.is_empty());
+            let marked = |block: BlockId| self.program.line_text(block).starts_with(BYTE_ORDER_MARK);
+            let first = |view: &View| !view.empty && !view.flow && !view.words.is_empty();
+            let mut code = views.filter(|(block, view)| first(view) && !marked(*block));
             if let Some((block, _)) = code.next() {
                 let lines = [text.as_slice(), self.line_end, &lists].concat();
                 self.edits.insert(0, Edit::insert(self.program.span(block).start, lines));

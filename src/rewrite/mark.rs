@@ -207,6 +207,7 @@ pub fn with_blank_before(text: &[u8], span: Span) -> Span {
 
 #[cfg(test)]
 mod tests {
+    use super::super::verify::comment::is_ours;
     use super::*;
     use crate::nc::{CommentForm, Dialect};
 
@@ -228,6 +229,10 @@ mod tests {
             let runs = [run_text("600.", 12), run_text(".5", 1)];
             let was = Ours::Was(vec![("600.".to_owned(), 12), (".5".to_owned(), 1)]);
             assert_eq!(read(&comment(form, &was_text(&runs))), Some(was));
+            // The proof, which reads comments by itself, knows each that is written.
+            for text in [note.text(), header_text(0x3F2), was_text(&runs), check_text(2, 1)] {
+                assert!(is_ours(&comment(form, &text)), "{text}");
+            }
         }
     }
 
@@ -252,6 +257,7 @@ mod tests {
             "(FEEDWRIGHT 0.1 FEEDS ONLY 000003F2 MORE)",
         ] {
             assert_eq!(read(text.as_bytes()), None, "{text}");
+            assert!(!is_ours(text.as_bytes()), "{text}");
         }
     }
 
@@ -260,7 +266,7 @@ mod tests {
         let text =
             format!("%\n({})\nG1 X1 F600 (FW F600 was 500 power 98%)\nF5 (FW F5 kept)\n(FW user)\n", header_text(7));
         let program = crate::nc::parse(text.into_bytes(), Some(Dialect::Generic));
-        assert!(is_ours(&program));
+        assert!(super::is_ours(&program));
         assert_eq!(String::from_utf8(strip(&program)).unwrap(), "%\nG1 X1 F600\nF5\n(FW user)\n");
     }
 }

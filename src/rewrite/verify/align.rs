@@ -2,11 +2,11 @@
 //! programs; the files linked to them are aligned one by one. Out: a [`Role`] for every line, with the increment of the control there; differences go into the proof.
 
 use crate::ids::BlockId;
-use crate::nc::{Program, TokenKind};
+use crate::nc::{Program, Token, TokenKind};
+use crate::units::MM_PER_INCH;
 
-use super::super::decimal::Decimal;
-use super::super::mark;
-use super::super::view::{Modes, Switched, View, number_bytes};
+use super::exact::Exact;
+use super::line::{self, Modes};
 use super::proof::Proof;
 
 /// What a line of the rewritten program is.
@@ -130,21 +130,26 @@ impl<'a> Walk<'a> {
     fn pass_original(&mut self) {
         self.modes = self.modes_here();
         let digits = self.original.dialect().coordinate_digits(self.modes.inch) as i32;
-        self.roles.increment_mm.push(10f64.powi(-digits) * self.modes.unit_mm());
+        let unit_mm = if self.modes.inch { MM_PER_INCH } else { 1.0 };
+        self.roles.increment_mm.push(10f64.powi(-digits) * unit_mm);
         self.i += 1;
     }
 
     fn modes_here(&self) -> Modes {
-        self.modes.after(Switched::by(self.original, BlockId(self.i as u32)))
+        self.modes.after(self.original, BlockId(self.i as u32))
     }
 
     /// Number of the last word of an axis before line `i`, where it is plain and in the modes of that line.
-    fn named_before(&self, i: usize, axis: usize) -> Option<Decimal> {
-        let views = (self.begin..i).rev().map(|line| (line, View::of(self.original, BlockId(line as u32))));
-        let (line, view) = { views }.find(|(_, view)| view.has(AXES[axis]) || !view.plain)?;
-        let switches = |line: usize| Switched::by(self.original, BlockId(line as u32)) != Switched::default();
-        let word = view.only(AXES[axis]).filter(|_| view.plain && !(line + 1..=i).any(switches))?;
-        Decimal::read(number_bytes(self.original, word))
+    fn named_before(&self, i: usize, axis: usize) -> Option<Exact> {
+        let block = |line: usize| BlockId(line as u32);
+        let of_axis = |token: &Token| line::is(token, AXES[axis]);
+        let names = |line: usize| self.original.tokens(block(line)).any(|token| of_axis(&token));
+        let read = (self.begin..i).rev().map(|at| (at, line::plain_words(self.original, block(at))));
+        let (at, words) = { read }.find(|(at, words)| words.is_none() || names(*at))?;
+        let mut found = words?.into_iter().filter(of_axis);
+        let word = found.next().filter(|_| found.next().is_none())?;
+        let same_modes = !(at + 1..=i).any(|line| line::sets_modes(self.original, block(line)));
+        Exact::read(line::number_of(word.span.of(self.original.text()))).filter(|_| same_modes)
     }
 
     fn push_pieces(&mut self, count: usize) {
@@ -163,11 +168,10 @@ impl<'a> Walk<'a> {
         for axis in 0..2 {
             // A coordinate that an arc leaves out stays what it was: the last piece has to say so.
             if whole.arc && whole.axes[axis].is_none() && first.axes[axis].is_some() {
-                whole.axes[axis] =
-                    if incremental { Some(Decimal::nearest(0.0, 0)) } else { self.named_before(i, axis) };
+                whole.axes[axis] = if incremental { Some(Exact::ZERO) } else { self.named_before(i, axis) };
             }
         }
-        let mut sum = [Some(Decimal::nearest(0.0, 0)); 3];
+        let mut sum = [Some(Exact::ZERO); 3];
         let end = self.ends[1].min(j + MOST_PIECES);
         for (count, at) in (j..end).enumerate() {
             let piece = Frame::of(self.rewritten, at)?;
@@ -213,9 +217,9 @@ impl<'a> Walk<'a> {
     }
 }
 
-fn same(a: &[Option<Decimal>; 3], b: &[Option<Decimal>; 3]) -> bool {
-    let equal = |(a, b): (&Option<Decimal>, &Option<Decimal>)| match (a, b) {
-        (Some(a), Some(b)) => a.minus(*b).is_zero(),
+fn same(a: &[Option<Exact>; 3], b: &[Option<Exact>; 3]) -> bool {
+    let equal = |(a, b): (&Option<Exact>, &Option<Exact>)| match (a, b) {
+        (Some(a), Some(b)) => a.equals(*b),
         (None, None) => true,
         _ => false,
     };
@@ -240,7 +244,7 @@ impl Bare {
         let mut at = span.start;
         for token in program.tokens(block) {
             let is_feed = matches!(token.kind, TokenKind::Word(b'F') | TokenKind::Computed(b'F'));
-            let is_ours = token.kind == TokenKind::Comment && mark::read(token.span.of(program.text())).is_some();
+            let is_ours = line::is_ours(program, &token);
             if is_feed {
                 bare.feeds.extend_from_slice(token.span.of(program.text()));
             }
@@ -248,7 +252,7 @@ impl Bare {
             let blank = matches!(token.kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Word(b'N'));
             bare.void &= is_feed || is_ours || blank;
             if is_feed || is_ours {
-                let cut = mark::with_blank_before(program.text(), token.span);
+                let cut = line::with_blank(program.text(), token.span);
                 bare.text.extend_from_slice(&program.text()[at as usize..cut.start.max(at) as usize]);
                 at = cut.end;
             }
@@ -276,7 +280,7 @@ struct Frame {
     /// Has it words of a centre or a radius?
     arc: bool,
     /// Numbers of X, Y, Z.
-    axes: [Option<Decimal>; 3],
+    axes: [Option<Exact>; 3],
     /// Comments of the user: only the last piece has them.
     rest: Vec<u8>,
     /// Number of the block: the last piece keeps it.
@@ -285,27 +289,31 @@ struct Frame {
 
 impl Frame {
     /// `None` for a line that could never be a piece.
-    fn of(program: &Program, line: usize) -> Option<Self> {
-        let block = BlockId(line as u32);
-        let view = View::of(program, block);
-        let motion = |word: &super::super::view::Word| b"NFGXYZIJKR".contains(&word.letter);
-        if !view.plain || view.delete || view.words.is_empty() || !view.words.iter().all(motion) {
+    fn of(program: &Program, at: usize) -> Option<Self> {
+        let block = BlockId(at as u32);
+        let words = line::plain_words(program, block)?;
+        let letters =
+            words.iter().filter_map(|word| if let TokenKind::Word(letter) = word.kind { Some(letter) } else { None });
+        let letters: Vec<u8> = letters.collect();
+        let deleted = program.tokens(block).any(|token| token.kind == TokenKind::Delete);
+        if deleted || words.is_empty() || !letters.iter().all(|letter| b"NFGXYZIJKR".contains(letter)) {
             return None;
         }
-        let number = view.only(b'N').map(|word| word.number);
-        let arc = b"IJKR".iter().any(|&letter| view.has(letter));
-        let mut frame = Self { code: Vec::new(), arc, axes: [None; 3], rest: Vec::new(), number };
-        for word in &view.words {
-            if let Some(axis) = AXES.iter().position(|&letter| letter == word.letter) {
-                frame.axes[axis] = Some(Decimal::read(number_bytes(program, word))?);
-            } else if b"GR".contains(&word.letter) {
-                frame.code.extend_from_slice(word.span.of(program.text()));
+        let arc = letters.iter().any(|letter| b"IJKR".contains(letter));
+        let mut frame = Self { code: Vec::new(), arc, axes: [None; 3], rest: Vec::new(), number: None };
+        for (word, letter) in words.iter().zip(letters) {
+            let bytes = word.span.of(program.text());
+            if let Some(axis) = AXES.iter().position(|axis| *axis == letter) {
+                frame.axes[axis] = Some(Exact::read(line::number_of(bytes))?);
+            } else if b"GR".contains(&letter) {
+                frame.code.extend_from_slice(bytes);
+            } else if letter == b'N' {
+                frame.number = Some(word.number);
             }
         }
         for token in program.tokens(block).filter(|token| token.kind == TokenKind::Comment) {
-            let bytes = token.span.of(program.text());
-            if mark::read(bytes).is_none() {
-                frame.rest.extend_from_slice(bytes);
+            if !line::is_ours(program, &token) {
+                frame.rest.extend_from_slice(token.span.of(program.text()));
             }
         }
         Some(frame)

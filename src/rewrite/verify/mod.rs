@@ -8,16 +8,22 @@
 //! at a feed in both, and what else the line holds is the same tokens ([`words`]). Where blocks hang on the block-delete switch,
 //! motions are compared with the switch on and off.
 //!
+//! Nothing here is used by what writes, nor the other way round (`tests/tidy.rs`): both read tokens and interpret programs by `nc`, and
+//! that is all they share.
+//!
 //! Where the original has loops, calls or expressions and the rewritten program has none, it is an unrolled one: the
 //! original is unrolled here too, its motions are compared with those of the original ([`motion::compare_unrolled`]), and
 //! the proof is made against that plain text, whose lines the differences name.
 
 mod align;
+pub(super) mod comment;
+mod exact;
+mod line;
 mod motion;
 mod proof;
 mod words;
 
-use crate::nc::{self, Environment, Program, Toolpath, interpret, parse};
+use crate::nc::{self, BYTE_ORDER_MARK, Environment, Program, Toolpath, interpret, parse};
 pub use proof::{Difference, ENOUGH, Proof, Rise};
 use words::Done;
 
@@ -49,6 +55,9 @@ fn verify_unrolled(original: &Program, rewritten: &Program, environment: &Enviro
 
 fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>) -> Proof {
     let mut proof = Proof::default();
+    if original.text().starts_with(BYTE_ORDER_MARK) != rewritten.text().starts_with(BYTE_ORDER_MARK) {
+        proof.differ(Some(1), Some(1), "only one of them begins with a byte order mark");
+    }
     let read = |block_delete| {
         let environment = Environment { block_delete, ..environment.clone() };
         let read = |program| interpret(program, &environment);

@@ -15,14 +15,15 @@ use std::collections::BTreeSet;
 use crate::ids::BlockId;
 use crate::nc::{CommentForm, FeedMode, Freeze, Move, MoveKind, Program, Token, TokenKind, Toolpath};
 
-use super::super::decimal::Decimal;
-use super::super::fword::MOST_DIGITS;
-use super::super::{mark, view};
 use super::align::{Role, Roles};
+use super::exact::Exact;
+use super::line::{self, is_ours};
 use super::proof::Proof;
 
-/// Largest F that is believed: the writer's own bound, far above any machine in any unit.
+/// Largest F that is believed: far above any machine in any unit.
 const MOST_F: f64 = 1e9;
+/// Most digits behind the point of an F that are believed: a feed per revolution in inches takes five.
+const MOST_DIGITS: u32 = 5;
 
 /// What the control does with each line of a program.
 #[derive(Debug, Default)]
@@ -122,10 +123,6 @@ pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Don
     }
 }
 
-fn is_ours(program: &Program, token: &Token) -> bool {
-    token.kind == TokenKind::Comment && mark::read(token.span.of(program.text())).is_some()
-}
-
 fn is_feed(token: &Token) -> bool {
     matches!(token.kind, TokenKind::Word(b'F') | TokenKind::Computed(b'F'))
 }
@@ -141,7 +138,7 @@ struct Manner {
 impl Manner {
     fn of(original: &Program, done: &Done) -> Self {
         let words = || original.blocks().flat_map(|block| feeds(original, block));
-        let digits = words().filter_map(plain_number).map(Decimal::digits).max().unwrap_or(0);
+        let digits = words().filter_map(plain_number).map(Exact::digits).max().unwrap_or(0);
         let dialect = original.dialect();
         let pointed = dialect.properties().counts_increments
             && words().next().is_some()
@@ -161,9 +158,9 @@ impl Manner {
 }
 
 /// The number of an F word that is plain.
-fn plain_number(word: &[u8]) -> Option<Decimal> {
+fn plain_number(word: &[u8]) -> Option<Exact> {
     let digits = word.iter().position(|byte| !matches!(byte, b'F' | b'f' | b' ' | b'='))?;
-    Decimal::read(&word[digits..])
+    Exact::read(&word[digits..])
 }
 
 /// A comment of ours in a form that the control does not have.
@@ -321,7 +318,7 @@ struct Numbers {
 
 impl Numbers {
     fn of(program: &Program) -> Self {
-        let jumps = program.parts().any(|part| view::jumps(program, &part));
+        let jumps = program.parts().any(|part| line::jumps(program, &part));
         let number = |block: BlockId| program.tokens(block).find(|t| t.kind == TokenKind::Word(b'N')).map(Self::key);
         Self { known: jumps.then(|| program.blocks().filter_map(number).collect()) }
     }

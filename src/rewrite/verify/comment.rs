@@ -1,0 +1,106 @@
+//! Comments that a rewriting may leave, recognised for the proof alone. In: a comment with its delimiters. Out: is it of exactly this
+//! grammar? Everything else in a comment is the user's and must stay. Written apart from what writes them
+//! (`rewrite/mark.rs`): a comment that the two read otherwise is a difference.
+//!
+//! ```text
+//! FEEDWRIGHT <version> FEEDS ONLY [<sum: eight hexadecimal digits>]
+//! FW F<number> [was <number>] [<limit>] [<count>%] [T<count>] [kept]
+//! FW WAS <number>[x<count>] …
+//! FW CHECK <count> CYCLE <count>
+//! ```
+
+use crate::machine::LimitKind;
+
+use super::exact::Exact;
+
+/// Is the comment one of the grammar above?
+pub fn is_ours(comment: &[u8]) -> bool {
+    let Some(inside) = std::str::from_utf8(comment).ok().and_then(inside) else { return false };
+    let words: Vec<&str> = inside.split(' ').collect();
+    match &words[..] {
+        ["FEEDWRIGHT", version, "FEEDS", "ONLY", sum @ ..] => {
+            is_version(version) && (sum.is_empty() || sum.len() == 1 && is_sum(sum[0]))
+        }
+        ["FW", "WAS", runs @ ..] => !runs.is_empty() && runs.iter().all(|run| is_run(run)),
+        ["FW", "CHECK", number, "CYCLE", cycle] => is_count(number) && is_count(cycle),
+        ["FW", note @ ..] => is_note(note),
+        _ => false,
+    }
+}
+
+fn inside(comment: &str) -> Option<&str> {
+    match comment.strip_prefix('(') {
+        Some(rest) => rest.strip_suffix(')'),
+        None => comment.strip_prefix("; ").map(str::trim_end),
+    }
+}
+
+fn is_note(words: &[&str]) -> bool {
+    let mut rest = words.iter().copied().peekable();
+    let feed = rest.next().and_then(|word| word.strip_prefix('F')).is_some_and(is_number);
+    if rest.next_if_eq(&"was").is_some() && !rest.next().is_some_and(is_number) {
+        return false;
+    }
+    rest.next_if(|word| LimitKind::ALL.iter().any(|kind| kind.name() == *word));
+    rest.next_if(|word| word.strip_suffix('%').is_some_and(is_count));
+    rest.next_if(|word| word.strip_prefix('T').is_some_and(is_count));
+    rest.next_if_eq(&"kept");
+    feed && rest.next().is_none()
+}
+
+fn is_number(word: &str) -> bool {
+    Exact::read(word.as_bytes()).is_some()
+}
+
+/// A whole number as it is printed: no sign, no zero before it.
+fn is_count(word: &str) -> bool {
+    word.parse::<u32>().is_ok_and(|count| count.to_string() == word)
+}
+
+fn is_run(word: &str) -> bool {
+    match word.split_once('x') {
+        Some((number, count)) => is_number(number) && is_count(count) && count != "0" && count != "1",
+        None => is_number(word),
+    }
+}
+
+fn is_version(word: &str) -> bool {
+    !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.')
+}
+
+fn is_sum(word: &str) -> bool {
+    word.len() == 8 && word.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_ours;
+
+    /// Each word of the grammar, and the same with one thing wrong.
+    #[test]
+    fn only_the_grammar_is_ours() {
+        for (text, ours) in [
+            ("(FEEDWRIGHT 0.1 FEEDS ONLY)", true),
+            ("(FEEDWRIGHT 0.1.0 FEEDS ONLY 000003F2)", true),
+            ("(FEEDWRIGHT 0.1 FEEDS ONLY 3F2)", false),
+            ("(FEEDWRIGHT 0.1 FEEDS ONLY 000003f2)", false),
+            ("(FEEDWRIGHT FEEDS ONLY)", false),
+            ("(FW F600)", true),
+            ("; FW F600 was .5 power 98% T3 kept ", true),
+            ("(FW F600 T3 98%)", false),
+            ("(FW F600 098%)", false),
+            ("(FW F600 was)", false),
+            ("(FW  F600)", false),
+            ("(fw F600)", false),
+            ("(FW F600 kept) G1", false),
+            ("(FW F6e2)", false),
+            ("(FW WAS 600x12 .5)", true),
+            ("(FW WAS 600x1)", false),
+            ("(FW WAS)", false),
+            ("(FW CHECK 1 CYCLE 2)", true),
+            ("(FW CHECK 1 CYCLE 02)", false),
+        ] {
+            assert_eq!(is_ours(text.as_bytes()), ours, "{text}");
+        }
+    }
+}
