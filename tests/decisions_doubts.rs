@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 33] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 36] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
     ("pallet", "M60", Dialect::LinuxCnc, Doubt::ProgramStop),
@@ -58,6 +58,9 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 33] = [
     ("branch on a variable nobody set", "IF [#105 EQ 1] GOTO 90\nN90", Dialect::LinuxCnc, Doubt::UnknownValue),
     ("variable by its computed number", "#1=450\nG0 X#[#1+50]", Dialect::Fanuc, Doubt::UnknownValue),
     ("speed nobody set", "S#110 M3", Dialect::Fanuc, Doubt::UnknownValue),
+    ("an increment nobody set", "G91 G0 Z#500\nG90", Dialect::Fanuc, Doubt::UnknownValue),
+    ("computed from an argument nobody passed", "G0 Z[#32-1]", Dialect::Fanuc, Doubt::UnknownValue),
+    ("cutting speed for a speed", "G96 S200", Dialect::Fanuc, Doubt::SurfaceSpeed),
     ("rotary axis at its reference point", "G91 G28 Z0 A0\nG90", Dialect::Fanuc, Doubt::RotaryAxis),
 ];
 
@@ -151,6 +154,47 @@ fn what_is_known_is_no_doubt() {
         let path = read(&with(event, BEFORE.len()), Dialect::Fanuc, &known);
         assert!(path.doubts.iter().any(|doubted| doubted.doubt == doubt), "{name}: {:?}", path.doubts);
     }
+}
+
+/// A spindle that turns backwards, or at a cutting speed, is in doubt while it does so and no longer: where the part is was never open.
+#[test]
+fn what_the_spindle_does_is_in_doubt_until_it_is_known() {
+    for (name, from, until, doubt) in [
+        ("M4 and M3", "S8000 M4", "M3", Doubt::Reversed),
+        ("M4 and M5", "S8000 M4", "M5", Doubt::Reversed),
+        ("M4 and another tool", "S8000 M4", "T2 M6", Doubt::Reversed),
+        ("cutting speed and speed", "G96 S200 M3", "G97 S8000", Doubt::SurfaceSpeed),
+    ] {
+        let text = format!("G21 G90 G17\nT1 M6\n{from}\nG0 X0. Y0. Z5.\nG1 Z-2. F300.\n{until}\nX20.\nM30\n");
+        let path = read(&text, Dialect::Fanuc, &bare());
+        let [doubted] = path.doubts.as_slice() else { panic!("{name}: {:?}", path.doubts) };
+        assert_eq!((doubted.doubt, doubted.line), (doubt, 3), "{name}");
+        let in_doubt = |line: u32| path.iter_moves().any(|(id, m)| m.line == line && path.doubt_at(id).is_some());
+        assert!(in_doubt(5) && !in_doubt(7), "{name}: {:?}", path.doubts);
+    }
+    // Tapping cycles turn the spindle themselves.
+    let tapped =
+        read("G21 G90\nT1 M6\nS500 M3\nG84 X5. Y5. Z-9. R2. F625.\nG80\nG1 X9. F99.\nM30\n", Dialect::Fanuc, &bare());
+    assert!(tapped.doubts.is_empty(), "{:?}", tapped.doubts);
+}
+
+/// Two slots side by side with a stop between: with the stop the second is as wide as the part may stand, and nothing of it rises.
+#[test]
+fn the_second_of_two_slots_behind_a_stop_keeps_its_feed() {
+    let setup = slot::SETUP.replace("linuxcnc", "fanuc") + "feed_change = { max = 2.0 }\nforce_xy = 350\n";
+    let program = |between: &str| {
+        format!(
+            "%\nO1\nG21 G90 G17\nT1 M6\nS8000 M3\nG0 X-8. Y8. Z5.\nG1 Z-2. F300.\nG1 X48. F600.\nG0 Z5.\n{between}\nS8000 M3\n\
+             G0 X-8. Y10.\nG1 Z-2. F300.\nG1 X48. F600.\nG0 Z5.\nM30\n%\n"
+        )
+    };
+    let second = |between: &str| {
+        let dir = slot::bench(&program(between), &setup);
+        slot::optimized(dir.path(), &[]);
+        highest(dir.path())[&14]
+    };
+    assert!(second("(NOTHING)") > 1000.0, "2 mm of a slot that is there already bear more: {}", second("(NOTHING)"));
+    assert!(second("M0") < 600.5, "behind a stop it may be a whole slot: {}", second("M0"));
 }
 
 #[test]

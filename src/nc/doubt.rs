@@ -31,11 +31,15 @@ pub enum Doubt {
     UnknownValue,
     /// The program does not say whether it is in inches, and its numbers do not either.
     Unit,
+    /// M4: a right-hand cutter does not cut that way round.
+    Reversed,
+    /// G96: S is a cutting speed, and how fast the spindle turns is the control's to say.
+    SurfaceSpeed,
 }
 
 impl Doubt {
     /// Every doubt.
-    pub const ALL: [Doubt; 10] = [
+    pub const ALL: [Doubt; 12] = [
         Doubt::ProgramStop,
         Doubt::RotaryAxis,
         Doubt::TiltedFrame,
@@ -46,6 +50,8 @@ impl Doubt {
         Doubt::UnknownCode,
         Doubt::UnknownValue,
         Doubt::Unit,
+        Doubt::Reversed,
+        Doubt::SurfaceSpeed,
     ];
 
     /// Name in the setup file and in reports.
@@ -61,6 +67,8 @@ impl Doubt {
             Doubt::UnknownCode => "unknown-code",
             Doubt::UnknownValue => "unknown-value",
             Doubt::Unit => "unit",
+            Doubt::Reversed => "reversed-spindle",
+            Doubt::SurfaceSpeed => "surface-speed",
         }
     }
 
@@ -82,6 +90,8 @@ impl Doubt {
             Doubt::MissingProgram => "put it beside the program, or confirm = [\"missing-program\"] in the setup",
             Doubt::UnknownCode => "if it moves neither part nor frame: confirm = [\"unknown-code\"] in the setup",
             Doubt::Unit => "write G20 or G21 into the program, or program_unit under [machine]",
+            Doubt::Reversed => "if the tool is a left-hand one: confirm = [\"reversed-spindle\"] in the setup",
+            Doubt::SurfaceSpeed => "write G97 and the speed in rpm, or confirm = [\"surface-speed\"] in the setup",
             Doubt::UnknownValue => "set the variable in the program, or confirm = [\"unknown-value\"] in the setup",
         }
     }
@@ -98,6 +108,8 @@ impl Doubt {
             Doubt::MissingProgram => "a subprogram or macro is missing",
             Doubt::UnknownCode => "a code whose meaning is not known stands before it",
             Doubt::Unit => "the program has neither G20 nor G21, and its numbers fit inches and mm",
+            Doubt::Reversed => "the spindle turns backwards (M4)",
+            Doubt::SurfaceSpeed => "the speed of the spindle is a cutting speed (G96), which is read as rpm",
             Doubt::UnknownValue => "its position depends on a variable that the program does not set",
         }
     }

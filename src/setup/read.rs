@@ -39,6 +39,10 @@ pub enum Sense {
     Within(f64, f64, &'static str),
 }
 
+/// Least number above zero that is taken, in internal units (judgement): a path of 100 m at it still ends within a finite number of
+/// seconds, and no quantity of a setup comes near it.
+const LEAST: f64 = 1e-12;
+
 /// The state of one reading.
 pub struct Reader<'a> {
     text: &'a str,
@@ -176,6 +180,7 @@ fn senseless(value: f64, sense: Sense) -> Option<String> {
         Sense::Positive if value <= 0.0 => {
             Some("it must be more than zero; leave the key out if it is not known".into())
         }
+        Sense::Positive if value < LEAST => Some("it is smaller than anything that can be measured".into()),
         Sense::Within(low, high, asked) if value <= low || value >= high => Some(asked.into()),
         _ => None,
     }

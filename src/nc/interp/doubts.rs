@@ -50,6 +50,15 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
+    /// How the spindle turns is known again: where the part is was never in doubt, so what was fed meanwhile does not matter.
+    pub(crate) fn spindle_is_known(&mut self, doubt: Doubt) {
+        let Some(open) = self.messages.raised[doubt as usize].open.take() else { return };
+        let next = self.next_move();
+        if let Some(stretch) = self.out.doubts.get_mut(open) {
+            stretch.until = Some(next);
+        }
+    }
+
     /// Adds to each diagnostic in how many places its doubt was raised.
     pub(crate) fn count_doubts(&mut self) {
         for raised in self.messages.raised.iter().filter(|raised| raised.count > 1) {

@@ -146,7 +146,9 @@ impl<F: Family> Interpreter<'_, F> {
                     self.settle(Doubt::TiltedFrame);
                 }
             }
-            80 | 110 | 431 | 432 | 531 | 960 | 970 | 1030 | 1870 => {}
+            960 => self.doubt(Doubt::SurfaceSpeed, span),
+            970 => self.spindle_is_known(Doubt::SurfaceSpeed),
+            80 | 110 | 431 | 432 | 531 | 1030 | 1870 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.flow.source.program().text())).into_owned();
@@ -230,7 +232,12 @@ impl<F: Family> Interpreter<'_, F> {
                 self.change_tool();
             }
         }
-        for &(code, _) in &words.m {
+        for &(code, place) in &words.m {
+            match code {
+                40 => self.doubt(Doubt::Reversed, place),
+                30 | 50 | 60 => self.spindle_is_known(Doubt::Reversed),
+                _ => {}
+            }
             match code {
                 30 => self.modal.turning = 1,
                 40 => self.modal.turning = -1,
