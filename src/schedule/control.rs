@@ -4,13 +4,14 @@
 //! Between two primitives the control either stops (exact stop; rapid against feed; a path that turns back; an exact path with a
 //! kink), runs through with a kink (the jump of velocity in one servo period may take a share of the acceleration), or rounds the corner with an arc within the path
 //! tolerance, whichever is faster. An arc may use √3/2 of the acceleration to follow its curve and half of it to change
-//! speed. It looks ahead over a number of primitives, from the end of which it must be able to stop.
-//! Facts about rounding, kinks and look-ahead are those of LinuxCNC's planner (`tp.c`, `blendmath.c`), which is published;
+//! speed. It looks ahead over a number of primitives, from the end of which it must be able to stop. What lies between two stops takes
+//! whole servo periods.
+//! Facts about rounding, kinks, short primitives and look-ahead are those of LinuxCNC's planner (`tp.c`, `blendmath.c`), which is published;
 //! with φ the angle turned, δ the tolerance, θ = (π − φ)/2: the arc takes d ≤ δ cos θ / (1 − sin θ) of both moves, at most
 //! half of each, its radius is d tan θ, and it is made only as large as its speed needs.
 
 use super::corner::{SERVO_S, along, speed_along};
-use super::exact_pass::{Chain, Leg};
+use super::exact_pass::{Chain, Leg, leg_time_s};
 use super::problem::FeedPiece;
 use crate::ids::MoveId;
 use crate::machine::Machine;
@@ -31,8 +32,8 @@ const FLAT: f64 = 1e-3;
 const HELD: usize = 256;
 /// Most points that are joined into one line.
 const JOINED: usize = 100;
-/// Servo periods lost at a stop: a motion ends within a period, the next begins with one.
-const STOP_CYCLES: f64 = 0.5;
+/// Part of a servo period that is rounding, not time.
+const ROUNDING: f64 = 1e-6;
 
 /// What sets one control apart from another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +46,8 @@ pub struct Control {
     pub kink_share: f64,
     /// Does a kink take its share away from both its moves?
     pub kink_slows: bool,
+    /// A primitive of a feed move that takes less than this from its first to its last speed, s, gets no faster in between.
+    pub ramp_s: f64,
     /// No control, but the bound that every one is measured by: the feed may change anywhere without a block of its own.
     pub feed_changes_anywhere: bool,
 }
@@ -56,7 +59,16 @@ impl Control {
         // LinuxCNC: ARC_BLEND_KINK_RATIO, unless the machine's own file says otherwise.
         let kink_share = if linuxcnc { 0.1 } else { std::f64::consts::FRAC_1_SQRT_2 };
         let look_ahead = linuxcnc.then_some(50);
-        Self { look_ahead, joins_lines: linuxcnc, kink_share, kink_slows: linuxcnc, feed_changes_anywhere: false }
+        // ARC_BLEND_RAMP_FREQ.
+        let ramp_s = if linuxcnc { 0.01 } else { 0.0 };
+        Self {
+            look_ahead,
+            joins_lines: linuxcnc,
+            kink_share,
+            kink_slows: linuxcnc,
+            ramp_s,
+            feed_changes_anywhere: false,
+        }
     }
 }
 
@@ -433,8 +445,28 @@ fn look_ahead(plan: &mut Plan, control: &Control) {
     }
 }
 
-/// Time lost at the stops of a plan, by leg that begins with one, s.
-pub fn stop_losses(plan: &Plan) -> Vec<f64> {
-    let stops = &plan.chain.point_b;
-    (0..plan.chain.legs.len()).map(|i| if stops[i] <= 0.0 { STOP_CYCLES * SERVO_S } else { 0.0 }).collect()
+/// Seconds of each leg of a plan with these squares of speed at its points. A short one that ends at speed is a plain ramp from its first
+/// speed to its last, where a longer one runs up and down again inside (`tpActivateSegment` of LinuxCNC's `tp.c`).
+pub fn leg_times(plan: &Plan, b: &[f64], control: &Control, is_rapid: impl Fn(MoveId) -> bool) -> Vec<f64> {
+    let time = |(i, leg): (usize, &Leg)| {
+        let [from, to] = [b[i], b[i + 1]].map(f64::sqrt);
+        let ramp_s = 2.0 * leg.ds_mm / (from + to);
+        let short = ramp_s < control.ramp_s && plan.chain.point_b[i + 1] > 0.0 && !is_rapid(plan.moves[i]);
+        if short { ramp_s } else { leg_time_s(leg, b[i], b[i + 1]) }
+    };
+    plan.chain.legs.iter().enumerate().map(time).collect()
+}
+
+/// The same, where what lies between two stops takes whole servo periods: the control ends a motion within a period
+/// and begins the next one with another. What that loses belongs to the last leg before the stop.
+pub fn in_whole_periods(plan: &Plan, mut leg_s: Vec<f64>) -> Vec<f64> {
+    let mut since = 0.0;
+    for (seconds, next_b) in leg_s.iter_mut().zip(plan.chain.point_b.iter().skip(1)) {
+        since += *seconds;
+        if *next_b <= 0.0 {
+            *seconds += (since / SERVO_S - ROUNDING).ceil() * SERVO_S - since;
+            since = 0.0;
+        }
+    }
+    leg_s
 }

@@ -47,5 +47,5 @@ pub mod wear;
 pub use caps::{problem, problem_after};
 pub use kept::Standing;
 pub use problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem, Realised, Schedule};
-pub use realise::{as_programmed, realise};
+pub use realise::{as_programmed, realise, realise_by};
 pub use solve::{Options, Room, explain, feeds, solve};

@@ -4,8 +4,8 @@
 //! tolerance in force there), stops at exact stops, dwells, tool changes and changes of spindle speed, and cannot digest
 //! blocks faster than its block time.
 
-use super::control::{Control, plan, seconds_of_moves, stop_losses};
-use super::exact_pass::{exact_pass, leg_times};
+use super::control::{Control, in_whole_periods, leg_times, plan, seconds_of_moves};
+use super::exact_pass::exact_pass;
 use super::problem::{FeedPiece, Realised};
 use crate::ids::MoveId;
 use crate::machine::Machine;
@@ -29,8 +29,9 @@ pub fn realise_by(
 ) -> Realised {
     let plan = plan(toolpath, machine, control, pieces_of);
     let b = exact_pass(&plan.chain);
-    let times = leg_times(&plan.chain, &b).into_iter().zip(stop_losses(&plan));
-    let move_s = seconds_of_moves(&plan, times.map(|(time_s, lost_s)| time_s + lost_s), toolpath.moves.len());
+    let is_rapid = |id: MoveId| toolpath.moves[id.ix()].kind == MoveKind::Rapid;
+    let leg_s = in_whole_periods(&plan, leg_times(&plan, &b, control, is_rapid));
+    let move_s = seconds_of_moves(&plan, leg_s.into_iter(), toolpath.moves.len());
     let by_cause = causes(toolpath, machine, &move_s);
     Realised { total_s: by_cause.iter().map(|(_, seconds)| seconds).sum(), move_s, by_cause }
 }
