@@ -1,6 +1,8 @@
 //! Any bytes in any dialect (the first byte chooses it) through parsing, interpreting, unrolling and the proof.
 #![cfg_attr(feature = "libfuzzer", no_main)]
 
+mod target;
+
 use feedwright::nc::{self, Dialect, Environment};
 use feedwright::rewrite::verify;
 
@@ -17,12 +19,4 @@ fn go_through(data: &[u8]) {
     verify(&program, &plain, &environment);
 }
 
-#[cfg(feature = "libfuzzer")]
-libfuzzer_sys::fuzz_target!(|data: &[u8]| go_through(data));
-
-#[cfg(not(feature = "libfuzzer"))]
-fn main() {
-    for file in std::env::args().skip(1) {
-        go_through(&std::fs::read(&file).expect("the file can be read"));
-    }
-}
+target::target!(go_through);
