@@ -1,5 +1,7 @@
 //! How fast the schedule is and how near its F words come to the continuous optimum. Without arguments: synthetic paths
-//! (exact pass, convex program); with the path of a program that has a setup: that program. A setup is sought beside it.
+//! (exact pass, convex program); with the path of a program that has a setup: that program. A setup is sought beside it. With the
+//! name of a CSV file: the problem and its answer for `tests/bench/peers.py`, an arc, or with `jerk` a straight path under a limit of
+//! jerk; a number says how many points.
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
@@ -17,12 +19,17 @@ use feedwright::schedule::track::{Track, track};
 use feedwright::schedule::{Options, as_programmed, problem, realise, solve};
 
 fn main() {
-    let programs: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let mut programs: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let count = programs.iter().find_map(|word| word.parse().ok()).unwrap_or(10_000);
+    let jerk = programs.iter().any(|word| word == "jerk");
+    programs.retain(|word| word != "jerk" && word.parse::<usize>().is_err());
     for program in &programs {
-        if Path::new(program).extension().is_some_and(|end| end == "csv") {
-            emit_arc(Path::new(program));
-        } else {
+        if Path::new(program).extension().is_none_or(|end| end != "csv") {
             real(Path::new(program));
+        } else if jerk {
+            emit_jerk(Path::new(program), count);
+        } else {
+            emit_arc(Path::new(program), count);
         }
     }
     if programs.is_empty() {
@@ -75,9 +82,9 @@ fn synthetic() {
 }
 
 /// Three quarters of a circle of 20 mm from rest to rest, every axis up to 500 mm/s^2 and 90 mm/s: the grid, our b and time,
-/// for `tests/bench/compare_toppra.py`.
-fn emit_arc(path: &Path) {
-    let (radius, count) = (20.0, 10_000);
+/// for `tests/bench/peers.py`.
+fn emit_arc(path: &Path, count: usize) {
+    let radius = 20.0;
     let text = b"G21 G17 G90\nG0 X20 Y0 Z0\nG4 P1\nG3 X0 Y-20 I-20 J0 F60000\nM2\n".to_vec();
     let toolpath = interpret(&parse(text, None), &Environment::default());
     let axis = Axis { velocity_mm_s: 90.0, acceleration_mm_s2: 500.0, jerk_mm_s3: None };
@@ -102,7 +109,34 @@ fn emit_arc(path: &Path) {
         out += &format!("{},{b}\n", length * i as f64 / count as f64);
     }
     std::fs::write(path, out).unwrap();
-    println!("wrote {}", path.display());
+    println!("wrote {}, peak memory {} MB", path.display(), peak_memory_bytes() / 1_000_000);
+}
+
+/// A straight path from rest to rest under caps that wander and a limit of jerk: the highest b and ours at each of its points, and the
+/// time of travel as leg times say it.
+fn emit_jerk(path: &Path, count: usize) {
+    const JERK: f64 = 20_000.0;
+    let track = raster(count, JERK, usize::MAX);
+    let caps: Vec<f64> = track.chain.legs.iter().map(|leg| leg.cap_b).collect();
+    let mut answer = optimum(raster(count, JERK, usize::MAX), 0.0);
+    let mut elapsed = f64::INFINITY;
+    for _ in 0..3 {
+        let track = raster(count, JERK, usize::MAX);
+        let start = Instant::now();
+        answer = optimum(track, 0.0);
+        elapsed = elapsed.min(start.elapsed().as_secs_f64());
+    }
+    let travel: f64 = answer.leg_times().iter().sum();
+    let mut out = format!(
+        "# jerk {JERK} acceleration 500 step 0.3 travel {travel} jerky {} seconds {elapsed}\ns,cap_b\n",
+        answer.jerky
+    );
+    for i in 0..=count {
+        let cap = caps[i.saturating_sub(1)].min(caps[i.min(count - 1)]);
+        out += &format!("{},{cap}\n", 0.3 * i as f64);
+    }
+    std::fs::write(path, out).unwrap();
+    println!("wrote {}, peak memory {} MB", path.display(), peak_memory_bytes() / 1_000_000);
 }
 
 fn peak_memory_bytes() -> u64 {

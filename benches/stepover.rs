@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo bench --bench stepover                        points per second for ball, bull-nose and flat end
-//! cargo bench --bench stepover -- FOLDER              leaves mesh, places and heights there for tests/bench/compare_opencamlib.py
+//! cargo bench --bench stepover -- FOLDER [WIDE]       a patch of WIDE × 0.65 WIDE fields (400); leaves mesh, places and heights there for tests/bench/compare_opencamlib.py
 //! ```
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
@@ -21,8 +21,11 @@ const SHAPES: [(&str, Shape); 3] = [
 ];
 
 fn main() {
-    let folder = std::env::args().skip(1).find(|word| !word.starts_with("--"));
-    let stl = surfaces::stl(&surfaces::mould([400, 260]));
+    let mut words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
+    let wide: usize = words.iter().find_map(|word| word.parse().ok()).unwrap_or(400);
+    words.retain(|word| word.parse::<usize>().is_err());
+    let folder = words.first();
+    let stl = surfaces::stl(&surfaces::mould([wide, wide * 13 / 20]));
     let begin = Instant::now();
     let surface = Surface::read(&stl, 1.0, 1.4).unwrap();
     println!("read      {} triangles in {:.3} s", surface.triangles.len(), begin.elapsed().as_secs_f64());

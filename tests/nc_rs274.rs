@@ -1,5 +1,5 @@
 //! Our motions against those of rs274, the stand-alone interpreter of LinuxCNC, program by program; the outcome of each
-//! is kept in `tests/rs274_scoreboard.txt`. Needs `rs274` on the path and `../shared` (said aloud when missing).
+//! is kept in `tests/scoreboards/rs274.txt`. Needs `rs274` on the path and `../shared` (said aloud when missing).
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
@@ -14,7 +14,7 @@ use feedwright::nc::{self, Dialect, Environment, Event, FeedMode, MoveKind, Tool
 use feedwright::path::{Curve, Plane, Vec3};
 use feedwright::units::{MM_PER_INCH, mm_min_from_mm_s, rpm_from_rps};
 
-const SCOREBOARD: &str = "tests/rs274_scoreboard.txt";
+const SCOREBOARD: &str = "tests/scoreboards/rs274.txt";
 /// Tolerance on end points and centres, in the program's unit (rs274 prints four decimals).
 const TOLERANCE: f64 = 1.0e-4;
 

@@ -63,6 +63,7 @@ def main():
     ours_v = np.sqrt(ours)
     print(f"travel: ours {travel(ours_v):.6f} s, toppra {travel(speed):.6f} s")
     print(f"largest difference of speed {np.max(np.abs(ours_v - speed)):.2e} mm/s of {np.max(speed):.2f}")
+    print(f"RESULT {theirs_s} speeds within {np.max(np.abs(ours_v - speed)) / np.max(speed):.1e} of the largest")
     print(f"computing: ours {value['seconds'] * 1e3:.2f} ms, toppra {theirs_s * 1e3:.2f} ms, ratio {theirs_s / value['seconds']:.1f}")
 
 
