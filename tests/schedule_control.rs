@@ -7,7 +7,7 @@ use feedwright::nc::{Environment, Toolpath, interpret, parse};
 use feedwright::schedule::FeedPiece;
 use feedwright::schedule::control::{Control, plan};
 use feedwright::schedule::exact_pass::{exact_pass, leg_times};
-use feedwright::schedule::{as_programmed, realise, realise_by};
+use feedwright::schedule::{as_programmed, realise};
 
 const ACCELERATION: f64 = 500.0;
 /// What a stop may lose in the servo period, s.
@@ -66,31 +66,6 @@ fn what_lies_between_two_stops_takes_whole_periods() {
         let zigzag = |count: i32| seconds(&format!("G61\n{}", (1..=count).map(at).collect::<String>()), &machine);
         let each = (zigzag(30) - zigzag(10)) / 20.0;
         assert!((each - each_s).abs() < 1e-6, "{length} mm at F{feed}: {each}");
-    }
-}
-
-/// A chain of bends that must be taken slowly: primitives that take less than 10 ms keep to a ramp between their ends, longer ones run up
-/// and down inside.
-#[test]
-fn a_short_primitive_is_a_plain_ramp() {
-    let machine = Machine { dialect: Some("linuxcnc".to_owned()), ..machine() };
-    let with = |ramp_s: f64, length: f64| {
-        // Every bend turns by 0.001 rad: at 50 mm/s it takes the whole tenth of the acceleration that a kink may.
-        let at =
-            |k: i32| format!("G1 X{:.4} Y{:.5} F6000\n", length * f64::from(k), 0.0005 * length * f64::from(k % 2));
-        let path = toolpath(&format!("G61\n{}", (1..=200).map(at).collect::<String>()));
-        let control = Control { ramp_s, ..Control::of(&machine) };
-        let pieces = as_programmed(&path);
-        let mut next = pieces.iter();
-        let total = realise_by(&path, &machine, &control, &mut |_, out| out.extend(next.next()));
-        total.total_s
-    };
-    let standard = Control::of(&machine).ramp_s;
-    assert_eq!(standard, 0.01);
-    for (length, alike) in [(0.2, false), (5.0, true)] {
-        let [free, held] = [0.0, standard].map(|ramp_s| with(ramp_s, length));
-        assert_eq!((held - free).abs() < 1e-9, alike, "{length}: {free} {held}");
-        assert!(held >= free, "{length}: {free} {held}");
     }
 }
 
