@@ -16,7 +16,7 @@ use crate::learn::evaluate::{Evaluation, of_data, of_log};
 use crate::learn::session::LogOptions;
 use crate::report::Outcome;
 use crate::report::learn::evaluate_words;
-use crate::report::learn_json::evaluate_json;
+use crate::report::evaluate_json::evaluate_json;
 
 /// `evaluate`.
 #[derive(Debug, Args)]

@@ -1,84 +1,16 @@
-//! JSON of `learn`, `learn-table`, `calibrate` and `evaluate`, with the keys of the interface. In: what they found. Out: text, the keys of
-//! each object in alphabetical order.
+//! JSON of `learn` and `learn-table`, with the keys of the interface. In: what a diagnosis found. Out: text.
 
 use serde::Serialize;
 
+use super::json_parts::{ErrorsPart, EstimatePart, estimates, finite, text};
 use super::marks::WRITTEN_BY;
-use crate::learn::calibrate::Calibration;
-use crate::learn::calibrate::plan::{Plan, TestCut};
-use crate::learn::evaluate::{Evaluation, OfQuantity};
 use crate::learn::report::{
-    Added, Alignment, Confounded, Errors, FeedEvent, LearnReport, Rejected, Transfer, Unexplained, Unnamed, Value,
-    Window,
+    Added, Alignment, Confounded, FeedEvent, LearnReport, Rejected, Transfer, Unexplained, Unnamed, Window,
 };
 
 /// JSON report of a diagnosis.
 pub fn learn_json(report: &LearnReport) -> String {
     text(&LearnPart::of(report))
-}
-
-/// JSON report of a calibration.
-pub fn calibrate_json(calibration: &Calibration) -> String {
-    text(&CalibrationPart::of(calibration))
-}
-
-/// JSON of a model held against data that it has not seen.
-pub fn evaluate_json(evaluation: &Evaluation) -> String {
-    text(&EvaluationPart::of(evaluation))
-}
-
-/// JSON of planned test cuts.
-pub fn plan_json(plan: &Plan) -> String {
-    text(&PlanPart {
-        written_by: WRITTEN_BY,
-        model: plan.model,
-        cuts: plan.cuts.iter().map(TestCutPart::of).collect(),
-        condition: plan.condition,
-        expected: estimates(&plan.expected),
-        notes: &plan.notes,
-    })
-}
-
-/// By way of a value, which sorts the keys: so they stood from the first version on, and scripts compare whole files.
-fn text(part: &impl Serialize) -> String {
-    let sorted = serde_json::to_value(part).expect("plain data");
-    serde_json::to_string_pretty(&sorted).expect("plain data") + "\n"
-}
-
-fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
-}
-
-/// A coefficient; without a standard error where the data cannot tell it.
-#[derive(Serialize)]
-struct EstimatePart<'a> {
-    name: &'a str,
-    value: f64,
-    std_error: Option<f64>,
-    unit: &'a str,
-}
-
-impl<'a> EstimatePart<'a> {
-    fn of(v: &'a Value) -> Self {
-        Self { name: &v.name, value: v.value, std_error: finite(v.std_error), unit: &v.unit }
-    }
-}
-
-fn estimates(values: &[Value]) -> Vec<EstimatePart<'_>> {
-    values.iter().map(EstimatePart::of).collect()
-}
-
-#[derive(Serialize)]
-struct ErrorsPart {
-    rmse: f64,
-    mape: f64,
-    r2: f64,
-}
-
-impl ErrorsPart {
-    fn of(errors: &Errors) -> Self {
-        Self { rmse: errors.rmse, mape: errors.mape, r2: errors.r2 }
-    }
 }
 
 #[derive(Serialize)]
@@ -434,128 +366,10 @@ impl EventPart {
     }
 }
 
-#[derive(Serialize)]
-struct CalibrationPart<'a> {
-    written_by: &'static str,
-    model: &'a str,
-    tests: usize,
-    parameters: Vec<EstimatePart<'a>>,
-    derived: Vec<EstimatePart<'a>>,
-    tare_w: Option<f64>,
-    covariance: &'a [Vec<f64>],
-    condition: Option<f64>,
-    indistinguishable: &'a [Vec<String>],
-    train: ErrorsPart,
-    leave_one_out_rmse: Option<f64>,
-    leave_set_up_out_rmse: Option<f64>,
-    force_uncertainty: Option<f64>,
-    notes: &'a [String],
-    doubts: &'a [String],
-}
-
-impl<'a> CalibrationPart<'a> {
-    fn of(c: &'a Calibration) -> Self {
-        Self {
-            written_by: WRITTEN_BY,
-            model: &c.model,
-            tests: c.tests,
-            parameters: estimates(&c.parameters),
-            derived: estimates(&c.derived),
-            tare_w: c.tare,
-            covariance: &c.covariance,
-            condition: finite(c.condition),
-            indistinguishable: &c.indistinguishable,
-            train: ErrorsPart::of(&c.train),
-            leave_one_out_rmse: finite(c.leave_one_out_rmse),
-            leave_set_up_out_rmse: c.leave_set_up_out_rmse,
-            force_uncertainty: c.force_uncertainty,
-            notes: &c.notes,
-            doubts: &c.doubts,
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct EvaluationPart<'a> {
-    written_by: &'static str,
-    samples: usize,
-    alignment: Option<TiedPart>,
-    effects: &'a [String],
-    quantities: Vec<QuantityPart<'a>>,
-    /// Of the first quantity.
-    test: Option<ErrorsPart>,
-}
-
-/// How the log was tied to the program.
-#[derive(Serialize)]
-struct TiedPart {
-    method: &'static str,
-    uncertainty_s: f64,
-}
-
-#[derive(Serialize)]
-struct QuantityPart<'a> {
-    name: &'a str,
-    samples: usize,
-    model: ErrorsPart,
-    without_effects: ErrorsPart,
-    about_mean_rmse: f64,
-    bias: f64,
-}
-
-impl<'a> EvaluationPart<'a> {
-    fn of(e: &'a Evaluation) -> Self {
-        Self {
-            written_by: WRITTEN_BY,
-            samples: e.samples,
-            alignment: e.tied.map(|(method, uncertainty_s)| TiedPart { method, uncertainty_s }),
-            effects: &e.effects,
-            quantities: e.quantities.iter().map(QuantityPart::of).collect(),
-            test: e.quantities.first().map(|quantity| ErrorsPart::of(&quantity.model)),
-        }
-    }
-}
-
-impl<'a> QuantityPart<'a> {
-    fn of(q: &'a OfQuantity) -> Self {
-        Self {
-            name: &q.name,
-            samples: q.samples,
-            model: ErrorsPart::of(&q.model),
-            without_effects: ErrorsPart::of(&q.without_effects),
-            about_mean_rmse: q.about_mean,
-            bias: q.bias,
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct PlanPart<'a> {
-    written_by: &'static str,
-    model: &'static str,
-    cuts: Vec<TestCutPart>,
-    condition: f64,
-    expected: Vec<EstimatePart<'a>>,
-    notes: &'a [String],
-}
-
-#[derive(Serialize)]
-#[allow(clippy::struct_field_names)] // keys of the interface, each with its unit
-struct TestCutPart {
-    axial_depth_mm: f64,
-    radial_depth_mm: f64,
-    feed_per_tooth_mm: f64,
-}
-
-impl TestCutPart {
-    fn of(cut: &TestCut) -> Self {
-        Self { axial_depth_mm: cut.axial_mm, radial_depth_mm: cut.radial_mm, feed_per_tooth_mm: cut.feed_per_tooth_mm }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::learn::report::Value;
     use serde_json::{Value as Json, json};
 
     fn keys(text: &str, at: &str) -> Vec<String> {

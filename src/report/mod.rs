@@ -4,10 +4,13 @@
 mod answers;
 mod blocks;
 pub mod bounds;
+pub mod calibrate_json;
+pub mod evaluate_json;
 mod figures;
 mod embedded;
 mod html;
 mod json;
+mod json_parts;
 pub mod learn;
 pub mod learn_json;
 mod learn_page;
