@@ -9,7 +9,9 @@
 
 use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
+use crate::learn::diagnose::criteria::is_structure;
 use crate::learn::regress::random::Chance;
+use crate::learn::regress::statistics::dot;
 
 /// A pattern found in a residual.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,16 +42,15 @@ pub fn inflation(data: &Data, residual: &[f64]) -> f64 {
 }
 
 /// A residual in units of its expected deviation, about its mean.
-struct Scaled<'a> {
-    data: &'a Data,
-    used: Vec<usize>,
-    /// 0 where a sample does not count.
-    values: Vec<f64>,
+struct Scaled {
+    used: usize,
+    /// Value and whether it counts (1), of runs without a gap; both 0 where a sample does not count.
+    runs: Vec<(Vec<f64>, Vec<f64>)>,
     variance: f64,
 }
 
-impl<'a> Scaled<'a> {
-    fn new(data: &'a Data, residual: &[f64]) -> Self {
+impl Scaled {
+    fn new(data: &Data, residual: &[f64]) -> Self {
         let used: Vec<usize> = data.used().collect();
         let whole: f64 = used.iter().map(|&i| data.weight[i]).sum();
         let mean = used.iter().map(|&i| data.weight[i] * residual[i]).sum::<f64>() / whole.max(1e-300);
@@ -58,19 +59,23 @@ impl<'a> Scaled<'a> {
             values[i] = data.weight[i].sqrt() * (residual[i] - mean);
         }
         let variance = values.iter().map(|r| r * r).sum::<f64>() / used.len().max(1) as f64;
-        Self { data, used, values, variance }
+        let counts: Vec<f64> = data.weight.iter().map(|w| f64::from(u8::from(*w > 0.0))).collect();
+        let mut runs = Vec::new();
+        let mut begin = 0;
+        for run in data.run.chunk_by(|a, b| a == b) {
+            let range = begin..begin + run.len();
+            begin = range.end;
+            runs.push((values[range.clone()].to_vec(), counts[range].to_vec()));
+        }
+        Self { used: used.len(), runs, variance }
     }
 
     /// Autocorrelation at a lag, within runs.
     fn autocorrelation(&self, lag: usize) -> f64 {
-        let data = self.data;
         let (mut product, mut pairs) = (0.0, 0.0);
-        for &i in &self.used {
-            let j = i + lag;
-            if j < data.len() && data.run[j] == data.run[i] && data.weight[j] > 0.0 {
-                product += self.values[i] * self.values[j];
-                pairs += 1.0;
-            }
+        for (values, counts) in self.runs.iter().filter(|(values, _)| values.len() > lag) {
+            product += dot(values, &values[lag..]);
+            pairs += dot(counts, &counts[lag..]);
         }
         if pairs < 8.0 || self.variance <= 0.0 { 0.0 } else { product / pairs / self.variance }
     }
@@ -78,7 +83,7 @@ impl<'a> Scaled<'a> {
 
 fn series_inflation(data: &Data, residual: &[f64]) -> f64 {
     let scaled = Scaled::new(data, residual);
-    let noise = 2.0 / (scaled.used.len().max(4) as f64).sqrt();
+    let noise = 2.0 / (scaled.used.max(4) as f64).sqrt();
     let mut sum = 1.0;
     for lag in 1..(data.len() / 4).min(400) {
         let rho = scaled.autocorrelation(lag);
@@ -167,7 +172,7 @@ pub const COVARIATES: [Covariate; 18] = [
     Covariate::EdgePosition,
 ];
 
-/// Every pattern with a chance below 5 %, strongest first.
+/// Every pattern that is called structure, with a chance below 5 %, strongest first.
 pub fn patterns(data: &Data, residual: &[f64], load: &[f64], seed: u64) -> Vec<Pattern> {
     let mut found = Vec::new();
     for covariate in COVARIATES {
@@ -180,7 +185,7 @@ pub fn patterns(data: &Data, residual: &[f64], load: &[f64], seed: u64) -> Vec<P
     } else {
         found.extend(from_set_up_to_set_up(data, residual, seed));
     }
-    found.retain(|p| p.p_value < 0.05 && p.test_r2 > 0.0);
+    found.retain(|p| p.p_value < 0.05 && is_structure(p.test_r2, data.is_series()));
     found.sort_by(|a, b| b.test_r2.total_cmp(&a.test_r2));
     found
 }
@@ -200,11 +205,12 @@ fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -
         used.iter().map(|i| blocks.binary_search(&data.block[*i]).unwrap_or(0).is_multiple_of(2)).collect();
     let score = |bins: &[usize]| cross_r2(&used, bins, &half, residual, data);
     let test_r2 = score(&bins);
-    if test_r2 <= 0.005 {
+    if !is_structure(test_r2, data.is_series()) {
         return None;
     }
+    let members = members(data, &used, &blocks);
     let mut chance = Chance::new(seed);
-    let beaten = (0..ROUNDS).filter(|_| score(&permuted(data, &used, &bins, &blocks, &mut chance)) >= test_r2).count();
+    let beaten = (0..ROUNDS).filter(|_| score(&permuted(&members, &bins, &mut chance)) >= test_r2).count();
     Some(Pattern {
         along: name.to_owned(),
         test_r2,
@@ -284,8 +290,8 @@ fn cross_r2(used: &[usize], bins: &[usize], half: &[bool], residual: &[f64], dat
     1.0 - after / before.max(1e-300)
 }
 
-/// Gives whole blocks the bins of other blocks, in their order.
-fn permuted(data: &Data, used: &[usize], bins: &[usize], blocks: &[usize], chance: &mut Chance) -> Vec<usize> {
+/// Which of the used samples belong to each block.
+fn members(data: &Data, used: &[usize], blocks: &[usize]) -> Vec<Vec<usize>> {
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
     for (k, &i) in used.iter().enumerate() {
         if let Ok(b) = blocks.binary_search(&data.block[i]) {
@@ -293,6 +299,11 @@ fn permuted(data: &Data, used: &[usize], bins: &[usize], blocks: &[usize], chanc
         }
     }
     members.retain(|m| !m.is_empty());
+    members
+}
+
+/// Gives whole blocks the bins of other blocks, in their order.
+fn permuted(members: &[Vec<usize>], bins: &[usize], chance: &mut Chance) -> Vec<usize> {
     let mut order: Vec<usize> = (0..members.len()).collect();
     chance.shuffle(&mut order);
     let mut out = vec![0; bins.len()];
@@ -336,17 +347,27 @@ fn period(data: &Data, residual: &[f64], span: f64) -> Option<(f64, f64)> {
     let length = last - first;
     let (low, high) = (3.0 / length, 0.25 / span.max(1e-6));
     let count = ((high - low) * length * 3.0).clamp(10.0, 4000.0) as usize;
-    let power = |f: f64| {
-        let (mut c, mut s) = (0.0, 0.0);
-        for &i in &used {
-            let (sin, cos) = (std::f64::consts::TAU * f * data.state[i].time_s).sin_cos();
-            c += data.weight[i] * residual[i] * cos;
-            s += data.weight[i] * residual[i] * sin;
+    let step = (high - low) / count as f64;
+    // Of each sample w r e^(2πift), turned on by the step from one frequency to the next.
+    let turned = |f: f64| used.iter().map(move |i| (std::f64::consts::TAU * f * data.state[*i].time_s).sin_cos());
+    let turns: Vec<(f64, f64)> = turned(step).collect();
+    let begin = turned(low).zip(&used).map(|((sin, cos), i)| {
+        let size = data.weight[*i] * residual[*i];
+        (size * sin, size * cos)
+    });
+    let mut at: Vec<(f64, f64)> = begin.collect();
+    let mut best = (f64::NEG_INFINITY, low);
+    for k in 0..count {
+        let (sin, cos) = at.iter().fold((0.0, 0.0), |(s, c), (sin, cos)| (s + sin, c + cos));
+        let power: f64 = sin * sin + cos * cos;
+        if power >= best.0 {
+            best = (power, low + step * k as f64);
         }
-        c * c + s * s
-    };
-    let frequency = |k: usize| low + (high - low) * k as f64 / count as f64;
-    let best = (0..count).map(|k| (power(frequency(k)), frequency(k))).max_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        for ((sin, cos), (by_sin, by_cos)) in at.iter_mut().zip(&turns) {
+            (*sin, *cos) = (*sin * by_cos + *cos * by_sin, *cos * by_cos - *sin * by_sin);
+        }
+    }
+    let best = best.1;
     let bins: Vec<usize> =
         used.iter().map(|i| ((data.state[*i].time_s * best).rem_euclid(1.0) * 10.0) as usize % 10).collect();
     let blocks = data.blocks();

@@ -60,7 +60,8 @@ impl Score {
     }
 
     fn gain(&self, sums: &Sums) -> f64 {
-        let rest = sums.ss - (sums.sj.transpose() * &self.inverse * &sums.sj)[(0, 0)];
+        let row = |a: usize| (0..self.p).map(|b| self.inverse[(a, b)] * sums.sj[b]).sum::<f64>();
+        let rest = sums.ss - (0..self.p).map(|a| sums.sj[a] * row(a)).sum::<f64>();
         if rest > 1e-6 * sums.ss && sums.ss > 0.0 { sums.g * sums.g / rest } else { 0.0 }
     }
 

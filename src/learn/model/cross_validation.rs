@@ -4,7 +4,7 @@
 use crate::effects::Place;
 use crate::learn::dataset::samples::Data;
 use crate::learn::model::design::FittedEffect;
-use crate::learn::model::fit::fit;
+use crate::learn::model::fit::fit_weighed;
 use rayon::prelude::*;
 
 /// A split of the samples.
@@ -74,8 +74,8 @@ pub fn held_out_residuals(data: &Data, effects: &[FittedEffect], split: &Split) 
         if held.is_empty() {
             return Vec::new();
         }
-        let others = data.with_weights(without(data, |i| split.fold[i] == fold));
-        let Some(fitted) = fit(&others, &begun, FOLD_ROUNDS) else { return Vec::new() };
+        let others = without(data, |i| split.fold[i] == fold);
+        let Some(fitted) = fit_weighed(data, &others, &begun, FOLD_ROUNDS) else { return Vec::new() };
         held.into_iter().map(|i| (i, data.reading[i] - fitted.predicted[i])).collect()
     };
     let folds: Vec<Vec<(usize, f64)>> = (0..split.folds).into_par_iter().map(of_fold).collect();

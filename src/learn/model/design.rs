@@ -75,7 +75,9 @@ pub fn acting(each: &FittedEffect, data: &Data) -> Acting {
 /// The same for some samples; to the others it does nothing.
 pub fn acting_on(each: &FittedEffect, data: &Data, samples: impl Iterator<Item = usize>) -> Acting {
     let mut factors = [const { None::<Vec<f64>> }; 3];
-    for i in samples {
+    // What acts on geometry or motion is the same for all samples.
+    let is_whole = matches!(each.effect.acts, Acts::Geometry | Acts::Motion);
+    for i in samples.filter(|_| !is_whole) {
         let one = (each.effect.change)(&each.values, &data.state[i]);
         for (factor, value) in factors.iter_mut().zip([one.tare, one.cutting, one.edge]) {
             // In air a covariate of the cut is not known, and nothing is there to change.
@@ -308,13 +310,12 @@ pub fn measured(mut load: Vec<f64>, acting: &[&Acting], top: f64) -> Vec<f64> {
 }
 
 /// Scale of the efficiency effect: the 99th percentile of the readings.
-pub fn top_reading(data: &Data) -> f64 {
-    let mut sorted: Vec<f64> = data.used().map(|i| data.reading[i]).collect();
-    let at = sorted.len() * 99 / 100;
-    if sorted.is_empty() {
+pub fn top_reading(mut readings: Vec<f64>) -> f64 {
+    let at = readings.len() * 99 / 100;
+    if readings.is_empty() {
         return 1.0;
     }
-    sorted.select_nth_unstable_by(at, f64::total_cmp).1.abs().max(1e-9)
+    readings.select_nth_unstable_by(at, f64::total_cmp).1.abs().max(1e-9)
 }
 
 #[cfg(test)]

@@ -10,7 +10,9 @@ use crate::learn::model::design::{
     Acting, FittedEffect, acting, acting_on, before_drive, changed_columns, kept, load, measured, slope_of_reading,
     together, top_reading,
 };
+use crate::learn::regress::statistics::dot;
 use nalgebra::{DMatrix, DVector};
+use std::rc::Rc;
 
 /// Base coefficients and effects.
 #[derive(Debug, Clone, Default)]
@@ -50,7 +52,7 @@ impl Certainty {
 
 /// See [`Certainty`]: of the model at the minimum of its squares.
 pub fn certainty(data: &Data, fitted: &Fitted) -> Certainty {
-    let search = Search::new(data);
+    let search = Search::new(data, &data.weight);
     let (base, effects) = (&fitted.model.base, &fitted.model.effects);
     let at = search.point(base.clone(), effects.clone(), search.acting(effects));
     let (normal, _) = search.normal_equations(&at);
@@ -73,7 +75,7 @@ impl Fitted {
 pub fn predict(data: &Data, model: &Model) -> Vec<f64> {
     let acting: Vec<Acting> = model.effects.iter().map(|each| acting(each, data)).collect();
     let acting: Vec<&Acting> = acting.iter().collect();
-    let top = top_reading(data);
+    let top = top_reading(data.used().map(|i| data.reading[i]).collect());
     measured(load(data, &acting, &model.base, top), &acting, top)
 }
 
@@ -96,12 +98,18 @@ const SETTLED: f64 = 1e-6;
 
 /// Fits β and the parameters of all effects, from the values in `effects`; `None` when no sample counts.
 pub fn fit(data: &Data, effects: &[FittedEffect], iterations: usize) -> Option<Fitted> {
-    let search = Search::new(data);
+    fit_weighed(data, &data.weight, effects, iterations)
+}
+
+/// The same with other weights than those of the data.
+pub fn fit_weighed(data: &Data, weight: &[f64], effects: &[FittedEffect], iterations: usize) -> Option<Fitted> {
+    let search = Search::new(data, weight);
     if search.used.len() < data.base.len() {
         return None;
     }
-    let (base, bounded) = search.best_base(&search.acting(effects))?;
-    let mut at = search.point(base, effects.to_vec(), search.acting(effects));
+    let acting = search.acting(effects);
+    let (base, bounded) = search.best_base(&acting)?;
+    let mut at = search.point(base, effects.to_vec(), acting);
     let mut damping = 1e-3;
     let free: usize = effects.iter().map(|e| e.values.len()).sum();
     let rounds = if bounded { iterations.max(12) } else { iterations };
@@ -129,13 +137,14 @@ pub fn fit(data: &Data, effects: &[FittedEffect], iterations: usize) -> Option<F
 
 /// Columns of dŷ/dβ, then dŷ/dθ, at a fitted model.
 pub fn jacobian(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
-    let search = Search::new(data);
+    let search = Search::new(data, &data.weight);
     let effects = &fitted.model.effects;
     search.jacobian(&search.point(fitted.model.base.clone(), effects.clone(), search.acting(effects)))
 }
 
 struct Search<'a> {
     data: &'a Data,
+    weight: &'a [f64],
     used: Vec<usize>,
     /// Base coefficients that no sample which counts shows. What a chain with a lag leaves of them in later samples is too
     /// little to tell them by: they stay where the setup has them.
@@ -148,7 +157,7 @@ struct Search<'a> {
 struct Point {
     base: Vec<f64>,
     theta: Vec<FittedEffect>,
-    acting: Vec<Acting>,
+    acting: Vec<Rc<Acting>>,
     /// Σ β·column, before the drive's excess.
     load: Vec<f64>,
     predicted: Vec<f64>,
@@ -158,7 +167,7 @@ struct Point {
 
 impl Point {
     fn acting(&self) -> Vec<&Acting> {
-        self.acting.iter().collect()
+        self.acting.iter().map(Rc::as_ref).collect()
     }
 
     fn excess(&self) -> f64 {
@@ -167,18 +176,27 @@ impl Point {
 }
 
 impl<'a> Search<'a> {
-    fn new(data: &'a Data) -> Self {
-        let used: Vec<usize> = data.used().collect();
+    fn new(data: &'a Data, weight: &'a [f64]) -> Self {
+        let used: Vec<usize> = (0..data.len()).filter(|i| weight[*i] > 0.0).collect();
         let unseen = data.columns.iter().map(|column| used.iter().all(|i| column[*i] == 0.0)).collect();
-        Self { data, used, unseen, top: top_reading(data) }
+        let top = top_reading(used.iter().map(|i| data.reading[*i]).collect());
+        Self { data, weight, used, unseen, top }
     }
 
-    fn acting(&self, theta: &[FittedEffect]) -> Vec<Acting> {
-        theta.iter().map(|each| acting(each, self.data)).collect()
+    fn acting(&self, theta: &[FittedEffect]) -> Vec<Rc<Acting>> {
+        theta.iter().map(|each| Rc::new(acting(each, self.data))).collect()
     }
 
-    fn point(&self, base: Vec<f64>, theta: Vec<FittedEffect>, acting: Vec<Acting>) -> Point {
-        let all: Vec<&Acting> = acting.iter().collect();
+    /// The same of effects next to a point; those that have not moved act as there.
+    fn acting_beside(&self, at: &Point, theta: &[FittedEffect]) -> Vec<Rc<Acting>> {
+        let beside = |((each, last), acts): ((&FittedEffect, &FittedEffect), &Rc<Acting>)| {
+            if each.values == last.values { Rc::clone(acts) } else { Rc::new(acting(each, self.data)) }
+        };
+        theta.iter().zip(&at.theta).zip(&at.acting).map(beside).collect()
+    }
+
+    fn point(&self, base: Vec<f64>, theta: Vec<FittedEffect>, acting: Vec<Rc<Acting>>) -> Point {
+        let all: Vec<&Acting> = acting.iter().map(Rc::as_ref).collect();
         let load = load(self.data, &all, &base, self.top);
         let predicted = measured(load.clone(), &all, self.top);
         let objective = self.squares(&predicted) + self.prior(&base);
@@ -187,18 +205,19 @@ impl<'a> Search<'a> {
 
     /// β for these θ, within its bounds, and whether it had to be put there: exact when the chain is linear. Where it
     /// is not, the loads are fitted that the drive makes the readings of, each with the slope of its reading.
-    fn best_base(&self, acting: &[Acting]) -> Option<(Vec<f64>, bool)> {
-        let all: Vec<&Acting> = acting.iter().collect();
+    fn best_base(&self, acting: &[Rc<Acting>]) -> Option<(Vec<f64>, bool)> {
+        let all: Vec<&Acting> = acting.iter().map(Rc::as_ref).collect();
         let whole = together(&all);
         let mut columns = self.columns(&all);
         let mut rest = before_drive(self.data, &whole, self.top);
-        let slopes: Vec<f64> = rest.iter().map(|p| slope_of_reading(&whole, *p, self.top)).collect();
+        let slopes: Option<Vec<f64>> = (whole.reading_excess != 0.0)
+            .then(|| rest.iter().map(|p| slope_of_reading(&whole, *p, self.top)).collect());
         if let Some(kept) = kept(self.data, &all, self.top) {
             rest.iter_mut().zip(&kept).for_each(|(y, k)| *y -= k);
         }
-        if whole.reading_excess != 0.0 {
+        if let Some(slopes) = &slopes {
             for column in columns.iter_mut().chain([&mut rest]) {
-                column.iter_mut().zip(&slopes).for_each(|(x, s)| *x *= s);
+                column.iter_mut().zip(slopes).for_each(|(x, s)| *x *= s);
             }
         }
         let (mut normal, mut rhs) = self.sums(&columns, &rest);
@@ -220,19 +239,18 @@ impl<'a> Search<'a> {
         columns
     }
 
-    /// XᵀWX and XᵀWy.
+    /// XᵀWX and XᵀWy. Samples without weight add nothing: what the columns have of them is finite.
     fn sums(&self, columns: &[Vec<f64>], y: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
         let p = columns.len();
         let (mut normal, mut rhs) = (DMatrix::zeros(p, p), DVector::zeros(p));
         for a in 0..p {
-            let weighted: Vec<f64> = self.used.iter().map(|&i| self.data.weight[i] * columns[a][i]).collect();
+            let weighted: Vec<f64> = columns[a].iter().zip(self.weight).map(|(x, w)| w * x).collect();
             if weighted.iter().all(|w| *w == 0.0) {
                 continue;
             }
-            let with = |other: &[f64]| weighted.iter().zip(&self.used).map(|(w, &i)| w * other[i]).sum::<f64>();
-            rhs[a] = with(y);
+            rhs[a] = dot(&weighted, y);
             for b in 0..=a {
-                normal[(a, b)] = with(&columns[b]);
+                normal[(a, b)] = dot(&weighted, &columns[b]);
                 normal[(b, a)] = normal[(a, b)];
             }
         }
@@ -289,7 +307,7 @@ impl<'a> Search<'a> {
     }
 
     fn squares(&self, predicted: &[f64]) -> f64 {
-        self.used.iter().map(|&i| self.data.weight[i] * (self.data.reading[i] - predicted[i]).powi(2)).sum()
+        self.used.iter().map(|&i| self.weight[i] * (self.data.reading[i] - predicted[i]).powi(2)).sum()
     }
 
     fn prior(&self, base: &[f64]) -> f64 {
@@ -351,8 +369,8 @@ impl<'a> Search<'a> {
         let stepped: Vec<f64> = next.by_ref().take(at.base.len()).collect();
         let mut theta = at.theta.clone();
         theta.iter_mut().flat_map(|each| &mut each.values).zip(next).for_each(|(value, moved)| *value = moved);
-        let acting = self.acting(&theta);
-        let linear = together(&acting.iter().collect::<Vec<_>>()).reading_excess == 0.0;
+        let acting = self.acting_beside(at, &theta);
+        let linear = together(&acting.iter().map(Rc::as_ref).collect::<Vec<_>>()).reading_excess == 0.0;
         let best = self.best_base(&acting).filter(|(_, outside)| linear && !outside);
         self.point(best.map_or(stepped, |(base, _)| base), theta, acting)
     }
