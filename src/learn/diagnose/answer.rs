@@ -5,10 +5,10 @@ use crate::effects::unnamed::{CURVES, knots};
 use crate::effects::{Covariate, Multiplies, family_of, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::diagnose::criteria::{goes, is_no_worse, is_structure, lowers_elsewhere, tells_apart};
+use crate::learn::diagnose::criteria::{goes, is_no_worse, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::remove;
-use crate::learn::diagnose::residual::{Pattern, noise_floor, patterns};
+use crate::learn::diagnose::residual::{noise_floor, patterns};
 use crate::learn::diagnose::scatter::scatter_of_load;
 use crate::learn::diagnose::unnamed::is_unnamed;
 use crate::learn::model::cross_validation::without;
@@ -86,7 +86,7 @@ impl Diagnosis<'_> {
     /// Does a curve lower the error on operations that it was not learned on? One that follows what only differs from
     /// operation to operation may be anything that does.
     fn holds_elsewhere(&self, effects: &[FittedEffect], e: usize) -> bool {
-        self.drop_elsewhere(&remove(effects, e), effects).is_none_or(lowers_elsewhere)
+        self.drop_elsewhere(&remove(effects, e), effects).is_none_or(|drop| self.criteria().lowers_elsewhere(drop))
     }
 
     fn added(&self, e: usize, fitted: &Fitted, sure: &Certainty) -> Added {
@@ -243,8 +243,7 @@ pub(in crate::learn) fn unexplained(
         });
     }
     let residual = fitted.residuals(data);
-    let is_told = |pattern: &Pattern| is_structure(pattern.test_r2, data.is_series());
-    let found: Vec<Pattern> = patterns(data, &residual, &fitted.predicted, seed).into_iter().filter(is_told).collect();
+    let found = patterns(data, &residual, &fitted.predicted, seed);
     // That what is left persists says that it is no noise, and nothing of where it comes from.
     let strongest = found.iter().find(|pattern| !pattern.is_persistence).or(found.first())?;
     Some(Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along.clone() })

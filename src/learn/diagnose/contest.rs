@@ -7,12 +7,11 @@
 //! never have the form of the list.
 
 use crate::effects::{Covariate, Effect, Multiplies};
-use crate::learn::diagnose::criteria::{CONFOUNDED_WITHIN, follows_a_curve, is_clearly_better, leaves_as_much};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
-use crate::learn::diagnose::unnamed::{Found, LAST_RANK, is_there_without_a_cut, is_unnamed, rank};
+use crate::learn::diagnose::unnamed::{LAST_RANK, ResidualCurve, is_there_without_a_cut, is_unnamed, rank};
 use crate::learn::model::cross_validation::{certainty_of_gain, improvement_by_case, t_statistic};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
@@ -24,7 +23,7 @@ const SAID: usize = 3;
 /// What may stand in the place of an effect.
 enum Rival {
     Named(Trial),
-    Curve(Found),
+    Curve(ResidualCurve),
 }
 
 /// The place of one effect in a model, without it.
@@ -82,9 +81,9 @@ impl Diagnosis<'_> {
             let worse = t_statistic(&improvement_by_case(&self.train, left, &contest.shaped));
             // An instant or a place is looked for anew without each fold: of two such the likelihood is the fairer judge.
             let are_looked_for = |trial: &Trial| own.is_looked_for() && trial.effect.is_looked_for();
-            let is_as_likely = |trial: &Trial| contest.gain - trial.gain < CONFOUNDED_WITHIN;
+            let is_as_likely = |trial: &Trial| contest.gain - trial.gain < self.criteria().confounded_within;
             let as_likely = matches!(rival, Rival::Named(trial) if are_looked_for(trial) && is_as_likely(trial));
-            as_likely || leaves_as_much(drop(left) / drop(&contest.shaped).max(1e-12), worse)
+            as_likely || self.criteria().leaves_as_much(drop(left) / drop(&contest.shaped).max(1e-12), worse)
         };
         let as_good = contest.rivals.iter().filter(|(rival, left)| as_good(rival, left)).map(|(rival, _)| rival);
         // What a cut can part from it comes first.
@@ -144,9 +143,9 @@ impl Diagnosis<'_> {
         let is_late = matches!(rival, Rival::Curve(found) if rank(found.covariate) == LAST_RANK);
         let t = t_statistic(&improvement_by_case(&self.train, shaped, left));
         if is_late {
-            follows_a_curve(self.drop_of(shaped, left), certainty_of_gain(&self.train, shaped, left))
+            self.criteria().follows_a_curve(self.drop_of(shaped, left), certainty_of_gain(&self.train, shaped, left))
         } else {
-            is_clearly_better(t)
+            self.criteria().is_clearly_better(t)
         }
     }
 
@@ -248,6 +247,25 @@ mod tests {
         let Outcome::Holds(in_doubt) = contested(&data) else { panic!("the name goes") };
         assert_eq!(in_doubt[0].names, ["up-down-asymmetry", "a curve of the load along position z"]);
         assert!(in_doubt[0].experiment.contains("up and climb"));
+    }
+
+    #[test]
+    fn beside_a_name_three_that_explain_as_much_are_said_and_not_a_fourth() {
+        // Height, depth, width, curvature and speed of the spindle change together with the way of milling, as many as are asked for.
+        let up = by_turns(1);
+        let said = |together: usize| {
+            let mut data = blocks(&up, by_turns(3), |block| 0.2 * up(block));
+            for (i, state) in data.state.iter_mut().enumerate() {
+                let go = |k: usize| if k < together { up(i / EACH) } else { 0.0 };
+                state.axial_depth_mm = 3.0 + go(0);
+                state.radial_depth_mm = 5.0 + go(1);
+                state.curvature_per_mm = 0.1 + 0.05 * go(2);
+                state.rps = 100.0 + go(3);
+            }
+            let Outcome::Holds(in_doubt) = contested(&data) else { panic!("the name goes") };
+            in_doubt[0].names.len() - 1
+        };
+        assert_eq!([1, 2, 3, 4].map(said), [1, 2, 3, 3]);
     }
 
     #[test]

@@ -6,62 +6,101 @@
 
 use crate::effects::Way;
 
-/// Least score of an effect in a log: twice the log-likelihood ratio less the charge k ln n of the Bayesian information
-/// criterion (Schwarz 1978). Kass and Raftery (1995) call 6 … 10 "strong"; where an instant or a place is searched for,
-/// its middle is asked for.
-const LEAST_SCORE_OF_LOG: f64 = 8.0;
-/// The same for tables, where nothing is searched for: the middle of "positive", 2 … 6.
-const LEAST_SCORE_OF_TABLE: f64 = 4.0;
-/// Rivals whose gain (twice the log-likelihood) is this close to that of the best explain the data equally well,
-/// whatever their parameters are charged: below "strong" on the scale of Kass and Raftery.
-pub(in crate::learn) const CONFOUNDED_WITHIN: f64 = 6.0;
-/// The same on data left out: least share of the drop of the best, and most standard errors behind it. Judgement.
-const AS_GOOD: f64 = 0.85;
-const AS_GOOD_T: f64 = 1.0;
-/// How much more another form of an effect must score: "positive" on that scale.
-pub(in crate::learn) const FORM_MARGIN: f64 = 2.0;
-/// Least relative drop of the held-out error worth an effect. Judgement.
-const LEAST_DROP: f64 = 0.005;
-/// Standard errors over the blocks by which an effect must lower the held-out error: the usual one-standard-error rule
-/// (Breiman and others 1984).
-const LEAST_T: f64 = 1.0;
-/// The same of a curve without a name, and its least drop: some forty curves of seven shapes are looked at, of which one
-/// is two standard errors off by chance only now and then. Judgement.
-const CURVE_T: f64 = 2.0;
-const CURVE_DROP: f64 = 0.01;
-/// Least share of what the base model leaves beyond the noise that one effect must take away. Judgement.
-const LEAST_SHARE: f64 = 0.08;
-/// The same of what the effects before it leave: a small effect beside a large one. Judgement.
-const LEAST_REST: f64 = 0.3;
-/// Least excess of the base model over the noise that shares of it refer to, as a share of its squares. Judgement.
-pub(in crate::learn) const LEAST_EXCESS: f64 = 0.02;
-/// Share of the squares to which the noise is known: a rest smaller than that is no rest to be explained. Judgement.
-pub(in crate::learn) const NOISE_KNOWN_TO: f64 = 0.1;
-/// What the engagement of a cut is known to, relative: removal rates over a millimetre of path
-/// (`tests/engage_accuracy.rs`). In a long log everything is significant, the steps of the engagement itself among it,
-/// and some effect always follows those a little.
-pub(in crate::learn) const ENGAGEMENT_KNOWN_TO: f64 = 0.003;
-/// Least share of the excess that a pair of effects must take away which neither shows alone. Judgement.
-const PAIR_EXPLAINS: f64 = 0.7;
-/// Least error over the noise that makes pairs worth trying. Judgement.
-const PAIR_NEEDED: f64 = 1.3;
-/// Most share that a pair may leave of what the base model leaves beyond the noise, and the squares of a noise with
-/// memory over those that neighbouring readings show: two effects together follow nearly any structure, but not to the
-/// end. Judgement.
-const MOST_LEFT: f64 = 0.07;
-pub(in crate::learn) const NOISE_WITH_MEMORY: f64 = 2.0;
+/// The thresholds of a diagnosis as data, so that the answers can be had with each of them halved and doubled
+/// (`benches/thresholds.rs`).
+macro_rules! thresholds {
+    ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
+        /// By what a diagnosis decides.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct Criteria {
+            $($(#[$doc])* pub $name: f64,)*
+        }
+
+        impl Default for Criteria {
+            fn default() -> Self {
+                Self { $($name: $value,)* }
+            }
+        }
+
+        impl Criteria {
+            /// What each is called.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($name),)*];
+
+            /// The same with one of them so many times as large.
+            #[must_use]
+            pub fn times(mut self, name: &str, factor: f64) -> Self {
+                match name {
+                    $(stringify!($name) => self.$name *= factor,)*
+                    _ => {}
+                }
+                self
+            }
+        }
+    };
+}
+
+thresholds! {
+    /// Least score of an effect in a log: twice the log-likelihood ratio less the charge k ln n of the Bayesian information
+    /// criterion (Schwarz 1978). Kass and Raftery (1995) call 6 … 10 "strong"; where an instant or a place is searched for,
+    /// its middle is asked for.
+    least_score_of_log = 8.0;
+    /// The same for tables, where nothing is searched for: the middle of "positive", 2 … 6.
+    least_score_of_table = 4.0;
+    /// Rivals whose gain (twice the log-likelihood) is this close to that of the best explain the data equally well,
+    /// whatever their parameters are charged: below "strong" on the scale of Kass and Raftery.
+    confounded_within = 6.0;
+    /// The same on data left out: least share of the drop of the best. Judgement.
+    as_good = 0.85;
+    /// And most standard errors behind it. Judgement.
+    as_good_t = 1.0;
+    /// How much more another form of an effect must score: "positive" on that scale.
+    form_margin = 2.0;
+    /// Least relative drop of the held-out error worth an effect. Judgement.
+    least_drop = 0.005;
+    /// Standard errors over the blocks by which an effect must lower the held-out error: the usual one-standard-error rule
+    /// (Breiman and others 1984).
+    least_t = 1.0;
+    /// Standard errors by which an effect beside others must lower the held-out error: one-sided 5 % of the normal distribution, as
+    /// the search has already taken the best once.
+    least_t_beside = 1.645;
+    /// Standard errors of a curve without a name: some forty curves of seven shapes are looked at, of which one is two
+    /// standard errors off by chance only now and then. Judgement.
+    curve_t = 2.0;
+    /// Least relative drop of the held-out error worth such a curve. Judgement.
+    curve_drop = 0.01;
+    /// Least share of what the base model leaves beyond the noise that one effect must take away. Judgement.
+    least_share = 0.08;
+    /// The same of what the effects before it leave: a small effect beside a large one. Judgement.
+    least_rest = 0.3;
+    /// Least excess of the base model over the noise that shares of it refer to, as a share of its squares. Judgement.
+    least_excess = 0.02;
+    /// Share of the squares to which the noise is known: a rest smaller than that is no rest to be explained. Judgement.
+    noise_known_to = 0.1;
+    /// What the engagement of a cut is known to, relative: removal rates over a millimetre of path
+    /// (`tests/engage_accuracy.rs`). In a long log everything is significant, the steps of the engagement itself among it,
+    /// and some effect always follows those a little.
+    engagement_known_to = 0.003;
+    /// Least share of the excess that a pair of effects must take away which neither shows alone. Judgement.
+    pair_explains = 0.7;
+    /// Least error over the noise that makes pairs worth trying. Judgement.
+    pair_needed = 1.3;
+    /// Most share that a pair may leave of what the base model leaves beyond the noise: two effects together follow nearly
+    /// any structure, but not to the end. Judgement.
+    most_left = 0.07;
+    /// The squares of a noise with memory over those that neighbouring readings show. Judgement.
+    noise_with_memory = 2.0;
+    /// How much worse another kind of cut may be predicted, as a share of the error. Judgement.
+    harm = 0.02;
+    /// And by how many standard errors, before an effect is refused for it. Judgement.
+    harm_t = 1.0;
+    /// Most range of a covariate within an operation, over its range in the log, at which it changes between operations
+    /// only. A spindle keeps its speed to some percent under load (slip of an induction motor, some 3 %).
+    steady_within = 0.05;
+}
+
 /// Share of the residual's variance that a pattern predicts on blocks it was not learned on, from which what is left is
 /// called structure; twice as much in tables, whose blocks are few. Judgement.
 const STRUCTURE: f64 = 0.15;
-/// How much worse another kind of cut may be predicted, as a ratio of errors, and by how many standard errors, before an
-/// effect is refused for it. Judgement.
-const HARM: f64 = 1.02;
-const HARM_T: f64 = 1.0;
-/// Most range of a covariate within an operation, over its range in the log, at which it changes between operations only.
-const STEADY_WITHIN: f64 = 0.05;
-/// Standard errors by which an effect beside others must lower the held-out error: one-sided 5 % of the normal distribution, as the
-/// search has already taken the best once.
-const LEAST_T_BESIDE: f64 = 1.645;
 /// An acceleration that the times of the blocks show counts below this share of the declared one, and with so many
 /// nats. Judgement.
 const SLOWER_THAN: f64 = 0.6;
@@ -70,70 +109,88 @@ const SLOWER_NATS: f64 = 30.0;
 /// Fewest samples that place an instant or a region. Judgement.
 pub(in crate::learn) const PLACED_BY: usize = 40;
 
-/// Does an effect pay for its parameters?
-pub(in crate::learn) fn least_score(is_log: bool) -> f64 {
-    if is_log { LEAST_SCORE_OF_LOG } else { LEAST_SCORE_OF_TABLE }
-}
+impl Criteria {
+    /// Does an effect pay for its parameters?
+    pub(in crate::learn) fn least_score(&self, is_log: bool) -> f64 {
+        if is_log { self.least_score_of_log } else { self.least_score_of_table }
+    }
 
-/// Does it take away enough: of what the base model leaves beyond the noise, or of what the effects before it leave?
-pub(in crate::learn) fn takes_enough(share: f64, of_rest: f64) -> bool {
-    share >= LEAST_SHARE || of_rest >= LEAST_REST
-}
+    /// Does it take away enough: of what the base model leaves beyond the noise, or of what the effects before it leave?
+    pub(in crate::learn) fn takes_enough(&self, share: f64, of_rest: f64) -> bool {
+        share >= self.least_share || of_rest >= self.least_rest
+    }
 
-/// Is the held-out error lower, by its size and by the scatter of the blocks?
-pub(in crate::learn) fn lowers_held_out(drop: f64, t: f64) -> bool {
-    drop >= LEAST_DROP && t >= LEAST_T
-}
+    /// Is the held-out error lower, by its size and by the scatter of the blocks?
+    pub(in crate::learn) fn lowers_held_out(&self, drop: f64, t: f64) -> bool {
+        drop >= self.least_drop && t >= self.least_t
+    }
 
-/// The same of an effect beside those that were found before it.
-pub(in crate::learn) fn lowers_held_out_beside(drop: f64, t: f64) -> bool {
-    drop >= LEAST_DROP && t >= LEAST_T_BESIDE
-}
+    /// The same of an effect beside those that were found before it.
+    pub(in crate::learn) fn lowers_held_out_beside(&self, drop: f64, t: f64) -> bool {
+        drop >= self.least_drop && t >= self.least_t_beside
+    }
 
-/// Does a rival leave as little on data left out as the best? `share`: of its drop; `t`: of what the best leaves less.
-pub(in crate::learn) fn leaves_as_much(share: f64, t: f64) -> bool {
-    share >= AS_GOOD && t < AS_GOOD_T
-}
+    /// Does a rival leave as little on data left out as the best? `share`: of its drop; `t`: of what the best leaves less.
+    pub(in crate::learn) fn leaves_as_much(&self, share: f64, t: f64) -> bool {
+        share >= self.as_good && t < self.as_good_t
+    }
 
-/// Does one take nearly all of what another takes, by their drops of the held-out error?
-pub(in crate::learn) fn takes_as_much(share: f64) -> bool {
-    share >= AS_GOOD
-}
+    /// Does one take nearly all of what another takes, by their drops of the held-out error?
+    pub(in crate::learn) fn takes_as_much(&self, share: f64) -> bool {
+        share >= self.as_good
+    }
 
-/// Does a residual follow a curve over a covariate?
-pub(in crate::learn) fn follows_a_curve(drop: f64, t: f64) -> bool {
-    drop >= CURVE_DROP && t >= CURVE_T
-}
+    /// Does a residual follow a curve over a covariate?
+    pub(in crate::learn) fn follows_a_curve(&self, drop: f64, t: f64) -> bool {
+        drop >= self.curve_drop && t >= self.curve_t
+    }
 
-/// Do two effects explain together enough of what neither shows alone?
-pub(in crate::learn) fn pair_explains(share: f64, t: f64) -> bool {
-    share >= PAIR_EXPLAINS && t >= LEAST_T
-}
+    /// Do two effects explain together enough of what neither shows alone?
+    pub(in crate::learn) fn pair_explains(&self, share: f64, t: f64) -> bool {
+        share >= self.pair_explains && t >= self.least_t
+    }
 
-/// Is there so much beyond the noise that pairs are worth trying?
-pub(in crate::learn) fn pairs_are_worth_it(error: f64, noise: f64) -> bool {
-    error >= PAIR_NEEDED * noise
-}
+    /// Is there so much beyond the noise that pairs are worth trying?
+    pub(in crate::learn) fn pairs_are_worth_it(&self, error: f64, noise: f64) -> bool {
+        error >= self.pair_needed * noise
+    }
 
-/// Is more than a small share left of what lies beyond any noise?
-pub(in crate::learn) fn leaves_much(beyond_before: f64, beyond_after: f64) -> bool {
-    beyond_after > MOST_LEFT * beyond_before
+    /// Is more than a small share left of what lies beyond any noise?
+    pub(in crate::learn) fn leaves_much(&self, beyond_before: f64, beyond_after: f64) -> bool {
+        beyond_after > self.most_left * beyond_before
+    }
+
+    /// Does an effect make a kind of cut worse that it was not fitted on? `ratio`: its error with over without; `t`: of the
+    /// improvement.
+    pub(in crate::learn) fn harms(&self, ratio: f64, t: f64) -> bool {
+        ratio > 1.0 + self.harm && t < -self.harm_t
+    }
+
+    /// Does an effect raise the error over operations that were left out in turn? `drop`: by how much it falls.
+    pub(in crate::learn) fn harms_elsewhere(&self, drop: f64) -> bool {
+        drop < -self.harm
+    }
+
+    /// Does it lower that error, so that a curve earns the name of a family?
+    pub(in crate::learn) fn lowers_elsewhere(&self, drop: f64) -> bool {
+        drop >= self.least_drop
+    }
+
+    /// Is a covariate the same all through an operation? `within`: its range there; `all`: its range over the log.
+    pub(in crate::learn) fn is_steady_within(&self, within: f64, all: f64) -> bool {
+        within <= self.steady_within * all
+    }
+
+    /// Does a pattern without a name explain clearly more than a named effect? `t`: mean improvement over its standard
+    /// error, block by block; no less than a named effect has to show.
+    pub(in crate::learn) fn is_clearly_better(&self, t: f64) -> bool {
+        t > self.least_t
+    }
 }
 
 /// Is a pattern of the residual called structure?
 pub(in crate::learn) fn is_structure(test_r2: f64, is_log: bool) -> bool {
     test_r2 > if is_log { STRUCTURE } else { 2.0 * STRUCTURE }
-}
-
-/// Does an effect make a kind of cut worse that it was not fitted on? `ratio`: its error with over without; `t`: of the
-/// improvement.
-pub(in crate::learn) fn harms(ratio: f64, t: f64) -> bool {
-    ratio > HARM && t < -HARM_T
-}
-
-/// Does an effect raise the error over operations that were left out in turn? `drop`: by how much it falls.
-pub(in crate::learn) fn harms_elsewhere(drop: f64) -> bool {
-    drop < 1.0 - HARM
 }
 
 /// Most that a curve may go back of what it goes forward, and still go one way. Judgement.
@@ -150,17 +207,6 @@ pub(in crate::learn) fn goes(way: Way, values: &[f64]) -> bool {
     }
 }
 
-/// Does it lower that error, so that a curve earns the name of a family?
-pub(in crate::learn) fn lowers_elsewhere(drop: f64) -> bool {
-    drop >= LEAST_DROP
-}
-
-/// Is a covariate the same all through an operation? `within`: its range there; `all`: its range over the log. A spindle keeps its speed
-/// to some percent under load (slip of an induction motor, some 3 %).
-pub(in crate::learn) fn is_steady_within(within: f64, all: f64) -> bool {
-    within <= STEADY_WITHIN * all
-}
-
 /// Do the times of the blocks show a slower machine?
 pub(in crate::learn) fn is_slower(factor: f64, nats: f64) -> bool {
     factor < SLOWER_THAN && nats > SLOWER_NATS
@@ -171,12 +217,6 @@ pub(in crate::learn) fn is_slower(factor: f64, nats: f64) -> bool {
 const LEAST_CHANGE: f64 = 0.05;
 const JUMP_STANDS_OUT: f64 = 6.0;
 const RISE_STANDS_OUT: f64 = 4.0;
-
-/// Does a pattern without a name explain clearly more than a named effect? `t`: mean improvement over its standard
-/// error, block by block; no less than a named effect has to show.
-pub(in crate::learn) fn is_clearly_better(t: f64) -> bool {
-    t > LEAST_T
-}
 
 /// Do the coefficients jump within a log?
 pub(in crate::learn) fn is_jump(by: f64, error: f64) -> bool {
@@ -284,21 +324,36 @@ mod tests {
     /// What is let through, and beside it what is stopped.
     #[test]
     fn an_effect_is_named_on_one_side_of_every_threshold_and_not_on_the_other() {
-        assert_eq!([true, false].map(least_score), [8.0, 4.0]);
-        assert!(takes_enough(0.081, 0.0) && takes_enough(0.0, 0.31) && !takes_enough(0.079, 0.29));
-        assert!(lowers_held_out(0.006, 1.1) && !lowers_held_out(0.004, 9.0) && !lowers_held_out(0.5, 0.9));
-        assert!(leaves_as_much(0.86, 0.9) && !leaves_as_much(0.84, 0.0) && !leaves_as_much(1.0, 1.1));
-        assert!(takes_as_much(0.86) && !takes_as_much(0.84));
-        assert!(follows_a_curve(0.011, 2.1) && !follows_a_curve(0.009, 9.0) && !follows_a_curve(0.5, 1.9));
-        assert!(pair_explains(0.71, 1.1) && !pair_explains(0.69, 9.0) && !pair_explains(0.9, 0.9));
-        assert!(pairs_are_worth_it(1.31, 1.0) && !pairs_are_worth_it(1.29, 1.0));
-        assert!(leaves_much(1.0, 0.08) && !leaves_much(1.0, 0.06));
-        assert!(harms(1.03, -1.1) && !harms(1.01, -9.0) && !harms(1.5, -0.9));
-        assert!(lowers_elsewhere(0.006) && !lowers_elsewhere(0.004));
-        assert!(lowers_held_out_beside(0.006, 1.7) && !lowers_held_out_beside(0.006, 1.6));
-        assert!(is_steady_within(0.04, 1.0) && !is_steady_within(0.06, 1.0));
-        assert!(harms_elsewhere(-0.03) && !harms_elsewhere(-0.01));
+        let c = Criteria::default();
+        assert_eq!([true, false].map(|is_log| c.least_score(is_log)), [8.0, 4.0]);
+        assert!(c.takes_enough(0.081, 0.0) && c.takes_enough(0.0, 0.31) && !c.takes_enough(0.079, 0.29));
+        assert!(c.lowers_held_out(0.006, 1.1) && !c.lowers_held_out(0.004, 9.0) && !c.lowers_held_out(0.5, 0.9));
+        assert!(c.leaves_as_much(0.86, 0.9) && !c.leaves_as_much(0.84, 0.0) && !c.leaves_as_much(1.0, 1.1));
+        assert!(c.takes_as_much(0.86) && !c.takes_as_much(0.84));
+        assert!(c.follows_a_curve(0.011, 2.1) && !c.follows_a_curve(0.009, 9.0) && !c.follows_a_curve(0.5, 1.9));
+        assert!(c.pair_explains(0.71, 1.1) && !c.pair_explains(0.69, 9.0) && !c.pair_explains(0.9, 0.9));
+        assert!(c.pairs_are_worth_it(1.31, 1.0) && !c.pairs_are_worth_it(1.29, 1.0));
+        assert!(c.leaves_much(1.0, 0.08) && !c.leaves_much(1.0, 0.06));
+        assert!(c.harms(1.03, -1.1) && !c.harms(1.01, -9.0) && !c.harms(1.5, -0.9));
+        assert!(c.lowers_elsewhere(0.006) && !c.lowers_elsewhere(0.004));
+        assert!(c.lowers_held_out_beside(0.006, 1.7) && !c.lowers_held_out_beside(0.006, 1.6));
+        assert!(c.is_steady_within(0.04, 1.0) && !c.is_steady_within(0.06, 1.0));
+        assert!(c.harms_elsewhere(-0.03) && !c.harms_elsewhere(-0.01));
+        assert!(c.is_clearly_better(1.1) && !c.is_clearly_better(0.9));
         assert!(is_slower(0.59, 31.0) && !is_slower(0.61, 99.0) && !is_slower(0.1, 29.0));
+    }
+
+    #[test]
+    fn each_threshold_is_changed_by_its_name_and_no_other() {
+        let usual = Criteria::default();
+        let halved: Vec<Criteria> = Criteria::NAMES.iter().map(|name| usual.times(name, 0.5)).collect();
+        let mut together = usual;
+        for (name, one) in Criteria::NAMES.iter().zip(&halved) {
+            assert!(*one != usual && one.times(name, 2.0) == usual, "{name}");
+            together = together.times(name, 0.5);
+        }
+        assert!((together.least_t - 0.5).abs() < 1e-12 && (together.steady_within - 0.025).abs() < 1e-12);
+        assert_eq!(usual.times("gremlins", 9.0), usual);
     }
 
     #[test]
@@ -312,7 +367,6 @@ mod tests {
     fn a_change_within_a_log_is_said_when_it_is_large_and_clear() {
         assert!(is_jump(0.07, 0.01) && !is_jump(0.04, 0.001) && !is_jump(0.07, 0.012));
         assert!(is_rise(0.07, 0.012) && !is_rise(0.04, 0.001) && !is_rise(0.07, 0.02));
-        assert!(is_clearly_better(1.1) && !is_clearly_better(0.9));
     }
 
     #[test]

@@ -5,7 +5,6 @@
 //! them follows what any of them does, and which it is only other cuts can show.
 
 use crate::effects::Covariate;
-use crate::learn::diagnose::criteria::leaves_as_much;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic};
@@ -26,7 +25,8 @@ impl Diagnosis<'_> {
         let mut rivals: Vec<Covariate> = Vec::new();
         for each in &found {
             let worse = t_statistic(&improvement_by_case(&self.train, &each.follows.left, &own.follows.left));
-            let is_as_good = leaves_as_much(drop(&each.follows.left) / drop(&own.follows.left).max(1e-12), worse);
+            let is_as_good =
+                self.criteria().leaves_as_much(drop(&each.follows.left) / drop(&own.follows.left).max(1e-12), worse);
             if is_as_good && each.covariate != own.covariate && !rivals.contains(&each.covariate) {
                 rivals.push(each.covariate);
             }
@@ -52,12 +52,14 @@ mod tests {
 
     /// The rivals of the curve over z that the load follows, in blocks that each have a depth.
     fn rivals(depth_mm: impl Fn(usize) -> f64) -> Vec<Covariate> {
+        rivals_among(|block| State { axial_depth_mm: 3.0 + depth_mm(block), ..State::default() })
+    }
+
+    /// The same where a block has more of its own.
+    fn rivals_among(of_block: impl Fn(usize) -> State) -> Vec<Covariate> {
         let z = by_turns(1);
-        let state = |i: usize| State {
-            position: Vec3::new((i * 31 % EACH) as f64, 0.0, z(i / EACH)),
-            axial_depth_mm: 3.0 + depth_mm(i / EACH),
-            ..State::default()
-        };
+        let place = |i: usize| Vec3::new((i * 31 % EACH) as f64, 0.0, z(i / EACH));
+        let state = |i: usize| State { position: place(i), ..of_block(i / EACH) };
         let data: Data = made(|i| 0.2 * z(i / EACH), 1.0, state);
         let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
         let mut diagnosis = begun(&data, &split, &options, 1.0);
@@ -75,8 +77,16 @@ mod tests {
     fn what_goes_with_the_covariate_of_a_curve_is_said_beside_it_and_what_does_not_is_not() {
         assert_eq!(rivals(by_turns(1)), [Covariate::AxialDepth]);
         assert!(rivals(by_turns(3)).is_empty());
-        // The depth goes with z in all blocks but a few.
+        // Of more than two that go with it the best two.
         let z = by_turns(1);
+        let all = |block: usize| State {
+            axial_depth_mm: 3.0 + z(block),
+            radial_depth_mm: 5.0 + z(block),
+            rps: 100.0 + z(block),
+            ..State::default()
+        };
+        assert_eq!(rivals_among(all).len(), SAID);
+        // The depth goes with z in all blocks but a few.
         assert!(rivals(|block| if block % 7 == 0 { -z(block) } else { z(block) }).is_empty());
     }
 }

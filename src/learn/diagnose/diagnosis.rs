@@ -1,8 +1,10 @@
 //! A diagnosis as it stands: its data and split, what was tried, refused and believed so far.
 
-use crate::effects::{Acts, Effect};
+use crate::effects::{Acts, Covariate, Effect};
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::criteria::least_score;
+use crate::learn::diagnose::criteria::Criteria;
+use crate::learn::diagnose::free_curve::Along;
+use crate::learn::diagnose::memory::Memory;
 use crate::learn::diagnose::trial::Trial;
 use crate::learn::model::cross_validation::Split;
 use crate::learn::model::design::FittedEffect;
@@ -19,11 +21,19 @@ pub struct Options {
     pub seed: u64,
     /// Effects that the model begins with: those of a model learned before. They stay where they still pay.
     pub known: Vec<FittedEffect>,
+    /// By what it decides.
+    pub criteria: Criteria,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { candidates: crate::effects::ALL.to_vec(), max_effects: 4, seed: 1, known: Vec::new() }
+        Self {
+            candidates: crate::effects::ALL.to_vec(),
+            max_effects: 4,
+            seed: 1,
+            known: Vec::new(),
+            criteria: Criteria::default(),
+        }
     }
 }
 
@@ -45,16 +55,29 @@ pub(in crate::learn) struct Diagnosis<'a> {
     pub(in crate::learn) floor: f64,
     /// The same with what they share.
     pub(in crate::learn) noise: f64,
+    /// What was tried so far, on these data with these weights.
+    pub(in crate::learn) memory: Memory,
+    /// The samples along every covariate that a curve may follow.
+    pub(in crate::learn) along: Vec<(Covariate, Along)>,
 }
 
 impl Diagnosis<'_> {
+    pub(in crate::learn) fn criteria(&self) -> &Criteria {
+        &self.options.criteria
+    }
+
+    /// The samples along a covariate.
+    pub(in crate::learn) fn along(&self, covariate: Covariate) -> Option<&Along> {
+        self.along.iter().find(|(each, _)| *each == covariate).map(|(_, along)| along)
+    }
+
     pub(in crate::learn) fn is_timed(&self, effect: &Effect) -> bool {
         self.data.timed_acceleration.is_some() && effect.acts == Acts::Motion
     }
 
     /// Least score of an effect.
     pub(in crate::learn) fn threshold(&self) -> f64 {
-        least_score(self.data.is_series())
+        self.criteria().least_score(self.data.is_series())
     }
 
     pub(in crate::learn) fn reject(&mut self, trial: &Trial, why: String) {

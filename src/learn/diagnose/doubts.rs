@@ -11,7 +11,7 @@ use crate::learn::diagnose::criteria::{
 use crate::learn::log::Log;
 use crate::learn::model::fit::{certainty, fit};
 use crate::learn::program::timeline::Timeline;
-use crate::learn::report::{LearnReport, Value};
+use crate::learn::report::{LearnReport, Estimate};
 
 /// Time in motion at an end of the program that no sample belongs to, beyond which it is said, s.
 const UNSEEN_S: f64 = 1.0;
@@ -63,8 +63,8 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
 
 /// Doubts about a table of steady cuts.
 pub fn of_table(report: &LearnReport, data: &Data, declared_k_tc: Option<f64>) -> Vec<String> {
-    let is_told = |value: &&Value| report.left_out.iter().all(|left| left.name != value.name);
-    let told: Vec<Value> = report.base.iter().filter(is_told).cloned().collect();
+    let is_told = |value: &&Estimate| report.left_out.iter().all(|left| left.name != value.name);
+    let told: Vec<Estimate> = report.base.iter().filter(is_told).cloned().collect();
     let mut doubts = of_coefficients(&told, declared_k_tc);
     doubts.extend(negative(&report.base));
     // Relative forces are all ±1: their own variance says nothing.
@@ -79,7 +79,7 @@ pub fn of_table(report: &LearnReport, data: &Data, declared_k_tc: Option<f64>) -
 }
 
 /// Doubts about a tangential cutting coefficient.
-pub fn of_coefficients(parameters: &[Value], declared: Option<f64>) -> Vec<String> {
+pub fn of_coefficients(parameters: &[Estimate], declared: Option<f64>) -> Vec<String> {
     let Some(k_tc) = parameters.iter().find(|p| (p.name == "k_tc" || p.name == "k_c11") && p.unit == "N/mm²") else {
         return Vec::new();
     };
@@ -96,11 +96,11 @@ pub fn of_coefficients(parameters: &[Value], declared: Option<f64>) -> Vec<Strin
 }
 
 /// Doubts about tangential coefficients that are negative beyond their errors.
-fn negative(parameters: &[Value]) -> Vec<String> {
-    let below = |p: &&Value| {
+fn negative(parameters: &[Estimate]) -> Vec<String> {
+    let below = |p: &&Estimate| {
         matches!(p.name.as_str(), "k_tc" | "k_te") && p.unit.starts_with("N/") && is_negative(p.value, p.std_error)
     };
-    let said = |p: &Value| {
+    let said = |p: &Estimate| {
         format!(
             "{} = {:.2} ± {:.2} {} is negative, which no cut is: are columns swapped?",
             p.name, p.value, p.std_error, p.unit
@@ -111,7 +111,7 @@ fn negative(parameters: &[Value]) -> Vec<String> {
 
 /// Base coefficients of a spindle reading as the data alone have them: what the setup declares must not hide a wrong
 /// unit. Forces cannot do without it.
-fn unaided(data: &Data) -> Vec<Value> {
+fn unaided(data: &Data) -> Vec<Estimate> {
     if !data.base.iter().any(|b| b.class == Class::Tare) {
         return Vec::new();
     }
@@ -119,7 +119,7 @@ fn unaided(data: &Data) -> Vec<Value> {
     let alone = Data { base, ..data.clone() };
     let Some(fitted) = fit(&alone, &[], 0) else { return Vec::new() };
     let sure = certainty(&alone, &fitted);
-    let value = |b: usize| Value {
+    let value = |b: usize| Estimate {
         name: data.base[b].name.clone(),
         value: fitted.model.base[b],
         std_error: sure.std_error(b),

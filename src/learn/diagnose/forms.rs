@@ -3,7 +3,6 @@
 
 use crate::effects::Parameter;
 use crate::learn::diagnose::candidates::starts;
-use crate::learn::diagnose::criteria::FORM_MARGIN;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{score_of, unphysical};
 use crate::learn::model::design::FittedEffect;
@@ -31,7 +30,10 @@ impl Diagnosis<'_> {
         let starts: Vec<(usize, f64)> =
             shapes.flat_map(|(k, p)| p.starts.iter().map(move |start| (k, *start))).collect();
         let tried: Vec<(f64, Fitted)> = starts.par_iter().filter_map(|(k, start)| free(*k, *start)).collect();
-        let best = tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(score, _)| *score > FORM_MARGIN);
+        let best = tried
+            .into_iter()
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|(score, _)| *score > self.criteria().form_margin);
         best.map_or(found, |(_, fitted)| fitted)
     }
 
@@ -58,7 +60,7 @@ impl Diagnosis<'_> {
         let sound = |f: &Fitted| unphysical(f.model.effects.last(), self.data.clock_s).is_none();
         let forms = starts(own, &self.train, present);
         let best = forms.par_iter().filter_map(fitted).filter(|(_, f)| sound(f)).max_by(|a, b| a.0.total_cmp(&b.0));
-        best.filter(|(score, _)| *score > same + FORM_MARGIN).map(|(_, fitted)| fitted)
+        best.filter(|(score, _)| *score > same + self.criteria().form_margin).map(|(_, fitted)| fitted)
     }
 }
 

@@ -6,10 +6,12 @@
 //! range is cut in two again and again where Σ B²/A over the parts grows most; the share of a part is ΣB/ΣA. *Bends*:
 //! straight from knot to knot, the knots at equal sums of A, by least squares.
 
-use crate::effects::unnamed::KNOTS;
+use crate::effects::Covariate;
+use crate::effects::unnamed::{CURVES, KNOTS};
 use crate::learn::dataset::samples::Data;
 use crate::learn::model::cross_validation::Split;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Fewest samples in a part, and their least share: fewer are outliers, or the end of a move.
 const FEWEST: usize = 6;
@@ -69,7 +71,11 @@ impl Curve {
 
     /// Share at a value of the covariate; 0 where that is not known.
     pub fn at(&self, x: f64) -> f64 {
-        let next = self.knots.partition_point(|knot| knot[0] <= x);
+        self.before(self.knots.partition_point(|knot| knot[0] <= x), x)
+    }
+
+    /// The same where the first knot beyond the value is known.
+    fn before(&self, next: usize, x: f64) -> f64 {
         match (next.checked_sub(1).map(|k| self.knots[k]), self.knots.get(next)) {
             _ if x.is_nan() => 0.0,
             (None, None) => 0.0,
@@ -90,6 +96,32 @@ pub struct Follows {
     pub left: Vec<f64>,
     /// Σ w r² of that.
     pub squares: f64,
+}
+
+/// The samples along a covariate.
+#[derive(Debug, Clone)]
+pub struct Along {
+    /// Its value of every sample.
+    pub values: Vec<f64>,
+    /// Samples of known value, in rising order of it.
+    order: Vec<usize>,
+}
+
+impl Along {
+    /// Of these values.
+    pub fn new(values: Vec<f64>) -> Self {
+        let mut order: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
+        order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+        Self { values, order }
+    }
+}
+
+/// The samples along every covariate that a curve may follow.
+pub fn along_all(data: &Data) -> Vec<(Covariate, Along)> {
+    let mut covariates: Vec<Covariate> = CURVES.iter().map(|(covariate, _)| *covariate).collect();
+    covariates.dedup();
+    let along = |covariate: &Covariate| Along::new(data.state.iter().map(|state| covariate.of(state)).collect());
+    covariates.par_iter().map(|covariate| (*covariate, along(covariate))).collect()
 }
 
 /// Sums at a value of the covariate.
@@ -116,28 +148,24 @@ pub struct Residual<'a> {
 impl Residual<'_> {
     /// The shape of least squares in folds that it was not learned on; of shapes that leave as much the simplest.
     /// `None` where the covariate does not vary or is known of too few samples.
-    pub fn follows(&self, values: &[f64]) -> Option<Follows> {
-        let known = |i: &usize| values[*i].is_finite() && self.left[*i].is_finite() && self.load[*i] > 0.0;
-        let mut used: Vec<usize> = self.data.used().filter(known).collect();
+    pub fn follows(&self, along: &Along) -> Option<Follows> {
+        let values = &along.values;
+        let known = |i: &usize| self.data.weight[*i] > 0.0 && self.left[*i].is_finite() && self.load[*i] > 0.0;
+        let used: Vec<usize> = along.order.iter().copied().filter(known).collect();
         if used.len() < FEWEST_IN_ALL {
             return None;
         }
-        used.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
         let same = SAME * (values[used[used.len() - 1]] - values[used[0]]);
         let groups = groups(&used, values, same);
         if groups.len() < 2 {
             return None;
         }
-        let all = self.sums(&groups, values, None);
-        let others: Vec<Vec<Sums>> = (0..self.split.folds).map(|fold| self.sums(&groups, values, Some(fold))).collect();
+        let (all, others) = self.sums(&groups, values);
         let learned: Vec<Vec<Option<Curve>>> = others.iter().map(|sums| every_shape(sums)).collect();
         let mut best: Option<(f64, usize, Vec<f64>)> = None;
-        for (shape, _) in SHAPES.iter().enumerate() {
-            let mut left = self.left.to_vec();
-            for &i in &used {
-                let curve = learned[self.split.fold[i]][shape].as_ref();
-                left[i] -= self.load[i] * curve.map_or(0.0, |curve| curve.at(values[i]));
-            }
+        for shape in 0..SHAPES.len() {
+            let of_folds: Vec<Option<&Curve>> = learned.iter().map(|shapes| shapes[shape].as_ref()).collect();
+            let left = self.less(&of_folds, &used, values);
             let squares = self.squares(&left);
             if best.as_ref().is_none_or(|(least, ..)| squares < *least * (1.0 - RICHER)) {
                 best = Some((squares, shape, left));
@@ -145,6 +173,22 @@ impl Residual<'_> {
         }
         let (squares, shape, left) = best?;
         Some(Follows { curve: every_shape(&all).swap_remove(shape)?, left, squares })
+    }
+
+    /// The residual of samples in rising order of their values less the curve that belongs to the fold of each.
+    fn less(&self, of_folds: &[Option<&Curve>], used: &[usize], values: &[f64]) -> Vec<f64> {
+        let mut left = self.left.to_vec();
+        let mut next = vec![0; of_folds.len()];
+        for &i in used {
+            let fold = self.split.fold[i];
+            if let Some(curve) = of_folds[fold] {
+                while curve.knots.get(next[fold]).is_some_and(|knot| knot[0] <= values[i]) {
+                    next[fold] += 1;
+                }
+                left[i] -= self.load[i] * curve.before(next[fold], values[i]);
+            }
+        }
+        left
     }
 
     /// What is left when the coefficients of the columns are fitted together with a curve, and the curve is not taken away: of each
@@ -192,19 +236,34 @@ impl Residual<'_> {
         finite.map(|i| self.data.weight[i] * left[i].powi(2)).sum()
     }
 
-    /// Sums over every fold but one; values that none of those has are left out.
-    fn sums(&self, groups: &[&[usize]], values: &[f64], but: Option<usize>) -> Vec<Sums> {
-        let of = |group: &&[usize]| {
-            let mut sums = Sums { at: values[group[0]], ..Sums::default() };
-            for &i in group.iter().filter(|i| Some(self.split.fold[**i]) != but) {
+    /// Sums over all samples, and over every fold but one, for each; values that none of those has are left out.
+    fn sums(&self, groups: &[&[usize]], values: &[f64]) -> (Vec<Sums>, Vec<Vec<Sums>>) {
+        let by_fold = |group: &&[usize]| {
+            let mut sums = vec![Sums { at: values[group[0]], ..Sums::default() }; self.split.folds];
+            for &i in *group {
                 let weighted = self.data.weight[i] * self.load[i];
-                sums.samples += 1;
-                sums.a += weighted * self.load[i];
-                sums.b += weighted * self.left[i];
+                let own = &mut sums[self.split.fold[i]];
+                own.samples += 1;
+                own.a += weighted * self.load[i];
+                own.b += weighted * self.left[i];
             }
             sums
         };
-        groups.iter().map(of).filter(|sums| sums.samples > 0).collect()
+        let groups: Vec<Vec<Sums>> = groups.iter().map(by_fold).collect();
+        let but = |out: Option<usize>| {
+            let of = |folds: &Vec<Sums>| {
+                let others = folds.iter().enumerate().filter(|(fold, _)| Some(*fold) != out).map(|(_, each)| *each);
+                let none = Sums { at: folds[0].at, ..Sums::default() };
+                others.fold(none, |sum, each| Sums {
+                    at: sum.at,
+                    samples: sum.samples + each.samples,
+                    a: sum.a + each.a,
+                    b: sum.b + each.b,
+                })
+            };
+            groups.iter().map(of).filter(|sums| sums.samples > 0).collect()
+        };
+        (but(None), (0..self.split.folds).map(|fold| but(Some(fold))).collect())
     }
 }
 
@@ -337,7 +396,7 @@ fn bends(sums: &[Sums], count: usize) -> Option<Curve> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::{Covariate, State};
+    use crate::effects::State;
     use crate::path::Vec3;
 
     /// 24 blocks of 40 samples with a load of 100 and a noise of 1; z falls from 0 to −10, and `share(z)` is missing.
@@ -357,11 +416,14 @@ mod tests {
         (data, Split { test: vec![false; n], fold, folds: 5, how: String::new() }, vec![100.0; n])
     }
 
+    fn height(data: &Data) -> Along {
+        Along::new(data.state.iter().map(|state| Covariate::Z.of(state)).collect())
+    }
+
     fn found(share: impl Fn(f64) -> f64) -> Follows {
         let (data, split, load) = falling(share);
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        let z: Vec<f64> = data.state.iter().map(|state| Covariate::Z.of(state)).collect();
-        residual.follows(&z).unwrap()
+        residual.follows(&height(&data)).unwrap()
     }
 
     #[test]
@@ -391,7 +453,7 @@ mod tests {
         let feed = |i: usize| if i.is_multiple_of(2) { 3000.0 } else { 1852.0 + share(i) };
         let feeds: Vec<f64> = (0..data.len()).map(feed).collect();
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        let found = residual.follows(&feeds).unwrap();
+        let found = residual.follows(&Along::new(feeds)).unwrap();
         let between = |knot: &&[f64; 2]| (1852.0..1853.0).contains(&knot[0]);
         assert_eq!(found.curve.knots.iter().skip(1).filter(between).count(), 0, "{:?}", found.curve);
     }
@@ -402,10 +464,10 @@ mod tests {
         let step = |z: f64| if z < -7.0 { 0.18 } else { 0.0 };
         let (data, split, load) = falling(|z| step(z) - 0.054);
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        let z: Vec<f64> = data.state.iter().map(|state| Covariate::Z.of(state)).collect();
+        let z = height(&data);
         let first = residual.follows(&z).unwrap().curve;
         assert!((first.at(-3.0) + 0.054).abs() < 0.01);
-        let freed = residual.freed(&first, &z, std::slice::from_ref(&load)).unwrap();
+        let freed = residual.freed(&first, &z.values, std::slice::from_ref(&load)).unwrap();
         let again = Residual { left: &freed, ..residual }.follows(&z).unwrap().curve;
         assert!(again.at(-3.0).abs() < 0.005 && (again.at(-9.0) - 0.18).abs() < 0.01, "{again:?}");
     }
@@ -414,7 +476,7 @@ mod tests {
     fn a_covariate_that_stands_still_has_no_curve() {
         let (data, split, load) = falling(|_| 0.1);
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        assert!(residual.follows(&vec![3.0; data.len()]).is_none());
-        assert!(residual.follows(&vec![f64::NAN; data.len()]).is_none());
+        assert!(residual.follows(&Along::new(vec![3.0; data.len()])).is_none());
+        assert!(residual.follows(&Along::new(vec![f64::NAN; data.len()])).is_none());
     }
 }

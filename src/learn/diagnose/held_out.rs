@@ -4,7 +4,6 @@
 use crate::effects::Covariate;
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::criteria::{harms, harms_elsewhere, is_steady_within, lowers_elsewhere};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
@@ -37,9 +36,12 @@ impl Diagnosis<'_> {
     }
 
     /// Held-out residuals with a trial; what was found by scanning is found again without each fold.
-    pub(in crate::learn) fn unseen_residuals(&self, present: &Fitted, trial: &Trial) -> Vec<f64> {
+    pub(in crate::learn) fn unseen_residuals(&mut self, present: &Fitted, trial: &Trial) -> Vec<f64> {
         if !trial.effect.is_looked_for() {
             return held_out_residuals(&self.train, &trial.fitted.model.effects, self.split);
+        }
+        if let Some(known) = self.memory.left(present, trial.effect) {
+            return known.to_vec();
         }
         let folds: Vec<Vec<(usize, f64)>> = (0..self.split.folds)
             .into_par_iter()
@@ -55,6 +57,7 @@ impl Diagnosis<'_> {
             .collect();
         let mut residuals = vec![f64::NAN; self.train.len()];
         folds.into_iter().flatten().for_each(|(i, r)| residuals[i] = r);
+        self.memory.keep_left(present, trial.effect, &residuals);
         residuals
     }
 
@@ -84,14 +87,14 @@ impl Diagnosis<'_> {
 
     fn harms_operations(&self, present: &Fitted, trial: &Trial) -> Option<String> {
         let drop = self.drop_elsewhere(&present.model.effects, &trial.fitted.model.effects)?;
-        if self.is_of_operations(trial.effect.covariates) && !lowers_elsewhere(drop) {
+        if self.is_of_operations(trial.effect.covariates) && !self.criteria().lowers_elsewhere(drop) {
             return Some(format!(
                 "what it follows is the same all through an operation, and an operation that it was not fitted on it does \
                  not predict better ({:+.1} % error over all of them): it may be anything they differ by",
                 -100.0 * drop
             ));
         }
-        harms_elsewhere(drop).then(|| {
+        self.criteria().harms_elsewhere(drop).then(|| {
             format!("fitted without an operation, it makes that worse ({:+.1} % error over all of them)", -100.0 * drop)
         })
     }
@@ -112,7 +115,8 @@ impl Diagnosis<'_> {
         };
         let is_steady = |covariate: &Covariate| {
             let all = range(*covariate, None);
-            all > 0.0 && groups.iter().all(|group| is_steady_within(range(*covariate, Some(*group)), all))
+            all > 0.0
+                && groups.iter().all(|group| self.criteria().is_steady_within(range(*covariate, Some(*group)), all))
         };
         !covariates.is_empty() && covariates.iter().all(is_steady)
     }
@@ -140,7 +144,7 @@ impl Diagnosis<'_> {
                 &residual_on(&members, &plain, self.data),
                 &residual_on(&members, &with, self.data),
             );
-            if harms(ratio, t_statistic(&worse)) {
+            if self.criteria().harms(ratio, t_statistic(&worse)) {
                 return Some(format!(
                     "fitted without {}, it makes that worse ({:+.1} % error)",
                     self.data.kind_names[kind],

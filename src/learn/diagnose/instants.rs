@@ -6,7 +6,7 @@
 //! beside its name, as the load of a broken edge is the safe one to reckon with.
 
 use crate::effects::Place;
-use crate::learn::diagnose::criteria::{PLACED_BY, takes_as_much};
+use crate::learn::diagnose::criteria::PLACED_BY;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
@@ -64,7 +64,8 @@ impl Diagnosis<'_> {
             Some(self.drop_of(before, &held_out_residuals(&self.train, &fitted.model.effects, self.split)))
         };
         let Some(there) = drop(at_s) else { return false };
-        let is_as_good = |border_s: &f64| drop(*border_s).is_some_and(|drop| takes_as_much(drop / there.max(1e-12)));
+        let is_as_good =
+            |border_s: &f64| drop(*border_s).is_some_and(|drop| self.criteria().takes_as_much(drop / there.max(1e-12)));
         self.borders_about(at_s, &self.cutting(found)).iter().any(is_as_good)
     }
 

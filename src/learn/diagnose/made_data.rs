@@ -4,6 +4,8 @@
 use crate::effects::State;
 use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
+use crate::learn::diagnose::free_curve::along_all;
+use crate::learn::diagnose::memory::Memory;
 use crate::learn::model::cross_validation::{Split, held_out_residuals};
 
 /// Blocks of the data, and samples of each.
@@ -54,5 +56,7 @@ pub(super) fn begun<'a>(data: &'a Data, split: &'a Split, options: &'a Options, 
         base_residual: held_out_residuals(data, &[], split),
         floor: NOISE * noise,
         noise: NOISE * noise,
+        memory: Memory::default(),
+        along: along_all(data),
     }
 }

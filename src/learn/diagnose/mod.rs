@@ -16,8 +16,8 @@ pub mod held_out;
 mod instants;
 #[cfg(test)]
 mod made_data;
+mod memory;
 pub mod over_time;
-pub mod replacement;
 pub mod residual;
 pub mod scatter;
 pub mod score_test;

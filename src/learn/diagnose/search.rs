@@ -20,14 +20,15 @@ use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::answer::{unexplained, verdict};
 use crate::learn::diagnose::contest::Outcome;
-use crate::learn::diagnose::criteria::{LEAST_EXCESS, lowers_held_out, pair_explains, pairs_are_worth_it};
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
+use crate::learn::diagnose::free_curve::along_all;
+use crate::learn::diagnose::memory::Memory;
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
 use crate::learn::diagnose::terms::Told;
 use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
-use crate::learn::diagnose::unnamed::{Found, is_unnamed, with_predicted_loads};
+use crate::learn::diagnose::unnamed::{ResidualCurve, is_unnamed, with_predicted_loads};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_case, t_statistic, without};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
@@ -62,6 +63,8 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
         base_residual: Vec::new(),
         floor: 0.0,
         noise: 0.0,
+        memory: Memory::default(),
+        along: along_all(&scaled),
     };
     let base = fit(&search.train, &[], 0)?;
     let begin = search.timed(&base);
@@ -76,9 +79,9 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     let train = weighed.with_weights(without(&weighed, |i| split.test[i]));
     let refitted = |f: Fitted| if several { fit(&train, &f.model.effects, FORM_ROUNDS) } else { Some(f) };
     let (base, fitted) = refitted(base).zip(refitted(fitted))?;
-    let search = Diagnosis { data: &weighed, train, ..search };
+    let search = Diagnosis { data: &weighed, train, memory: Memory::default(), ..search };
     let Told { data: told, train, fitted, left_out } = search.without_untold_terms(fitted);
-    let mut last = Diagnosis { data: &told, train, ..search.clone() };
+    let mut last = Diagnosis { data: &told, train, memory: Memory::default(), ..search.clone() };
     let mut report = last.report(&search, &base, &fitted);
     report.left_out = left_out;
     confounded.retain(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0]));
@@ -94,19 +97,25 @@ impl Diagnosis<'_> {
     fn found(&mut self, begin: &Fitted) -> (Fitted, Vec<Confounded>) {
         let mut confounded: Vec<Confounded> = Vec::new();
         let named = self.add_names(begin, true, &mut confounded);
-        let (mut found, mut in_doubt) = self.settled(named, &mut confounded);
+        let (mut found, mut in_doubt) = self.settled(named, EXCHANGES, &mut confounded);
         if let Some(more) = self.add_curves(&found, &mut confounded) {
-            (found, in_doubt) = self.settled(more, &mut confounded);
+            (found, in_doubt) = self.settled(more, EXCHANGES, &mut confounded);
         }
         confounded.extend(in_doubt);
         (found, confounded)
     }
 
-    /// A model in which every effect still pays and every name holds its place, and what those cannot be told from.
-    fn settled(&mut self, added: Fitted, confounded: &mut Vec<Confounded>) -> (Fitted, Vec<Confounded>) {
+    /// A model in which every effect still pays and every name holds its place, and what those cannot be told from; so many names may
+    /// give way.
+    fn settled(
+        &mut self,
+        added: Fitted,
+        exchanges: usize,
+        confounded: &mut Vec<Confounded>,
+    ) -> (Fitted, Vec<Confounded>) {
         let mut found = self.prune(added);
         for round in 0.. {
-            match self.contested(&found, round < EXCHANGES) {
+            match self.contested(&found, round < exchanges) {
                 Outcome::Holds(in_doubt) => return (found, in_doubt),
                 Outcome::Exchanged(exchanged) => {
                     let named = self.add_names(&exchanged, false, confounded);
@@ -216,7 +225,7 @@ impl Diagnosis<'_> {
     /// Two effects that explain together what neither does alone (each hides the other from the fit).
     fn pair(&mut self, base: &Fitted) -> Option<Fitted> {
         let left = errors(&self.train, |i| self.base_residual[i]).rmse;
-        if !pairs_are_worth_it(left, self.floor) {
+        if !self.criteria().pairs_are_worth_it(left, self.floor) {
             return None;
         }
         let mut first = self.trials(base, false);
@@ -239,10 +248,11 @@ impl Diagnosis<'_> {
         let curves = self.fitted_curves(base, &self.base_residual, |_, _| true);
         let judged = pairs.into_iter().find_map(|(score, two)| {
             let after = held_out_residuals(&self.train, &two.fitted.model.effects, self.split);
-            let share = self.share_of_excess(&self.base_residual, &after, &self.base_residual, LEAST_EXCESS);
+            let share =
+                self.share_of_excess(&self.base_residual, &after, &self.base_residual, self.criteria().least_excess);
             let t = t_statistic(&improvement_by_case(&self.train, &self.base_residual, &after));
-            let enough = pair_explains(share, t) && !self.leaves_much(&after);
-            let better = |found: &Found| {
+            let enough = self.criteria().pair_explains(share, t) && !self.leaves_much(&after);
+            let better = |found: &ResidualCurve| {
                 let knows = |u: &FittedEffect| u.effect.knows(found.covariate, found.effect.multiplies);
                 let known = two.fitted.model.effects.iter().any(knows);
                 !known && self.is_better(&after, &found.follows.left)
@@ -268,7 +278,7 @@ impl Diagnosis<'_> {
         Some(self.prune(two.fitted)).filter(|left| left.model.effects.len() > base.model.effects.len() + 1)
     }
 
-    /// Takes effects out that no longer pay, and puts better ones in their place.
+    /// Takes effects out that no longer pay, and gives the others the form that suits them there.
     fn prune(&mut self, fitted: Fitted) -> Fitted {
         let mut present = fitted;
         let mut k = 0;
@@ -289,9 +299,7 @@ impl Diagnosis<'_> {
                 k = 0;
                 continue;
             }
-            if let Some(better) = self.replacement(&without_it, &present, own, score) {
-                present = better;
-            } else if let Some(fuller) = self.other_form(&present, k, &without_it, score) {
+            if let Some(fuller) = self.other_form(&present, k, &without_it, score) {
                 present = fuller;
             }
             k += 1;
@@ -322,7 +330,7 @@ impl Diagnosis<'_> {
         let with: Vec<FittedEffect> = others.iter().chain([own]).cloned().collect();
         let [before, after] = [&others, &with].map(|each| held_out_residuals(&self.train, each, self.split));
         let t = t_statistic(&improvement_by_case(&self.train, &before, &after));
-        lowers_held_out(self.drop_of(&before, &after), t)
+        self.criteria().lowers_held_out(self.drop_of(&before, &after), t)
     }
 
     /// Chance of the gain of a trial in the best of all models that were fitted (Bonferroni).
@@ -335,4 +343,63 @@ impl Diagnosis<'_> {
 fn is_shape_of(own: &FittedEffect, each: &FittedEffect) -> bool {
     let mut along = each.effect.covariates.iter();
     !is_unnamed(own.effect) && is_unnamed(each.effect) && along.any(|c| own.effect.knows(*c, each.effect.multiplies))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{State, named};
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::path::Vec3;
+
+    /// +1 or −1 for each block, by turns of `every`.
+    fn by_turns(every: usize) -> impl Fn(usize) -> f64 {
+        move |block| if (block / every).is_multiple_of(2) { 1.0 } else { -1.0 }
+    }
+
+    /// What is missing goes with the height; three of four blocks above are cut up, and three of four below climb.
+    fn mostly_up_above() -> Data {
+        let z = by_turns(4);
+        let up = |block: usize| if block.is_multiple_of(4) { -z(block) } else { z(block) };
+        let state = |i: usize| State {
+            time_s: i as f64,
+            position: Vec3::new((i * 31 % EACH) as f64, 0.0, z(i / EACH)),
+            up_share: up(i / EACH),
+            up_share_chip: up(i / EACH),
+            ..State::default()
+        };
+        made(|i| 0.2 * z(i / EACH), 1.0, state)
+    }
+
+    /// Names of the effects that a diagnosis ends with, whose only name is `up-down-asymmetry`, and what it refused.
+    fn ended(work: impl Fn(&mut Diagnosis, &Fitted) -> Fitted) -> (Vec<&'static str>, Vec<Rejected>) {
+        let data = mostly_up_above();
+        let (split, up_down) = (fifths(&data), named("up-down-asymmetry").unwrap());
+        let options = Options { candidates: vec![up_down], ..Options::default() };
+        let mut diagnosis = begun(&data, &split, &options, 1.0);
+        let plain = fit(&data, &[], 0).unwrap();
+        let found = work(&mut diagnosis, &plain);
+        (found.model.effects.iter().map(|each| each.effect.name).collect(), diagnosis.rejected)
+    }
+
+    #[test]
+    fn a_name_is_contested_before_a_curve_is_added_beside_it() {
+        let (names, rejected) = ended(|diagnosis, plain| diagnosis.found(plain).0);
+        assert_eq!(names, ["unnamed-load-z"]);
+        // Beside a curve it would have been pruned.
+        let why = &rejected.iter().find(|each| each.name == "up-down-asymmetry").unwrap().why;
+        assert!(why.contains("leaves clearly less on data left out"), "{why}");
+    }
+
+    #[test]
+    fn as_many_names_give_way_as_may() {
+        let settled = |exchanges: usize| {
+            ended(|diagnosis, plain| {
+                let named = diagnosis.add_names(plain, true, &mut Vec::new());
+                diagnosis.settled(named, exchanges, &mut Vec::new()).0
+            })
+        };
+        assert_eq!(settled(0).0, ["up-down-asymmetry"]);
+        assert_eq!(settled(1).0, ["unnamed-load-z"]);
+    }
 }

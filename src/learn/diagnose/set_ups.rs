@@ -4,7 +4,6 @@
 //! Of such an effect a table with eight set-ups holds eight cases, whatever its number of cuts, and the tare of each set-up
 //! may have drifted besides. Left out whole, they seldom lower the error by more than its own uncertainty; the cuts do.
 
-use crate::learn::diagnose::criteria::{lowers_elsewhere, lowers_held_out, lowers_held_out_beside};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::trial::Trial;
@@ -21,20 +20,20 @@ impl Diagnosis<'_> {
     /// Do cuts left out one at a time bear out what only changes between set-ups? `drop`: of the error over set-ups left
     /// out whole, which may not rise.
     pub(in crate::learn) fn lowers_cut_by_cut(&self, present: &Fitted, trial: &Trial, drop: f64) -> bool {
-        if !lowers_elsewhere(drop) || !self.is_of_set_ups(trial) {
+        if !self.criteria().lowers_elsewhere(drop) || !self.is_of_set_ups(trial) {
             return false;
         }
         let by_cut = Split { fold: (0..self.data.len()).collect(), folds: self.data.len(), ..self.split.clone() };
         let [before, after] =
             [present, &trial.fitted].map(|fitted| held_out_residuals(&self.train, &fitted.model.effects, &by_cut));
         let t = t_statistic(&improvement_by_case(&self.train, &before, &after));
-        lowers_held_out_beside(self.drop_of(&before, &after), t)
+        self.criteria().lowers_held_out_beside(self.drop_of(&before, &after), t)
     }
 
     /// The drift that an accepted trial cannot be told from: set-ups left out whole do not bear it out.
     pub(in crate::learn) fn drift(&self, present: &Present, trial: &Trial, after: &[f64]) -> Option<Confounded> {
         let t = t_statistic(&improvement_by_block(&self.train, &present.left, after));
-        if !self.is_of_set_ups(trial) || lowers_held_out(self.drop_of(&present.left, after), t) {
+        if !self.is_of_set_ups(trial) || self.criteria().lowers_held_out(self.drop_of(&present.left, after), t) {
             return None;
         }
         Some(Confounded {

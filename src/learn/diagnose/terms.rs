@@ -10,7 +10,7 @@ use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
 use crate::learn::model::cross_validation::held_out_residuals;
 use crate::learn::model::fit::{Fitted, certainty, fit};
-use crate::learn::report::Value;
+use crate::learn::report::Estimate;
 
 /// A model without some of its base terms.
 pub(in crate::learn) struct Told {
@@ -21,7 +21,7 @@ pub(in crate::learn) struct Told {
     /// The model.
     pub(in crate::learn) fitted: Fitted,
     /// What was left out, as it was with its errors.
-    pub(in crate::learn) left_out: Vec<Value>,
+    pub(in crate::learn) left_out: Vec<Estimate>,
 }
 
 impl Diagnosis<'_> {
@@ -39,7 +39,7 @@ impl Diagnosis<'_> {
     }
 
     /// The term without which data left out are predicted best, if that is better than with it.
-    fn worst_term(&self, told: &Told) -> Option<(usize, Value, Fitted)> {
+    fn worst_term(&self, told: &Told) -> Option<(usize, Estimate, Fitted)> {
         let (train, fitted) = (&told.train, &told.fitted);
         let sure = certainty(train, fitted);
         let before = held_out_residuals(train, &fitted.model.effects, self.split);
@@ -50,7 +50,7 @@ impl Diagnosis<'_> {
             }
             let rest = without_term(train, term);
             let after = held_out_residuals(&rest, &fitted.model.effects, self.split);
-            let value = Value { name: base.name.clone(), value, std_error, unit: base.unit.clone() };
+            let value = Estimate { name: base.name.clone(), value, std_error, unit: base.unit.clone() };
             Some((self.drop_of(&before, &after), (term, value, fit(&rest, &fitted.model.effects, FORM_ROUNDS)?)))
         };
         let better = (0..train.base.len()).filter_map(without).filter(|(drop, _)| *drop > 0.0);

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A candidate on top of a model.
+#[derive(Clone)]
 pub struct Trial {
     /// Effect.
     pub effect: &'static Effect,

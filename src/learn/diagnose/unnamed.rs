@@ -8,10 +8,7 @@
 use crate::effects::unnamed::{BEYOND, CURVES, KNOTS};
 use crate::effects::{Covariate, Effect, Multiplies, Way};
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::diagnose::criteria::{
-    ENGAGEMENT_KNOWN_TO, LEAST_EXCESS, NOISE_KNOWN_TO, follows_a_curve, goes, is_clearly_better, lowers_held_out,
-    takes_as_much, takes_enough,
-};
+use crate::learn::diagnose::criteria::goes;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
 use crate::learn::diagnose::free_curve::{Curve, Follows, Residual};
@@ -32,7 +29,7 @@ const REFINED: usize = 3;
 
 /// A curve that a residual follows.
 #[derive(Clone)]
-pub(in crate::learn) struct Found {
+pub(in crate::learn) struct ResidualCurve {
     pub(in crate::learn) covariate: Covariate,
     pub(in crate::learn) effect: &'static Effect,
     pub(in crate::learn) follows: Follows,
@@ -47,7 +44,7 @@ struct Standing<'a> {
 }
 
 impl<'a> Standing<'a> {
-    fn of(found: &Found, left: &'a [f64]) -> Self {
+    fn of(found: &ResidualCurve, left: &'a [f64]) -> Self {
         Self { rank: rank_of_curve(found.effect, found.covariate), parts: found.follows.curve.knots.len(), left }
     }
 }
@@ -97,20 +94,19 @@ impl Diagnosis<'_> {
         present: &Fitted,
         left: &[f64],
         wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
-    ) -> Vec<Found> {
+    ) -> Vec<ResidualCurve> {
         let data = &self.train;
         let (cut, tare) = (self.cut(present), part(data, present, &[Class::Tare]));
         let open = CURVES.par_iter().filter(|(covariate, effect)| wanted(*covariate, effect.multiplies));
         let found = open.filter_map(|(covariate, effect)| {
             let load = if effect.multiplies == Multiplies::Tare { &tare } else { &cut };
-            let values: Vec<f64> = data.state.iter().map(|state| covariate.of(state)).collect();
-            let follows = Residual { data, split: self.split, left, load }.follows(&values)?;
+            let follows = Residual { data, split: self.split, left, load }.follows(self.along(*covariate)?)?;
             if !may_go(*covariate, &follows.curve) {
                 return None;
             }
-            Some(Found { covariate: *covariate, effect, follows })
+            Some(ResidualCurve { covariate: *covariate, effect, follows })
         });
-        let mut found: Vec<Found> = found.collect();
+        let mut found: Vec<ResidualCurve> = found.collect();
         found.sort_by(|a, b| a.follows.squares.total_cmp(&b.follows.squares));
         found
     }
@@ -122,7 +118,7 @@ impl Diagnosis<'_> {
         present: &Fitted,
         left: &[f64],
         wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
-    ) -> Vec<Found> {
+    ) -> Vec<ResidualCurve> {
         let mut found = self.curves(present, left, wanted);
         found.iter_mut().take(FITTED).for_each(|each| self.fit_together(present, each));
         found.sort_by(|a, b| a.follows.squares.total_cmp(&b.follows.squares));
@@ -130,19 +126,22 @@ impl Diagnosis<'_> {
     }
 
     /// Curves that are found anew in what is left when the base coefficients do not bend towards them.
-    fn free_of_base(&self, present: &Fitted, left: &[f64], found: &mut [Found]) {
+    fn free_of_base(&self, present: &Fitted, left: &[f64], found: &mut [ResidualCurve]) {
         let data = &self.train;
         let (cut, tare) = (self.cut(present), part(data, present, &[Class::Tare]));
         let acting: Vec<Acting> = present.model.effects.iter().map(|each| acting(each, data)).collect();
         let columns = changed_columns(data, &acting.iter().collect::<Vec<_>>());
         found.par_iter_mut().for_each(|each| {
             let load = if each.effect.multiplies == Multiplies::Tare { &tare } else { &cut };
-            let values: Vec<f64> = data.state.iter().map(|state| each.covariate.of(state)).collect();
+            let Some(along) = self.along(each.covariate) else { return };
             for _ in 0..REFINED {
-                let freed =
-                    Residual { data, split: self.split, left, load }.freed(&each.follows.curve, &values, &columns);
+                let freed = Residual { data, split: self.split, left, load }.freed(
+                    &each.follows.curve,
+                    &along.values,
+                    &columns,
+                );
                 let again =
-                    freed.and_then(|left| Residual { data, split: self.split, left: &left, load }.follows(&values));
+                    freed.and_then(|left| Residual { data, split: self.split, left: &left, load }.follows(along));
                 match again {
                     Some(again) if again.squares < each.follows.squares && may_go(each.covariate, &again.curve) => {
                         each.follows = again;
@@ -155,7 +154,7 @@ impl Diagnosis<'_> {
     }
 
     /// Fits a curve together with the model.
-    fn fit_together(&self, model: &Fitted, found: &mut Found) {
+    fn fit_together(&self, model: &Fitted, found: &mut ResidualCurve) {
         let each = as_effect(found.effect, &found.follows.curve);
         let effects: Vec<FittedEffect> = model.model.effects.iter().cloned().chain([each]).collect();
         let Some(fitted) = fit(&self.train, &effects, FORM_ROUNDS) else { return };
@@ -181,11 +180,11 @@ impl Diagnosis<'_> {
 
     /// Does `after` leave clearly less than `before`, block by block?
     pub(in crate::learn) fn is_better(&self, before: &[f64], after: &[f64]) -> bool {
-        is_clearly_better(t_statistic(&improvement_by_case(&self.train, before, after)))
+        self.criteria().is_clearly_better(t_statistic(&improvement_by_case(&self.train, before, after)))
     }
 
     /// The curves that may stand beside a model without a name, least squares first.
-    pub(in crate::learn) fn curves_beside(&self, present: &Fitted, left: &[f64]) -> Vec<Found> {
+    pub(in crate::learn) fn curves_beside(&self, present: &Fitted, left: &[f64]) -> Vec<ResidualCurve> {
         let has = |effect: &Effect| present.model.effects.iter().any(|each| each.effect.name == effect.name);
         // In a table nothing is read without a cut: there a curve of the tare may be a step on the way to the name.
         let is_series = self.data.is_series();
@@ -205,15 +204,15 @@ impl Diagnosis<'_> {
     /// The model with the curve that explains most of what it leaves; `None` where none is clear.
     pub(in crate::learn) fn with_unnamed(&mut self, present: &Fitted) -> Option<Fitted> {
         let before = held_out_residuals(&self.train, &present.model.effects, self.split);
-        let clear = |found: &Found| {
+        let clear = |found: &ResidualCurve| {
             let t = certainty_of_gain(&self.train, &before, &found.follows.left);
-            follows_a_curve(self.drop_of(&before, &found.follows.left), t)
+            self.criteria().follows_a_curve(self.drop_of(&before, &found.follows.left), t)
         };
         let mut found = self.curves_beside(present, &before);
         found.retain(clear);
         self.tried += found.len();
         let (trial, after) = self.best_curve(present, &before, &found)?;
-        let share = self.share_of_excess(&before, &after, &before, LEAST_EXCESS);
+        let share = self.share_of_excess(&before, &after, &before, self.criteria().least_excess);
         let text = format!(
             "no effect of the list explains it; the curve takes away {:.0} % of what is left beyond the noise",
             100.0 * share.min(1.0)
@@ -225,12 +224,12 @@ impl Diagnosis<'_> {
     }
 
     /// The best of curves, least squares first, fitted together with the model, and what both leave on data left out.
-    fn best_curve(&self, present: &Fitted, before: &[f64], found: &[Found]) -> Option<(Trial, Vec<f64>)> {
+    fn best_curve(&self, present: &Fitted, before: &[f64], found: &[ResidualCurve]) -> Option<(Trial, Vec<f64>)> {
         let alone: Vec<Standing> = found.iter().map(|each| Standing::of(each, &each.follows.left)).collect();
         let mut order: Vec<usize> = (1..found.len()).collect();
         order.sort_by_cached_key(|k| self.preference(before, &alone[0], &alone[*k]));
         let chosen = (0..found.len().min(1)).chain(order).take(JUDGED).map(|k| &found[k]);
-        let mut judged: Vec<(&Found, (Trial, Vec<f64>))> =
+        let mut judged: Vec<(&ResidualCurve, (Trial, Vec<f64>))> =
             chosen.filter_map(|each| Some((each, self.judged_curve(present, before, each)?))).collect();
         judged.sort_by(|(_, a), (_, b)| self.drop_of(before, &b.1).total_cmp(&self.drop_of(before, &a.1)));
         let together: Vec<Standing> = judged.iter().map(|(each, (_, left))| Standing::of(each, left)).collect();
@@ -243,10 +242,10 @@ impl Diagnosis<'_> {
     /// shows as much more as a curve of its own has to.
     fn preference(&self, before: &[f64], least: &Standing, each: &Standing) -> (usize, usize) {
         let share = self.drop_of(before, each.left) / self.drop_of(before, least.left).max(1e-12);
-        let is_simpler = each.parts < least.parts && takes_as_much(share);
+        let is_simpler = each.parts < least.parts && self.criteria().takes_as_much(share);
         let is_behind = if least.rank >= LAST_RANK && each.rank < LAST_RANK {
             let certainty = certainty_of_gain(&self.train, each.left, least.left);
-            follows_a_curve(self.drop_of(each.left, least.left), certainty)
+            self.criteria().follows_a_curve(self.drop_of(each.left, least.left), certainty)
         } else {
             self.is_better(each.left, least.left)
         };
@@ -258,7 +257,7 @@ impl Diagnosis<'_> {
         &self,
         present: &Fitted,
         before: &[f64],
-        found: &Found,
+        found: &ResidualCurve,
     ) -> Option<(Trial, Vec<f64>)> {
         let each = as_effect(found.effect, &found.follows.curve);
         let effects: Vec<FittedEffect> = present.model.effects.iter().cloned().chain([each.clone()]).collect();
@@ -277,11 +276,11 @@ impl Diagnosis<'_> {
         }
         let after = held_out_residuals(&self.train, &fitted.model.effects, self.split);
         let t = certainty_of_gain(&self.train, before, &after);
-        let share = self.share_of_excess(before, &after, &self.base_residual, LEAST_EXCESS);
-        let of_rest = self.share_of_excess(before, &after, before, NOISE_KNOWN_TO);
-        let shows = lowers_held_out(self.drop_of(before, &after), t)
-            && takes_enough(share, of_rest)
-            && self.change_of_load(present, before, &after) >= ENGAGEMENT_KNOWN_TO;
+        let share = self.share_of_excess(before, &after, &self.base_residual, self.criteria().least_excess);
+        let of_rest = self.share_of_excess(before, &after, before, self.criteria().noise_known_to);
+        let shows = self.criteria().lowers_held_out(self.drop_of(before, &after), t)
+            && self.criteria().takes_enough(share, of_rest)
+            && self.change_of_load(present, before, &after) >= self.criteria().engagement_known_to;
         shows.then_some((Trial { effect: found.effect, fitted, gain, score }, after))
     }
 }

@@ -1,0 +1,97 @@
+//! What was tried on top of a model, remembered. In: a model. Out: the trials of every candidate on top of it, and what those
+//! leave on data left out whose instant or place is looked for anew without each fold.
+//!
+//! The same model comes back: a name alone in a model is contested beside the base model, from which the search began. Trials
+//! are most of the time that a diagnosis takes.
+
+use crate::effects::Effect;
+use crate::learn::diagnose::trial::Trial;
+use crate::learn::model::design::FittedEffect;
+use crate::learn::model::fit::Fitted;
+
+/// Relative difference of the squares below which two fits of the same effects are one: ten times that at which a fit has
+/// settled, of ten thousand samples a tenth of a unit of twice the log-likelihood.
+const SAME_SQUARES: f64 = 1e-5;
+
+/// See the head of the file.
+#[derive(Clone, Default)]
+pub(in crate::learn) struct Memory(Vec<Tried>);
+
+/// What is known of one model.
+#[derive(Clone)]
+struct Tried {
+    effects: Vec<FittedEffect>,
+    squares: f64,
+    trials: Vec<Trial>,
+    left: Vec<(&'static str, Vec<f64>)>,
+}
+
+impl Tried {
+    fn is_of(&self, model: &Fitted) -> bool {
+        let effects = &model.model.effects;
+        self.effects.len() == effects.len()
+            && self.effects.iter().zip(effects).all(|(one, other)| is_same_form(one, other))
+            && (self.squares - model.squares).abs() <= SAME_SQUARES * model.squares
+    }
+}
+
+impl Memory {
+    /// The trials on top of a model, if it was there before.
+    pub(in crate::learn) fn trials(&self, model: &Fitted) -> Option<&[Trial]> {
+        self.0.iter().find(|tried| tried.is_of(model)).map(|tried| tried.trials.as_slice())
+    }
+
+    pub(in crate::learn) fn keep_trials(&mut self, model: &Fitted, trials: &[Trial]) {
+        let effects = model.model.effects.clone();
+        self.0.push(Tried { effects, squares: model.squares, trials: trials.to_vec(), left: Vec::new() });
+    }
+
+    /// What an effect on top of a model leaves on data left out, if that was asked before.
+    pub(in crate::learn) fn left(&self, model: &Fitted, effect: &Effect) -> Option<&[f64]> {
+        let tried = self.0.iter().find(|tried| tried.is_of(model))?;
+        tried.left.iter().find(|(name, _)| *name == effect.name).map(|(_, left)| left.as_slice())
+    }
+
+    pub(in crate::learn) fn keep_left(&mut self, model: &Fitted, effect: &'static Effect, left: &[f64]) {
+        if let Some(tried) = self.0.iter_mut().find(|tried| tried.is_of(model)) {
+            tried.left.push((effect.name, left.to_vec()));
+        }
+    }
+}
+
+/// Is it the same effect in the same form, at the same instant if it has one?
+fn is_same_form(one: &FittedEffect, other: &FittedEffect) -> bool {
+    let is_same_value = |k: usize| !one.effect.parameters[k].is_scanned() || one.values[k] == other.values[k];
+    one.effect.name == other.effect.name && one.free == other.free && (0..one.values.len()).all(is_same_value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{State, named};
+    use crate::learn::diagnose::made_data::made;
+    use crate::learn::model::fit::fit;
+
+    #[test]
+    fn a_model_that_comes_back_is_known_and_another_fit_or_form_of_its_effects_is_not() {
+        let up = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let state = |i: usize| State { up_share: up(i), up_share_chip: up(i), ..State::default() };
+        let data = made(|i| 0.2 * up(i), 1.0, state);
+        let up_down = named("up-down-asymmetry").unwrap();
+        let with = |free: bool, rounds: usize| {
+            let each = FittedEffect { effect: up_down, values: vec![0.0, 0.0], free: vec![true, free] };
+            fit(&data, &[each], rounds).unwrap()
+        };
+        let (plain, model) = (fit(&data, &[], 0).unwrap(), with(false, 25));
+        let trial = Trial { effect: up_down, fitted: model.clone(), gain: 1.0, score: 1.0 };
+        let mut memory = Memory::default();
+        memory.keep_trials(&plain, std::slice::from_ref(&trial));
+        memory.keep_left(&plain, up_down, &[1.0]);
+        assert!(memory.trials(&plain).is_some() && memory.left(&plain, up_down) == Some(&[1.0][..]));
+        assert!(memory.trials(&model).is_none() && memory.left(&model, up_down).is_none());
+        memory.keep_trials(&model, &[]);
+        // Fitted once more it is the same model; not fitted to the end, or with another parameter, it is not.
+        assert!(memory.trials(&with(false, 30)).is_some());
+        assert!(memory.trials(&with(false, 0)).is_none() && memory.trials(&with(true, 25)).is_none());
+    }
+}
