@@ -411,7 +411,7 @@ impl Calibrated {
     }
 }
 
-fn coefficient(value: &crate::learn::report::Value) -> Coefficient {
+fn coefficient(value: &crate::learn::report::Estimate) -> Coefficient {
     Coefficient { name: value.name.clone(), value: value.value, std_error: value.std_error, unit: value.unit.clone() }
 }
 

@@ -26,8 +26,8 @@ use crate::learn::regress::linear::Loss;
 use crate::learn::session::{LearnError, aligned};
 use crate::machine::Job;
 use crate::report::Outcome;
-use crate::report::learn::{calibrate_words, plan_words};
 use crate::report::calibrate_json::{calibrate_json, plan_json};
+use crate::report::learn::{calibrate_words, plan_words};
 
 /// `calibrate`; `--model` names the force model: power (default), linear-edge, kienzle, sigmoid, layer, response, polynomial.
 #[derive(Debug, Args)]

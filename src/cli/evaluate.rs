@@ -15,8 +15,8 @@ use crate::learn::diagnose::Options;
 use crate::learn::evaluate::{Evaluation, of_data, of_log};
 use crate::learn::session::LogOptions;
 use crate::report::Outcome;
-use crate::report::learn::evaluate_words;
 use crate::report::evaluate_json::evaluate_json;
+use crate::report::learn::evaluate_words;
 
 /// `evaluate`.
 #[derive(Debug, Args)]

@@ -13,7 +13,7 @@ use crate::learn::log::Log;
 use crate::learn::log::columns::DataError;
 use crate::learn::program::clock::Clock;
 use crate::learn::program::simulated::SimulatedProgram;
-use crate::learn::report::{Added, Errors, LearnReport, Value};
+use crate::learn::report::{Added, Errors, Estimate, LearnReport};
 
 /// Length of a stretch whose time is compared, s.
 const STRETCH_S: f64 = 10.0;
@@ -63,7 +63,7 @@ fn added(factor: f64, nats: f64, [before, after]: [f64; 2]) -> Option<Added> {
     let effect = ALL.iter().find(|effect| effect.acts == Acts::Motion)?;
     Some(Added {
         name: effect.name.into(),
-        parameters: vec![Value {
+        parameters: vec![Estimate {
             name: effect.parameters[0].name.into(),
             value: factor,
             std_error: f64::NAN,

@@ -7,7 +7,7 @@ use crate::effects::{Acts, Covariate, Place, named};
 use crate::learn::calibrate::Calibration;
 use crate::learn::dataset::layers::TERMS;
 use crate::learn::program::declared::of_job;
-use crate::learn::report::{Added, LearnReport, Value};
+use crate::learn::report::{Added, Estimate, LearnReport};
 use crate::machine::Job;
 use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process, SHARES};
 
@@ -68,7 +68,7 @@ fn in_use(added: &Added, report: &LearnReport) -> EffectUse {
     let effect = named(&added.name);
     let is_in_doubt = effect.is_some_and(|e| e.is_accident)
         && report.confounded.iter().any(|rivals| rivals.names.contains(&added.name));
-    let value = |p: &Value| {
+    let value = |p: &Estimate| {
         let parameter = effect.and_then(|e| e.parameters.iter().find(|own| own.name == p.name));
         let is_instant = parameter.is_some_and(|own| own.place == Some(Place::Instant));
         (p.name.clone(), if is_in_doubt && is_instant { 0.0 } else { p.value })
@@ -122,7 +122,7 @@ pub fn of_calibration(result: &Calibration) -> Option<Process> {
 
 /// Comment lines of a model file: what it rests on.
 pub fn provenance(report: &LearnReport) -> String {
-    let line = |v: &Value| format!("#   {} = {:.5} ± {:.2} {}\n", v.name, v.value, v.std_error, v.unit);
+    let line = |v: &Estimate| format!("#   {} = {:.5} ± {:.2} {}\n", v.name, v.value, v.std_error, v.unit);
     let mut text = format!(
         "# samples: {} read, {} used; split: {}\n# held-out error: {:.4} before, {:.4} after\n# {}\n",
         report.samples, report.used, report.how, report.base_test.rmse, report.final_test.rmse, report.verdict
@@ -138,7 +138,8 @@ mod tests {
 
     /// A report that names edge chipping at 100 s.
     fn chipped(rivals: &[&str]) -> LearnReport {
-        let value = |name: &str, value: f64| Value { name: name.into(), value, std_error: 0.01, unit: String::new() };
+        let value =
+            |name: &str, value: f64| Estimate { name: name.into(), value, std_error: 0.01, unit: String::new() };
         let added = Added {
             name: "edge-chipping".into(),
             parameters: vec![value("jump_cutting", 0.2), value("jump_edge", 0.1), value("time", 100.0)],

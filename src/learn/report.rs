@@ -11,9 +11,9 @@ pub struct Errors {
     pub r2: f64,
 }
 
-/// A value with its standard error.
+/// An estimate of a coefficient or parameter, with its standard error.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Value {
+pub struct Estimate {
     /// Name.
     pub name: String,
     /// Value.
@@ -30,7 +30,7 @@ pub struct Added {
     /// Name, as in `library effects`.
     pub name: String,
     /// Its parameters.
-    pub parameters: Vec<Value>,
+    pub parameters: Vec<Estimate>,
     /// Chance of as much improvement without it.
     pub p_value: f64,
     /// Held-out error before.
@@ -108,8 +108,8 @@ impl LearnReport {
     }
 
     /// Base parameters of the final model, without those that it does without.
-    pub fn told(&self) -> Vec<Value> {
-        let is_told = |value: &&Value| self.left_out.iter().all(|left| left.name != value.name);
+    pub fn told(&self) -> Vec<Estimate> {
+        let is_told = |value: &&Estimate| self.left_out.iter().all(|left| left.name != value.name);
         self.final_base.iter().filter(is_told).cloned().collect()
     }
 
@@ -235,7 +235,7 @@ pub struct LearnReport {
     /// Where the log shows that the machine stood, or ran at another feed than predicted.
     pub events: Vec<FeedEvent>,
     /// Base parameters.
-    pub base: Vec<Value>,
+    pub base: Vec<Estimate>,
     /// Condition number of the base fit.
     pub condition: f64,
     /// Errors of the base model.
@@ -259,9 +259,9 @@ pub struct LearnReport {
     /// The same, quantity by quantity.
     pub channels: Vec<ChannelError>,
     /// Base parameters of the final model.
-    pub final_base: Vec<Value>,
+    pub final_base: Vec<Estimate>,
     /// Base parameters that the cuts do not tell, and that it does without, as they were with it.
-    pub left_out: Vec<Value>,
+    pub left_out: Vec<Estimate>,
     /// Least radius of a layer over that of its ball, for tables of layers.
     pub least_radius: Option<f64>,
     /// Covariance of the final base parameters.

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::learn::report::{Errors, Value};
+use crate::learn::report::{Errors, Estimate};
 
 /// By way of a value, which sorts the keys: so they stood from the first version on, and scripts compare whole files.
 pub(super) fn text(part: &impl Serialize) -> String {
@@ -25,12 +25,12 @@ pub(super) struct EstimatePart<'a> {
 }
 
 impl<'a> EstimatePart<'a> {
-    fn of(v: &'a Value) -> Self {
+    fn of(v: &'a Estimate) -> Self {
         Self { name: &v.name, value: v.value, std_error: finite(v.std_error), unit: &v.unit }
     }
 }
 
-pub(super) fn estimates(values: &[Value]) -> Vec<EstimatePart<'_>> {
+pub(super) fn estimates(values: &[Estimate]) -> Vec<EstimatePart<'_>> {
     values.iter().map(EstimatePart::of).collect()
 }
 

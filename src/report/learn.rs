@@ -3,7 +3,7 @@
 use crate::learn::calibrate::Calibration;
 use crate::learn::calibrate::plan::Plan;
 use crate::learn::evaluate::Evaluation;
-use crate::learn::report::{LearnReport, Value};
+use crate::learn::report::{Estimate, LearnReport};
 
 /// A model held against data that it has not seen, in words.
 pub fn evaluate_words(e: &Evaluation) -> String {
@@ -116,7 +116,7 @@ pub fn calibrate_words(c: &Calibration) -> String {
     text
 }
 
-fn lines(values: &[Value]) -> String {
+fn lines(values: &[Estimate]) -> String {
     values.iter().fold(String::new(), |text, v| {
         if v.std_error.is_finite() {
             text + &format!("    {} = {:.5} ± {:.2} {}\n", v.name, v.value, v.std_error, v.unit)

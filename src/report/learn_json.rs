@@ -369,7 +369,7 @@ impl EventPart {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learn::report::Value;
+    use crate::learn::report::Estimate;
     use serde_json::{Value as Json, json};
 
     fn keys(text: &str, at: &str) -> Vec<String> {
@@ -378,7 +378,7 @@ mod tests {
     }
 
     fn added(name: &str) -> Added {
-        let of = |name: &str, std_error: f64| Value { name: name.into(), value: 0.25, std_error, unit: "-".into() };
+        let of = |name: &str, std_error: f64| Estimate { name: name.into(), value: 0.25, std_error, unit: "-".into() };
         Added {
             name: name.into(),
             parameters: vec![of("a", 0.5), of("b", f64::INFINITY)],

@@ -7,7 +7,7 @@ use super::html::{folded, key, page, table, words};
 use super::learn::learn_words;
 use super::number::short;
 use crate::learn::diagnose::curves::{CovariateCurve, Curves, Trace};
-use crate::learn::report::{LearnReport, Value};
+use crate::learn::report::{Estimate, LearnReport};
 
 /// Colours of the style, which are others in the dark.
 const MEASURED: &str = "var(--before)";
@@ -198,7 +198,7 @@ fn alignment(report: &LearnReport) -> Markup {
 
 fn tables(report: &LearnReport) -> Markup {
     let number = |v: f64| if v.is_finite() { short(v) } else { String::new() };
-    let values = |values: &[Value]| -> Vec<Vec<String>> {
+    let values = |values: &[Estimate]| -> Vec<Vec<String>> {
         values.iter().map(|v| vec![v.name.clone(), number(v.value), number(v.std_error), v.unit.clone()]).collect()
     };
     let head = ["", "value", "standard error", "unit"];

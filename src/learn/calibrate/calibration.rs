@@ -1,7 +1,7 @@
 //! What a calibration asks and answers: plain data.
 
 use crate::learn::regress::linear::Loss;
-use crate::learn::report::{Errors, Value};
+use crate::learn::report::{Errors, Estimate};
 
 /// What a calibration answers.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -11,9 +11,9 @@ pub struct Calibration {
     /// Tests used.
     pub tests: usize,
     /// Parameters with standard errors.
-    pub parameters: Vec<Value>,
+    pub parameters: Vec<Estimate>,
     /// What follows from them, or was found beside them, and is no parameter of the force model.
-    pub derived: Vec<Value>,
+    pub derived: Vec<Estimate>,
     /// Tare, W, where the model has one.
     pub tare: Option<f64>,
     /// Covariance of the parameters.

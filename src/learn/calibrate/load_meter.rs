@@ -19,7 +19,7 @@ use crate::learn::log::columns::DataError;
 use crate::learn::program::declared::declared;
 use crate::learn::program::simulated::SimulatedProgram;
 use crate::learn::program::timeline::Spot;
-use crate::learn::report::Value;
+use crate::learn::report::Estimate;
 use crate::machine::material::LinearEdge;
 use crate::machine::{Job, Shape};
 use crate::units::watts_from_n_mm_s;
@@ -106,7 +106,7 @@ pub fn coefficients(readings: &[Reading], prepared: &SimulatedProgram, job: &Job
         }
     }
     covariance[2][2] = found[0].tare_error_w.powi(2);
-    let value = |name: &str, value: f64, std_error: f64, unit: &str| Value {
+    let value = |name: &str, value: f64, std_error: f64, unit: &str| Estimate {
         name: name.to_owned(),
         value,
         std_error,

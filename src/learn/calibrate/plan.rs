@@ -16,7 +16,7 @@ use crate::learn::dataset::steady_table::{SteadyRow, TableTool, row_rates, rows}
 use crate::learn::log::columns::{DataError, read};
 use crate::learn::program::declared::declared_or_aluminium;
 use crate::learn::regress::random::Chance;
-use crate::learn::report::Value;
+use crate::learn::report::Estimate;
 use crate::machine::material::LinearEdge;
 use crate::machine::{Box3, Job, Shape, StockShape, Tool};
 use crate::units::{rpm_from_rps, rps_from_rpm, watts_from_n_mm_s};
@@ -58,7 +58,7 @@ pub struct Plan {
     /// Condition number that the fit will have.
     pub condition: f64,
     /// The coefficients with the standard errors that readings with 3 % noise will leave.
-    pub expected: Vec<Value>,
+    pub expected: Vec<Estimate>,
     /// What was assumed.
     pub notes: Vec<String>,
 }
@@ -282,7 +282,7 @@ fn table_text(bench: &Bench, kind: Kind, cuts: &[TestCut], readings: impl Fn(usi
 }
 
 /// Condition number and expected errors: the fit of the cuts with readings by the declared coefficients and noise.
-fn conditioning(bench: &Bench, kind: Kind, model: &str, cuts: &[TestCut]) -> Result<(f64, Vec<Value>), DataError> {
+fn conditioning(bench: &Bench, kind: Kind, model: &str, cuts: &[TestCut]) -> Result<(f64, Vec<Estimate>), DataError> {
     let tool = TableTool {
         number: bench.tool.number,
         diameter_mm: bench.tool.diameter_mm,

@@ -11,7 +11,7 @@ use crate::learn::dataset::steady_table::SteadyRow;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::regress::linear::{Fit, least_squares, leave_one_out};
 use crate::learn::regress::statistics::rms;
-use crate::learn::report::Value;
+use crate::learn::report::Estimate;
 use crate::units::rpm_from_rps;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
@@ -65,7 +65,7 @@ pub fn calibrate(frame: &Frame, rows: &[SteadyRow]) -> Result<Calibration, DataE
         ));
         held_out.extend(leave_one_out(&fit).iter().zip(&y).map(|(r, y)| r / y));
         for (position, j) in chosen.iter().enumerate() {
-            result.parameters.push(Value {
+            result.parameters.push(Estimate {
                 name: format!("{letter}{j}"),
                 value: fit.coefficients[position],
                 std_error: fit.std_errors[position],

@@ -8,7 +8,7 @@ use crate::learn::dataset::steady_table::{SteadyRow, measured_quantity, row_rate
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::Quantity;
 use crate::learn::log::quantity::{column_factor, tare_factor};
-use crate::learn::report::Value;
+use crate::learn::report::Estimate;
 use crate::numeric::golden_section;
 use nalgebra::DMatrix;
 
@@ -91,7 +91,7 @@ pub(in crate::learn) fn kienzle(
     let freedom = result.tests.saturating_sub(result.parameters.len() + 1).max(1) as f64;
     let std_error = (2.0 * squares(m) / freedom / bend.max(1e-300)).sqrt();
     result.model = "kienzle".into();
-    result.parameters.insert(1, Value { name: "m_c".into(), value: m, std_error, unit: "-".into() });
+    result.parameters.insert(1, Estimate { name: "m_c".into(), value: m, std_error, unit: "-".into() });
     result.covariance.clear();
     Ok(result)
 }

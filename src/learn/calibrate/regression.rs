@@ -9,7 +9,7 @@ use crate::learn::dataset::steady_table::{SteadyRow, numbered};
 use crate::learn::log::columns::DataError;
 use crate::learn::regress::linear::{Fit, Loss, leave_group_out, leave_one_out, robust};
 use crate::learn::regress::statistics::rms;
-use crate::learn::report::Value;
+use crate::learn::report::Estimate;
 use crate::schedule::cone::bounded_least_squares;
 use nalgebra::{DMatrix, DVector};
 
@@ -53,7 +53,7 @@ pub(in crate::learn) fn solved(model: &str, problem: &Problem, loss: Loss) -> Re
         model: model.to_owned(),
         tests: n,
         parameters: (0..p)
-            .map(|j| Value {
+            .map(|j| Estimate {
                 name: problem.names[j].0.clone(),
                 value: values[j],
                 std_error: fit.std_errors[j],

@@ -10,7 +10,7 @@ use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};
 use crate::learn::calibrate::regression::{Problem, groups, solved};
 use crate::learn::dataset::steady_table::SteadyRow;
 use crate::learn::log::columns::{DataError, Frame};
-use crate::learn::report::Value;
+use crate::learn::report::Estimate;
 use nalgebra::DMatrix;
 
 /// Share of the largest value by which levels differ: tables are rounded to about a hundredth.
@@ -143,21 +143,21 @@ fn in_mm(found: Calibration, terms: &[usize], scales: &[Scale; 2]) -> Calibratio
         DMatrix::from_fn(n, n, |a, b| found.covariance.get(a).and_then(|row| row.get(b)).copied().unwrap_or(f64::NAN));
     let covariance = &to_mm * covariance * to_mm.transpose();
     let values = &to_mm * nalgebra::DVector::from_iterator(n, found.parameters.iter().map(|p| p.value));
-    let parameters = terms.iter().enumerate().map(|(k, t)| Value {
+    let parameters = terms.iter().enumerate().map(|(k, t)| Estimate {
         name: TERMS[*t].0.to_owned(),
         value: values[k],
         std_error: covariance[(k, k)].max(0.0).sqrt(),
         unit: TERMS[*t].1.to_owned(),
     });
     let middles = [("x1", &scales[0]), ("x2", &scales[1])].into_iter().flat_map(|(name, scale)| {
-        [("middle", scale.middle), ("half_range", scale.half)].map(|(what, value)| Value {
+        [("middle", scale.middle), ("half_range", scale.half)].map(|(what, value)| Estimate {
             name: format!("{name}_{what}"),
             value,
             std_error: 0.0,
             unit: "mm".to_owned(),
         })
     });
-    let parameters: Vec<Value> = parameters.collect();
+    let parameters: Vec<Estimate> = parameters.collect();
     let derived = found.parameters.iter().cloned().chain(middles).collect();
     let covariance = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
     Calibration { parameters, derived, covariance, ..found }

@@ -18,7 +18,7 @@ use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{Side, SteadyRow};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::regress::levenberg_marquardt::{Solution, Variable, levenberg_marquardt};
-use crate::learn::report::Value;
+use crate::learn::report::Estimate;
 use crate::machine::material::{ForceModel, Material, Process};
 use crate::machine::{Runout, Shape, Slice, Spindle, Table, Tool};
 use std::f64::consts::{PI, TAU};
@@ -274,13 +274,13 @@ fn answer(record: &Record, solution: &Solution, range_mm: f64) -> Result<Calibra
         )));
     }
     let error = |j: usize| solution.covariance[j][j].max(0.0).sqrt();
-    let value = |name: &str, value: f64, std_error: f64, unit: &str| Value {
+    let value = |name: &str, value: f64, std_error: f64, unit: &str| Estimate {
         name: name.to_owned(),
         value,
         std_error,
         unit: unit.to_owned(),
     };
-    let mut parameters: Vec<Value> =
+    let mut parameters: Vec<Estimate> =
         NAMES.iter().enumerate().map(|(j, (name, unit))| value(name, x[j], error(j), unit)).collect();
     parameters.push(value("chip_range", range_mm, 0.0, "mm"));
     let steps: Vec<f64> = VARIABLES.iter().map(|v| v.step).collect();

@@ -14,7 +14,7 @@ use crate::learn::diagnose::unnamed::is_unnamed;
 use crate::learn::model::cross_validation::without;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Certainty, Fitted, certainty, part};
-use crate::learn::report::{Added, ChannelError, LearnReport, Transfer, Unexplained, Unnamed, Value};
+use crate::learn::report::{Added, ChannelError, Estimate, LearnReport, Transfer, Unexplained, Unnamed};
 
 impl Diagnosis<'_> {
     /// Held-out errors of each measured quantity.
@@ -99,7 +99,7 @@ impl Diagnosis<'_> {
         let std_error = |k: usize| sure.std_error(first + k);
         // A curve leaves out the knots that it does without.
         let in_use = |k: usize| !is_unnamed(each.effect) || each.effect.parameters[k].neutral != Some(each.values[k]);
-        let value = |k: usize| Value {
+        let value = |k: usize| Estimate {
             name: each.effect.parameters[k].name.into(),
             value: each.values[k],
             std_error: std_error(k),
@@ -135,8 +135,8 @@ impl Diagnosis<'_> {
     }
 }
 
-fn values(data: &Data, fitted: &Fitted, sure: &Certainty) -> Vec<Value> {
-    let value = |(b, base): (usize, &crate::learn::dataset::samples::Base)| Value {
+fn values(data: &Data, fitted: &Fitted, sure: &Certainty) -> Vec<Estimate> {
+    let value = |(b, base): (usize, &crate::learn::dataset::samples::Base)| Estimate {
         name: base.name.clone(),
         value: fitted.model.base[b],
         std_error: sure.std_error(b),

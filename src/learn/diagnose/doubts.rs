@@ -11,7 +11,7 @@ use crate::learn::diagnose::criteria::{
 use crate::learn::log::Log;
 use crate::learn::model::fit::{certainty, fit};
 use crate::learn::program::timeline::Timeline;
-use crate::learn::report::{LearnReport, Estimate};
+use crate::learn::report::{Estimate, LearnReport};
 
 /// Time in motion at an end of the program that no sample belongs to, beyond which it is said, s.
 const UNSEEN_S: f64 = 1.0;
