@@ -1,13 +1,18 @@
 //! A bound on how high a tool is held by triangles of which only a box in the plane and a plane above them are known. In: triangles,
 //! tool shape. Out: no tip at a place is held higher than this.
 //!
-//! With g the gradient of the plane and h the lower side of the tool ([`touch`](super::touch)), f(p) = plane(p) − h(|p − axis|)
-//! bounds what the box can hold. f is concave, and for a ball it bends by at least 1/r: about any point x₀ of the box
+//! With g the gradient of the plane and h the lower side of the tool ([`touch`](super::touch)), f(x) = plane(x) − h(|x − axis|)
+//! bounds what the box can hold. For a ball f is concave and bends by at least 1/r: about any point x₀ of the box
 //!
-//! f(x₀ + Δ) ≤ f(x₀) + ∇f·Δ − Δ²/2r  (without the last term where there is a flat),
+//! f(x₀ + Δ) ≤ f(x₀) + ∇f·Δ − Δ²/2r,
 //!
 //! whose largest value over the box is found axis by axis. x₀ is the point of the box next to where the tool touches the
-//! plane, at a + r|g|/√(1+g²) uphill.
+//! plane, at a + r|g|/√(1+g²) uphill. Where there is a flat, f does not bend around the axis; there, with ρ = |x − axis| and γ the
+//! angle from uphill,
+//!
+//! f(x) = plane(axis) + ρ|g| cos γ − h(ρ),
+//!
+//! and the largest cos γ over the box, taken with any ρ that the box spans, is no less: largest at ρ = a + r·s/√(1+s²), s = |g| cos γ.
 
 use super::shape::Shape;
 use crate::path::Vec3;
@@ -30,6 +35,8 @@ pub struct Bound {
     lift: f64,
     /// From the axis to where the tool touches the plane, mm.
     uphill: [f64; 2],
+    /// Slope of the plane.
+    slope: f64,
 }
 
 impl Bound {
@@ -60,6 +67,7 @@ impl Bound {
             level: top + SLACK_MM,
             lift: shape.corner_mm * (secant - 1.0) + shape.flat_mm * slope,
             uphill: gradient.map(|g| out * g),
+            slope,
         }
     }
 
@@ -76,12 +84,15 @@ impl Bound {
         if least[0] * least[0] + least[1] * least[1] > reach * reach {
             return f64::NEG_INFINITY;
         }
+        if a > 0.0 { under + self.around(p, shape, least) } else { under + self.below_ball(p, r) }
+    }
+
+    /// Largest f over the box above the plane under the axis, for a ball of radius `r`.
+    #[inline]
+    fn below_ball(&self, p: [f64; 2], r: f64) -> f64 {
         let within = |axis: usize| (p[axis] + self.uphill[axis]).clamp(self.low[axis], self.high[axis]) - p[axis];
         let off = [within(0), within(1)];
-        let square = off[0] * off[0] + off[1] * off[1];
-        let out = if a > 0.0 { square.sqrt() } else { 0.0 };
-        let bend = if a > 0.0 { (out - a).max(0.0).powi(2) } else { square };
-        let rise = r * r - bend;
+        let rise = r * r - (off[0] * off[0] + off[1] * off[1]);
         if rise <= 1e-6 * r * r {
             // That point lies on or beyond the rim of the tool, where h has no slope: no contact is higher than on the plane,
             // nor than the plane is within the box.
@@ -89,24 +100,56 @@ impl Bound {
                 let g = self.gradient[axis];
                 (g * (self.low[axis] - p[axis])).max(g * (self.high[axis] - p[axis]))
             };
-            return under + self.lift.min(most(0) + most(1));
+            return self.lift.min(most(0) + most(1));
         }
         let root = rise.sqrt();
-        // Slope of h over the distance from the axis.
-        let slope = if a > 0.0 { (out - a).max(0.0) / (root * out.max(f64::MIN_POSITIVE)) } else { root.recip() };
-        let half_bend = 0.5 / r;
-        let mut bound = under - (r - root);
+        let (slope, half_bend) = (root.recip(), 0.5 / r);
+        let mut bound = root - r;
         for axis in [0, 1] {
             let gradient = self.gradient[axis] - slope * off[axis];
             let [low, high] = [self.low[axis] - p[axis] - off[axis], self.high[axis] - p[axis] - off[axis]];
-            let more = if a > 0.0 {
-                (gradient * low).max(gradient * high)
-            } else {
-                let step = (r * gradient).clamp(low, high);
-                step * (gradient - half_bend * step)
-            };
-            bound += self.gradient[axis] * off[axis] + more;
+            let step = (r * gradient).clamp(low, high);
+            bound += self.gradient[axis] * off[axis] + step * (gradient - half_bend * step);
         }
         bound
+    }
+
+    /// The same for a tool with a flat; `least` is how far the box lies beside the axis along x and y.
+    #[inline]
+    fn around(&self, p: [f64; 2], shape: Shape, least: [f64; 2]) -> f64 {
+        let Shape { flat_mm: a, corner_mm: r } = shape;
+        let nearest = (least[0] * least[0] + least[1] * least[1]).sqrt();
+        let [x, y] = [0, 1].map(|axis| [self.low[axis] - p[axis], self.high[axis] - p[axis]]);
+        let far = |ends: [f64; 2]| (ends[0] * ends[0]).max(ends[1] * ends[1]);
+        let farthest = (far(x) + far(y)).sqrt().min(a + r);
+        let s = self.slope * if nearest == 0.0 { 1.0 } else { self.most_uphill(x, y) };
+        let touches = if s > 0.0 { a + r * s / (1.0 + s * s).sqrt() } else { 0.0 };
+        let out = touches.clamp(nearest, farthest.max(nearest));
+        let q = (out - a).max(0.0);
+        out * s - (r - (r * r - q * q).max(0.0).sqrt())
+    }
+
+    /// Largest cosine of the angle from uphill over a box beside the axis: 1 where it lies across the way uphill, else at a corner.
+    #[inline]
+    fn most_uphill(&self, x: [f64; 2], y: [f64; 2]) -> f64 {
+        let [gx, gy] = self.gradient;
+        // A corner to the left of the way uphill and one to the right of it; squares of cosines with their sign.
+        let (mut left, mut right, mut most) = ([0.0; 2], [0.0; 2], f64::NEG_INFINITY);
+        for x in x {
+            for y in y {
+                let along = gx * x + gy * y;
+                if gx * y - gy * x > 0.0 {
+                    left = [x, y]
+                } else {
+                    right = [x, y]
+                }
+                most = most.max(along * along.abs() / (x * x + y * y));
+            }
+        }
+        // From the right one to the left one by less than half a turn: the way uphill lies between them.
+        if right[0] * left[1] - right[1] * left[0] > 0.0 {
+            return 1.0;
+        }
+        (most.abs().sqrt() / self.slope.max(f64::MIN_POSITIVE)).copysign(most)
     }
 }

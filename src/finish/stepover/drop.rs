@@ -6,7 +6,7 @@
 
 use super::bound::Bound;
 use super::shape::Shape;
-use super::surface::{RIM_CORNER, RIM_EDGE, STEEP, Surface};
+use super::surface::{HOLLOW, RIM_CORNER, RIM_EDGE, STEEP, Surface};
 use super::touch::{Feature, Touched, touch};
 use crate::path::Vec3;
 use rayon::prelude::*;
@@ -28,6 +28,9 @@ pub struct Contact {
 
 /// Triangles of a leaf.
 const LEAF: usize = 4;
+/// Places that are looked at one after the other.
+const RUN: usize = 1024;
+
 /// A mesh made ready for one tool.
 #[derive(Debug)]
 pub struct Dropper<'a> {
@@ -35,9 +38,14 @@ pub struct Dropper<'a> {
     shape: Shape,
     /// Numbers of the triangles, leaf by leaf.
     order: Vec<u32>,
-    /// Bound of each, in that order.
+    /// Their corners, mm, and bounds in that order.
+    triangles: Vec<[Vec3; 3]>,
     leaves: Vec<Bound>,
+    /// Which of their edges can hold a tool.
+    kept: Vec<[bool; 3]>,
     nodes: Vec<Node>,
+    /// The node that each is half of.
+    parents: Vec<u32>,
 }
 
 /// A node: its bound; two nodes from `first` on, or a leaf with `count` triangles from `first` on.
@@ -54,6 +62,7 @@ impl<'a> Dropper<'a> {
         let middle = |t: &[Vec3; 3], axis: usize| t[0][axis] + t[1][axis] + t[2][axis];
         let mut order: Vec<u32> = (0..surface.triangles.len() as u32).collect();
         let mut ranges = vec![(0, order.len())];
+        let mut parents = vec![0];
         let mut nodes: Vec<Node> = Vec::with_capacity(order.len());
         let mut next = 0;
         // Breadth first: the two halves of a node stand side by side.
@@ -71,11 +80,15 @@ impl<'a> Dropper<'a> {
             let half = part.len() / 2;
             part.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
             nodes.push(Node { bound, first: ranges.len() as u32, count: 0 });
+            parents.extend([next as u32 - 1; 2]);
             ranges.extend([(from, from + half), (from + half, to)]);
         }
         let leaf = |k: &u32| Bound::of(std::iter::once(&surface.triangles[*k as usize]), shape);
         let leaves = order.par_iter().map(leaf).collect();
-        Self { surface, shape, order, leaves, nodes }
+        let triangles = order.iter().map(|k| surface.triangles[*k as usize]).collect();
+        let kept =
+            order.iter().map(|k| [0, 1, 2].map(|edge| surface.marks[*k as usize] & HOLLOW << edge == 0)).collect();
+        Self { surface, shape, order, triangles, leaves, kept, nodes, parents }
     }
 
     /// The tool it was made ready for.
@@ -85,27 +98,53 @@ impl<'a> Dropper<'a> {
 
     /// Lowers the tool at a place; `None` where nothing lies below it.
     pub fn drop(&self, p: [f64; 2]) -> Option<Contact> {
-        let shape = self.shape;
-        let (mut best, mut stack, mut depth) = (None::<Contact>, [(0.0, 0u32); 64], 0);
-        let mut highest = f64::NEG_INFINITY;
-        let root =
-            self.nodes.first().filter(|node| node.bound.high[0] >= node.bound.low[0])?.bound.at(p, shape, highest);
-        if root > f64::NEG_INFINITY {
-            (stack[0], depth) = ((root, 0), 1);
+        let mut best = Best::default();
+        self.descend(p, 0, &mut best);
+        self.contact(&best, p)
+    }
+
+    /// Lowers it where it is likely to rest near `guess`, a contact found near by: from its leaf upwards through the tree, where most
+    /// of what lies beside stays below what is known.
+    fn near(&self, p: [f64; 2], guess: &Best) -> Best {
+        let mut best = Best::default();
+        let Some((_, k)) = guess.touched else {
+            self.descend(p, 0, &mut best);
+            return best;
+        };
+        best.leaf = guess.leaf;
+        best.take(touch(&self.triangles[k as usize], p, self.shape, self.kept[k as usize]), k, guess.leaf);
+        let mut at = guess.leaf;
+        self.descend(p, at, &mut best);
+        while at > 0 {
+            // The two halves of a node stand side by side, the first at an odd place.
+            self.descend(p, if at % 2 == 1 { at + 1 } else { at - 1 }, &mut best);
+            at = self.parents[at as usize];
         }
+        best
+    }
+
+    /// Looks for a higher contact below a node.
+    fn descend(&self, p: [f64; 2], from: u32, best: &mut Best) {
+        let shape = self.shape;
+        let Some(start) = self.nodes.get(from as usize).filter(|node| node.bound.high[0] >= node.bound.low[0]) else {
+            return;
+        };
+        let (mut stack, mut depth) = ([(0.0, 0u32); 64], 1);
+        stack[0] = (start.bound.at(p, shape, best.tip_mm), from);
         while depth > 0 {
             depth -= 1;
             let (bound, index) = stack[depth];
-            if bound <= highest {
+            if bound <= best.tip_mm {
                 continue;
             }
             let node = &self.nodes[index as usize];
             let first = node.first as usize;
             if node.count == 0 {
-                let [a, b] = [0, 1].map(|k| (self.nodes[first + k].bound.at(p, shape, highest), (first + k) as u32));
+                let [a, b] =
+                    [0, 1].map(|k| (self.nodes[first + k].bound.at(p, shape, best.tip_mm), (first + k) as u32));
                 let (less, more) = if a.0 < b.0 { (a, b) } else { (b, a) };
                 for child in [less, more] {
-                    if child.0 > highest {
+                    if child.0 > best.tip_mm {
                         stack[depth] = child;
                         depth += 1;
                     }
@@ -113,17 +152,11 @@ impl<'a> Dropper<'a> {
                 continue;
             }
             for k in first..first + node.count as usize {
-                if self.leaves[k].at(p, shape, highest) > highest {
-                    let number = self.order[k];
-                    let touched = touch(&self.surface.triangles[number as usize], p, shape);
-                    if let Some(touched) = touched.filter(|touched| touched.tip_mm > highest) {
-                        highest = touched.tip_mm;
-                        best = Some(self.contact(touched, number, p));
-                    }
+                if self.leaves[k].at(p, shape, best.tip_mm) > best.tip_mm {
+                    best.take(touch(&self.triangles[k], p, shape, self.kept[k]), k as u32, index);
                 }
             }
         }
-        best
     }
 
     /// Lowers it at many places; those near each other one after the other, as they need the same part of the mesh.
@@ -134,14 +167,24 @@ impl<'a> Dropper<'a> {
             let [x, y] = places[*k as usize];
             (tile(x), tile(y), *k)
         });
-        let found: Vec<Option<Contact>> =
-            order.par_iter().with_min_len(256).map(|k| self.drop(places[*k as usize])).collect();
+        let run = |part: &[u32]| {
+            let mut best = Best::default();
+            let drop = |k: &u32| {
+                let p = places[*k as usize];
+                best = self.near(p, &best);
+                self.contact(&best, p)
+            };
+            part.iter().map(drop).collect::<Vec<_>>()
+        };
+        let found: Vec<Option<Contact>> = order.par_chunks(RUN).flat_map_iter(run).collect();
         let mut sorted = vec![None; places.len()];
         order.iter().zip(found).for_each(|(k, contact)| sorted[*k as usize] = contact);
         sorted
     }
 
-    fn contact(&self, touched: Touched, triangle: u32, p: [f64; 2]) -> Contact {
+    fn contact(&self, best: &Best, p: [f64; 2]) -> Option<Contact> {
+        let (touched, k) = best.touched?;
+        let triangle = self.order[k as usize];
         let marks = self.surface.marks[triangle as usize];
         let rim = match touched.feature {
             Feature::Facet => marks & STEEP != 0,
@@ -149,7 +192,33 @@ impl<'a> Dropper<'a> {
             Feature::Corner(k) => marks & (STEEP | RIM_CORNER << k) != 0,
         };
         let normal = self.shape.normal(touched.point - Vec3::new(p[0], p[1], touched.tip_mm));
-        Contact { tip_mm: touched.tip_mm, point: touched.point, normal, triangle, rim }
+        Some(Contact { tip_mm: touched.tip_mm, point: touched.point, normal, triangle, rim })
+    }
+}
+
+/// The highest contact found so far.
+#[derive(Debug, Clone, Copy)]
+struct Best {
+    /// Its tip, mm; minus infinity before there is one.
+    tip_mm: f64,
+    /// Where, and the place of the triangle among the leaves.
+    touched: Option<(Touched, u32)>,
+    /// Node that holds the triangle.
+    leaf: u32,
+}
+
+impl Default for Best {
+    fn default() -> Self {
+        Self { tip_mm: f64::NEG_INFINITY, touched: None, leaf: 0 }
+    }
+}
+
+impl Best {
+    #[inline]
+    fn take(&mut self, touched: Option<Touched>, k: u32, leaf: u32) {
+        if let Some(touched) = touched.filter(|touched| touched.tip_mm > self.tip_mm) {
+            *self = Self { tip_mm: touched.tip_mm, touched: Some((touched, k)), leaf };
+        }
     }
 }
 
@@ -157,6 +226,7 @@ impl<'a> Dropper<'a> {
 mod tests {
     use super::*;
     use crate::machine::Box3;
+    use crate::stock::Mesh;
 
     fn surface(triangles: Vec<[Vec3; 3]>) -> Surface {
         let marks = vec![0; triangles.len()];
@@ -255,9 +325,51 @@ mod tests {
             let dropper = Dropper::new(&cloud, shape);
             for k in 0..400 {
                 let p = [f64::from(k % 20) + 0.31, f64::from(k / 20) + 0.17];
-                let every = cloud.triangles.iter().filter_map(|triangle| touch(triangle, p, shape));
+                let every = cloud.triangles.iter().filter_map(|triangle| touch(triangle, p, shape, [true; 3]));
                 let expected = every.map(|touched| touched.tip_mm).reduce(f64::max);
                 assert_eq!(dropper.drop(p).map(|found| found.tip_mm), expected, "{shape:?} {p:?}");
+            }
+        }
+    }
+
+    /// Edges that are left out, and the way up through the tree from a contact near by, change nothing: sheets of random heights, from
+    /// gentle to steeper than a wall of 85 degrees.
+    #[test]
+    fn a_rough_sheet_holds_the_tool_where_its_triangles_do() {
+        let mut state = 11u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) as f64 / (1u64 << 31) as f64
+        };
+        let cells = 24u32;
+        for rough_mm in [0.05, 0.4, 3.0, 12.0] {
+            let mut corner = |k: u32| {
+                let at = |k: u32| 0.5 * f64::from(k);
+                Vec3::new(at(k % (cells + 1)), at(k / (cells + 1)), rough_mm * random())
+            };
+            let vertices = (0..(cells + 1) * (cells + 1)).map(&mut corner).collect();
+            let cell = |k: u32| {
+                let a = k % cells + k / cells * (cells + 1);
+                let [b, c, d] = [a + 1, a + cells + 2, a + cells + 1];
+                [[a, b, c], [a, c, d]]
+            };
+            let triangles = (0..cells * cells).flat_map(cell).collect();
+            let sheet = Surface::of_mesh(&Mesh { vertices, triangles }, 1.4, Vec::new());
+            let places: Vec<[f64; 2]> =
+                (0..400).map(|k| [f64::from(k % 20) * 0.7 - 0.8, f64::from(k / 20) * 0.7 - 0.8]).collect();
+            for shape in SHAPES {
+                let dropper = Dropper::new(&sheet, shape);
+                for (p, found) in places.iter().zip(dropper.drop_all(&places)) {
+                    let every = sheet.triangles.iter().filter_map(|t| touch(t, *p, shape, [true; 3]));
+                    let expected = every.map(|touched| touched.tip_mm).fold(f64::NEG_INFINITY, f64::max);
+                    let found = found.map_or(f64::NEG_INFINITY, |found| found.tip_mm);
+                    let alone = dropper.drop(*p).map_or(f64::NEG_INFINITY, |found| found.tip_mm);
+                    let same = |a: f64, b: f64| a == b || (a - b).abs() < 1e-9;
+                    assert!(
+                        same(found, expected) && same(alone, expected),
+                        "{shape:?} {rough_mm} {p:?} {found} {expected}"
+                    );
+                }
             }
         }
     }

@@ -12,11 +12,16 @@ use crate::stock::{Mesh, MeshError, mesh};
 use std::collections::HashMap;
 
 /// Mark of a triangle whose edge k lies on the rim: this, shifted by k.
-pub const RIM_EDGE: u8 = 1;
+pub const RIM_EDGE: u16 = 1;
 /// Mark of a triangle whose corner k lies on the rim: this, shifted by k.
-pub const RIM_CORNER: u8 = 8;
+pub const RIM_CORNER: u16 = 8;
 /// Mark of a triangle that is not machined: too steep, or looking down.
-pub const STEEP: u8 = 64;
+pub const STEEP: u16 = 64;
+/// Mark of a triangle whose edge k holds no tool by itself, or is left to the triangle on its other side: this, shifted by k.
+pub const HOLLOW: u16 = 128;
+
+/// Sine of the angle by which an edge has to open upwards to count as the bottom of a hollow.
+const OPENS: f64 = 1e-6;
 
 /// A surface to be finished.
 #[derive(Debug, Clone)]
@@ -24,7 +29,7 @@ pub struct Surface {
     /// Corners of the triangles, mm.
     pub triangles: Vec<[Vec3; 3]>,
     /// Marks of each.
-    pub marks: Vec<u8>,
+    pub marks: Vec<u16>,
     /// Outlines where the surface ends, the longest first.
     pub outlines: Vec<Outline>,
     /// Smallest box that holds it, mm.
@@ -104,7 +109,7 @@ impl Surface {
 }
 
 /// Marks of the triangles, and the outlines of a mesh.
-fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u8>, Vec<Outline>) {
+fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u16>, Vec<Outline>) {
     let mut edges: Vec<(u32, u32, u32, u8)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (index, ids) in mesh.triangles.iter().enumerate() {
         for k in 0..3u8 {
@@ -113,13 +118,20 @@ fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u8>, Vec<Outline>) {
         }
     }
     edges.sort_unstable();
-    let mut marks: Vec<u8> = steep.iter().map(|steep| if *steep { STEEP } else { 0 }).collect();
+    let mut marks: Vec<u16> = steep.iter().map(|steep| if *steep { STEEP } else { 0 }).collect();
     let mut on_rim = vec![false; mesh.vertices.len()];
     let mut open = Vec::new();
     for group in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         let machined = group.iter().filter(|edge| !steep[edge.2 as usize]).count();
         if group.len() == 1 {
             open.push((group[0].0, group[0].1));
+        }
+        if let [a, b] = group {
+            let shared = [a, b].map(|edge| (mesh.triangles[edge.2 as usize], edge.3));
+            if opens_upwards(mesh, shared) {
+                marks[a.2 as usize] |= HOLLOW << a.3;
+            }
+            marks[b.2 as usize] |= HOLLOW << b.3;
         }
         if machined == 1 {
             for edge in group {
@@ -135,6 +147,19 @@ fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u8>, Vec<Outline>) {
         }
     }
     (marks, outlines(mesh, &open))
+}
+
+/// Does the surface open upwards at an edge that two triangles share? A tool in it rests on both of them rather than on the edge.
+fn opens_upwards(mesh: &Mesh, [one, other]: [([u32; 3], u8); 2]) -> bool {
+    let corner = |ids: [u32; 3], k: u8| mesh.vertices[ids[usize::from(k) % 3] as usize];
+    let apex = |(ids, k): ([u32; 3], u8)| corner(ids, k + 2);
+    let (a, b, c, d) = (corner(one.0, one.1), corner(one.0, one.1 + 1), apex(one), apex(other));
+    let across = (b - a).cross(&(c - a));
+    let up = if across.z < 0.0 { -across } else { across };
+    // On either side of the edge as seen from above, and the other triangle above the plane of this one.
+    let side = |q: Vec3| (b.x - a.x) * (q.y - a.y) - (b.y - a.y) * (q.x - a.x);
+    let above = up.dot(&(d - a));
+    side(c) * side(d) < 0.0 && above > OPENS * up.norm() * (d - a).norm()
 }
 
 /// Joins open edges that share a vertex, the longest outline first.

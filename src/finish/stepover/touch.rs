@@ -5,14 +5,16 @@
 //! distance ρ from the axis lies h(ρ) = r − √(r² − (ρ − a)²) above the tip (0 within a), a convex function; so over a triangle
 //! z(p) − h(|p − axis|) is concave, its largest value is the height of the tip, and
 //! * it lies inside the triangle where the normal points from the corner circle: at a + r sin θ from the axis, uphill;
-//! * else on an edge, where it is concave again: in closed form for a ball and a flat, by bisection of its slope for a bull.
+//! * else on an edge that the triangle and that place lie on either side of (from any other the way there rises on into the
+//!   triangle), where it is concave again: in closed form for a ball and a flat, by regula falsi on its slope for a bull.
 
 use super::shape::Shape;
-use crate::numeric::{bisect, middle};
 use crate::path::Vec3;
 
-/// Steps by which the range of an edge is halved: a place within 1e-12 of its length.
-const HALVINGS: u32 = 40;
+/// Where an edge holds a bull-nose is found to this, mm: the height, which is level there, errs by its square over the corner radius.
+const PLACE_MM: f64 = 1e-7;
+/// Most steps to find it; some seven are needed.
+const STEPS: u32 = 60;
 
 /// Part of a triangle.
 #[derive(Debug, Clone, Copy)]
@@ -36,32 +38,32 @@ pub struct Touched {
     pub feature: Feature,
 }
 
-/// Where a tool above `p` touches a triangle.
-pub fn touch(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape) -> Option<Touched> {
-    facet(triangle, p, shape).or_else(|| {
-        let edges = (0..3).filter_map(|k| edge(triangle, k, p, shape));
-        edges.reduce(|best, other| if other.tip_mm > best.tip_mm { other } else { best })
-    })
-}
-
-/// Contact inside the triangle.
-fn facet(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape) -> Option<Touched> {
+/// Where a tool above `p` touches a triangle, or one of those of its edges that are `kept`.
+#[inline]
+pub fn touch(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape, kept: [bool; 3]) -> Option<Touched> {
     let [a, b, c] = *triangle;
     let across = (b - a).cross(&(c - a));
-    if across.z == 0.0 {
-        return None;
+    let mut outer = [true; 3];
+    if across.z != 0.0 {
+        let n = if across.z < 0.0 { -across } else { across } / across.norm();
+        // Uphill is against the level part of the normal; on a level facet under a flat bottom the axis stands for the disc.
+        let out = if shape.flat_mm > 0.0 {
+            let sin = (n.x * n.x + n.y * n.y).sqrt();
+            if sin > 0.0 { shape.flat_mm / sin + shape.corner_mm } else { 0.0 }
+        } else {
+            shape.corner_mm
+        };
+        let (x, y) = (p[0] - out * n.x, p[1] - out * n.y);
+        let side = |a: &Vec3, b: &Vec3| ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) * across.z < 0.0;
+        outer = [side(&a, &b), side(&b, &c), side(&c, &a)];
+        if outer == [false; 3] {
+            let z = a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z;
+            let tip_mm = z - shape.corner_mm * (1.0 - n.z);
+            return Some(Touched { tip_mm, point: Vec3::new(x, y, z), feature: Feature::Facet });
+        }
     }
-    let n = if across.z < 0.0 { -across } else { across } / across.norm();
-    let sin = (n.x * n.x + n.y * n.y).sqrt();
-    // Uphill is against the level part of the normal; on a level facet under a flat bottom the axis stands for the disc.
-    let out = if sin > 0.0 { shape.flat_mm / sin + shape.corner_mm } else { 0.0 };
-    let (x, y) = (p[0] - out * n.x, p[1] - out * n.y);
-    let side = |a: &Vec3, b: &Vec3| ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) * across.z.signum();
-    if side(&a, &b) < 0.0 || side(&b, &c) < 0.0 || side(&c, &a) < 0.0 {
-        return None;
-    }
-    let z = a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z;
-    Some(Touched { tip_mm: z - shape.corner_mm * (1.0 - n.z), point: Vec3::new(x, y, z), feature: Feature::Facet })
+    let edges = (0..3).filter(|k| outer[*k as usize] && kept[*k as usize]).filter_map(|k| edge(triangle, k, p, shape));
+    edges.reduce(|best, other| if other.tip_mm > best.tip_mm { other } else { best })
 }
 
 /// Contact with an edge, its ends included.
@@ -111,17 +113,37 @@ fn lowest_gap(slope: f64, off: f64, [from, to]: [f64; 2], shape: Shape) -> f64 {
         let half = (corner_mm * corner_mm - off * off).max(0.0).sqrt();
         return (half * slope / (slope * slope + 1.0).sqrt()).clamp(from, to);
     }
-    let rises = |u: f64| {
+    // The sign of the slope, free of its pole at the rim: slope·ρ·√(r² − q²) − q·u, q = ρ − a.
+    let rise = |u: f64| {
         let out = (u * u + off * off).sqrt();
-        slope * out > shape.slope(out) * u
+        let q = (out - flat_mm).max(0.0);
+        slope * out * (corner_mm * corner_mm - q * q).max(0.0).sqrt() - q * u
     };
-    if !rises(from) {
+    let (mut low, mut high) = ((from, rise(from)), (to, rise(to)));
+    if low.1 <= 0.0 {
         return from;
     }
-    if rises(to) {
+    if high.1 > 0.0 {
         return to;
     }
-    middle(bisect(rises, from, to, HALVINGS))
+    let mut u = low.0;
+    for _ in 0..STEPS {
+        let before = u;
+        u = low.0 + low.1 * (high.0 - low.0) / (low.1 - high.1);
+        let here = rise(u);
+        // The end that stays counts half (Illinois).
+        if here > 0.0 {
+            low = (u, here);
+            high.1 *= 0.5;
+        } else {
+            high = (u, here);
+            low.1 *= 0.5;
+        }
+        if (u - before).abs() < PLACE_MM {
+            break;
+        }
+    }
+    u
 }
 
 #[cfg(test)]
@@ -141,7 +163,7 @@ mod tests {
         for shape in SHAPES {
             for k in 0..100 {
                 let p = [0.07 * f64::from(k) - 1.0, 0.05 * f64::from(k % 13)];
-                let Some(found) = touch(&triangle, p, shape) else { continue };
+                let Some(found) = touch(&triangle, p, shape, [true; 3]) else { continue };
                 let mut nearest = f64::INFINITY;
                 for i in 0..=400 {
                     for j in 0..=400 - i {
