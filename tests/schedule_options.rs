@@ -218,10 +218,31 @@ fn a_confidence_leaves_room_for_what_the_model_did_not_explain() {
         number(force, "after_max") / number(force, "limit")
     };
     let sure = &["--confidence", "0.95"];
-    let wanted = 1.0 / (1.0 + 1.645 * 0.06);
+    // Some 190 mm of cut are 31 places for a mill of 6 mm; Φ(2.94)³¹ = 0.95.
+    let wanted = 1.0 / (1.0 + 2.94 * 0.06);
     let room = kept("scatter = 0.06\n", sure);
     assert!((wanted - 0.015..wanted + 0.005).contains(&room), "{room} {wanted}");
     assert!(kept("", sure) > 0.97 && kept("scatter = 0.06\n", &[]) > 0.97);
+}
+
+#[test]
+fn at_a_confidence_loads_grow_in_proportion_beyond_the_feeds_that_were_measured() {
+    let known = "[process]\ncovariance = [[0.0, 0], [0, 0.0]]\ncovariance_of = [\"k_tc\", \"k_te\"]\n";
+    let of = |feed: &str, options: &[&str]| {
+        let found = report(bench(&(setup() + known + feed)).path(), options);
+        let force = limit(&found, "force_xy");
+        (time(&found), number(force, "after_max") / number(force, "limit"))
+    };
+    let sure = &["--confidence", "0.95"];
+    let [thin, thick] = ["feed_per_tooth = { 1 = 0.01 }\n", "feed_per_tooth = { 1 = 2 }\n"];
+    let (free, as_measured, beyond) = (of("", sure), of(thick, sure), of(thin, sure));
+    assert_eq!(free, as_measured);
+    assert_eq!(of(thin, &[]), of("", &[]));
+    // At 0.01 mm half of the force is that of the edge: taken in proportion from there on, the limit is met well before the model's.
+    assert!(beyond.0 > free.0 && beyond.1 < 0.85 * free.1 && beyond.1 > 0.5, "{free:?} {beyond:?}");
+    let refused =
+        feedwright(bench(&(setup() + "[process]\nfeed_per_tooth = { x = 1 }\n")).path(), &["optimize", "part.nc"]);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("x is no tool"), "{refused:?}");
 }
 
 #[test]

@@ -151,6 +151,20 @@ impl Covariate {
         }
     }
 
+    /// Is it something that only a cut has? What a meter reads in its course is made by the cut.
+    pub fn is_of_cut(self) -> bool {
+        matches!(
+            self,
+            Covariate::FeedPerTooth
+                | Covariate::ChipThickness
+                | Covariate::AxialDepth
+                | Covariate::RadialDepth
+                | Covariate::UpShare
+                | Covariate::EdgePosition
+                | Covariate::SinceEntry
+        )
+    }
+
     /// Factor to the unit that people read it in, and that unit.
     pub fn shown(self) -> (f64, &'static str) {
         match self {

@@ -57,14 +57,16 @@ impl LoadLine {
         let factors = self.modifiers.at(f);
         let forces = self.engine.forces(f, &factors);
         let station = &self.station;
+        let made_by_cut = self.torque_beside_forces(&factors);
         Loads {
             force_xy_peak_n: forces.xy_peak,
             force_xy_mean_n: forces.mean[0].hypot(forces.mean[1]),
             force_normal_mean_n: forces.mean[1].abs(),
             force_axial_peak_n: forces.axial_peak,
-            torque_nm: nm_from_nmm(forces.torque),
-            torque_peak_nm: nm_from_nmm(forces.torque_peak),
-            power_w: factors.tare * station.tare_w + watts_from_n_mm_s(TAU * station.rps * forces.torque),
+            torque_nm: nm_from_nmm(forces.torque + made_by_cut),
+            torque_peak_nm: nm_from_nmm(forces.torque_peak + made_by_cut),
+            power_w: factors.tare * station.tare_w
+                + watts_from_n_mm_s(TAU * station.rps * (forces.torque + made_by_cut)),
             deflection_mm: station.compliance[0] * forces.xy_peak,
             surface_error_mm: station.compliance[0] * forces.wall,
             bending_stress_mpa: station.compliance[1] * forces.xy_peak,
@@ -72,6 +74,25 @@ impl LoadLine {
             feed_per_tooth_mm: f,
             mean_force_n: forces.mean,
         }
+    }
+
+    /// Torque of what the cut makes beside its forces, N·mm.
+    fn torque_beside_forces(&self, factors: &Factors) -> f64 {
+        if factors.made_by_cut == 0.0 {
+            return 0.0;
+        }
+        n_mm_s_from_watts(factors.made_by_cut * self.station.tare_w) / (TAU * self.station.rps)
+    }
+
+    /// The feed at which each tooth advances so far, mm/s.
+    pub fn feed_mm_s(&self, per_tooth_mm: f64) -> f64 {
+        per_tooth_mm / self.station.per_feed
+    }
+
+    /// What a load is at this feed with nothing cut.
+    pub fn idle(&self, kind: LimitKind, feed_mm_s: f64) -> f64 {
+        let tare = self.modifiers.at(feed_mm_s * self.station.per_feed).tare;
+        if kind == LimitKind::Power { tare * self.station.tare_w } else { 0.0 }
     }
 
     /// Forces on the tool through a turn at a feed, N: along the feed, to its left and up the axis, at the K rotation angles
@@ -111,10 +132,11 @@ impl LoadLine {
             LimitKind::ForceXy => spans.cap_xy(limit, factors),
             LimitKind::ForceNormalMean => spans.cap_normal_mean(limit, factors),
             LimitKind::ForceAxial => spans.cap_axial(limit, factors),
-            LimitKind::Torque => spans.cap_torque(limit, factors),
+            LimitKind::Torque => spans.cap_torque(limit - self.torque_beside_forces(factors), factors),
             LimitKind::Power => {
                 let cutting_w = limit - factors.tare * self.station.tare_w;
                 let torque_nmm = n_mm_s_from_watts(cutting_w) / (TAU * self.station.rps);
+                let torque_nmm = torque_nmm - self.torque_beside_forces(factors);
                 scaled(spans.cap_torque(torque_nmm, factors), 1.0, watts_per_nmm.recip())
             }
             LimitKind::Deflection => of_force(deflection, &|n| spans.cap_xy(n, factors)),

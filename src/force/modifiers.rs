@@ -1,5 +1,8 @@
 //! What the load effects of the process model do at one station: factors on cutting forces, edge forces and tare, and what
 //! the most loaded tooth cuts more. Effects on geometry, motion and the measuring chain are applied elsewhere.
+//!
+//! A tare that rises with something that only a cut has (the way since entry, a depth) is no tare: an idle spindle knows nothing of it.
+//! What it reads above the tare the cut has made, and the tool bears it as a torque, whatever part of it the meter added.
 
 use super::error::ForceError;
 use crate::effects::{Acts, Effect, State, named};
@@ -14,13 +17,15 @@ pub(super) struct Factors {
     /// Rise of the wear index over that of a fresh edge.
     pub worn: f64,
     pub tare: f64,
+    /// Power that a cut makes beside its forces, over the tare.
+    pub made_by_cut: f64,
     /// Added to the feed per tooth where a peak is asked for, mm.
     pub peak_feed_mm: f64,
 }
 
 impl Default for Factors {
     fn default() -> Self {
-        Self { cutting: 1.0, edge: 1.0, worn: 0.0, tare: 1.0, peak_feed_mm: 0.0 }
+        Self { cutting: 1.0, edge: 1.0, worn: 0.0, tare: 1.0, made_by_cut: 0.0, peak_feed_mm: 0.0 }
     }
 }
 
@@ -119,7 +124,12 @@ impl Moving {
             let change = (effect.change)(values, &state);
             factors.cutting *= known(change.cutting);
             factors.edge *= known(change.edge);
-            factors.tare *= known(change.tare);
+            let tare = known(change.tare);
+            if tare > 1.0 && effect.covariates.iter().any(|covariate| covariate.is_of_cut()) {
+                factors.made_by_cut += tare - 1.0;
+            } else {
+                factors.tare *= tare;
+            }
             factors.peak_feed_mm += if change.peak_chip_mm.is_finite() { change.peak_chip_mm } else { 0.0 };
         }
         factors
@@ -134,4 +144,32 @@ fn worn(state: &State) -> f64 {
 /// A factor that rests on something unknown here is left out.
 fn known(factor: f64) -> f64 {
     if factor.is_finite() { factor } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::material::EffectUse;
+
+    /// Factors where a curve of the tare over a covariate stands at 1.4, and then at 0.8.
+    fn with_tare_over(covariate: &str, state: &State) -> Factors {
+        let parameters = [("at_1", 1.0), ("at_2", 2.0), ("factor_1", 1.4), ("factor_2", 0.8)];
+        let parameters = parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        let effects = vec![EffectUse { name: format!("unnamed-tare-{covariate}"), parameters }];
+        let (effects, _) = Effects::of(&Process { effects, ..Process::default() }).expect("of the list");
+        effects.at(state, 0.5).at(0.1)
+    }
+
+    #[test]
+    fn what_a_meter_reads_more_in_the_course_of_a_cut_is_made_by_the_cut() {
+        let at = |depth: f64| State { axial_depth_mm: depth, rps: depth, ..State::default() };
+        let of_cut = with_tare_over("axial-depth", &at(1.0));
+        assert!((of_cut.made_by_cut - 0.4).abs() < 1e-12 && of_cut.tare == 1.0, "{of_cut:?}");
+        // A speed of the spindle is there without a cut.
+        let of_spindle = with_tare_over("spindle-speed", &at(1.0));
+        assert!(of_spindle.made_by_cut == 0.0 && (of_spindle.tare - 1.4).abs() < 1e-12, "{of_spindle:?}");
+        // What it reads less takes nothing off the tool.
+        let less = with_tare_over("axial-depth", &at(2.0));
+        assert!(less.made_by_cut == 0.0 && (less.tare - 0.8).abs() < 1e-12, "{less:?}");
+    }
 }

@@ -38,7 +38,13 @@ pub struct Wanted {
 pub fn at_confidence(job: &mut Job, confidence: f64) -> Assumption {
     *job = with_grown_stock(job);
     job.confidence = Some(confidence);
-    let known = if job.process.covariance_of.is_empty() { "the stated uncertainty" } else { "the covariance" };
+    let is_stated =
+        job.tools.iter().any(|tool| job.material(tool).is_some_and(|material| material.uncertainty.is_some()));
+    let known = match (job.process.covariance_of.is_empty(), is_stated) {
+        (false, _) => "the covariance",
+        (true, true) => "the stated uncertainty",
+        (true, false) => "no stated uncertainty (`uncertainty` under [material] leaves room for one)",
+    };
     let scatter = job.process.scatter.map_or_else(String::new, |s| {
         format!(" and {:.1} % of a cut's load that the model does not explain", 100.0 * s)
     });

@@ -33,6 +33,7 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
         covariance: report.covariance.clone(),
         covariance_of: report.final_base.iter().map(|v| v.name.clone()).collect(),
         scatter: report.scatter,
+        feed_per_tooth_mm: report.feed_per_tooth_mm.clone(),
     })
 }
 
@@ -117,6 +118,7 @@ pub fn of_calibration(result: &Calibration) -> Option<Process> {
         covariance: result.covariance.clone(),
         covariance_of: result.parameters.iter().map(|p| p.name.clone()).collect(),
         scatter: None,
+        feed_per_tooth_mm: Vec::new(),
     })
 }
 

@@ -273,6 +273,8 @@ pub struct LearnReport {
     /// What stays unexplained of a cut's load on held-out data, as a share of it, without the noise of the sensor; `None`
     /// where too little was held out.
     pub scatter: Option<f64>,
+    /// By tool: the highest feed per tooth of its cuts, mm.
+    pub feed_per_tooth_mm: Vec<(u32, f64)>,
     /// Other kinds of cut.
     pub transfer: Vec<Transfer>,
     /// Coefficients over time.

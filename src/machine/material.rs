@@ -99,9 +99,19 @@ pub struct Process {
     /// What stayed unexplained of a cut's load on held-out data, as a share of it: one standard deviation, without the
     /// noise of the sensor.
     pub scatter: Option<f64>,
+    /// By tool: the highest feed per tooth of the cuts that the model rests on, mm.
+    pub feed_per_tooth_mm: Vec<(u32, f64)>,
 }
 
 impl Process {
+    /// Highest feed per tooth that was measured with a tool; of a tool that was not, the highest of any. `None` where none is known.
+    pub fn measured_feed(&self, tool: u32) -> Option<f64> {
+        let of = |own: &dyn Fn(u32) -> bool| {
+            self.feed_per_tooth_mm.iter().filter(|(t, _)| own(*t)).map(|(_, f)| *f).max_by(f64::total_cmp)
+        };
+        of(&|t| t == tool).or_else(|| of(&|_| true))
+    }
+
     /// Does it carry coefficients measured here, by `calibrate` or `learn`? A `[material]` written out by hand does not count:
     /// nothing tells whether its numbers were measured or copied.
     pub fn is_measured(&self) -> bool {

@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 
-use super::confidence::{self, doubt};
+use super::confidence::{Room, doubt, places};
 use super::cutters::{Cutters, SLIVER_MM, skims};
 use super::history::History;
 use super::idle_limits::{self, Idle};
@@ -56,7 +56,7 @@ pub fn problem_after(
         work.extend(stations.iter().map(|station| (id, Some(station))));
         of_move.push(start..work.len() as u32);
     }
-    let doubt = doubt(job);
+    let doubt = doubt(job, places(toolpath, map, job));
     let others: Vec<Cutters> = doubt.jobs.iter().map(|job| Cutters::after(toolpath, map, job, history)).collect();
     let keeping = Keeping::new(toolpath, map, job, &rules, &cutters);
     let idle = idle_limits::idle(toolpath, map, &rules, &cutters);
@@ -210,7 +210,9 @@ impl Context<'_> {
         let others: Vec<LoadLine> =
             self.others.iter().filter_map(|cutters| self.line(cutters, motion, station)).collect();
         let spindle = &self.job.machine.spindle;
-        let cap = |line: &LoadLine, kind, limit| confidence::cap(line, &others, self.deviations, kind, limit);
+        let measured_mm = self.job.process.measured_feed(motion.tool).filter(|_| self.job.confidence.is_some());
+        let room = Room { others: &others, deviations: self.deviations, measured_mm };
+        let cap = |line: &LoadLine, kind, limit| room.cap(line, kind, limit);
         let floor = lowest_feed(line.as_ref(), rule, programmed);
         let acts = self.idle[self.rules.index_of(node.move_id)].is_none();
         let highest = if !rule.loads.is_empty() && acts && line.is_some() && !skims(station) {

@@ -1,20 +1,34 @@
-//! Feeds that hold at a stated confidence. In: what the process model knows of its own parameters, a confidence. Out: the
-//! process models one standard deviation away along each independent direction, and caps that leave room for them.
+//! Feeds that hold at a stated confidence. In: what the process model knows of its own parameters, a confidence, how much the program
+//! cuts. Out: the process models one standard deviation away along each independent direction, and caps that leave room for them.
 //!
 //! With the covariance Σ = Σ_k w_k w_kᵀ of the parameters θ, the variance of a load is Σ_k (L(θ + w_k) − L(θ))² to first
 //! order. Coefficients that are known to a percent do not make a load known to a percent: what the model left unexplained
 //! on held-out data (`scatter` s, a share of the load) is there in the next cut as well. A cap at confidence c keeps
-//! L + z σ ≤ limit with σ² = Σ_k (L(θ + w_k) − L(θ))² + (s L)², z the one-sided normal quantile, L that of the cut alone: a tare has no
-//! scatter. Without either a relative standard uncertainty of all forces takes their place. Parameters that are not named in the
+//! L + z σ ≤ limit with σ² = Σ_k (L(θ + w_k) − L(θ))² + (m s L)², z the one-sided normal quantile, L that of the cut alone: a tare has no
+//! scatter.
+//!
+//! A coefficient that is off is off everywhere. What the model misses is another at every place, and the limit is to hold at the place
+//! that has the most of it: of n places the largest stays below z_n s with Φ(z_n)ⁿ = c (Šidák), so m = z_n / z. Two places a diameter of
+//! the tool apart have no material in common: n is the length of cut over the diameter (of 10, 100, 1000 places z_n is 2.6, 3.3, 3.9 at
+//! 95 %: a rough count will do).
+//!
+//! A log shows how loads grow with the feed up to the feeds that it has. Beyond the highest of its tool the load is taken to grow in
+//! proportion: at f > f₁ it is L(f₁) f/f₁. No law with a force of the edge, or with a chip that resists less as it becomes thicker,
+//! exceeds that, whichever share of what was measured is the edge's.
+//!
+//! Without covariance and scatter a relative standard uncertainty of all forces takes their place. Parameters that are not named in the
 //! covariance keep their ratio to those that are.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::stress::with_coefficients;
+use crate::engage::{EngagementMap, Station};
 use crate::force::{Cap, LoadLine};
+use crate::ids::MoveId;
 use crate::machine::material::{ForceModel, LinearEdge, Process};
 use crate::machine::{Job, LimitKind};
+use crate::nc::{Move, Toolpath};
 
 /// How often a cap is taken again at the margin of the cap before.
 const ROUNDS: usize = 3;
@@ -28,17 +42,30 @@ pub struct Doubt {
     pub deviations: f64,
 }
 
-/// What is known of the parameters of a job at its confidence; empty when none is asked for.
-pub fn doubt(job: &Job) -> Doubt {
+/// What is known of the parameters of a job at its confidence, in a program of so many places; empty when none is asked for.
+pub fn doubt(job: &Job, places: f64) -> Doubt {
     let Some(confidence) = job.confidence else { return Doubt::default() };
     let normal = Normal::new(0.0, 1.0).expect("the standard normal distribution");
+    let deviations = normal.inverse_cdf(confidence).max(0.0);
+    let of_largest = normal.inverse_cdf(confidence.powf(places.max(1.0).recip()));
+    let more = if deviations > 0.0 { of_largest / deviations } else { 1.0 };
     let mut jobs: Vec<Job> = apart(&job.process).into_iter().map(|process| Job { process, ..job.clone() }).collect();
-    jobs.extend(job.process.scatter.filter(|s| *s > 0.0).map(|s| with_coefficients(job, 1.0 + s)));
+    jobs.extend(job.process.scatter.filter(|s| *s > 0.0).map(|s| with_coefficients(job, 1.0 + more * s)));
     if jobs.is_empty() {
         let stated = job.tools.iter().filter_map(|tool| job.material(tool)?.uncertainty).fold(0.0, f64::max);
         jobs.extend((stated > 0.0).then(|| with_coefficients(job, 1.0 + stated)));
     }
-    Doubt { jobs, deviations: normal.inverse_cdf(confidence).max(0.0) }
+    Doubt { jobs, deviations }
+}
+
+/// Places of a program that have no material in common: its length of cut in diameters.
+pub fn places(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> f64 {
+    let of_move = |(id, motion): (MoveId, &Move)| {
+        let cut = map.stations_of(id).iter().filter(|station| station.arc_count > 0);
+        let diameter_mm = job.tool(motion.tool).map_or(f64::INFINITY, |tool| tool.diameter_mm);
+        cut.map(Station::length_mm).sum::<f64>() / diameter_mm
+    };
+    toolpath.iter_moves().map(of_move).sum()
 }
 
 /// The process models at θ + w_k; empty where the covariance is not known.
@@ -100,18 +127,58 @@ fn move_edge(k: &mut LinearEdge, name: &str, by: f64, process: &Process) {
     }
 }
 
-/// Cap of one load that leaves `deviations` standard deviations, by the same cut under the jobs of [`Doubt`].
-pub fn cap(line: &LoadLine, others: &[LoadLine], deviations: f64, kind: LimitKind, limit: f64) -> Cap {
-    let mut cap = line.cap(kind, limit);
-    for _ in 0..ROUNDS {
-        let Cap::Feed { feed_mm_s, .. } = cap else { return cap };
+/// Room that a cap leaves.
+#[derive(Debug, Clone, Copy)]
+pub struct Room<'a> {
+    /// The same cut under the jobs of [`Doubt`].
+    pub others: &'a [LoadLine],
+    /// Standard deviations to keep away.
+    pub deviations: f64,
+    /// Highest feed per tooth that was measured with this tool, mm.
+    pub measured_mm: Option<f64>,
+}
+
+impl Room<'_> {
+    /// Load at a feed with what may be more.
+    fn most(&self, line: &LoadLine, kind: LimitKind, feed_mm_s: f64) -> f64 {
         let load = |line: &LoadLine| line.loads(feed_mm_s).bounded_by(kind).unwrap_or(0.0);
         let mean = load(line);
-        let variance: f64 = others.iter().map(|other| (load(other) - mean).powi(2)).sum();
-        if variance <= 0.0 {
-            return cap;
-        }
-        cap = line.cap(kind, limit * mean / (mean + deviations * variance.sqrt()));
+        mean + self.deviations * self.others.iter().map(|other| (load(other) - mean).powi(2)).sum::<f64>().sqrt()
     }
-    cap
+
+    /// Cap of one load.
+    pub fn cap(&self, line: &LoadLine, kind: LimitKind, limit: f64) -> Cap {
+        let mut cap = line.cap(kind, limit);
+        for _ in 0..ROUNDS {
+            let Cap::Feed { feed_mm_s, .. } = cap else { break };
+            let mean = line.loads(feed_mm_s).bounded_by(kind).unwrap_or(0.0);
+            let most = self.most(line, kind, feed_mm_s);
+            if most <= mean {
+                break;
+            }
+            cap = line.cap(kind, limit * mean / most);
+        }
+        self.in_proportion(line, kind, limit).filter(|beyond| is_below(*beyond, cap)).unwrap_or(cap)
+    }
+
+    /// The cap beyond the highest feed measured, where the load grows in proportion; `None` where it lies below that feed, or where no feed
+    /// was measured.
+    fn in_proportion(&self, line: &LoadLine, kind: LimitKind, limit: f64) -> Option<Cap> {
+        if matches!(kind, LimitKind::ChipThickness | LimitKind::FeedPerTooth) {
+            return None;
+        }
+        let measured_mm_s = line.feed_mm_s(self.measured_mm?);
+        let idle = line.idle(kind, measured_mm_s);
+        let load = self.most(line, kind, measured_mm_s) - idle;
+        let by = (limit - idle) / load;
+        (load > 0.0 && by >= 1.0).then(|| Cap::Feed { feed_mm_s: measured_mm_s * by, per_unit: measured_mm_s / load })
+    }
+}
+
+fn is_below(cap: Cap, other: Cap) -> bool {
+    match (cap, other) {
+        (Cap::Feed { feed_mm_s: a, .. }, Cap::Feed { feed_mm_s: b, .. }) => a < b,
+        (Cap::Feed { .. }, Cap::Free) => true,
+        _ => false,
+    }
 }

@@ -465,6 +465,8 @@ pub struct ProcessTable {
     pub covariance_of: Option<Vec<String>>,
     /// What stays unexplained of a cut's load, as a share of it: one standard deviation.
     pub scatter: Option<Quantity>,
+    /// By the number of the tool: the highest feed per tooth of the cuts that the model rests on.
+    pub feed_per_tooth: Option<BTreeMap<String, Quantity>>,
 }
 
 /// One named effect.

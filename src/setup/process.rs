@@ -47,7 +47,23 @@ fn from_table(reader: &mut Reader, key: &str, table: &ProcessTable) -> Process {
         covariance: table.covariance.clone().unwrap_or_default(),
         covariance_of: table.covariance_of.clone().unwrap_or_default(),
         scatter: reader.optional(&within("scatter"), table.scatter.as_ref(), Dimension::Ratio, Sense::NotNegative),
+        feed_per_tooth_mm: feeds_per_tooth(reader, &within("feed_per_tooth"), table),
     }
+}
+
+fn feeds_per_tooth(reader: &mut Reader, key: &str, table: &ProcessTable) -> Vec<(u32, f64)> {
+    let mut found = Vec::new();
+    for (tool, feed) in table.feed_per_tooth.iter().flatten() {
+        match tool.parse() {
+            Ok(number) => {
+                let feed = reader.optional(&format!("{key}.{tool}"), Some(feed), Dimension::Length, Sense::Positive);
+                found.extend(feed.map(|feed| (number, feed)));
+            }
+            Err(_) => reader.complain(key, format!("{tool} is no tool"), "write the number of the tool: { 1 = 0.08 }"),
+        }
+    }
+    found.sort_by_key(|(number, _)| *number);
+    found
 }
 
 /// The text of a model file.
@@ -64,6 +80,10 @@ pub fn write(process: &Process) -> String {
     }
     if let Some(scatter) = process.scatter {
         text += &format!("scatter = {scatter:?} # of a cut's load, unexplained on held-out data\n");
+    }
+    if !process.feed_per_tooth_mm.is_empty() {
+        let each: Vec<String> = process.feed_per_tooth_mm.iter().map(|(tool, f)| format!("{tool} = {f:?}")).collect();
+        text += &format!("feed_per_tooth = {{ {} }} # mm, highest that was measured, by tool\n", each.join(", "));
     }
     if let Some(base) = &process.base {
         text += "\n[base]\n";
@@ -119,6 +139,7 @@ mod tests {
             covariance: vec![vec![1.0, 1e-9], vec![1e-9, 2.0]],
             covariance_of: vec!["k_tc".into(), "k_te".into()],
             scatter: Some(0.04),
+            feed_per_tooth_mm: vec![(1, 0.08), (12, 0.05)],
         };
         assert_eq!(load(&write(&process)).unwrap(), process);
     }

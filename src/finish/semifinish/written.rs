@@ -30,7 +30,7 @@ pub fn written(task: &Task, samples: &[Sample]) -> Result<Written, SemifinishErr
     let loads = Bench::loads(&look, task.job, samples);
     // The jobs do not depend on the confidence, only on its being asked for.
     let asked = Job { confidence: Some(0.95), ..task.job.clone() };
-    let others: Vec<Vec<Loads>> = doubt(&asked).jobs.iter().map(|job| Bench::loads(&look, job, samples)).collect();
+    let others: Vec<Vec<Loads>> = doubt(&asked, 1.0).jobs.iter().map(|job| Bench::loads(&look, job, samples)).collect();
     let square = |k: usize| {
         let off = |other: &Vec<Loads>| other[k].force_xy_peak_n - loads[k].force_xy_peak_n;
         others.iter().map(|other| off(other).powi(2)).sum::<f64>().sqrt()

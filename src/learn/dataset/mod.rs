@@ -5,6 +5,7 @@ pub mod axes_on_meter;
 pub mod binning;
 pub mod covariates;
 pub mod errors;
+pub mod highest_feeds;
 pub mod layers;
 pub mod mean_forces;
 pub mod measured_feed;

@@ -1,9 +1,12 @@
 //! The answer of a diagnosis. In: base model and final model. Out: [`LearnReport`] with errors on data that neither was
 //! fitted on, what is left, and the verdict.
 
+use nalgebra::DMatrix;
+
 use crate::effects::unnamed::{CURVES, knots};
 use crate::effects::{Covariate, Multiplies, family_of, named};
 use crate::learn::dataset::errors::errors;
+use crate::learn::dataset::highest_feeds::highest_feeds;
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::{goes, is_no_worse, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
@@ -14,6 +17,7 @@ use crate::learn::diagnose::unnamed::is_unnamed;
 use crate::learn::model::cross_validation::without;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Certainty, Fitted, certainty, part};
+use crate::learn::model::stretch_covariance::covariance_of_stretches;
 use crate::learn::report::{Added, ChannelError, Estimate, LearnReport, Transfer, Unexplained, Unnamed};
 
 impl Diagnosis<'_> {
@@ -66,10 +70,11 @@ impl Diagnosis<'_> {
             final_test,
             channels: self.channels(begun, fitted),
             final_base: values(data, fitted, &sure),
-            covariance: covariance(data, &sure),
+            covariance: covariance(data, &covariance_of_stretches(&self.train, fitted)),
             tare_rps: data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite()),
             noise_floor: noise_floor(data, &fitted.residuals(data)),
             scatter: self.scatter(fitted),
+            feed_per_tooth_mm: highest_feeds(data),
             transfer: self.transfer(base, fitted),
             variants_tried: self.tried,
             supports_model: tells_apart(sure.condition) && is_no_worse(base_test.rmse, final_test.rmse),
@@ -145,9 +150,10 @@ fn values(data: &Data, fitted: &Fitted, sure: &Certainty) -> Vec<Estimate> {
     data.base.iter().enumerate().map(value).collect()
 }
 
-fn covariance(data: &Data, sure: &Certainty) -> Vec<Vec<f64>> {
+/// Of the base parameters alone.
+fn covariance(data: &Data, of_all: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let p = data.base.len();
-    (0..p).map(|a| (0..p).map(|b| sure.covariance[(a, b)]).collect()).collect()
+    (0..p).map(|a| (0..p).map(|b| of_all[(a, b)]).collect()).collect()
 }
 
 /// What is to be said of a fitted parameter: it stands on a bound, or the data do not tell it.

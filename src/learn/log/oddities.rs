@@ -32,6 +32,7 @@ const SPIKE_RANGE: f64 = 0.5;
 pub fn of(log: &Log) -> Vec<String> {
     let mut said: Vec<String> = milliseconds(log).into_iter().collect();
     for (name, values) in &log.measured {
+        said.extend(missing(name, values).filter(|_| !log.on_change));
         said.extend(implausible(name, values));
         let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
         said.extend(clipped(name, values, &known));
@@ -44,6 +45,12 @@ pub fn of(log: &Log) -> Vec<String> {
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().filter(|value| value.is_finite()).fold(0.0, |most: f64, value| most.max(value.abs()))
+}
+
+/// Cells without a number, or with one that no sensor gives (beyond 1e20), are no readings.
+fn missing(name: &str, values: &[f64]) -> Option<String> {
+    let none = values.iter().filter(|value| !value.is_finite()).count();
+    (none > 0).then(|| format!("{name}: {none} of {} readings are empty or no number and are left out", values.len()))
 }
 
 fn implausible(name: &str, values: &[f64]) -> Option<String> {
@@ -141,6 +148,16 @@ mod tests {
         let mut load = cut();
         (load[500], load[501]) = (4000.0, 4000.0);
         assert_eq!(of(&log(load, 0.05)), Vec::<String>::new());
+    }
+
+    #[test]
+    fn what_is_no_number_is_counted() {
+        let mut holed = cut();
+        (holed[7], holed[8]) = (f64::NAN, f64::INFINITY);
+        let said = of(&log(holed.clone(), 0.05));
+        assert!(said.len() == 1 && said[0].contains("2 of 1000 readings"), "{said:?}");
+        // Where a row comes with each change of anything, most rows have no reading of a load.
+        assert_eq!(of(&Log { on_change: true, ..log(holed, 0.05) }), Vec::<String>::new());
     }
 
     #[test]

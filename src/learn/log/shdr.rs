@@ -15,8 +15,12 @@ pub fn is_shdr(bytes: &[u8]) -> bool {
 pub fn shdr(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataError> {
     let text = String::from_utf8_lossy(bytes);
     let mut changes = Changes::default();
-    for line in text.lines() {
-        let mut fields = line.trim().split('|');
+    let mut torn = 0;
+    for line in text.lines().map(str::trim) {
+        // A line that an adapter broke off: its rest may look like a stamp.
+        let is_whole = line.split('|').count() >= 3;
+        torn += usize::from(!is_whole && !line.is_empty() && !line.starts_with('*'));
+        let mut fields = line.split('|').take_while(|_| is_whole);
         let Some(stamp) = fields.next().and_then(stamp_s) else { continue };
         changes.stamp(stamp);
         while let (Some(item), Some(value)) = (fields.next(), fields.next()) {
@@ -24,7 +28,11 @@ pub fn shdr(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataErr
             changes.note(stamp, &[item.trim()], value, 1.0, mapping);
         }
     }
-    changes.held()
+    let mut frame = changes.held()?;
+    if torn > 0 {
+        frame.warnings.push(format!("lines that are no `stamp|item|value` and are left out: {torn}"));
+    }
+    Ok(frame)
 }
 
 #[cfg(test)]
@@ -40,6 +48,10 @@ mod tests {
         assert_eq!(frame.numbers("spindle_power_w").unwrap(), [10.0, 12.0]);
         let time = frame.numbers("time_s").unwrap();
         assert!((time[1] - time[0] - 0.5).abs() < 1e-6);
+        // The end of a line that was broken off is no stamp of the year 1970.
+        let torn = shdr(text.replace("10\n", "10\n20175\n").as_bytes(), &[]).unwrap();
+        assert_eq!(torn.numbers("time_s"), frame.numbers("time_s"));
+        assert!(torn.warnings[0].ends_with("left out: 1"), "{:?}", torn.warnings);
         // Nothing changes for a while: no gap.
         let second = |k: u32| if k > 9 { 90 + k } else { k };
         let lines: Vec<String> = (0..30).map(|k| format!("{}|Spindle_power|{k}", second(k))).collect();

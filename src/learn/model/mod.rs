@@ -6,4 +6,5 @@ pub mod cross_validation;
 pub mod design;
 pub mod fit;
 pub mod starts;
+pub mod stretch_covariance;
 pub mod whitening;
