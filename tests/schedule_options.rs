@@ -238,8 +238,9 @@ fn at_a_confidence_loads_grow_in_proportion_beyond_the_feeds_that_were_measured(
     let (free, as_measured, beyond) = (of("", sure), of(thick, sure), of(thin, sure));
     assert_eq!(free, as_measured);
     assert_eq!(of(thin, &[]), of("", &[]));
-    // At 0.01 mm half of the force is that of the edge: taken in proportion from there on, the limit is met well before the model's.
-    assert!(beyond.0 > free.0 && beyond.1 < 0.85 * free.1 && beyond.1 > 0.5, "{free:?} {beyond:?}");
+    // Of the 80 N that the model has at 0.0185 mm in the slot 43 N are the edge's. At 0.01 mm it has 63 N: in proportion from there on the
+    // limit is met at 0.0127 mm, where the model has 68 N.
+    assert!(beyond.0 > free.0 && (beyond.1 - 68.4 / 80.0).abs() < 0.005, "{free:?} {beyond:?}");
     let refused =
         feedwright(bench(&(setup() + "[process]\nfeed_per_tooth = { x = 1 }\n")).path(), &["optimize", "part.nc"]);
     assert!(String::from_utf8_lossy(&refused.stderr).contains("x is no tool"), "{refused:?}");
