@@ -12,6 +12,8 @@
 //! * `one`, `two`: the log → `learn` → `optimize --model`, and once more with the log of the new feeds, from the model before;
 //! * `sure one`, `sure two`: the same models with `--confidence 0.95`.
 //!
+//! `--reuse` takes the first logs and models that `--keep DIR` has from a run before, where only what `optimize` does with them changed.
+//!
 //! Where `learn` writes no model the one before stays, at first the declared one.
 //!
 //! What is a moment of the first run (an override, a hold, chips under the tool, a coolant line that failed) does not come
