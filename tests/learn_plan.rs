@@ -142,7 +142,8 @@ fn mean_forces(samples: &[At]) -> String {
 #[test]
 fn layers_of_a_ball_give_their_coefficients_back() {
     let plan = plan(Kind::Layer, &job()).unwrap();
-    assert_eq!(plan.cuts.len(), 40);
+    // Before the cuts were chosen: 62.
+    assert!(plan.condition < 14.0, "{}", plan.condition);
     let truth = [3.6, 8.0, 0.35, 0.9];
     let per_mm = |height: f64, radial: f64, fz: f64| {
         let r = (16.0 - (4.0 - height).powi(2)).sqrt();
@@ -160,12 +161,12 @@ fn layers_of_a_ball_give_their_coefficients_back() {
         format!("{:.3}", force * (1.0 + 0.01 * noise.normal()))
     });
     let c = calibrated(&plan, &text);
-    assert!(c.tests >= 36, "{}", c.tests);
+    assert_eq!(c.tests + 4, plan.cuts.len());
     condition_is_as_stated(&plan, &c);
     // The four coefficients hang together; what they say of a layer is what counts.
     let found = ["c0", "c1", "c2", "c3"].map(|name| value(&c, name).0);
-    for cut in plan.cuts.iter().filter(|cut| cut.axial_mm > 0.5) {
-        let (height, fz) = (cut.axial_mm - 0.2, cut.feed_per_tooth_mm);
+    for cut in plan.cuts.iter().filter(|cut| cut.axial_mm > 1.0) {
+        let (height, fz) = (cut.axial_mm - 0.4, cut.feed_per_tooth_mm);
         let r = (16.0 - (4.0 - height).powi(2)).sqrt();
         let (length, chip) = feedwright::force::closed::ball_layer(4.0, height, cut.radial_mm, fz);
         assert!(length < r * PI);

@@ -72,7 +72,7 @@ pub enum PlanKind {
     Power,
     /// Nine cuts of an orthogonal array, for mean forces
     MeanForce,
-    /// Steps of R/10 in depth, for the layers of a ball end
+    /// Steps of depth by two widths and feeds chosen for small errors, for the layers of a ball end
     Layer,
 }
 

@@ -2,8 +2,8 @@
 //! cuts that would give them. In: a table, a record, readings, a job. Out: [`Calibration`], or an NC program.
 //!
 //! A file a model: [`power`] (and `kienzle`), [`linear_edge`], [`layer`], [`response`], [`polynomial`], [`sigmoid`];
-//! all but the last are linear ([`regression`]). [`load_meter`] makes do with two readings of each tool. [`plan`] and
-//! [`experiment`] choose test cuts, which [`test_program`] writes.
+//! all but the last are linear ([`regression`]). [`load_meter`] makes do with two readings of each tool. [`plan`]
+//! (layers of a ball by `layer_design`) and [`experiment`] choose test cuts, which [`test_program`] writes.
 
 pub mod calibration;
 pub mod regression;
@@ -15,6 +15,7 @@ pub mod polynomial;
 pub mod sigmoid;
 pub mod load_meter;
 pub mod test_program;
+mod layer_design;
 pub mod plan;
 pub mod experiment;
 

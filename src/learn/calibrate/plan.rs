@@ -3,15 +3,16 @@
 //!
 //! In: kind and job (tool, block, spindle, declared coefficients). Out: [`Plan`]. *power*: eight immersions (0.05 … 1
 //! D) by four feeds at half a diameter of depth, so that removal and contact rate vary apart; *mean-force*: an L9 of
-//! depth, width and feed, deepest first; *layer*: a ball end in steps of R/10 of depth, two widths by two feeds at
-//! each, so that the difference of two steps is the force of one layer. The conditioning is that of the fit itself: the
+//! depth, width and feed, deepest first; *layer*: a ball end in steps of depth, two widths with two feeds at each, chosen by
+//! [`layer_design`](super::layer_design), so that the difference of two steps is the force of one layer. The conditioning is that of the fit itself: the
 //! cuts with readings by the declared coefficients and 3 % noise go through [`crate::learn::calibrate`].
 
 use crate::force::closed::ball_layer;
 use crate::force::closed::mean_force_factors;
 use crate::learn::calibrate::calibrate;
 use crate::learn::calibrate::calibration::CalibrateOptions;
-use crate::learn::calibrate::test_program::{Action, Pass, program};
+use crate::learn::calibrate::layer_design::{Allowed, NOISE, best};
+use crate::learn::calibrate::test_program::{Action, LEFT_MM, Pass, program};
 use crate::learn::dataset::steady_table::{SteadyRow, TableTool, row_rates, rows};
 use crate::learn::log::columns::{DataError, read};
 use crate::learn::program::declared::declared_or_aluminium;
@@ -77,8 +78,6 @@ const L9: [(usize, [usize; 2]); 9] = [
     (0, [1, 1]),
     (0, [2, 2]),
 ];
-/// Noise that the stated errors assume.
-const NOISE: f64 = 0.03;
 
 /// Plans the tests of a kind.
 pub fn plan(kind: Kind, job: &Job) -> Result<Plan, DataError> {
@@ -95,7 +94,7 @@ pub fn plan(kind: Kind, job: &Job) -> Result<Plan, DataError> {
     let (model, cuts, actions) = match kind {
         Kind::Power => bench.power()?,
         Kind::MeanForce => bench.mean_force(),
-        Kind::Layer => bench.layer(),
+        Kind::Layer => bench.layer()?,
     };
     let measured_cuts = if kind == Kind::Power { bench.with_air(&actions) } else { cuts.clone() };
     let (condition, expected) = conditioning(&bench, kind, model, &measured_cuts)?;
@@ -232,22 +231,33 @@ impl Bench<'_> {
         self.pass(c.axial_mm, c.radial_mm, &[c.feed_per_tooth_mm], note)
     }
 
-    fn layer(&self) -> Cuts {
+    fn layer(&self) -> Result<Cuts, DataError> {
         let r = self.tool.radius_mm();
-        let feeds = [0.01 * r, 0.02 * r];
+        let limits = self.job.limits.overridden_by(&self.tool.limits);
+        let allowed = Allowed {
+            force_n: limits.force_xy_n.unwrap_or(f64::INFINITY),
+            width_mm: self.block.max.y - self.block.min.y - LEFT_MM,
+        };
+        let (design, _) = best(r, &self.k, allowed).ok_or_else(|| {
+            DataError::Unfit(
+                "no layer cuts are within limits.force_xy and the block of the setup: the block is too small, or the limit too low"
+                    .into(),
+            )
+        })?;
         let (mut cuts, mut actions) = (Vec::new(), vec![self.air()]);
-        for step in 1..=10 {
-            let axial_mm = 0.1 * r * f64::from(step);
+        let lowest = design.feeds_mm.as_flattened().iter().copied().fold(f64::INFINITY, f64::min);
+        for step in 1..=design.steps.0 {
+            let axial_mm = design.steps.1 * f64::from(step);
             // The groove that the measured passes widen; at the edge of the block first, then in its own place, deeper.
             let into = if step == 1 { r } else { 0.0 };
-            actions.push(self.pass(axial_mm, into, &[0.8 * feeds[0]], "GROOVE".into()));
-            for radial_mm in [0.05 * r, 0.1 * r] {
+            actions.push(self.pass(axial_mm, into, &[lowest], "GROOVE".into()));
+            for (radial_mm, feeds) in design.widths_mm.into_iter().zip(design.feeds_mm) {
                 cuts.extend(feeds.map(|f| TestCut { axial_mm, radial_mm, feed_per_tooth_mm: f }));
                 actions.push(self.pass(axial_mm, radial_mm, &feeds, format!("CUT AP {axial_mm:.3} AE {radial_mm:.3}")));
             }
         }
         actions.push(self.air());
-        ("layer", cuts, actions)
+        Ok(("layer", cuts, actions))
     }
 }
 

@@ -45,7 +45,7 @@ pub struct Pass {
 /// Air beside the block, and above it, mm.
 const CLEAR_MM: f64 = 3.0;
 /// What stays of the block below the last layer and behind the last pass, mm.
-const LEFT_MM: f64 = 1.0;
+pub(super) const LEFT_MM: f64 = 1.0;
 
 /// The program; `title` lines become comments at its head.
 pub fn program(title: &[String], actions: &[Action], tool: &Tool, block: &Box3) -> Result<String, DataError> {
