@@ -260,6 +260,7 @@ fn is_ours(bytes: &[u8], kind: Kind) -> bool {
     match kind {
         Kind::Program => {
             holds(crate::finish::stepover::text::MARK)
+                || holds(crate::finish::semifinish::proof::MARK)
                 || crate::rewrite::is_ours(&crate::nc::parse(bytes.to_vec(), None))
         }
         Kind::Json => holds(&format!("\"{}\"", crate::report::WRITTEN_BY)),

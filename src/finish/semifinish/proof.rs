@@ -5,12 +5,15 @@
 //! put in; of an arc I, J, K, R as well, its code may be that of a straight move, and lines of X, Y and Z alone may follow it.
 //! Everything else is the same byte for byte, blanks between the words of a cutting block aside. What the controls do is compared move
 //! by move: kind, feed, spindle, tool, work offset and path mode are the same, and so are dwells, tool changes and stops between them.
-//! Nothing here is shared with what writes ([`super::write`]).
+//! One line may have been put in: the comment [`MARK`], by which the file is known as one that was written here.
+//! Nothing else here is shared with what writes ([`super::write`]).
 
 use crate::ids::BlockId;
 use crate::nc::{Event, Move, MoveKind, Program, TokenKind, Toolpath};
 use crate::path::{Curve, Vec3};
 
+/// Comment at the head of a moved program.
+pub const MARK: &str = "SEMI-FINISH MOVED BY FEEDWRIGHT";
 /// Places along a curve at which it is held against the other.
 const PLACES: usize = 16;
 /// Rounding of the distance asked for, mm: that of decimals added in binary.
@@ -101,8 +104,11 @@ fn cutting(program: &Program, path: &Toolpath) -> Vec<Cuts> {
 /// Blocks of the second program that stand for each block of the first; `None` where the texts do not go together.
 fn texts([before, after]: [&Program; 2], cuts: &[Cuts], proof: &mut Proof) -> Option<Vec<std::ops::Range<u32>>> {
     let mut matched = Vec::with_capacity(before.len());
-    let mut at = 0_u32;
+    let (mut at, mut marked) = (0_u32, false);
     for block in before.blocks() {
+        if !marked && is_mark(after, at) && !is_mark(before, block.0) {
+            (at, marked) = (at + 1, true);
+        }
         let lines = [block.0 + 1, at + 1];
         if at as usize >= after.len() {
             proof.differs(lines, "the moved program ends before this line");
@@ -148,6 +154,13 @@ fn words(program: &Program, block: BlockId, cuts: Cuts) -> Vec<&[u8]> {
         }
     }
     tokens
+}
+
+/// Is a line the mark, and nothing else?
+fn is_mark(program: &Program, line: u32) -> bool {
+    let text = || program.span(BlockId(line)).of(program.text()).trim_ascii();
+    (line as usize) < program.len()
+        && [format!("({MARK})"), format!("; {MARK}")].iter().any(|mark| text() == mark.as_bytes())
 }
 
 fn only_coordinates(program: &Program, block: BlockId) -> bool {

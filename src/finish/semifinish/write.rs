@@ -4,10 +4,11 @@
 //! Words keep their place, and the number its format; a coordinate that a block leaves out is put in where the tool would otherwise
 //! end elsewhere. The position is followed as the control will have it: a rapid that leaves out an axis goes on from where the
 //! moved cut ended. An arc that no longer is one becomes chords: the first in its own block, the others in lines of coordinates
-//! behind it.
+//! behind it. A comment at the head tells that the file was written here ([`MARK`]).
 
 use super::knots::Knots;
-use crate::ids::MoveId;
+use super::proof::MARK;
+use crate::ids::{BlockId, MoveId};
 use crate::nc::{FeedMode, Move, MoveKind, Program, Syntax, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
 use crate::rewrite::decimal::{Decimal, NumberStyle};
@@ -161,8 +162,24 @@ pub fn write(program: &Program, path: &Toolpath, knots: &Knots, offsets: &[Vec3]
         }
     }
     let Writer { edits, mut moved, .. } = writer;
-    moved.bytes = apply(part.span, program.text(), edits);
+    moved.bytes = apply(part.span, program.text(), marked(program, edits));
     moved
+}
+
+/// The edits with the mark before the first block of code, where something is edited and the mark does not stand there yet.
+fn marked(program: &Program, edits: Vec<Edit>) -> Vec<Edit> {
+    let stands = memchr::memmem::find(program.text(), MARK.as_bytes()).is_some();
+    let part = program.parts().next().expect("a program has its own text");
+    let view = |block: &BlockId| View::of(program, *block);
+    let code = |block: &BlockId| !view(block).empty && !view(block).flow && !view(block).words.is_empty();
+    match part.blocks().find(code).filter(|_| !stands && !edits.is_empty()) {
+        None => edits,
+        Some(block) => {
+            let comment = Manners::of(program, &part).comment.write(MARK).into_bytes();
+            let line = [comment.as_slice(), line_end(program.text())].concat();
+            std::iter::once(Edit::insert(program.span(block).start, line)).chain(edits).collect()
+        }
+    }
 }
 
 struct Block<'a> {
