@@ -8,8 +8,9 @@
 
 use crate::stock::{Piece, UNTOUCHED};
 
-/// Depth that counts, mm: half an increment of 0.001 mm in X, Y and Z, on a wall of 75°, is 0.002 mm of height.
-const DEEP_MM: f32 = 0.002;
+/// Depth along the normal of the surface that counts, mm: half an increment of 0.001 mm in X, Y and Z each, and the 0.1 µm of heights
+/// kept in single precision.
+const DEEP_MM: f32 = 0.001;
 
 /// Part of the stock usually left (the median) from which a cell is one of the finished surface, and not of the far side of the ball:
 /// there the stock is that share of the usual one that the cosine between both normals is, 0 at the right angle. Moved by t ≤ R/2 the
@@ -23,7 +24,7 @@ pub struct Gouge {
     pub cells: usize,
     /// Of these, cells that the moved semi-finish leaves lower.
     pub gouged: usize,
-    /// Largest depth below, along Z, mm.
+    /// Largest depth below, along the normal, mm.
     pub deepest_mm: f64,
     /// Middle of that cell, mm.
     pub at: [f64; 2],
@@ -55,7 +56,7 @@ pub fn gouge(finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Gouge {
                 continue;
             }
             found.cells += 1;
-            let below = finish.min(semi) - moved;
+            let below = (finish.min(semi) - moved) * upright(&heights[0], k, across, field.cell);
             if below <= DEEP_MM {
                 continue;
             }
@@ -70,6 +71,20 @@ pub fn gouge(finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Gouge {
     found
 }
 
+/// The vertical part of the normal at a cell: of the slopes to the cells beside it, either way, the gentler counts.
+fn upright(heights: &[f32], k: usize, across: usize, cell_mm: [f64; 2]) -> f32 {
+    let column = k % across;
+    let along_x = [(column > 0).then(|| k - 1), (column + 1 < across).then_some(k + 1)];
+    let along_y = [k.checked_sub(across), Some(k + across).filter(|beside| *beside < heights.len())];
+    let slope = |beside: [Option<usize>; 2], cell_mm: f64| {
+        let rises =
+            beside.into_iter().flatten().map(|beside| f64::from((heights[beside] - heights[k]).abs()) / cell_mm);
+        rises.reduce(f64::min).unwrap_or(0.0)
+    };
+    let [x, y] = [slope(along_x, cell_mm[0]), slope(along_y, cell_mm[1])];
+    (1.0 + x * x + y * y).sqrt().recip() as f32
+}
+
 /// Stock along Z from which a cell belongs to the finished surface, mm; `left`: that of every cell that the finish cuts.
 fn least_left(mut left: Vec<f32>) -> f32 {
     let middle = left.len() / 2;
@@ -78,4 +93,20 @@ fn least_left(mut left: Vec<f32>) -> f32 {
     }
     let (_, usual, _) = left.select_nth_unstable_by(middle, f32::total_cmp);
     DEEP_MM.max(PART * *usual)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plane of 45° over 4 by 4 cells, and a step in it: the normal is that of the plane up to the foot of the step.
+    #[test]
+    fn depth_is_along_the_normal_of_the_gentler_side() {
+        let mut heights: Vec<f32> = (0..16).map(|k| 0.1 * (k % 4) as f32).collect();
+        assert!((upright(&heights, 5, 4, [0.1; 2]) - 0.5_f32.sqrt()).abs() < 1e-4);
+        heights.iter_mut().skip(2).step_by(4).for_each(|height| *height += 9.0);
+        assert!((upright(&heights, 5, 4, [0.1; 2]) - 0.5_f32.sqrt()).abs() < 1e-4);
+        assert!(upright(&heights, 6, 4, [0.1; 2]) < 0.02);
+        assert!((upright(&[1.0], 0, 1, [0.1; 2]) - 1.0).abs() < 1e-6);
+    }
 }
