@@ -76,6 +76,10 @@ struct ForcePart {
     unbound_mm: f64,
     /// Share of the force, one standard deviation, from the covariance of the coefficients, %; null where it is not known.
     deviation_percent: Option<f64>,
+    /// Least force less two standard deviations, and largest with two more, N: 95 % if the coefficients are normal.
+    band_n: Option<[f64; 2]>,
+    /// Cut length on which the model gives no force at all, mm: it does not hold there.
+    no_force_mm: f64,
 }
 
 /// Forces over a length.
@@ -232,7 +236,15 @@ pub fn semifinish_report(found: Semifinished) -> SemifinishReport {
         tolerance_mm: found.wanted.tolerance_mm,
         pick_semi_mm: answer.picks_mm[0],
         pick_finish_mm: answer.picks_mm[1],
-        force: ForcePart { before, after, length_mm, unbound_mm, deviation_percent: deviation },
+        force: ForcePart {
+            before,
+            after,
+            length_mm,
+            unbound_mm,
+            deviation_percent: deviation,
+            band_n: band(&found, &paths),
+            no_force_mm: no_force_mm(&counts),
+        },
         stock: StockPart {
             before_mm: stock(0),
             after_mm: stock(1),
@@ -302,6 +314,24 @@ fn path(found: &Semifinished, k: usize) -> PathPart {
         free: after.free,
         bound: after.bound,
     }
+}
+
+/// Length without a force, mm.
+fn no_force_mm(counts: &[&PathPart]) -> f64 {
+    let none = |part: &&&PathPart| part.force_xy_peak_n_before.min(part.force_xy_peak_n_after) <= 0.0;
+    counts.iter().filter(none).map(|part| part.length_mm).sum()
+}
+
+/// Standard deviations from the force to the ends of its band.
+const BAND: f64 = 2.0;
+
+/// Band of the forces after.
+fn band(found: &Semifinished, paths: &[PathPart]) -> Option<[f64; 2]> {
+    let ends = paths.iter().zip(found.deviation_n).filter(|(part, _)| part.free).map(|(part, off)| {
+        let force = part.force_xy_peak_n_after;
+        [(force - BAND * off).max(0.0), force + BAND * off]
+    });
+    ends.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)])
 }
 
 /// Mean share of the force that one standard deviation of the coefficients makes, %.
@@ -390,6 +420,19 @@ impl SemifinishReport {
                 part.stock_mm[1]
             );
         }
+        if let (Some([low, high]), Some(percent)) = (self.stock.calibrated_mm, self.stock.outside_calibrated_percent) {
+            if percent > 0.0 {
+                text += &format!(
+                    "          {percent:.0} % of the length has stock outside {low} to {high} mm, for which layer models are calibrated\n"
+                );
+            }
+        }
+        if force.no_force_mm > 0.0 {
+            text += &format!(
+                "no force  on {:.0} mm the model gives none (thin chips over long contacts): it does not hold there\n",
+                force.no_force_mm
+            );
+        }
         text += &format!(
             "gouges    {} of {} cells below what the finish leaves{}\n",
             self.gouge.gouged,
@@ -409,7 +452,10 @@ impl SemifinishReport {
         );
         text += &match force.deviation_percent {
             Some(percent) => {
-                format!("forces are uncertain by {percent:.1} % (one standard deviation of the coefficients)\n")
+                let [low, high] = force.band_n.unwrap_or_default();
+                format!(
+                    "forces are uncertain by {percent:.1} % (one standard deviation of the coefficients): with two of them {low:.2} to {high:.2} N\n"
+                )
             }
             None => "how uncertain the forces are is not known: the coefficients carry no covariance\n".into(),
         };
