@@ -1,8 +1,8 @@
 //! Writes the pairs of semi-finish and finish in `programs/finishing`: `cargo run --example finishing_programs`.
 //!
 //! *mould*: a concave quarter cylinder of radius 25 mm along Y, passes along Y from 5° to 75°, pick 0.5 mm, 0.1 mm of stock.
-//! *petal*: a boss with the outline ρ = 16 + 2.5 cos 4φ mm and a draft of 10°, in closed passes 0.5 mm apart from the top down, 0.15 mm
-//! of stock. Its concave corners have a radius of 6.9 mm and its convex ones 5.9 mm: convex is where the part bulges towards the tool.
+//! *petal*: a boss with the outline ρ = 16 + 3.4 cos 4φ mm and a draft of 10°, in closed passes 0.5 mm apart from the top down, 0.15 mm
+//! of stock. Its concave corners have a radius of 3.8 mm and its convex ones 5.1 mm: convex is where the part bulges towards the tool.
 //! Both with a ball of 6 mm, two teeth, 0.05 mm per tooth.
 
 use std::fmt::Write;
@@ -33,8 +33,8 @@ fn mould(above: f64) -> String {
 /// Centre of a ball that touches the boss at angle `phi` and depth `below` its top.
 fn centre(phi: f64, below: f64, above: f64) -> [f64; 3] {
     let draft = 10.0_f64.to_radians().tan();
-    let outline = |phi: f64| 16.0 + 2.5 * (4.0 * phi).cos() + below * draft;
-    let (rho, slope) = (outline(phi), -10.0 * (4.0 * phi).sin());
+    let outline = |phi: f64| 16.0 + 3.4 * (4.0 * phi).cos() + below * draft;
+    let (rho, slope) = (outline(phi), -13.6 * (4.0 * phi).sin());
     let (sin, cos) = phi.sin_cos();
     // Normal of the outline outward, raised by the draft.
     let out = [rho * cos + slope * sin, rho * sin - slope * cos];
@@ -49,11 +49,11 @@ fn centre(phi: f64, below: f64, above: f64) -> [f64; 3] {
 /// The semi-finish goes one pass deeper: the last pass of the finish meets no floor.
 fn petal(above: f64) -> String {
     let mut text = head("TAPERED PETAL");
-    let last = if above > 0.0 { 11 } else { 10 };
+    let last = if above > 0.0 { 8 } else { 7 };
     for level in 0..last {
         let below = 0.5 * f64::from(level);
-        for step in 0..=180 {
-            let [x, y, z] = centre(2.0_f64.to_radians() * f64::from(step), below, above);
+        for step in 0..=480 {
+            let [x, y, z] = centre(0.75_f64.to_radians() * f64::from(step), below, above);
             let z = z - R;
             if step == 0 {
                 let _ = write!(text, "G0 X{:.4} Y{y:.4}\nG0 Z{:.4}\nG1 Z{z:.4} F960\nG1 X{x:.4}\n", x + 6.0, z + 8.0);
@@ -81,7 +81,7 @@ fn main() -> io::Result<()> {
     let write = |name: &str, text: String| fs::write(format!("programs/finishing/{name}"), text);
     let stocks = [
         ("mould", "box = { min = [0, 0, -2], max = [26, 8, 22] }"),
-        ("petal", "box = { min = [-23, -23, -9], max = [23, 23, 0] }"),
+        ("petal", "box = { min = [-27, -27, -9], max = [27, 27, 0] }"),
     ];
     for (name, stock) in stocks {
         let program = if name == "mould" { mould } else { petal };
