@@ -65,10 +65,7 @@ pub fn best(ball_mm: f64, k: &LinearEdge, allowed: Allowed) -> Option<(Design, f
                 let Some(error) = chosen.and_then(|chosen| largest_error(&chosen)) else { continue };
                 if found.is_none_or(|(_, least)| error < least) {
                     let feeds_mm = [low, high].map(|pair| pair.map(|f| FEEDS[f] * ball_mm));
-                    found = Some((
-                        Design { steps: (steps, part * ball_mm), widths_mm: [thin, wide], feeds_mm },
-                        error,
-                    ));
+                    found = Some((Design { steps: (steps, part * ball_mm), widths_mm: [thin, wide], feeds_mm }, error));
                 }
             }
         }
