@@ -4,6 +4,7 @@
 use super::bench::{Bench, Look};
 use super::met::{Met, Sample};
 use super::task::{SemifinishError, Task};
+use crate::nc::{MoveKind, Toolpath};
 use crate::path::Vec3;
 
 /// Do the wishes make sense?
@@ -39,6 +40,9 @@ pub fn meet(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Resu
     if here_mm >= MEETING * bench.finish_length_mm() {
         return Ok(());
     }
+    if let Some(times) = in_another_unit(task) {
+        return Err(SemifinishError::OtherUnit { times });
+    }
     let movable = vec![false; task.finish.moves.len()];
     let swapped = Task { semi: task.finish, finish: task.semi, movable: &movable, ..*task };
     let other = Bench::new(&swapped)?;
@@ -48,4 +52,36 @@ pub fn meet(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Resu
         return Err(SemifinishError::WrongOrder);
     }
     if here_mm > 0.0 { Ok(()) } else { Err(SemifinishError::NeverMeet { cut_mm: base.cut_mm() }) }
+}
+
+/// Why no stock can be chosen.
+pub fn nothing_free(bench: &Bench, base: &Look) -> SemifinishError {
+    let [semi_mm, finish_mm] = [bench.semi_tool.radius_mm(), bench.finish_tool.radius_mm()];
+    if !bench.knots.list.iter().any(|knot| knot.free) {
+        SemifinishError::NothingFree
+    } else if let Some(times) = in_another_unit(bench.task) {
+        SemifinishError::OtherUnit { times }
+    } else if semi_mm > finish_mm {
+        SemifinishError::TooLarge { semi_mm, finish_mm }
+    } else {
+        SemifinishError::NeverMeet { cut_mm: base.cut_mm() }
+    }
+}
+
+const INCH_MM: f64 = 25.4;
+/// Extents of two passes over one part differ by lead-ins and stock; a ratio this near to that of the units is theirs.
+const ALIKE: f64 = 0.1;
+
+/// Extent of the finish over that of the semi-finish, where it is that of an inch and a millimetre, either way.
+fn in_another_unit(task: &Task) -> Option<f64> {
+    let extent = |path: &Toolpath| -> f64 {
+        let cuts = path.moves.iter().filter(|motion| motion.kind == MoveKind::Feed);
+        let ends = || cuts.clone().flat_map(|motion| [motion.curve().from(), motion.curve().to()]);
+        let least = ends().reduce(|a, b| a.inf(&b));
+        let most = ends().reduce(|a, b| a.sup(&b));
+        least.zip(most).map_or(0.0, |(least, most)| (most - least).norm())
+    };
+    let times = extent(task.finish) / extent(task.semi);
+    let near = |ratio: f64| (times / ratio - 1.0).abs() < ALIKE;
+    (near(INCH_MM) || near(1.0 / INCH_MM)).then_some(times)
 }

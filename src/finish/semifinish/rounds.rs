@@ -15,26 +15,31 @@ use crate::path::Vec3;
 const PROBE_MM: f64 = 0.02;
 /// Rounds in which each contact is taken by itself, and rounds in all.
 const ALONE: usize = 3;
-const ROUNDS: usize = 8;
-/// Largest change of stock in a round, mm: derivatives hold for about this much.
+const ROUNDS: usize = 16;
+/// Largest change of stock in a round, mm: derivatives hold for about this much. A round that does no good is taken back, and the
+/// next may change this part of it; one that does good doubles it. Below the least a round tells nothing.
 const STEP_MM: f64 = 0.1;
+const SHORTER: f64 = 0.3;
+const LEAST_STEP_MM: f64 = 0.002;
 /// Weight of the change of a round against the error of force, both relative: what the forces do not tell stays as it is.
 const RIDGE: f64 = 0.1;
 /// Change of stock from which on two rounds tell the derivative, mm.
 const TELLING_MM: f64 = 0.004;
-/// The derivative of two rounds counts between these parts of the last one.
-const TRUSTED: [f64; 2] = [0.3, 3.0];
-/// A round that lowers the mean error of force by less than this part of it is the last.
-const WORTH: f64 = 0.03;
+/// A round that lowers the mean error of force by less than this part of it is one of little worth; two in a row are the last.
+const WORTH: f64 = 0.01;
 /// Mean error of force that is good enough, relative.
 const GOOD: f64 = 0.003;
-/// Error of force, relative, up to which its square counts; beyond it the error itself (Huber): a contact that no stock brings near
-/// the reference must not take its neighbours along. Three times the band of 10 % that is asked for.
-const FAR: f64 = 0.3;
+/// Error of force up to which its square counts; beyond it the error itself (Huber): a contact that no stock brings near the
+/// reference must not take its neighbours along. One and a half times the band of 10 % that is asked for.
+const FAR: f64 = 0.15;
+/// Force taken for one that is smaller, as a part of the reference: in steps, which must have an end, and in the logarithm.
+const LEAST_FORCE: f64 = 0.05;
+const LEAST_RATIO: f64 = 1e-3;
+
 /// What a round came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Round {
-    /// Root of the mean square of F/reference − 1, by length, in which errors beyond 0.3 count by themselves.
+    /// Root of the mean square of ln(F/reference), by length, in which errors beyond 0.15 count by themselves.
     pub error: f64,
     /// Least and largest force, N.
     pub force_n: [f64; 2],
@@ -93,11 +98,14 @@ struct Rounds<'a> {
     stock_mm: Vec<f64>,
     met: Vec<Met>,
     forces: Vec<f64>,
-    slopes: Vec<f64>,
+    /// ∂F/∂t of every sample by the unknowns that it depends on, N/mm.
+    slopes: Vec<Vec<(u32, f64)>>,
     base: (Look, Vec<Met>),
     done: Vec<Round>,
-    /// The best so far: stock, look, what it meets.
-    best: Option<(f64, Vec<f64>, Look, Vec<Met>)>,
+    /// The best so far, that the next round begins from; `None`: the programs as they came.
+    best: Option<Look>,
+    error: f64,
+    step_mm: f64,
 }
 
 fn forces(bench: &Bench, look: &Look, samples: &[Sample]) -> Vec<f64> {
@@ -115,10 +123,10 @@ impl<'a> Rounds<'a> {
         }
         let reference_n = bench.task.wanted.force_n.unwrap_or(sum / length.max(1e-12));
         let stock_mm = unknowns.stock_mm.clone();
-        let slopes = vec![0.0; samples.len()];
+        let slopes = vec![Vec::new(); samples.len()];
         let base = (base, met.clone());
-        let (done, best) = (Vec::new(), None);
-        Self { bench, unknowns, samples, reference_n, stock_mm, met, forces, slopes, base, done, best }
+        let (done, best, error, step_mm) = (Vec::new(), None, f64::INFINITY, STEP_MM);
+        Self { bench, unknowns, samples, reference_n, stock_mm, met, forces, slopes, base, done, best, error, step_mm }
     }
 
     /// The first derivatives: all stock changed alike.
@@ -128,28 +136,42 @@ impl<'a> Rounds<'a> {
         let after = forces(self.bench, &look, self.samples);
         for (k, after) in after.iter().enumerate() {
             let share = self.unknowns.free_share(&self.met[k]).max(FREE);
-            self.slopes[k] = self.sound((after - self.forces[k]) / (PROBE_MM * share), k);
+            let slope = self.sound((after - self.forces[k]) / (PROBE_MM * share), k);
+            self.slopes[k] = self.unknowns.shares(&self.met[k]).map(|(u, share)| (u as u32, slope * share)).collect();
         }
-        self.round();
+        self.judge(&self.forces.clone());
         Ok(())
     }
 
     /// A derivative no less than a fifth of that of a force in proportion to stock: it must not send the next round anywhere.
     fn sound(&self, slope: f64, sample: usize) -> f64 {
-        slope.max(0.2 * self.forces[sample].max(0.05 * self.reference_n) / self.bench.task.wanted.stock_mm[1])
+        slope.max(0.2 * self.forces[sample].max(LEAST_FORCE * self.reference_n) / self.bench.task.wanted.stock_mm[1])
+    }
+
+    /// The derivative by a uniform change of stock.
+    fn slope(&self, sample: usize) -> f64 {
+        self.sound(self.slopes[sample].iter().map(|(_, slope)| slope).sum(), sample)
     }
 
     fn counts(&self, sample: usize) -> bool {
         self.unknowns.free_share(&self.met[sample]) >= FREE && !self.samples[sample].edge
     }
 
-    fn round(&mut self) -> f64 {
+    /// ln(F/reference).
+    fn off(&self, force_n: f64) -> f64 {
+        (force_n / self.reference_n).max(LEAST_RATIO).ln()
+    }
+
+    /// Enters a round; its mean error. What counts is what counted as programmed.
+    fn judge(&mut self, forces: &[f64]) -> f64 {
         let (mut sum, mut length, mut range) = (0.0, 0.0, [f64::INFINITY, 0.0_f64]);
-        for k in (0..self.samples.len()).filter(|k| self.counts(*k)) {
-            let off = self.forces[k] / self.reference_n - 1.0;
-            sum += self.samples[k].length_mm * off * off * weight(off);
+        for (k, force) in forces.iter().enumerate() {
+            if self.samples[k].edge || self.unknowns.free_share(&self.base.1[k]) < FREE {
+                continue;
+            }
+            sum += self.samples[k].length_mm * cost(self.off(*force));
             length += self.samples[k].length_mm;
-            range = [range[0].min(self.forces[k]), range[1].max(self.forces[k])];
+            range = [range[0].min(*force), range[1].max(*force)];
         }
         let error = (sum / length.max(1e-12)).sqrt();
         self.done.push(Round { error, force_n: range });
@@ -157,32 +179,58 @@ impl<'a> Rounds<'a> {
     }
 
     fn run(&mut self) -> Result<(), SemifinishError> {
-        for round in 0..ROUNDS {
-            let next = if round < ALONE { self.alone() } else { self.together() };
+        let (mut alone, mut idle) = (0, 0);
+        for _ in 0..ROUNDS {
+            let next = if alone < ALONE { self.alone() } else { self.together() };
             let look = self.bench.look(&self.unknowns.offsets(&next), Some(&self.base.0))?;
             let forces = forces(self.bench, &look, self.samples);
-            self.learn_slopes(&next, &forces);
-            (self.stock_mm, self.forces) = (next, forces);
-            self.met = self.bench.met(&look, self.samples);
-            let before = self.best.as_ref().map_or(f64::INFINITY, |best| best.0);
-            let error = self.round();
-            if error < before {
-                self.best = Some((error, self.stock_mm.clone(), look, self.met.clone()));
+            let met = self.bench.met(&look, self.samples);
+            self.learn_slopes(&next, &forces, &met);
+            let error = self.judge(&forces);
+            alone += 1;
+            if error < self.error {
+                idle = if error > self.error * (1.0 - WORTH) { idle + 1 } else { 0 };
+                (self.stock_mm, self.forces, self.met, self.best, self.error) = (next, forces, met, Some(look), error);
+                self.step_mm = (2.0 * self.step_mm).min(STEP_MM);
+            } else {
+                if alone >= ALONE {
+                    self.step_mm *= SHORTER;
+                }
+                alone = ALONE;
             }
-            if error < GOOD || (round > ALONE && error > before * (1.0 - WORTH)) {
+            if self.error < GOOD || idle == 2 || self.step_mm < LEAST_STEP_MM {
                 break;
             }
         }
         Ok(())
     }
 
-    fn learn_slopes(&mut self, next: &[f64], forces: &[f64]) {
-        for (k, force) in forces.iter().enumerate() {
-            let change: f64 = self.unknowns.shares(&self.met[k]).map(|(u, w)| w * (next[u] - self.stock_mm[u])).sum();
-            if change.abs() > TELLING_MM {
-                let [low, high] = TRUSTED.map(|part| part * self.slopes[k]);
-                self.slopes[k] = self.sound(((force - self.forces[k]) / change).clamp(low, high), k);
+    /// What a round tells of the derivatives: of each row the least change with which it says what was found (Broyden 1965, with the
+    /// zeros kept: Schubert 1970). More stock never leaves less to cut, so none is negative.
+    fn learn_slopes(&mut self, next: &[f64], forces: &[f64], met: &[Met]) {
+        for k in 0..forces.len() {
+            let change = |unknown: u32| next[unknown as usize] - self.stock_mm[unknown as usize];
+            let square: f64 = self.slopes[k].iter().map(|(unknown, _)| change(*unknown).powi(2)).sum();
+            let whole = self.slope(k);
+            let mut row = std::mem::take(&mut self.slopes[k]);
+            if square.sqrt() > TELLING_MM {
+                let expected: f64 = row.iter().map(|(unknown, slope)| slope * change(*unknown)).sum();
+                let missed = (forces[k] - self.forces[k] - expected) / square;
+                for (unknown, slope) in &mut row {
+                    *slope = (*slope + missed * change(*unknown)).clamp(0.0, 3.0 * whole);
+                }
             }
+            // What is met anew takes its share of the same whole.
+            let sum = |row: &[(u32, f64)]| row.iter().map(|(_, slope)| slope).sum::<f64>();
+            let told = sum(&row);
+            for (unknown, share) in self.unknowns.shares(&met[k]) {
+                if !row.iter().any(|(known, _)| *known as usize == unknown) {
+                    row.push((unknown as u32, share * whole));
+                }
+            }
+            let scale = if told > 0.0 { told / sum(&row) } else { 1.0 };
+            row.iter_mut().for_each(|(_, slope)| *slope *= scale);
+            self.slopes[k] = row;
         }
     }
 
@@ -191,7 +239,7 @@ impl<'a> Rounds<'a> {
         let count = self.stock_mm.len();
         let (mut sum, mut mass) = (vec![0.0; count], vec![0.0; count]);
         for k in (0..self.samples.len()).filter(|k| self.counts(*k)) {
-            let asks = ((self.reference_n - self.forces[k]) / self.slopes[k]).clamp(-STEP_MM, STEP_MM);
+            let asks = ((self.reference_n - self.forces[k]) / self.slope(k)).clamp(-STEP_MM, STEP_MM);
             for (unknown, share) in self.unknowns.shares(&self.met[k]) {
                 let weight = share * self.samples[k].length_mm;
                 (sum[unknown], mass[unknown]) = (sum[unknown] + weight * asks, mass[unknown] + weight);
@@ -214,15 +262,18 @@ impl<'a> Rounds<'a> {
         let length: f64 = self.samples.iter().map(|sample| sample.length_mm).sum();
         let scale = self.stock_mm.len() as f64 / length;
         for k in (0..self.samples.len()).filter(|k| self.counts(*k)) {
-            let off = self.forces[k] / self.reference_n - 1.0;
-            let weight = (self.samples[k].length_mm * scale * weight(off)).sqrt();
-            let slope = weight * self.slopes[k] / self.reference_n;
+            // The step that makes F the reference, with the weight that the logarithm of their ratio has beyond FAR.
+            let force = self.forces[k].max(LEAST_FORCE * self.reference_n);
+            let (asks, off) = (self.reference_n / force - 1.0, self.off(force));
+            let pull = (off.abs().min(FAR) / asks.abs().max(1e-9)).min(1.0);
+            let weight = (self.samples[k].length_mm * scale * pull).sqrt();
             let row: Vec<(u32, f64)> =
-                self.unknowns.shares(&self.met[k]).map(|(unknown, share)| (unknown as u32, slope * share)).collect();
+                self.slopes[k].iter().map(|(unknown, slope)| (*unknown, weight * slope / force)).collect();
+            let whole: f64 = row.iter().map(|(_, a)| a).sum();
             for (unknown, a) in &row {
-                problem.ridge[*unknown as usize] += RIDGE * a.abs() * slope;
+                problem.ridge[*unknown as usize] += RIDGE * a * whole;
             }
-            problem.push(row.into_iter(), -weight * off);
+            problem.push(row.into_iter(), weight * asks);
         }
         self.moved_by(&problem.solve())
     }
@@ -232,7 +283,7 @@ impl<'a> Rounds<'a> {
         let [low, high] = self.bench.task.wanted.stock_mm;
         let bounds = self.stock_mm.iter().map(|stock| {
             let [from, to] = [low - stock, high - stock];
-            [from.max(-STEP_MM.max(-to)), to.min(STEP_MM.max(from))]
+            [from.max(-self.step_mm.max(-to)), to.min(self.step_mm.max(from))]
         });
         let pairs = self.unknowns.pairs.iter().map(|pair| {
             let [i, j] = pair.of.map(|k| self.stock_mm[k as usize]);
@@ -247,9 +298,8 @@ impl<'a> Rounds<'a> {
     }
 
     fn answer(self, picks_mm: [Option<f64>; 2]) -> Result<Answer, SemifinishError> {
-        let Self { bench, unknowns, samples, reference_n, base, done, best, .. } = self;
-        let (_, stock_mm, look, met) = best.expect("at least one round");
-        let after = seen(bench, unknowns, samples, &look, &met, &stock_mm);
+        let Self { bench, unknowns, samples, reference_n, base, done, best, stock_mm, met, .. } = self;
+        let after = seen(bench, unknowns, samples, best.as_ref().unwrap_or(&base.0), &met, &stock_mm);
         let before = seen(bench, unknowns, samples, &base.0, &base.1, &unknowns.stock_mm);
         let wanted = &bench.task.wanted;
         if let (Some(wanted_n), Some(error)) = (wanted.force_n, out_of_reach(&after, wanted.stock_mm, reference_n)) {
@@ -279,7 +329,7 @@ impl<'a> Rounds<'a> {
     }
 }
 
-/// Weight of a square, so that errors beyond [`FAR`] count by themselves.
-fn weight(off: f64) -> f64 {
-    (FAR / off.abs().max(FAR)).min(1.0)
+/// Square of an error, and beyond [`FAR`] what goes on with its slope there.
+fn cost(off: f64) -> f64 {
+    if off.abs() < FAR { off * off } else { FAR * (2.0 * off.abs() - FAR) }
 }

@@ -79,6 +79,24 @@ pub enum SemifinishError {
         "the finish cuts nothing that the semi-finish left, but the semi-finish cuts what the finish left: the two programs are in the wrong order"
     )]
     WrongOrder,
+    /// One is in another unit.
+    #[error(
+        "the finish is {times:.3} times as large as the semi-finish, and they hardly meet: one of the two is in another unit (an inch is 25.4 mm)"
+    )]
+    OtherUnit {
+        /// Extent of the finish over that of the semi-finish.
+        times: f64,
+    },
+    /// The ball of the semi-finish does not get to the surface.
+    #[error(
+        "the semi-finishing ball of R {semi_mm} mm leaves no surface along the finish: it is larger than the hollows that the finishing ball of R {finish_mm} mm cuts"
+    )]
+    TooLarge {
+        /// Radius of the semi-finishing ball, mm.
+        semi_mm: f64,
+        /// Radius of the finishing ball, mm.
+        finish_mm: f64,
+    },
     /// No stock within the bounds gives the reference anywhere.
     #[error(
         "a finishing force of {wanted_n} N is out of reach: with the {which} stock that may be left, {stock_mm} mm, it is {least_n:.2} to {largest_n:.2} N"
@@ -134,6 +152,10 @@ impl SemifinishError {
             Self::TwoBalls { .. } | Self::Engage(_) => "",
             Self::NeverMeet { .. } => {
                 "give the semi-finish that runs right before this finish, both with the same zero point; more than the least stock must be left between them"
+            }
+            Self::OtherUnit { .. } => "look at G20 and G21, and at what the post wrote",
+            Self::TooLarge { .. } => {
+                "take a smaller ball for the semi-finish; its stock can be chosen only where it touches"
             }
             Self::WrongOrder => "give the semi-finish first, and the program behind it with --finish",
             Self::OutOfReach { .. } => {

@@ -4,6 +4,7 @@
 use super::bench::{Bench, Look};
 use super::least_squares::Pair;
 use super::met::{Met, Sample};
+use super::refused::nothing_free;
 use super::stock::left;
 use super::task::SemifinishError;
 use crate::engage::workpiece::shift;
@@ -56,7 +57,7 @@ impl Unknowns {
         unknowns.knots = kept.iter().map(|k| unknowns.knots[*k]).collect();
         unknowns.normals = kept.iter().map(|k| unknowns.normals[*k]).collect();
         if unknowns.knots.is_empty() {
-            return Err(SemifinishError::NothingFree);
+            return Err(nothing_free(bench, base));
         }
         unknowns.spread(bench);
         unknowns.pair(bench);
