@@ -331,31 +331,9 @@ fn the_moved_program_goes_through_optimize_and_is_replaced_unasked() {
     assert!(shop.text("out.nc").contains("(MINE)"));
 }
 
-/// A trough of radius 8 mm, finished by the ball of 6 mm; one of 20 mm rests on its rims.
+/// A semi-finish whose numbers are inches, under G21.
 #[test]
-fn a_ball_too_large_for_the_hollow_and_a_semi_finish_in_inches_are_told_apart() {
-    let head = "%\nO1\nG21 G17 G40 G90 G94\nT1 M6\nS9600 M3\nG54 G0 X0 Y-6 Z40\n";
-    let (mut finish, mut semi) = (head.to_owned(), head.replace("T1", "T2"));
-    let pass = |text: &mut String, x: f64, z: f64| {
-        let _ = write!(text, "G0 X{x:.4} Y-12.0\nG0 Z{:.4}\nG1 Z{z:.4} F960\nG1 Y18.0\nG0 Z40.0\n", z + 3.0);
-    };
-    for k in -15..=15 {
-        let (sin, cos) = (4.0 * f64::from(k)).to_radians().sin_cos();
-        pass(&mut finish, (8.0 - R) * sin, -(8.0 - R) * cos - R);
-    }
-    for k in -2..=2 {
-        let x = 0.5 * f64::from(k);
-        let rim = 8.0 * 60_f64.to_radians().sin() + x.abs();
-        pass(&mut semi, x, -4.0 + (10.1_f64.powi(2) - rim * rim).sqrt() - 10.0);
-    }
-    let large = "[[tool]]\nnumber = 2\nshape = \"ball\"\ndiameter = 20\nflutes = 2\nflute_length = 40\noverhang = 45\n";
-    let setup_of = |stock: &str| setup(large).replace("min = [-12, 0, -20], max = [12, 6, 15]", stock);
-    let ends = "M30\n%\n";
-    let shop = Shop::set_up(&(semi + ends), &(finish + ends), &setup_of("min = [-10, 0, -14], max = [10, 6, -4]"));
-    // In cells of 0.05 mm the rims themselves are met, and it is not refused.
-    let (code, _, said) = shop.semifinish(&["--force-xy", "9", "--resolution", "0.1"]);
-    assert!(code == 2 && said.contains("larger than the hollows"), "{said}");
-    assert!(!shop.path("out.nc").exists());
+fn a_semi_finish_in_another_unit_is_told() {
     let inches: String = plane(45.0, 0.5, 0.1)
         .split_inclusive([' ', '\n'])
         .map(|word| match (word.chars().next(), word.get(1..).and_then(|number| number.trim().parse::<f64>().ok())) {
