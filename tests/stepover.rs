@@ -48,7 +48,7 @@ fn step_overs_for_five_newtons_are_those_of_the_layer_model() {
         let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &|_| 0.1 };
         let bounds = Bounds { scallop_mm: 0.1, least_mm: 0.02, largest_mm: 1.0 };
         let (p, ahead, ask) = ([0.0, 0.0], [1.0, 0.0], [16.0, 5.0]);
-        let reach = terrain.reach(p, ahead, &bounds).unwrap();
+        let reach = terrain.reach(p, (ahead, [0.0, 1.0]), &bounds).unwrap();
         let found = terrain.settled_mm(p, ahead, &reach, ask) / cos;
         println!("{slope_deg} degrees: {found:.4} mm, {expected} mm");
         assert!((found / expected - 1.0).abs() < 0.01, "{slope_deg} degrees: {found} mm instead of {expected}");
@@ -142,6 +142,147 @@ fn a_wall_ahead_of_the_tool_is_met_no_harder_than_the_reference() {
     assert!(report["saved_percent"].as_f64().unwrap() > 0.0, "{report}");
 }
 
+/// Passes up a concave cylinder are arcs of its radius less that of the tool; on controls that do not draw upright arcs they are lines.
+#[test]
+fn passes_up_a_cylinder_are_arcs() {
+    let patch = surfaces::sheet([8, 60], |u, v| {
+        let slope = (10.0 + 20.0 * v).to_radians();
+        [4.0 * u, 40.0 * slope.sin(), -40.0 * slope.cos()]
+    });
+    let stock = "box = { min = [0, 6, -42], max = [4, 21, -34] }";
+    let of = |dialect: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let more = ["--direction", "90", "--feed", "960", "--dialect", dialect];
+        let out = stepover(folder.path(), &surfaces::stl(&patch), stock, &more);
+        assert!(out.status.success(), "{dialect}: {}", String::from_utf8_lossy(&out.stderr));
+        std::fs::read_to_string(folder.path().join("part.nc")).unwrap()
+    };
+    let text = of("linuxcnc");
+    let (mut at, mut arcs) = ([0.0f64; 3], 0);
+    for line in text.lines() {
+        let value = |letter: char| {
+            let word = line.split_whitespace().find_map(|word| word.strip_prefix(letter));
+            word.map(|text| text.parse::<f64>().unwrap())
+        };
+        if let (Some(j), Some(k)) = (value('J'), value('K')) {
+            assert!((j.hypot(k) - 37.0).abs() < 0.5, "{line}");
+            arcs += 1;
+        }
+        ['X', 'Y', 'Z'].iter().zip(&mut at).for_each(|(letter, at)| *at = value(*letter).unwrap_or(*at));
+    }
+    assert!(arcs >= 5 && text.contains("G19") && text.contains("G17\nM5"), "{text}");
+    for dialect in ["siemens", "heidenhain"] {
+        let text = of(dialect);
+        assert!(!text.contains("G19") && !text.contains("CC "), "{text}");
+    }
+}
+
+/// The same passes in every dialect, in millimetres and inches: read without a doubt, and of one length.
+#[test]
+fn every_dialect_and_unit_is_read_back_as_the_same_passes() {
+    let patch = surfaces::sheet([30, 30], |u, v| [6.0 * u, 6.0 * v, (0.5 * u).sin() * 2.0 + v * v]);
+    let stock = "box = { min = [0, 0, -4], max = [6, 6, 4] }";
+    let mut first = None;
+    for (dialect, unit) in [
+        ("linuxcnc", "mm"),
+        ("linuxcnc", "inch"),
+        ("fanuc", "mm"),
+        ("haas", "inch"),
+        ("grbl", "mm"),
+        ("siemens", "mm"),
+        ("siemens", "inch"),
+        ("heidenhain", "mm"),
+        ("heidenhain", "inch"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = setup_for(folder.path(), stock);
+        let text = std::fs::read_to_string(&path).unwrap();
+        let machine = format!("[machine]\nprogram_unit = \"{unit}\"");
+        std::fs::write(&path, text.replace("[machine]", &machine).replace("\"linuxcnc\"", &format!("\"{dialect}\"")))
+            .unwrap();
+        let part = folder.path().join("part.stl");
+        std::fs::write(&part, surfaces::stl(&patch)).unwrap();
+        let run = |words: &[&str]| {
+            let mut command = Command::cargo_bin("feedwright").unwrap();
+            command.args(words).arg("--setup").arg(&path).output().unwrap()
+        };
+        let part_path = part.to_str().unwrap();
+        let out = run(&["stepover", "--surface", part_path, "--feed", "960", "--scallop", "0.03"]);
+        assert!(out.status.success(), "{dialect} {unit}: {}", String::from_utf8_lossy(&out.stderr));
+        let program = folder.path().join("part.nc");
+        let read = run(&["toolpath", program.to_str().unwrap()]);
+        let said = String::from_utf8_lossy(&read.stderr).into_owned();
+        assert!(read.status.success() && said.is_empty(), "{dialect} {unit}: {said}");
+        let source = std::fs::read(&program).unwrap();
+        let (job, _) = setup::load(&std::fs::read_to_string(&path).unwrap(), folder.path()).unwrap();
+        let parsed = feedwright::nc::parse(source, feedwright::nc::Dialect::from_name(dialect));
+        let environment = feedwright::nc::Environment::from_job(&job);
+        let read = feedwright::nc::interpret(&parsed, &environment);
+        let feeds = read.moves.iter().filter(|m| m.kind == feedwright::nc::MoveKind::Feed);
+        let length: f64 = feeds.map(|m| m.curve().length()).sum();
+        println!("{dialect} {unit}: {length:.3} mm of feed motions in {} motions", read.moves.len());
+        let expected = *first.get_or_insert(length);
+        assert!((length / expected - 1.0).abs() < 2e-3, "{dialect} {unit}: {length} {expected}");
+    }
+}
+
+/// A bull-nose end on a slope in both directions, turned by 30 degrees: scallop and force are held there as well.
+#[test]
+fn a_bull_nose_holds_scallop_and_force_in_any_direction() {
+    let patch = surfaces::sheet([40, 40], |u, v| {
+        let (x, y) = (10.0 * u, 10.0 * v);
+        [x, y, 0.35 * x + 0.2 * y - 0.02 * x * x]
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let path = setup_for(folder.path(), "box = { min = [0, 0, -4], max = [10, 10, 5] }");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("shape = \"ball\"", "shape = \"bull\"\ncorner_radius = 1.5")).unwrap();
+    let (part, json) = (folder.path().join("part.stl"), folder.path().join("r.json"));
+    std::fs::write(&part, surfaces::stl(&patch)).unwrap();
+    let mut command = Command::cargo_bin("feedwright").unwrap();
+    command.arg("stepover").arg("--surface").arg(&part).arg("--setup").arg(&path).arg("--json").arg(&json);
+    let out = command.args(["--direction", "30", "--reference-force", "12"]).output().unwrap();
+    assert!(out.status.success(), "{}{}", String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    let varying = &report["varying"];
+    assert!(varying["scallop_max_mm"].as_f64().unwrap() <= 0.0102, "{varying}");
+    assert!(varying["simulated"]["force_p99_n"].as_f64().unwrap() <= 12.0 * 1.01, "{varying}");
+    assert!(varying["simulated"]["contact_mm"].as_f64().unwrap() > 100.0, "{varying}");
+}
+
+/// Stock that the setup names as left by an earlier program is the allowance: twice as thick on one half, it is met twice as thick
+/// there.
+#[test]
+fn stock_left_by_an_earlier_program_is_the_allowance() {
+    let cylinder = small_cylinder();
+    let stl = surfaces::stl(&cylinder);
+    let surface = Surface::read(&stl, 1.0, 1.4).unwrap();
+    let run = |piece: Option<feedwright::stock::Piece>, more: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let stock = piece.map_or(CYLINDER_STOCK.to_owned(), |piece| {
+            let bytes = feedwright::stock::saved::to_bytes(&piece, Vec3::zeros());
+            std::fs::write(folder.path().join("left.stock"), bytes).unwrap();
+            "saved = \"left.stock\"".into()
+        });
+        let json = folder.path().join("r.json");
+        let all = [&["--feed", "960", "--reference-force", "6", "--json", json.to_str().unwrap()], more].concat();
+        let out = stepover(folder.path(), &stl, &stock, &all);
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        serde_json::from_slice::<serde_json::Value>(&std::fs::read(&json).unwrap()).unwrap()
+    };
+    let time = |report: &serde_json::Value| report["varying"]["cutting_s"].as_f64().unwrap();
+    let said = run(None, &["--stock", "0.2"]);
+    let left = run(Some(feedwright::finish::stepover::check::stock(&surface, 0.2)), &[]);
+    let thin = run(Some(feedwright::finish::stepover::check::stock(&surface, 0.1)), &[]);
+    println!("0.2 mm said {:.2} s, saved {:.2} s; 0.1 mm saved {:.2} s", time(&said), time(&left), time(&thin));
+    assert!((time(&left) / time(&said) - 1.0).abs() < 0.03);
+    assert!(time(&thin) < 0.9 * time(&left));
+    assert!(
+        left["varying"]["simulated"]["mean_ratio"].as_f64().is_some_and(|ratio| (ratio - 1.0).abs() < 0.03),
+        "{left}"
+    );
+}
+
 /// Bad input: a clear error, exit code 2, and nothing written.
 #[test]
 fn bad_surfaces_are_refused_and_nothing_is_written() {
@@ -158,9 +299,10 @@ fn bad_surfaces_are_refused_and_nothing_is_written() {
         let slope = (160.0 * v - 80.0).to_radians();
         [20.0 * u, 20.0 + 2.0 * slope.sin(), -20.0 - 2.0 * slope.cos()]
     });
+    let beside: Vec<_> = good.iter().map(|t| t.map(|p| [p[0] + 40.0, p[1], p[2]])).collect();
     let feed = ["--feed", "960"];
     let low = ["--feed", "960", "--reference-force", "0.05"];
-    let cases: [(&str, Vec<u8>, &[&str], &str); 7] = [
+    let cases: [(&str, Vec<u8>, &[&str], &str); 8] = [
         ("25.4 times too large", surfaces::stl(&scaled(25.4)), &feed, "25.4"),
         ("25.4 times too small", surfaces::stl(&scaled(1.0 / 25.4)), &feed, "inches"),
         ("not a number", not_a_number, &feed, "no number"),
@@ -168,6 +310,7 @@ fn bad_surfaces_are_refused_and_nothing_is_written() {
         ("no area", surfaces::stl(&flat), &feed, "no triangles with an area"),
         ("groove", surfaces::stl(&groove), &feed, "larger than every concave radius"),
         ("force out of reach", surfaces::stl(&good), &low, "out of reach"),
+        ("beside the stock", surfaces::stl(&beside), &feed, "beside the stock"),
     ];
     for (what, stl, more, said) in cases {
         let folder = tempfile::tempdir().unwrap();
@@ -176,6 +319,36 @@ fn bad_surfaces_are_refused_and_nothing_is_written() {
         assert_eq!(out.status.code(), Some(2), "{what}: {error}");
         assert!(error.contains(said), "{what}: {error}");
         assert!(!folder.path().join("part.nc").exists(), "{what}");
+    }
+}
+
+/// What can be mended is mended and said: triangles that face the wrong way, one in ten or all, without area, or missing one by one.
+#[test]
+fn facets_that_can_be_mended_give_the_program_of_the_good_mesh() {
+    let good = surfaces::sheet([12, 60], |u, v| {
+        let slope = (10.0 + 20.0 * v).to_radians();
+        [4.0 * u, 40.0 * slope.sin(), -40.0 * slope.cos()]
+    });
+    let turn = |t: &[[f64; 3]; 3]| [t[0], t[2], t[1]];
+    let some = good.iter().enumerate().map(|(k, t)| if k % 10 == 3 { turn(t) } else { *t }).collect::<Vec<_>>();
+    let all: Vec<_> = good.iter().map(turn).collect();
+    let mut flat = good.clone();
+    flat.extend(good.iter().take(5).map(|t| [t[0], t[1], t[1]]));
+    let stock = "box = { min = [0, 6, -42], max = [4, 21, -34] }";
+    let mut expected = None;
+    for (what, mesh, said) in [
+        ("good", &good, ""),
+        ("some turned", &some, "faced the wrong way"),
+        ("all turned", &all, "looked down"),
+        ("without area", &flat, "area"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let out = stepover(folder.path(), &surfaces::stl(mesh), stock, &["--feed", "960"]);
+        let screen = String::from_utf8_lossy(&out.stdout).into_owned();
+        assert!(out.status.success(), "{what}: {}", String::from_utf8_lossy(&out.stderr));
+        assert!(screen.contains(said), "{what}: {screen}");
+        let text = std::fs::read_to_string(folder.path().join("part.nc")).unwrap();
+        assert_eq!(&text, expected.get_or_insert_with(|| text.clone()), "{what}");
     }
 }
 

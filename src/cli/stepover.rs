@@ -12,9 +12,10 @@ use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::finish::stepover::{Ask, Refusal, Surface, run};
 use crate::job::stepover::at_reference_force;
+use crate::machine::{Job, StockShape};
 use crate::nc::Dialect;
 use crate::report::{Outcome, stepover_html, stepover_json, stepover_words};
-use crate::stock::Piece;
+use crate::stock::{Piece, saved};
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min, rps_from_rpm};
 
 /// `stepover`: passes of a ball or bull-nose end mill over a surface, each as far from the one before as the reference force and the
@@ -54,9 +55,13 @@ pub struct Stepover {
     /// Largest scallop height, mm.
     #[arg(long, value_name = "MM", default_value_t = 0.01)]
     pub scallop: f64,
-    /// Thickness of the stock that stands on the surface, along its normal, mm.
-    #[arg(long, value_name = "MM", default_value_t = 0.1)]
-    pub stock: f64,
+    /// Thickness of the stock that stands on the surface, along its normal, mm; when absent that of the saved stock of the setup ([stock]
+    /// saved = …), or 0.1 where there is none.
+    #[arg(long, value_name = "MM")]
+    pub stock: Option<f64>,
+    /// Slope up to which the surface is machined, degrees.
+    #[arg(long, value_name = "DEG", default_value_t = STEEPEST_DEG)]
+    pub steepest: f64,
     /// Least step-over seen from above, mm; a fiftieth of the tool's radius when absent.
     #[arg(long, value_name = "MM")]
     pub least_step_over: Option<f64>,
@@ -86,6 +91,18 @@ pub enum Unit {
 /// Facets steeper than this are not machined from above, degrees.
 const STEEPEST_DEG: f64 = 85.0;
 
+/// Thickness of the stock where nothing else says it, mm.
+const STOCK_MM: f64 = 0.1;
+
+/// The stock that an earlier program left, where the setup names it.
+fn left(job: &Job) -> Result<Option<Piece>, CliError> {
+    let Some(stock) = job.stocks.first() else { return Ok(None) };
+    let StockShape::Saved(file) = &stock.shape else { return Ok(None) };
+    let piece = saved::from_bytes(&input::file(file)?, stock.moved_mm);
+    let why = || CliError::new(format!("{}: it is no saved stock", file.display()), "save it again with --save-stock");
+    piece.map(Some).ok_or_else(why)
+}
+
 /// Plans, checks, writes.
 pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let inputs = [Some(command.surface.clone()), Some(command.setup.clone()), global.model.clone()];
@@ -105,7 +122,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
     let dialect = named.and_then(Dialect::from_name).unwrap_or(Dialect::Generic);
     let factor = if command.unit == Unit::Inch { MM_PER_INCH } else { 1.0 };
     let bytes = input::file(&command.surface)?;
-    let surface = Surface::read(&bytes, factor, STEEPEST_DEG.to_radians())
+    let surface = Surface::read(&bytes, factor, command.steepest.to_radians())
         .map_err(|error| CliError::new(format!("{}: {error}", command.surface.display()), "give the surface as STL"))?;
     let [least, largest] = [command.least_step_over, command.largest_step_over];
     let positive = [
@@ -113,7 +130,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         ("--feed", command.feed),
         ("--rpm", command.rpm),
         ("--scallop", Some(command.scallop)),
-        ("--stock", Some(command.stock)),
+        ("--stock", command.stock),
         ("--tolerance", Some(command.tolerance)),
         ("--least-step-over", least),
         ("--largest-step-over", largest),
@@ -125,13 +142,19 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
     if !(0.0..=45.0).contains(&command.turn) {
         return Err(CliError::new(format!("--turn {} makes no sense", command.turn), "give degrees from 0 to 45"));
     }
+    if !(command.steepest > 0.0 && command.steepest < 90.0) {
+        return Err(CliError::new(
+            format!("--steepest {} makes no sense", command.steepest),
+            "give degrees between 0 and 90",
+        ));
+    }
     let ask = Ask {
         tool: command.tool,
         rps: command.rpm.map(rps_from_rpm),
         feed_mm_s: command.feed.map(mm_s_from_mm_min),
         force_n: command.reference_force,
         scallop_mm: command.scallop,
-        stock_mm: command.stock,
+        stock_mm: command.stock.unwrap_or(STOCK_MM),
         step_over_mm: [least, largest],
         direction_rad: command.direction.to_radians(),
         turn_rad: command.turn.to_radians(),
@@ -146,7 +169,8 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
             help: "correct the setup as it says".into(),
         })
     };
-    let found = run(&surface, &job, dialect, &ask, &hold);
+    let left = if command.stock.is_none() { left(&job)? } else { None };
+    let found = run(&surface, (&job, dialect), &ask, left, &hold);
     bar.finish_and_clear();
     let answer = found.map_err(|error| refused(&error, &command.surface))?;
     let to_stdout = program.is_stdout() || json.as_ref().is_some_and(super::output::Output::is_stdout);

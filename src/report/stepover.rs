@@ -4,7 +4,7 @@ use super::marks::WRITTEN_BY;
 use super::number::{clock, short};
 use crate::finish::stepover::Answer;
 use crate::finish::stepover::job::{Program, cutting_s};
-use crate::finish::stepover::passes::{Bind, Pass, Spot};
+use crate::finish::stepover::passes::{Bind, Constant, Pass, Spot};
 use crate::units::{mm_min_from_mm_s, rpm_from_rps};
 use serde::Serialize;
 use std::fmt::Write;
@@ -18,7 +18,7 @@ struct Report {
     scallop_limit_mm: f64,
     step_over_bounds_mm: [f64; 2],
     varying: Side,
-    constant: Option<Constant>,
+    constant: Option<ConstantSide>,
     /// Time against constant step-over, %.
     saved_percent: Option<f64>,
     price: Price,
@@ -33,8 +33,10 @@ struct Price {
 }
 
 #[derive(Serialize)]
-struct Constant {
+struct ConstantSide {
     step_over_mm: f64,
+    /// "seen from above" or "along the surface".
+    measured: &'static str,
     feed_mm_min: f64,
     #[serde(flatten)]
     side: Side,
@@ -50,17 +52,26 @@ struct Side {
     /// Share of the path on which it is beyond its limit, %.
     scallop_beyond_percent: f64,
     predicted: Predicted,
-    simulated: Simulated,
+    /// Left out for constant step-over: it is not run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    simulated: Option<Simulated>,
 }
 
 #[derive(Serialize)]
 struct Predicted {
     force_max_n: f64,
-    /// Least time of passes along this direction, and how far above it the cutting time lies.
-    bound_s: Option<f64>,
-    gap_percent: Option<f64>,
+    least: Option<Least>,
     /// Share of the path that each bound holds.
     bound_by_percent: Vec<(&'static str, f64)>,
+}
+
+/// Least times, and how far above each the time on the passes and that of the whole program lie.
+#[derive(Serialize)]
+struct Least {
+    laid_alike_s: f64,
+    any_passes_s: f64,
+    cutting_above_percent: [f64; 2],
+    program_above_percent: [f64; 2],
 }
 
 #[derive(Serialize)]
@@ -98,6 +109,14 @@ fn name(bind: Bind) -> &'static str {
     }
 }
 
+/// A constant step-over, mm, and how it is measured.
+fn measured(step: Constant) -> (f64, &'static str) {
+    match step {
+        Constant::Above(step) => (step, "seen from above"),
+        Constant::Along(step) => (step, "along the surface"),
+    }
+}
+
 fn spots(passes: &[Pass]) -> impl Iterator<Item = &Spot> {
     passes.iter().flat_map(|pass| pass.stretches.iter().flatten())
 }
@@ -115,7 +134,7 @@ fn is_beyond(scallop_mm: f64, limit_mm: f64) -> bool {
     scallop_mm > SCALLOP_SLACK * limit_mm
 }
 
-fn side(program: &Program, scallop_limit_mm: f64, bounded: bool) -> Side {
+fn side(program: &Program, scallop_limit_mm: f64, least_s: Option<[f64; 2]>) -> Side {
     let (plan, check) = (&program.plan, &program.check);
     let beyond = |spot: &&Spot| is_beyond(spot.scallop_mm, scallop_limit_mm);
     let all = spots(&plan.passes).count().max(1) as f64;
@@ -131,11 +150,18 @@ fn side(program: &Program, scallop_limit_mm: f64, bounded: bool) -> Side {
         scallop_beyond_percent: 100.0 * spots(&plan.passes).filter(beyond).count() as f64 / all,
         predicted: Predicted {
             force_max_n: largest(&plan.passes, |spot| spot.force_n),
-            bound_s: bounded.then_some(plan.bound_s),
-            gap_percent: bounded.then_some(100.0 * (cutting / plan.bound_s.max(1e-9) - 1.0)),
+            least: least_s.map(|[along_s, any_s]| {
+                let above = |time_s: f64, least_s: f64| 100.0 * (time_s / least_s.max(1e-9) - 1.0);
+                Least {
+                    laid_alike_s: along_s,
+                    any_passes_s: any_s,
+                    cutting_above_percent: [above(cutting, along_s), above(cutting, any_s)],
+                    program_above_percent: [above(check.time_s, along_s), above(check.time_s, any_s)],
+                }
+            }),
             bound_by_percent: binds.into_iter().map(|bind| (name(bind), share(bind))).collect(),
         },
-        simulated: Simulated {
+        simulated: least_s.map(|_| Simulated {
             force_max_n: check.largest_n.0,
             force_max_line: check.largest_n.1,
             force_p99_n: check.p99_n,
@@ -145,7 +171,7 @@ fn side(program: &Program, scallop_limit_mm: f64, bounded: bool) -> Side {
             within_10_percent: 100.0 * check.within_10_percent,
             mean_ratio: check.mean_ratio,
             events: check.events.clone(),
-        },
+        }),
     }
 }
 
@@ -168,8 +194,8 @@ fn row(number: usize, pass: &Pass, simulated: [f64; 2]) -> PassRow {
 
 /// Time that is saved against constant step-over, %.
 fn saved(answer: &Answer) -> Option<f64> {
-    let (_, constant) = answer.constant.as_ref()?;
-    Some(100.0 * (1.0 - answer.varying.check.time_s / constant.check.time_s))
+    let rival = answer.constant.as_ref()?;
+    Some(100.0 * (1.0 - answer.varying.check.time_s / rival.program.check.time_s))
 }
 
 /// The report as JSON.
@@ -177,10 +203,10 @@ pub fn stepover_json(answer: &Answer) -> String {
     let varying = &answer.varying;
     let simulated = |k: usize| varying.check.by_pass.get(k).copied().unwrap_or_default();
     let passes = varying.plan.passes.iter().enumerate().filter(|(_, pass)| !pass.stretches.is_empty());
-    let constant = answer.constant.as_ref().map(|([step, feed], program)| Constant {
-        step_over_mm: *step,
-        feed_mm_min: mm_min_from_mm_s(*feed),
-        side: side(program, answer.bounds.scallop_mm, false),
+    let constant = answer.constant.as_ref().map(|rival| {
+        let (step_over_mm, measured) = measured(rival.step);
+        let feed_mm_min = mm_min_from_mm_s(rival.feed_mm_s);
+        ConstantSide { step_over_mm, measured, feed_mm_min, side: side(&rival.program, answer.bounds.scallop_mm, None) }
     });
     let report = Report {
         written_by: WRITTEN_BY,
@@ -189,7 +215,7 @@ pub fn stepover_json(answer: &Answer) -> String {
         reference_n: answer.reference_n,
         scallop_limit_mm: answer.bounds.scallop_mm,
         step_over_bounds_mm: [answer.bounds.least_mm, answer.bounds.largest_mm],
-        varying: side(varying, answer.bounds.scallop_mm, true),
+        varying: side(varying, answer.bounds.scallop_mm, Some(answer.least_s)),
         constant,
         saved_percent: saved(answer),
         price: Price { s_per_n: answer.prices[0], s_per_um: answer.prices[1] },
@@ -210,19 +236,28 @@ fn beyond_words(whole: &Side) -> String {
 
 /// The report on the screen.
 pub fn stepover_words(answer: &Answer) -> String {
-    let whole = side(&answer.varying, answer.bounds.scallop_mm, true);
+    let whole = side(&answer.varying, answer.bounds.scallop_mm, Some(answer.least_s));
     let mut text = String::new();
     for note in &answer.notes {
         let _ = writeln!(text, "note      {note}");
     }
     let _ = writeln!(
         text,
-        "passes    {}, {} of cutting at the feeds, {} in all; the least that passes along this direction need is {}",
+        "passes    {}, {} of cutting at the feeds, {} in all",
         whole.passes,
         clock(whole.cutting_s),
-        clock(whole.time_s),
-        clock(answer.varying.plan.bound_s)
+        clock(whole.time_s)
     );
+    if let Some(least) = &whole.predicted.least {
+        let _ = writeln!(
+            text,
+            "least     {} for any passes laid like these (cutting is {:.1} % above it, the program {:.1} %), {} for any at all",
+            clock(least.laid_alike_s),
+            least.cutting_above_percent[0],
+            least.program_above_percent[0],
+            clock(least.any_passes_s)
+        );
+    }
     let by: Vec<String> = whole
         .predicted
         .bound_by_percent
@@ -231,35 +266,38 @@ pub fn stepover_words(answer: &Answer) -> String {
         .map(|(name, percent)| format!("{name} {percent:.1} %"))
         .collect();
     let _ = writeln!(text, "bounds    {}", by.join(", "));
-    let _ = writeln!(
-        text,
-        "simulated {} N at most on passes (line {}), 99 % of them below {} N, on leads and links {} N; reference {} N",
-        short(whole.simulated.force_max_n),
-        whole.simulated.force_max_line,
-        short(whole.simulated.force_p99_n),
-        short(whole.simulated.links_force_max_n),
-        short(answer.reference_n)
-    );
-    if whole.simulated.force_bound_mm > 0.0 {
+    if let Some(simulated) = &whole.simulated {
         let _ = writeln!(
             text,
-            "          where the force bounds the step-over: mean {:.1} % of the reference, within 10 % of it on {:.1} % of {} mm",
-            100.0 * whole.simulated.mean_ratio,
-            whole.simulated.within_10_percent,
-            short(whole.simulated.force_bound_mm)
+            "simulated {} N at most on passes (line {}), 99 % of them below {} N, on leads and links {} N; reference {} N",
+            short(simulated.force_max_n),
+            simulated.force_max_line,
+            short(simulated.force_p99_n),
+            short(simulated.links_force_max_n),
+            short(answer.reference_n)
         );
+        if simulated.force_bound_mm > 0.0 {
+            let _ = writeln!(
+                text,
+                "          where the force bounds the step-over: mean {:.1} % of the reference, within 10 % of it on {:.1} % of {} mm",
+                100.0 * simulated.mean_ratio,
+                simulated.within_10_percent,
+                short(simulated.force_bound_mm)
+            );
+        }
     }
     let _ = writeln!(text, "scallop   {:.4} mm at most{}", whole.scallop_max_mm, beyond_words(&whole));
-    if let (Some(([step, _], constant)), Some(percent)) = (&answer.constant, saved(answer)) {
+    if let (Some(rival), Some(percent)) = (&answer.constant, saved(answer)) {
+        let (step_mm, measured) = measured(rival.step);
         let _ = writeln!(
             text,
-            "constant  {step:.3} mm seen from above keeps force and scallop everywhere: {}, {} passes; varying takes {percent:.1} % less",
-            clock(constant.check.time_s),
-            constant.plan.passes.iter().filter(|pass| !pass.stretches.is_empty()).count()
+            "constant  {step_mm:.3} mm {measured} keeps force and scallop everywhere: {}, {} passes; varying takes {percent:.1} % less",
+            clock(rival.program.check.time_s),
+            rival.program.plan.passes.iter().filter(|pass| !pass.stretches.is_empty()).count()
         );
     }
     let _ = writeln!(text, "prices    {:+.2} s per N, {:+.2} s per um of scallop", answer.prices[0], answer.prices[1]);
-    for event in whole.simulated.events.iter().take(5) {
+    for event in answer.varying.check.events.iter().take(5) {
         let _ = writeln!(text, "event     {event}");
     }
     text

@@ -110,6 +110,22 @@ fn parts(toolpath: &Toolpath, steps: &[Step]) -> Vec<Option<(u32, Bind)>> {
     parts
 }
 
+/// Time of a program alone, without a simulation.
+pub fn timed(text: &str, dialect: Dialect, job: &Job) -> Check {
+    let job = with_saved_stock(job);
+    let program = nc::parse(text.as_bytes().to_vec(), Some(dialect));
+    let environment = Environment::from_job(&job);
+    let toolpath = nc::interpret(&program, &nc::unit::with_its_unit(&program, environment, Some(&job)));
+    times(&toolpath, &job)
+}
+
+/// Times of a toolpath at the feeds it has.
+fn times(toolpath: &Toolpath, job: &Job) -> Check {
+    let realised = realise(toolpath, &as_programmed(toolpath), &job.machine);
+    let fed = toolpath.moves.iter().zip(&realised.move_s).filter(|(m, _)| m.kind == MoveKind::Feed);
+    Check { time_s: realised.total_s, feed_s: fed.map(|(_, s)| s).sum(), ..Check::default() }
+}
+
 /// Simulates a program; `steps` is what it was written from, `piece` the stock.
 pub fn check(
     text: &str,
@@ -135,10 +151,7 @@ pub fn check(
     let map = engage::engage(&toolpath, &job, &options, &|_| {})?;
     let feeds = as_programmed(&toolpath);
     let cutters = Cutters::new(&toolpath, &map, &job, &feeds);
-    let realised = realise(&toolpath, &feeds, &job.machine);
-    let feed_s =
-        toolpath.moves.iter().zip(&realised.move_s).filter(|(m, _)| m.kind == MoveKind::Feed).map(|(_, s)| s).sum();
-    let mut found = Check { time_s: realised.total_s, feed_s, ..Check::default() };
+    let mut found = times(&toolpath, &job);
     let forces: Vec<f64> = map
         .stations
         .par_iter()
@@ -213,6 +226,7 @@ mod tests {
     fn motions_belong_to_the_step_that_they_lie_on() {
         let step = |x: f64, pass: u32| Step {
             to: Vec3::new(x, 0.0, 0.0),
+            via: None,
             feed_mm_s: Some(10.0),
             of: Some((pass, Bind::Force)),
         };

@@ -3,9 +3,11 @@
 
 use super::check::{self, Check};
 use super::drop::{Contact, Dropper};
-use super::passes::{self, Columns, Plan, Wish};
+use super::earlier::Earlier;
+use super::passes::{self, Columns, Constant, Plan, Wish};
 use super::path::{self, Drawing, Step};
-use super::reach::{Bounds, Terrain};
+use super::reach::{Bounds, Place, Terrain};
+use super::rivals;
 use super::shape::Shape;
 use super::surface::Surface;
 use super::text::{self, Head};
@@ -14,7 +16,7 @@ use crate::force::{Cutter, ForceError};
 use crate::machine::limits::FEED_CHANGE_MIN;
 use crate::machine::{Box3, Job, StockShape, Tool};
 use crate::nc::Dialect;
-use crate::path::Vec3;
+use crate::path::{Plane, Vec3};
 use crate::stock::Piece;
 
 /// What is asked.
@@ -30,7 +32,7 @@ pub struct Ask {
     pub force_n: Option<f64>,
     /// Largest scallop, mm.
     pub scallop_mm: f64,
-    /// Thickness of the stock on the surface, mm.
+    /// Thickness of the stock on the surface, mm, where it is not what an earlier program left.
     pub stock_mm: f64,
     /// Least and largest step-over, mm; `None`: from the tool.
     pub step_over_mm: [Option<f64>; 2],
@@ -82,8 +84,19 @@ pub struct Program {
     pub steps: Vec<Step>,
     /// Its text.
     pub text: String,
-    /// What its simulation gave.
+    /// What its simulation gave; for a rival its times alone.
     pub check: Check,
+}
+
+/// A program of constant step-over.
+#[derive(Debug, Clone)]
+pub struct Rival {
+    /// Its step-over.
+    pub step: Constant,
+    /// Its feed, mm/s.
+    pub feed_mm_s: f64,
+    /// The program.
+    pub program: Program,
 }
 
 /// Everything that was found.
@@ -99,9 +112,11 @@ pub struct Answer {
     pub bounds: Bounds,
     /// Passes of varying step-over.
     pub varying: Program,
-    /// Step-over, mm, feed, mm/s, and passes of the largest constant step-over that keeps force and scallop everywhere, at its best
-    /// feed; `None` where there is none.
-    pub constant: Option<([f64; 2], Program)>,
+    /// Passes of the largest constant step-over that keeps force and scallop everywhere, at its best feed: measured from above or along the
+    /// surface, whichever takes less time; `None` where there is none.
+    pub constant: Option<Rival>,
+    /// Least time of any passes that turn away from the direction no more than asked, and of any passes at all, s.
+    pub least_s: [f64; 2],
     /// Seconds of the least time by one more newton of reference force, and by one more µm of scallop; negative: more would save.
     pub prices: [f64; 2],
     /// What is worth knowing, one sentence each.
@@ -114,8 +129,10 @@ const FEEDS: u32 = 10;
 const COLUMN_MM: f64 = 0.5;
 /// Rings that the force is worked out for, mm along the outline.
 const RING_MM: f64 = 0.03;
-/// Columns that stand this many times as far apart are enough for prices.
-const COARSE: f64 = 4.0;
+/// Places over the surface that the least time is summed over.
+const PLACES: f64 = 600.0;
+/// Air above everything under rapids, mm.
+const ABOVE_MM: f64 = 5.0;
 /// Change of a limit by which its price is measured.
 const PRICE: f64 = 0.05;
 /// Sizes that differ by this much, or that much less, suggest inches taken as millimetres (25.4).
@@ -124,8 +141,15 @@ const INCHES: [f64; 2] = [12.0, 50.0];
 /// Gives a planned program, which is at its highest feed throughout, the feeds at which it keeps to a force, N, in this stock.
 pub type Hold<'a> = &'a dyn Fn(&str, &Piece, f64) -> Result<String, Refusal>;
 
-/// Plans, writes, has the feeds found and checks.
-pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask, hold: Hold) -> Result<Answer, Refusal> {
+/// Plans, writes, has the feeds found and checks; `left` is the stock that an earlier program left, `None`: stock of the thickness that is
+/// asked.
+pub fn run(
+    surface: &Surface,
+    (job, dialect): (&Job, Dialect),
+    ask: &Ask,
+    left: Option<Piece>,
+    hold: Hold,
+) -> Result<Answer, Refusal> {
     let tool = tool(job, ask)?;
     let shape = Shape::of(tool).ok_or_else(|| {
         Refusal::new(
@@ -135,27 +159,12 @@ pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask, hold: Hold
     })?;
     let rps = speed(job, tool, ask)?;
     let reference_n = ask.force_n.or(tool.limits.force_xy_n).or(job.limits.force_xy_n).ok_or_else(|| {
-        Refusal::new("there is no reference force", "give --force N, or force_xy in [limits] of the setup")
+        Refusal::new("there is no reference force", "give --reference-force N, or force_xy in [limits] of the setup")
     })?;
     let feeds_mm_s = feeds(job, tool, rps, ask)?;
     let mut notes = surface.notes.clone();
     size(surface, job)?;
-    let holes = surface.holes(shape, ask.tolerance_mm);
-    if let Some(hole) = holes.first() {
-        return Err(Refusal::new(
-            format!(
-                "the surface has {} holes into which the tool would sink, the largest {:.2} mm wide at X{:.1} Y{:.1}",
-                holes.len(),
-                hole.width_mm(),
-                hole.low.x,
-                hole.low.y
-            ),
-            "close the holes in the CAD system",
-        ));
-    }
-    if surface.outlines.len() > 1 {
-        notes.push(format!("{} gaps too small for the tool to sink into are passed over", surface.outlines.len() - 1));
-    }
+    notes.extend(closed(surface, shape, ask.tolerance_mm)?);
     let turned = surface.clone().turned(-ask.direction_rad);
     let dropper = Dropper::new(&turned, shape);
     if let Some(note) = reachable(&turned, &dropper, ask.tolerance_mm)? {
@@ -173,12 +182,20 @@ pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask, hold: Hold
     let mut rings = tool.profile.slices(RING_MM);
     rings.retain(|ring| ring.z_mm < shape.corner_mm + shape.radius_mm());
     let cutter = Cutter::new(tool, material, &job.machine.spindle, &job.process, &rings, rps)?;
-    let stock_mm = ask.stock_mm;
-    let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &|_: &Contact| stock_mm };
+    let earlier = left.as_ref().map(|piece| Earlier::new(piece, ask.direction_rad));
+    let most_mm = shape.radius_mm();
+    let stock_mm = |contact: &Contact| match &earlier {
+        Some(earlier) => earlier.thickness_mm(contact, most_mm),
+        None => ask.stock_mm,
+    };
+    let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &stock_mm };
     let column_mm = COLUMN_MM.min(shape.radius_mm() / 6.0);
     let Box3 { min, max } = turned.extent;
     let columns = Columns::new(&terrain, [min.x, min.y], [max.x, max.y], column_mm, 0.5 * column_mm);
-    let wish = Wish { bounds, reference_n, feeds_mm_s, turn: ask.turn_rad.tan(), constant_mm: None };
+    let area = turned.machined_mm2();
+    let places = columns.places((area / PLACES).sqrt());
+    let thickest_mm = thickest(&terrain, &places, most_mm)?;
+    let wish = Wish { bounds, reference_n, feeds_mm_s, turn: ask.turn_rad.tan(), constant: None };
     let plan = passes::plan(&terrain, &columns, &wish);
     if plan.passes.iter().all(|pass| pass.stretches.is_empty()) {
         return Err(Refusal::new(
@@ -186,25 +203,24 @@ pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask, hold: Hold
             "check the surface and the tool",
         ));
     }
-    if plan.out_of_reach > 0.5 {
-        return Err(Refusal::new(
-            format!(
-                "the reference force of {reference_n} N is out of reach: on {:.0} % of the surface even a step-over of {:.3} mm takes more",
-                100.0 * plan.out_of_reach,
-                bounds.least_mm
-            ),
-            "raise --force, lower the feed or the stock, or allow a smaller step-over",
-        ));
-    }
-    if plan.out_of_reach > 0.0 {
-        notes.push(format!(
-            "on {:.1} % of the surface even the least step-over of {:.3} mm exceeds the reference force",
-            100.0 * plan.out_of_reach,
-            bounds.least_mm
-        ));
-    }
-    let piece = check::stock(surface, stock_mm);
-    let drawing = Drawing { tolerance_mm: ask.tolerance_mm, stock_mm, safe_mm: safe(surface, job, stock_mm) };
+    notes.extend(within_reach(&plan, reference_n, &bounds)?);
+    let said = format!(
+        "FORCE {reference_n} N, SCALLOP {} MM, {}, LINES AND ARCS WITHIN {} MM",
+        ask.scallop_mm,
+        if left.is_some() {
+            "STOCK AS LEFT BY AN EARLIER PROGRAM".into()
+        } else {
+            format!("STOCK {} MM", ask.stock_mm)
+        },
+        ask.tolerance_mm
+    );
+    let piece = left.unwrap_or_else(|| check::stock(surface, ask.stock_mm));
+    let drawing = Drawing {
+        tolerance_mm: ask.tolerance_mm,
+        arcs: arcs(dialect, ask),
+        stock_mm: thickest_mm,
+        safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z + ABOVE_MM),
+    };
     let head = |notes: Vec<String>| Head {
         dialect,
         inch: job.machine.unsaid.inch.unwrap_or(job.inch),
@@ -212,39 +228,38 @@ pub fn run(surface: &Surface, job: &Job, dialect: Dialect, ask: &Ask, hold: Hold
         rps,
         notes,
     };
-    let make = |plan: Plan, feed_mm_s: f64, notes: Vec<String>| -> Result<Program, Refusal> {
-        let mut steps = path::steps(&plan, feed_mm_s, &dropper, &drawing);
+    let write = |plan: &Plan, feed_mm_s: f64, notes: Vec<String>| -> Result<(Vec<Step>, String), Refusal> {
+        let mut steps = path::steps(plan, feed_mm_s, &dropper, &drawing);
         let (sin, cos) = ask.direction_rad.sin_cos();
         for step in &mut steps {
-            (step.to.x, step.to.y) = (cos * step.to.x - sin * step.to.y, sin * step.to.x + cos * step.to.y);
+            for p in std::iter::once(&mut step.to).chain(&mut step.via) {
+                (p.x, p.y) = (cos * p.x - sin * p.y, sin * p.x + cos * p.y);
+            }
         }
         let text = hold(&text::program(&head(notes), &steps), &piece, reference_n)?;
-        let check = check::check(&text, dialect, job, &piece, &steps, reference_n)?;
-        Ok(Program { plan, steps, text, check })
+        Ok((steps, text))
     };
-    let said = format!(
-        "FORCE {reference_n} N, SCALLOP {} MM, STOCK {stock_mm} MM, LINES WITHIN {} MM",
-        ask.scallop_mm, ask.tolerance_mm
-    );
-    let constant = constant(&terrain, &columns, &wish, &plan)
-        .map(|(said, plan)| {
-            Ok::<_, Refusal>((said, make(plan, said[1], vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?))
-        })
-        .transpose()?;
-    let coarse = Columns::new(&terrain, [min.x, min.y], [max.x, max.y], COARSE * column_mm, column_mm);
-    // The least time, which a whole number of passes does not round.
-    let cutting = |wish: &Wish| passes::plan(&terrain, &coarse, wish).bound_s;
-    let now = cutting(&wish);
+    // Feeds that hold the force are found for it as well, so that its time is compared at an equal force.
+    let constant = rivals::constant(&terrain, &columns, &wish, &plan).map(|(step, feed, plan)| {
+        let (steps, text) = write(&plan, feed, vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?;
+        let check = check::timed(&text, dialect, job);
+        Ok::<_, Refusal>(Rival { step, feed_mm_s: feed, program: Program { plan, steps, text, check } })
+    });
+    let constant = constant.transpose()?;
+    let least = |wish: &Wish| rivals::least_alike_s(&terrain, &places, wish);
+    let least_s = rivals::least_times_s(&terrain, &places, &wish);
     let more_force = Wish { reference_n: (1.0 + PRICE) * reference_n, ..wish.clone() };
     let more_scallop =
         Wish { bounds: Bounds { scallop_mm: (1.0 + PRICE) * bounds.scallop_mm, ..bounds }, ..wish.clone() };
     let prices = [
-        (cutting(&more_force) - now) / (PRICE * reference_n),
-        (cutting(&more_scallop) - now) / (PRICE * 1e3 * bounds.scallop_mm),
+        (least(&more_force) - least_s[0]) / (PRICE * reference_n),
+        (least(&more_scallop) - least_s[0]) / (PRICE * 1e3 * bounds.scallop_mm),
     ];
     let top = wish.feeds_mm_s.last().copied().unwrap_or(1.0);
-    let varying = make(plan, top, vec![said])?;
-    Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, prices, notes })
+    let (steps, text) = write(&plan, top, vec![said])?;
+    let check = check::check(&text, dialect, job, &piece, &steps, reference_n)?;
+    let varying = Program { plan, steps, text, check };
+    Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, notes })
 }
 
 /// Time on the passes at the feeds of their spots, s.
@@ -255,16 +270,68 @@ pub fn cutting_s(plan: &Plan) -> f64 {
     plan.passes.iter().flat_map(|pass| &pass.stretches).flat_map(|stretch| stretch.windows(2)).map(time).sum()
 }
 
-/// The best plan of one step-over and one feed that keep force and scallop wherever the varying plan looked.
-fn constant(terrain: &Terrain, columns: &Columns, wish: &Wish, varying: &Plan) -> Option<([f64; 2], Plan)> {
-    let rate = |k: &usize| wish.feeds_mm_s[*k] * varying.everywhere_mm[*k];
-    let best = (0..wish.feeds_mm_s.len())
-        .filter(|k| varying.everywhere_mm[*k].is_finite())
-        .reduce(|a, b| if rate(&b) > rate(&a) { b } else { a })?;
-    let step = varying.everywhere_mm[best];
-    let feed = wish.feeds_mm_s[best];
-    let wish = Wish { feeds_mm_s: vec![feed], turn: 0.0, constant_mm: Some(step), ..wish.clone() };
-    Some(([step, feed], passes::plan(terrain, columns, &wish)))
+/// A note where gaps of the surface are passed over; a refusal where the tool would sink into one.
+fn closed(surface: &Surface, shape: Shape, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
+    let holes = surface.holes(shape, tolerance_mm);
+    if let Some(hole) = holes.first() {
+        return Err(Refusal::new(
+            format!(
+                "the surface has {} holes into which the tool would sink, the largest {:.2} mm wide at X{:.1} Y{:.1}",
+                holes.len(),
+                hole.width_mm(),
+                hole.low.x,
+                hole.low.y
+            ),
+            "close the holes in the CAD system",
+        ));
+    }
+    let gaps = surface.outlines.len().saturating_sub(1);
+    Ok((gaps > 0).then(|| format!("{gaps} gaps too small for the tool to sink into are passed over")))
+}
+
+/// Largest thickness of the stock on the surface, mm; a refusal where there is none, or more than the tool is meant to take.
+fn thickest(terrain: &Terrain, places: &[Place], most_mm: f64) -> Result<f64, Refusal> {
+    let at = |(p, _): &Place| terrain.dropper.drop(*p).map_or(0.0, |contact| (terrain.stock_mm)(&contact));
+    let thickest = places.iter().map(at).fold(0.0, f64::max);
+    if !places.is_empty() && thickest <= 0.0 {
+        return Err(Refusal::new(
+            "the stock of the setup stands nowhere above the surface",
+            "give the stock that the program before left, or --stock with its thickness",
+        ));
+    }
+    if thickest >= most_mm {
+        return Err(Refusal::new(
+            format!("the stock of the setup stands {most_mm:.3} mm or more above the surface, the radius of the tool"),
+            "rough the part first, or give --stock with the thickness that is left",
+        ));
+    }
+    Ok(thickest)
+}
+
+/// A note where the reference force is exceeded at the least step-over; a refusal where that is most of the surface.
+fn within_reach(plan: &Plan, reference_n: f64, bounds: &Bounds) -> Result<Option<String>, Refusal> {
+    let (share, least_mm) = (100.0 * plan.out_of_reach, bounds.least_mm);
+    if plan.out_of_reach > 0.5 {
+        return Err(Refusal::new(
+            format!(
+                "the reference force of {reference_n} N is out of reach: on {share:.0} % of the surface even a step-over of {least_mm:.3} mm \
+                 takes more"
+            ),
+            "raise --reference-force, lower the feed or the stock, or allow a smaller step-over",
+        ));
+    }
+    Ok((plan.out_of_reach > 0.0).then(|| {
+        format!(
+            "on {share:.1} % of the surface even the least step-over of {least_mm:.3} mm exceeds the reference force"
+        )
+    }))
+}
+
+/// Do passes lie in planes that the control draws arcs in? Straight ones stand in an upright plane, along X or along Y.
+fn arcs(dialect: Dialect, ask: &Ask) -> bool {
+    let (sin, cos) = ask.direction_rad.sin_cos();
+    let plane = if sin.abs() < cos.abs() { Plane::Zx } else { Plane::Yz };
+    ask.turn_rad == 0.0 && sin.abs().min(cos.abs()) < 1e-9 && text::has_arcs(dialect, plane)
 }
 
 fn tool<'a>(job: &'a Job, ask: &Ask) -> Result<&'a Tool, Refusal> {
@@ -387,5 +454,5 @@ fn safe(surface: &Surface, job: &Job, stock_mm: f64) -> f64 {
         StockShape::Stl(_) | StockShape::Saved(_) => f64::NEG_INFINITY,
     });
     let tops = tops.chain(job.fixtures.iter().map(|fixture| fixture.max.z));
-    tops.fold(surface.extent.max.z + stock_mm, f64::max) + 5.0
+    tops.fold(surface.extent.max.z + stock_mm, f64::max) + ABOVE_MM
 }

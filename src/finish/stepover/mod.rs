@@ -3,18 +3,23 @@
 //!
 //! ```text
 //! bytes ─surface─▶ triangles ─drop─▶ tip and contact at any place ─section─▶ engaged arcs, scallop
-//!            ─reach─▶ how far to step over ─passes─▶ curves and feeds ─path─▶ motions ─text─▶ program ─check─▶ loads
+//!            ─reach─▶ how far to step over ─least─▶ the least time
+//!                                           ─passes─▶ curves and feeds ─path─▶ motions ─text─▶ program ─check─▶ loads
 //! ```
 //! [`job`] runs through all of it.
 
 pub mod bound;
 pub mod check;
 pub mod drop;
+pub mod earlier;
+pub mod fit;
 pub mod hollow;
 pub mod job;
+pub mod least;
 pub mod passes;
 pub mod path;
 pub mod reach;
+pub mod rivals;
 pub mod section;
 pub mod shape;
 pub mod surface;

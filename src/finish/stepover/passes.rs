@@ -16,7 +16,7 @@
 //! steps over less than a feed allows, the pass goes as fast as the force at that step-over lets it. The candidate that clears the
 //! most area a second becomes the next pass.
 
-use super::reach::{Bounds, Reach, Terrain};
+use super::reach::{Bounds, Place, Reach, Terrain};
 use super::section::Beside;
 use crate::force::{Cap, LoadLine};
 use crate::machine::LimitKind;
@@ -36,8 +36,8 @@ pub struct Wish {
     pub feeds_mm_s: Vec<f64>,
     /// Steepest that a pass may turn away from its direction.
     pub turn: f64,
-    /// One step-over for all passes, mm, in place of what the columns allow.
-    pub constant_mm: Option<f64>,
+    /// One step-over for all passes, in place of what the columns allow.
+    pub constant: Option<Constant>,
 }
 
 impl Wish {
@@ -51,6 +51,15 @@ impl Wish {
         };
         cap.clamp(FEED_CHANGE_MIN * top, top)
     }
+}
+
+/// A constant step-over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Constant {
+    /// As seen from above, mm.
+    Above(f64),
+    /// Along the surface, mm: no pass is farther from the one before anywhere.
+    Along(f64),
 }
 
 /// What bounds the step-over at a place.
@@ -109,12 +118,19 @@ pub struct Plan {
     pub column_mm: f64,
     /// X of the first column, mm.
     pub first_mm: f64,
-    /// Largest step-over that is allowed everywhere, for each feed of the wish, mm.
-    pub everywhere_mm: Vec<f64>,
-    /// Least time that passes along this direction need to cut, s: at every place the feed and the step-over whose product is largest.
-    pub bound_s: f64,
+    /// Largest step-over that is allowed wherever the force can be held at all, for each feed of the wish, mm: as seen from above,
+    /// and along the surface.
+    pub everywhere_mm: Vec<[f64; 2]>,
     /// Share of the places where even the least step-over exceeds the force.
     pub out_of_reach: f64,
+}
+
+impl Plan {
+    /// Length of the passes, mm.
+    pub fn length_mm(&self) -> f64 {
+        let stretches = self.passes.iter().flat_map(|pass| &pass.stretches);
+        stretches.flat_map(|stretch| stretch.windows(2)).map(|two| (two[1].tip - two[0].tip).norm()).sum()
+    }
 }
 
 /// The columns, each with the stretches of Y on which the surface is machined.
@@ -152,6 +168,22 @@ impl Columns {
             found
         };
         Self { first_mm, column_mm, stretches: (0..count).into_par_iter().map(column).collect() }
+    }
+
+    /// Places over what is machined, at most `apart_mm` from each other, with the area each stands for.
+    pub fn places(&self, apart_mm: f64) -> Vec<Place> {
+        let every = (apart_mm / self.column_mm).round().max(1.0) as usize;
+        let mut places = Vec::new();
+        for i in (every / 2..self.stretches.len()).step_by(every) {
+            for [from, to] in &self.stretches[i] {
+                let rows = ((to - from) / apart_mm).ceil().max(1.0);
+                let row = (to - from) / rows;
+                let place =
+                    |j: usize| ([self.x(i), from + (j as f64 + 0.5) * row], row * every as f64 * self.column_mm);
+                places.extend((0..rows as usize).map(place));
+            }
+        }
+        places
     }
 
     /// X of a column, mm.
@@ -193,7 +225,7 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
     let mut plan = Plan {
         column_mm: columns.column_mm,
         first_mm: columns.first_mm,
-        everywhere_mm: vec![f64::INFINITY; wish.feeds_mm_s.len()],
+        everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()],
         ..Plan::default()
     };
     let begin: Vec<f64> = (0..count).map(|i| columns.next(i, f64::NEG_INFINITY)).collect();
@@ -208,8 +240,15 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
         let ahead = headings(&curve, columns.column_mm, way(plan.passes.len()));
         let column = |i: usize| {
             let mut allowed = Allowed { steps: Vec::new(), reach: None };
-            if let (Some(_), None) = (columns.stretch(i, curve[i]), wish.constant_mm) {
-                allowed.reach = terrain.reach([columns.x(i), curve[i]], ahead[i], &wish.bounds);
+            let Some(_) = columns.stretch(i, curve[i]) else { return allowed };
+            let at = [columns.x(i), curve[i]];
+            match wish.constant {
+                None => allowed.reach = terrain.reach(at, (ahead[i], [0.0, 1.0]), &wish.bounds),
+                Some(Constant::Above(step)) => allowed.steps = vec![(step, Bind::Neighbours)],
+                Some(Constant::Along(step)) => {
+                    let leans = terrain.leans(at, ahead[i]).unwrap_or(1.0);
+                    allowed.steps = vec![(step * leans, Bind::Neighbours)];
+                }
             }
             if let Some(reach) = &allowed.reach {
                 allowed.steps = wish.feeds_mm_s.iter().map(|f| bound(reach, *f, wish)).collect();
@@ -217,11 +256,14 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
             allowed
         };
         let mut allowed: Vec<Allowed> = (0..count).into_par_iter().map(column).collect();
-        for allowed in allowed.iter().filter(|allowed| !allowed.steps.is_empty()) {
+        for (allowed, reach) in allowed.iter().filter_map(|allowed| Some((allowed, allowed.reach.as_ref()?))) {
             places += 1;
-            beyond += usize::from(allowed.steps.iter().all(|(_, bind)| *bind == Bind::Least));
+            if allowed.steps.iter().all(|(_, bind)| *bind == Bind::Least) {
+                beyond += 1;
+                continue;
+            }
             for (least, (step, _)) in plan.everywhere_mm.iter_mut().zip(&allowed.steps) {
-                *least = least.min(*step);
+                *least = [least[0].min(*step), least[1].min(*step / reach.leans)];
             }
         }
         let best = chosen(columns, &curve, &allowed, (wish, half));
@@ -235,7 +277,6 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
         };
         allowed.par_iter_mut().enumerate().for_each(settle);
         let Offer { next, binds: bound_by, .. } = offer(columns, &curve, &allowed, &best, (wish, half));
-        plan.bound_s += least_time(columns, &curve, &next, &allowed, wish);
         binds = bound_by;
         before = Some(std::mem::replace(&mut curve, next));
     }
@@ -308,10 +349,7 @@ fn offer(
         let y = curve[i];
         let Some([_, end]) = columns.stretch(i, y) else { return (columns.next(i, y), Bind::Edge) };
         let known = allowed[i].steps.get(feeds[i]).copied();
-        let (step, bind) = match wish.constant_mm {
-            Some(step) => (step, Bind::Neighbours),
-            None => known.unwrap_or((wish.bounds.least_mm, Bind::Edge)),
-        };
+        let (step, bind) = known.unwrap_or((wish.bounds.least_mm, Bind::Edge));
         if y + step <= end {
             (y + step, bind)
         } else if end - y > 0.5 * step {
@@ -374,19 +412,6 @@ fn headings(curve: &[f64], column_mm: f64, way: f64) -> Vec<[f64; 2]> {
         [way / length, way * slope / length]
     };
     (0..curve.len()).map(heading).collect()
-}
-
-/// Least time in which the area between two passes is cut, s: dx·dy·√(1 + z'²)/(f·s), the largest f·s over the feeds.
-fn least_time(columns: &Columns, curve: &[f64], next: &[f64], allowed: &[Allowed], wish: &Wish) -> f64 {
-    let column = |i: usize| {
-        let rate =
-            wish.feeds_mm_s.iter().zip(&allowed[i].steps).map(|(feed, (step, _))| feed * step).fold(0.0, f64::max);
-        let [_, end] = columns.stretch(i, curve[i]).filter(|_| rate > 0.0)?;
-        let depth = next[i].min(end) - curve[i];
-        let longer = allowed[i].reach.as_ref().map_or(1.0, |reach| reach.longer);
-        Some(depth.max(0.0) * columns.column_mm * longer / rate)
-    };
-    (0..curve.len()).filter_map(column).sum()
 }
 
 /// What a pass does on its stretches.

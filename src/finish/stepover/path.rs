@@ -1,18 +1,21 @@
 //! Motions of the tool over the passes. In: passes, the tool above the surface. Out: rapids and feeds of the tip: down to a pass on
-//! a quarter of a circle, along it by lines within a tolerance, up on a quarter circle, over to the next.
+//! a quarter of a circle, along it by lines and arcs within a tolerance, up on a quarter circle, over to the next.
 //!
 //! Between two ends that lie near each other the tool goes over at the feed, above stock and surface; else at rapid, at the
 //! safe height.
 
 use super::drop::Dropper;
+use super::fit::{Part, fit};
 use super::passes::{Bind, Plan, Spot, way};
 use crate::path::Vec3;
 
-/// One straight motion of the tip.
+/// One motion of the tip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Where it ends, mm.
     pub to: Vec3,
+    /// Point that it goes through on an arc in a plane across an axis, mm; `None`: a line.
+    pub via: Option<Vec3>,
     /// Feed, mm/s; `None`: rapid.
     pub feed_mm_s: Option<f64>,
     /// Pass it belongs to, and what bounds the step-over there; `None`: no cut is meant.
@@ -22,8 +25,10 @@ pub struct Step {
 /// How the motions are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drawing {
-    /// How far lines may lie from the path on the surface, mm.
+    /// How far lines and arcs may lie from the path on the surface, mm.
     pub tolerance_mm: f64,
+    /// Arcs too?
+    pub arcs: bool,
     /// Thickness of the stock: links stay above it, mm.
     pub stock_mm: f64,
     /// Height at which rapids go anywhere, mm.
@@ -60,11 +65,30 @@ pub fn steps(plan: &Plan, feed_mm_s: f64, dropper: &Dropper, drawing: &Drawing) 
 }
 
 fn rapid(to: Vec3) -> Step {
-    Step { to, feed_mm_s: None, of: None }
+    Step { to, via: None, feed_mm_s: None, of: None }
 }
 
-/// Points of the tip along a stretch, thinned to the tolerance, each with what bounds the pass on the way to it.
-fn line(stretch: &[Spot], dropper: &Dropper, drawing: &Drawing, forward: bool) -> Vec<(Vec3, Bind)> {
+/// A line or an arc of a pass.
+struct Piece {
+    to: Vec3,
+    via: Option<Vec3>,
+    bind: Bind,
+}
+
+/// A stretch as lines and arcs within the tolerance, each with what bounds the pass at its end; the first is where it begins.
+fn line(stretch: &[Spot], dropper: &Dropper, drawing: &Drawing, forward: bool) -> Vec<Piece> {
+    let mut points = finely(stretch, dropper);
+    if !forward {
+        points.reverse();
+    }
+    let places: Vec<Vec3> = points.iter().map(|(at, _)| *at).collect();
+    let first = points.first().map(|(to, bind)| Piece { to: *to, via: None, bind: *bind });
+    let part = |part: Part| Piece { to: points[part.to].0, via: part.via, bind: points[part.to].1 };
+    first.into_iter().chain(fit(&places, drawing.tolerance_mm, drawing.arcs).into_iter().map(part)).collect()
+}
+
+/// Points of the tip between the spots.
+fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, Bind)> {
     let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
     let mut points: Vec<(Vec3, Bind)> = Vec::new();
     for (k, two) in stretch.windows(2).enumerate() {
@@ -78,41 +102,15 @@ fn line(stretch: &[Spot], dropper: &Dropper, drawing: &Drawing, forward: bool) -
             points.push((Vec3::new(p[0], p[1], tip), known.bind));
         }
     }
-    if !forward {
-        points.reverse();
-    }
-    thin(&points, drawing.tolerance_mm)
-}
-
-/// Leaves out points that lie within the tolerance of the line between those kept (Ramer, Douglas, Peucker).
-fn thin(points: &[(Vec3, Bind)], tolerance_mm: f64) -> Vec<(Vec3, Bind)> {
-    let mut kept = vec![false; points.len()];
-    let mut work = vec![(0, points.len().saturating_sub(1))];
-    while let Some((from, to)) = work.pop() {
-        kept[from] = true;
-        kept[to] = true;
-        let (a, b) = (points[from].0, points[to].0);
-        let along = b - a;
-        let square = along.norm_squared().max(f64::MIN_POSITIVE);
-        let off = |k: usize| {
-            let v = points[k].0 - a;
-            (v - along * (v.dot(&along) / square).clamp(0.0, 1.0)).norm()
-        };
-        let farthest =
-            (from + 1..to).map(|k| (off(k), k)).reduce(|best, other| if other.0 > best.0 { other } else { best });
-        if let Some((_, k)) = farthest.filter(|(off, _)| *off > tolerance_mm) {
-            work.extend([(from, k), (k, to)]);
-        }
-    }
-    points.iter().zip(kept).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
+    points
 }
 
 /// A stretch with its way there and its leads.
-fn put(steps: &mut Vec<Step>, line: &[(Vec3, Bind)], (pass, feed): (u32, f64), dropper: &Dropper, drawing: &Drawing) {
-    let [Some(first), Some(last)] = [line.first(), line.last()] else { return };
+fn put(steps: &mut Vec<Step>, line: &[Piece], (pass, feed): (u32, f64), dropper: &Dropper, drawing: &Drawing) {
+    let ([first, second, ..], [.., before_last, last]) = (line, line) else { return };
     let radius = drawing.stock_mm + CLEAR_MM;
-    let air = |to: Vec3| Step { to, feed_mm_s: Some(feed), of: None };
-    let mut lead_in = lead(first.0, direction(line[1.min(line.len() - 1)].0 - first.0), radius, dropper);
+    let air = |to: Vec3| Step { to, via: None, feed_mm_s: Some(feed), of: None };
+    let mut lead_in = lead(first.to, tangent(first.to, second.via, second.to), radius, dropper);
     lead_in.reverse();
     let before = steps.last().map(|step| step.to);
     let start = lead_in[0];
@@ -132,9 +130,19 @@ fn put(steps: &mut Vec<Step>, line: &[(Vec3, Bind)], (pass, feed): (u32, f64), d
         steps.push(rapid(start + CLEAR_MM * Vec3::z()));
     }
     steps.extend(lead_in.iter().map(|to| air(*to)));
-    steps.extend(line.windows(2).map(|two| Step { to: two[1].0, feed_mm_s: Some(feed), of: Some((pass, two[1].1)) }));
-    let back = direction(line[line.len().saturating_sub(2)].0 - last.0);
-    steps.extend(lead(last.0, back, radius, dropper).into_iter().skip(1).map(air));
+    let piece =
+        |piece: &Piece| Step { to: piece.to, via: piece.via, feed_mm_s: Some(feed), of: Some((pass, piece.bind)) };
+    steps.extend(line.iter().skip(1).map(piece));
+    let back = tangent(last.to, last.via, before_last.to);
+    steps.extend(lead(last.to, back, radius, dropper).into_iter().skip(1).map(air));
+}
+
+/// Level direction in which a line or an arc leaves its end `from`.
+fn tangent(from: Vec3, via: Option<Vec3>, to: Vec3) -> Vec3 {
+    // Inversion at the end turns the circle into the line through near/|near|² and far/|far|², parallel to the tangent.
+    let Some(via) = via else { return direction(to - from) };
+    let (near, far) = (via - from, to - from);
+    direction(near / near.norm_squared().max(f64::MIN_POSITIVE) - far / far.norm_squared().max(f64::MIN_POSITIVE))
 }
 
 /// Level unit vector.

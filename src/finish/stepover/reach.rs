@@ -34,6 +34,9 @@ pub struct Bounds {
     pub largest_mm: f64,
 }
 
+/// A place, mm, and the area it stands for seen from above, mm².
+pub type Place = ([f64; 2], f64);
+
 /// A tool above a surface with stock on it. The frame is turned so that passes run along X.
 pub struct Terrain<'a> {
     /// The tool made ready for the surface.
@@ -53,6 +56,8 @@ pub struct Reach {
     pub by_scallop_mm: f64,
     /// Length of the path over its length seen from above.
     pub longer: f64,
+    /// Length of a step-over seen from above over its length on the surface.
+    pub leans: f64,
     /// Step-overs with the loads there, growing.
     steps: Vec<(f64, LoadLine)>,
 }
@@ -145,22 +150,32 @@ impl Terrain<'_> {
         at
     }
 
-    /// How far the pass after the one through `p` with its tip there may step over, towards +Y.
-    pub fn reach(&self, p: [f64; 2], heading: [f64; 2], bounds: &Bounds) -> Option<Reach> {
+    /// How far the pass after the one through `p` with its tip there may step over, towards the level unit vector `side`.
+    pub fn reach(&self, p: [f64; 2], (heading, side): ([f64; 2], [f64; 2]), bounds: &Bounds) -> Option<Reach> {
         let contact = self.dropper.drop(p)?;
         let before = Beside::Pass(Vec3::new(p[0], p[1], contact.tip_mm));
-        let next = |step: f64| self.here([p[0], p[1] + step], heading, before);
+        let next = |step: f64| self.here([p[0] + step * side[0], p[1] + step * side[1]], heading, before);
         let fits = |step: f64| next(step).is_none_or(|here| here.scallop_mm <= bounds.scallop_mm);
         let (least, largest) = (bounds.least_mm, bounds.largest_mm);
         let low = if fits(largest) { largest } else { bisect(fits, least, largest, HALVINGS)[0] };
         let at = |k: usize| bounds.least_mm + (low - bounds.least_mm) * k as f64 / (LOOKS - 1) as f64;
         let steps = (0..LOOKS).filter_map(|k| Some((at(k), self.line(&next(at(k))?)))).collect();
         let longer = along(&contact.normal, heading).xy().norm().recip();
-        Some(Reach { by_scallop_mm: low, longer, steps })
+        Some(Reach { by_scallop_mm: low, longer, leans: leans(&contact.normal, heading), steps })
+    }
+
+    /// Length seen from above of a step-over over its length on the surface, at a place.
+    pub fn leans(&self, p: [f64; 2], heading: [f64; 2]) -> Option<f64> {
+        Some(leans(&self.dropper.drop(p)?.normal, heading))
     }
 }
 
 impl Reach {
+    /// Step-overs with the loads there, growing.
+    pub fn steps(&self) -> &[(f64, LoadLine)] {
+        &self.steps
+    }
+
     /// Largest step-over at a feed whose force stays at the reference, mm; and whether the least one is within it.
     pub fn step_mm(&self, feed_mm_s: f64, reference_n: f64) -> (f64, bool) {
         let force = |line: &LoadLine| line.loads(feed_mm_s).force_xy_peak_n;
@@ -183,6 +198,12 @@ impl Reach {
 fn along(normal: &Vec3, heading: [f64; 2]) -> Vec3 {
     let rise = -(heading[0] * normal.x + heading[1] * normal.y) / normal.z.max(1e-6);
     Vec3::new(heading[0], heading[1], rise).normalize()
+}
+
+/// Level part of the direction across a heading on a surface with a normal.
+fn leans(normal: &Vec3, heading: [f64; 2]) -> f64 {
+    let across = normal.cross(&along(normal, heading));
+    (across.x * -heading[1] + across.y * heading[0]).abs()
 }
 
 /// Curvature of the circle through three points of a plane, 1/mm; positive where it bends to the left on the way.

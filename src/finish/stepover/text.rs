@@ -1,11 +1,12 @@
 //! The program as text. In: motions of the tip in mm, dialect, unit. Out: text.
 //!
 //! Nothing is written that a control could read in two ways: plane, unit, absolute positions, feed per minute and work offset are
-//! said at the head, every motion says its kind, a coordinate stands where it changes.
+//! said at the head, every motion says its kind, a coordinate stands where it changes. Centres of arcs are given from their start on.
 
+use super::fit::Circle;
 use super::path::Step;
 use crate::nc::{CommentForm, Dialect, Syntax};
-use crate::path::Vec3;
+use crate::path::{Plane, Vec3};
 use crate::units::{MM_PER_INCH, mm_min_from_mm_s, rpm_from_rps};
 use std::fmt::Write;
 
@@ -27,9 +28,23 @@ pub struct Head {
     pub notes: Vec<String>,
 }
 
+/// Whether arcs in a plane are written. Another plane than XY turns the axis of the tool's length on a Siemens control, and a
+/// Heidenhain one has no words for an arc in it.
+pub fn has_arcs(dialect: Dialect, plane: Plane) -> bool {
+    plane == Plane::Xy || dialect.syntax() == Syntax::Rs274
+}
+
 /// The program.
 pub fn program(head: &Head, steps: &[Step]) -> String {
-    let mut writer = Writer { head, text: String::new(), lines: 0, at: [const { None }; 3], feed: None, kind: None };
+    let mut writer = Writer {
+        head,
+        text: String::new(),
+        lines: 0,
+        at: [const { None }; 3],
+        feed: None,
+        kind: None,
+        plane: Plane::Xy,
+    };
     writer.head();
     for step in steps {
         writer.step(step);
@@ -45,7 +60,8 @@ struct Writer<'a> {
     /// Coordinates as they were last written.
     at: [Option<String>; 3],
     feed: Option<String>,
-    kind: Option<bool>,
+    kind: Option<&'static str>,
+    plane: Plane,
 }
 
 impl Writer<'_> {
@@ -121,9 +137,9 @@ impl Writer<'_> {
             self.say(&format!("{before} Z{sign}{height}{after}"));
             self.at[2] = Some(height);
         }
+        let arc = step.via.and_then(|via| self.arc(via, &step.to));
         let words = self.place(&step.to);
         let rapid = step.feed_mm_s.is_none();
-        let mut line = String::new();
         let mut feed = String::new();
         if let Some(f) = step.feed_mm_s {
             let per_unit = if self.head.inch { MM_PER_INCH } else { 1.0 };
@@ -134,24 +150,90 @@ impl Writer<'_> {
             }
         }
         if self.plain() {
-            line.push('L');
-            line.push_str(&words);
-            line.push_str(if rapid { " R0 FMAX" } else { &feed });
+            self.plain_motion(&words, arc, if rapid { " R0 FMAX" } else { &feed });
         } else {
-            if self.kind != Some(rapid) {
-                line.push_str(if rapid { "G0" } else { "G1" });
-                self.kind = Some(rapid);
-            }
-            line.push_str(&words);
-            line.push_str(&feed);
+            self.motion(&words, arc, rapid, &feed);
         }
+    }
+
+    /// A block in words of G.
+    fn motion(&mut self, words: &str, arc: Option<Arc>, rapid: bool, feed: &str) {
+        let mut line = String::new();
+        if let Some(arc) = arc.filter(|arc| arc.plane != self.plane) {
+            line.push_str(plane_word(arc.plane));
+            line.push(' ');
+            self.plane = arc.plane;
+        }
+        let kind = match arc {
+            Some(arc) if arc.left => "G3",
+            Some(_) => "G2",
+            None if rapid => "G0",
+            None => "G1",
+        };
+        if self.kind != Some(kind) {
+            line.push_str(kind);
+            self.kind = Some(kind);
+        }
+        line.push_str(words);
+        if let Some(arc) = arc {
+            let (u, v, _) = arc.plane.axes();
+            let (one, other) = if u < v { (0, 1) } else { (1, 0) };
+            for k in [one, other] {
+                let letter = ["I", "J", "K"][[u, v][k]];
+                let _ = write!(line, " {letter}{}", self.value(arc.from_start_mm[k]));
+            }
+        }
+        line.push_str(feed);
         self.say(line.trim_start());
+    }
+
+    /// A block in plain language: an arc is its centre, then its end.
+    fn plain_motion(&mut self, words: &str, arc: Option<Arc>, end: &str) {
+        let Some(arc) = arc else {
+            self.say(&format!("L{words}{end}"));
+            return;
+        };
+        let at = |axis: usize| self.at_start(arc, axis);
+        let (x, y) = (at(0), at(1));
+        self.say(&format!("CC X{x} Y{y}"));
+        let way = if arc.left { "+" } else { "-" };
+        self.say(&format!("C{words} DR{way}{end}"));
+    }
+
+    /// Centre of an arc along an axis, as plain language wants it.
+    fn at_start(&self, arc: Arc, axis: usize) -> String {
+        let text = self.value(arc.start_mm[axis] + arc.from_start_mm[axis]);
+        if text.starts_with('-') { text } else { format!("+{text}") }
+    }
+
+    /// The arc from where the tool stands, as it was written, to where it will stand, in mm.
+    fn arc(&self, via: Vec3, to: &Vec3) -> Option<Arc> {
+        let per_unit = if self.head.inch { MM_PER_INCH } else { 1.0 };
+        let mut from = Vec3::zeros();
+        for axis in 0..3 {
+            from[axis] = self.at[axis].as_ref()?.parse::<f64>().ok()? * per_unit;
+        }
+        let end = Vec3::from_fn(|axis, _| self.coordinate(to, axis).parse::<f64>().unwrap_or(to[axis]) * per_unit);
+        // The axis across the plane is rounded for ends alone.
+        let flat =
+            (0..3).find(|axis| from[*axis] == end[*axis] && (via[*axis] - end[*axis]).abs() < 1e-3 * per_unit)?;
+        let mut via = via;
+        via[flat] = from[flat];
+        let circle = Circle::through(from, via, end)?;
+        let (u, v, _) = circle.plane.axes();
+        let start_mm = [from[u], from[v]];
+        let from_start_mm = [circle.centre[0] - from[u], circle.centre[1] - from[v]];
+        Some(Arc { plane: circle.plane, left: circle.left, start_mm, from_start_mm })
     }
 
     /// A coordinate in the unit of the program.
     fn coordinate(&self, to: &Vec3, axis: usize) -> String {
-        let (value, digits) = if self.head.inch { (to[axis] / MM_PER_INCH, 4) } else { (to[axis], 3) };
-        number(value, digits)
+        self.value(to[axis])
+    }
+
+    /// A length in the unit of the program.
+    fn value(&self, mm: f64) -> String {
+        if self.head.inch { number(mm / MM_PER_INCH, 4) } else { number(mm, 3) }
     }
 
     /// The coordinates that differ from those last written.
@@ -179,12 +261,35 @@ impl Writer<'_> {
             self.say("M30");
             self.say(&format!("END PGM STEPOVER {}", if self.head.inch { "INCH" } else { "MM" }));
         } else {
+            if self.plane != Plane::Xy {
+                self.say("G17");
+            }
             self.say("M5");
             self.say("M30");
         }
         if matches!(self.head.dialect, Dialect::Fanuc | Dialect::Haas) {
             self.say("%");
         }
+    }
+}
+
+/// An arc as it is written.
+#[derive(Debug, Clone, Copy)]
+struct Arc {
+    plane: Plane,
+    /// Counter-clockwise?
+    left: bool,
+    /// Start along the two axes of the plane, mm.
+    start_mm: [f64; 2],
+    /// Centre from there, mm.
+    from_start_mm: [f64; 2],
+}
+
+fn plane_word(plane: Plane) -> &'static str {
+    match plane {
+        Plane::Xy => "G17",
+        Plane::Zx => "G18",
+        Plane::Yz => "G19",
     }
 }
 

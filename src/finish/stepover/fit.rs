@@ -1,0 +1,199 @@
+//! Lines and arcs through the points of a path. In: points close together, a tolerance, whether arcs are wanted. Out: the ends of
+//! the lines and arcs that stay within the tolerance of every point, each arc with a point that it goes through.
+//!
+//! From each end on, the longest line and the longest arc are looked for; the one that goes farther is taken. An arc lies in a
+//! plane across an axis, as controls have them, goes through the first, the middle and the last of its points, and turns by less
+//! than half a turn, which rounding could make one the other way round.
+
+use crate::path::{Plane, Vec3};
+
+/// A line, or an arc, to a point of the path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Part {
+    /// Number of the point where it ends.
+    pub to: usize,
+    /// Point that the arc goes through; `None`: a line.
+    pub via: Option<Vec3>,
+}
+
+/// Coordinates count as equal within this, mm: a plane of an arc.
+const SAME_MM: f64 = 1e-6;
+/// Largest radius of an arc, mm: above it a line does, and controls lose digits.
+const LARGEST_MM: f64 = 2000.0;
+/// Most that an arc turns by, rad.
+const MOST_RAD: f64 = 3.0;
+/// Fewest points that an arc replaces.
+const FEWEST: usize = 4;
+
+/// Parts of a path.
+pub fn fit(points: &[Vec3], tolerance_mm: f64, arcs: bool) -> Vec<Part> {
+    let last = points.len().saturating_sub(1);
+    let (mut parts, mut from) = (Vec::new(), 0);
+    while from < last {
+        let line = farthest(from, last, 1, &|to| is_line(&points[from..=to], tolerance_mm));
+        let arc =
+            if arcs { farthest(from, last, FEWEST, &|to| is_arc(&points[from..=to], tolerance_mm)) } else { from };
+        let (to, via) =
+            if arc > line { (arc, Some(points[usize::midpoint(from, arc)])) } else { (line.max(from + 1), None) };
+        parts.push(Part { to, via });
+        from = to;
+    }
+    parts
+}
+
+/// The farthest end that holds: by steps that double and then halve.
+fn farthest(from: usize, last: usize, least: usize, holds: &dyn Fn(usize) -> bool) -> usize {
+    if from + least > last || !holds(from + least) {
+        return from;
+    }
+    let (mut good, mut step) = (from + least, 1);
+    while good + step <= last && holds(good + step) {
+        good += step;
+        step *= 2;
+    }
+    while step > 0 {
+        if good + step <= last && holds(good + step) {
+            good += step;
+        }
+        step /= 2;
+    }
+    good
+}
+
+/// Do all points lie within the tolerance of the line from the first to the last?
+fn is_line(points: &[Vec3], tolerance_mm: f64) -> bool {
+    let (a, b) = (points[0], points[points.len() - 1]);
+    let along = b - a;
+    let square = along.norm_squared().max(f64::MIN_POSITIVE);
+    points.iter().all(|p| {
+        let v = p - a;
+        (v - along * (v.dot(&along) / square).clamp(0.0, 1.0)).norm() <= tolerance_mm
+    })
+}
+
+/// Do they lie within it of the arc through the first, the middle and the last?
+fn is_arc(points: &[Vec3], tolerance_mm: f64) -> bool {
+    let (a, m, b) = (points[0], points[(points.len() - 1) / 2], points[points.len() - 1]);
+    let within = |circle: &Circle| circle.radius_mm <= LARGEST_MM && circle.sweep_rad <= MOST_RAD;
+    let Some(circle) = Circle::through(a, m, b).filter(within) else { return false };
+    let (u, v, _) = circle.plane.axes();
+    let mut before = 0.0;
+    points.iter().all(|p| {
+        let (x, y) = (p[u] - circle.centre[0], p[v] - circle.centre[1]);
+        let turned = circle.turned(p);
+        let on = (x.hypot(y) - circle.radius_mm).abs() <= tolerance_mm && turned >= before - 1e-9;
+        before = turned;
+        on && turned <= circle.sweep_rad + 1e-9
+    })
+}
+
+/// A circle in a plane across an axis, from a point on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Circle {
+    /// Plane.
+    pub plane: Plane,
+    /// Centre along the two axes of the plane, mm.
+    pub centre: [f64; 2],
+    /// Radius, mm.
+    pub radius_mm: f64,
+    /// Angle of the first point, rad.
+    start_rad: f64,
+    /// Counter-clockwise?
+    pub left: bool,
+    /// Angle from the first to the last point, rad, positive.
+    pub sweep_rad: f64,
+}
+
+impl Circle {
+    /// The arc from `a` through `m` to `b`, in a plane across an axis; `None` where they lie on a line, or in no such plane.
+    pub fn through(a: Vec3, m: Vec3, b: Vec3) -> Option<Self> {
+        let level = |n: usize| (a[n] - m[n]).abs() < SAME_MM && (b[n] - m[n]).abs() < SAME_MM;
+        let plane = [Plane::Xy, Plane::Zx, Plane::Yz].into_iter().find(|plane| level(plane.axes().2))?;
+        let (u, v, _) = plane.axes();
+        let [mx, my, bx, by] = [m[u] - a[u], m[v] - a[v], b[u] - a[u], b[v] - a[v]];
+        let twice = 2.0 * (mx * by - my * bx);
+        if twice == 0.0 {
+            return None;
+        }
+        let (mm, bb) = (mx * mx + my * my, bx * bx + by * by);
+        let (x, y) = ((by * mm - my * bb) / twice, (mx * bb - bx * mm) / twice);
+        let radius_mm = x.hypot(y);
+        let (centre, left) = ([a[u] + x, a[v] + y], twice > 0.0);
+        let mut circle = Self { plane, centre, radius_mm, start_rad: (-y).atan2(-x), left, sweep_rad: 0.0 };
+        circle.sweep_rad = circle.turned(&b);
+        Some(circle)
+    }
+
+    /// Angle from the first point to another, in the direction of the arc, rad.
+    fn turned(&self, p: &Vec3) -> f64 {
+        let (u, v, _) = self.plane.axes();
+        let angle = (p[v] - self.centre[1]).atan2(p[u] - self.centre[0]) - self.start_rad;
+        let angle = (if self.left { angle } else { -angle }).rem_euclid(std::f64::consts::TAU);
+        // A hair before the first point is not a whole turn behind it.
+        if angle > std::f64::consts::TAU - 1e-6 { 0.0 } else { angle }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quarter(plane: Plane, radius: f64, count: usize) -> Vec<Vec3> {
+        let (u, v, n) = plane.axes();
+        let point = |k: usize| {
+            let angle = std::f64::consts::FRAC_PI_2 * k as f64 / (count - 1) as f64;
+            let mut p = Vec3::zeros();
+            (p[u], p[v], p[n]) = (radius * angle.cos(), radius * angle.sin(), 4.0);
+            p
+        };
+        (0..count).map(point).collect()
+    }
+
+    /// A quarter circle is one arc in each plane and either way round; a straight rest is one line.
+    #[test]
+    fn a_quarter_circle_is_one_arc_and_a_straight_rest_one_line() {
+        for plane in [Plane::Xy, Plane::Zx, Plane::Yz] {
+            for back in [false, true] {
+                let mut points = quarter(plane, 10.0, 80);
+                let (_, v, _) = plane.axes();
+                if back {
+                    points.iter_mut().for_each(|p| p[v] = -p[v]);
+                }
+                let end = points[79];
+                let way = points[79] - points[78];
+                points.extend((1..40).map(|k| end + way * f64::from(k)));
+                let parts = fit(&points, 1e-3, true);
+                assert_eq!(parts.len(), 2, "{plane:?} {parts:?}");
+                assert!(parts[0].via.is_some() && parts[1].via.is_none() && parts[1].to == 118, "{plane:?} {parts:?}");
+                let circle = Circle::through(points[0], parts[0].via.unwrap(), points[parts[0].to]).unwrap();
+                assert!(circle.plane == plane && circle.left != back && (circle.radius_mm - 10.0).abs() < 1e-2);
+            }
+        }
+    }
+
+    /// No point is farther from its part than the tolerance, an arc askew to the axes is none, and more than half a turn is several.
+    #[test]
+    fn parts_stay_within_the_tolerance() {
+        let wave = |k: usize| Vec3::new(0.1 * k as f64, 2.0, (0.05 * k as f64).sin());
+        let points: Vec<Vec3> = (0..400).map(wave).collect();
+        for (arcs, most) in [(true, 45), (false, 90)] {
+            let parts = fit(&points, 1e-3, arcs);
+            assert!(parts.len() < most, "{}", parts.len());
+            let mut from = 0;
+            for part in parts {
+                let piece = &points[from..=part.to];
+                assert!(if part.via.is_some() { is_arc(piece, 1.001e-3) } else { is_line(piece, 1.001e-3) });
+                from = part.to;
+            }
+        }
+        let askew: Vec<Vec3> = quarter(Plane::Xy, 10.0, 80).iter().map(|p| Vec3::new(p.x, p.y, 0.3 * p.x)).collect();
+        assert!(fit(&askew, 1e-3, true).iter().all(|part| part.via.is_none()));
+        let round: Vec<Vec3> = (0..=200)
+            .map(|k| {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 200.0).sin_cos();
+                Vec3::new(5.0 * cos, 5.0 * sin, 1.0)
+            })
+            .collect();
+        assert!((3..=4).contains(&fit(&round, 1e-3, true).len()));
+    }
+}

@@ -1,0 +1,61 @@
+//! The least time in which any passes cut a surface. In: a terrain, places on it with the area each stands for, limits, headings that
+//! passes may have. Out: a time that no plan of such passes goes below.
+//!
+//! A pass that goes at the feed f along a heading d and steps over by s to a side clears f·s/l of the area seen from above in a
+//! second, l the length of the path over its length seen from above. With f and s at their limits together, the best heading and the better
+//! side at every place,
+//!
+//! T ≥ Σ dA / max_d max_f (f·s(f, d)/l(d)).
+//!
+//! It counts the area between the outermost passes alone: no leads, links, corners or accelerations, and no pass more than the area
+//! asks for. It takes the surface within a step-over as the plan does: straight along the feed, a circle across it.
+
+use super::passes::Wish;
+use super::reach::{Place, Terrain};
+use rayon::prelude::*;
+
+/// Headings within `half_rad` of +X, evenly `count` of them; with half a turn or more all around.
+pub fn headings(half_rad: f64, count: usize) -> Vec<[f64; 2]> {
+    use std::f64::consts::{PI, TAU};
+    let angle = |k: usize| match k as f64 {
+        k if half_rad >= PI => TAU * k / count as f64,
+        k if count > 1 => half_rad * (2.0 * k / (count - 1) as f64 - 1.0),
+        _ => 0.0,
+    };
+    (0..count).map(|k| [angle(k).cos(), angle(k).sin()]).collect()
+}
+
+/// Least time over the places, s; those that no pass can cut count nothing. `headings`: those that a pass may have at a place.
+pub fn least_s(terrain: &Terrain, places: &[Place], wish: &Wish, headings: &[[f64; 2]]) -> f64 {
+    let time = |(p, area): &Place| {
+        let ways = headings.iter().flat_map(|d| [1.0, -1.0].map(|side| (*d, [-side * d[1], side * d[0]])));
+        let rates = ways.filter_map(|(heading, side)| rate(terrain, *p, (heading, side), wish));
+        let best = rates.fold(0.0, f64::max);
+        if best > 0.0 { area / best } else { 0.0 }
+    };
+    let times: Vec<f64> = places.par_iter().map(time).collect();
+    times.iter().sum()
+}
+
+/// Largest area that a pass clears in a second at a place, seen from above, mm²/s.
+fn rate(terrain: &Terrain, p: [f64; 2], (heading, side): ([f64; 2], [f64; 2]), wish: &Wish) -> Option<f64> {
+    let reach = terrain.reach(p, (heading, side), &wish.bounds)?;
+    let by_feed = wish.feeds_mm_s.iter().map(|feed| feed * reach.step_mm(*feed, wish.reference_n).0);
+    let by_step = reach.steps().iter().map(|(step, line)| step * wish.fastest_mm_s(line));
+    Some(by_feed.chain(by_step).fold(0.0, f64::max) / reach.longer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_4, PI};
+
+    #[test]
+    fn headings_are_spread_over_what_passes_may_turn() {
+        assert_eq!(headings(0.0, 1), [[1.0, 0.0]]);
+        let fan = headings(FRAC_PI_4, 3);
+        assert!((fan[0][1] + fan[2][1]).abs() < 1e-12 && (fan[2][1] - FRAC_PI_4.sin()).abs() < 1e-12);
+        let round = headings(PI, 4);
+        assert!((round[2][0] + 1.0).abs() < 1e-12 && (round[1][1] - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,44 @@
+//! What varying passes are compared with. In: columns, a plan of varying step-over. Out: the least time of passes, and the best plan of
+//! a constant step-over.
+
+use super::least::{headings, least_s};
+use super::passes::{self, Columns, Constant, Plan, Wish};
+use super::reach::{Place, Terrain};
+use std::f64::consts::PI;
+
+/// Headings that the least time is sought among: within what passes may turn, and all around.
+const FAN: usize = 5;
+/// As above.
+const ROUND: usize = 8;
+
+/// Least time of passes that turn no further than these may, and of any passes, s.
+pub fn least_times_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> [f64; 2] {
+    let round = headings(PI, ROUND);
+    [least_alike_s(terrain, places, wish), least_s(terrain, places, wish, &round)]
+}
+
+/// Least time of passes that turn no further than these may, s.
+pub fn least_alike_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
+    least_s(terrain, places, wish, &headings(wish.turn.atan(), if wish.turn > 0.0 { FAN } else { 1 }))
+}
+
+/// The best plan of one step-over and one feed that keep force and scallop wherever the varying plan looked, but for places where not
+/// even the least step-over keeps the force, which that plan does not keep either. The step-over is measured from above or along the
+/// surface, whichever takes less time.
+pub fn constant(terrain: &Terrain, columns: &Columns, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
+    let best = |way: usize| {
+        let rate = |k: &usize| wish.feeds_mm_s[*k] * varying.everywhere_mm[*k][way];
+        (0..wish.feeds_mm_s.len())
+            .filter(|k| varying.everywhere_mm[*k][way].is_finite())
+            .reduce(|a, b| if rate(&b) > rate(&a) { b } else { a })
+    };
+    let plan = |step: Constant, k: usize| {
+        let feed = wish.feeds_mm_s[k];
+        let wish = Wish { feeds_mm_s: vec![feed], turn: 0.0, constant: Some(step), ..wish.clone() };
+        (step, feed, passes::plan(terrain, columns, &wish))
+    };
+    let above = best(0).map(|k| plan(Constant::Above(varying.everywhere_mm[k][0]), k));
+    let along = best(1).map(|k| plan(Constant::Along(varying.everywhere_mm[k][1]), k));
+    let time = |(_, feed, plan): &(Constant, f64, Plan)| plan.length_mm() / feed;
+    above.into_iter().chain(along).reduce(|a, b| if time(&b) < time(&a) { b } else { a })
+}
