@@ -106,12 +106,39 @@ fn a_text_without_points_is_cut_at_whole_numbers_written_as_its_own_are() {
     let out = rewritten(text, Dialect::Fanuc, &quiet(), halves);
     let lines: Vec<&str> = out.lines().skip(2).collect();
     assert_eq!(lines[1..4], ["G1 X31 F1200", "Y5 F300", "Y10 F1200"], "{out}");
-    assert!(lines[0] == "G1 X15 F300" || lines[0] == "G1 X16 F300", "{out}");
+    // The middle is no whole number: the faster piece becomes the shorter one.
+    assert_eq!(lines[0], "G1 X16 F300", "{out}");
     // The last one has no whole numbers on its way: it stays whole.
     assert_eq!(lines.len(), 5, "{out}");
-    // One point anywhere, and a word without one may be in another unit: that block stays whole.
-    let mixed = rewritten("G21 G90\nG0 X0 Y0\nG1 X31 F600\nY10.\n", Dialect::Fanuc, &quiet(), halves);
-    assert!(mixed.contains("G1 X31 F") && !mixed.contains("X15") && mixed.contains("Y5.\n"), "{mixed}");
+    let falls = |toolpath: &Toolpath| schedule(toolpath, |_| vec![0.5], |_, piece| [2.0, 0.5][piece]);
+    let out = rewritten("G21 G90\nG0 X0 Y0\nG1 X31 F600\n", Dialect::Fanuc, &quiet(), falls);
+    assert!(out.contains("G1 X15 F1200\nG1 X31 F300"), "{out}");
+}
+
+#[test]
+fn in_a_text_with_points_a_line_is_cut_as_both_its_ends_are_written() {
+    // Begin and end of the line, and its pieces; X60 may be 0.060 mm beside X12.5.
+    for (begin, end, pieces) in [
+        ("X0 Y0", "G1 X30", "G1 X15 F300\nG1 X30"),
+        ("X60 Y0", "G1 X31", "G1 X45 F300\nG1 X31"),
+        ("X60 Y0", "G1 X0", "G1 X30 F300\nG1 X0"),
+        ("X12.5 Y0", "G1 X31.5", "G1 X22.0 F300\nG1 X31.5"),
+        ("X12.5 Y0", "G1 X0", "G1 X6.25 F300\nG1 X0"),
+        ("X12.5 Y0", "G1 X31", "G1 X31"),
+        ("X60 Y0", "G1 X31.5", "G1 X31.5"),
+        // Aslant, no place that is tried has whole numbers in X and lies on the line too.
+        ("X60 Y0.5", "G1 X58 Y2.5", "G1 X58 Y2.5"),
+        ("X60 Y0\nG91", "G1 X31", "G1 X16 F300\nG1 X15"),
+        ("X60. Y0\nG91", "G1 X30", "G1 X15 F300\nG1 X15"),
+        ("X60 Y1", "G1 X59", "G1 X59"),
+        ("X5. Y0", "G3 X-5 Y0 I-5", "G3 X-5 Y0 I-5"),
+    ] {
+        let text = format!("G21 G90 G17\nG0 Z5.5\nG0 {begin}\n{end} F600\n");
+        let out = rewritten(&text, Dialect::Fanuc, &quiet(), halves);
+        let tail = out.split_once(&format!("G0 {begin}\n")).unwrap().1;
+        assert!(tail.starts_with(&format!("{pieces} F")), "{begin} {end}: {out}");
+        assert_eq!(tail.lines().count(), pieces.lines().count(), "{begin} {end}: {out}");
+    }
 }
 
 #[test]

@@ -8,9 +8,11 @@
 //! a turn. An arc in XY that leaves out X or Y (a full circle: `G3 I-6.`) has them written in, the last piece where it ends:
 //! begun elsewhere it would be another arc.
 //!
-//! Fanuc and Haas controls may read a coordinate without a decimal point in increments (`X50` is 0.050 mm there). A text in
-//! which no coordinate has a point is cut at whole numbers only, written without a point as its own are: whichever way the
-//! control reads it, the pieces lie on the line. A word without a point in a text that has points keeps its block whole.
+//! Fanuc and Haas controls may read a coordinate without a decimal point in increments (`X50` is 0.050 mm there). A line whose
+//! coordinate both begins and ends without a point is cut at whole numbers only, written without a point as its own are:
+//! whichever way the control reads it, the pieces lie on the line. One that begins with a point and ends without one, or the
+//! other way round, stays whole; and so does an arc, unless the whole text is without points. As whole numbers are far apart,
+//! such a cut is moved so that the faster piece becomes the shorter one.
 
 use crate::ids::{BlockId, MoveId};
 use crate::nc::{Dialect, Move, PathMode, Program, Toolpath};
@@ -18,7 +20,7 @@ use crate::path::{Arc, Curve, Vec3};
 
 use super::decimal::{Decimal, NumberStyle};
 use super::edit::Edit;
-use super::view::{Manners, Modes, View, Word, number_bytes, number_span};
+use super::view::{Manners, Modes, Points, View, Word, number_bytes, number_span};
 
 /// Letters of the axes and of the centre.
 const AXES: [u8; 3] = *b"XYZ";
@@ -30,6 +32,15 @@ const MOST_R_TURN_RAD: f64 = 2.97;
 /// Places tried on either side of the one asked for, and their spacing in increments.
 const TRIES: i32 = 40;
 const SPACING: f64 = 0.7;
+
+/// Where a block is to be cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cut {
+    /// Place along its move, mm.
+    pub at_mm: f64,
+    /// Is the feed behind it the higher one?
+    pub rises: bool,
+}
 
 /// A block and what is known of it.
 #[derive(Clone, Copy)]
@@ -46,6 +57,8 @@ pub struct Block<'a> {
     pub manners: Manners,
     /// Its move.
     pub motion: &'a Move,
+    /// The moves before it, in order of execution.
+    pub before: &'a [Move],
     /// Shift of the programmed zero, mm.
     pub shift: Vec3,
 }
@@ -69,14 +82,15 @@ impl<'a> Block<'a> {
         manners: Manners,
         id: MoveId,
     ) -> Self {
-        let motion = &toolpath.moves[id.ix()];
-        Self { program, id: motion.block, view, modes, manners, motion, shift: toolpath.shift_at(id) }
+        let (before, motion) = (&toolpath.moves[..id.ix()], &toolpath.moves[id.ix()]);
+        Self { program, id: motion.block, view, modes, manners, motion, before, shift: toolpath.shift_at(id) }
     }
 }
 
 /// Can the block be cut at all?
 pub fn can_be_cut(block: &Block<'_>) -> bool {
-    form(block).is_some()
+    let somewhere = |form: Form| !form.whole || near_point(block, &form, &Cut { at_mm: 0.0, rises: true }).is_some();
+    form(block).is_some_and(somewhere)
 }
 
 fn form(block: &Block<'_>) -> Option<Form> {
@@ -86,10 +100,10 @@ fn form(block: &Block<'_>) -> Option<Form> {
     may.then(|| Form::of(block)).flatten()
 }
 
-/// Cuts the block at these places (mm along its move, rising, inside it); `None`: it must stay whole.
-pub fn split(block: &Block<'_>, at_mm: &[f64]) -> Option<Pieces> {
+/// Cuts the block at these places (in order along its move, inside it); `None`: it must stay whole.
+pub fn split(block: &Block<'_>, cuts: &[Cut]) -> Option<Pieces> {
     let form = form(block)?;
-    let points = split_points(block, &form, at_mm)?;
+    let points = split_points(block, &form, cuts)?;
     let mut before = Vec::new();
     let mut start = Start { at: block.motion.curve().from(), gone: [Decimal::nearest(0.0, 0); 3] };
     for point in &points {
@@ -118,6 +132,8 @@ struct Form {
     incremental: bool,
     axes: [Option<Axis>; 3],
     centre: Centre,
+    /// Is a coordinate cut at whole numbers only?
+    whole: bool,
 }
 
 /// A coordinate of the pieces.
@@ -143,23 +159,24 @@ impl Form {
     fn of(block: &Block<'_>) -> Option<Self> {
         let unit_mm = block.modes.unit_mm();
         let dialect = block.program.dialect();
-        let whole = is_whole(block);
-        let least = if whole { 0 } else { dialect.coordinate_digits(block.modes.inch) as u32 };
-        let mut axes = [None; 3];
+        let pointless = is_pointless(block);
+        let least = if pointless { 0 } else { dialect.coordinate_digits(block.modes.inch) as u32 };
+        let (mut axes, mut whole) = ([None; 3], pointless);
         for (axis, letter) in AXES.into_iter().enumerate() {
             let Some(word) = block.view.only(letter) else {
                 axes[axis] = left_out(block, axis).then_some(Axis { word: None, digits: least });
                 continue;
             };
-            let number = number_bytes(block.program, word);
-            let pointed = number.contains(&b'.') || word.number == 0.0 || !counts_increments(dialect);
-            let digits = Decimal::read(number).filter(|_| pointed || whole)?.digits();
-            axes[axis] = Some(Axis { word: Some(*word), digits: if whole { 0 } else { digits.max(least) } });
+            let digits = Decimal::read(number_bytes(block.program, word))?.digits();
+            let without = pointless || runs_without_point(block, axis, word)?;
+            whole |= without;
+            axes[axis] = Some(Axis { word: Some(*word), digits: if without { 0 } else { digits.max(least) } });
         }
-        let form = Self { unit_mm, incremental: block.modes.incremental, axes, centre: Centre::None };
+        let form = Self { unit_mm, incremental: block.modes.incremental, axes, centre: Centre::None, whole };
         form.agrees(block).then_some(())?;
         match &block.motion.curve() {
             Curve::Line { .. } => no_centre_words(block.view).then_some(form),
+            Curve::Arc(_) if whole && !pointless => None,
             Curve::Arc(arc) => Some(Self { centre: form.centre_of(block, arc)?, ..form }),
         }
     }
@@ -213,6 +230,38 @@ fn left_out(block: &Block<'_>, axis: usize) -> bool {
     matches!(block.motion.curve(), Curve::Arc(arc) if arc.plane.axes().2 == 2) && axis < 2
 }
 
+/// Is a coordinate written without a point from where the block begins to where it ends? `None`: at one end only, or that is
+/// not known.
+fn runs_without_point(block: &Block<'_>, axis: usize, word: &Word) -> Option<bool> {
+    if !counts_increments(block.program.dialect()) || block.manners.points == Points::All {
+        return Some(false);
+    }
+    let has_point =
+        |program: &Program, word: &Word| (word.number != 0.0).then(|| number_bytes(program, word).contains(&b'.'));
+    let end = has_point(block.program, word);
+    let start = if block.modes.incremental {
+        Some(end)
+    } else {
+        begins_with(block, axis).map(|w| has_point(block.program, &w))
+    };
+    match (start, end) {
+        (Some(Some(start)), Some(end)) if start != end => None,
+        (None, Some(false)) => None,
+        (start, end) => Some(start.flatten().or(end) == Some(false)),
+    }
+}
+
+/// The word that says where a coordinate begins; `None`: the last one says something else, or there is none.
+fn begins_with(block: &Block<'_>, axis: usize) -> Option<Word> {
+    let from = block.motion.curve().from()[axis];
+    let word = block.before.iter().rev().find_map(|motion| {
+        let view = View::of(block.program, motion.block);
+        view.has(AXES[axis]).then(|| view.only(AXES[axis]).copied())
+    });
+    let says = |word: &Word| (word.number * block.modes.unit_mm() + block.shift[axis] - from).abs() <= SAME_MM;
+    word.flatten().filter(says)
+}
+
 fn no_centre_words(view: &View) -> bool {
     !b"IJKR".iter().any(|&letter| view.has(letter))
 }
@@ -236,39 +285,39 @@ struct Point {
     gone: [Decimal; 3],
 }
 
-fn split_points(block: &Block<'_>, form: &Form, at_mm: &[f64]) -> Option<Vec<Point>> {
+fn split_points(block: &Block<'_>, form: &Form, cuts: &[Cut]) -> Option<Vec<Point>> {
     let mut points: Vec<Point> = Vec::new();
-    let (mut last, end) = (block.motion.curve().from(), block.motion.curve().to());
-    for &s_mm in at_mm {
-        let point = near_point(block, form, s_mm)?;
-        if (point.at - last).norm() < SAME_MM || (point.at - end).norm() < SAME_MM {
+    let mut last_mm = 0.0;
+    for cut in cuts {
+        let (at_mm, point) = near_point(block, form, cut)?;
+        if at_mm - last_mm < SAME_MM {
             return None;
         }
-        last = point.at;
+        last_mm = at_mm;
         points.push(point);
     }
     Some(points)
 }
 
-/// The point of the grid near this place that lies within half an increment of the path; the nearest place first.
-fn near_point(block: &Block<'_>, form: &Form, s_mm: f64) -> Option<Point> {
+/// The point of the grid near this place that lies within half an increment of the path, and where along it; the nearest place
+/// first. Of whole numbers only those that make the faster piece shorter.
+fn near_point(block: &Block<'_>, form: &Form, cut: &Cut) -> Option<(f64, Point)> {
     let increment_mm = increment_mm(block);
     let length_mm = block.motion.curve().length();
-    let grid_mm = if is_whole(block) { form.unit_mm } else { increment_mm };
+    let grid_mm = if form.whole { form.unit_mm } else { increment_mm };
     let offsets = (0..=2 * TRIES).map(|i| f64::from(if i % 2 == 0 { i / 2 } else { -(i + 1) / 2 }));
-    // Along whole numbers a place may lie no further away than the next of them.
-    let candidates =
-        offsets.map(|k| k * SPACING * grid_mm).filter(|off_mm| grid_mm == increment_mm || off_mm.abs() <= grid_mm);
-    let inside = candidates.map(|off_mm| s_mm + off_mm).filter(|s| (0.0..=length_mm).contains(s));
+    let inside = offsets.map(|k| cut.at_mm + k * SPACING * grid_mm).filter(|s| (0.0..=length_mm).contains(s));
     inside.map(|s| (s, rounded(block, form, s))).find_map(|(s, point)| {
-        let off_mm = distance(&block.motion.curve(), s, point.at, 4.0 * grid_mm);
-        (off_mm <= 0.5 * increment_mm).then_some(point)
+        let (at_mm, off_mm) = nearest(&block.motion.curve(), s, point.at, 4.0 * grid_mm);
+        let slower = !form.whole || if cut.rises { at_mm >= cut.at_mm - SAME_MM } else { at_mm <= cut.at_mm + SAME_MM };
+        let within = at_mm > SAME_MM && at_mm < length_mm - SAME_MM;
+        (off_mm <= 0.5 * increment_mm && slower && within).then_some((at_mm, point))
     })
 }
 
-/// Is the block cut at whole numbers only?
-fn is_whole(block: &Block<'_>) -> bool {
-    counts_increments(block.program.dialect()) && block.manners.pointless
+/// Is the block of a text without points?
+fn is_pointless(block: &Block<'_>) -> bool {
+    counts_increments(block.program.dialect()) && block.manners.points == Points::None
 }
 
 /// The increment of the control, mm.
@@ -276,13 +325,13 @@ pub fn increment_mm(block: &Block<'_>) -> f64 {
     10f64.powi(-(block.program.dialect().coordinate_digits(block.modes.inch) as i32)) * block.modes.unit_mm()
 }
 
-/// Distance of a point from the part of the curve within `reach_mm` of the place `s_mm`.
-fn distance(curve: &Curve, s_mm: f64, point: Vec3, reach_mm: f64) -> f64 {
+/// The place of the curve within `reach_mm` of the place `s_mm` that is nearest to a point, and its distance.
+fn nearest(curve: &Curve, s_mm: f64, point: Vec3, reach_mm: f64) -> (f64, f64) {
     let mut s = s_mm;
     for _ in 0..4 {
         s += (point - curve.point(s)).dot(&curve.tangent(s)).clamp(-reach_mm, reach_mm);
     }
-    (point - curve.point(s)).norm()
+    (s, (point - curve.point(s)).norm())
 }
 
 fn rounded(block: &Block<'_>, form: &Form, s_mm: f64) -> Point {
@@ -315,7 +364,7 @@ fn piece_text(block: &Block<'_>, form: &Form, start: &Start, point: &Point) -> V
         if first_of_centre(block) == Some(index) {
             for axis in written_in(form) {
                 out.extend_from_slice(gap);
-                out.extend_from_slice(&written(block, word, AXES[axis], coordinate(axis)));
+                out.extend_from_slice(&written(block, form, word, AXES[axis], coordinate(axis)));
             }
         }
         if b"NF".contains(&word.letter) {
@@ -334,7 +383,7 @@ fn piece_text(block: &Block<'_>, form: &Form, start: &Start, point: &Point) -> V
         }
         for (letter, number) in replaced {
             out.extend_from_slice(gap);
-            out.extend_from_slice(&written(block, word, letter, number));
+            out.extend_from_slice(&written(block, form, word, letter, number));
         }
     }
     out
@@ -357,7 +406,8 @@ fn centre_numbers(block: &Block<'_>, form: &Form, start: &Start, word: &Word) ->
     if !CENTRE.contains(&word.letter) || (start.at - arc.from).norm() < SAME_MM {
         return Vec::new();
     }
-    let least = if is_whole(block) { 0 } else { block.program.dialect().coordinate_digits(block.modes.inch) as u32 };
+    let least =
+        if is_pointless(block) { 0 } else { block.program.dialect().coordinate_digits(block.modes.inch) as u32 };
     let number = |axis: usize| {
         let digits = block
             .view
@@ -376,11 +426,15 @@ fn axis_of(letter: u8) -> Option<usize> {
 }
 
 /// A word in the manner of another.
-fn written(block: &Block<'_>, like: &Word, letter: u8, number: Decimal) -> Vec<u8> {
+fn written(block: &Block<'_>, form: &Form, like: &Word, letter: u8, number: Decimal) -> Vec<u8> {
     let bytes = like.span.of(block.program.text());
     let own = number_bytes(block.program, like);
     let mut style = NumberStyle::of(own, block.manners.leading_zero);
-    style.point |= counts_increments(block.program.dialect()) && !block.manners.pointless;
+    let without = match axis_of(letter).and_then(|axis| form.axes[axis]) {
+        Some(axis) => form.whole && axis.digits == 0,
+        None => is_pointless(block),
+    };
+    style.point |= counts_increments(block.program.dialect()) && !without;
     let between = &bytes[1..bytes.len() - own.len()];
     let letter = if bytes[0].is_ascii_lowercase() { letter.to_ascii_lowercase() } else { letter };
     [&[letter], between, style.write(number).as_bytes()].concat()
@@ -393,7 +447,7 @@ fn last_edits(block: &Block<'_>, form: &Form, start: &Start) -> Option<Vec<Edit>
         let span = number_span(block.program, word);
         if let (Some(axis), true) = (axis_of(word.letter), form.incremental) {
             let whole = Decimal::read(span.of(block.program.text()))?;
-            let text = written(block, word, word.letter, whole.minus(start.gone[axis]));
+            let text = written(block, form, word, word.letter, whole.minus(start.gone[axis]));
             edits.push(Edit::replace(word.span, text));
         }
         let mut texts = Vec::new();
@@ -402,14 +456,14 @@ fn last_edits(block: &Block<'_>, form: &Form, start: &Start) -> Option<Vec<Edit>
                 let digits = form.axes[axis].map_or(0, |axis| axis.digits);
                 let end = form.end(block, axis, digits);
                 let rest = if form.incremental { end.minus(start.gone[axis]) } else { end };
-                texts.push(written(block, word, AXES[axis], rest));
+                texts.push(written(block, form, word, AXES[axis], rest));
             }
         }
         let words = centre_numbers(block, form, start, word);
         if words.is_empty() && texts.is_empty() {
             continue;
         }
-        texts.extend(words.iter().map(|&(letter, number)| written(block, word, letter, number)));
+        texts.extend(words.iter().map(|&(letter, number)| written(block, form, word, letter, number)));
         if words.is_empty() {
             texts.push(word.span.of(block.program.text()).to_vec());
         }

@@ -242,17 +242,35 @@ pub struct Manners {
     pub leading_zero: bool,
     /// Letters in lower case?
     pub lower: bool,
-    /// Does no coordinate but zero have a decimal point? Then the whole text is in one unit, whichever the control takes.
-    pub pointless: bool,
+    /// Which of its coordinates have a decimal point.
+    pub points: Points,
     /// How our comments are written.
     pub comment: CommentForm,
+}
+
+/// Which coordinates of a text have a decimal point, but for zeros.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Points {
+    /// None: the whole text is in one unit, whichever the control takes.
+    None,
+    /// Some: those without one may be in another unit than the others.
+    Some,
+    /// All.
+    All,
 }
 
 impl Manners {
     /// The manners of most words in the first 4000 lines of a part.
     pub fn of(program: &Program, part: &Part<'_>) -> Self {
         let (mut spaced, mut zero, mut lower) = (0_i64, 0_i64, 0_i64);
-        let pointless = !part.blocks().any(|block| has_point(program, block));
+        let some = |with: bool| part.blocks.clone().into_par_iter().any(|k| has_coordinate(program, BlockId(k), with));
+        let points = if !some(true) {
+            Points::None
+        } else if program.dialect().properties().counts_increments && some(false) {
+            Points::Some
+        } else {
+            Points::All
+        };
         let comment = comment_form(program, part);
         for block in part.blocks().take(4000) {
             let words = View::of(program, block).words;
@@ -267,7 +285,7 @@ impl Manners {
                 zero += i64::from(unsigned.starts_with(b"0.")) - i64::from(unsigned.starts_with(b"."));
             }
         }
-        Self { spaced: spaced > 0, leading_zero: zero >= 0, lower: lower > 0, pointless, comment }
+        Self { spaced: spaced > 0, leading_zero: zero >= 0, lower: lower > 0, points, comment }
     }
 }
 
@@ -290,11 +308,14 @@ fn comment_form(program: &Program, part: &Part<'_>) -> CommentForm {
     if dialect.has_comment(other) && (used[other as usize] || marlin) { other } else { safest }
 }
 
-/// Has a coordinate of this block a decimal point?
-fn has_point(program: &Program, block: BlockId) -> bool {
-    let coordinate = |word: &&Word| b"XYZIJKR".contains(&word.letter);
-    let pointed = |word: &Word| number_bytes(program, word).contains(&b'.');
-    View::of(program, block).words.iter().filter(coordinate).any(pointed)
+/// Has this block a coordinate, other than zero where it is without, with or without a decimal point?
+fn has_coordinate(program: &Program, block: BlockId, with_point: bool) -> bool {
+    let view = View::of(program, block);
+    let mut coordinates = view.words.iter().filter(|word| b"XYZIJKR".contains(&word.letter));
+    coordinates.any(|word| {
+        let point = number_bytes(program, word).contains(&b'.');
+        if with_point { point } else { !point && word.number != 0.0 }
+    })
 }
 
 /// The line end of a text: that of its first line that has one.

@@ -342,10 +342,12 @@ impl<'a> Writer<'a> {
         let splits = numbers.len() > 1 && !(view.has(b'N') && self.jumps()) && !plan.repeated;
         if splits {
             let block = Block::new(self.program, self.toolpath, view, self.modes, self.manners, first);
-            let at: Vec<f64> = numbers[..numbers.len() - 1].iter().map(|(piece, _)| piece.to_mm).collect();
+            let rises = |pair: &[(FeedPiece, Feed)]| pair[1].0.feed_mm_s > pair[0].0.feed_mm_s;
+            let cuts = numbers.windows(2).map(|pair| split::Cut { at_mm: pair[0].0.to_mm, rises: rises(pair) });
+            let cuts: Vec<split::Cut> = cuts.collect();
             let short =
                 |cut: &split::Pieces| cut.before.iter().all(|code| code.len() + MOST_N_AND_F <= self.most_bytes);
-            if let Some(cut) = split::split(&block, &at).filter(short) {
+            if let Some(cut) = split::split(&block, &cuts).filter(short) {
                 if view.has(b'F') && self.now == Now::Original {
                     self.now = Now::Either;
                 }
