@@ -2,11 +2,11 @@
 //! and is it a finishing pass; by move, a [`Cut`] that tells operations apart.
 
 use super::problem::Kept;
-use crate::engage::{EngagementMap, Station};
+use crate::engage::{EngagedArc, EngagementMap, Station};
 use crate::ids::MoveId;
-use crate::machine::{Cut, CutKind, Job};
+use crate::machine::{Cut, CutKind, Job, Slice};
 use crate::nc::{Move, MoveKind, Toolpath};
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Fall of a whole move up to which it counts as level, mm: two increments of the usual third decimal, so that rounding
 /// makes no ramps.
@@ -104,10 +104,9 @@ fn leaves_surface(toolpath: &Toolpath, map: &EngagementMap) -> Vec<bool> {
     found
 }
 
-/// Stations in whose surroundings the cut is no thicker than an allowance. Its thickness is the smaller of axial depth and
-/// mean radial depth (removal per mm of path over axial depth). The surroundings reach one diameter of the tool along the feed
-/// moves to either side, and most of what is cut there has to be thin: a corner that a pass cuts free, or a thin place of a
-/// roughing pass, decides nothing.
+/// Stations in whose surroundings the cut is no thicker than an allowance ([`is_thin`]). The surroundings reach one diameter of the tool
+/// along the feed moves to either side, and most of what is cut there has to be thin: a corner that a pass cuts free, or a thin
+/// place of a roughing pass, decides nothing.
 fn takes_an_allowance(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<bool> {
     let mut found = vec![false; map.stations.len()];
     let mut start = 0;
@@ -115,7 +114,10 @@ fn takes_an_allowance(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Ve
         let end = chain_end(toolpath, map, start);
         let tool = toolpath.moves[map.stations[start].move_id.ix()].tool;
         let diameter_mm = job.tool(tool).map_or(0.0, |tool| tool.diameter_mm);
-        mostly_thin(&map.stations[start..end], diameter_mm, &mut found[start..end]);
+        let thick_mm = ALLOWANCE.0.min(ALLOWANCE.1 * diameter_mm);
+        let slices = map.slices_of(tool);
+        let thin = |station: &Station| is_thin(station, map.arcs_of(station), slices, thick_mm);
+        mostly_thin(&map.stations[start..end], &thin, diameter_mm, &mut found[start..end]);
         start = end;
     }
     found
@@ -131,15 +133,14 @@ fn chain_end(toolpath: &Toolpath, map: &EngagementMap, start: usize) -> usize {
 }
 
 /// Of a chain of stations: is more than half of what is cut within a diameter of each thin?
-fn mostly_thin(stations: &[Station], diameter_mm: f64, found: &mut [bool]) {
-    let thick_mm = ALLOWANCE.0.min(ALLOWANCE.1 * diameter_mm);
+fn mostly_thin(stations: &[Station], thin: &dyn Fn(&Station) -> bool, diameter_mm: f64, found: &mut [bool]) {
     // Way, cut way and thinly cut way up to the end of each station, mm.
     let mut sums = Vec::with_capacity(stations.len() + 1);
     sums.push([0.0; 3]);
     for (i, station) in stations.iter().enumerate() {
         let length_mm = station.length_mm();
         let cut_mm = if station.arc_count > 0 { length_mm } else { 0.0 };
-        let thin_mm = if thickness_mm(station) <= thick_mm { cut_mm } else { 0.0 };
+        let thin_mm = if cut_mm > 0.0 && thin(station) { cut_mm } else { 0.0 };
         sums.push([sums[i][0] + length_mm, sums[i][1] + cut_mm, sums[i][2] + thin_mm]);
     }
     for (i, found) in found.iter_mut().enumerate() {
@@ -151,11 +152,33 @@ fn mostly_thin(stations: &[Station], diameter_mm: f64, found: &mut [bool]) {
     }
 }
 
-/// Thickness of the layer that is cut at a station, mm: the smaller of axial depth and mean radial depth.
-fn thickness_mm(station: &Station) -> f64 {
-    let axial_mm = f64::from(station.axial_depth_mm);
-    let radial_mm = f64::from(station.removal_area_mm2) / axial_mm.max(f64::MIN_POSITIVE);
-    axial_mm.min(radial_mm)
+/// Is the layer that is cut at a station no thicker than `thick_mm`? It may lie on the floor, on the wall, or on both: what is cut above
+/// the height `thick_mm` has the radial depth Σ a² dz / Σ a dz over the rings there, a being that of each. What is skimmed of a
+/// wall, as the last decimals of the path fall, has no weight in it. Less than a square of the allowance is thin however it lies.
+fn is_thin(station: &Station, arcs: &[EngagedArc], slices: &[Slice], thick_mm: f64) -> bool {
+    if f64::from(station.axial_depth_mm).min(f64::from(station.removal_area_mm2) / thick_mm) <= thick_mm {
+        return true;
+    }
+    let (mut area_mm2, mut square_mm3) = (0.0, 0.0);
+    let mut last = ([f32::NAN; 2], 0.0);
+    for of_ring in arcs.chunk_by(|a, b| a.slice == b.slice) {
+        let Some(slice) = slices.get(usize::from(of_ring[0].slice)).filter(|slice| slice.z_mm > thick_mm) else {
+            continue;
+        };
+        let mut radial_mm = 0.0;
+        for arc in of_ring {
+            // Rings of one tool mostly share their angles.
+            let angles = [arc.entry_rad, arc.exit_rad];
+            if angles != last.0 {
+                let [entry, exit] = angles.map(|angle| f64::from(angle).clamp(0.0, PI).cos());
+                last = (angles, entry - exit);
+            }
+            radial_mm += slice.radius_mm * last.1;
+        }
+        area_mm2 += radial_mm * slice.dz_mm();
+        square_mm3 += radial_mm * radial_mm * slice.dz_mm();
+    }
+    square_mm3 <= thick_mm * area_mm2
 }
 
 /// Are these two the same feed move, or two that follow each other without a rapid between them?
