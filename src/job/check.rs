@@ -16,7 +16,6 @@
 //! they carry counts all the same in what is reported ([`over`]).
 
 use super::block_delete;
-use super::known_loads::KnownLoads;
 use super::origins::{Origin, feeds, follow};
 use super::problem::{engagement, environment};
 use super::ratios::Ratios;
@@ -33,6 +32,7 @@ use crate::outcome::{Check, ProgramRun, Switched};
 use crate::rewrite::{Rewritten, verify};
 use crate::schedule::FeedPiece;
 use crate::schedule::history;
+use crate::schedule::known_loads::KnownLoads;
 use crate::schedule::stress::cases;
 
 /// What the check found.

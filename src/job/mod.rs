@@ -25,7 +25,6 @@ mod comments;
 mod edges;
 mod force_rate;
 mod growth;
-mod known_loads;
 pub mod learned;
 mod life;
 mod limit_use;

@@ -9,7 +9,6 @@
 use rayon::prelude::*;
 
 use super::force_rate::{self, Step};
-use super::known_loads::KnownLoads;
 use super::origins::Origin;
 use super::task::SPACING_MM;
 use super::tighten::{Breach, OVERLAP_MM, overlaps};
@@ -24,13 +23,12 @@ use crate::outcome::over_limits::{Apart, LoadLimit, Over, Place, load_limits, p9
 use crate::schedule::FeedPiece;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::history;
+use crate::schedule::known_loads::KnownLoads;
 use crate::schedule::realise::{as_programmed, pieces_of_moves};
 use crate::schedule::rules::{Rules, rules};
 
 /// Stations that are tallied at once.
 const CHUNK: usize = 1 << 14;
-/// Limits of the spindle's own curves: power and torque.
-const OF_SPINDLE: usize = 2;
 
 /// Limits and feeds of a written file, ready to be asked about its stations.
 pub struct Ratios<'a> {
@@ -82,9 +80,9 @@ impl<'a> Ratios<'a> {
 
     /// Works out what is not known, or not at this feed.
     pub fn work_out(&self, carried: &mut KnownLoads) {
-        let each = OF_SPINDLE + self.rules.rules.iter().map(|rule| rule.loads.len()).max().unwrap_or(0);
+        let each = self.rules.most_loads();
         if self.past || carried.each != each {
-            *carried = KnownLoads { each, ..KnownLoads::default() };
+            *carried = KnownLoads::of_each(each);
         }
         carried.make_room(self.map.stations.len());
         let of_station = carried.feeds_mm_s.par_iter_mut().zip(carried.loads.par_chunks_mut(each));

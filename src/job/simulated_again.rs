@@ -24,10 +24,10 @@
 
 use rayon::prelude::*;
 
-use super::known_loads::KnownLoads;
 use super::ratios::Ratios;
 use super::written_engagement::{Met, WrittenEngagement};
 use crate::nc::{MoveKind, Toolpath};
+use crate::schedule::known_loads::KnownLoads;
 
 /// Part of a limit from which what a station reaches (see the head) is looked at again. Of 166,000 whole blocks in fourteen programs
 /// the finer simulation found at most 1.13 times what they reach (loads near 0.3 of the limit; from 0.5 on it was 1.07): to be passed over, a

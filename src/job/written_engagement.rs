@@ -3,7 +3,6 @@
 //! those of the original; what was cut in pieces has none until it is simulated, in the stock as the written file cuts it. What
 //! one round has found the next one keeps, station by station, and with it the loads ([`KnownLoads`]).
 
-use super::known_loads::KnownLoads;
 use super::origins::Origin;
 use super::problem::cut;
 use super::task::{JobError, SPACING_MM, Watch};
@@ -14,6 +13,7 @@ use crate::nc::{Move, Toolpath};
 use crate::outcome::{ProgramRun, Switched};
 use crate::path::{Curve, Vec3};
 use crate::schedule::Problem;
+use crate::schedule::known_loads::KnownLoads;
 
 /// A written program and what is known of its engagement.
 pub struct WrittenEngagement {
@@ -74,9 +74,11 @@ impl WrittenEngagement {
                 same_way(motion, &side.toolpath.moves[origin.move_id.ix()]).then_some(origin.move_id)
             })
             .collect();
-        let map = Again { known: side.map, of_move: &of_move }.carried();
+        let again = Again { known: side.map, of_move: &of_move };
+        let map = again.carried();
+        let carried = side.problem.known.over_to(&map, again);
         let met = of_move.iter().map(|of| of.map_or(Met::NotYet, |_| Met::AsOriginal)).collect();
-        Self { written, origins, map, met, carried: KnownLoads::default() }
+        Self { written, origins, map, met, carried }
     }
 
     /// Of a file that cuts some blocks otherwise than this one: places that both have keep what is known of them.

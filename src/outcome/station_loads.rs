@@ -77,7 +77,8 @@ fn loads_at<'a>(
         found.before = as_programmed.loads(feed_before_mm_s);
         found.after = as_programmed.loads(feed_after_mm_s);
     }
-    if let Some(as_written) = line(&cutters[1]).filter(|_| history::follows_feeds(&run.job)) {
+    let as_written = || history::follows_feeds(&run.job).then(|| line(&cutters[1])).flatten();
+    if let Some(as_written) = as_written() {
         found.after = as_written.loads(feed_after_mm_s);
     }
     found

@@ -11,9 +11,10 @@ use rayon::prelude::*;
 
 use super::confidence::{Room, doubt, places};
 use super::cutters::{Cutters, SLIVER_MM, skims};
-use super::history::History;
+use super::history::{self, History};
 use super::idle_limits::{self, Idle};
 use super::kept::{self, Keeping, Standing};
+use super::known_loads::KnownLoads;
 use super::problem::{Bound, Conflict, Kept, Node, Problem};
 use super::realise::as_programmed;
 use super::rules::{Rule, Rules, rules};
@@ -62,14 +63,23 @@ pub fn problem_after(
     let idle = idle_limits::idle(toolpath, map, &rules, &cutters);
     let (cutters, deviations) = (&cutters, doubt.deviations);
     let context = Context { toolpath, map, job, rules: &rules, cutters, others, deviations, keeping, idle };
-    let answers: Vec<(Node, Option<(Bound, Bound)>)> =
-        work.par_iter().map(|(id, station)| context.node(*id, *station)).collect();
+    let mut known = KnownLoads::of_each(rules.most_loads());
+    known.make_room(work.len());
+    let (each, past) = (known.each, history::is_asked_for(job));
+    let room = known.feeds_mm_s.par_iter_mut().zip(known.loads.par_chunks_mut(each));
+    let of_work = |((id, station), (feed_mm_s, loads)): (&(MoveId, Option<&Station>), (&mut f64, &mut [f64]))| {
+        let at_programmed = AtProgrammed { feed_mm_s, loads: if past { &mut [] } else { loads } };
+        context.node(*id, *station, at_programmed)
+    };
+    let answers: Vec<(Node, Option<(Bound, Bound)>)> = work.par_iter().zip(room).map(of_work).collect();
+    let known = known.only(work.iter().map(|(_, station)| station.is_some()));
     let conflicts = answers
         .iter()
         .enumerate()
         .filter_map(|(node, (_, conflict))| conflict.map(|(floor, cap)| Conflict { node, floor, cap }))
         .collect();
-    let mut problem = Problem { nodes: answers.into_iter().map(|(node, _)| node).collect(), of_move, conflicts };
+    let nodes = answers.into_iter().map(|(node, _)| node).collect();
+    let mut problem = Problem { nodes, of_move, conflicts, known };
     context.keep_force_rates(&mut problem, &work);
     let touches: Vec<bool> = work.iter().map(|(_, station)| kept::touches(*station)).collect();
     kept::entries(&mut problem, toolpath, job, &rules, &touches);
@@ -117,8 +127,19 @@ struct Context<'a> {
     idle: Vec<Option<Idle>>,
 }
 
+/// Where the loads of a station at its programmed feed go, and that feed; empty where they are not asked for.
+struct AtProgrammed<'a> {
+    feed_mm_s: &'a mut f64,
+    loads: &'a mut [f64],
+}
+
 impl Context<'_> {
-    fn node(&self, id: MoveId, station: Option<&Station>) -> (Node, Option<(Bound, Bound)>) {
+    fn node(
+        &self,
+        id: MoveId,
+        station: Option<&Station>,
+        at_programmed: AtProgrammed<'_>,
+    ) -> (Node, Option<(Bound, Bound)>) {
         let motion = &self.toolpath.moves[id.ix()];
         if motion.kind == MoveKind::Rapid {
             let rapid = bound(self.job.machine.rapid_mm_s, LimitKind::Velocity);
@@ -134,7 +155,9 @@ impl Context<'_> {
         }
         let mut conflict = None;
         match station {
-            Some(station) if node.cutting => conflict = self.in_cut(&mut node, rule, motion, station),
+            Some(station) if node.cutting => {
+                conflict = self.in_cut(&mut node, (rule, motion, station), at_programmed);
+            }
             Some(station) if station.flags.clear_air => node.cap = self.in_air(rule, programmed),
             _ => node.cap = lesser(programmed, highest_feed(rule)),
         }
@@ -204,7 +227,12 @@ impl Context<'_> {
     }
 
     /// Cap and floor in a cut; returns the floor and the cap where a load limit overruled a minimum that was asked for.
-    fn in_cut(&self, node: &mut Node, rule: &Rule, motion: &Move, station: &Station) -> Option<(Bound, Bound)> {
+    fn in_cut(
+        &self,
+        node: &mut Node,
+        (rule, motion, station): (&Rule, &Move, &Station),
+        at_programmed: AtProgrammed<'_>,
+    ) -> Option<(Bound, Bound)> {
         let programmed = node.programmed_mm_s;
         let line = self.line(self.cutters, motion, station);
         let others: Vec<LoadLine> =
@@ -236,6 +264,17 @@ impl Context<'_> {
                 return None;
             }
         }
+        if let (Some(line), true) = (&line, node.kept.is_some() && node.cap.feed_mm_s >= programmed) {
+            // It keeps this feed: the check of the written file asks for these loads again.
+            let found = line.loads(programmed);
+            let kinds = rule.loads.iter().copied().chain(curves(spindle, motion.spin.rps)).map(|(kind, _)| kind);
+            if !at_programmed.loads.is_empty() {
+                *at_programmed.feed_mm_s = programmed;
+            }
+            for (load, kind) in at_programmed.loads.iter_mut().zip(kinds) {
+                *load = found.bounded_by(kind).unwrap_or(0.0);
+            }
+        }
         let overruled = node.cap.feed_mm_s < lowest && floor.kind != LimitKind::FeedChange;
         overruled.then_some((floor, node.cap))
     }
@@ -252,14 +291,9 @@ enum LoadCap {
 type CapOf<'a> = dyn Fn(&LoadLine, LimitKind, f64) -> Cap + 'a;
 
 fn load_cap(line: &LoadLine, cap: &CapOf, rule: &Rule, (spindle, rps): (&Spindle, f64), allowed_mm_s: f64) -> LoadCap {
-    let curve = [
-        (LimitKind::Power, spindle.power_w.as_ref().map(|table| table.at(rps))),
-        (LimitKind::Torque, spindle.torque_nmm.as_ref().map(|table| table.at(rps))),
-    ];
-    let own = curve.into_iter().filter_map(|(kind, value)| Some((kind, value?)));
     // The least cap with what one percent more of its limit is, and the cap above it.
     let (mut least, mut next_mm_s): (Option<(Bound, f64)>, f64) = (None, allowed_mm_s);
-    for (kind, value) in rule.loads.iter().copied().chain(own) {
+    for (kind, value) in rule.loads.iter().copied().chain(curves(spindle, rps)) {
         match cap(line, kind, value) {
             Cap::Free => {}
             Cap::Unreachable => return LoadCap::Impossible(kind),
@@ -282,6 +316,15 @@ fn load_cap(line: &LoadLine, cap: &CapOf, rule: &Rule, (spindle, rps): (&Spindle
         let most = (next_mm_s - bound.feed_mm_s).max(0.0) / percent;
         LoadCap::At(Bound { per_unit: bound.per_unit.min(most), ..bound })
     })
+}
+
+/// Power and torque that the spindle has at a speed.
+fn curves(spindle: &Spindle, rps: f64) -> impl Iterator<Item = (LimitKind, f64)> {
+    let curve = [
+        (LimitKind::Power, spindle.power_w.as_ref().map(|table| table.at(rps))),
+        (LimitKind::Torque, spindle.torque_nmm.as_ref().map(|table| table.at(rps))),
+    ];
+    curve.into_iter().filter_map(|(kind, value)| Some((kind, value?)))
 }
 
 /// Lowest feed asked for in a cut: the largest of the minima.

@@ -4,7 +4,7 @@
 //! | what | files |
 //! |---|---|
 //! | which limits and modes hold where | [`rules`], [`operations`], [`kinds_of_cut`], [`reference`](mod@reference), [`idle_limits`] |
-//! | from limits to caps and floors | [`problem`](mod@problem), [`caps`], [`cutters`], [`history`], [`confidence`], [`kept`], [`ramps`], [`force_rate`], [`budget`], [`wear`] |
+//! | from limits to caps and floors | [`problem`](mod@problem), [`caps`], [`cutters`], [`known_loads`], [`history`], [`confidence`], [`kept`], [`ramps`], [`force_rate`], [`budget`], [`wear`] |
 //! | the continuous optimum | [`track`], [`corner`], [`exact_pass`], [`optimum`], [`interior_point`], [`five_diagonals`], [`convex`], [`cone`], [`check`] |
 //! | F words | [`solve`](mod@solve), [`feed_segments`], [`f_words`], [`prices`] |
 //! | the model of the control | [`control`], [`realise`](mod@realise), [`cycle_time`] |
@@ -31,6 +31,7 @@ pub mod idle_limits;
 pub mod interior_point;
 pub mod kept;
 pub mod kinds_of_cut;
+pub mod known_loads;
 pub mod operations;
 pub mod optimum;
 pub mod prices;

@@ -1,5 +1,6 @@
 //! What the schedule is asked and what it answers.
 
+use super::known_loads::KnownLoads;
 use crate::ids::MoveId;
 use crate::machine::LimitKind;
 use crate::nc::{Doubt, Freeze};
@@ -131,6 +132,8 @@ pub struct Problem {
     pub of_move: Vec<std::ops::Range<u32>>,
     /// Minima that a load limit overruled.
     pub conflicts: Vec<Conflict>,
+    /// By station: the loads at the programmed feed where that is kept.
+    pub known: KnownLoads,
 }
 
 impl Problem {

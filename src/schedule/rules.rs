@@ -44,7 +44,14 @@ pub struct Rules {
     pub of_move: Vec<u16>,
 }
 
+/// Limits of the spindle's own curves: power and torque.
+const OF_SPINDLE: usize = 2;
+
 impl Rules {
+    /// Most loads that are limited at one place, those of the spindle included.
+    pub fn most_loads(&self) -> usize {
+        OF_SPINDLE + self.rules.iter().map(|rule| rule.loads.len()).max().unwrap_or(0)
+    }
     /// Rule of a move.
     pub fn of(&self, id: MoveId) -> &Rule {
         &self.rules[self.index_of(id)]

@@ -1,10 +1,11 @@
-//! Feeds and loads at the stations of the written file, kept from one round of the check to the next: a station that has the feed it
-//! had is not worked out again. In: feeds and loads as they are worked out. Out: the same for the stations of another engagement map.
+//! Loads at stations that were worked out at some feed: where caps are found, at the programmed feed of what keeps it; then from one round
+//! of the check of the written file to the next. A station that has the feed it had is not worked out again. In: feeds and loads as
+//! they are worked out. Out: the same for the stations of another engagement map.
 
 use crate::engage::{Again, EngagementMap};
 
 /// The loads of each station at the feed for which they were last worked out.
-#[derive(Default)]
+#[derive(Debug, Clone, Default)]
 pub struct KnownLoads {
     /// By station: the feed, mm/s; NaN where nothing is cut or no load is known.
     pub feeds_mm_s: Vec<f64>,
@@ -15,9 +16,14 @@ pub struct KnownLoads {
 }
 
 impl KnownLoads {
+    /// Of no station yet; so many loads each.
+    pub fn of_each(each: usize) -> Self {
+        Self { each, ..Self::default() }
+    }
+
     /// For the stations of another map that has some moves of this one: their loads stay known, those of the others are not.
     pub fn over_to(&self, map: &EngagementMap, again: Again) -> Self {
-        let mut there = Self { each: self.each, ..Self::default() };
+        let mut there = Self::of_each(self.each);
         if self.each == 0 {
             return there;
         }
@@ -30,6 +36,16 @@ impl KnownLoads {
                 .copy_from_slice(&self.loads[from.start * self.each..from.end * self.each]);
         }
         there
+    }
+
+    /// Those alone that are wanted.
+    pub fn only(self, wanted: impl Iterator<Item = bool>) -> Self {
+        let mut found = Self::of_each(self.each);
+        for (index, _) in wanted.enumerate().filter(|(_, wanted)| *wanted) {
+            found.feeds_mm_s.push(self.feeds_mm_s[index]);
+            found.loads.extend_from_slice(self.of(index));
+        }
+        found
     }
 
     /// Room for the stations of a map.
