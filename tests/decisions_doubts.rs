@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 36] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 41] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
     ("pallet", "M60", Dialect::LinuxCnc, Doubt::ProgramStop),
@@ -54,6 +54,11 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 36] = [
     ("user's M code", "M101", Dialect::LinuxCnc, Doubt::UnknownCode),
     ("unknown G code", "G200 X5.", Dialect::Fanuc, Doubt::UnknownCode),
     ("text of another dialect", "F10 AC", Dialect::Generic, Doubt::UnknownCode),
+    ("a name that says nothing here", "PLANE SPATIAL", Dialect::Fanuc, Doubt::UnknownCode),
+    ("a name with words behind it", "N40 HELLO X5.", Dialect::Haas, Doubt::UnknownCode),
+    ("a letter without its number", "G", Dialect::Fanuc, Doubt::UnknownCode),
+    ("a coordinate without its number", "X", Dialect::LinuxCnc, Doubt::UnknownCode),
+    ("signs alone", "$$", Dialect::Fanuc, Doubt::UnknownCode),
     ("variable of the control", "G0 X#500", Dialect::Fanuc, Doubt::UnknownValue),
     ("branch on a variable nobody set", "IF [#105 EQ 1] GOTO 90\nN90", Dialect::LinuxCnc, Doubt::UnknownValue),
     ("variable by its computed number", "#1=450\nG0 X#[#1+50]", Dialect::Fanuc, Doubt::UnknownValue),
@@ -139,6 +144,7 @@ fn what_is_known_is_no_doubt() {
         ("coolant, gears", "M8\nM9\nM41"),
         ("variable that is set", "#500=5.\nG0 X#500"),
         ("variable in a feed", "G1 F#500\nG1 F600."),
+        ("a print", "POPEN\nDPRNT[X#500[33]]\nPCLOS"),
         ("vacant argument asked for", "IF [#7 EQ #0] THEN #100=1"),
     ] {
         let path = read(&with(event, BEFORE.len()), Dialect::Fanuc, &known);

@@ -6,7 +6,7 @@
 #[path = "common/rewriting.rs"]
 mod rewriting;
 
-use feedwright::nc::{self, Dialect, Environment, Freeze, Toolpath};
+use feedwright::nc::{self, Dialect, Doubt, Environment, Freeze, Toolpath};
 use feedwright::path::Curve;
 use rewriting::{check, job, parse, schedule, surroundings, toolpath};
 
@@ -270,4 +270,16 @@ fn spans_that_labels_cross_have_one_feed() {
     assert!(out.contains("L X+9 F") && !out.contains("F800"), "{out}");
     let tool = rewritten("TOOL CALL 1 Z S3000 F500\nL X+1 R0\nLBL 1\nL IX+1\nCALL LBL 1 REP 2/2");
     assert!(tool.contains("F500\n") && tool.matches(" F").count() == 1, "no block of the span states it: {tool}");
+}
+
+#[test]
+fn a_block_that_says_nothing_here_is_a_doubt() {
+    let of = |block: &str| read(&format!("L X+0 Y+0 R0 F600\n{block}\nL X+9"));
+    for block in ["HELLO WORLD", "TCH PROBE 411 Q321=+50"] {
+        let path = of(block);
+        assert!(path.doubts.iter().any(|doubted| doubted.doubt == Doubt::UnknownCode), "{block}: {:?}", path.doubts);
+    }
+    for block in ["FN 16: F-PRINT", "BLK FORM 0.1 Z X+0 Y+0 Z-20", "LBL 3", "; HELLO"] {
+        assert!(of(block).doubts.is_empty(), "{block}: {:?}", of(block).doubts);
+    }
 }

@@ -142,7 +142,7 @@ impl Interpreter<'_, Heidenhain> {
             [] | ["MB", ..] => {}
             [first, ..] => {
                 let what = format!("{first} is not followed; the block is kept");
-                self.not_understood("nc::not-understood", place, what, "");
+                self.misread("nc::not-understood", place, what, "");
                 words.clear();
             }
         }

@@ -318,13 +318,15 @@ impl<'a, F: Family> Interpreter<'a, F> {
             if self.block.misread.is_none() {
                 self.execute(words);
             }
-            match self.block.misread {
-                Some(place) => {
-                    self.set_aside(place);
-                    self.stops(words);
-                }
-                None => self.note_places(words),
+        }
+        match self.block.misread {
+            // What stands before the first word of a program is its leader.
+            Some(place) if self.flow.began => {
+                self.set_aside(place);
+                self.stops(words);
             }
+            None if words.any => self.note_places(words),
+            _ => {}
         }
     }
 

@@ -10,6 +10,9 @@ use crate::nc::interp::labels::label_of;
 use crate::nc::interp::state::After;
 use crate::nc::token::{Token, TokenKind};
 
+/// Statements of Macro B that print, or name a variable: they move nothing.
+const PRINTS: [&str; 5] = ["POPEN", "DPRNT", "BPRNT", "PCLOS", "SETVN"];
+
 impl Interpreter<'_, Rs274> {
     /// Executes the flow control of a block.
     pub(super) fn flow_control(&mut self, block: BlockId) -> After {
@@ -208,7 +211,12 @@ impl Interpreter<'_, Rs274> {
             }
             other => {
                 let text = format!("{other} is not known here");
-                self.not_understood("nc::not-understood", tokens[0].span, text, "its block is kept as it is");
+                let help = "its block is kept as it is";
+                if PRINTS.contains(&other) {
+                    self.not_understood("nc::not-understood", tokens[0].span, text, help);
+                } else {
+                    self.misread("nc::not-understood", tokens[0].span, text, help);
+                }
                 return After::Words;
             }
         }
