@@ -3,6 +3,7 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
+use feedwright::diag::Severity;
 use feedwright::engage::{self, EngagementMap, engage};
 use feedwright::job::{Keep, Task, Wanted, Watch, optimize, sections, simulate};
 use feedwright::machine::{CutKind, Job, LimitKind};
@@ -112,6 +113,30 @@ fn a_limit_that_never_acts_raises_nothing_and_is_said_first() {
     assert_eq!(risen(&at(0.98 * ACTS_FROM)), (0, true));
     // Beside a limit that acts one that never does is no matter.
     assert!(risen(&format!("{}\nforce_axial = 1e6", at(0.5))).0 > 0);
+}
+
+/// A drill presses nothing aside: that a force across it is limited is no slip of the pen, as it is where a mill never comes near.
+#[test]
+fn a_limit_on_a_load_that_a_drill_does_not_have_is_no_alarm() {
+    let said = |shape: &str, text: &str| {
+        let (mut job, assumptions) = load("[limits]\nforce_xy = 1e6\n");
+        let drill = setup::load(&SETUP.replace("\"flat\"", shape), Path::new(".")).unwrap().0;
+        job.tools = drill.tools;
+        let watch = Watch {
+            progress: &|_, _| (),
+            clock: &|| 0.0,
+            subprograms: &|_| None,
+            engage: engage::Options::default(),
+            keep: Keep::default(),
+        };
+        let task = Task { program: nc::parse(text.into(), None), job, assumptions, wanted: Wanted::default() };
+        let run = simulate(task, &watch).unwrap();
+        let said = run.diagnostics.iter().find(|said| said.code == "schedule::limit-never-acts").unwrap();
+        (said.severity, said.text.contains("no such load"))
+    };
+    let holes = "G21 G90 G17\nT1 M6\nS3000 M3\nG0 X10 Y10 Z2\nG81 Z-6 R1 F200\nX20\nG80\nM30\n";
+    assert_eq!(said("\"drill\"", holes), (Severity::Note, true));
+    assert_eq!(said("\"flat\"", PROGRAM), (Severity::Warning, false));
 }
 
 #[test]

@@ -128,6 +128,9 @@ pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     found
 }
 
+/// Share of a limit below which a load is none: the forces of opposite edges cancel but for rounding.
+const CANCELLED: f64 = 1e-9;
+
 /// Load limits that never act, once for each that comes nearest: they give no leave to raise a feed.
 pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Diagnostic> {
     let rules = rules(toolpath, map, job);
@@ -136,11 +139,14 @@ pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<D
         let motion = &toolpath.moves[idle.move_id.ix()];
         let [limit, load] = [idle.limit, idle.load].map(|value| short(idle.kind.in_report_unit(value)));
         let (name, unit, tool) = (idle.kind.name(), idle.kind.unit(), motion.tool);
-        let text = format!(
-            "{name} = {limit} {unit} never acts: T{tool} meets {load} {unit} at most, at the highest feed allowed; it gives no leave to raise a feed"
-        );
         let help = "give what this tool, part or spindle can take; `feedwright limits` shows the loads of the program";
-        Diagnostic::new("schedule::limit-never-acts", Severity::Warning, text).on_line(motion.line).help(help)
+        let (severity, why) = if idle.load > CANCELLED * idle.limit {
+            (Severity::Warning, format!("never acts: T{tool} meets {load} {unit} at most, at the highest feed allowed"))
+        } else {
+            (Severity::Note, format!("says nothing of T{tool}, which has no such load"))
+        };
+        let text = format!("{name} = {limit} {unit} {why}; it gives no leave to raise a feed");
+        Diagnostic::new("schedule::limit-never-acts", severity, text).on_line(motion.line).help(help)
     };
     idle(toolpath, map, &rules, &cutters).into_iter().flatten().map(said).collect()
 }
