@@ -67,11 +67,11 @@ pub fn problem_after(
     known.make_room(work.len());
     let (each, past) = (known.each, history::is_asked_for(job));
     let room = known.feeds_mm_s.par_iter_mut().zip(known.loads.par_chunks_mut(each));
-    let of_work = |((id, station), (feed_mm_s, loads)): (&(MoveId, Option<&Station>), (&mut f64, &mut [f64]))| {
-        let at_programmed = AtProgrammed { feed_mm_s, loads: if past { &mut [] } else { loads } };
-        context.node(*id, *station, at_programmed)
-    };
-    let answers: Vec<(Node, Option<(Bound, Bound)>)> = work.par_iter().zip(room).map(of_work).collect();
+    let answered = work.par_iter().zip(room).map(|((id, station), (feed_mm_s, loads))| {
+        let mut at_programmed = AtProgrammed { feed_mm_s, loads: if past { &mut [] } else { loads } };
+        context.node(*id, *station, &mut at_programmed)
+    });
+    let answers: Vec<(Node, Option<(Bound, Bound)>)> = answered.collect();
     let known = known.only(work.iter().map(|(_, station)| station.is_some()));
     let conflicts = answers
         .iter()
@@ -138,7 +138,7 @@ impl Context<'_> {
         &self,
         id: MoveId,
         station: Option<&Station>,
-        at_programmed: AtProgrammed<'_>,
+        at_programmed: &mut AtProgrammed<'_>,
     ) -> (Node, Option<(Bound, Bound)>) {
         let motion = &self.toolpath.moves[id.ix()];
         if motion.kind == MoveKind::Rapid {
@@ -231,7 +231,7 @@ impl Context<'_> {
         &self,
         node: &mut Node,
         (rule, motion, station): (&Rule, &Move, &Station),
-        at_programmed: AtProgrammed<'_>,
+        at_programmed: &mut AtProgrammed<'_>,
     ) -> Option<(Bound, Bound)> {
         let programmed = node.programmed_mm_s;
         let line = self.line(self.cutters, motion, station);
