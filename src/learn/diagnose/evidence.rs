@@ -193,7 +193,6 @@ impl Diagnosis<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::effects::{State, named};
     use crate::learn::dataset::samples::Data;
     use crate::learn::diagnose::diagnosis::Options;
