@@ -13,7 +13,9 @@
 use std::collections::BTreeSet;
 
 use crate::ids::BlockId;
+
 use crate::nc::{CommentForm, FeedMode, Freeze, Move, MoveKind, Program, Token, TokenKind, Toolpath};
+use crate::path::Curve;
 
 use super::align::{Role, Roles};
 use super::exact::Exact;
@@ -34,6 +36,8 @@ pub struct Done {
     moves: Vec<bool>,
     /// Moves at a feed in it.
     feeds: Vec<bool>,
+    /// The letters of a centre that its arcs have, by their plane.
+    centres: Vec<Option<[u8; 2]>>,
     /// Feeds that are not per minute, anywhere.
     other_units: bool,
 }
@@ -42,7 +46,7 @@ impl Done {
     /// Nothing yet, for a program of so many lines.
     pub fn new(lines: usize) -> Self {
         let none = || vec![false; lines];
-        Self { reached: none(), moves: none(), feeds: none(), other_units: false }
+        Self { reached: none(), moves: none(), feeds: none(), centres: vec![None; lines], other_units: false }
     }
     /// Adds what is done in one position of the block-delete switch.
     pub fn add(&mut self, toolpath: &Toolpath) {
@@ -52,6 +56,10 @@ impl Done {
         for motion in &toolpath.moves {
             if let Some(moves) = self.moves.get_mut(motion.block.ix()) {
                 *moves = true;
+            }
+            if let (Curve::Arc(arc), Some(centre)) = (motion.curve(), self.centres.get_mut(motion.block.ix())) {
+                let (first, second, _) = arc.plane.axes();
+                *centre = Some([first, second].map(|axis| b"IJK"[axis]));
             }
         }
         let other_unit = |motion: &Move| motion.kind == MoveKind::Feed && motion.feed.mode != FeedMode::PerMinute;
@@ -239,19 +247,32 @@ fn piece(
     if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
         return Some("a block that does not move at a feed is cut");
     }
-    if has_centre(rewritten, block) && !has_centre(original, own) {
-        return Some("a piece has a word of a centre or a radius, and its block has none");
+    if foreign_centre(original, own, rewritten, block, done[0].centres.get(own.ix()).copied().flatten()) {
+        return Some("a piece has a word of a centre or a radius that its block's arc cannot have");
     }
     let feed = if feeds(rewritten, block).is_empty() { None } else { no_plain_feed(rewritten, block, manner) };
     feed.or_else(|| misplaced(rewritten, block)).or_else(|| without_point(original, own, rewritten, block))
 }
 
-/// I, J, K or R?
-fn has_centre(program: &Program, block: BlockId) -> bool {
-    let centre = |letter: u8| b"IJKR".contains(&letter);
-    program
-        .tokens(block)
-        .any(|token| matches!(token.kind, TokenKind::Word(letter) | TokenKind::Computed(letter) if centre(letter)))
+/// Has a piece an I, J, K or R that its block has not, and that does not belong to the plane of its block's arc either? To rs274 a K in an arc
+/// in XY is an error.
+fn foreign_centre(
+    original: &Program,
+    own: BlockId,
+    rewritten: &Program,
+    block: BlockId,
+    of_plane: Option<[u8; 2]>,
+) -> bool {
+    let letters = |program: &Program, block: BlockId| -> Vec<u8> {
+        let of = |token: Token| match token.kind {
+            TokenKind::Word(letter) | TokenKind::Computed(letter) if b"IJKR".contains(&letter) => Some(letter),
+            _ => None,
+        };
+        program.tokens(block).filter_map(of).collect()
+    };
+    let has = letters(original, own);
+    let allowed = |letter: &u8| has.contains(letter) || of_plane.is_some_and(|plane| plane.contains(letter));
+    !letters(rewritten, block).iter().all(allowed)
 }
 
 /// A piece, whose coordinates stand as they stood where they are the same numbers: all of them but under G91.
