@@ -9,6 +9,8 @@ use crate::path::{Curve, Vec3};
 
 /// Chords of an arc stay within this of it, mm.
 const SAGITTA_MM: f64 = 2e-4;
+/// Sine of the angle to the surface by which pieces may differ that run along it alike: three degrees.
+const AS_LEVEL: f64 = 0.05;
 /// Sides of the cells in which pieces are looked for, in radii.
 const CELL: f64 = 1.0 / 3.0;
 
@@ -158,27 +160,32 @@ impl Centres {
     pub fn spacing(&self, at: Vec3, normal: Vec3, reach_mm: f64, across: f64) -> Option<f64> {
         let mut near = Vec::new();
         self.near(at, reach_mm, &mut near);
-        let own = self.nearest_piece(&near, at)?;
+        let own = self.nearest_piece(&near, at, normal)?;
         let [a, b] = self.pieces[own as usize].ends;
         let along = (b - a).try_normalize(0.0)?;
         let from = a + along * (at - a).dot(&along).clamp(0.0, (b - a).norm());
         let beside = near.iter().filter(|piece| **piece != own).filter_map(|piece| {
             let [a, b] = self.pieces[*piece as usize].ends;
-            let (_, off) = closest(b - a, from - a, false);
-            let (t, _) = closest(b - a, from - a, false);
+            let (t, off) = closest(b - a, from - a, false);
             let way = a + (b - a) * t - from;
             let level = way - normal * way.dot(&normal);
-            (off > 1e-6 && level.dot(&along).abs() < across * level.norm()).then(|| level.norm())
+            // Another pass, not the plunge that one begins with.
+            let runs_along = (b - a).dot(&along).abs() > across * (b - a).norm();
+            (off > 1e-6 && runs_along && level.dot(&along).abs() < across * level.norm()).then(|| level.norm())
         });
         beside.reduce(f64::min)
     }
 
-    fn nearest_piece(&self, pieces: &[u32], at: Vec3) -> Option<u32> {
-        let off = |piece: &u32| {
-            let [a, b] = self.pieces[*piece as usize].ends;
-            closest(b - a, at - a, false).1
+    /// The nearest of the pieces that run most nearly along the surface: a pass, not the plunge it begins with, which may be nearer.
+    fn nearest_piece(&self, pieces: &[u32], at: Vec3, normal: Vec3) -> Option<u32> {
+        let ends = |piece: &u32| self.pieces[*piece as usize].ends;
+        let off = |piece: &u32| closest(ends(piece)[1] - ends(piece)[0], at - ends(piece)[0], false).1;
+        let rise = |piece: &u32| {
+            (ends(piece)[1] - ends(piece)[0]).try_normalize(0.0).map_or(1.0, |along| along.dot(&normal).abs())
         };
-        pieces.iter().copied().min_by(|p, q| off(p).total_cmp(&off(q)))
+        let least = pieces.iter().map(rise).fold(f64::INFINITY, f64::min);
+        let passes = pieces.iter().copied().filter(|piece| rise(piece) <= least + AS_LEVEL);
+        passes.min_by(|p, q| off(p).total_cmp(&off(q)))
     }
 }
 

@@ -28,14 +28,27 @@ pub struct Unknowns {
     pub pairs: Vec<Pair>,
 }
 
+/// Normals met, by knot, each by the length it is met over.
+fn sum_of_normals<'a>(count: usize, seen: impl Iterator<Item = (&'a Sample, &'a Met)>) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::zeros(); count];
+    for (sample, met) in seen {
+        for (knot, normal) in &met.normals {
+            normals[*knot as usize] += normal * sample.length_mm;
+        }
+    }
+    normals
+}
+
 impl Unknowns {
     /// Chooses them: free knots that leave something the finish meets.
     pub fn new(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Result<Self, SemifinishError> {
         let count = bench.knots.list.len();
-        let mut normals = vec![Vec3::zeros(); count];
-        for (sample, met) in samples.iter().zip(met) {
-            for (knot, normal) in &met.normals {
-                normals[*knot as usize] += normal * sample.length_mm;
+        let mut normals = sum_of_normals(count, samples.iter().zip(met).filter(|(sample, _)| !sample.edge));
+        // At the edge of a cut a station holds what is met at several places: it tells only where nothing else does.
+        let anywhere = sum_of_normals(count, samples.iter().zip(met));
+        for (normal, any) in normals.iter_mut().zip(anywhere) {
+            if normal.norm() <= 1e-9 {
+                *normal = any;
             }
         }
         let known: Vec<u32> = (0..count as u32)
