@@ -50,13 +50,17 @@ mod tests {
         move |block| if (block / every).is_multiple_of(2) { 1.0 } else { -1.0 }
     }
 
-    /// The rivals of the curve over z that the load follows, in blocks that each have a depth.
+    /// What is said with z of the curve over z that the load follows, in blocks that each have a depth.
     fn rivals(depth_mm: impl Fn(usize) -> f64) -> Vec<Covariate> {
-        rivals_among(|block| State { axial_depth_mm: 3.0 + depth_mm(block), ..State::default() })
+        let (along, mut all) = curve(|block| State { axial_depth_mm: 3.0 + depth_mm(block), ..State::default() });
+        all.push(along);
+        assert!(all.contains(&Covariate::Z));
+        all.retain(|covariate| *covariate != Covariate::Z);
+        all
     }
 
-    /// The same where a block has more of its own.
-    fn rivals_among(of_block: impl Fn(usize) -> State) -> Vec<Covariate> {
+    /// The covariate of the curve that is found where the load follows z, and what is said beside it.
+    fn curve(of_block: impl Fn(usize) -> State) -> (Covariate, Vec<Covariate>) {
         let z = by_turns(1);
         let place = |i: usize| Vec3::new((i * 31 % EACH) as f64, 0.0, z(i / EACH));
         let state = |i: usize| State { position: place(i), ..of_block(i / EACH) };
@@ -66,18 +70,14 @@ mod tests {
         let plain = fit(&data, &[], 0).unwrap();
         let found = diagnosis.with_unnamed(&plain).unwrap();
         let along = found.model.effects[0].effect.covariates[0];
-        let mut all = diagnosis.rivals_of_curve(&found.model.effects, 0);
-        all.push(along);
-        assert!(all.contains(&Covariate::Z));
-        all.retain(|covariate| *covariate != Covariate::Z);
-        all
+        (along, diagnosis.rivals_of_curve(&found.model.effects, 0))
     }
 
     #[test]
     fn what_goes_with_the_covariate_of_a_curve_is_said_beside_it_and_what_does_not_is_not() {
         assert_eq!(rivals(by_turns(1)), [Covariate::AxialDepth]);
         assert!(rivals(by_turns(3)).is_empty());
-        // Of more than two that go with it the best two.
+        // Of more than two that go with it two.
         let z = by_turns(1);
         let all = |block: usize| State {
             axial_depth_mm: 3.0 + z(block),
@@ -85,7 +85,7 @@ mod tests {
             rps: 100.0 + z(block),
             ..State::default()
         };
-        assert_eq!(rivals_among(all).len(), SAID);
+        assert_eq!(curve(all).1.len(), SAID);
         // The depth goes with z in all blocks but a few.
         assert!(rivals(|block| if block % 7 == 0 { -z(block) } else { z(block) }).is_empty());
     }
