@@ -420,12 +420,11 @@ impl SemifinishReport {
                 part.stock_mm[1]
             );
         }
-        if let (Some([low, high]), Some(percent)) = (self.stock.calibrated_mm, self.stock.outside_calibrated_percent) {
-            if percent > 0.0 {
-                text += &format!(
-                    "          {percent:.0} % of the length has stock outside {low} to {high} mm, for which layer models are calibrated\n"
-                );
-            }
+        let outside = self.stock.outside_calibrated_percent.filter(|percent| *percent > 0.0);
+        if let (Some([low, high]), Some(percent)) = (self.stock.calibrated_mm, outside) {
+            text += &format!(
+                "          {percent:.0} % of the length has stock outside {low} to {high} mm, for which layer models are calibrated\n"
+            );
         }
         if force.no_force_mm > 0.0 {
             text += &format!(

@@ -229,7 +229,9 @@ impl<'a> Rounds<'a> {
                 }
             }
             let scale = if told > 0.0 { told / sum(&row) } else { 1.0 };
-            row.iter_mut().for_each(|(_, slope)| *slope *= scale);
+            for (_, slope) in &mut row {
+                *slope *= scale;
+            }
             self.slopes[k] = row;
         }
     }

@@ -139,9 +139,9 @@ impl Bound {
             for y in y {
                 let along = gx * x + gy * y;
                 if gx * y - gy * x > 0.0 {
-                    left = [x, y]
+                    left = [x, y];
                 } else {
-                    right = [x, y]
+                    right = [x, y];
                 }
                 most = most.max(along * along.abs() / (x * x + y * y));
             }

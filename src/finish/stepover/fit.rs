@@ -157,7 +157,9 @@ mod tests {
                 let mut points = quarter(plane, 10.0, 80);
                 let (_, v, _) = plane.axes();
                 if back {
-                    points.iter_mut().for_each(|p| p[v] = -p[v]);
+                    for p in &mut points {
+                        p[v] = -p[v];
+                    }
                 }
                 let end = points[79];
                 let way = points[79] - points[78];

@@ -106,7 +106,7 @@ fn names_a_place(program: &Program, words: impl Iterator<Item = Token>) -> bool 
             names.next().is_some_and(|first| !MOVES.iter().any(|word| word.eq_ignore_ascii_case(text(&first))))
         }
         Syntax::Siemens => names.any(|name| name.kind == TokenKind::Label || !nc::is_setting(text(&name))),
-        _ => names.next().is_some(),
+        Syntax::Rs274 => names.next().is_some(),
     }
 }
 
