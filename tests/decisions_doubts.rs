@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 41] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 43] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
     ("pallet", "M60", Dialect::LinuxCnc, Doubt::ProgramStop),
@@ -51,6 +51,8 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 41] = [
     ("missing macro", "G65 P9810 Z1.", Dialect::Fanuc, Doubt::MissingProgram),
     ("missing routine", "o<gone> call [1]", Dialect::LinuxCnc, Doubt::MissingProgram),
     ("M code that may be a macro", "M77", Dialect::Fanuc, Doubt::UnknownCode),
+    ("something unclamped", "M11", Dialect::Fanuc, Doubt::UnknownCode),
+    ("coolant of one builder", "M88", Dialect::Fanuc, Doubt::UnknownCode),
     ("user's M code", "M101", Dialect::LinuxCnc, Doubt::UnknownCode),
     ("unknown G code", "G200 X5.", Dialect::Fanuc, Doubt::UnknownCode),
     ("text of another dialect", "F10 AC", Dialect::Generic, Doubt::UnknownCode),
@@ -201,6 +203,39 @@ fn the_second_of_two_slots_behind_a_stop_keeps_its_feed() {
     };
     assert!(second("(NOTHING)") > 1000.0, "2 mm of a slot that is there already bear more: {}", second("(NOTHING)"));
     assert!(second("M0") < 600.5, "behind a stop it may be a whole slot: {}", second("M0"));
+}
+
+/// Plain language of Heidenhain: a cut, an event, the same cut again.
+#[test]
+fn what_plain_language_leaves_open_is_a_doubt() {
+    let read = |event: &str| {
+        let text = format!(
+            "0 BEGIN PGM P MM\n1 TOOL CALL 1 Z S3000\n2 L X+0 Y+0 Z+5 FMAX M3\n3 L Z-2 F300\n4 L X+50 F600\n{event}\n9 L X+0\n\
+             10 END PGM P MM\n"
+        );
+        read(&text, Dialect::Heidenhain, &bare()).doubts
+    };
+    for (name, event) in [
+        ("a word nobody knows", "5 FN 99: D1"),
+        ("a value written into the control", "5 FN 17: SYSWRITE ID 210 NR4 IDX3 = +Q1"),
+        ("the datum", "5 FN 25: PRESET = X/+Q5/+0"),
+        ("half a cycle", "5 CYCL DEF 19.0 WORKING PLANE"),
+        ("half a cycle, another after it", "5 CYCL DEF 7.0 DATUM SHIFT\n6 CYCL DEF 8.1 X"),
+    ] {
+        let doubts = read(event);
+        assert!(doubts.iter().any(|d| d.doubt == Doubt::UnknownCode && d.line == 6), "{name}: {doubts:?}");
+    }
+    for (name, event) in [
+        ("a sum", "5 FN 1: Q5 = +3 + +4"),
+        ("a value read", "5 FN 18: SYSREAD Q25 = ID210 NR4 IDX3"),
+        ("a cell of a table", "5 FN 28: TABREAD Q10 = +2/\"X\""),
+        ("a print", "5 FN 16: F-PRINT A.A / B.TXT"),
+        ("a whole cycle", "5 CYCL DEF 19.0 WORKING PLANE\n6 CYCL DEF 19.1 A+0 B+0 C+0"),
+        ("a whole cycle about a comment", "5 CYCL DEF 7.0 DATUM SHIFT\n; in X\n6 CYCL DEF 7.1 X+0"),
+    ] {
+        let doubts = read(event);
+        assert!(doubts.is_empty(), "{name}: {doubts:?}");
+    }
 }
 
 #[test]

@@ -140,11 +140,15 @@ pub(crate) struct Properties {
 /// Macro B's variables from here to #999 outlast the program; those from #1000 on are the control's own: #3000 is an alarm, #3006
 /// a stop (Fanuc B-64304EN, Custom macro, Types of variables, System variables).
 pub(crate) const PERMANENT: u32 = 500;
-/// M0–M9; clamps of rotary axes, spindle with coolant, orientation, ends; calls and returns.
-const M_EVERYWHERE: &[RangeInclusive<u16>] = &[0..=11, 13..=14, 19..=19, 30..=30, 48..=49, 60..=60, 97..=99];
-/// Rigid tapping, chip conveyor, coolant, gears, air blast, door, graphics, through-spindle coolant, mist, call.
-const M_FANUC: &[RangeInclusive<u16>] = &[
-    12..=12,
+/// M0–M9; spindle with coolant, orientation, ends; calls and returns. Not M10 and M11: ISO 6983 clamps and unclamps by them, and what
+/// is unclamped (an axis, a slide, the part) is the builder's to say.
+const M_EVERYWHERE: &[RangeInclusive<u16>] = &[0..=9, 13..=14, 19..=19, 30..=30, 48..=49, 60..=60, 97..=99];
+/// Rigid tapping, gears, call of a file (Fanuc B-64304EN, Auxiliary function); all others are the builder's.
+const M_FANUC: &[RangeInclusive<u16>] = &[29..=29, 40..=45, 198..=198];
+/// Brakes of the rotary axes, chip conveyor, coolant, gears, air blast, door, graphics, through-spindle coolant, rigid tapping, mist,
+/// call (Haas Mill Operator's Manual, M-codes).
+const M_HAAS: &[RangeInclusive<u16>] = &[
+    10..=13,
     29..=29,
     31..=31,
     33..=35,
@@ -225,7 +229,14 @@ const TABLE: &[Properties] = &[
     GENERIC,
     FANUC,
     // R left out: Haas Mill Operator's Manual, G81.
-    Properties { dialect: Dialect::Haas, name: "haas", r_plane_optional: true, scales_in_thousandths: false, ..FANUC },
+    Properties {
+        dialect: Dialect::Haas,
+        name: "haas",
+        m_codes: M_HAAS,
+        r_plane_optional: true,
+        scales_in_thousandths: false,
+        ..FANUC
+    },
     // LinuxCNC 2.9 refuses a line of 254 bytes with its end ("Command too long").
     Properties {
         dialect: Dialect::LinuxCnc,
@@ -411,7 +422,10 @@ mod tests {
         for (dialect, known, unknown) in [
             (Dialect::LinuxCnc, 640, 1010),
             (Dialect::Haas, 880, 500),
+            (Dialect::Haas, 110, 550),
             (Dialect::Fanuc, 290, 770),
+            (Dialect::Fanuc, 420, 880),
+            (Dialect::Generic, 80, 110),
             (Dialect::Siemens, 410, 210),
             (Dialect::Heidenhain, 1400, 500),
         ] {

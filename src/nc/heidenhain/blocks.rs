@@ -63,8 +63,9 @@ impl Interpreter<'_, Heidenhain> {
         if names.first() == Some(&"FN") && self.q_jump(source.program().line_text(block), place) {
             return After::Done;
         }
+        let read_by_control = names.iter().any(|name| matches!(*name, "SYSREAD" | "TABREAD"));
         for token in tokens.iter().filter(|token| token.kind == TokenKind::Assignment) {
-            self.q_assignment(*token, text);
+            self.q_assignment(*token, text, read_by_control);
         }
         for token in tokens.iter_mut().filter(|token| token.kind == TokenKind::Expression) {
             self.insert_parameter(token, text);
@@ -120,7 +121,7 @@ impl Interpreter<'_, Heidenhain> {
                 self.doubt(Doubt::ProgramStop, place);
             }
             ["CYCL", "DEF", ..] => {
-                self.define_cycle(&tokens, text, words, place);
+                self.define_cycle(block, &tokens, text, words, place);
                 words.clear();
             }
             ["CYCL", "CALL", ..] => self.call_cycle(place),
@@ -136,6 +137,11 @@ impl Interpreter<'_, Heidenhain> {
             }
             ["FUNCTION", "RESET", "TCPM", ..] => {
                 self.set_lost_frame(LostFrame::TipFollowed, false, place);
+                words.clear();
+            }
+            ["FN", ..] if !first_number.is_some_and(only_parameters) => {
+                let what = "this FN may set more than parameters; the block is kept";
+                self.misread("nc::not-understood", place, what, "");
                 words.clear();
             }
             ["LBL" | "BLK" | "CYCL" | "FN", ..] | ["TOOL", "DEF", ..] => words.clear(),
@@ -162,11 +168,13 @@ impl Interpreter<'_, Heidenhain> {
         After::Words
     }
 
-    fn q_assignment(&mut self, token: Token, text: &[u8]) {
+    /// `Q1 = +3 * Q2`; of what is read from the control (FN 18, FN 28) only the control knows the value.
+    fn q_assignment(&mut self, token: Token, text: &[u8], of_control: bool) {
         let bytes = token.span.of(text);
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let index = expr::parameter_index(String::from_utf8_lossy(&bytes[1..equals]).trim()).unwrap_or(0);
-        if let Some(feed) = self.feed_by_name(&bytes[equals + 1..]) {
+        let known = if of_control { Some(f64::NAN) } else { self.feed_by_name(&bytes[equals + 1..]) };
+        if let Some(feed) = known {
             self.block.assignments.push((Target::Number(index), Some(feed)));
             return self.apply_assignments();
         }
@@ -445,6 +453,12 @@ fn formula(text: &[u8]) -> Vec<u8> {
 }
 
 /// T alone brings the tool into the spindle here.
+/// Does an FN calculate, jump, print, wait, or read and write tables alone? FN 17 writes into the control, 19 and 29 hand values to the
+/// machine, 25 sets the datum (TNC 640, Klartext Programming, Programming Q parameters).
+fn only_parameters(number: f64) -> bool {
+    matches!(number as u32, 0..=16 | 18 | 20 | 23..=24 | 26..=28 | 37..=38) && number.fract() == 0.0
+}
+
 fn tool_call(words: &mut Words, number: Option<f64>, place: Span) {
     words.remove(b'R');
     if let Some(number) = number {

@@ -4,6 +4,7 @@
 use super::blocks::LostFrame;
 use super::state::Heidenhain;
 use crate::diag::{Severity, Span};
+use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::state::Cycle;
@@ -17,7 +18,7 @@ const LOST: [u32; 4] = [26, 220, 221, 224];
 
 impl Interpreter<'_, Heidenhain> {
     /// `CYCL DEF n.k`: number and part, and what acts at once.
-    pub(crate) fn define_cycle(&mut self, tokens: &[Token], text: &[u8], words: &Words, place: Span) {
+    pub(crate) fn define_cycle(&mut self, block: BlockId, tokens: &[Token], text: &[u8], words: &Words, place: Span) {
         let mut numbers = tokens.iter().filter(|token| token.kind == TokenKind::Expression);
         let Some(first) = numbers.next() else { return };
         let whole = first.number as u32;
@@ -27,7 +28,13 @@ impl Interpreter<'_, Heidenhain> {
         let value = numbers.next().map(|token| token.number);
         let axis_words = [b'X', b'Y', b'Z'].map(|letter| words.get(letter).map(|value| (letter, value)));
         match (whole, part) {
-            (7 | 8 | 10 | 11 | 19, 0) => return,
+            (7 | 8 | 10 | 11 | 19, 0) => {
+                if !self.goes_on(block, whole) {
+                    let what = format!("cycle {whole} lacks its part {whole}.1; the block is kept");
+                    self.misread("nc::cycle", place, what, "write the part, or take the cycle out");
+                }
+                return;
+            }
             (19, _) => {
                 let tilted =
                     words.has_any(b"ABC") && b"ABC".iter().any(|axis| words.get(*axis).is_some_and(|at| at != 0.0));
@@ -78,6 +85,17 @@ impl Interpreter<'_, Heidenhain> {
             }
         }
         self.reframe();
+    }
+
+    /// Does the next line that says something define a part of this cycle?
+    fn goes_on(&self, block: BlockId, cycle: u32) -> bool {
+        let source = self.flow.source.clone();
+        let program = source.program();
+        let after = (block.0 + 1..program.len() as u32).map(|next| program.line_text(BlockId(next)));
+        let mut said = after.map(|line| String::from_utf8_lossy(line).trim().to_ascii_uppercase());
+        let next = said.find(|line| !line.is_empty() && !line.starts_with(';')).unwrap_or_default();
+        let words = next.trim_start_matches(|letter: char| letter.is_ascii_digit()).trim_start();
+        words.strip_prefix("CYCL DEF").is_some_and(|part| part.trim_start().starts_with(&format!("{cycle}.")))
     }
 
     /// The cycle defined last, where the tool is.
