@@ -1,5 +1,5 @@
-//! The whole pipeline on a finishing program: `optimize` by stage with peak memory, then the same with one limit changed and the
-//! engagement of the first run kept in a file, as `--cache` keeps it; and from a block, with a certificate and what its checker takes.
+//! The whole pipeline on a finishing program: `optimize` by stage with peak memory; again, with the engagement kept in a file as `--cache`
+//! keeps it; then with one limit changed and the engagement taken from there; and from a block, with a certificate and what its checker takes.
 //! `cargo bench --bench optimize -- [blocks]` (default 100,000), `-- certificate [blocks]` for the last alone.
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
@@ -45,9 +45,11 @@ fn main() {
         engage: engage::Options { loader: Some(&load), ..engage::Options::default() },
         keep: Keep { recall: Some(&recall), remember: Some(&remember), stock: None },
     };
-    let begin = clock();
-    let run = optimize(task(&text, 60.0), &watch).unwrap();
-    print_run(&format!("optimize, {blocks} blocks"), clock() - begin, &run);
+    for (name, keep) in [("optimize", Keep::default()), ("the same with --cache", watch.keep)] {
+        let begin = clock();
+        let run = optimize(task(&text, 60.0), &Watch { keep, ..watch }).unwrap();
+        print_run(&format!("{name}, {blocks} blocks"), clock() - begin, &run);
+    }
     for (jerk, name) in [(true, "with jerk"), (false, "without jerk: the exact pass")] {
         resolve(&text, name, jerk, &watch);
     }

@@ -257,19 +257,19 @@ fn no_chip_term(seen: &Simulation) -> Vec<Finding> {
 
 fn below_tare(seen: &Simulation) -> Vec<Finding> {
     let mut found: Vec<(u32, Finding)> = Vec::new();
+    let of_tool = |tool: &Tool| Some((tool.number, seen.job.limits.overridden_by(&tool.limits).power_w?));
+    let limits_w: Vec<(u32, f64)> = seen.job.tools.iter().filter_map(of_tool).collect();
     for (id, motion) in feeds(seen) {
-        let Some(tool) = seen.job.tool(motion.tool) else { continue };
-        let Some(limit_w) = seen.job.limits.overridden_by(&tool.limits).power_w else { continue };
+        let Some((tool, limit_w)) = limits_w.iter().copied().find(|(number, _)| *number == motion.tool) else { continue };
         let tare_w = seen.job.machine.spindle.tare_w.at(motion.spin.rps);
-        let told = found.iter().any(|(number, _)| *number == tool.number);
+        let told = found.iter().any(|(number, _)| *number == tool);
         if !told && motion.spin.rps > 0.0 && limit_w <= tare_w && cut_mm(seen, id) > 0.0 {
             let text = format!(
-                "the power limit of T{}, {limit_w:.0} W, is not above the {tare_w:.0} W that the spindle takes in air at {:.0} \
+                "the power limit of T{tool}, {limit_w:.0} W, is not above the {tare_w:.0} W that the spindle takes in air at {:.0} \
                  rev/min",
-                tool.number,
                 rpm_from_rps(motion.spin.rps)
             );
-            found.push((tool.number, (text, Some(motion.line))));
+            found.push((tool, (text, Some(motion.line))));
         }
     }
     found.into_iter().map(|(_, found)| found).collect()
