@@ -522,7 +522,9 @@ fn an_operation_found_by_its_comment_keeps_its_feed() {
     let dir = bench();
     let program = PROGRAM.replace("Y12\nX-10\n", "(finish)\nY12\nX-10\n(end)\n");
     fs::write(dir.path().join("part.nc"), program).unwrap();
-    let setup = SETUP.to_owned() + "[[operation]]\nmatch = { comment = \"FINISH\" }\nmode = \"keep\"\n";
+    let setup = "fixtures = \"none\"\n".to_owned()
+        + SETUP
+        + "[[operation]]\nmatch = { comment = \"FINISH\" }\nmode = \"keep\"\n";
     fs::write(dir.path().join("part.setup.toml"), setup).unwrap();
     // Line 10 is kept at 119 % of the force limit: done, but a limit is not met.
     feedwright(dir.path()).args(["optimize", "part.nc", "--json", "r.json", "--json-blocks"]).assert().code(1);

@@ -12,6 +12,7 @@ use std::path::Path;
 /// A block of 40 × 20 × 10 mm and a mill of 6 mm; the force limit is one that its cuts come near.
 const SETUP: &str = r#"
 resolution = 0.25
+fixtures = "none"
 [machine]
 dialect = "linuxcnc"
 [stock]
@@ -65,7 +66,11 @@ fn cuts_of(program: &str, rest: &str, change: impl Fn(&mut Toolpath)) -> Vec<Pla
 }
 
 fn places(program: &str, rest: &str, change: impl Fn(&mut Toolpath)) -> Vec<Place> {
-    let (job, _) = feedwright::setup::load(&format!("{SETUP}{rest}"), Path::new(".")).unwrap();
+    places_by(&format!("{SETUP}{rest}"), program, change)
+}
+
+fn places_by(setup: &str, program: &str, change: impl Fn(&mut Toolpath)) -> Vec<Place> {
+    let (job, _) = feedwright::setup::load(setup, Path::new(".")).unwrap();
     let mut toolpath = toolpath(program, &job);
     change(&mut toolpath);
     let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
@@ -207,6 +212,35 @@ fn a_descent_or_a_retract_in_air_is_none_of_these() {
     let all = places(&(program.to_owned() + SLOTS), &(FORCE.to_owned() + "air_feed = 3000\napproach = 1\n"), |_| {});
     let mut fed = all.iter().filter(|place| (5..=7).contains(&place.line));
     assert!(fed.all(|place| place.node.kept.is_none() && place.rises()));
+}
+
+/// Below the top of the blank and beyond its outline a clamp may stand: no air feed there until the setup says what clamps the part.
+#[test]
+fn air_beside_the_blank_waits_for_a_word_about_clamps() {
+    // Line 5 goes down beside the blank; 6 runs beside it, below its top; 7 above it; 19 within what 10 to 15 have cut.
+    let pocket = "G0 Z5\nX8 Y6\nG1 Z-2 F300\nX32 F900\nY10\nX8\nY14\nX32\nG0 Z5\nX28 Y10\nG1 Z-1 F900\nX12\nG0 Z5\n";
+    let program = "G0 X-10 Y10 Z5\nG1 Z-2 F900\nX-20\nX-30 Z2\n".to_owned() + pocket;
+    let after = |said: &str| {
+        let setup = if said == "none" { SETUP.to_owned() } else { SETUP.replace("fixtures = \"none\"\n", said) };
+        places_by(&(setup + FORCE + "air_feed = 3000\napproach = 0\n"), &program, |_| {})
+    };
+    let of = |all: &[Place], line: u32| -> Vec<(Option<Kept>, bool)> {
+        let found = all.iter().filter(|place| place.line == line && !place.node.cutting);
+        found.map(|place| (place.node.kept, place.rises())).collect()
+    };
+    let silent = after("");
+    assert!(!of(&silent, 6).is_empty() && of(&silent, 6).iter().all(|found| *found == (Some(Kept::Fixtures), false)));
+    assert!(of(&silent, 5).contains(&(Some(Kept::Fixtures), false)), "{:?}", of(&silent, 5));
+    for said in ["none", "fixture = [{ box = { min = [90, 90, -20], max = [99, 99, 5] } }]\n"] {
+        let known = after(said);
+        for line in [5, 6, 7] {
+            assert!(of(&known, line).contains(&(None, true)), "{said}, line {line}: {:?}", of(&known, line));
+        }
+        assert!(known.iter().all(|place| place.node.kept != Some(Kept::Fixtures)));
+    }
+    assert!(of(&silent, 19).contains(&(None, true)), "within the outline: {:?}", of(&silent, 19));
+    let wrong = feedwright::setup::load(&SETUP.replace("\"none\"", "\"vice\""), Path::new(".")).unwrap_err();
+    assert!(format!("{wrong:?}").contains("[[fixture]]"), "{wrong:?}");
 }
 
 #[test]

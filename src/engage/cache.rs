@@ -52,7 +52,7 @@ pub fn to_bytes(map: &EngagementMap, key: &Key) -> Vec<u8> {
         out.extend_from_slice(&s.removal_area_mm2.to_le_bytes());
         out.extend_from_slice(&s.axial_depth_mm.to_le_bytes());
         out.extend_from_slice(&s.arc_count.to_le_bytes());
-        let flags = [s.flags.clear_air, s.flags.uncertain, s.flags.final_surface];
+        let flags = [s.flags.clear_air, s.flags.uncertain, s.flags.final_surface, s.flags.beside_blank];
         out.push(flags.iter().enumerate().map(|(bit, set)| u8::from(*set) << bit).sum());
     }
     count(&mut out, map.arcs.len());
@@ -136,7 +136,7 @@ fn station(reader: &mut Reader, first_arc: u32) -> Option<Station> {
         flags: {
             let bits = reader.u8()?;
             let bit = |k: u8| bits >> k & 1 == 1;
-            StationFlags { clear_air: bit(0), uncertain: bit(1), final_surface: bit(2) }
+            StationFlags { clear_air: bit(0), uncertain: bit(1), final_surface: bit(2), beside_blank: bit(3) }
         },
     })
 }

@@ -24,6 +24,8 @@ pub struct EngagedArc {
 pub struct StationFlags {
     /// Nothing is cut, not even with the stock grown by its uncertainty and the approach distance: air feed is allowed.
     pub clear_air: bool,
+    /// In clear air, below the top of the blanks and reaching beyond their outlines: a clamp may stand here.
+    pub beside_blank: bool,
     /// The engagement is uncertain here (undercut, unknown stock): the feed must not be raised nor the block split.
     pub uncertain: bool,
     /// The move leaves the finished surface here.

@@ -14,6 +14,7 @@
 
 pub mod arcs;
 pub mod batch;
+mod beside_blank;
 pub mod between_samples;
 mod block_ends;
 pub mod cache;

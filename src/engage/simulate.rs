@@ -6,6 +6,7 @@
 //! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
 
 use super::batch::{BatchResult, Operation, Swept, assign, run};
+use super::beside_blank::mark_beside_blank;
 use super::block_ends::Marker;
 use super::cutter::Cutter;
 use super::final_surface::mark_final_surface;
@@ -122,6 +123,12 @@ fn engage_all(
     let mut map = builder.map;
     map.remaining_mm3 = fields.iter().map(Field::volume_mm3).sum();
     map.removed_mm3 = map.initial_mm3 - map.remaining_mm3;
+    let placed = |motion: &Move| {
+        let radius_mm = job.tool(motion.tool).map_or(0.0, |tool| 0.5 * tool.diameter_mm);
+        (plan.laid.shift(motion), radius_mm)
+    };
+    let extents: Vec<Box3> = plan.tilings.iter().map(|stock| stock.extent).collect();
+    mark_beside_blank(&mut map, path, &extents, &placed);
     if again.is_none() {
         mark_final_surface(&mut map, elements, &fields);
     }

@@ -64,7 +64,7 @@ impl Builder {
                     if let Some(done) = current.take() {
                         self.close(cutter_index, cutter, done);
                     }
-                    let flags = StationFlags { clear_air: piece.clear, uncertain, final_surface: false };
+                    let flags = StationFlags { clear_air: piece.clear, uncertain, ..StationFlags::default() };
                     let station = empty_station(id, [from_mm, piece.to_mm], flags);
                     current = Some((piece, station));
                 }

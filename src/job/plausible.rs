@@ -260,7 +260,9 @@ fn below_tare(seen: &Simulation) -> Vec<Finding> {
     let of_tool = |tool: &Tool| Some((tool.number, seen.job.limits.overridden_by(&tool.limits).power_w?));
     let limits_w: Vec<(u32, f64)> = seen.job.tools.iter().filter_map(of_tool).collect();
     for (id, motion) in feeds(seen) {
-        let Some((tool, limit_w)) = limits_w.iter().copied().find(|(number, _)| *number == motion.tool) else { continue };
+        let Some((tool, limit_w)) = limits_w.iter().copied().find(|(number, _)| *number == motion.tool) else {
+            continue;
+        };
         let tare_w = seen.job.machine.spindle.tare_w.at(motion.spin.rps);
         let told = found.iter().any(|(number, _)| *number == tool);
         if !told && motion.spin.rps > 0.0 && limit_w <= tare_w && cut_mm(seen, id) > 0.0 {

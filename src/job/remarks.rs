@@ -14,7 +14,7 @@ use crate::rewrite;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::idle_limits::{Idle, idle};
 use crate::schedule::rules::rules;
-use crate::schedule::{Conflict, Problem, Schedule, as_programmed};
+use crate::schedule::{Conflict, Kept, Problem, Schedule, as_programmed};
 use crate::setup::Assumption;
 use crate::units::mm_min_from_mm_s;
 
@@ -178,6 +178,17 @@ pub fn held_by_feed_change(schedule: &Schedule, job: &Job) -> Option<Diagnostic>
         "coefficients are not measured: with `calibrate` or `learn` the default is 2, or write limits.feed_change"
     };
     Some(Diagnostic::new("schedule::feed-change", Severity::Note, text).help(help))
+}
+
+/// What runs no faster because the setup does not say what clamps the part.
+pub fn held_by_clamps(schedule: &Schedule) -> Option<Diagnostic> {
+    let held = schedule.kept_s.iter().filter(|(why, _)| *why == Kept::Fixtures);
+    let seconds: f64 = held.map(|(_, seconds)| seconds).sum();
+    let text = format!(
+        "{seconds:.0} s in the air beside the blank keep their feed: the setup does not say what clamps the part"
+    );
+    let help = "give the clamps as [[fixture]] boxes, or fixtures = \"none\" where the part is held from below";
+    (seconds >= 0.5).then(|| Diagnostic::new("schedule::fixtures", Severity::Note, text).help(help))
 }
 
 /// Minima that gave way to a load limit, one sentence for each pair of them: with both feeds, where they are furthest apart.

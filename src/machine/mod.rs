@@ -405,6 +405,9 @@ pub struct Job {
     pub stocks: Vec<Stock>,
     /// Keep-out boxes.
     pub fixtures: Vec<Box3>,
+    /// The setup says what clamps the part: by its keep-out boxes, or that nothing does beside the blank. Else air feed ends at the
+    /// outline of the blank.
+    pub fixtures_are_known: bool,
     /// Limits that hold everywhere.
     pub limits: Limits,
     /// What may be raised.

@@ -11,6 +11,7 @@
 //! | entry | the path is within one tool radius after first contact, or before the last one, of a cut ([`entries`]) |
 //! | finishing | the station, or one within a cell's diagonal, leaves the finished surface by a cut no thicker than an [allowance](super::kinds_of_cut::ALLOWANCE) |
 //! | compensation | G41 or G42 (RL, RR) is in force |
+//! | fixtures | nothing is cut, below the top of the blank and beyond its outline, and the setup says nothing of clamps |
 //! | cycle | the move belongs to a drilling or boring cycle (which is then neither plunge nor ramp) |
 //!
 //! A descent or a retract in air is none of these but what the text says of it (compensation, cycle). A plunge, a ramp or a
@@ -42,13 +43,17 @@ pub struct Keeping<'a> {
     /// By station: a finishing pass leaves the finished surface here.
     finishing: Vec<bool>,
     unsound: bool,
+    /// There is air feed, and the setup does not say what clamps the part.
+    clamps_unknown: bool,
 }
 
 impl<'a> Keeping<'a> {
     /// For a program.
     pub fn new(toolpath: &'a Toolpath, map: &'a EngagementMap, job: &Job, rules: &'a Rules, cutters: &Cutters) -> Self {
         let finishing = finishing(toolpath, map, job);
-        Self { toolpath, map, rules, finishing, unsound: unsound(toolpath, map, job, cutters) }
+        let unsound = unsound(toolpath, map, job, cutters);
+        let clamps_unknown = job.air_feed.is_some() && !job.fixtures_are_known;
+        Self { toolpath, map, rules, finishing, unsound, clamps_unknown }
     }
 
     /// Why the feed of a station (or of a feed move without any) is not raised; entries apart.
@@ -82,7 +87,8 @@ impl<'a> Keeping<'a> {
         let final_surface = self.finishing[index].then(|| refused(Kept::Finishing, raise.finishing)).flatten();
         let answers = rule.loads.iter().any(|(kind, _)| OF_THE_END_FACE.contains(kind));
         let unanswered = (way.is_some() && !answers).then_some(Kept::NoLoadLimit);
-        of_way.or(compensated).or(final_surface).or(unanswered)
+        let clamps = (station.flags.beside_blank && self.clamps_unknown).then_some(Kept::Fixtures);
+        of_way.or(compensated).or(final_surface).or(unanswered).or(clamps)
     }
 
     /// Which of the stations of its move it is.

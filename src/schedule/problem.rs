@@ -39,6 +39,8 @@ pub enum Kept {
     Entry,
     /// The move leaves the final surface.
     Finishing,
+    /// In the air beside the blank, where the setup does not say what clamps the part.
+    Fixtures,
     /// Under G41 or G42.
     Compensation,
     /// A drilling or boring cycle.
@@ -64,6 +66,7 @@ impl Kept {
             Kept::Ramp => "the end face cuts downwards along a ramp",
             Kept::Entry => "lead-in, lead-out or first engagement of a cut",
             Kept::Finishing => "the move leaves the final surface",
+            Kept::Fixtures => "in the air beside the blank, where clamps may stand",
             Kept::Compensation => "under G41 or G42",
             Kept::Cycle => "a drilling or boring cycle",
             Kept::Forgotten => "it was rewritten before, and what its feed was is not known any more",

@@ -25,6 +25,9 @@ pub struct SetupFile {
     pub stock: Option<OneOrMany<StockTable>>,
     /// Keep-out boxes: contact is an error, no air feed inside.
     pub fixture: Option<Vec<FixtureTable>>,
+    /// "none": nothing clamps the part beside the blank (it is held from below). Without this and without `[[fixture]]`, air cuts below the
+    /// top of the blank and beyond its outline keep their feed.
+    pub fixtures: Option<String>,
     /// Cutting coefficients, in place of a library name in `[stock]`.
     pub material: Option<MaterialTable>,
     /// The tools.

@@ -124,6 +124,7 @@ fn job(reader: &mut Reader, file: &SetupFile, dir: &Path, is_for_table: bool) ->
         machine,
         stocks: stock::stocks(reader, file, &tools, dir, is_for_table),
         fixtures: fixtures(reader, file),
+        fixtures_are_known: fixtures_are_known(reader, file),
         tools,
         limits,
         raise: limits::raise(file.raise.as_ref()),
@@ -196,6 +197,18 @@ fn machine_table(reader: &mut Reader, written: Option<&NameOr<MachineTable>>) ->
             MachineTable::default()
         }
     }
+}
+
+/// Keep-out boxes, or `fixtures = "none"`.
+fn fixtures_are_known(reader: &mut Reader, file: &SetupFile) -> bool {
+    let boxes = file.fixture.as_ref().is_some_and(|tables| !tables.is_empty());
+    let none = file.fixtures.as_deref() == Some("none");
+    if file.fixtures.is_some() && !none {
+        reader.complain("fixtures", "can only be \"none\"", "give the clamps as [[fixture]] boxes");
+    } else if none && boxes {
+        reader.complain("fixtures", "is \"none\", but there are [[fixture]] boxes", "leave one of them out");
+    }
+    boxes || none
 }
 
 fn fixtures(reader: &mut Reader, file: &SetupFile) -> Vec<Box3> {

@@ -82,7 +82,7 @@ type Tool<'a> = (u32, &'a str, f64, u32, &'a str);
 fn setup(inch: bool, stock: [[f64; 3]; 2], tools: &[Tool], limits: &str) -> String {
     let dialect = if inch { "fanuc" } else { "linuxcnc" };
     let mut out = format!(
-        "units = \"mm\"\n[machine]\ndialect = \"{dialect}\"\nrapid = 15000\ncorner_tolerance = 0.02\nblock_time = 0.002\n\
+        "units = \"mm\"\nfixtures = \"none\"\n[machine]\ndialect = \"{dialect}\"\nrapid = 15000\ncorner_tolerance = 0.02\nblock_time = 0.002\n\
          [machine.axes]\nx = {{ velocity = 15000, acceleration = 1500 }}\ny = {{ velocity = 15000, acceleration = 1500 }}\n\
          z = {{ velocity = 12000, acceleration = 1200 }}\n[machine.spindle]\nmax_rpm = 15000\nrunup_time = 1\n\
          [stock]\nbox = {{ min = {:?}, max = {:?} }}\n[material]\nk_tc = 842\nk_rc = 332\nk_ac = 150\nk_te = 15.2\nk_re = 8.6\nk_ae = 2\n",

@@ -10,6 +10,7 @@ use tempfile::TempDir;
 /// The setup, ready for limits.
 pub const SETUP: &str = r#"
 resolution = 0.5
+fixtures = "none"
 [machine]
 dialect = "linuxcnc"
 [stock]

@@ -102,6 +102,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
         tools,
         stocks,
         fixtures: Vec::new(),
+        fixtures_are_known: false,
         limits: Limits::default(),
         raise: Raise::default(),
         confirmed: Vec::new(),
