@@ -164,12 +164,8 @@ impl<'a> Bench<'a> {
     /// What the samples meet.
     pub(super) fn met(&self, look: &Look, samples: &[Sample]) -> Vec<Met> {
         let tool = self.semi_tool;
-        let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.tool == tool.number;
         let semi = &look.toolpath.moves[..look.first];
-        let curves = semi.iter().enumerate().filter(|(_, motion)| cuts(motion)).map(|(index, motion)| {
-            (index as u32, shifted(&motion.curve(), shift(self.task.job, &look.toolpath, motion.wcs)))
-        });
-        let centres = Centres::new(curves, tool.radius_mm());
+        let centres = self.semi_centres(look);
         let lengths_mm: Vec<f64> = semi.iter().map(|motion| motion.curve().length()).collect();
         let left = Left {
             centres: &centres,
@@ -201,6 +197,17 @@ impl<'a> Bench<'a> {
             Stand { tip: curve.point(sample.s_mm) + shift(self.task.job, &look.toolpath, motion.wcs), dir }
         };
         samples.iter().map(stand).collect()
+    }
+
+    /// The path of the centre of the semi-finishing ball.
+    pub(super) fn semi_centres(&self, look: &Look) -> Centres {
+        let number = self.semi_tool.number;
+        let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.tool == number;
+        let moves = look.toolpath.moves[..look.first].iter().enumerate().filter(|(_, motion)| cuts(motion));
+        let curves = moves.map(|(index, motion)| {
+            (index as u32, shifted(&motion.curve(), shift(self.task.job, &look.toolpath, motion.wcs)))
+        });
+        Centres::new(curves, self.semi_tool.radius_mm())
     }
 
     /// The path of the centre of the finishing ball.

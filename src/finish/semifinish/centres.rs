@@ -158,6 +158,11 @@ impl Centres {
     /// Distance from the pass nearest to a place to the next pass beside it, in the plane normal to `normal`; `None` where there is
     /// none within `reach_mm`. A piece beside it lies more than `across` of its distance off the direction of the path.
     pub fn spacing(&self, at: Vec3, normal: Vec3, reach_mm: f64, across: f64) -> Option<f64> {
+        self.beside(at, normal, reach_mm, across).map(|way| (way - normal * way.dot(&normal)).norm())
+    }
+
+    /// The way to that pass.
+    pub fn beside(&self, at: Vec3, normal: Vec3, reach_mm: f64, across: f64) -> Option<Vec3> {
         let mut near = Vec::new();
         self.near(at, reach_mm, &mut near);
         let own = self.nearest_piece(&near, at, normal)?;
@@ -171,9 +176,9 @@ impl Centres {
             let level = way - normal * way.dot(&normal);
             // Another pass, not the plunge that one begins with.
             let runs_along = (b - a).dot(&along).abs() > across * (b - a).norm();
-            (off > 1e-6 && runs_along && level.dot(&along).abs() < across * level.norm()).then(|| level.norm())
+            (off > 1e-6 && runs_along && level.dot(&along).abs() < across * level.norm()).then_some((level.norm(), way))
         });
-        beside.reduce(f64::min)
+        beside.reduce(|a, b| if b.0 < a.0 { b } else { a }).map(|(_, way)| way)
     }
 
     /// The nearest of the pieces that run most nearly along the surface: a pass, not the plunge it begins with, which may be nearer.

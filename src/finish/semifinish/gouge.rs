@@ -2,9 +2,10 @@
 //! it, and as the moved one does, on the same cells. Out: the cells on which it does, and how deep.
 //!
 //! Heights of cells are exact at their middles. The finished surface is where the finish cuts deeper than the semi-finish as it came
-//! did, by at least a part of what is usual ([`PART`]). Beside it, at the far side of the ball on the first and last pass, the moved
-//! one may reach further than both: that is told apart, for whether it matters only the drawing says. There the normal of the ball
-//! stands at a right angle to that of the surface; a ball that is moved by t runs along it, and deeper by t²/2R.
+//! did, by at least a part of what is usual ([`PART`]), both along the normal of what the finish leaves. Beside it, at the far side of
+//! the ball on the first and last pass, the moved one may reach further than both: that is told apart, for whether it matters only the
+//! drawing says. There the normal of the ball stands at a right angle to that of the surface; a ball that is moved by t runs along it,
+//! and deeper by t²/2R. (Along Z there is as much stock at the far side as anywhere: a ball that is lifted by t is so all around.)
 
 use crate::stock::{Piece, UNTOUCHED};
 
@@ -14,7 +15,7 @@ const DEEP_MM: f32 = 0.001;
 
 /// Part of the stock usually left (the median) from which a cell is one of the finished surface, and not of the far side of the ball:
 /// there the stock is that share of the usual one that the cosine between both normals is, 0 at the right angle. Moved by t ≤ R/2 the
-/// ball stays above where that is a quarter. On walls the stock along Z is larger, never smaller.
+/// ball stays above where that is a quarter.
 const PART: f32 = 0.25;
 
 /// What was found.
@@ -40,15 +41,17 @@ pub fn gouge(finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Gouge {
     for ((finish, semi), moved) in finish.iter().zip(semi).zip(moved) {
         let heights = [finish, semi, moved].map(|piece| piece.field.by_row(|tile| &tile.heights));
         let ids = finish.field.by_row(|tile| &tile.ids);
-        let left = (0..ids.len()).filter(|k| ids[*k] != UNTOUCHED).map(|k| heights[1][k] - heights[0][k]);
-        let least = least_left(left.filter(|left| *left > DEEP_MM).collect());
         let (field, across) = (&moved.field, moved.field.size[0]);
         if heights.iter().any(|heights| heights.len() != ids.len()) {
             continue;
         }
+        let upright = |k: usize| upright(&heights[0], k, across, field.cell);
+        let left = |k: usize| (heights[1][k] - heights[0][k]) * upright(k);
+        let touched = (0..ids.len()).filter(|k| ids[*k] != UNTOUCHED);
+        let least = least_left(touched.map(left).filter(|left| *left > DEEP_MM).collect());
         for k in 0..ids.len() {
             let [finish, semi, moved] = [heights[0][k], heights[1][k], heights[2][k]];
-            if ids[k] == UNTOUCHED || finish > semi - least {
+            if ids[k] == UNTOUCHED || left(k) < least {
                 if finish.min(semi) - moved > DEEP_MM {
                     found.beside += 1;
                     found.beside_mm = found.beside_mm.max(f64::from(finish.min(semi) - moved));
@@ -56,7 +59,7 @@ pub fn gouge(finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Gouge {
                 continue;
             }
             found.cells += 1;
-            let below = (finish.min(semi) - moved) * upright(&heights[0], k, across, field.cell);
+            let below = (finish.min(semi) - moved) * upright(k);
             if below <= DEEP_MM {
                 continue;
             }
@@ -85,7 +88,7 @@ fn upright(heights: &[f32], k: usize, across: usize, cell_mm: [f64; 2]) -> f32 {
     (1.0 + x * x + y * y).sqrt().recip() as f32
 }
 
-/// Stock along Z from which a cell belongs to the finished surface, mm; `left`: that of every cell that the finish cuts.
+/// Stock along the normal from which a cell belongs to the finished surface, mm; `left`: that of every cell that the finish cuts.
 fn least_left(mut left: Vec<f32>) -> f32 {
     let middle = left.len() / 2;
     if left.is_empty() {

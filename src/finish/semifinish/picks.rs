@@ -3,25 +3,17 @@
 
 use super::bench::{Bench, Look};
 use super::centres::Centres;
-use crate::engage::workpiece::shift;
-use crate::nc::MoveKind;
 use crate::path::Vec3;
 
 /// Places that are looked at.
 const PLACES: usize = 400;
 /// A neighbour lies across the path: more than 60° from its direction.
-const ACROSS: f64 = 0.5;
+pub(super) const ACROSS: f64 = 0.5;
 
 /// Spacing of the passes of semi-finish and finish about these tips with their normals, mm.
 pub(super) fn picks(bench: &Bench, base: &Look, tips: &[(Vec3, Vec3)]) -> [Option<f64>; 2] {
     let semi_mm = bench.semi_tool.radius_mm();
-    let cuts = |index: usize| {
-        let motion = &base.toolpath.moves[index];
-        (motion.kind == MoveKind::Feed && motion.tool == bench.semi_tool.number).then(|| {
-            (index as u32, super::bench::shifted(&motion.curve(), shift(bench.task.job, &base.toolpath, motion.wcs)))
-        })
-    };
-    let semi = Centres::new((0..base.first).filter_map(cuts), semi_mm);
+    let semi = bench.semi_centres(base);
     let finish = bench.finish_centres(&base.toolpath);
     let step = tips.len().div_ceil(PLACES).max(1);
     let places = || tips.iter().step_by(step);

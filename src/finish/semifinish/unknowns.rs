@@ -4,6 +4,7 @@
 use super::bench::{Bench, Look};
 use super::least_squares::Pair;
 use super::met::{Met, Sample};
+use super::picks::ACROSS;
 use super::refused::nothing_free;
 use super::stock::left;
 use super::task::SemifinishError;
@@ -61,6 +62,7 @@ impl Unknowns {
             stock_mm: Vec::new(),
             pairs: Vec::new(),
         };
+        unknowns.upright_to_passes(bench, base);
         let tips = unknowns.tips(bench, base);
         let finish = bench.finish_centres(&base.toolpath);
         let radii = [bench.semi_tool.radius_mm(), bench.finish_tool.radius_mm()];
@@ -75,6 +77,20 @@ impl Unknowns {
         unknowns.spread(bench);
         unknowns.pair(bench);
         Ok(unknowns)
+    }
+
+    /// The first and the last pass leave a far side as well, to which the mean of what is met leans over; moved along that they cut into
+    /// it. Normals are set at a right angle to the way to the next pass.
+    fn upright_to_passes(&mut self, bench: &Bench, base: &Look) {
+        let centres = bench.semi_centres(base);
+        let radius_mm = bench.semi_tool.radius_mm();
+        let up = Vec3::new(0.0, 0.0, radius_mm);
+        let set = |(tip, normal): (Vec3, Vec3)| {
+            let way = centres.beside(tip + up, normal, radius_mm, ACROSS).and_then(|way| way.try_normalize(0.0));
+            let level = way.map_or(normal, |way| normal - way * normal.dot(&way));
+            level.try_normalize(0.0).unwrap_or(normal)
+        };
+        self.normals = self.tips(bench, base).into_iter().map(set).collect();
     }
 
     /// Tip of the semi-finishing tool at each unknown, in the common frame, with the normal there.

@@ -115,9 +115,18 @@ impl Terrain<'_> {
             let at = contact.point + shape.corner_mm * contact.normal;
             [at.dot(&left), at.dot(&up)]
         };
-        let beside = |by: f64| self.dropper.drop([p[0] + by * left.x, p[1] + by * left.y]).map(|c| middle(&c));
-        let (Some(a), Some(b)) = (beside(-span), beside(span)) else { return 0.0 };
-        let of_middles = bend(a, middle(contact), b);
+        let beside = |by: f64| {
+            let found = self.dropper.drop([p[0] + by * left.x, p[1] + by * left.y]);
+            found.filter(|contact| !contact.rim).map(|contact| middle(&contact))
+        };
+        // At the rim the tool rolls over an edge, which is no bend of the surface: there both others lie on one side.
+        let here = middle(contact);
+        let of_middles = match [-span, span].map(beside) {
+            [Some(a), Some(b)] => bend(a, here, b),
+            [Some(a), None] => beside(-2.0 * span).map_or(0.0, |far| bend(far, a, here)),
+            [None, Some(b)] => beside(2.0 * span).map_or(0.0, |far| bend(here, b, far)),
+            [None, None] => 0.0,
+        };
         let r = shape.corner_mm;
         // Surface and middles have one centre of curvature: ρ = ρ_middles + r, concave radii counted positive.
         let least = r / (r + SHARPEST_MM);
@@ -156,8 +165,11 @@ impl Terrain<'_> {
         let before = Beside::Pass(Vec3::new(p[0], p[1], contact.tip_mm));
         let next = |step: f64| self.here([p[0] + step * side[0], p[1] + step * side[1]], heading, before);
         let fits = |step: f64| next(step).is_none_or(|here| here.scallop_mm <= bounds.scallop_mm);
+        // Beyond the rim the tool rests on an edge, which leaves no scallop: what it would be there says nothing of the surface.
+        let on = |step: f64| next(step).is_some_and(|here| !here.contact.rim);
         let (least, largest) = (bounds.least_mm, bounds.largest_mm);
-        let low = if fits(largest) { largest } else { bisect(fits, least, largest, HALVINGS)[0] };
+        let last = if on(largest) { largest } else { bisect(on, least, largest, HALVINGS)[0] };
+        let low = if fits(last) { largest } else { bisect(fits, least, last, HALVINGS)[0] };
         let at = |k: usize| bounds.least_mm + (low - bounds.least_mm) * k as f64 / (LOOKS - 1) as f64;
         let steps = (0..LOOKS).filter_map(|k| Some((at(k), self.line(&next(at(k))?)))).collect();
         let longer = along(&contact.normal, heading).xy().norm().recip();

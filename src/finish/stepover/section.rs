@@ -6,8 +6,11 @@
 //!
 //! s(q) = (2 n·v − κ v²) / (1 + √(1 − 2κ n·v + κ² v²)), v = q − c.
 //!
-//! Stock is where s < d, the normal thickness left by the operation before, and where the pass beside did not cut: its ball of
-//! radius r, drawn along the feed, leaves a circle, widened by the bottom flat along e₁ and open upwards (the shank goes on).
+//! Stock is where s < d, the normal thickness left by the operation before, and where the pass beside did not cut. A corner of
+//! radius r about a bottom flat of radius a is a ball moved over a level disc. Seen along a feed that rises by the angle τ the disc is an
+//! ellipse of half axes a along e₁ and b = a |sin τ| along e₂, and the ball a circle: what the pass leaves is the curve at the
+//! distance r around that ellipse, open upwards (the shank goes on). For a ball it is the circle itself, for a level feed the circle
+//! widened by the flat.
 //! A point of a ring at the immersion angle φ lies at ρ(cos φ e₁ + sin φ f) + z k from the tip, f the level direction of the feed;
 //! it is projected along the feed, which is exact where the passes run straight.
 
@@ -22,6 +25,8 @@ use std::f64::consts::{PI, TAU};
 const LOOKS: usize = 17;
 /// Halvings of a border: 11° to a hundred-thousandth of a radian.
 const HALVINGS: u32 = 14;
+/// Halvings of the direction of the normal on what a pass leaves: 1 to a thousand-millionth.
+const LOWER_HALVINGS: u32 = 30;
 
 /// What is known of the surface and the stock where the tool touches.
 #[derive(Debug, Clone, Copy)]
@@ -56,12 +61,14 @@ pub struct Section {
     normal: [f64; 2],
     curvature: f64,
     stock_mm: f64,
+    /// Half axis b of the ellipse that the bottom flat is seen as along the feed, mm.
+    flat_rise_mm: f64,
     beside: Near,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum Near {
-    /// Middle of the ball of the pass beside.
+    /// Middle of the flat at the height of the corner's middle, or of the ball, of the pass beside.
     Pass([f64; 2]),
     /// Where the stock ends, and to which side (±1) there is none.
     Edge(f64, f64),
@@ -92,6 +99,7 @@ impl Section {
             normal: normal.map(|n| n / length),
             curvature: ground.curvature_per_mm,
             stock_mm: ground.stock_mm,
+            flat_rise_mm: shape.flat_mm * tangent.z.abs(),
             beside: near,
         }
     }
@@ -105,21 +113,37 @@ impl Section {
         (2.0 * along - k * square) / (1.0 + root)
     }
 
-    /// How far a point of the plane lies outside what the tool cut on the pass beside, mm; negative inside.
-    fn outside(&self, q: [f64; 2]) -> f64 {
+    /// Positive where the pass beside did not cut.
+    fn uncut(&self, q: [f64; 2]) -> f64 {
         match self.beside {
             Near::Edge(at, side) => (at - q[0]) * side,
-            Near::Pass(ball) => {
-                let level = ((q[0] - ball[0]).abs() - self.shape.flat_mm).max(0.0);
-                let down = (ball[1] - q[1]).max(0.0);
-                (level * level + down * down).sqrt() - self.shape.corner_mm
+            Near::Pass(middle) => {
+                let x = q[0] - middle[0];
+                if x.abs() < self.shape.radius_mm() { middle[1] + self.lower_side(x) - q[1] } else { 1.0 }
             }
         }
     }
 
+    /// What a pass leaves at a distance along e₁ from its middle, at most a + r: height over that middle along e₂, mm.
+    fn lower_side(&self, x: f64) -> f64 {
+        let Shape { flat_mm: a, corner_mm: r } = self.shape;
+        let (b, x) = (self.flat_rise_mm, x.abs().min(a + r));
+        if b == 0.0 {
+            let q = (x - a).max(0.0);
+            return -(r * r - q * q).max(0.0).sqrt();
+        }
+        // By the part w of the normal along e₁: the ellipse lies at a² w/l along it and b² √(1 − w²)/l below, l its distance from
+        // the tangent. It moves outwards as w grows.
+        let distance = |w: f64| (a * a * w * w + b * b * (1.0 - w * w)).sqrt();
+        let out = |w: f64| w * (a * a / distance(w) + r);
+        let w = middle(bisect(|w| out(w) <= x, 0.0, 1.0, LOWER_HALVINGS));
+        -(1.0 - w * w).sqrt() * (b * b / distance(w) + r)
+    }
+
     /// Positive in stock.
     fn stock(&self, q: [f64; 2]) -> f64 {
-        (self.stock_mm - self.above(q)).min(self.outside(q))
+        let below = self.stock_mm - self.above(q);
+        if below > 0.0 { below.min(self.uncut(q)) } else { below }
     }
 
     /// Engaged arcs of rings, sorted by ring.
@@ -219,24 +243,27 @@ impl Section {
         Some([here[0] + half * dx + sign * down * side[0], here[1] + half * dy + sign * down * side[1]])
     }
 
-    /// Where the lower sides of two bull-nose ends meet between their middles.
+    /// Where what two passes of a bull-nose end leave meets. The difference of two like convex curves side by side grows or falls all
+    /// the way, so it is zero once; where one stays below the other as far as both reach, its wall cuts into what the other left.
     fn widened_cusp(&self, here: [f64; 2], before: [f64; 2]) -> Option<[f64; 2]> {
-        let Shape { flat_mm: a, corner_mm: r } = self.shape;
-        let low = |ball: [f64; 2], x: f64| {
-            let q = ((x - ball[0]).abs() - a).max(0.0);
-            if q < r { ball[1] - (r * r - q * q).sqrt() } else { f64::INFINITY }
-        };
-        let higher_here = |x: f64| low(here, x) > low(before, x);
-        let (near, far) = (here[0], before[0]);
-        if higher_here(near) || !higher_here(far) {
-            // One is below the other all the way: the cusp is at the outer end of the higher one.
-            let steep = if higher_here(near) { near } else { far };
-            let z = low(here, steep).max(low(before, steep));
-            return z.is_finite().then_some([steep, z]);
+        let (left, right) = if here[0] < before[0] { (here, before) } else { (before, here) };
+        let reach = self.shape.radius_mm();
+        let (from, to) = (right[0] - reach, left[0] + reach);
+        if from >= to {
+            return None;
         }
-        let [_, near] = bisect(higher_here, far, near, 40);
-        let z = low(here, near);
-        z.is_finite().then_some([near, z])
+        let left_z = |x: f64| left[1] + self.lower_side(x - left[0]);
+        let right_z = |x: f64| right[1] + self.lower_side(x - right[0]);
+        let right_higher = |x: f64| right_z(x) > left_z(x);
+        let (x, z) = if !right_higher(from) {
+            (from, left_z(from))
+        } else if right_higher(to) {
+            (to, right_z(to))
+        } else {
+            let x = middle(bisect(right_higher, from, to, 40));
+            (x, left_z(x))
+        };
+        Some([x, z])
     }
 }
 
