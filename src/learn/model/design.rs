@@ -135,6 +135,16 @@ pub fn kept(data: &Data, acting: &[&Acting], top: f64) -> Option<Vec<f64>> {
     Some(kept)
 }
 
+/// What a chain with such a lag takes of readings that are off by these residuals, if it does not delay the load: after
+/// samples of which nobody knows the load, what is off there stays for as long as the lag is. `None` where no reading
+/// counts.
+pub fn remembered(data: &Data, lag_s: f64, residual: &[f64]) -> Option<Vec<f64>> {
+    let filter = Filter::new(data, lag_s).filter(Filter::reads)?;
+    let mut remembered = vec![0.0; data.len()];
+    filter.run(&mut remembered, Some(residual));
+    Some(remembered)
+}
+
 /// Load of the columns as the effects change them; `top`: scale of the excess of the reading.
 pub fn load(data: &Data, acting: &[&Acting], base: &[f64], top: f64) -> Vec<f64> {
     let whole = together(acting);
