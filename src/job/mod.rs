@@ -233,7 +233,7 @@ pub fn optimize(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
         );
         run.diagnostics.extend(remarks::refused(&schedule));
         run.diagnostics.extend(remarks::held_by_feed_change(&schedule, &run.job));
-        run.diagnostics.extend(remarks::held_by_clamps(&schedule));
+        run.diagnostics.extend(remarks::held_by_clamps(&run.problem));
         run.diagnostics.extend(remarks::missed(&schedule, &run.problem, &run.toolpath));
         let too_worn = fresh.as_ref().map(|fresh| worn::too_worn(&run, fresh, &found.after));
         run.diagnostics.extend(too_worn.into_iter().flatten());

@@ -181,9 +181,9 @@ pub fn held_by_feed_change(schedule: &Schedule, job: &Job) -> Option<Diagnostic>
 }
 
 /// What runs no faster because the setup does not say what clamps the part.
-pub fn held_by_clamps(schedule: &Schedule) -> Option<Diagnostic> {
-    let held = schedule.kept_s.iter().filter(|(why, _)| *why == Kept::Fixtures);
-    let seconds: f64 = held.map(|(_, seconds)| seconds).sum();
+pub fn held_by_clamps(problem: &Problem) -> Option<Diagnostic> {
+    let held = problem.nodes.iter().filter(|node| node.kept == Some(Kept::Fixtures) && node.unkept.is_some());
+    let seconds: f64 = held.map(|node| node.length_mm() / node.programmed_mm_s).sum();
     let text = format!(
         "{seconds:.0} s in the air beside the blank keep their feed: the setup does not say what clamps the part"
     );
