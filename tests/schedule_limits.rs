@@ -140,15 +140,15 @@ fn what_waits_for_a_word_about_clamps_is_said_with_its_seconds() {
     // 12 mm at 300 mm/min beside the blank, whatever else stands in the air.
     let program = "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X-20 Y10 Z2\nG1 Z-2 F300\nX-8\nX48 F600\nG0 Z5\nM30\n";
     let said = |setup: &str| {
-        let dir = slot::bench(program, &(setup.to_owned() + "force_xy = 600\nair_feed = 4000\n"));
+        let dir = bench(program, &(setup.to_owned() + "force_xy = 600\nair_feed = 4000\n"));
         let out = slot::feedwright(dir.path(), &["optimize", "part.nc"]);
         String::from_utf8_lossy(&out.stderr).into_owned()
     };
-    let silent = said(&slot::SETUP.replace("fixtures = \"none\"\n", ""));
+    let silent = said(&SETUP.replace("fixtures = \"none\"\n", ""));
     let at = silent.find(" s in the air beside the blank").unwrap_or_else(|| panic!("{silent}"));
     let seconds: f64 = silent[..at].rsplit(' ').next().unwrap().parse().unwrap();
     assert!((2.4..5.0).contains(&seconds), "{silent}");
-    assert!(!said(slot::SETUP).contains("beside the blank"));
+    assert!(!said(SETUP).contains("beside the blank"));
 }
 
 /// A row of the table of stations.
