@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "cutting and edge coefficients depend on cutting speed",
     acts: Acts::Load,
     covariates: &[Covariate::CuttingSpeed, Covariate::SpindleSpeed],
+    family: &[Covariate::SpindleSpeed],
     parameters: &[Parameter {
         name: "exponent",
         unit: "-",

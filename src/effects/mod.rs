@@ -79,6 +79,8 @@ pub enum Covariate {
     AxialDepth,
     /// Radial depth, mm.
     RadialDepth,
+    /// Angle over which a tooth is in material, mean over the depth, rad.
+    Immersion,
     /// Share of up-milling: −1 climb, +1 up.
     UpShare,
     /// X position, mm.
@@ -130,6 +132,7 @@ impl Covariate {
             Covariate::SpindleSpeed => "spindle speed",
             Covariate::AxialDepth => "axial depth",
             Covariate::RadialDepth => "radial depth",
+            Covariate::Immersion => "immersion",
             Covariate::UpShare => "up/down milling",
             Covariate::X => "position x",
             Covariate::Y => "position y",
@@ -159,6 +162,7 @@ impl Covariate {
                 | Covariate::ChipThickness
                 | Covariate::AxialDepth
                 | Covariate::RadialDepth
+                | Covariate::Immersion
                 | Covariate::UpShare
                 | Covariate::EdgePosition
                 | Covariate::SinceEntry
@@ -176,7 +180,7 @@ impl Covariate {
             Covariate::PathSpeed => (60.0, "mm/min"),
             Covariate::PathAcceleration => (1.0, "mm/s²"),
             Covariate::Curvature => (1.0, "1/mm"),
-            Covariate::Heading => (1.0_f64.to_degrees(), "°"),
+            Covariate::Heading | Covariate::Immersion => (1.0_f64.to_degrees(), "°"),
             Covariate::UpShare
             | Covariate::DirectionX
             | Covariate::DirectionY
@@ -202,6 +206,7 @@ impl Covariate {
             Covariate::SpindleSpeed => state.rps,
             Covariate::AxialDepth => state.axial_depth_mm,
             Covariate::RadialDepth => state.radial_depth_mm,
+            Covariate::Immersion => state.immersion_rad,
             Covariate::UpShare => state.up_share,
             Covariate::X => state.position.x,
             Covariate::Y => state.position.y,
@@ -262,6 +267,8 @@ pub struct State {
     pub axial_depth_mm: f64,
     /// Radial depth, mm.
     pub radial_depth_mm: f64,
+    /// Angle over which a tooth is in material, mean over the depth, rad.
+    pub immersion_rad: f64,
     /// −1 all climb … +1 all up, by contact.
     pub up_share: f64,
     /// The same by chip thickness.
@@ -325,6 +332,7 @@ impl Default for State {
             cutting_speed_mm_s: nan,
             axial_depth_mm: nan,
             radial_depth_mm: nan,
+            immersion_rad: nan,
             up_share: nan,
             up_share_chip: nan,
             position: Vec3::repeat(nan),
@@ -492,6 +500,8 @@ pub enum Multiplies {
     Load,
     /// What the spindle takes without a cut.
     Tare,
+    /// All that the meter shows.
+    Reading,
 }
 
 /// Which way a reading goes as a covariate grows.

@@ -101,7 +101,21 @@ macro_rules! curves {
                 is_accident: $accident,
                 ..BARE
             }),
-        )*];
+        )*
+            // A range of the gearbox, or a belt, takes its share of whatever runs through it: no load of the tool.
+            (Covariate::SpindleSpeed, &Effect {
+                name: "unnamed-reading-spindle-speed",
+                meaning: "no effect of the list: all that the meter shows follows spindle-speed",
+                multiplies: Multiplies::Reading,
+                acts: Acts::Measuring,
+                covariates: &[Covariate::SpindleSpeed],
+                parameters: PARAMETERS,
+                change: |p, state| all(p, Covariate::SpindleSpeed, state),
+                separated_by: "an air cut and the same cut at other spindle speeds",
+                needs: &[Need::Tare, Need::Known(Covariate::SpindleSpeed)],
+                ..BARE
+            }),
+        ];
     };
 }
 
@@ -111,6 +125,7 @@ curves! {
     "spindle-speed", SpindleSpeed, Load, false;
     "axial-depth", AxialDepth, Load, false;
     "radial-depth", RadialDepth, Load, false;
+    "immersion", Immersion, Load, false;
     "up-share", UpShare, Load, false;
     "z", Z, Load, false;
     "entry-distance", SinceEntry, Load, false;
@@ -135,6 +150,11 @@ fn load(p: &[f64], covariate: Covariate, state: &State) -> Change {
 
 fn tare(p: &[f64], covariate: Covariate, state: &State) -> Change {
     Change { tare: curve(p, covariate.of(state)), ..Change::default() }
+}
+
+fn all(p: &[f64], covariate: Covariate, state: &State) -> Change {
+    let factor = curve(p, covariate.of(state));
+    Change { tare: factor, cutting: factor, edge: factor, ..Change::default() }
 }
 
 /// Values of the parameters: those of [`CURVES`] are knots in rising order, their factors, and whether it goes in steps.

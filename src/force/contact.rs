@@ -20,6 +20,8 @@ pub struct Engaged {
     pub contact_mm2: f64,
     /// Way of one tooth in material in a revolution, mm.
     pub way_mm: f64,
+    /// Angle over which a tooth is in material, mean over the depth, rad.
+    pub immersion_rad: f64,
     /// −1 climb … +1 up, by contact.
     pub up_share: f64,
     /// The same by chip thickness.
@@ -38,6 +40,7 @@ pub struct Engaged {
 /// contact (Xu, Eq. 3.7).
 pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes: u32, tangent_z: f64) -> Engaged {
     let (mut contact, mut section, mut up, mut way, mut height) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut angle, mut last_slice) = (0.0, None);
     let (mut up_chip, mut middle, mut sectors) = (0.0, [0.0; 2], [[0.0; 4]; SECTORS]);
     let level = tangent_z.abs() < 0.02;
     for arc in map.arcs_of(station) {
@@ -64,7 +67,11 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
             sector[3] += r * r * slice.edge_mm * (to.sin() - from.sin());
         }
         way += slice.radius_mm * (exit - entry) * slice.dz_mm();
-        height += slice.dz_mm();
+        angle += (exit - entry) * slice.dz_mm();
+        // A slice may be engaged over several arcs: its height counts once.
+        if last_slice.replace(arc.slice) != Some(arc.slice) {
+            height += slice.dz_mm();
+        }
     }
     for sector in sectors.iter_mut().filter(|s| s[1] > 0.0) {
         (sector[2], sector[3]) = (sector[2] / sector[1], sector[3] / sector[1]);
@@ -75,6 +82,7 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
         section_mm2: mean,
         contact_mm2: contact * f64::from(flutes) * share,
         way_mm: if height > 0.0 { way / height * share } else { 0.0 },
+        immersion_rad: if height > 0.0 { angle / height * share } else { 0.0 },
         up_share: if contact > 0.0 { up / contact } else { 0.0 },
         up_share_chip: if section > 0.0 { up_chip / section } else { 0.0 },
         contact_mm: middle.map(|m| m / contact.max(1e-12)),

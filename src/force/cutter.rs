@@ -208,6 +208,7 @@ impl Cutter {
             cutting_speed_mm_s: TAU * self.radius_mm * self.rps,
             axial_depth_mm: known(given.axial_depth_mm, mean.depth_mm),
             radial_depth_mm: known(given.radial_depth_mm, mean.radial_depth_mm),
+            immersion_rad: known(given.immersion_rad, mean.immersion_rad),
             up_share: known(given.up_share, mean.up_share),
             edge_position_mm: known(given.edge_position_mm, mean.height_mm),
             ..*given

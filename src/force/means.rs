@@ -12,6 +12,7 @@ pub(super) fn means(rings: &Rings, pieces: &[Piece], [c, tz]: [f64; 2]) -> Means
     let mut mean = Means::default();
     let (mut w_e, mut w_c) = (C::default(), C::default());
     let (mut weight, mut up) = (0.0, 0.0);
+    let (mut angle, mut edge, mut last_slice) = (0.0, 0.0, None);
     let mut shape = Shape::default();
     for piece in pieces {
         let ring = &rings.list[piece.slice];
@@ -29,6 +30,10 @@ pub(super) fn means(rings: &Rings, pieces: &[Piece], [c, tz]: [f64; 2]) -> Means
         mean.torque.slope += ring.tangential_c * ring.radius_mm * chip;
         mean.removal_mm2 += ring.edge_mm * ring.radius_mm * chip;
         mean.contact_mm2 += ring.edge_mm * ring.radius_mm * length;
+        angle += ring.edge_mm * length;
+        if last_slice.replace(piece.slice) != Some(piece.slice) {
+            edge += ring.edge_mm;
+        }
         mean.height_mm += ring.height_mm * ring.edge_mm * length;
         mean.depth_mm = mean.depth_mm.max(ring.height_mm + 0.5 * ring.edge_mm * ring.n_r);
         mean.radial_depth_mm = mean.radial_depth_mm.max(ring.radius_mm * (piece.cos[0] - piece.cos[1]));
@@ -45,6 +50,7 @@ pub(super) fn means(rings: &Rings, pieces: &[Piece], [c, tz]: [f64; 2]) -> Means
     if weight > 0.0 {
         mean.height_mm /= weight;
         mean.up_share = up / weight;
+        mean.immersion_rad = angle / edge;
     }
     mean
 }
@@ -64,6 +70,8 @@ pub(super) struct Means {
     pub height_mm: f64,
     pub depth_mm: f64,
     pub radial_depth_mm: f64,
+    /// Angle over which a tooth is in material, mean over the edges.
+    pub immersion_rad: f64,
     /// −1 all climb, +1 all up.
     pub up_share: f64,
 }

@@ -50,7 +50,7 @@ pub struct Unnamed {
     pub covariate: String,
     /// Its unit in `knots`.
     pub unit: String,
-    /// "load" of the cut, or "tare".
+    /// "load" of the cut, "tare", or the whole "reading".
     pub multiplies: String,
     /// (covariate, factor): straight between, level beyond, two at one place a step.
     pub knots: Vec<[f64; 2]>,

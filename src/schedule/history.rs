@@ -153,6 +153,7 @@ impl History {
             reference_rps: self.tare_rps,
             axial_depth_mm: engaged.axial_mm,
             radial_depth_mm: engaged.section_mm2 / engaged.axial_mm.max(1e-6),
+            immersion_rad: engaged.immersion_rad,
             up_share: engaged.up_share,
             up_share_chip: engaged.up_share_chip,
             position: motion.curve().point(middle_mm) + direction * ahead + left * aside,

@@ -64,6 +64,7 @@ impl PlacedLog<'_> {
         state.cutting_speed_mm_s = PI * tool.diameter_mm * rps;
         state.axial_depth_mm = e.axial_mm;
         state.radial_depth_mm = e.section_mm2 / e.axial_mm.max(1e-6);
+        state.immersion_rad = e.immersion_rad;
         state.up_share = e.up_share;
         state.up_share_chip = e.up_share_chip;
         let at =

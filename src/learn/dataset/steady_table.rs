@@ -261,6 +261,7 @@ pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<Stat
             cutting_speed_mm_s: PI * c.diameter_mm * c.rps,
             axial_depth_mm: c.axial_depth_mm,
             radial_depth_mm: c.radial_depth_mm,
+            immersion_rad: theta,
             up_share: up_share(row, theta),
             up_share_chip: up_share_chip(row, theta),
             curvature_per_mm: c.path_radius_mm.map_or(0.0, |radius| 1.0 / radius),

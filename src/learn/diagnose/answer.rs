@@ -8,6 +8,7 @@ use crate::effects::{Covariate, Multiplies, family_of, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::highest_feeds::highest_feeds;
 use crate::learn::dataset::samples::{Class, Data};
+use crate::learn::diagnose::contest::word;
 use crate::learn::diagnose::criteria::{goes, is_no_worse, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::remove;
@@ -91,7 +92,10 @@ impl Diagnosis<'_> {
     /// Does a curve lower the error on operations that it was not learned on? One that follows what only differs from
     /// operation to operation may be anything that does.
     fn holds_elsewhere(&self, effects: &[FittedEffect], e: usize) -> bool {
-        self.drop_elsewhere(&remove(effects, e), effects).is_none_or(|drop| self.criteria().lowers_elsewhere(drop))
+        let is_of_operations = self.is_of_operations(effects[e].effect.covariates);
+        self.drop_elsewhere(&remove(effects, e), effects).is_none_or(|drop| {
+            if is_of_operations { self.criteria().lowers_elsewhere(drop) } else { !self.criteria().harms_elsewhere(drop) }
+        })
     }
 
     fn added(&self, e: usize, fitted: &Fitted, sure: &Certainty) -> Added {
@@ -183,11 +187,15 @@ fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
     let beside = effects.iter().find(|other| !is_unnamed(other.effect) && other.effect.knows(covariate, multiplies));
     let factors: Vec<f64> = knots.iter().map(|knot| knot[1]).collect();
     let family = family_of(covariate, multiplies).filter(|effect| goes(effect.way, &factors));
-    let what = if multiplies == Multiplies::Tare { "the tare" } else { "the load of the cut" };
+    let what = match multiplies {
+        Multiplies::Load => "the load of the cut",
+        Multiplies::Tare => "the tare",
+        Multiplies::Reading => "the whole reading",
+    };
     Unnamed {
         covariate: covariate.name().to_owned(),
         unit: unit.to_owned(),
-        multiplies: if multiplies == Multiplies::Tare { "tare" } else { "load" }.to_owned(),
+        multiplies: word(multiplies).to_owned(),
         beside: beside.map(|other| other.effect.name.to_owned()),
         rivals: Vec::new(),
         family: family.filter(|_| beside.is_none()).map(|effect| effect.name.to_owned()),
@@ -218,12 +226,25 @@ fn sentence(what: &str, covariate: &str, unit: &str, knots: &[[f64; 2]]) -> Stri
                 return format!("{what} follows {covariate}");
             };
             format!(
-                "{what} follows {covariate}: at {} it is {} than at {}",
-                at(high[0]),
+                "{what} follows {covariate}: {} it is {} than {}",
+                stretch(knots, high[1], at),
                 more(high[1], low[1]),
-                at(low[0])
+                stretch(knots, low[1], at)
             )
         }
+    }
+}
+
+/// Where a curve has this value: "at" a knot, or of steps "between" the two that bound the level.
+fn stretch(knots: &[[f64; 2]], value: f64, at: impl Fn(f64) -> String) -> String {
+    let there: Vec<f64> = knots.iter().filter(|knot| knot[1] == value).map(|knot| knot[0]).collect();
+    match *there {
+        [from, to] => format!("between {} and {}", at(from), at(to)),
+        [only] if only == knots[0][0] && knots.len() > 1 && knots[1][0] == only => format!("below {}", at(only)),
+        [only] if knots.len() > 1 && only == knots[knots.len() - 1][0] && knots[knots.len() - 2][0] == only => {
+            format!("above {}", at(only))
+        }
+        _ => there.first().map_or_else(String::new, |only| format!("at {}", at(*only))),
     }
 }
 

@@ -43,10 +43,19 @@ impl Rival {
         match self {
             Self::Named(trial) => trial.effect.name.to_owned(),
             Self::Curve(found) => {
-                let of = if found.effect.multiplies == Multiplies::Tare { "tare" } else { "load" };
+                let of = word(found.effect.multiplies);
                 format!("a curve of the {of} along {}", found.covariate.name())
             }
         }
+    }
+}
+
+/// The part of a reading in a word.
+pub(in crate::learn) fn word(part: Multiplies) -> &'static str {
+    match part {
+        Multiplies::Load => "load",
+        Multiplies::Tare => "tare",
+        Multiplies::Reading => "reading",
     }
 }
 

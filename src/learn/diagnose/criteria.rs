@@ -207,6 +207,27 @@ pub(in crate::learn) fn goes(way: Way, values: &[f64]) -> bool {
     }
 }
 
+/// Most times that a load turns back along a quantity of the cut: one peak or one trough, as at a resonance or an optimum speed.
+/// Judgement.
+pub(in crate::learn) const MOST_TURNS: usize = 1;
+
+/// How often a curve through these values turns back, by more than [`GOES_BACK`] of its range.
+pub(in crate::learn) fn turns(values: &[f64]) -> usize {
+    let range = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
+    let least = GOES_BACK * (range[1] - range[0]);
+    let (mut turns, mut way, mut farthest) = (0, 0.0, values.first().copied().unwrap_or(0.0));
+    for value in values {
+        let by = value - farthest;
+        if by * way >= 0.0 && way != 0.0 {
+            farthest = *value;
+        } else if by.abs() > least {
+            turns += usize::from(way != 0.0);
+            (way, farthest) = (by.signum(), *value);
+        }
+    }
+    turns
+}
+
 /// Do the times of the blocks show a slower machine?
 pub(in crate::learn) fn is_slower(factor: f64, nats: f64) -> bool {
     factor < SLOWER_THAN && nats > SLOWER_NATS

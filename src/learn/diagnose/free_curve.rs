@@ -146,9 +146,9 @@ pub struct Residual<'a> {
 }
 
 impl Residual<'_> {
-    /// The shape of least squares in folds that it was not learned on; of shapes that leave as much the simplest.
-    /// `None` where the covariate does not vary or is known of too few samples.
-    pub fn follows(&self, along: &Along) -> Option<Follows> {
+    /// The shape of least squares in folds that it was not learned on, of those that may be; of shapes that leave as much the
+    /// simplest. `None` where the covariate does not vary or is known of too few samples, or no shape may be.
+    pub fn follows(&self, along: &Along, may_be: impl Fn(&Curve) -> bool) -> Option<Follows> {
         let values = &along.values;
         let known = |i: &usize| self.data.weight[*i] > 0.0 && self.left[*i].is_finite() && self.load[*i] > 0.0;
         let used: Vec<usize> = along.order.iter().copied().filter(known).collect();
@@ -162,8 +162,9 @@ impl Residual<'_> {
         }
         let (all, others) = self.sums(&groups, values);
         let learned: Vec<Vec<Option<Curve>>> = others.iter().map(|sums| every_shape(sums)).collect();
+        let mut of_all = every_shape(&all);
         let mut best: Option<(f64, usize, Vec<f64>)> = None;
-        for shape in 0..SHAPES.len() {
+        for shape in (0..SHAPES.len()).filter(|shape| of_all[*shape].as_ref().is_some_and(&may_be)) {
             let of_folds: Vec<Option<&Curve>> = learned.iter().map(|shapes| shapes[shape].as_ref()).collect();
             let left = self.less(&of_folds, &used, values);
             let squares = self.squares(&left);
@@ -172,7 +173,7 @@ impl Residual<'_> {
             }
         }
         let (squares, shape, left) = best?;
-        Some(Follows { curve: every_shape(&all).swap_remove(shape)?, left, squares })
+        Some(Follows { curve: of_all.swap_remove(shape)?, left, squares })
     }
 
     /// The residual of samples in rising order of their values less the curve that belongs to the fold of each.
@@ -423,7 +424,7 @@ mod tests {
     fn found(share: impl Fn(f64) -> f64) -> Follows {
         let (data, split, load) = falling(share);
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        residual.follows(&height(&data)).unwrap()
+        residual.follows(&height(&data), |_| true).unwrap()
     }
 
     #[test]
@@ -453,7 +454,7 @@ mod tests {
         let feed = |i: usize| if i.is_multiple_of(2) { 3000.0 } else { 1852.0 + share(i) };
         let feeds: Vec<f64> = (0..data.len()).map(feed).collect();
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        let found = residual.follows(&Along::new(feeds)).unwrap();
+        let found = residual.follows(&Along::new(feeds), |_| true).unwrap();
         let between = |knot: &&[f64; 2]| (1852.0..1853.0).contains(&knot[0]);
         assert_eq!(found.curve.knots.iter().skip(1).filter(between).count(), 0, "{:?}", found.curve);
     }
@@ -465,10 +466,10 @@ mod tests {
         let (data, split, load) = falling(|z| step(z) - 0.054);
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
         let z = height(&data);
-        let first = residual.follows(&z).unwrap().curve;
+        let first = residual.follows(&z, |_| true).unwrap().curve;
         assert!((first.at(-3.0) + 0.054).abs() < 0.01);
         let freed = residual.freed(&first, &z.values, std::slice::from_ref(&load)).unwrap();
-        let again = Residual { left: &freed, ..residual }.follows(&z).unwrap().curve;
+        let again = Residual { left: &freed, ..residual }.follows(&z, |_| true).unwrap().curve;
         assert!(again.at(-3.0).abs() < 0.005 && (again.at(-9.0) - 0.18).abs() < 0.01, "{again:?}");
     }
 
@@ -476,7 +477,7 @@ mod tests {
     fn a_covariate_that_stands_still_has_no_curve() {
         let (data, split, load) = falling(|_| 0.1);
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        assert!(residual.follows(&Along::new(vec![3.0; data.len()])).is_none());
-        assert!(residual.follows(&Along::new(vec![f64::NAN; data.len()])).is_none());
+        assert!(residual.follows(&Along::new(vec![3.0; data.len()]), |_| true).is_none());
+        assert!(residual.follows(&Along::new(vec![f64::NAN; data.len()]), |_| true).is_none());
     }
 }

@@ -122,7 +122,7 @@ impl Diagnosis<'_> {
 
     /// Does what an effect follows change from operation to operation alone? Within one only its prediction of another
     /// could then show it.
-    fn is_of_operations(&self, covariates: &[Covariate]) -> bool {
+    pub(in crate::learn) fn is_of_operations(&self, covariates: &[Covariate]) -> bool {
         self.is_steady_in_each(covariates, &self.data.kind, &self.kinds())
     }
 

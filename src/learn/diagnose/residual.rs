@@ -151,7 +151,7 @@ fn half_squares(data: &Data, residual: &[f64], apart: usize) -> Option<f64> {
 }
 
 /// Covariates along which a residual is looked at.
-pub const COVARIATES: [Covariate; 18] = [
+pub const COVARIATES: [Covariate; 19] = [
     Covariate::Time,
     Covariate::Sliding,
     Covariate::Volume,
@@ -161,6 +161,7 @@ pub const COVARIATES: [Covariate; 18] = [
     Covariate::SpindleSpeed,
     Covariate::AxialDepth,
     Covariate::RadialDepth,
+    Covariate::Immersion,
     Covariate::UpShare,
     Covariate::X,
     Covariate::Y,

@@ -290,9 +290,8 @@ impl Diagnosis<'_> {
                 k += 1;
                 continue;
             }
-            let asked = present.model.effects[k].asked();
-            let (score, _) = score_of(&self.train, &without_it, &present, asked);
-            if score < self.threshold() || !self.still_lowers(&present, k) {
+            let Some((score, lowers)) = self.worth_of(&present, &without_it, k) else { break };
+            if score < self.threshold() || !lowers {
                 self.rejected
                     .push(Rejected { name: own.name.into(), why: "the effects added after it explain as much".into() });
                 present = if self.pair.contains(&own.name) { self.without_pair(&without_it) } else { without_it };
@@ -318,19 +317,24 @@ impl Diagnosis<'_> {
         fit(&self.train, &others, 12).unwrap_or_else(|| present.clone())
     }
 
-    /// Does an effect lower the held-out error beside curves without a name? Those over its own covariates are taken
-    /// out with it: they are its shape.
-    fn still_lowers(&self, present: &Fitted, k: usize) -> bool {
+    /// What the `k`-th effect is worth in a model: its score, and whether it lowers the held-out error beside curves without a
+    /// name. Curves over its own covariates are its shape: they are taken out with it, and cannot stand in its place.
+    fn worth_of(&self, present: &Fitted, without_it: &Fitted, k: usize) -> Option<(f64, bool)> {
         let effects = &present.model.effects;
-        if !effects.iter().any(|each| is_unnamed(each.effect)) {
-            return true;
-        }
         let own = &effects[k];
+        let score = |without: &Fitted, with: &Fitted| score_of(&self.train, without, with, own.asked()).0;
+        if !effects.iter().any(|each| is_unnamed(each.effect)) {
+            return Some((score(without_it, present), true));
+        }
         let others: Vec<FittedEffect> = remove(effects, k).into_iter().filter(|each| !is_shape_of(own, each)).collect();
         let with: Vec<FittedEffect> = others.iter().chain([own]).cloned().collect();
         let [before, after] = [&others, &with].map(|each| held_out_residuals(&self.train, each, self.split));
         let t = t_statistic(&improvement_by_case(&self.train, &before, &after));
-        self.criteria().lowers_held_out(self.drop_of(&before, &after), t)
+        let lowers = self.criteria().lowers_held_out(self.drop_of(&before, &after), t);
+        if with.len() == effects.len() {
+            return Some((score(without_it, present), lowers));
+        }
+        Some((score(&fit(&self.train, &others, FORM_ROUNDS)?, &fit(&self.train, &with, FORM_ROUNDS)?), lowers))
     }
 
     /// Chance of the gain of a trial in the best of all models that were fitted (Bonferroni).

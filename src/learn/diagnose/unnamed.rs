@@ -8,7 +8,7 @@
 use crate::effects::unnamed::{BEYOND, CURVES, KNOTS};
 use crate::effects::{Covariate, Effect, Multiplies, Way};
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::diagnose::criteria::goes;
+use crate::learn::diagnose::criteria::{MOST_TURNS, goes, turns};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
 use crate::learn::diagnose::free_curve::{Curve, Follows, Residual};
@@ -43,6 +43,31 @@ struct Standing<'a> {
     left: &'a [f64],
 }
 
+/// What a model has a curve multiply.
+struct Loads {
+    cut: Vec<f64>,
+    tare: Vec<f64>,
+    all: Vec<f64>,
+}
+
+impl Loads {
+    fn of(data: &Data, present: &Fitted) -> Self {
+        let [cut, tare] =
+            [vec![Class::Cutting, Class::Edge], vec![Class::Tare]].map(|classes| part(data, present, &classes));
+        // Where nothing has a tare, the whole is the load.
+        let all = cut.iter().zip(&tare).map(|(cut, tare)| if *tare > 0.0 { cut + tare } else { 0.0 }).collect();
+        Self { cut, tare, all }
+    }
+
+    fn what(&self, multiplies: Multiplies) -> &[f64] {
+        match multiplies {
+            Multiplies::Load => &self.cut,
+            Multiplies::Tare => &self.tare,
+            Multiplies::Reading => &self.all,
+        }
+    }
+}
+
 impl<'a> Standing<'a> {
     fn of(found: &ResidualCurve, left: &'a [f64]) -> Self {
         Self { rank: rank_of_curve(found.effect, found.covariate), parts: found.follows.curve.knots.len(), left }
@@ -68,11 +93,17 @@ fn rank_of_curve(effect: &Effect, covariate: Covariate) -> usize {
     rank(covariate).max(usize::from(is_place && effect.multiplies == Multiplies::Tare))
 }
 
-/// Wear only grows. A curve over the way of the teeth or the volume that comes down again stands for something that happened while
-/// they grew: that is said of the time.
+/// Can a law go that way? Wear only grows: a curve over the way of the teeth or the volume that comes down again stands for
+/// something that happened while they grew, which is said of the time. Over a quantity of the cut a load rises, falls, or has one
+/// peak or trough; one that goes up and down and up again tells operations apart that differ in much else besides. At an instant,
+/// at a place, over the number of a tool and once around the circle of headings anything may be.
 fn may_go(covariate: Covariate, curve: &Curve) -> bool {
     let shares: Vec<f64> = curve.knots.iter().map(|knot| knot[1]).collect();
-    !matches!(covariate, Covariate::Sliding | Covariate::Volume) || goes(Way::Up, &shares)
+    match covariate {
+        Covariate::Sliding | Covariate::Volume => goes(Way::Up, &shares),
+        Covariate::Time | Covariate::X | Covariate::Y | Covariate::Z | Covariate::Tool | Covariate::Heading => true,
+        _ => turns(&shares) <= MOST_TURNS,
+    }
 }
 
 /// Can what a spindle takes while nothing is cut follow it? A tare that follows depth, immersion, chip or the way since entry
@@ -96,14 +127,11 @@ impl Diagnosis<'_> {
         wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
     ) -> Vec<ResidualCurve> {
         let data = &self.train;
-        let (cut, tare) = (self.cut(present), part(data, present, &[Class::Tare]));
+        let loads = Loads::of(data, present);
         let open = CURVES.par_iter().filter(|(covariate, effect)| wanted(*covariate, effect.multiplies));
         let found = open.filter_map(|(covariate, effect)| {
-            let load = if effect.multiplies == Multiplies::Tare { &tare } else { &cut };
-            let follows = Residual { data, split: self.split, left, load }.follows(self.along(*covariate)?)?;
-            if !may_go(*covariate, &follows.curve) {
-                return None;
-            }
+            let residual = Residual { data, split: self.split, left, load: loads.what(effect.multiplies) };
+            let follows = residual.follows(self.along(*covariate)?, |curve| may_go(*covariate, curve))?;
             Some(ResidualCurve { covariate: *covariate, effect, follows })
         });
         let mut found: Vec<ResidualCurve> = found.collect();
@@ -128,11 +156,11 @@ impl Diagnosis<'_> {
     /// Curves that are found anew in what is left when the base coefficients do not bend towards them.
     fn free_of_base(&self, present: &Fitted, left: &[f64], found: &mut [ResidualCurve]) {
         let data = &self.train;
-        let (cut, tare) = (self.cut(present), part(data, present, &[Class::Tare]));
+        let loads = Loads::of(data, present);
         let acting: Vec<Acting> = present.model.effects.iter().map(|each| acting(each, data)).collect();
         let columns = changed_columns(data, &acting.iter().collect::<Vec<_>>());
         found.par_iter_mut().for_each(|each| {
-            let load = if each.effect.multiplies == Multiplies::Tare { &tare } else { &cut };
+            let load = loads.what(each.effect.multiplies);
             let Some(along) = self.along(each.covariate) else { return };
             for _ in 0..REFINED {
                 let freed = Residual { data, split: self.split, left, load }.freed(
@@ -140,12 +168,12 @@ impl Diagnosis<'_> {
                     &along.values,
                     &columns,
                 );
-                let again =
-                    freed.and_then(|left| Residual { data, split: self.split, left: &left, load }.follows(along));
+                let again = freed.and_then(|left| {
+                    let residual = Residual { data, split: self.split, left: &left, load };
+                    residual.follows(along, |curve| may_go(each.covariate, curve))
+                });
                 match again {
-                    Some(again) if again.squares < each.follows.squares && may_go(each.covariate, &again.curve) => {
-                        each.follows = again;
-                    }
+                    Some(again) if again.squares < each.follows.squares => each.follows = again,
                     _ => break,
                 }
             }
@@ -209,6 +237,12 @@ impl Diagnosis<'_> {
             self.criteria().follows_a_curve(self.drop_of(&before, &found.follows.left), t)
         };
         let mut found = self.curves_beside(present, &before);
+        if std::env::var("FWDBG").is_ok() {
+            for f in found.iter().take(12) {
+                let t = certainty_of_gain(&self.train, &before, &f.follows.left);
+                eprintln!("DBG {} parts {} steps {} squares {:.4} drop {:.3} t {:.2} rank {} {:?}", f.effect.name, f.follows.curve.knots.len(), f.follows.curve.in_steps, f.follows.squares, self.drop_of(&before, &f.follows.left), t, rank_of_curve(f.effect, f.covariate), f.follows.curve.knots.iter().map(|k| format!("{:.4}:{:+.3}", k[0], k[1])).collect::<Vec<_>>());
+            }
+        }
         found.retain(clear);
         self.tried += found.len();
         let (trial, after) = self.best_curve(present, &before, &found)?;
@@ -325,13 +359,15 @@ mod tests {
     #[test]
     fn a_tare_follows_nothing_that_only_a_cut_has() {
         use Covariate::{
-            AxialDepth, ChipThickness, Curvature, FeedPerTooth, Load, RadialDepth, SinceEntry, Sliding, UpShare, Volume,
+            AxialDepth, ChipThickness, Curvature, FeedPerTooth, Immersion, Load, RadialDepth, SinceEntry, Sliding, UpShare,
+            Volume,
         };
         let of_cut = [
             FeedPerTooth,
             ChipThickness,
             AxialDepth,
             RadialDepth,
+            Immersion,
             UpShare,
             SinceEntry,
             Curvature,
