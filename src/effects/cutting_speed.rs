@@ -1,6 +1,6 @@
 //! Cutting speed: k · (v/(1 m/s))^p; heat softens (p < 0), rate hardens (p > 0).
 
-use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
+use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State, Way};
 
 /// `cutting-speed`.
 pub const EFFECT: Effect = Effect {
@@ -9,6 +9,8 @@ pub const EFFECT: Effect = Effect {
     acts: Acts::Load,
     covariates: &[Covariate::CuttingSpeed, Covariate::SpindleSpeed],
     family: &[Covariate::SpindleSpeed],
+    // A load that is largest at one speed inside the range is a resonance of the machine.
+    way: Way::NoPeak,
     parameters: &[Parameter {
         name: "exponent",
         unit: "-",

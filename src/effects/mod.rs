@@ -511,6 +511,8 @@ pub enum Way {
     Up,
     /// Down alone.
     Down,
+    /// Any but with its largest value inside the range.
+    NoPeak,
     /// Up, down, or both.
     Either,
 }

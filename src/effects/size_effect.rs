@@ -38,7 +38,7 @@ pub const EFFECT: Effect = Effect {
             min: 0.002,
             max: 0.5,
             starts: &[0.02, 0.05],
-            neutral: Some(0.05),
+            neutral: Some(0.002),
             place: None,
             meaning: "chip thickness at which half of that excess is left",
         },
@@ -54,4 +54,20 @@ fn change(p: &[f64], state: &State) -> Change {
     let factor = |h_mm: f64| (h_mm / 0.05).powf(-p[0]) * (1.0 + p[1] / (1.0 + (h_mm / p[2]).powi(4)));
     let [cutting, _] = state.over_arc(|sector| factor(sector.chip_thickness_mm.max(1e-4)));
     Change { cutting, ..Change::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thin_chips_have_a_level_of_their_own_of_which_half_is_left_where_it_says() {
+        let cutting = |h_mm: f64| {
+            change(&[0.0, 0.6, 0.03], &State { chip_thickness_mm: h_mm, ..State::default() }).cutting
+        };
+        assert!((cutting(0.001) - 1.6).abs() < 1e-3 && (cutting(0.03) - 1.3).abs() < 1e-12);
+        assert!((cutting(0.3) - 1.0).abs() < 1e-3);
+        let kienzle = State { chip_thickness_mm: 0.1, ..State::default() };
+        assert!((change(&[0.25, 0.0, 0.002], &kienzle).cutting - 2.0_f64.powf(-0.25)).abs() < 1e-12);
+    }
 }

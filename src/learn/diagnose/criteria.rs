@@ -188,6 +188,14 @@ impl Criteria {
     }
 }
 
+/// Chance of a gain as large in the best of all models that were fitted, without an effect, from which it may be chance: 5 %.
+const BY_CHANCE: f64 = 0.05;
+
+/// May a gain of this chance be one?
+pub(in crate::learn) fn is_by_chance(p: f64) -> bool {
+    p > BY_CHANCE
+}
+
 /// Is a pattern of the residual called structure?
 pub(in crate::learn) fn is_structure(test_r2: f64, is_log: bool) -> bool {
     test_r2 > if is_log { STRUCTURE } else { 2.0 * STRUCTURE }
@@ -203,8 +211,18 @@ pub(in crate::learn) fn goes(way: Way, values: &[f64]) -> bool {
     match way {
         Way::Up => down <= GOES_BACK * up,
         Way::Down => up <= GOES_BACK * down,
+        Way::NoPeak => {
+            let [least, most] = range(values);
+            let ends = values.first().copied().unwrap_or(0.0).max(values.last().copied().unwrap_or(0.0));
+            most - ends <= GOES_BACK * (most - least)
+        }
         Way::Either => true,
     }
+}
+
+/// Least and greatest of some values.
+fn range(values: &[f64]) -> [f64; 2] {
+    values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)])
 }
 
 /// Most times that a load turns back along a quantity of the cut: one peak or one trough, as at a resonance or an optimum speed.
@@ -213,8 +231,8 @@ pub(in crate::learn) const MOST_TURNS: usize = 1;
 
 /// How often a curve through these values turns back, by more than [`GOES_BACK`] of its range.
 pub(in crate::learn) fn turns(values: &[f64]) -> usize {
-    let range = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
-    let least = GOES_BACK * (range[1] - range[0]);
+    let [lowest, highest] = range(values);
+    let least = GOES_BACK * (highest - lowest);
     let (mut turns, mut way, mut farthest) = (0, 0.0, values.first().copied().unwrap_or(0.0));
     for value in values {
         let by = value - farthest;

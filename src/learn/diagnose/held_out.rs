@@ -51,21 +51,28 @@ impl Diagnosis<'_> {
         if let Some(known) = self.memory.left(present, trial.effect) {
             return known.to_vec();
         }
-        let folds: Vec<Vec<(usize, f64)>> = (0..self.split.folds)
+        let residuals = self.found_anew(present, trial, self.split);
+        self.memory.keep_left(present, trial.effect, &residuals);
+        residuals
+    }
+
+    /// The same of what is found anew without each fold of a split.
+    fn found_anew(&self, present: &Fitted, trial: &Trial, split: &Split) -> Vec<f64> {
+        let folds: Vec<Vec<(usize, f64)>> = (0..split.folds)
             .into_par_iter()
             .map(|fold| {
-                let rest = self.train.with_weights(without(&self.train, |i| self.split.fold[i] == fold));
+                let rest = self.train.with_weights(without(&self.train, |i| split.fold[i] == fold));
                 let Some(own) = fit(&rest, &present.model.effects, 8) else { return Vec::new() };
                 // Where the rest shows none, the model without it is what would have been predicted.
                 let found = best_trial(&rest, &own, &own.model.effects, trial.effect).1;
+                let found = found.filter(|trial| trial.score >= self.threshold());
                 let fitted = found.map_or(own, |trial| trial.fitted);
-                let held = self.train.used().filter(|i| self.split.fold[*i] == fold);
+                let held = self.train.used().filter(|i| split.fold[*i] == fold);
                 held.map(|i| (i, self.train.reading[i] - fitted.predicted[i])).collect()
             })
             .collect();
         let mut residuals = vec![f64::NAN; self.train.len()];
         folds.into_iter().flatten().for_each(|(i, r)| residuals[i] = r);
-        self.memory.keep_left(present, trial.effect, &residuals);
         residuals
     }
 
@@ -100,14 +107,25 @@ impl Diagnosis<'_> {
     /// By how much the error over operations falls from one model to another, each operation left out in turn; `None`
     /// where there is only one.
     pub(in crate::learn) fn drop_elsewhere(&self, from: &[FittedEffect], to: &[FittedEffect]) -> Option<f64> {
-        let kinds = self.kinds();
-        let by_operation = Split { fold: self.data.kind.clone(), folds: kinds.last()? + 1, ..self.split.clone() };
+        let by_operation = self.by_operation()?;
         let [before, after] = [from, to].map(|effects| held_out_residuals(&self.train, effects, &by_operation));
         Some(self.drop_of(&before, &after))
     }
 
+    /// Every operation a fold of its own; `None` where there is only one.
+    fn by_operation(&self) -> Option<Split> {
+        Some(Split { fold: self.data.kind.clone(), folds: self.kinds().last()? + 1, ..self.split.clone() })
+    }
+
     fn harms_operations(&self, present: &Fitted, trial: &Trial) -> Option<String> {
-        let drop = self.drop_elsewhere(&present.model.effects, &trial.fitted.model.effects)?;
+        let drop = if trial.effect.is_looked_for() {
+            // A place that no cut of the rest lies in would run away in the fit.
+            let by_operation = self.by_operation()?;
+            let before = held_out_residuals(&self.train, &present.model.effects, &by_operation);
+            self.drop_of(&before, &self.found_anew(present, trial, &by_operation))
+        } else {
+            self.drop_elsewhere(&present.model.effects, &trial.fitted.model.effects)?
+        };
         if self.is_of_operations(trial.effect.covariates) && !self.criteria().lowers_elsewhere(drop) {
             return Some(format!(
                 "what it follows is the same all through an operation, and an operation that it was not fitted on it does \

@@ -76,17 +76,21 @@ impl Score {
     }
 }
 
+/// Fewest samples or cuts before and behind an instant: fewer are outliers, as in the parts of a curve. Judgement.
+const FEWEST: usize = 6;
+
 /// The instant from which on the load of the cut differs most.
 pub fn instant(data: &Data, present: &Fitted) -> Option<f64> {
     let score = Score::new(data, present, &part(data, present, &[Class::Cutting, Class::Edge]));
     let n = score.used.len();
     let mut order: Vec<usize> = (0..n).collect();
+    let margin = (n / 50 + 1).max(FEWEST);
     let time = |k: usize| data.state[score.used[k]].time_s;
     order.sort_by(|a, b| time(*a).total_cmp(&time(*b)));
     let (mut sums, mut best) = (Sums::zero(score.p), (0.0, f64::NAN));
     for (rank, &k) in order.iter().enumerate().rev() {
         sums.add(&score.each[k], 1.0);
-        let inside = rank > n / 50 && rank < n - n / 50;
+        let inside = rank >= margin && rank + margin <= n;
         let gain = if inside { score.gain(&sums) } else { 0.0 };
         if gain > best.0 {
             best = (gain, time(k));

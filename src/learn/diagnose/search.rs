@@ -15,11 +15,12 @@
 //!    after that is reported beside what was found; it takes nothing back.
 //! 7. Base terms that a table does not tell are left out where it is predicted better without ([`super::terms`]).
 
-use crate::effects::Acts;
+use crate::effects::{Acts, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::answer::{unexplained, verdict};
 use crate::learn::diagnose::contest::Outcome;
+use crate::learn::diagnose::criteria::is_no_worse;
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
@@ -86,6 +87,7 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     report.left_out = left_out;
     confounded.retain(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0]));
     report.confounded = confounded;
+    doubt_what_does_not_help(&mut report);
     report.unexplained = unexplained(&told, &fitted, &report, options.seed);
     report.verdict = verdict(&report);
     Some(report)
@@ -341,6 +343,20 @@ impl Diagnosis<'_> {
     pub(in crate::learn) fn p_of_the_search(&self, trial: &Trial) -> f64 {
         (p_value(trial) * self.tried.max(1) as f64).min(1.0)
     }
+}
+
+/// Names beside which the error on the data kept for the judgement is larger than without stay in no report alone.
+fn doubt_what_does_not_help(report: &mut LearnReport) {
+    if is_no_worse(report.base_test.rmse, report.final_test.rmse) {
+        return;
+    }
+    let alone: Vec<String> =
+        report.names().into_iter().filter(|name| report.one_of(name).is_none()).map(str::to_owned).collect();
+    report.confounded.extend(alone.into_iter().map(|name| Confounded {
+        experiment: named(&name).map_or_else(String::new, |effect| effect.separated_by.to_owned()),
+        names: vec![name, "a cause that the data kept for the judgement do not share".to_owned()],
+        why: "on the data kept for the judgement the error rose".to_owned(),
+    }));
 }
 
 /// Is `each` a curve without a name over what an effect of the list follows?

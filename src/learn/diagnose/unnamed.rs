@@ -305,6 +305,7 @@ impl Diagnosis<'_> {
             };
             (KNOTS..2 * KNOTS).filter(|k| last.free[*k]).all(inside)
         });
+        if std::env::var("FWDBG").is_ok() { eprintln!("DBG judged {} score {score:.1} told {is_told}", found.effect.name); }
         if score < self.threshold() || !is_told {
             return None;
         }
@@ -315,6 +316,7 @@ impl Diagnosis<'_> {
         let shows = self.criteria().lowers_held_out(self.drop_of(before, &after), t)
             && self.criteria().takes_enough(share, of_rest)
             && self.change_of_load(present, before, &after) >= self.criteria().engagement_known_to;
+        if std::env::var("FWDBG").is_ok() { eprintln!("DBG judged {} drop {:.3} t {t:.2} share {share:.3} rest {of_rest:.3} change {:.4}", found.effect.name, self.drop_of(before, &after), self.change_of_load(present, before, &after)); }
         shows.then_some((Trial { effect: found.effect, fitted, gain, score }, after))
     }
 }

@@ -123,19 +123,26 @@ pub fn improvement_by_case(data: &Data, before: &[f64], after: &[f64]) -> Vec<f6
 /// gain Σ w (before² − after²) is Σ w δ² + 2 Σ w δ·after: how far the two differ, and what the rest adds to that or takes
 /// away. The scatter of either, the gain or its second part, from case to case bounds the error. That of the gain counts it against
 /// what is there in a few blocks that it is not there in the others; that of the second part, that more is left which goes the same way.
+/// So does that of the ratio of the squares after to those before, R = Σa/Σb with the error √Σ(aᵢ − R bᵢ)²/Σb (Cochran, Sampling
+/// Techniques, ch. 6): it asks whether the cases that leave much beforehand leave as small a share of it each.
 pub fn certainty_of_gain(data: &Data, before: &[f64], after: &[f64]) -> f64 {
     let differs = |i: usize| data.weight[i] * (before[i] - after[i]);
     let sums = |case: Vec<usize>| {
         let certain: f64 = case.iter().map(|&i| differs(i) * (before[i] - after[i])).sum();
         let rest: f64 = case.iter().map(|&i| 2.0 * differs(i) * after[i]).sum();
-        [certain + rest, rest]
+        let squares: f64 = case.iter().map(|&i| data.weight[i] * before[i].powi(2)).sum();
+        [certain + rest, rest, squares]
     };
     let cases = cases(data, |i| before[i].is_finite() && after[i].is_finite());
-    let each: Vec<[f64; 2]> = cases.into_iter().map(sums).collect();
+    let each: Vec<[f64; 3]> = cases.into_iter().map(sums).collect();
     let n = each.len() as f64;
     let gain: f64 = each.iter().map(|of| of[0]).sum();
     let scatter = each.iter().map(|of| (of[0] - gain / n).powi(2)).sum::<f64>() * n / (n - 1.0).max(1.0);
-    let variance = scatter.min(each.iter().map(|of| of[1].powi(2)).sum());
+    let of_rest = each.iter().map(|of| of[1].powi(2)).sum::<f64>();
+    // b − a = gain, so that a − R b = (1 − R) b − gain.
+    let share = gain / each.iter().map(|of| of[2]).sum::<f64>().max(1e-300);
+    let of_ratio = each.iter().map(|of| (share * of[2] - of[0]).powi(2)).sum::<f64>() * n / (n - 1.0).max(1.0);
+    let variance = scatter.min(of_rest).min(of_ratio);
     if variance > 0.0 { gain / variance.sqrt() } else { 0.0 }
 }
 
