@@ -62,9 +62,8 @@ mod tests {
 
     #[test]
     fn thin_chips_have_a_level_of_their_own_of_which_half_is_left_where_it_says() {
-        let cutting = |h_mm: f64| {
-            change(&[0.0, 0.6, 0.03], &State { chip_thickness_mm: h_mm, ..State::default() }).cutting
-        };
+        let cutting =
+            |h_mm: f64| change(&[0.0, 0.6, 0.03], &State { chip_thickness_mm: h_mm, ..State::default() }).cutting;
         assert!((cutting(0.001) - 1.6).abs() < 1e-3 && (cutting(0.03) - 1.3).abs() < 1e-12);
         assert!((cutting(0.3) - 1.0).abs() < 1e-3);
         let kienzle = State { chip_thickness_mm: 0.1, ..State::default() };

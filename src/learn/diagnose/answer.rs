@@ -45,10 +45,11 @@ impl Diagnosis<'_> {
         let unnamed = curves.into_iter().map(|e| {
             let mut curve = said(added(e), &fitted.model.effects, e);
             curve.family = curve.family.filter(|_| self.holds_elsewhere(&fitted.model.effects, e));
-            if curve.family.is_none() {
-                let rivals = self.rivals_of_curve(&fitted.model.effects, e);
-                curve.rivals = rivals.into_iter().map(|covariate| covariate.name().to_owned()).collect();
-            }
+            let family = curve.family.as_deref().and_then(named);
+            let of_family = |covariate: &Covariate| family.is_some_and(|effect| effect.covariates.contains(covariate));
+            let rivals = self.rivals_of_curve(&fitted.model.effects, e);
+            let others = rivals.into_iter().filter(|covariate| !of_family(covariate));
+            curve.rivals = others.map(|covariate| covariate.name().to_owned()).collect();
             curve
         });
         let unnamed = unnamed.collect();
@@ -94,7 +95,11 @@ impl Diagnosis<'_> {
     fn holds_elsewhere(&self, effects: &[FittedEffect], e: usize) -> bool {
         let is_of_operations = self.is_of_operations(effects[e].effect.covariates);
         self.drop_elsewhere(&remove(effects, e), effects).is_none_or(|drop| {
-            if is_of_operations { self.criteria().lowers_elsewhere(drop) } else { !self.criteria().harms_elsewhere(drop) }
+            if is_of_operations {
+                self.criteria().lowers_elsewhere(drop)
+            } else {
+                !self.criteria().harms_elsewhere(drop)
+            }
         })
     }
 
@@ -199,10 +204,30 @@ fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
         beside: beside.map(|other| other.effect.name.to_owned()),
         rivals: Vec::new(),
         family: family.filter(|_| beside.is_none()).map(|effect| effect.name.to_owned()),
-        said: sentence(what, covariate.name(), unit, &knots),
+        said: if covariate == Covariate::Tool {
+            sentence_of_tools(what, &knots)
+        } else {
+            sentence(what, covariate.name(), unit, &knots)
+        },
         knots,
         added,
     }
+}
+
+/// What a curve over the numbers of tools says.
+fn sentence_of_tools(what: &str, knots: &[[f64; 2]]) -> String {
+    let steps = knots.chunks_exact(2).filter(|pair| pair[0][0] == pair[1][0]);
+    let from = |pair: &[[f64; 2]]| {
+        let percent = 100.0 * (pair[1][1] / pair[0][1] - 1.0);
+        let way = if percent < 0.0 { "lower" } else { "higher" };
+        format!(
+            "with tool {:.0} {what} is {:.0} % {way} than with the tool before it",
+            pair[0][0].ceil(),
+            percent.abs()
+        )
+    };
+    let all: Vec<String> = steps.map(from).collect();
+    if all.is_empty() { format!("{what} differs from tool to tool") } else { all.join(", ") }
 }
 
 /// What a curve says, in one sentence: beyond a value, between two, or from one to another.
@@ -324,6 +349,17 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
 mod tests {
     use super::*;
     use crate::effects::unnamed::{BEYOND, KNOTS};
+
+    #[test]
+    fn of_tools_it_says_which_and_of_several_levels_where_the_highest_and_the_lowest_are() {
+        let tools = sentence_of_tools("the load of the cut", &[[1.5, 0.8], [1.5, 1.0]]);
+        assert_eq!(tools, "with tool 2 the load of the cut is 25 % higher than with the tool before it");
+        let levels = [[2.0, 1.0], [2.0, 1.2], [3.0, 1.2], [3.0, 0.9], [5.0, 0.9], [5.0, 0.6]];
+        assert_eq!(
+            sentence("the load", "axial depth", "mm", &levels),
+            "the load follows axial depth: between 2 mm and 3 mm it is 100 % higher than above 5 mm"
+        );
+    }
 
     #[test]
     fn a_curve_is_one_sentence_with_a_place_and_a_size() {

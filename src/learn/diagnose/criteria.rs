@@ -188,8 +188,9 @@ impl Criteria {
     }
 }
 
-/// Chance of a gain as large in the best of all models that were fitted, without an effect, from which it may be chance: 5 %.
-const BY_CHANCE: f64 = 0.05;
+/// Chance of a gain as large in the best of all models that were fitted, without an effect, from which it may be chance: no more
+/// than one log in fifty may get a false name.
+const BY_CHANCE: f64 = 0.02;
 
 /// May a gain of this chance be one?
 pub(in crate::learn) fn is_by_chance(p: f64) -> bool {
@@ -228,6 +229,9 @@ fn range(values: &[f64]) -> [f64; 2] {
 /// Most times that a load turns back along a quantity of the cut: one peak or one trough, as at a resonance or an optimum speed.
 /// Judgement.
 pub(in crate::learn) const MOST_TURNS: usize = 1;
+
+/// Least share of Σ w l² in a part of a curve whose height counts for its way. Judgement.
+pub(in crate::learn) const LEAST_WEIGHT: f64 = 0.02;
 
 /// How often a curve through these values turns back, by more than [`GOES_BACK`] of its range.
 pub(in crate::learn) fn turns(values: &[f64]) -> usize {
@@ -400,6 +404,25 @@ mod tests {
         assert!(goes(Way::Up, &[1.0, 1.2, 1.16, 1.3]) && !goes(Way::Up, &[1.0, 1.2, 1.1, 1.2]));
         assert!(goes(Way::Down, &[1.3, 1.0]) && !goes(Way::Down, &[1.0, 1.3, 1.0]) && !goes(Way::Up, &[1.0, 1.3, 1.0]));
         assert!(goes(Way::Either, &[1.0, 1.3, 1.0]));
+        assert!(
+            goes(Way::NoPeak, &[1.3, 1.0, 1.2])
+                && goes(Way::NoPeak, &[1.0, 1.3])
+                && goes(Way::NoPeak, &[1.0, 1.3, 1.28])
+        );
+        assert!(!goes(Way::NoPeak, &[1.0, 1.3, 1.0]));
+    }
+
+    #[test]
+    fn a_curve_turns_back_where_it_goes_back_by_more_than_a_quarter_of_its_range() {
+        assert_eq!(turns(&[1.0, 1.1, 1.3]), 0);
+        assert_eq!(turns(&[1.0, 1.3, 1.0]), 1);
+        assert_eq!(turns(&[1.0, 1.3, 1.24, 1.3]), 0);
+        assert_eq!([turns(&[1.0, 1.3, 1.0, 1.06]), turns(&[1.0, 1.3, 1.0, 1.1])], [1, 2]);
+    }
+
+    #[test]
+    fn a_gain_is_by_chance_where_more_than_one_log_in_fifty_would_show_it() {
+        assert!(is_by_chance(0.021) && !is_by_chance(0.019));
     }
 
     #[test]

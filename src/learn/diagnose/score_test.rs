@@ -187,3 +187,24 @@ fn refine(data: &Data, score: &Score, start: [f64; 4], step: [f64; 2]) -> [f64; 
     }
     at
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::State;
+    use crate::learn::diagnose::made_data::made;
+    use crate::learn::model::fit::fit;
+
+    #[test]
+    fn an_instant_has_some_cuts_on_either_side() {
+        // Of sixty cuts the first few take a fifth less.
+        let found = |first: usize| {
+            let state = |i: usize| State { time_s: i as f64, ..State::default() };
+            let mut data = made(|i| if i < first { -0.2 } else { 0.0 }, 1.0, state);
+            (60..data.len()).for_each(|i| data.weight[i] = 0.0);
+            instant(&data, &fit(&data, &[], 0).unwrap()).unwrap()
+        };
+        assert_eq!([found(8), found(6)], [8.0, 6.0]);
+        assert!(found(3) >= 6.0, "{}", found(3));
+    }
+}

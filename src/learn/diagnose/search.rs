@@ -87,6 +87,7 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     report.left_out = left_out;
     confounded.retain(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0]));
     report.confounded = confounded;
+    doubt_families_with_rivals(&mut report);
     doubt_what_does_not_help(&mut report);
     report.unexplained = unexplained(&told, &fitted, &report, options.seed);
     report.verdict = verdict(&report);
@@ -101,6 +102,7 @@ impl Diagnosis<'_> {
         let named = self.add_names(begin, true, &mut confounded);
         let (mut found, mut in_doubt) = self.settled(named, EXCHANGES, &mut confounded);
         if let Some(more) = self.add_curves(&found, &mut confounded) {
+            let more = self.curves_chosen_again(more);
             (found, in_doubt) = self.settled(more, EXCHANGES, &mut confounded);
         }
         confounded.extend(in_doubt);
@@ -156,6 +158,26 @@ impl Diagnosis<'_> {
             let Some(curve) = curve else { return found };
             found = Some(self.add_names(&curve, false, confounded));
         }
+    }
+
+    /// The model with each curve chosen anew beside everything that was added after it: it was chosen while those were missing.
+    fn curves_chosen_again(&mut self, model: Fitted) -> Fitted {
+        let mut present = model;
+        let names = present.model.effects.iter().filter(|each| is_unnamed(each.effect)).map(|each| each.effect.name);
+        for name in names.collect::<Vec<_>>() {
+            let Some(e) = present.model.effects.iter().position(|each| each.effect.name == name) else { continue };
+            if e + 1 == present.model.effects.len() {
+                continue;
+            }
+            let Some(without_it) = fit(&self.train, &remove(&present.model.effects, e), FORM_ROUNDS) else { continue };
+            if let Some(other) = self
+                .with_unnamed(&without_it)
+                .filter(|other| other.model.effects.last().is_some_and(|last| last.effect.name != name))
+            {
+                present = other;
+            }
+        }
+        present
     }
 
     /// The model with the effects of the one that learning begins from.
@@ -345,6 +367,21 @@ impl Diagnosis<'_> {
     }
 }
 
+/// A curve that follows another covariate as well is not asserted to be the family of its own.
+fn doubt_families_with_rivals(report: &mut LearnReport) {
+    let in_doubt = report.unnamed.iter().filter(|curve| !curve.rivals.is_empty()).filter_map(|curve| {
+        let name = curve.family.clone()?;
+        let along = curve.rivals.iter().map(|rival| format!("a curve of the {} along {rival}", curve.multiplies));
+        Some(Confounded {
+            experiment: named(&name).map_or_else(String::new, |effect| effect.separated_by.to_owned()),
+            names: std::iter::once(name).chain(along).collect(),
+            why: "in its place each leaves as little on data left out".to_owned(),
+        })
+    });
+    let in_doubt: Vec<Confounded> = in_doubt.collect();
+    report.confounded.extend(in_doubt);
+}
+
 /// Names beside which the error on the data kept for the judgement is larger than without stay in no report alone.
 fn doubt_what_does_not_help(report: &mut LearnReport) {
     if is_no_worse(report.base_test.rmse, report.final_test.rmse) {
@@ -363,4 +400,62 @@ fn doubt_what_does_not_help(report: &mut LearnReport) {
 fn is_shape_of(own: &FittedEffect, each: &FittedEffect) -> bool {
     let mut along = each.effect.covariates.iter();
     !is_unnamed(own.effect) && is_unnamed(each.effect) && along.any(|c| own.effect.knows(*c, each.effect.multiplies))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learn::report::{Added, Errors, Unnamed};
+
+    /// A report with these errors on the data kept, an effect, and a curve that has a name and rivals.
+    fn report(before: f64, after: f64, rivals: &[&str]) -> LearnReport {
+        let errors = |rmse: f64| Errors { rmse, ..Errors::default() };
+        let added = |name: &str| Added {
+            name: name.into(),
+            parameters: Vec::new(),
+            p_value: 0.0,
+            test_rmse_before: before,
+            test_rmse_after: after,
+            evidence: String::new(),
+        };
+        let curve = Unnamed {
+            added: added("unnamed-load-feed-per-tooth"),
+            covariate: "feed per tooth".into(),
+            unit: "mm".into(),
+            multiplies: "load".into(),
+            knots: Vec::new(),
+            beside: None,
+            rivals: rivals.iter().map(|rival| (*rival).to_owned()).collect(),
+            family: Some("size-effect".into()),
+            said: String::new(),
+        };
+        LearnReport {
+            base_test: errors(before),
+            final_test: errors(after),
+            effects: vec![added("tool-diameter")],
+            unnamed: vec![curve],
+            ..LearnReport::default()
+        }
+    }
+
+    #[test]
+    fn what_raises_the_error_on_the_data_kept_is_asserted_alone_no_more() {
+        let in_doubt = |after: f64| {
+            let mut report = report(10.0, after, &[]);
+            doubt_what_does_not_help(&mut report);
+            ["tool-diameter", "size-effect"].map(|name| report.one_of(name).is_some())
+        };
+        assert_eq!([in_doubt(9.0), in_doubt(10.1)], [[false; 2], [true; 2]]);
+    }
+
+    #[test]
+    fn a_family_is_one_of_several_where_its_curve_follows_something_else_as_well() {
+        let said = |rivals: &[&str]| {
+            let mut report = report(10.0, 9.0, rivals);
+            doubt_families_with_rivals(&mut report);
+            report.one_of("size-effect").map(|group| group.names.clone())
+        };
+        assert_eq!(said(&[]), None);
+        assert_eq!(said(&["tool"]).unwrap(), ["size-effect", "a curve of the load along tool"]);
+    }
 }

@@ -8,7 +8,7 @@
 use crate::effects::unnamed::{BEYOND, CURVES, KNOTS};
 use crate::effects::{Covariate, Effect, Multiplies, Way};
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::diagnose::criteria::{MOST_TURNS, goes, turns};
+use crate::learn::diagnose::criteria::{LEAST_WEIGHT, MOST_TURNS, goes, turns};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
 use crate::learn::diagnose::free_curve::{Curve, Follows, Residual};
@@ -39,6 +39,8 @@ pub(in crate::learn) struct ResidualCurve {
 struct Standing<'a> {
     rank: usize,
     parts: usize,
+    /// Does it only tell tools apart? Then it is no law over anything, and the least that can be said.
+    is_of_tools: bool,
     /// On data left out.
     left: &'a [f64],
 }
@@ -70,7 +72,12 @@ impl Loads {
 
 impl<'a> Standing<'a> {
     fn of(found: &ResidualCurve, left: &'a [f64]) -> Self {
-        Self { rank: rank_of_curve(found.effect, found.covariate), parts: found.follows.curve.knots.len(), left }
+        Self {
+            rank: rank_of_curve(found.effect, found.covariate),
+            parts: found.follows.curve.knots.len(),
+            is_of_tools: found.covariate == Covariate::Tool,
+            left,
+        }
     }
 }
 
@@ -102,8 +109,15 @@ fn may_go(covariate: Covariate, curve: &Curve) -> bool {
     match covariate {
         Covariate::Sliding | Covariate::Volume => goes(Way::Up, &shares),
         Covariate::Time | Covariate::X | Covariate::Y | Covariate::Z | Covariate::Tool | Covariate::Heading => true,
-        _ => turns(&shares) <= MOST_TURNS,
+        _ => turns(&told(curve)) <= MOST_TURNS,
     }
+}
+
+/// Shares of the parts that enough of the load lies in to be told.
+fn told(curve: &Curve) -> Vec<f64> {
+    let whole: f64 = curve.weight.iter().sum();
+    let is_told = |k: &usize| curve.weight[*k] >= LEAST_WEIGHT * whole;
+    (0..curve.knots.len()).filter(is_told).map(|k| curve.knots[k][1]).collect()
 }
 
 /// Can what a spindle takes while nothing is cut follow it? A tare that follows depth, immersion, chip or the way since entry
@@ -237,12 +251,6 @@ impl Diagnosis<'_> {
             self.criteria().follows_a_curve(self.drop_of(&before, &found.follows.left), t)
         };
         let mut found = self.curves_beside(present, &before);
-        if std::env::var("FWDBG").is_ok() {
-            for f in found.iter().take(12) {
-                let t = certainty_of_gain(&self.train, &before, &f.follows.left);
-                eprintln!("DBG {} parts {} steps {} squares {:.4} drop {:.3} t {:.2} rank {} {:?}", f.effect.name, f.follows.curve.knots.len(), f.follows.curve.in_steps, f.follows.squares, self.drop_of(&before, &f.follows.left), t, rank_of_curve(f.effect, f.covariate), f.follows.curve.knots.iter().map(|k| format!("{:.4}:{:+.3}", k[0], k[1])).collect::<Vec<_>>());
-            }
-        }
         found.retain(clear);
         self.tried += found.len();
         let (trial, after) = self.best_curve(present, &before, &found)?;
@@ -272,18 +280,20 @@ impl Diagnosis<'_> {
     }
 
     /// Of curves that none is clearly ahead of, or that take nearly as much with fewer parts, what says most about the process
-    /// comes first, and then what has fewest parts: its rank and its parts. What only grows while the program runs is ahead where it
+    /// comes first, then what has fewest parts, then a difference between tools: its rank, its parts, and whether it is none of tools.
+    /// What only grows while the program runs is ahead where it
     /// shows as much more as a curve of its own has to.
-    fn preference(&self, before: &[f64], least: &Standing, each: &Standing) -> (usize, usize) {
+    fn preference(&self, before: &[f64], least: &Standing, each: &Standing) -> (usize, usize, bool) {
         let share = self.drop_of(before, each.left) / self.drop_of(before, least.left).max(1e-12);
         let is_simpler = each.parts < least.parts && self.criteria().takes_as_much(share);
         let is_behind = if least.rank >= LAST_RANK && each.rank < LAST_RANK {
             let certainty = certainty_of_gain(&self.train, each.left, least.left);
             self.criteria().follows_a_curve(self.drop_of(each.left, least.left), certainty)
         } else {
-            self.is_better(each.left, least.left)
+            let t = t_statistic(&improvement_by_case(&self.train, each.left, least.left));
+            self.criteria().lowers_held_out(self.drop_of(each.left, least.left), t)
         };
-        if is_simpler || !is_behind { (each.rank, each.parts) } else { (usize::MAX, 0) }
+        if is_simpler || !is_behind { (each.rank, each.parts, !each.is_of_tools) } else { (usize::MAX, 0, true) }
     }
 
     /// The curve fitted together with the model, and what both leave on data left out; `None` where that is not less.
@@ -305,7 +315,6 @@ impl Diagnosis<'_> {
             };
             (KNOTS..2 * KNOTS).filter(|k| last.free[*k]).all(inside)
         });
-        if std::env::var("FWDBG").is_ok() { eprintln!("DBG judged {} score {score:.1} told {is_told}", found.effect.name); }
         if score < self.threshold() || !is_told {
             return None;
         }
@@ -316,7 +325,6 @@ impl Diagnosis<'_> {
         let shows = self.criteria().lowers_held_out(self.drop_of(before, &after), t)
             && self.criteria().takes_enough(share, of_rest)
             && self.change_of_load(present, before, &after) >= self.criteria().engagement_known_to;
-        if std::env::var("FWDBG").is_ok() { eprintln!("DBG judged {} drop {:.3} t {t:.2} share {share:.3} rest {of_rest:.3} change {:.4}", found.effect.name, self.drop_of(before, &after), self.change_of_load(present, before, &after)); }
         shows.then_some((Trial { effect: found.effect, fitted, gain, score }, after))
     }
 }
@@ -361,8 +369,8 @@ mod tests {
     #[test]
     fn a_tare_follows_nothing_that_only_a_cut_has() {
         use Covariate::{
-            AxialDepth, ChipThickness, Curvature, FeedPerTooth, Immersion, Load, RadialDepth, SinceEntry, Sliding, UpShare,
-            Volume,
+            AxialDepth, ChipThickness, Curvature, FeedPerTooth, Immersion, Load, RadialDepth, SinceEntry, Sliding,
+            UpShare, Volume,
         };
         let of_cut = [
             FeedPerTooth,
@@ -468,6 +476,46 @@ mod tests {
     }
 
     #[test]
+    fn along_a_quantity_of_the_cut_a_load_has_one_peak_and_no_second() {
+        let through = |shares: &[f64], weight: &[f64]| Curve {
+            knots: shares.iter().enumerate().map(|(k, share)| [k as f64, *share]).collect(),
+            weight: weight.to_vec(),
+            in_steps: true,
+        };
+        let zigzag = through(&[0.0, 0.15, 0.0, 0.13], &[1.0; 4]);
+        assert!(may_go(Covariate::AxialDepth, &through(&[0.0, 0.15, 0.0], &[1.0; 3])));
+        assert!(!may_go(Covariate::AxialDepth, &zigzag) && may_go(Covariate::Z, &zigzag));
+        // A part that hardly any load lies in says nothing of the way.
+        assert!(may_go(Covariate::AxialDepth, &through(&[0.0, 0.15, 0.0, 0.13], &[1.0, 1.0, 1.0, 0.05])));
+    }
+
+    #[test]
+    fn what_takes_its_share_of_tare_and_load_alike_is_said_of_the_whole_reading() {
+        let fast = |block: usize| (block / 2).is_multiple_of(2);
+        let state = |i: usize| State { rps: if fast(i / EACH) { 150.0 } else { 90.0 }, ..State::default() };
+        // Of a tare of 50 and the load of the cut, the fast half of the blocks shows a fifth more: of both, or of the load alone.
+        let said = |of_tare: f64| {
+            let mut data = made(|i| if fast(i / EACH) { 0.2 } else { 0.0 }, 1.0, state);
+            data.base.push(Base {
+                name: "tare".into(),
+                unit: String::new(),
+                class: Class::Tare,
+                prior: None,
+                bounds: UNBOUNDED,
+            });
+            data.columns.push(vec![50.0; data.len()]);
+            let tare = |i: usize| if fast(i / EACH) { 50.0 * (1.0 + of_tare) } else { 50.0 };
+            (0..data.len()).for_each(|i| data.reading[i] += tare(i));
+            let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
+            let plain = fit(&data, &[], 0).unwrap();
+            let left = held_out_residuals(&data, &[], &split);
+            let found = begun(&data, &split, &options, 1.0).fitted_curves(&plain, &left, |_, _| true);
+            found[0].effect.name
+        };
+        assert_eq!([0.2, 0.0].map(said), ["unnamed-reading-spindle-speed", "unnamed-load-spindle-speed"]);
+    }
+
+    #[test]
     fn of_curves_that_take_nearly_as_much_the_simpler_one_is_said_and_time_comes_last() {
         let data = made(|_| 0.0, 1.0, worn);
         let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
@@ -476,8 +524,9 @@ mod tests {
         let left = |off: f64| (0..data.len()).map(|i| off + wobble(i)).collect::<Vec<f64>>();
         let [before, least, more, much] = [10.0, 1.0, 1.5, 4.0].map(left);
         let key = |of: (usize, usize, &[f64]), than: (usize, usize, &[f64])| {
-            let standing = |(rank, parts, left)| Standing { rank, parts, left };
-            diagnosis.preference(&before, &standing(than), &standing(of))
+            let standing = |(rank, parts, left)| Standing { rank, parts, is_of_tools: false, left };
+            let (rank, parts, _) = diagnosis.preference(&before, &standing(than), &standing(of));
+            (rank, parts)
         };
         assert_eq!(key((0, 2, &more), (0, 6, &least)), (0, 2));
         assert_eq!(key((0, 6, &more), (0, 6, &least)), (usize::MAX, 0));
@@ -485,7 +534,14 @@ mod tests {
         // By half a percent, however clearly, time is not ahead of a quantity of the process.
         let nearly = left(1.004);
         assert_eq!(key((0, 6, &nearly), (LAST_RANK, 2, &least)), (0, 6));
-        assert_eq!(key((0, 6, &nearly), (0, 2, &least)), (usize::MAX, 0));
+        assert_eq!(key((0, 6, &nearly), (0, 2, &least)), (0, 6));
+        assert_eq!(key((0, 6, &left(1.02)), (0, 2, &least)), (usize::MAX, 0));
+        // Of two that say the same of these data, a difference between tools comes first.
+        let same = |is_of_tools| Standing { rank: 0, parts: 2, is_of_tools, left: &least };
+        assert!(
+            diagnosis.preference(&before, &same(false), &same(true))
+                < diagnosis.preference(&before, &same(true), &same(false))
+        );
         let [z, time] = ["unnamed-tare-z", "unnamed-load-time"].map(|name| crate::effects::named(name).unwrap());
         assert!(rank_of_curve(z, Covariate::Z) == 1 && rank_of_curve(time, Covariate::Time) == LAST_RANK);
     }

@@ -209,6 +209,16 @@ mod tests {
     }
 
     #[test]
+    fn a_large_share_gone_from_the_few_blocks_that_leave_most_is_certain_though_some_is_left_there() {
+        // Half of what stands in three blocks goes; by another model, half of what stands in one of them.
+        let few = |block: usize| if block < 3 { 4.0 } else { 0.0 };
+        let (t, certainty) = gained(few, |block| 0.5 * few(block));
+        assert!(t < 2.0 && certainty > 3.0, "{t} {certainty}");
+        let (_, one) = gained(few, |block| if block == 0 { 2.0 } else { few(block) });
+        assert!(one < 2.0, "{one}");
+    }
+
+    #[test]
     fn what_is_gained_in_every_block_is_certain_however_much_is_left() {
         let (t, certainty) = gained(|block| 2.0 + (block % 2) as f64, |block| 1.0 + 0.5 * (block % 2) as f64);
         assert!(t > 4.0 && certainty >= t, "{t} {certainty}");
