@@ -230,6 +230,9 @@ fn range(values: &[f64]) -> [f64; 2] {
 /// Judgement.
 pub(in crate::learn) const MOST_TURNS: usize = 1;
 
+/// The same along a place: a layer, or a zone, between two others. Judgement.
+pub(in crate::learn) const MOST_TURNS_OF_A_PLACE: usize = 2;
+
 /// Least share of Σ w l² in a part of a curve whose height counts for its way. Judgement.
 pub(in crate::learn) const LEAST_WEIGHT: f64 = 0.02;
 

@@ -8,7 +8,7 @@
 use crate::effects::unnamed::{BEYOND, CURVES, KNOTS};
 use crate::effects::{Covariate, Effect, Multiplies, Way};
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::diagnose::criteria::{LEAST_WEIGHT, MOST_TURNS, goes, turns};
+use crate::learn::diagnose::criteria::{LEAST_WEIGHT, MOST_TURNS, MOST_TURNS_OF_A_PLACE, goes, turns};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
 use crate::learn::diagnose::free_curve::{Curve, Follows, Residual};
@@ -102,13 +102,15 @@ fn rank_of_curve(effect: &Effect, covariate: Covariate) -> usize {
 
 /// Can a law go that way? Wear only grows: a curve over the way of the teeth or the volume that comes down again stands for
 /// something that happened while they grew, which is said of the time. Over a quantity of the cut a load rises, falls, or has one
-/// peak or trough; one that goes up and down and up again tells operations apart that differ in much else besides. At an instant,
-/// at a place, over the number of a tool and once around the circle of headings anything may be.
+/// peak or trough; one that goes up and down and up again tells operations apart that differ in much else besides. Over a place it
+/// may have one more turn: a layer between two others. At an instant, over the number of a tool and once around the circle of
+/// headings anything may be.
 fn may_go(covariate: Covariate, curve: &Curve) -> bool {
     let shares: Vec<f64> = curve.knots.iter().map(|knot| knot[1]).collect();
     match covariate {
         Covariate::Sliding | Covariate::Volume => goes(Way::Up, &shares),
-        Covariate::Time | Covariate::X | Covariate::Y | Covariate::Z | Covariate::Tool | Covariate::Heading => true,
+        Covariate::X | Covariate::Y | Covariate::Z => turns(&told(curve)) <= MOST_TURNS_OF_A_PLACE,
+        Covariate::Time | Covariate::Tool | Covariate::Heading => true,
         _ => turns(&told(curve)) <= MOST_TURNS,
     }
 }
@@ -485,6 +487,8 @@ mod tests {
         let zigzag = through(&[0.0, 0.15, 0.0, 0.13], &[1.0; 4]);
         assert!(may_go(Covariate::AxialDepth, &through(&[0.0, 0.15, 0.0], &[1.0; 3])));
         assert!(!may_go(Covariate::AxialDepth, &zigzag) && may_go(Covariate::Z, &zigzag));
+        let again = through(&[0.0, 0.15, 0.0, 0.13, 0.0], &[1.0; 5]);
+        assert!(!may_go(Covariate::Z, &again) && may_go(Covariate::Time, &again));
         // A part that hardly any load lies in says nothing of the way.
         assert!(may_go(Covariate::AxialDepth, &through(&[0.0, 0.15, 0.0, 0.13], &[1.0, 1.0, 1.0, 0.05])));
     }
