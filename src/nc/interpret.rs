@@ -17,8 +17,6 @@ use super::siemens::state::Siemens;
 use super::toolpath::Toolpath;
 use crate::diag::Diagnostic;
 
-/// Moves of a chunk of [`interpret_each`].
-const CHUNK: usize = 4096;
 /// Codes after which the rest of a program is not what the control would execute.
 const LOST: [&str; 6] =
     ["nc::runaway", "nc::no-routine", "nc::unbalanced", "nc::no-target", "nc::expression", "nc::modal-call"];
@@ -46,13 +44,6 @@ macro_rules! with_family {
 /// Interprets a program; never fails. What is not understood is diagnosed, and the feed of its block frozen.
 pub fn interpret(program: &Program, environment: &Environment<'_>) -> Toolpath {
     with_family!(program, Own => Interpreter::<Own>::run(program, environment))
-}
-
-/// As [`interpret`], but hands the toolpath out in chunks as it grows, so that a program of any length takes little
-/// memory. Ids count from 0 in each chunk; `shared` of a move and [`Toolpath::doubts`] need the whole program and are
-/// not set.
-pub fn interpret_each(program: &Program, environment: &Environment<'_>, chunk: impl FnMut(&Toolpath)) {
-    with_family!(program, Own => Interpreter::<Own>::run_in_chunks(program, environment, CHUNK, chunk));
 }
 
 /// Interprets a program together with the files it calls, with the block-delete switch off and on: the linked program

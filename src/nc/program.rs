@@ -137,6 +137,7 @@ impl Program {
         self.starts.len() - 1
     }
     /// True for an empty text.
+    #[allow(dead_code, reason = "a public `len` has it beside it (clippy::len_without_is_empty)")]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -172,10 +173,6 @@ impl Program {
     pub fn block_at(&self, byte: u32) -> BlockId {
         BlockId((self.starts.partition_point(|&start| start <= byte).max(1) - 1) as u32)
     }
-    /// Column of a byte in its line, 1-based.
-    pub fn column(&self, byte: u32) -> u32 {
-        byte - self.span(self.block_at(byte)).start + 1
-    }
     /// Every block in order.
     pub fn blocks(&self) -> impl Iterator<Item = BlockId> + use<> {
         (0..self.len() as u32).map(BlockId)
@@ -207,6 +204,7 @@ impl Program {
         slash.any(|block| self.tokens(block).any(|token| token.kind == TokenKind::Delete))
     }
     /// Bytes the program occupies in memory.
+    #[cfg(feature = "rooms")]
     pub fn memory_bytes(&self) -> usize {
         self.text.capacity() + self.starts.capacity() * size_of::<u32>()
     }

@@ -304,10 +304,6 @@ impl Toolpath {
         let after = self.shifts.partition_point(|(from, _)| *from <= id);
         if after == 0 { Vec3::zeros() } else { self.shifts[after - 1].1 }
     }
-    /// Why part or frame are not known at a move: the first doubt that holds there.
-    pub fn doubt_at(&self, id: MoveId) -> Option<&Doubted> {
-        self.doubts.iter().take_while(|doubted| doubted.from <= id).find(|doubted| doubted.holds_at(id))
-    }
     /// Blocks that cannot be read: nothing of them is taken, no feed either. By number, each once.
     pub fn unread(&self) -> Vec<BlockId> {
         let mut blocks: Vec<BlockId> = self.doubts.iter().flat_map(|doubted| doubted.unread.iter().copied()).collect();
@@ -333,6 +329,7 @@ impl Toolpath {
         })
     }
     /// Bytes it occupies in memory; a state counts for its share in the moves that have it.
+    #[cfg(feature = "rooms")]
     pub fn memory_bytes(&self) -> usize {
         let state = size_of::<State>() + 2 * size_of::<usize>();
         let beside = |motion: &Move| {

@@ -134,6 +134,7 @@ pub struct CapPrices {
     /// Cap of each point (the least of its own and those of its legs).
     pub point_s: Vec<f64>,
     /// Cap inside each leg.
+    #[cfg_attr(not(feature = "rooms"), allow(dead_code, reason = "only a test holds it against differences"))]
     pub leg_s: Vec<f64>,
 }
 

@@ -322,7 +322,8 @@ impl Past {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engage::{EngagedArc, StationFlags};
+    use crate::engage::EngagedArc;
+    use crate::engage::map::StationFlags;
     use crate::ids::MoveId;
     use crate::nc;
     use std::cell::Cell;

@@ -48,5 +48,7 @@ pub mod wear;
 pub use caps::{problem, problem_after};
 pub use kept::Standing;
 pub use problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem, Realised, Schedule};
-pub use realise::{as_programmed, realise, realise_by};
-pub use solve::{Options, Room, explain, feeds, solve};
+pub use realise::{as_programmed, realise};
+#[cfg(feature = "rooms")]
+pub use solve::solve;
+pub use solve::{Options, Room, explain, feeds};

@@ -92,7 +92,8 @@ impl Options {
     }
 }
 
-/// Commanded feeds for the whole program, and why.
+/// Commanded feeds for the whole program with their prices: [`feeds`], then [`explain`].
+#[cfg(feature = "rooms")]
 pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Options) -> Schedule {
     let mut schedule = feeds(problem, toolpath, job, options);
     explain(&mut schedule, problem, toolpath, job);

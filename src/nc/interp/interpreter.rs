@@ -229,29 +229,6 @@ impl<'a, F: Family> Interpreter<'a, F> {
         run.finish()
     }
 
-    /// Executes the whole program, and hands the toolpath out whenever it holds `most` moves.
-    pub(crate) fn run_in_chunks(
-        program: &'a Program,
-        env: &'a Environment<'a>,
-        most: usize,
-        mut chunk: impl FnMut(&Toolpath),
-    ) {
-        let mut run = Self::new(program, env);
-        F::begin(&mut run);
-        let mut words = Words::default();
-        while !run.flow.ended {
-            run.step(&mut words);
-            if run.out.moves.len() >= most && run.compensation.active.is_none() {
-                chunk(&run.out);
-                run.out.moves.clear();
-                run.out.between.clear();
-                run.out.doubts.clear();
-                run.cycles.driven.clear();
-            }
-        }
-        chunk(&run.out);
-    }
-
     /// Executes the whole program once and notes down what is executed.
     pub(crate) fn run_recorded(program: &'a Program, env: &'a Environment<'a>) -> (Record, Toolpath) {
         let mut run = Self::new(program, env);
