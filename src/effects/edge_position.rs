@@ -1,4 +1,4 @@
-//! Distance along the cutting edge: k_?c · (1 + s·z), z the height of the cut above the tip.
+//! Position along the cutting edge. In: height z of the cut above the tip. Out: k_?c · (1 + s z).
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 

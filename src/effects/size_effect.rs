@@ -1,4 +1,4 @@
-//! Size effect: k_?c · (h/0.05 mm)^−m (Kienzle's exponent), h the chip thickness in every sector of the engaged arc.
+//! Size effect (Kienzle). In: chip thickness h in every sector of the engaged arc. Out: k_?c · (h / 0.05 mm)^(−m), averaged over the arc.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State, Way};
 
