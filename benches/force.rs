@@ -47,7 +47,7 @@ fn main() {
     println!("sum over 360 angles           {:8.3} µs, {:.0} times as long", sum_s * 1e6, sum_s / loads_s);
     println!("peak: exact {exact:.6} N, 360,000 angles {fine:.6} N, 360 angles {coarse:.6} N");
     println!("error of ours against 360,000 angles {:.1e}", (exact / fine - 1.0).abs());
-    let Cap::Feed { feed_mm_s, .. } = cutter.cap(&cut, LimitKind::ForceXy, 300.0) else { return };
+    let Cap::Feed { feed_mm_s, .. } = cutter.line(&cut).cap(LimitKind::ForceXy, 300.0) else { return };
     let back = peak_by_sum(&tool, &slices, &arcs, feed_mm_s, 360_000);
     println!("cap at 300 N: {feed_mm_s:.6} mm/s, where 360,000 angles give {back:.6} N");
 }

@@ -32,16 +32,7 @@ fn main() {
     show("lex every token", mean(|| program.blocks().map(|block| program.tokens(block).count()).sum()));
     let environment = Environment::default();
     show(
-        "parse + interpret, streamed",
-        mean(|| {
-            let program = nc::parse(text.clone(), None);
-            let mut moves = 0;
-            nc::interpret_each(&program, &environment, |path| moves += path.moves.len());
-            moves
-        }),
-    );
-    show(
-        "parse + interpret, collected",
+        "parse + interpret",
         mean(|| {
             let program = nc::parse(text.clone(), None);
             nc::interpret(&program, &environment).moves.len()
@@ -55,7 +46,7 @@ fn main() {
         per_block(text.len())
     );
     let both = program.memory_bytes() + path.memory_bytes();
-    println!("memory: with the collected toolpath {:.1} bytes/block", per_block(both));
+    println!("memory: with the toolpath {:.1} bytes/block", per_block(both));
 }
 
 /// Mean time of a run, s, over as many runs as take half a second.

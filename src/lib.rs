@@ -17,8 +17,6 @@
 //! The rooms below stand in the order of their dependence. They are private. The tests and benches of this package, which are crates of
 //! their own, look into them by the feature `rooms`, which its own development dependencies turn on.
 #![doc = include_str!("architecture.md")]
-// What only tests and benches use is dead without them.
-#![cfg_attr(not(feature = "rooms"), allow(dead_code, unused_imports))]
 // The rooms are hidden: their comments are read in the source, where private items stand beside them.
 #![allow(rustdoc::private_intra_doc_links)]
 
@@ -119,9 +117,12 @@ mod schedule;
 mod rewrite;
 #[cfg(not(feature = "rooms"))]
 mod certify;
+// These two rooms still hold items that only tests and benches use.
 #[cfg(not(feature = "rooms"))]
+#[allow(dead_code, unused_imports)]
 mod learn;
 #[cfg(not(feature = "rooms"))]
+#[allow(dead_code, unused_imports)]
 mod finish;
 #[cfg(not(feature = "rooms"))]
 mod toollife;

@@ -10,9 +10,10 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use corpus::{LISTED, canon, motions, rs274_is_there, same_motions, shared};
-use feedwright::job::{Keep, MET, Task, Wanted, Watch, optimize};
+use feedwright::job::{Keep, Task, Wanted, Watch, optimize};
 use feedwright::machine::Raise;
 use feedwright::nc::{self, Dialect, Doubt, Environment, Program};
+use feedwright::outcome::MET;
 use feedwright::outcome::ProgramRun;
 use feedwright::{engage, rewrite, setup};
 

@@ -89,7 +89,10 @@ fn bare() -> Environment<'static> {
 /// Feed moves behind a line that may rise.
 fn free_behind(path: &Toolpath, line: u32) -> Vec<u32> {
     let behind = path.iter_moves().filter(|(_, motion)| motion.kind == MoveKind::Feed && motion.line > line);
-    behind.filter(|(id, motion)| motion.freeze.is_none() && path.doubt_at(*id).is_none()).map(|(_, m)| m.line).collect()
+    behind
+        .filter(|(id, motion)| motion.freeze.is_none() && path.doubts_at(*id).next().is_none())
+        .map(|(_, m)| m.line)
+        .collect()
 }
 
 #[test]
@@ -152,7 +155,7 @@ fn what_is_known_is_no_doubt() {
         let path = read(&with(event, BEFORE.len()), Dialect::Fanuc, &known);
         let second: Vec<_> = path.iter_moves().filter(|(_, m)| m.line > BEFORE.len() as u32 + 4).collect();
         assert!(!second.is_empty(), "{name}");
-        assert!(second.iter().all(|(id, _)| path.doubt_at(*id).is_none()), "{name}: {:?}", path.doubts);
+        assert!(second.iter().all(|(id, _)| path.doubts_at(*id).next().is_none()), "{name}: {:?}", path.doubts);
     }
     for (name, event, doubt) in [
         ("another origin", "G10 L2 P1 X0.006 Y0 Z0", Doubt::ZeroShift),
@@ -177,7 +180,8 @@ fn what_the_spindle_does_is_in_doubt_until_it_is_known() {
         let path = read(&text, Dialect::Fanuc, &bare());
         let [doubted] = path.doubts.as_slice() else { panic!("{name}: {:?}", path.doubts) };
         assert_eq!((doubted.doubt, doubted.line), (doubt, 3), "{name}");
-        let in_doubt = |line: u32| path.iter_moves().any(|(id, m)| m.line == line && path.doubt_at(id).is_some());
+        let in_doubt =
+            |line: u32| path.iter_moves().any(|(id, m)| m.line == line && path.doubts_at(id).next().is_some());
         assert!(in_doubt(5) && !in_doubt(7), "{name}: {:?}", path.doubts);
     }
     // Tapping cycles turn the spindle themselves.

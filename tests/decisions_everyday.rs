@@ -10,8 +10,9 @@ use std::path::Path;
 
 use everyday::Everyday;
 use feedwright::engage;
-use feedwright::job::{JobError, Keep, MET, SPACING_MM, Task, Wanted, Watch, optimize, simulate};
+use feedwright::job::{JobError, Keep, SPACING_MM, Task, Wanted, Watch, optimize, simulate};
 use feedwright::nc::{self, Dialect, MoveKind};
+use feedwright::outcome::MET;
 use feedwright::outcome::ProgramRun;
 use feedwright::report::figures;
 use feedwright::setup;

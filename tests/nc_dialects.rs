@@ -423,7 +423,7 @@ fn a_plane_stays_in_doubt_until_it_is_reset() {
     let doubtful = |end: &str| {
         let head = "0 BEGIN PGM A MM\n1 PLANE SPATIAL SPA+0 SPB+45 SPC+0 STAY\n2 M128\n3 M129\n";
         let path = read(&format!("{head}{end}9 L X+10 F500\n10 END PGM A MM\n"), Dialect::Heidenhain);
-        path.doubt_at(feedwright::ids::MoveId(0)).map(|doubted| doubted.doubt)
+        path.doubts_at(feedwright::ids::MoveId(0)).next().map(|doubted| doubted.doubt)
     };
     assert_eq!(doubtful(""), Some(Doubt::TiltedFrame));
     assert_eq!(doubtful("4 PLANE RESET STAY\n"), None);

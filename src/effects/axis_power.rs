@@ -1,7 +1,8 @@
-//! Axes on the meter: a meter that feeds the whole machine reads the friction and the acceleration of the axes too:
-//! idle reading + idle reading at the reference speed of the spindle · (f·v + a·v·max(0, a)), v the speed along the
-//! path in m/min and a the acceleration in m/s²: the axes know nothing of the spindle, and a drive that brakes gives
-//! nothing back.
+//! Axes on the meter. In: speed v along the path, m/min, and acceleration a, m/s². Out: a factor on the tare.
+//!
+//! A meter at the supply of the whole machine also reads the friction and the acceleration of the axes:
+//! P = P₀(n) + P₀(n₀) · (k_f v + k_a v max(0, a)), P₀(n) being the idle reading at spindle speed n and n₀ the reference speed. The second
+//! term does not depend on n, because the axes do not; braking counts as 0, because these drives feed nothing back.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, State};
 

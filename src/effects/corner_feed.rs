@@ -1,4 +1,6 @@
-//! Corner feed: the machine accelerates less than declared, so that the feed falls around corners.
+//! Corner feed. In: nothing of the cut. Out: the acceleration of the machine as a share of the declared one.
+//!
+//! A machine that accelerates less than declared slows down more, and over a longer way, around corners.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Parameter, State};
 

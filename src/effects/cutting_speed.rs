@@ -1,4 +1,6 @@
-//! Cutting speed: k · (v/(1 m/s))^p; heat softens (p < 0), rate hardens (p > 0).
+//! Cutting speed. In: cutting speed v. Out: a factor on all coefficients, (v / 1 m/s)^p.
+//!
+//! p < 0 where heat softens the material, p > 0 where the strain rate hardens it.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State, Way};
 

@@ -1,5 +1,7 @@
-//! Efficiency of the drive: reading = P · (1 + c·(P/P_max)^p): its losses beyond those of no load grow as the power 1 +
-//! p of the load: p = 1 for losses in the windings, more where a drive is run beyond what it is made for.
+//! Efficiency of the drive. In: predicted power P. Out: the reading, P · (1 + c (P/P_max)^p).
+//!
+//! The losses of a loaded drive, beyond those without load, grow as P^(1+p): p = 1 for resistive losses in the windings, more where the
+//! drive is run beyond its rating.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Parameter, State};
 

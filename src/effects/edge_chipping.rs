@@ -1,4 +1,6 @@
-//! Chipping: from the time t₀ on, k_?c · (1 + c) and k_?e · (1 + e). A broken edge takes more force, never less.
+//! Edge chipping. In: time t. Out: from t₀ on, k_?c · (1 + c) and k_?e · (1 + e) (? stands for t, r and a).
+//!
+//! A chipped edge needs more force, never less: c, e ≥ 0.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, Place, State};
 

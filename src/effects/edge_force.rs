@@ -1,5 +1,6 @@
-//! Edge force on top of a model that has none: k_?c · (1 + l/h), h the mean chip thickness and l = k_?e / k_?c, as if
-//! every chip were thicker by l (the edge ploughs even where it hardly cuts).
+//! Edge force, for base models without one. In: mean chip thickness h. Out: k_?c · (1 + l/h) with l = k_?e / k_?c.
+//!
+//! The force is that of chips thicker by l: the edge ploughs even where it hardly cuts.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 

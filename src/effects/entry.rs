@@ -1,6 +1,7 @@
-//! Entry: forces are higher where the tool has just entered: all coefficients · (1 + y), y falling over the path s
-//! since the tool met material as λ·dy/ds = −e·(y/e)^m from y = e: y = e·e^(−s/λ) at the order m = 1, e·(1 − (1 −
-//! m)s/λ)^(1/(1 − m)) below it, which comes to its end at s = λ/(1 − m).
+//! Entry. In: path s since the tool entered material. Out: a factor 1 + y on all coefficients, y(0) = e.
+//!
+//! The excess decays as λ dy/ds = −e (y/e)^m. For order m = 1 that is y = e·exp(−s/λ); for m < 1 it is
+//! y = e (1 − (1 − m) s/λ)^(1/(1 − m)), which reaches 0 at s = λ/(1 − m).
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State, Way};
 
@@ -53,7 +54,7 @@ pub const EFFECT: Effect = Effect {
 fn change(p: &[f64], state: &State) -> Change {
     let (way, rest) = (state.since_entry_mm / p[1], 1.0 - p[2]);
     let left = if rest < 1e-6 { (-way).exp() } else { (1.0 - rest * way).max(0.0).powf(1.0 / rest) };
-    // Where the way is not known nothing is: `max` would make a number of it.
+    // An unknown path gives an unknown factor; `max` alone would turn NaN into a number.
     let factor = if way.is_finite() { 1.0 + p[0] * left } else { f64::NAN };
     Change { cutting: factor, edge: factor, ..Change::default() }
 }

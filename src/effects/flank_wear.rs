@@ -1,12 +1,13 @@
-//! Flank wear in its three stages: k_?e · (1 + r(1 − e^(−l/λ)) + g·l + a·l³), l the distance each tooth has slid
-//! through material in units of 100 m: running in, steady growth, the end of the edge. It is the law of wear of a tool
-//! ([`crate::machine::wear`]) that counts the way of its teeth, for an index whose fresh edge is 1; `learn` fits it with the power −1,
-//! under which a mm slid counts as a mm whatever the feed.
+//! Flank wear in its three stages. In: distance l that each tooth has slid through material, in units of 100 m. Out:
+//! k_?e · (1 + r (1 − e^(−l/λ)) + g l + a l³): running in, steady growth, the end of the edge.
+//!
+//! It is the wear law of a tool ([`crate::machine::wear`]) over the sliding distance, for a wear index that is 1 on a fresh edge. `learn` fits
+//! it with the exponent −1, for which every mm slid counts the same whatever the feed.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State, Way};
 use crate::machine::wear::{COUNTED_AT_MM, Counted, WearRate};
 
-/// Its unit of length, mm.
+/// Unit of the sliding distance l, mm.
 const UNIT_MM: f64 = 1e5;
 
 /// `flank-wear`.
@@ -79,7 +80,8 @@ pub const EFFECT: Effect = Effect {
             meaning: "feed per tooth at which the growth holds; of no matter to the exponent -1",
         },
     ],
-    // Its stages in every set; the power and its feed are told by a model file, and by the readings of a tool's life.
+    // All combinations of the stages. The exponent and its feed are never fitted here: a model file or the readings over the life of a tool
+    // give them.
     forms: &[&[0, 1, 2, 3], &[0, 2, 3], &[0, 1, 3], &[0, 3], &[0, 1, 2], &[0, 2], &[0, 1], &[0]],
     change,
     wear: Some(rate),

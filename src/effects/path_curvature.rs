@@ -1,5 +1,5 @@
-//! Path curvature: removal and contact rate of the arc in place of those of a straight move of the same depths; no
-//! parameter.
+//! Path curvature. In: nothing of the cut. Out: removal and contact rate of the curved path instead of those of a straight one with the
+//! same depths. No parameter.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Geometry, State};
 

@@ -1,6 +1,7 @@
-//! Runout: the axis of the tool turns at ρ from that of the spindle, so that of N teeth one stands out over the tooth
-//! before it by up to δ = 2ρ sin(π/N) ≤ √3 ρ (N ≥ 3). The most loaded tooth cuts h + δ; the chips of all teeth together
-//! stay as they are; at small feeds teeth miss the cut.
+//! Runout. In: nothing of the cut. Out: thickness δ added to the chip of the most loaded tooth, and the offset ρ of the tool's axis.
+//!
+//! With its axis off that of the spindle by ρ, one of N teeth stands out over the tooth before it by up to δ = 2ρ sin(π/N) ≤ √3 ρ
+//! (N ≥ 3) and cuts h + δ. The total removed by all teeth does not change. At small feeds some teeth do not cut at all.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Geometry, Parameter, State};
 

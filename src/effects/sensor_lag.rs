@@ -1,4 +1,4 @@
-//! Lag of the measuring chain: first order, T·ẏ + y = P.
+//! Lag of the measuring chain. In: nothing of the cut. Out: time constant T of a first-order lag, T dy/dt + y = P.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 

@@ -1,5 +1,5 @@
-//! Stock proud of its model, or not where its model stands: top face and side faces shifted outward, all sides alike or
-//! each by itself. A shifted zero point moves one side of a pair outward and the other inward.
+//! Stock that stands proud of its model, or elsewhere. In: nothing of the cut. Out: distances, mm, by which the top face and the side faces
+//! lie further out, all sides alike or each by its own. A shifted zero point moves one face of a pair outward and the other inward.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Geometry, Parameter, State};
 
@@ -35,9 +35,9 @@ pub const EFFECT: Effect = Effect {
         face("y_min", "the same of the face towards −y"),
         face("y_max", "the same of the face towards +y"),
     ],
-    // The top, the sides alike, both; one face; a zero point that is shifted, or every side as it stands. Not the top beside
-    // single faces: what stands out above and beside at once is simulated for all sides alike only, and without it the faces
-    // come out too far by the share of the top in the depth of the cut.
+    // The top; the sides alike; both; one face; all four faces (a shifted zero point). The top together with single faces is not among
+    // them: the corner that stands out both above and beside is simulated for equal sides only, and without it the faces would be
+    // estimated too far out, by the share of the top in the depth of cut.
     forms: &[&[0], &[1], &[0, 1], &[2], &[3], &[4], &[5], &[2, 3, 4, 5]],
     change,
     separated_by: "one pass over the raw face and one below it",

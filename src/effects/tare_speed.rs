@@ -1,4 +1,4 @@
-//! Tare against speed: P₀ · (1 + a·x + b·x²), x = n/n₀ − 1.
+//! Tare over spindle speed. In: spindle speed n and the reference speed n₀. Out: P₀ · (1 + a x + b x²) with x = n/n₀ − 1.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, State};
 

@@ -1,4 +1,4 @@
-//! Warm-up of the tare: P₀ · (1 + c·exp(−t/τ)).
+//! Warm-up of the tare. In: time t since the start. Out: P₀ · (1 + c·exp(−t/τ)).
 
 use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, State};
 

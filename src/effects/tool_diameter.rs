@@ -1,4 +1,4 @@
-//! Tool diameter: the geometry of the cut with another diameter.
+//! Tool diameter. In: nothing of the cut. Out: difference of the diameter to the declared one, mm, with which the cut is simulated anew.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Geometry, Parameter, State};
 

@@ -1,16 +1,16 @@
-//! What no effect of the list is: a factor on the load of the cut, or on the tare, that follows a curve over one
-//! covariate. The curve goes straight from knot to knot, or in steps from each knot on, and stays level beyond the first
-//! and the last: it says nothing of what was never measured.
+//! Effects without a named cause. In: one covariate. Out: a factor on the load of the cut, or on the tare, that follows a curve over it.
+//! The curve is straight between knots, or steps at each knot, and level beyond the first and the last, where nothing was measured.
 //!
-//! `learn` writes one where a residual follows a covariate and no named effect explains it; `optimize` reads it like any
-//! effect. What follows the time of the log, or the speed of the axes, cannot be foretold: there every cut counts at the largest factor
-//! (`job::learned`). What follows the reading itself, or the acceleration of the axes, is the meter's and changes no loads.
+//! `learn` writes such a curve where a residual follows a covariate and no named effect explains it; `optimize` reads it like any other
+//! effect. A curve over the time of the log or over the speed of the axes cannot be predicted for another run: every cut then counts with
+//! the largest factor (`job::learned`). A curve over the reading itself, or over the acceleration of the axes, comes from the meter and
+//! changes no loads.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, Place, State};
 
 /// Most knots of a curve.
 pub const KNOTS: usize = 8;
-/// Where the knots lie that a curve does without.
+/// Position of unused knots.
 pub const BEYOND: f64 = 1e12;
 /// Least and greatest factor.
 const FACTORS: (f64, f64) = (0.1, 10.0);
@@ -162,7 +162,7 @@ fn parts(p: &[f64]) -> (&[f64], &[f64], bool) {
     (&p[..KNOTS], &p[KNOTS..2 * KNOTS], p[2 * KNOTS] > 0.5)
 }
 
-/// Value of the curve at x. Unknown x has none.
+/// Value of the curve at x; NaN where x is not known.
 fn curve(p: &[f64], x: f64) -> f64 {
     let (at, factors, steps) = parts(p);
     if x.is_nan() {

@@ -1,4 +1,4 @@
-//! Up against climb: k_?c · (1 + c·u), k_?e · (1 + e·u), u = +1 up … −1 climb.
+//! Up milling against climb milling. In: share of up-milling u, +1 (all up) … −1 (all climb). Out: k_?c · (1 + c u), k_?e · (1 + e u).
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 

@@ -1,8 +1,8 @@
-//! The law by which a tool wears. In: a job, one of its tools. Out: its [`Wear`], from what the setup says of the tool and what the process
-//! model says of all of them.
+//! The wear law of a tool. In: a job, one of its tools. Out: its [`Wear`], from what the setup says about the tool and what the process
+//! model says about all tools.
 //!
-//! A tool with a rate of its own wears by that and by nothing else. One without wears as the model does (`flank-wear`), to the end
-//! and from the index that the setup says.
+//! A tool with a rate of its own wears by that rate alone. One without wears by the model (`flank-wear`), from the index and to the end
+//! that the setup gives.
 
 use super::named;
 use crate::machine::wear::{ToolWear, Wear, WearLaw, WearRate};
@@ -17,7 +17,7 @@ pub fn of_tool(job: &Job, tool: &Tool) -> Option<Wear> {
     let none = ToolWear { rate: None, end: None, rate_scatter: RATE_SCATTER, end_scatter: 0.0, index: None };
     let said = tool.wear.unwrap_or(none);
     let fresh = job.fresh_index(tool).map(|(fresh, _)| fresh);
-    // A model wears every force of an edge, also where none of its coefficients is an index by itself.
+    // The model multiplies all edge forces, so an index of 1 for a fresh edge serves even where no coefficient is an index itself.
     let of_model = || Some((of_model(job)?.times(fresh.unwrap_or(1.0)), fresh.unwrap_or(1.0)));
     let (rate, fresh) = said.rate.map_or_else(of_model, |rate| Some((rate, fresh?)))?;
     let law = WearLaw {
@@ -29,7 +29,7 @@ pub fn of_tool(job: &Job, tool: &Tool) -> Option<Wear> {
     Some(Wear { law, fresh, index: said.index.unwrap_or(fresh) })
 }
 
-/// The same where the end of the tool is known as well: what a budget or a plan needs.
+/// How a tool wears, if the index at the end of its life is known too, which budgets and plans need.
 pub fn with_end(job: &Job, tool: &Tool) -> Option<Wear> {
     of_tool(job, tool).filter(|wear| wear.law.end.is_finite())
 }

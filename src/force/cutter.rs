@@ -10,7 +10,7 @@ use super::helix;
 use super::kinds::{Kind, before, kind_of, radii};
 use super::laws::{Conditions, Law};
 use super::line::{Engine, LoadLine, Station};
-use super::loads::{Cap, Loads};
+use super::loads::Loads;
 use super::means::{Means, means, top_sin};
 use super::modifiers::Effects;
 use super::rings::{Ring, Rings, Teeth};
@@ -101,11 +101,6 @@ impl Cutter {
     /// Loads at one station and feed.
     pub fn loads(&self, cut: &Cut, feed_mm_s: f64) -> Loads {
         self.line(cut).loads(feed_mm_s)
-    }
-
-    /// Largest feed below which a load stays within `limit`.
-    pub fn cap(&self, cut: &Cut, kind: LimitKind, limit: f64) -> Cap {
-        self.line(cut).cap(kind, limit)
     }
 
     /// All loads of one station as functions of feed.

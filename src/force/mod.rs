@@ -34,4 +34,5 @@ pub use cutter::{Cut, Cutter};
 pub use error::ForceError;
 pub use line::LoadLine;
 pub use loads::{Cap, Loads};
+#[cfg(feature = "rooms")]
 pub use summary::chip_of_paths;

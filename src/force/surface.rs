@@ -23,12 +23,6 @@ pub struct WallPoint {
     pub side: f64,
 }
 
-/// Highest less lowest error, mm.
-pub fn peak_to_valley_mm(wall: &[WallPoint]) -> f64 {
-    let errors = wall.iter().map(|point| point.error_mm);
-    errors.clone().fold(f64::NEG_INFINITY, f64::max) - errors.fold(f64::INFINITY, f64::min)
-}
-
 /// A moment at which an edge leaves the wall, with all edges in the material then.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Moment {

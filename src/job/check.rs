@@ -1,6 +1,6 @@
 //! The written file is what counts: read back, proved to differ in feeds only, looked at again at a finer spacing wherever that can
 //! matter. In: the run so far and the written text. Out: the worst ratio of a load to its limit on commanded feeds, and the places
-//! where it is above [`MET`](super::MET) with the cap they should have had.
+//! where it is above [`MET`](crate::outcome::MET) with the cap they should have had.
 //!
 //! ```text
 //! read back → what is known of its engagement (known) → loads over limits (ratios) → what to simulate again (closer)

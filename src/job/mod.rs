@@ -44,11 +44,11 @@ mod wanted;
 mod worn;
 mod written_engagement;
 
+#[cfg(feature = "rooms")]
 pub use certificate::CLOSE_MM;
 pub use comments::sections;
-pub use edges::WornOut;
 pub use remarks::{events, tool_assumption, unknown_tools};
-pub use task::{JobError, Keep, Recall, Remember, SPACING_MM, TakeStock, Task, Watch};
+pub use task::{JobError, Keep, SPACING_MM, Task, Watch};
 pub use wanted::Wanted;
 
 use certificate::Making;
@@ -59,7 +59,6 @@ use crate::diag::{Diagnostic, Severity};
 use crate::engage::{self, EngageError, EngagementMap};
 use crate::machine::Job;
 use crate::nc::{self, Program, Toolpath};
-pub use crate::outcome::MET;
 use crate::outcome::{Answers, Check, ProgramRun, Written};
 use crate::rewrite;
 use crate::schedule::{self, Problem, Schedule};

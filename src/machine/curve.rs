@@ -29,10 +29,6 @@ impl Table {
         let ([x0, y0], [x1, y1]) = (points[after - 1], points[after]);
         y0 + (y1 - y0) * (x - x0) / (x1 - x0)
     }
-    /// The points.
-    pub fn points(&self) -> &[[f64; 2]] {
-        &self.0
-    }
 }
 
 #[cfg(test)]

@@ -219,6 +219,7 @@ pub struct Raise {
 
 impl Raise {
     /// Everything may be raised.
+    #[cfg(feature = "rooms")]
     pub const ALL: Raise = Raise {
         plunges: Some(true),
         ramps: Some(true),

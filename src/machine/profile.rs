@@ -52,10 +52,6 @@ impl Slice {
     pub fn dz_mm(&self) -> f64 {
         self.edge_mm * self.normal_r
     }
-    /// Width in radius, mm (0 on a cylindrical side).
-    pub fn dr_mm(&self) -> f64 {
-        self.edge_mm * self.normal_z.abs()
-    }
 }
 
 /// Outline of a cutter.

@@ -1,10 +1,11 @@
-//! Dialects of NC text, one row of [`TABLE`] each: how comments and numbers are written, and where controls that read the same
-//! words do different things with them. What a family of dialects reads in a way of its own stands in its folder.
+//! Dialects of NC text. In: a name of the setup or the command line, or what [`super::recognise`] found. Out: a row of [`TABLE`]: how the
+//! dialect writes comments and numbers, and which of several meanings a word has on its controls. What a whole family of dialects reads
+//! differently is in the folder of the family.
 //!
-//! Sources of the M codes, none of which moves the part or changes a frame (the others may be macros of the machine builder or
-//! of the shop; Fanuc parameters 6071 to 6089 and LinuxCNC's M100 to M199 call programs): Haas Mill Operator's Manual, list of
-//! M-codes; LinuxCNC 2.9, "M-Codes"; Siemens 840D Programming Guide Fundamentals, predefined M functions; HEIDENHAIN TNC 640
-//! Klartext manual, overview of miscellaneous functions.
+//! The M codes listed here neither move the part nor change a frame. All others may be macros of the machine builder or of the shop (Fanuc
+//! parameters 6071 to 6089 and LinuxCNC's M100 to M199 call programs). Sources: Haas Mill Operator's Manual, list of M-codes; LinuxCNC 2.9,
+//! "M-Codes"; Siemens 840D Programming Guide Fundamentals, predefined M functions; HEIDENHAIN TNC 640 Klartext manual, overview of
+//! miscellaneous functions.
 
 use std::ops::RangeInclusive;
 
@@ -27,7 +28,7 @@ pub enum Dialect {
     Heidenhain,
 }
 
-/// Which family of dialects it belongs to: who lexes it, and who reads its blocks.
+/// A family of dialects: decides which lexer reads the lines and which folder reads the blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Syntax {
     /// Letters and numbers, `( )` and `;` comments, `#` parameters.
@@ -56,7 +57,7 @@ impl CommentForm {
             CommentForm::Semicolon => format!("; {text}"),
         }
     }
-    /// The form of a comment as it stands, its delimiters included.
+    /// The form of a comment that is given with its delimiters; `None`: it is not a comment.
     pub fn of(comment: &[u8]) -> Option<CommentForm> {
         match comment.first() {
             Some(b'(') => Some(CommentForm::Parentheses),
@@ -66,7 +67,7 @@ impl CommentForm {
     }
 }
 
-/// What is particular to a dialect.
+/// The properties in which dialects differ.
 #[derive(Debug, Clone)]
 pub(crate) struct Properties {
     dialect: Dialect,
@@ -94,11 +95,11 @@ pub(crate) struct Properties {
     t_changes_tool: bool,
     /// M codes of its own that leave part and frame alone.
     m_codes: &'static [RangeInclusive<u16>],
-    /// Its numbered variables from here on outlast the program or belong to the control: setting one does something.
+    /// Numbered variables from here on outlast the program or belong to the control, so that setting one has an effect outside.
     pub(crate) lasting_variables_from: u32,
-    /// Macro B: a variable that nothing has set is vacant, not 0; those from [`PERMANENT`] on outlast the program.
+    /// Macro B: a variable that was never set is vacant, not 0; those from [`PERMANENT`] on outlast the program.
     pub(crate) macro_b: bool,
-    /// Comments that begin with MSG, PRINT, LOG … do something.
+    /// The control acts on comments that begin with MSG, PRINT, LOG …
     pub(crate) active_comments: bool,
     /// A line that begins with `$` is a command to the control.
     pub(crate) dollar_commands: bool,
@@ -140,8 +141,8 @@ pub(crate) struct Properties {
 /// Macro B's variables from here to #999 outlast the program; those from #1000 on are the control's own: #3000 is an alarm, #3006
 /// a stop (Fanuc B-64304EN, Custom macro, Types of variables, System variables).
 pub(crate) const PERMANENT: u32 = 500;
-/// M0–M9; spindle with coolant, orientation, ends; calls and returns. Not M10 and M11: ISO 6983 clamps and unclamps by them, and what
-/// is unclamped (an axis, a slide, the part) is the builder's to say.
+/// M0–M9; spindle with coolant, orientation, ends; calls and returns. Not M10 and M11, which clamp and unclamp by ISO 6983: whether that is an
+/// axis, a slide or the part depends on the machine.
 const M_EVERYWHERE: &[RangeInclusive<u16>] = &[0..=9, 13..=14, 19..=19, 30..=30, 48..=49, 60..=60, 97..=99];
 /// Rigid tapping, gears, call of a file (Fanuc B-64304EN, Auxiliary function); all others are the builder's.
 const M_FANUC: &[RangeInclusive<u16>] = &[29..=29, 40..=45, 198..=198];

@@ -1,10 +1,9 @@
-//! Doubts: after some events of a program (a stop at which the part may be turned over, an unknown code, a probed zero) the
-//! simulation cannot know where the part stands or what is left of it. In: such an event. Out: [`Doubted`]: from which move on,
-//! until which, and why.
+//! Doubts. In: an event of a program after which the simulation cannot know where the part stands or what is left of it: a stop at which it
+//! may be turned over, an unknown code, a probed zero. Out: [`Doubted`]: from which move on, until which, and why.
 //!
-//! A move in doubt may be slowed where its predicted loads ask for it, but never runs faster than programmed: what is not
-//! known is never air. A doubt ends where the program itself establishes absolutely what was open (a known work offset, the
-//! initial frame), or where the setup confirms that nothing of the kind happens ([`Doubt::name`] is what it confirms by).
+//! A move in doubt may be slowed down where its predicted loads are too high, but it never runs faster than programmed, and it never counts
+//! as air. A doubt ends where the program makes the unknown known again (a known work offset, the initial frame), or does not arise where
+//! the setup confirms it to be harmless: `confirm` lists [`Doubt::name`]s.
 
 use crate::ids::{BlockId, MoveId};
 
@@ -120,14 +119,14 @@ impl Doubt {
 pub struct Doubted {
     /// First move in doubt.
     pub from: MoveId,
-    /// First move that is not any more; `None`: to the end.
+    /// First move that is no longer in doubt; `None`: all are, to the end.
     pub until: Option<MoveId>,
     /// Why.
     pub doubt: Doubt,
     /// Physical line of the event, 1-based.
     pub line: u32,
-    /// Blocks in it that cannot be read: nothing of them is taken, no feed either, and what the control does with them is not
-    /// known. In the order they were executed.
+    /// Blocks in it that cannot be read, in the order of execution. Nothing in them takes effect here, not even an F word; what the control
+    /// does with them is not known.
     pub unread: Vec<BlockId>,
 }
 

@@ -1,4 +1,5 @@
-//! What an interpreter must know besides the program: offsets, tools, home, switches, and how far it may run.
+//! What an interpreter must know besides the program. In: a job. Out: [`Environment`]: offsets, tools, reference point, switches, subprogram
+//! files, and how much may be executed.
 
 use crate::machine::{Compensation, Job, StockShape};
 use crate::path::Vec3;
@@ -15,7 +16,7 @@ pub struct Environment<'a> {
     pub home_mm: Option<Vec3>,
     /// Where the tool is at first, mm, work coordinates; `None`: nowhere near the stock, at [`Environment::clear_z_mm`].
     pub start_mm: Option<Vec3>,
-    /// A height at which nothing is near, mm.
+    /// A height above everything that the tool could touch, mm.
     pub clear_z_mm: f64,
     /// Diameter of each tool, mm, by its number; used for a D word that names it.
     pub diameters_mm: Vec<(u32, f64)>,
@@ -35,10 +36,10 @@ pub struct Environment<'a> {
     pub inch: bool,
     /// Subprograms in other files.
     pub load: Loader<'a>,
-    /// What loops and calls may execute beyond one pass through the text, in bytes of text (and 32 for each block),
-    /// before the program counts as a runaway.
+    /// How much loops and calls may execute beyond one pass through the text before the program counts as endless: bytes of text, plus 32
+    /// for each block.
     pub max_repeated_bytes: u64,
-    /// Calls inside calls.
+    /// Deepest nesting of calls.
     pub max_depth: usize,
 }
 
@@ -70,7 +71,7 @@ impl Default for Environment<'_> {
 }
 
 impl Environment<'_> {
-    /// What a setup says. The tool starts at home, or, where home is not given, well above the stock.
+    /// The environment that a setup describes. The tool starts at the reference point or, if none is given, well above the stock.
     pub fn from_job(job: &Job) -> Environment<'static> {
         let tops = job.stocks.iter().map(|stock| top(&stock.shape));
         let clear_z_mm = tops.chain(job.fixtures.iter().map(|fixture| fixture.max.z)).fold(0.0, f64::max) + 100.0;

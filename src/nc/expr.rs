@@ -35,7 +35,7 @@ impl Parameters {
             0.0
         })
     }
-    /// The same as an operand, which may be vacant.
+    /// Value of a numbered parameter as an operand, which may be vacant.
     fn operand(&self, index: u32) -> Operand {
         let vacant = self.vacancy && !self.numbered.contains_key(&index);
         Operand { value: self.number(index), vacant }
@@ -44,7 +44,7 @@ impl Parameters {
     pub fn known(&self, index: u32) -> Option<f64> {
         self.numbered.get(&index).copied().filter(|value| !value.is_nan())
     }
-    /// Numbered parameters that were read since this was last asked, though nothing has set them.
+    /// Numbered parameters that were read since the last call of this function although they were never set.
     pub fn take_unset(&self) -> Vec<u32> {
         self.unset.take()
     }
@@ -82,10 +82,10 @@ pub enum ExprError {
     TooDeep,
 }
 
-/// A value on its way through an expression.
+/// An intermediate value of an expression.
 ///
-/// A vacant one equals only another vacant one, and counts as 0 everywhere but in EQ and NE (Fanuc B-64304EN, Custom macro,
-/// Undefined variable: "differs from 0" in a condition with EQ or NE).
+/// A vacant variable equals only another vacant one in EQ and NE, and counts as 0 everywhere else (Fanuc B-64304EN, Custom macro, Undefined
+/// variable).
 #[derive(Debug, Clone, Copy)]
 struct Operand {
     /// 0 where it is vacant.

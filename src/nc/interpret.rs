@@ -1,10 +1,9 @@
-//! The interpreter for a program of any family. In: a [`Program`] and its [`Environment`]. Out: a [`Toolpath`], the same in
-//! pieces, or the program unrolled: with loops, calls and expressions as the plain blocks it executes.
+//! The interpreter for a program of any family. In: a [`Program`] and its [`Environment`]. Out: a [`Toolpath`]; or the program unrolled, its
+//! loops, calls and expressions replaced by the plain blocks that are executed.
 //!
-//! Unrolled blocks come in the order they are executed, byte for byte but for what steers the flow: O words, labels, calls with
-//! their arguments, assignments and block numbers (they would stand several times) are left out; a word with an expression
-//! gets its value, with nine decimals at most (eight digits in all where the control reads no more). Comments go along. Plain
-//! language counts its blocks: they are numbered anew.
+//! Unrolled blocks come in the order of execution and are copied byte for byte, with these exceptions. O words, labels, calls with their
+//! arguments, assignments and block numbers (which would be repeated) are left out. A word with an expression gets its value, with at most
+//! nine decimals, or eight digits in all where the control reads no more. Blocks of plain language are numbered anew. Comments stay.
 
 use super::dialect::Syntax;
 use super::environment::Environment;
@@ -17,9 +16,7 @@ use super::siemens::state::Siemens;
 use super::toolpath::Toolpath;
 use crate::diag::Diagnostic;
 
-/// Moves of a chunk of [`interpret_each`].
-const CHUNK: usize = 4096;
-/// Codes after which the rest of a program is not what the control would execute.
+/// Codes of diagnostics after which the rest of the toolpath is not what the control would do.
 const LOST: [&str; 6] =
     ["nc::runaway", "nc::no-routine", "nc::unbalanced", "nc::no-target", "nc::expression", "nc::modal-call"];
 
@@ -46,13 +43,6 @@ macro_rules! with_family {
 /// Interprets a program; never fails. What is not understood is diagnosed, and the feed of its block frozen.
 pub fn interpret(program: &Program, environment: &Environment<'_>) -> Toolpath {
     with_family!(program, Own => Interpreter::<Own>::run(program, environment))
-}
-
-/// As [`interpret`], but hands the toolpath out in chunks as it grows, so that a program of any length takes little
-/// memory. Ids count from 0 in each chunk; `shared` of a move and [`Toolpath::doubts`] need the whole program and are
-/// not set.
-pub fn interpret_each(program: &Program, environment: &Environment<'_>, chunk: impl FnMut(&Toolpath)) {
-    with_family!(program, Own => Interpreter::<Own>::run_in_chunks(program, environment, CHUNK, chunk));
 }
 
 /// Interprets a program together with the files it calls, with the block-delete switch off and on: the linked program

@@ -1,5 +1,14 @@
 //! The NC language. In: the bytes of a program. Out: a [`Program`] (blocks and words with byte spans) and a [`Toolpath`]
-//! (what the machine does, in mm, s, rad). Nothing here fails: what is not understood is kept, diagnosed and frozen.
+//! (what the machine does, in mm, s, rad). Nothing here fails: text that is not understood is kept as it is and diagnosed, and the feeds of
+//! its block are frozen.
+//!
+//! | what | files |
+//! |---|---|
+//! | text: lines, tokens, numbers | [`program`], [`token`], `number`, the `lex.rs` of each family |
+//! | which control and which unit | [`dialect`], [`recognise`], [`turning`] (programs for lathes), `refusal`, [`unit`] |
+//! | what every control does with a block | `interp/` |
+//! | what one family of dialects does its own way | `rs274/`, `siemens/`, `heidenhain/` |
+//! | surroundings and results | [`environment`], `interpret`, [`toolpath`], [`doubt`], [`print`] |
 
 pub mod dialect;
 pub mod doubt;
@@ -23,10 +32,9 @@ pub mod unit;
 pub use dialect::{CommentForm, Dialect, Syntax};
 pub use doubt::{Doubt, Doubted};
 pub use environment::Environment;
-pub use interpret::{Unrolled, has_flow_control, interpret, interpret_each, linked, plain_feeds, unroll};
-pub use number::decimal;
+pub use interpret::{has_flow_control, interpret, linked, plain_feeds, unroll};
 pub use program::{BYTE_ORDER_MARK, File, MAX_TEXT, Part, Program, parse};
-pub use refusal::{Refusal, refusal};
+pub use refusal::refusal;
 pub use siemens::is_setting;
 pub use token::{Token, TokenKind};
-pub use toolpath::{Event, Feed, FeedMode, Freeze, Move, MoveKind, PathMode, Reached, Spin, State, Toolpath};
+pub use toolpath::{Event, FeedMode, Freeze, Move, MoveKind, PathMode, Spin, Toolpath};

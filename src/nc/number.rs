@@ -1,5 +1,5 @@
-//! Decimal numbers of NC text. In: bytes. Out: the value and how many bytes it took. Correctly rounded: up to 15 digits
-//! by one exact division, longer ones by the standard library.
+//! Decimal numbers of NC text. In: bytes. Out: the value and its length in bytes. Values are correctly rounded: numbers of up to 15 digits by
+//! one exact division, longer ones by the standard library.
 
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,

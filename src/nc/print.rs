@@ -1,4 +1,5 @@
-//! A toolpath as text, one motion a line, for comparison with a control: mm, active work coordinates, six decimals.
+//! A toolpath as text, for comparison with a control. In: a [`Toolpath`]. Out: one motion or event a line; mm, active work coordinates, six
+//! decimals.
 //!
 //! `LINE rapid|feed X Y Z`, `LINE arc PLANE X Y Z CX CY CZ TURNS`, `LINE dwell S`, `LINE tool N`, `LINE spindle RPM`,
 //! `LINE stop`.

@@ -1,8 +1,8 @@
-//! A program as text: its bytes, where its lines begin, and its dialect. Blocks are physical lines; tokens are lexed on
-//! demand and tile the bytes, so the text costs its own size and four bytes a line.
+//! A program as text. In: its bytes. Out: [`Program`]: the bytes, where lines begin, and the dialect. Blocks are physical lines; tokens are
+//! lexed on demand and tile the bytes, so a program takes its own size and four bytes a line.
 //!
-//! A *linked* program holds the files it calls behind its own text, in the order they were first called: every block and
-//! byte of all of them has a number of its own, and what is done to blocks is done to theirs as well.
+//! A *linked* program holds the text of the files that it calls after its own, in the order of their first calls. Blocks and bytes are
+//! numbered through all of them, so whatever handles blocks handles those of the files too.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ pub struct Program {
     /// Where each line begins; one more entry at the end of the text.
     starts: Vec<u32>,
     dialect: Dialect,
-    /// As what it was recognised; `None`: the dialect was given.
+    /// What it was recognised as; `None`: the dialect was given.
     recognised: Option<Recognised>,
     /// Blocks of its own text; those of `files` follow.
     own: u32,
@@ -57,10 +57,10 @@ impl Part<'_> {
     }
 }
 
-/// Lines of one block of plain language that are looked back over; its longest cycles have some forty.
+/// Most lines of one block of plain language that are searched backwards; the longest cycles have about forty.
 const MOST_CONTINUED: usize = 200;
 
-/// What some editors put before UTF-8: it is kept and means nothing.
+/// Some editors put these bytes before UTF-8 text. They are kept and have no meaning.
 pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Longest text that spans can address, bytes.
@@ -137,6 +137,7 @@ impl Program {
         self.starts.len() - 1
     }
     /// True for an empty text.
+    #[allow(dead_code, reason = "a public `len` has it beside it (clippy::len_without_is_empty)")]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -172,10 +173,6 @@ impl Program {
     pub fn block_at(&self, byte: u32) -> BlockId {
         BlockId((self.starts.partition_point(|&start| start <= byte).max(1) - 1) as u32)
     }
-    /// Column of a byte in its line, 1-based.
-    pub fn column(&self, byte: u32) -> u32 {
-        byte - self.span(self.block_at(byte)).start + 1
-    }
     /// Every block in order.
     pub fn blocks(&self) -> impl Iterator<Item = BlockId> + use<> {
         (0..self.len() as u32).map(BlockId)
@@ -207,6 +204,7 @@ impl Program {
         slash.any(|block| self.tokens(block).any(|token| token.kind == TokenKind::Delete))
     }
     /// Bytes the program occupies in memory.
+    #[cfg(feature = "rooms")]
     pub fn memory_bytes(&self) -> usize {
         self.text.capacity() + self.starts.capacity() * size_of::<u32>()
     }

@@ -1,10 +1,9 @@
-//! Which control is a program written for? In: its bytes. Out: the dialect it is read in, the control it was recognised as,
-//! and, where the text leaves a doubt, what else it could be.
+//! Recognises the control that a program is written for. In: its bytes. Out: the dialect it is read in, the control it was recognised as,
+//! and, where the text is not certain, which others it could be.
 //!
-//! Only code speaks, never a comment. Each sign of the table counts once, however often it stands, with a weight for every
-//! control whose manual has it: 3 for grammar that no other family reads, 2 for a word of one family, 1 for a habit. A control
-//! is recognised from [`RECOGNISED_AT`] on, so one odd word decides nothing; a lead below [`LEAD`] over another reading is a
-//! doubt, and said.
+//! Only code counts, comments do not. Each sign of the table counts once, with a weight for every control whose manual has it: 3 for grammar
+//! that no other family reads, 2 for a word of one family, 1 for a habit. A control is recognised from a total of [`RECOGNISED_AT`] on, so a
+//! single odd word is not enough; where its lead over another control is below [`LEAD`], a diagnostic says so.
 
 use std::collections::BTreeSet;
 
@@ -293,8 +292,8 @@ const SIGNS: &[Sign] = &[
     sign!("G29", [(Control::Marlin, 1)], MARLIN_BOOK, |c| c.g(&["29"])),
 ];
 
-/// A control that is not read, whose words this text has and this dialect has not: naming the dialect does not make it one.
-/// Siemens and plain language share some of those words; there the name decides.
+/// The control that a text is recognised as although the setup names another dialect, if that control is one that cannot be read and the
+/// dialect has none of those words. Siemens and plain language share some of these words; for them the named dialect counts.
 pub fn foreign(text: &[u8], named: Dialect) -> Option<Recognised> {
     let found = recognise(text);
     (named.syntax() == Syntax::Rs274 && found.control.refusal().is_some()).then_some(found)

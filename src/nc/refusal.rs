@@ -1,4 +1,5 @@
-//! Programs that are not rewritten: for controls whose words mean other things, or for turning. In: a program. Out: why, and what to do.
+//! Programs that are refused: those for turning, and those for controls on which common words have other meanings. In: a program. Out: why it is
+//! refused, and what to do.
 
 use super::dialect::Dialect;
 use super::program::Program;
@@ -13,7 +14,7 @@ pub struct Refusal {
     pub help: String,
 }
 
-/// Is this a program that is not read? `mill`: the user says that a mill runs it, whatever in it looks like turning.
+/// Why a program is refused; `None`: it is not. `mill`: the user states that a mill runs it, so signs of turning do not count.
 pub fn refusal(program: &Program, mill: bool) -> Option<Refusal> {
     let foreign = program.recognised().cloned().or_else(|| recognise::foreign(program.own_text(), program.dialect()));
     if let Some((found, why)) = foreign.and_then(|found| found.control.refusal().map(|why| (found, why))) {

@@ -1,6 +1,7 @@
-//! What the control does with a program: moves and other events in order of execution, in mm, s, rad.
+//! What the control does with a program. In: filled by the interpreter. Out: [`Toolpath`]: moves and other events in order of execution, in
+//! mm, s, rad, which every later stage reads.
 //!
-//! Nothing below this layer knows a G-code. Coordinates are those of the work offset the move was made in (`wcs` of a move).
+//! Later stages know no G code. Coordinates are those of the work offset in force during the move (`wcs`).
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc as Rc;
@@ -136,8 +137,8 @@ pub struct State {
     pub wcs: u16,
     /// End of the move.
     pub path_mode: PathMode,
-    /// Moves with the same number are made by the same text (a block executed several times, one F word of a cycle at
-    /// several positions): they get one feed, the lowest of what is safe in each. `None`: the feed is its own.
+    /// Moves with the same number come from the same text (a block executed several times, one F word of a cycle at several positions) and
+    /// so get one feed, the lowest that is safe in all of them. `None`: the feed is its own.
     pub shared: Option<u32>,
     /// Made while G41 or G42 (RL, RR) is in force, whatever it does to the path.
     pub compensated: bool,
@@ -162,7 +163,7 @@ pub struct Move {
     pub splittable: bool,
     from: Vec3,
     to: Vec3,
-    /// What makes an arc of it; few moves are arcs, so it is kept apart.
+    /// Centre and sweep of an arc; boxed, because few moves are arcs.
     bend: Option<Box<Bend>>,
     state: Rc<State>,
 }
@@ -258,7 +259,7 @@ pub enum Event {
     },
 }
 
-/// Everything the control does, and what was to be said about the text.
+/// Everything the control does with a program, and the diagnostics about its text.
 #[derive(Debug, Clone, Default)]
 pub struct Toolpath {
     /// Motions; [`Event::Move`] points here.
@@ -282,9 +283,9 @@ pub struct Toolpath {
 /// Which blocks the control came to.
 #[derive(Debug, Clone, Default)]
 pub struct Reached {
-    /// Without jumps and calls: the first so many.
+    /// Number of blocks executed from the beginning, in a program without jumps and calls.
     pub(crate) first: usize,
-    /// With them: how often each was executed.
+    /// How often each block was executed, in a program with jumps or calls; else empty.
     pub(crate) counts: Vec<u32>,
 }
 
@@ -304,11 +305,7 @@ impl Toolpath {
         let after = self.shifts.partition_point(|(from, _)| *from <= id);
         if after == 0 { Vec3::zeros() } else { self.shifts[after - 1].1 }
     }
-    /// Why part or frame are not known at a move: the first doubt that holds there.
-    pub fn doubt_at(&self, id: MoveId) -> Option<&Doubted> {
-        self.doubts.iter().take_while(|doubted| doubted.from <= id).find(|doubted| doubted.holds_at(id))
-    }
-    /// Blocks that cannot be read: nothing of them is taken, no feed either. By number, each once.
+    /// Blocks that cannot be read, by number, each once. Nothing in them takes effect here, not even an F word.
     pub fn unread(&self) -> Vec<BlockId> {
         let mut blocks: Vec<BlockId> = self.doubts.iter().flat_map(|doubted| doubted.unread.iter().copied()).collect();
         blocks.sort_unstable();
@@ -333,6 +330,7 @@ impl Toolpath {
         })
     }
     /// Bytes it occupies in memory; a state counts for its share in the moves that have it.
+    #[cfg(feature = "rooms")]
     pub fn memory_bytes(&self) -> usize {
         let state = size_of::<State>() + 2 * size_of::<usize>();
         let beside = |motion: &Move| {

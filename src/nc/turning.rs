@@ -1,9 +1,9 @@
-//! Is it a turning program? In: a program. Out: the signs of a lathe found in its code (never in its comments), and what
-//! they weigh together.
+//! Recognises programs for lathes. In: a program. Out: the signs of a lathe found in its code (comments do not count), and whether their
+//! total weight makes it a turning program.
 //!
-//! A lathe reads X as a diameter and F as mm per revolution: taken for milling, `F0.4` would be 0.4 mm/min, and a feed "raised"
-//! from it would be thousands of times too fast. Nothing of such a program may be rewritten. One sign alone can stand in a
-//! milling program (G95 before tapping, T0101 on a router, a slot along X); two that lathes write and mills do not, cannot.
+//! A lathe reads X as a diameter and F as mm per revolution. Taken for milling, `F0.4` would be 0.4 mm/min, and a feed "raised" from it
+//! would be thousands of times too fast, so such a program must not be rewritten. A single sign also occurs in milling programs (G95 before
+//! tapping, T0101 on a router, a slot along X); two signs that lathes write and mills do not, never do.
 //!
 //! Sources. \[F\] Fanuc Series 0i-TD, Connection and User's Manual for lathe systems, B-64304EN-1: G code list (G code system A),
 //! canned cycles G70–G76, G96 and G50 S, T function. \[H\] Haas Lathe Operator's Manual 96-8900: G50, G71–G76, G96, G99, Txxyy.

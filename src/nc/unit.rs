@@ -1,8 +1,8 @@
-//! The unit of a program that does not say it: neither G20 nor G21. In: the program, how far it reaches in its own numbers,
-//! and the setup as a witness. Out: inch or mm, for which reasons, and whether the reasons agree.
+//! The unit of a program with neither G20 nor G21. In: the program, the extent of its coordinates, and the setup. Out: inch or mm, the
+//! reasons, and whether they agree.
 //!
-//! What the control takes then is a setting of its own, which the text does not show. An inch program read in mm is 25.4 times
-//! too small and its chips as thin, so each sign asks which of the two readings could be machined at all:
+//! The control then uses a setting of its own that the text does not show. An inch program read in mm is 25.4 times too small, and so are its
+//! chips, so each sign compares the two readings with what can be machined at all:
 //!
 //! * the blank: read in inches the program reaches twice beyond it, or read in mm it hardly scratches it;
 //! * the feed per revolution: below 0.004 mm no edge cuts (edge radii are 5 to 10 µm, and a third of one is the least chip),
@@ -33,7 +33,7 @@ pub struct Inferred {
     pub why: Vec<&'static str>,
 }
 
-/// What the setup knows.
+/// What the setup tells about the unit of the program.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Witness {
     /// Extent of the blank, mm.
@@ -43,7 +43,7 @@ pub struct Witness {
 }
 
 impl Witness {
-    /// The witness that a setup is.
+    /// Takes it from a setup.
     pub fn of(job: &Job) -> Self {
         let blank_mm = match job.stocks.as_slice() {
             [only] => match &only.shape {
@@ -61,8 +61,8 @@ impl Witness {
 
 /// Lead of one reading over the other from which it is sure: two signs more, or the blank alone.
 const SURE: i32 = 2;
-/// A program reaches no further than so many times its blank (0.7 to 1.5 times in use). Within that in inches it covers 8 % of
-/// the blank at most in mm.
+/// A program reaches no further than this many times its blank (0.7 to 1.5 times in practice). A program that stays within this in inches
+/// covers at most 8 % of the blank in mm.
 const BEYOND: f64 = 2.0;
 /// Feeds per revolution at which an end mill cuts, mm.
 const PER_REV_MM: [f64; 2] = [0.004, 2.0];

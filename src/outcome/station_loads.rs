@@ -20,8 +20,6 @@ const SLACK_MM: f64 = 0.02;
 /// One station with its loads.
 #[derive(Debug, Clone, Copy)]
 pub struct StationLoads<'a> {
-    /// Index of the station; the node of the problem has its own order.
-    pub index: usize,
     /// The station.
     pub station: &'a Station,
     /// Highest feed commanded here as programmed, mm/s.
@@ -41,12 +39,9 @@ pub fn each_station(run: &ProgramRun, visit: &mut dyn FnMut(&StationLoads)) {
     let before = Feeds::new(&run.before, run.toolpath.moves.len());
     let after = Feeds::new(run.after(), run.toolpath.moves.len());
     let stations = &run.map.stations;
-    for (chunk, first) in stations.chunks(CHUNK).zip((0..).step_by(CHUNK)) {
-        let found: Vec<StationLoads> = chunk
-            .par_iter()
-            .enumerate()
-            .map(|(offset, station)| loads_at(run, &cutters, &before, &after, first + offset, station))
-            .collect();
+    for chunk in stations.chunks(CHUNK) {
+        let found: Vec<StationLoads> =
+            chunk.par_iter().map(|station| loads_at(run, &cutters, &before, &after, station)).collect();
         found.iter().for_each(&mut *visit);
     }
 }
@@ -56,18 +51,11 @@ fn loads_at<'a>(
     cutters: &[Cutters; 2],
     before: &Feeds,
     after: &Feeds,
-    index: usize,
     station: &'a Station,
 ) -> StationLoads<'a> {
     let (feed_before_mm_s, feed_after_mm_s) = (before.highest(station), after.highest(station));
-    let mut found = StationLoads {
-        index,
-        station,
-        feed_before_mm_s,
-        feed_after_mm_s,
-        before: Loads::default(),
-        after: Loads::default(),
-    };
+    let mut found =
+        StationLoads { station, feed_before_mm_s, feed_after_mm_s, before: Loads::default(), after: Loads::default() };
     if station.arc_count == 0 {
         return found;
     }

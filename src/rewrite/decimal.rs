@@ -50,10 +50,6 @@ impl Decimal {
     pub fn value(self) -> f64 {
         self.units as f64 / power(self.digits) as f64
     }
-    /// Exact sum.
-    pub fn plus(self, other: Self) -> Self {
-        self.minus(Self { units: -other.units, ..other })
-    }
     /// Exact difference.
     pub fn minus(self, other: Self) -> Self {
         let digits = self.digits.max(other.digits);

@@ -1,5 +1,5 @@
-//! Our mark: the comments by which an output is recognised as ours. In: what a comment says, or a program. Out: whether it
-//! is ours, the feed it remembers, and the program without them.
+//! Our mark: the comments by which an output is recognised as ours. In: what a comment is to say, or a program that may hold such
+//! comments. Out: the text of the comment; whether a comment is ours, and the feed that it remembers.
 //!
 //! One header comment (`FEEDWRIGHT 0.1 FEEDS ONLY 3F29A0C1`) marks the file; its last word is the sum over every F word and
 //! the feed it stands for ([`super::memory`]). A note follows an F word that was changed:
@@ -13,8 +13,6 @@
 use crate::diag::Span;
 use crate::machine::LimitKind;
 use crate::nc::{Part, Program, TokenKind};
-
-use super::edit::{self, Edit};
 
 /// First word of the header.
 const HEADER: &str = "FEEDWRIGHT";
@@ -183,8 +181,16 @@ pub fn is_marked(program: &Program, part: &Part<'_>) -> bool {
     })
 }
 
-/// The program without our comments: with the blank before them, and with their line where nothing else stood on it.
+/// The span, with the blank before it if there is one.
+pub fn with_blank_before(text: &[u8], span: Span) -> Span {
+    let blank = span.start > 0 && text[span.start as usize - 1] == b' ';
+    Span { start: span.start - u32::from(blank), end: span.end }
+}
+
+/// For tests: the program without our comments: with the blank before them, and with their line where nothing else stood on it.
+#[cfg(test)]
 pub fn strip(program: &Program) -> Vec<u8> {
+    use super::edit::{self, Edit};
     let edits = program.blocks().flat_map(|block| {
         let tokens: Vec<_> = program.tokens(block).collect();
         let ours = |t: &&crate::nc::Token| t.kind == TokenKind::Comment && read(t.span.of(program.text())).is_some();
@@ -197,12 +203,6 @@ pub fn strip(program: &Program) -> Vec<u8> {
     });
     let all = Span { start: 0, end: program.text().len() as u32 };
     edit::apply(all, program.text(), edits.collect())
-}
-
-/// The span, with the blank before it if there is one.
-pub fn with_blank_before(text: &[u8], span: Span) -> Span {
-    let blank = span.start > 0 && text[span.start as usize - 1] == b' ';
-    Span { start: span.start - u32::from(blank), end: span.end }
 }
 
 #[cfg(test)]

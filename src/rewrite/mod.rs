@@ -20,8 +20,8 @@ mod write;
 
 pub use checks::{CheckMark, checks, with_checks};
 pub use freeze::freeze;
-pub use mark::{is_ours, strip};
-pub use reference::{Reference, forgets, references};
+pub use mark::is_ours;
+pub use reference::{forgets, references};
 pub use verify::{Difference, Proof, verify};
 
 use std::sync::Arc;

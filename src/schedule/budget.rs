@@ -3,11 +3,11 @@
 //!
 //! Time and wear of a piece of length ds at speed v are ds/v and c·v^p·ds (0 < p ≤ 2; c belongs to the piece). With one price
 //! λ (s per unit) for the whole program, ds/v + λ c v^p ds falls up to v* = (1/(λ c p))^(1/(p+1)) and rises beyond: v* is a
-//! cap, and the budget costs one bisection over λ. The budget is checked at the caps; where the control stays below
-//! them less is used, so it holds. The answer is local in the sense that run-ups are not traded against it.
+//! cap, and λ is found by bisection. The budget is checked with every feed at its cap; where the control does not reach the cap,
+//! the tool wears less, so the budget still holds. Run-ups are not traded against wear: λ comes from the caps alone.
 //!
-//! Where p ≤ 0 a slower feed never wears a tool less: the caps are the best there is, and a budget that they do not keep is
-//! kept by no feeds. Wear of nodes whose feed may not change counts as programmed.
+//! Where p ≤ 0 a slower feed never wears a tool less: the caps give the least wear possible, and a budget that is exceeded at the
+//! caps cannot be kept at all. Nodes whose feed may not change wear the tool as at their programmed feeds.
 //!
 //! There is no budget of energy, because none could bind: the tare and the edges take a power that does not grow with the
 //! feed, chips a power at most proportional to it, so the energy P/v of a millimetre of path never rises with v. The fastest
@@ -41,7 +41,7 @@ pub enum Kept {
         /// Seconds that one more unit would save.
         price_s: f64,
     },
-    /// No feeds keep it; caps are at the floors, or as they were where slower feeds are no better.
+    /// No feeds keep the budget. The caps are at the floors, or unchanged where slower feeds do not wear less.
     Impossible {
         /// What is used at the least.
         used: f64,
@@ -83,8 +83,8 @@ pub fn keep(problem: &mut Problem, rate: &[f64], budget: &Budget) -> Kept {
     if lowest > budget.most { Kept::Impossible { used } } else { Kept::Bound { used, price_s } }
 }
 
-/// Time at the caps that keeping this budget takes more than `kept`, whose caps were lowered from `fresh`, s; `None` where
-/// no feeds keep it.
+/// How much longer the program would take with `budget` than with the caps of `kept`, every node at its cap, s. `fresh` is the problem
+/// before any budget lowered its caps. `None` where no feeds keep the budget.
 pub fn extra_s(fresh: &Problem, kept: &Problem, rate: &[f64], budget: &Budget) -> Option<f64> {
     let mut tighter = fresh.clone();
     let most_s = |problem: &Problem| -> f64 {
@@ -95,7 +95,7 @@ pub fn extra_s(fresh: &Problem, kept: &Problem, rate: &[f64], budget: &Budget) -
     possible.then(|| most_s(&tighter) - most_s(kept))
 }
 
-/// Speed of a node at a price: v*, between its floor and its cap; as programmed where it may not change.
+/// Feed of a node at price λ, mm/s: v* between its floor and its cap; the programmed feed where it may not change.
 fn speed(problem: &Problem, i: usize, c: f64, price_s: f64, budget: &Budget) -> f64 {
     let node = &problem.nodes[i];
     if !node.free {

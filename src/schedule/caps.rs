@@ -1,10 +1,12 @@
 //! Limits → feed caps. In: toolpath, engagement, job. Out: a [`Problem`]: for each piece of path the highest and the lowest
 //! feed, and what they come from.
 //!
-//! A load limit wins over every minimum; the minimum it overruled is listed as a conflict. A load limit that cannot be met
-//! at all, or only at less than [`LEAST`] of the lowest feed asked for, makes the piece infeasible: it runs at that lowest
-//! feed. In a cut a feed rises above the programmed one only where a load limit is in force that ever acts; outside a cut only where the
-//! engagement map says that nothing can be met; and nowhere that [`super::kept`] names. With a confidence, caps leave room for what is uncertain in the process model
+//! A load limit overrules every minimum feed; the minimum is then listed as a conflict. A load limit that cannot be met at all, or only
+//! at less than [`LEAST`] of the lowest feed asked for, makes the piece infeasible: it runs at that lowest feed.
+//!
+//! A feed may rise above the programmed one in a cut only where a load limit applies that some load comes near
+//! ([`super::idle_limits`]), in air only where the engagement map says that the tool touches nothing, and nowhere that [`super::kept`] gives a
+//! reason against it. Where the setup asks for a confidence, caps leave a margin for the uncertainty of the process model
 //! ([`super::confidence`]).
 
 use rayon::prelude::*;
@@ -30,13 +32,13 @@ use crate::units::{mm_s_from_mm_min, nm_from_nmm, nmm_from_nm};
 /// Share of the lowest feed asked for below which a load limit counts as impossible to meet.
 pub const LEAST: f64 = 0.1;
 
-/// The path with its bounds, where every tool has the past of the program as it stands.
+/// The bounds of a program whose tools wear and warm up as they do at the programmed feeds.
 pub fn problem(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Problem {
     problem_after(toolpath, map, job, &History::of(toolpath, map, job, &as_programmed(toolpath)), None)
 }
 
-/// The path with its bounds, where this lies behind the tool. `standing`: of a program of ours, what stands in the file; the
-/// toolpath then has the feeds it was written for.
+/// The bounds of a program where each tool has cut `history` before it comes to a place. `standing`: if Feedwright rewrote the program
+/// before, the feeds that stand in the file; `toolpath` then has the original feeds.
 pub fn problem_after(
     toolpath: &Toolpath,
     map: &EngagementMap,
@@ -91,8 +93,9 @@ pub fn problem_after(
     problem
 }
 
-/// A sliver of air beside a cut takes the cap of the cut, one of the approach beside clear air that of the air: where exactly
-/// a cut or the approach begins is known no better, and a feed that changes there would move with every split.
+/// Gives very short stretches of air (up to `SLIVER_MM`) the cap of the cut beside them, and very short approaches beside clear air the cap
+/// of that air. Where exactly a cut or an approach begins is known no better than this; a feed that changed there would change at another
+/// place whenever blocks are split.
 fn slivers(problem: &mut Problem) {
     for range in &problem.of_move {
         let nodes = &mut problem.nodes[range.start as usize..range.end as usize];
@@ -119,15 +122,15 @@ struct Context<'a> {
     job: &'a Job,
     rules: &'a Rules,
     cutters: &'a Cutters,
-    /// The cutters under each doubt about the process model, and how many standard deviations count.
+    /// The cutters with each process model that is one standard deviation away.
     others: Vec<Cutters>,
     deviations: f64,
     keeping: Keeping<'a>,
-    /// By rule: the load limits that never act.
+    /// By rule: where no load comes near any of its load limits, the limit that one comes nearest to.
     idle: Vec<Option<Idle>>,
 }
 
-/// Where the loads of a station at its programmed feed go, and that feed; empty where they are not asked for.
+/// Where to put the loads of a station at its programmed feed, and that feed. Both slices are empty where nobody needs the loads.
 struct AtProgrammed<'a> {
     feed_mm_s: &'a mut f64,
     loads: &'a mut [f64],
@@ -173,7 +176,7 @@ impl Context<'_> {
         Some(cutters.of(station.move_id)?.line(&cutters.cut(self.map, motion, station)))
     }
 
-    /// Lowers caps where the force would change faster than asked, from each node to the next.
+    /// Lowers caps where the force would change faster than the limit on its rate from one node to the next.
     fn keep_force_rates(&self, problem: &mut Problem, work: &[(MoveId, Option<&Station>)]) {
         if self.rules.rules.iter().all(|rule| rule.limits.force_rate_n_s.is_none()) {
             return;
@@ -226,7 +229,7 @@ impl Context<'_> {
         lesser(wanted, highest_feed(rule))
     }
 
-    /// Cap and floor in a cut; returns the floor and the cap where a load limit overruled a minimum that was asked for.
+    /// Sets cap and floor of a node in a cut. Returns the minimum feed and the cap where a load limit overruled that minimum.
     fn in_cut(
         &self,
         node: &mut Node,
@@ -265,7 +268,7 @@ impl Context<'_> {
             }
         }
         if let (Some(line), true) = (&line, node.kept.is_some() && node.cap.feed_mm_s >= programmed) {
-            // It keeps this feed: the check of the written file asks for these loads again.
+            // The feed stays: these loads are kept for the check of the written file.
             let found = line.loads(programmed);
             let kinds = rule.loads.iter().copied().chain(curves(spindle, motion.spin.rps)).map(|(kind, _)| kind);
             if !at_programmed.loads.is_empty() {
@@ -291,7 +294,7 @@ enum LoadCap {
 type CapOf<'a> = dyn Fn(&LoadLine, LimitKind, f64) -> Cap + 'a;
 
 fn load_cap(line: &LoadLine, cap: &CapOf, rule: &Rule, (spindle, rps): (&Spindle, f64), allowed_mm_s: f64) -> LoadCap {
-    // The least cap with what one percent more of its limit is, and the cap above it.
+    // The lowest cap with one percent of its limit, in the unit of reports; and the next cap above it.
     let (mut least, mut next_mm_s): (Option<(Bound, f64)>, f64) = (None, allowed_mm_s);
     for (kind, value) in rule.loads.iter().copied().chain(curves(spindle, rps)) {
         match cap(line, kind, value) {
@@ -311,14 +314,14 @@ fn load_cap(line: &LoadLine, cap: &CapOf, rule: &Rule, (spindle, rps): (&Spindle
             }
         }
     }
-    // A limit that the feed leaves at once for another is worth what one percent more of it gives.
+    // Where another cap lies close above, one percent more of this limit raises the feed only up to that cap: the slope is taken over it.
     least.map_or(LoadCap::Free, |(bound, percent)| {
         let most = (next_mm_s - bound.feed_mm_s).max(0.0) / percent;
         LoadCap::At(Bound { per_unit: bound.per_unit.min(most), ..bound })
     })
 }
 
-/// Power and torque that the spindle has at a speed.
+/// Power and torque that the spindle has at a speed, each as a limit in the unit of [`crate::machine::Limits`].
 fn curves(spindle: &Spindle, rps: f64) -> impl Iterator<Item = (LimitKind, f64)> {
     let curve = [
         (LimitKind::Power, spindle.power_w.as_ref().map(|table| table.at(rps))),

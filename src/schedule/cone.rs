@@ -39,8 +39,6 @@ pub struct Answer {
     pub x: Vec<f64>,
     /// Multipliers of the inequalities, in the order in which they were added (0 for rows left out).
     pub price: Vec<f64>,
-    /// Iterations taken.
-    pub iterations: u32,
 }
 
 /// Handle of an inequality; `None` when its right side was infinite.
@@ -50,10 +48,6 @@ impl Program {
     /// A problem in `columns` variables without cost.
     pub fn new(columns: usize) -> Self {
         Self { columns, cost: vec![0.0; columns], quadratic: vec![0.0; columns], ..Self::default() }
-    }
-    /// Number of variables.
-    pub fn columns(&self) -> usize {
-        self.columns
     }
     /// Adds to the linear cost of a variable.
     pub fn cost(&mut self, column: usize, by: f64) {
@@ -97,11 +91,8 @@ impl Program {
         let solved = matches!(answer.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
         let finite = answer.x.iter().all(|value| value.is_finite());
         let first = self.equal.rhs.len();
-        (solved && finite).then(|| Answer {
-            x: answer.x.clone(),
-            price: answer.z[first..first + self.below.rhs.len()].to_vec(),
-            iterations: answer.iterations,
-        })
+        (solved && finite)
+            .then(|| Answer { x: answer.x.clone(), price: answer.z[first..first + self.below.rhs.len()].to_vec() })
     }
 
     fn assemble(&self) -> (CscMatrix<f64>, Vec<f64>, Vec<SupportedConeT<f64>>) {

@@ -1,23 +1,23 @@
-//! Feeds that hold at a stated confidence. In: what the process model knows of its own parameters, a confidence, how much the program
-//! cuts. Out: the process models one standard deviation away along each independent direction, and caps that leave room for them.
+//! Caps that hold at a stated confidence. In: the covariance of the process model's parameters, the confidence, the length that the program
+//! cuts. Out: process models one standard deviation away along each independent direction of the covariance, and caps with a margin for them.
 //!
 //! With the covariance Σ = Σ_k w_k w_kᵀ of the parameters θ, the variance of a load is Σ_k (L(θ + w_k) − L(θ))² to first
-//! order. Coefficients that are known to a percent do not make a load known to a percent: what the model left unexplained
-//! on held-out data (`scatter` s, a share of the load) is there in the next cut as well. A cap at confidence c keeps
-//! L + z σ ≤ limit with σ² = Σ_k (L(θ + w_k) − L(θ))² + (m s L)², z the one-sided normal quantile, L that of the cut alone: a tare has no
-//! scatter.
+//! order. Coefficients that are known to a percent do not make a load known to a percent: the residual that the model left on
+//! held-out data (`scatter` s, a share of the load) will be there in the next cut as well. A cap at confidence c keeps
+//! L + z σ ≤ limit with σ² = Σ_k (L(θ + w_k) − L(θ))² + (m s L)², z being the one-sided normal quantile of c. In the last term L is
+//! the load of the cut without the tare, which has no scatter.
 //!
-//! A coefficient that is off is off everywhere. What the model misses is another at every place, and the limit is to hold at the place
-//! that has the most of it: of n places the largest stays below z_n s with Φ(z_n)ⁿ = c (Šidák), so m = z_n / z. Two places a diameter of
-//! the tool apart have no material in common: n is the length of cut over the diameter (of 10, 100, 1000 places z_n is 2.6, 3.3, 3.9 at
-//! 95 %: a rough count will do).
+//! A wrong coefficient is wrong everywhere in the same way. The residual differs from place to place, and the limit has to hold at the place
+//! where it is largest: the largest of n independent residuals stays below z_n s with Φ(z_n)ⁿ = c (Šidák), so m = z_n / z. Two places one
+//! tool diameter apart have no material in common, so n is the length of cut over the diameter. A rough count is enough: for 10, 100, 1000
+//! places z_n is 2.6, 3.3, 3.9 at 95 %.
 //!
-//! A log shows how loads grow with the feed up to the feeds that it has. Beyond the highest of its tool the load is taken to grow in
-//! proportion: at f > f₁ it is L(f₁) f/f₁. No law with a force of the edge, or with a chip that resists less as it becomes thicker,
-//! exceeds that, whichever share of what was measured is the edge's.
+//! A log shows how loads grow with the feed only up to the highest feed in it, f₁ for a given tool. Beyond f₁ the load is taken to grow in
+//! proportion, L(f) = L(f₁) f/f₁. That is an upper bound for every law with an edge force, or with a specific force that falls with the
+//! chip thickness, whatever share of the measured load is edge force.
 //!
-//! Without covariance and scatter a relative standard uncertainty of all forces takes their place. Parameters that are not named in the
-//! covariance keep their ratio to those that are.
+//! Where the model has neither covariance nor scatter, a relative standard uncertainty of all forces is used instead. Parameters that the
+//! covariance does not name keep their ratio to those that it does.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -30,10 +30,11 @@ use crate::machine::material::{ForceModel, LinearEdge, Process};
 use crate::machine::{Job, LimitKind};
 use crate::nc::{Move, Toolpath};
 
-/// How often a cap is taken again at the margin of the cap before.
+/// Number of times a cap is worked out again with the margin at the last cap: the margin depends on the feed.
 const ROUNDS: usize = 3;
 
-/// Jobs one standard deviation away, and how many of them the confidence asks for.
+/// The uncertainty of a process model: the job with each of the models one standard deviation away, and the standard deviations that
+/// the confidence asks for.
 #[derive(Debug, Clone, Default)]
 pub struct Doubt {
     /// The jobs.
@@ -42,7 +43,7 @@ pub struct Doubt {
     pub deviations: f64,
 }
 
-/// What is known of the parameters of a job at its confidence, in a program of so many places; empty when none is asked for.
+/// The uncertainty of a job's process model, for a program of so many independent `places`; empty where the setup asks for no confidence.
 pub fn doubt(job: &Job, places: f64) -> Doubt {
     let Some(confidence) = job.confidence else { return Doubt::default() };
     let normal = Normal::new(0.0, 1.0).expect("the standard normal distribution");
@@ -58,7 +59,7 @@ pub fn doubt(job: &Job, places: f64) -> Doubt {
     Doubt { jobs, deviations }
 }
 
-/// Places of a program that have no material in common: its length of cut in diameters.
+/// Number of independent places of a program: its length of cut in tool diameters.
 pub fn places(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> f64 {
     let of_move = |(id, motion): (MoveId, &Move)| {
         let cut = map.stations_of(id).iter().filter(|station| station.arc_count > 0);
@@ -127,7 +128,7 @@ fn move_edge(k: &mut LinearEdge, name: &str, by: f64, process: &Process) {
     }
 }
 
-/// Room that a cap leaves.
+/// The margin that caps leave below a limit.
 #[derive(Debug, Clone, Copy)]
 pub struct Room<'a> {
     /// The same cut under the jobs of [`Doubt`].
@@ -139,7 +140,7 @@ pub struct Room<'a> {
 }
 
 impl Room<'_> {
-    /// Load at a feed with what may be more.
+    /// Upper bound of a load at a feed: L + z σ.
     fn most(&self, line: &LoadLine, kind: LimitKind, feed_mm_s: f64) -> f64 {
         let load = |line: &LoadLine| line.loads(feed_mm_s).bounded_by(kind).unwrap_or(0.0);
         let mean = load(line);
@@ -161,7 +162,7 @@ impl Room<'_> {
         self.in_proportion(line, kind, limit).filter(|beyond| is_below(*beyond, cap)).unwrap_or(cap)
     }
 
-    /// The cap beyond the highest feed measured, where the load grows in proportion; `None` where it lies below that feed, or where no feed
+    /// The cap where the load grows in proportion beyond the highest feed measured. `None` where the cap lies below that feed, or no feed
     /// was measured.
     fn in_proportion(&self, line: &LoadLine, kind: LimitKind, limit: f64) -> Option<Cap> {
         if matches!(kind, LimitKind::ChipThickness | LimitKind::FeedPerTooth) {

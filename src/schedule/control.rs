@@ -1,14 +1,15 @@
 //! A model of the control: how it follows the blocks it is given. In: moves with commanded feeds, machine. Out: a chain of
 //! primitives (what is left of each move, and the arcs that round its corners) whose exact pass is the realised motion.
 //!
-//! Between two primitives the control either stops (exact stop; rapid against feed; a path that turns back; an exact path with a
-//! kink), runs through with a kink (the jump of velocity in one servo period may take a share of the acceleration), or rounds the corner with an arc within the path
-//! tolerance, whichever is faster. An arc may use √3/2 of the acceleration to follow its curve and half of it to change
-//! speed. It looks ahead over a number of primitives, from the end of which it must be able to stop. What lies between two stops takes
-//! whole servo periods.
-//! Facts about rounding, kinks, short primitives and look-ahead are those of LinuxCNC's planner (`tp.c`, `blendmath.c`), which is published;
-//! with φ the angle turned, δ the tolerance, θ = (π − φ)/2: the arc takes d ≤ δ cos θ / (1 − sin θ) of both moves, at most
-//! half of each, its radius is d tan θ, and it is made only as large as its speed needs.
+//! From one primitive to the next the control does one of three things. It stops: at an exact stop, between rapid and feed, where the path
+//! turns back, at a kink of an exact path. Or, whichever is faster, it runs through the kink (the jump of velocity in one servo period may
+//! take a share of the acceleration) or rounds the corner with an arc within the path tolerance. Along an arc √3/2 of the acceleration may
+//! go into following the curve and half of it into changing speed. The control looks ahead over a number of primitives and must be able to
+//! stop at the end of the last. The motion between two stops takes a whole number of servo periods.
+//!
+//! Rounding, kinks, short primitives and look-ahead follow LinuxCNC's trajectory planner (`tp.c`, `blendmath.c`), whose source is public.
+//! With φ the angle turned, δ the tolerance and θ = (π − φ)/2, the arc takes d ≤ δ cos θ / (1 − sin θ) of both moves, at most half of
+//! each; its radius is d tan θ, and it is made only as large as its speed needs.
 
 use super::corner::{SERVO_S, along, speed_along};
 use super::exact_pass::{Chain, Leg, leg_time_s};
@@ -22,20 +23,20 @@ use crate::path::{Curve, Vec3};
 const NORMAL_SHARE: f64 = 0.866_025_403_784_438_6;
 /// Share that is left for changing speed on it.
 const TANGENT_SHARE: f64 = 0.5;
-/// A path that turns by more than this cosine says turns back.
+/// Cosine of the angle between two directions below which the path counts as turning back.
 const TURN_BACK: f64 = -0.9987;
-/// Servo periods below which what is left of a line is taken into the arc that follows.
+/// A line of which less than this many servo periods is left beside the arcs at its ends is taken into the arc that follows.
 const GAP_CYCLES: f64 = 4.0;
 /// Sine of the angle to the plane of an arc below which a move lies in it.
 const FLAT: f64 = 1e-3;
-/// Primitives that are held back before they become legs.
+/// Most primitives that wait to become legs, because the next ones may still change their ends.
 const HELD: usize = 256;
 /// Most points that are joined into one line.
 const JOINED: usize = 100;
 /// Part of a servo period that is rounding, not time.
 const ROUNDING: f64 = 1e-6;
 
-/// What sets one control apart from another.
+/// The properties in which controls differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
     /// Moves it looks ahead; `None`: as many as it needs.
@@ -44,11 +45,12 @@ pub struct Control {
     pub joins_lines: bool,
     /// Share of the acceleration that the jump of velocity at a kink may take.
     pub kink_share: f64,
-    /// Does a kink take its share away from both its moves?
+    /// Does the share of a kink reduce the acceleration along both its moves?
     pub kink_slows: bool,
-    /// A primitive of a feed move that takes less than this from its first to its last speed, s, gets no faster in between.
+    /// A primitive of a feed move that takes less than this time, s, goes straight from its first to its last speed and gets no faster in
+    /// between.
     pub ramp_s: f64,
-    /// No control, but the bound that every one is measured by: the feed may change anywhere without a block of its own.
+    /// No real control but an upper bound for all of them: the feed may change anywhere, without a block.
     pub feed_changes_anywhere: bool,
 }
 
@@ -170,7 +172,7 @@ struct Rules<'a> {
 struct Planner<'a> {
     rules: Rules<'a>,
     plan: Plan,
-    /// Primitives since the last stop that are no legs yet. Lines may still be joined to the last one.
+    /// Primitives since the last stop that have not become legs yet. Further lines may be joined to the last of them.
     run: Vec<Linked>,
 }
 
@@ -238,7 +240,7 @@ impl Planner<'_> {
         true
     }
 
-    /// Nothing more is joined to the last primitive: the one before it now knows both its ends.
+    /// Ends the joining of lines to the last primitive; the one before it now has both its junctions.
     fn close(&mut self) {
         if let [.., before, after] = &mut self.run[..] {
             self.rules.link(before, after);
@@ -249,7 +251,7 @@ impl Planner<'_> {
         }
     }
 
-    /// Finishes a run of primitives that ends at a stop.
+    /// Turns the waiting primitives into legs, at a stop.
     fn flush(&mut self) {
         self.close();
         self.run.drain(..).for_each(|run| self.plan.put(&run));
@@ -330,7 +332,7 @@ impl Rules<'_> {
         primitive
     }
 
-    /// How the control goes from one primitive to the next.
+    /// Chooses how the control goes from one primitive to the next, and shortens or slows both accordingly.
     fn link(&self, before: &mut Linked, after: &mut Linked) {
         let (a, b) = (&mut before.primitive, &mut after.primitive);
         match self.junction(a, b) {
@@ -445,8 +447,8 @@ fn look_ahead(plan: &mut Plan, control: &Control) {
     }
 }
 
-/// Seconds of each leg of a plan with these squares of speed at its points. A short one that ends at speed is a plain ramp from its first
-/// speed to its last, where a longer one runs up and down again inside (`tpActivateSegment` of LinuxCNC's `tp.c`).
+/// Time of each leg of a plan, s; `b` is the square of the speed at its points. A short leg that does not end at rest is a plain ramp from its
+/// first speed to its last, while in a longer one the speed rises and falls again (`tpActivateSegment` in LinuxCNC's `tp.c`).
 pub fn leg_times(plan: &Plan, b: &[f64], control: &Control, is_rapid: impl Fn(MoveId) -> bool) -> Vec<f64> {
     let time = |(i, leg): (usize, &Leg)| {
         let [from, to] = [b[i], b[i + 1]].map(f64::sqrt);
@@ -457,8 +459,8 @@ pub fn leg_times(plan: &Plan, b: &[f64], control: &Control, is_rapid: impl Fn(Mo
     plan.chain.legs.iter().enumerate().map(time).collect()
 }
 
-/// The same, where what lies between two stops takes whole servo periods: the control ends a motion within a period
-/// and begins the next one with another. What that loses belongs to the last leg before the stop.
+/// Rounds the time between two stops up to whole servo periods: a motion ends within a period, and the next one begins with a new period.
+/// The time lost is added to the last leg before the stop.
 pub fn in_whole_periods(plan: &Plan, mut leg_s: Vec<f64>) -> Vec<f64> {
     let mut since = 0.0;
     for (seconds, next_b) in leg_s.iter_mut().zip(plan.chain.point_b.iter().skip(1)) {

@@ -15,7 +15,7 @@ use super::exact_pass::{Chain, Leg};
 /// Time of a leg that begins or ends at rest at constant jerk, in units of its length over the speed at its other end.
 pub const REST_FACTOR: f64 = 3.0;
 
-/// What is asked of a window.
+/// The convex program of one window.
 #[derive(Debug, Clone, Copy)]
 pub struct Window<'a> {
     /// The path.
@@ -75,8 +75,8 @@ impl Layout {
     }
 }
 
-/// The two scales that a window is solved at, the second where the first gave no answer or none that holds: the largest cap, and
-/// the largest reference b.
+/// The two values of S that a window is solved with: the largest cap, and the largest reference b. The second is tried where the first gives
+/// no answer, or one that the checker refuses.
 pub fn scales(window: &Window) -> [f64; 2] {
     let largest = |values: &[f64]| {
         values[window.first..=window.last].iter().copied().filter(|b| b.is_finite()).fold(0.0, f64::max)

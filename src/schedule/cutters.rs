@@ -1,5 +1,5 @@
-//! The cutters of a program. In: toolpath, engagement, job. Out: for each move the loads of its tool at its speed as functions of
-//! feed; and what is too short or too thin to count.
+//! The cutters of a program. In: toolpath, engagement, job. Out: for each move its tool at its spindle speed, which gives the loads at every
+//! station as functions of feed; and the lengths and depths that are too small to count as a cut.
 
 use super::history::History;
 use super::problem::FeedPiece;
@@ -14,7 +14,7 @@ pub(super) const SLIVER_MM: f64 = 0.05;
 /// Radial depth below which a cut is one of rounding, mm: two increments of the usual third decimal.
 const SKIM_MM: f64 = 0.002;
 
-/// Is what is cut here as thin as the rounding of the program's coordinates? Then it may as well be air.
+/// Is the layer that is cut here no thicker than the rounding of the program's coordinates? Whether it is cut at all is then chance.
 pub(super) fn skims(station: &Station) -> bool {
     f64::from(station.removal_area_mm2) < SKIM_MM * f64::from(station.axial_depth_mm)
 }
@@ -27,12 +27,12 @@ pub struct Cutters {
 }
 
 impl Cutters {
-    /// Cutters of every tool and speed that the toolpath uses, with what lies behind them at these feeds.
+    /// Cutters of every tool and speed that the toolpath uses, worn and warmed as the program leaves them at these feeds.
     pub fn new(toolpath: &Toolpath, map: &EngagementMap, job: &Job, feeds: &[FeedPiece]) -> Self {
         Self::after(toolpath, map, job, &History::of(toolpath, map, job, feeds))
     }
 
-    /// The same with this behind them.
+    /// The same for a history that is known already.
     pub fn after(toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Self {
         let mut keys: Vec<(u32, f64)> = Vec::new();
         let mut of_move = Vec::with_capacity(toolpath.moves.len());
@@ -51,7 +51,7 @@ impl Cutters {
     pub fn of(&self, id: MoveId) -> Option<&Cutter> {
         self.list[self.of_move[id.ix()] as usize].as_ref()
     }
-    /// What is cut at a station, and what lies behind it.
+    /// The cut at a station: its engaged arcs, and what the tool has cut before.
     pub fn cut<'a>(&self, map: &'a EngagementMap, motion: &Move, station: &Station) -> Cut<'a> {
         let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
         Cut { arcs: map.arcs_of(station), tangent_z, state: self.history.state(map, motion, station) }

@@ -1,5 +1,6 @@
-//! Fitting the control to one number. In: what the original program takes on the machine. Out: accelerations (as a factor on
-//! those of the setup) and corner tolerances that reproduce it, and the interval that this leaves for the time saved.
+//! Fitting the model of the control to one measured cycle time. In: the time that the original program takes on the machine. Out: pairs of
+//! acceleration (as a factor on those of the setup) and corner tolerance that reproduce this time, and the least and largest saving that
+//! they predict.
 //!
 //! One measured time cannot tell acceleration from corner tolerance: for each of a range of tolerances the factor on the
 //! accelerations is found by bisection, and the saving is predicted with each pair.
@@ -15,7 +16,7 @@ const TOLERANCES: [f64; 5] = [0.2, 0.5, 1.0, 2.0, 5.0];
 /// Factors on the accelerations between which the fit is sought.
 const FACTORS: [f64; 2] = [0.02, 50.0];
 
-/// One control that takes the time measured.
+/// One pair of acceleration and corner tolerance with which the program takes the measured time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// The machine with the fitted values.

@@ -1,29 +1,29 @@
-//! F words. In: [`FeedSegment`]s with caps and reachable speeds. Out: one commanded feed per unit, on the grid of the program's F
-//! words, never above a cap.
+//! F words. In: [`FeedSegment`]s with caps and reachable speeds. Out: one commanded feed per segment, a number that the program's F words can
+//! carry, never above a cap.
 //!
-//! A dynamic program: a segment either keeps the feed that the text gives it, or runs at one of the levels, which are caps of the
-//! segments, as many as keep every cap near one. Staying costs nothing; a word that is put in or changed costs the price of a
-//! word, a change inside a block or a feed to be restated that of a block; a segment at feed F takes length / min(F, speed). So a
-//! word is written exactly where it saves more seconds than its price. Levels above the cap of a segment are closed to it; levels
-//! below its floor cost more than any word saves, unless it has no other, so that a minimum gives way to a cap only. Runs of
-//! one level then get the largest F number below all their caps.
+//! A dynamic program over the segments chooses for each either the feed that the text gives it or one of the levels. Levels are caps of
+//! segments, chosen so that every cap has a level close below it. The cost is in seconds: a segment at feed F takes length / min(F, speed);
+//! staying at the last feed is free, putting in or changing an F word costs the price of a word, a change inside a block or restating a feed
+//! costs the price of a block. So a word is written exactly where it saves more seconds than its price. A segment may not take a level
+//! above its cap; a level below its floor costs more than any word saves, so that a minimum gives way only where the cap leaves no other
+//! level. Consecutive segments of one level then get the largest F number below all their caps.
 //!
-//! The feed of the text is kept up to [`SLACK`](super::feed_segments::SLACK) above a load's cap, and a rise smaller than `minimum_change` counts for
-//! nothing: an optimised program stays as it is, though its stations lie elsewhere.
+//! A feed of the text may lie up to [`SLACK`](super::feed_segments::SLACK) above a load's cap, and a rise smaller than `minimum_change` saves
+//! nothing here. So optimising an optimised program changes nothing, although its stations lie at other places.
 
 use rayon::prelude::*;
 
 use super::feed_segments::FeedSegment;
 use crate::numeric::bisect_ratio;
 
-/// Most levels: one bit each of the trace.
+/// Most levels: each takes one bit of [`Step::stays`].
 const LEVELS: usize = 128;
-/// Ratio of caps that share a level at least.
+/// Caps whose ratio is below this always share a level.
 const FINEST: f64 = 1.0005;
 
-/// What a segment below its floor costs, s: more than all words of a program.
+/// Cost of a segment below its floor, s: more than all words of a program together.
 const BELOW_S: f64 = 1e7;
-/// The feed of the text, among levels.
+/// Stands among the numbers of levels for the feed of the text.
 const TEXT: u8 = u8::MAX;
 
 /// The F numbers a program may carry.
@@ -94,18 +94,19 @@ struct FreeRun<'a> {
     carries: &'a dyn Fn(usize) -> bool,
 }
 
-/// Where the best way to each state of one segment comes from.
+/// For each level that one segment may have, what the segment before it has on the cheapest way there.
 struct Step {
-    /// One bit for each level: it is the one before.
+    /// One bit for each level: the segment before has the same level.
     stays: u128,
-    /// The state before, of a level that is not.
+    /// The level of the segment before, for all levels whose bit is not set.
     change: u8,
-    /// The state before the feed of the text.
+    /// The level of the segment before, if this one has the feed of the text.
     text: u8,
 }
 
 impl FreeRun<'_> {
-    /// Price of another feed than the one before, at segment i; a block with a word of its own pays for that, whatever was before.
+    /// Price of changing the feed at segment i, s; 0 where the block carries an F word anyway, which [`Self::advance`] charges whatever the
+    /// word says.
     fn change_s(&self, i: usize, carries: bool) -> f64 {
         if carries {
             0.0
@@ -116,7 +117,7 @@ impl FreeRun<'_> {
         }
     }
 
-    /// State of each segment: a level, or [`TEXT`]. `restated`: behind the last the feed of the text has to be in force again.
+    /// The level of each segment, or [`TEXT`]. `restated`: after the last segment the feed of the text has to be in force again.
     fn best_levels(&self, restated: bool) -> Vec<u8> {
         let feed = levels(self.segments);
         let mut cost = vec![f64::INFINITY; feed.len()];
@@ -147,7 +148,8 @@ impl FreeRun<'_> {
         states
     }
 
-    /// Takes the costs of all levels over one segment, where coming from another state costs `change`; which levels stayed.
+    /// Carries the costs of all levels over one segment, where changing the level costs `change`. Returns a bit for each level that is
+    /// cheapest to stay at.
     fn advance(&self, segment: &FeedSegment, feed: &[f64], change: f64, cost: &mut [f64], carries: bool) -> u128 {
         let top = feed.partition_point(|&feed| feed <= segment.cap.feed_mm_s * (1.0 + 1e-9)).max(1) - 1;
         let (open, closed) = cost.split_at_mut(top + 1);

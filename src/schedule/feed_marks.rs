@@ -1,5 +1,5 @@
-//! Final surfaces on their own: length, time before and after, and the feed marks that are left. In: toolpath, engagement,
-//! job, feeds. Out: [`FinalSurface`].
+//! Feed marks on final surfaces. In: toolpath, engagement, job, feeds. Out: [`FinalSurface`]: length of path that leaves final surface,
+//! time spent on it, height of the feed marks.
 //!
 //! A cutter of radius R that advances f_t per tooth leaves cusps of height f_t² / 8R along the wall (Martellotti).
 
@@ -10,7 +10,7 @@ use crate::engage::EngagementMap;
 use crate::machine::Job;
 use crate::nc::Toolpath;
 
-/// What happens on final surfaces.
+/// Totals over all stations that leave final surface.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FinalSurface {
     /// Length of path that leaves final surface, mm.

@@ -10,7 +10,7 @@ use crate::ids::MoveId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{Move, MoveKind, Toolpath};
 
-/// How far an F word that is there may lie above the cap of a load: half of what the check of the written file allows.
+/// Share by which an F word of the text may lie above the cap of a load and still stay: half of what the check of the written file allows.
 pub const SLACK: f64 = 0.005;
 /// Caps that differ by less than this share, over all of a piece, are one.
 const SAME: f64 = 0.004;
@@ -43,8 +43,8 @@ impl FeedSegment {
     pub fn length_mm(&self) -> f64 {
         self.to_mm - self.from_mm
     }
-    /// Lowest feed it may be given: the lowest asked for, or the cap where that lies lower and is no load (a load wins over
-    /// every minimum: then 0).
+    /// Lowest feed it may be given, mm/s: the floor, or the cap where that is lower. 0 where the lower cap comes from a load limit: load limits
+    /// overrule every minimum.
     pub fn lowest_mm_s(&self) -> f64 {
         use LimitKind::{AirFeed, Feed, FeedChange, Programmed};
         if self.floor_mm_s < self.cap.feed_mm_s * (1.0 - 1e-9) {
@@ -55,8 +55,8 @@ impl FeedSegment {
             0.0
         }
     }
-    /// Time at the feed of the text, s; beyond every price where that is above the cap (of a load: by more than [`SLACK`]) or
-    /// below the floor by more than rounding.
+    /// Time at the feed of the text, s; higher than every price where that feed is above the cap (the cap of a load: by more than [`SLACK`])
+    /// or below the floor by more than rounding.
     pub fn text_s(&self) -> f64 {
         let slack = if self.cap.kind.is_load() { SLACK } else { 1e-9 };
         let there = self.programmed_mm_s;
@@ -69,7 +69,7 @@ impl FeedSegment {
     }
 }
 
-/// Units of the whole program. `node_s` is the time of each node in the continuous optimum.
+/// Feed segments of the whole program. `node_s` is the time of each node in the continuous optimum, s.
 pub fn feed_segments(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, job: &Job) -> Vec<FeedSegment> {
     let output = &job.output;
     let groups = groups(toolpath);
@@ -109,7 +109,7 @@ fn segment(node: &Node, time_s: f64) -> FeedSegment {
         floor_mm_s: node.floor.feed_mm_s.min(speed_mm_s),
         speed_mm_s,
         programmed_mm_s: node.programmed_mm_s,
-        // What has no feed above zero is left as it is; no level may come from it.
+        // A segment without a cap above zero stays as it is, and its cap must not become a level.
         free: node.free && node.cap.feed_mm_s > 0.0 && node.cap.feed_mm_s.is_finite(),
         splittable: false,
     }

@@ -1,6 +1,6 @@
-//! Rate of change of force: where the cutter enters or leaves material, and wherever the engagement changes, the feed is held
-//! so that the peak force in the plane rises and falls no faster than allowed. In: nodes with caps, the loads of each as
-//! functions of feed. Out: lower caps.
+//! The limit on the rate of change of force. In: nodes with caps, the loads of each as functions of feed. Out: lower caps where the cutter
+//! enters or leaves material, or the engagement changes otherwise, so that the peak force in the plane rises and falls no faster than
+//! allowed.
 //!
 //! Between the middles of two neighbouring pieces, ds apart, both at feed v, the force changes by |F₂(v) − F₁(v)| in ds/v; the
 //! highest v with |F₂(v) − F₁(v)| v / ds ≤ rate caps both. Where nothing is cut, F is 0.

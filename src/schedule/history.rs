@@ -1,12 +1,11 @@
-//! What lies behind each station when the tool gets there: time since the start, distance its teeth have slid, volume it
-//! has removed, and where on the part it cuts. In: a toolpath, the feeds it runs at, its engagement, the job. Out: the
-//! [`State`] that the load effects of a process model look at, filled as diagnosis fills it ([`crate::learn`] reads the
-//! same [`Engaged`]).
+//! What each tool has done before it comes to a station: time since the start, distance its teeth have slid, volume it has removed, and
+//! where on the part it cuts. In: a toolpath, the feeds it runs at, its engagement, the job. Out: the [`State`] on which the load
+//! effects of a process model depend, filled in the same way as for diagnosis ([`crate::learn`] reads the same [`Engaged`]).
 //!
-//! A tooth slides w mm in a revolution (its way in material), so over ds mm of path at n rev/s and feed v it slides
-//! w·n·ds/v: the slower the feed, the longer the way. Times are those of the control at the feeds asked about: loads as
-//! programmed see the past as programmed, loads as written that of the written feeds. What feeds then hold their limits is
-//! the question of [`super::wear`].
+//! A tooth is in material over w mm in each revolution, so over ds mm of path at n rev/s and feed v it slides w·n·ds/v: the slower
+//! the feed, the longer the sliding distance. Times are those of the control at the given feeds: loads at the programmed feeds use the
+//! history at the programmed feeds, loads at the written feeds the history at those. Which feeds hold their limits with the wear that
+//! they cause themselves: [`super::wear`].
 
 use super::problem::FeedPiece;
 use super::realise::{pieces_of_moves, realise};
@@ -20,15 +19,15 @@ use crate::path::{Curve, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Stations that are looked at in a row.
+/// Stations that one thread works through in a row.
 const CHUNK: usize = 1 << 10;
 
-/// Does a load depend on more than the engagement, because the process model has effects on loads or a tool wears?
+/// Is a history needed at all: does the process model have effects on loads, or does a tool wear?
 pub fn is_asked_for(job: &Job) -> bool {
     any_law(job, |_| true) || acting(job, &|_| true)
 }
 
-/// Does a load depend on the feeds of what was cut before, through time or the way the teeth slid?
+/// Do loads depend on the feeds of earlier cuts, through time or through the distance that the teeth have slid?
 pub fn follows_feeds(job: &Job) -> bool {
     any_law(job, |_| true) || acting(job, &|covariate| matches!(covariate, Covariate::Time | Covariate::Sliding))
 }
@@ -48,34 +47,34 @@ fn any_law(job: &Job, holds: impl Fn(&WearLaw) -> bool) -> bool {
 }
 
 fn acting(job: &Job, on: &dyn Fn(Covariate) -> bool) -> bool {
-    // Those that wear edges do it through the law of each tool.
+    // Effects that wear edges act through the wear law of each tool instead.
     let effects = job.process.effects.iter().filter_map(|used| named(&used.name));
     effects
         .filter(|effect| effect.acts == Acts::Load && effect.wear.is_none())
         .any(|effect| effect.covariates.iter().copied().any(on))
 }
 
-/// What lies behind the middle of a station.
+/// What the tool has done before it comes to the middle of a station.
 #[derive(Debug, Clone, Copy, Default)]
 struct Past {
     time_s: f64,
     slid: Lengths,
     volume_mm3: f64,
     since_entry_mm: f64,
-    /// Length cut, each mm with the pace at which it wears the tool, mm.
+    /// Length cut, each mm weighted by the pace of wear there, mm.
     wear_mm: f64,
     /// Length cut, mm.
     cut_mm: f64,
 }
 
-/// The past of every station; empty where no effect asks for it.
+/// What the tool has done before each station; empty where no effect needs it.
 #[derive(Debug, Clone, Default)]
 pub struct History {
     past: Arc<Vec<Past>>,
     engaged: Arc<Vec<Engaged>>,
     tare_rps: f64,
     edges: Vec<Edge>,
-    /// What each tool has cut at the end, and with the pace of its wear, mm.
+    /// Length that each tool has cut at the end of the program, mm: plain, and weighted by the pace of wear.
     in_all: Vec<(u32, [f64; 2])>,
 }
 
@@ -87,7 +86,7 @@ struct Edge {
 }
 
 impl Edge {
-    /// Those of a job.
+    /// The tools of a job that wear.
     fn all(job: &Job) -> Vec<Self> {
         let edge = |tool: &Tool| Some(Self { tool: tool.number, wear: wear::of_tool(job, tool)? });
         job.tools.iter().filter_map(edge).collect()
@@ -95,7 +94,7 @@ impl Edge {
 }
 
 impl History {
-    /// Of a program at these feeds (pieces in order of execution).
+    /// The history of a program at these feeds (pieces in order of execution).
     pub fn of(toolpath: &Toolpath, map: &EngagementMap, job: &Job, feeds: &[FeedPiece]) -> Self {
         if !is_asked_for(job) {
             return Self::default();
@@ -107,7 +106,7 @@ impl History {
         Self { past: Arc::new(past), engaged: Arc::new(engaged), tare_rps, edges: Edge::all(job), in_all }
     }
 
-    /// The same with edges that have not slid: no feeds leave less wear behind.
+    /// The same history with edges that have not slid at all: a lower bound of wear for any feeds.
     pub fn unworn(mut self) -> Self {
         for past in Arc::make_mut(&mut self.past) {
             past.slid = Lengths::default();
@@ -121,12 +120,12 @@ impl History {
         self.past.get(station).map_or(0.0, |past| past.slid.0[0])
     }
 
-    /// Length that a tool has cut at the end, and that length with the pace of its wear, mm.
+    /// Length that a tool has cut at the end of the program, mm: plain, and weighted by the pace of wear.
     pub fn cut_by(&self, tool: u32) -> [f64; 2] {
         self.in_all.iter().find(|(known, _)| *known == tool).map_or([0.0; 2], |(_, mm)| *mm)
     }
 
-    /// Length that the tool has cut when it is at a station of the map, and that length with the pace of its wear, mm.
+    /// Length that the tool has cut when it is at a station of the map, mm: plain, and weighted by the pace of wear.
     pub fn cut_mm(&self, station: usize) -> [f64; 2] {
         self.past.get(station).map_or([0.0; 2], |past| [past.cut_mm, past.wear_mm])
     }
@@ -167,14 +166,14 @@ impl History {
     }
 }
 
-/// What is met at every station.
+/// The engagement of every station, summarised for effects.
 fn met_at_all(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Engaged> {
     let same = |a: &Station, b: &Station| are_alike(toolpath, map, [a, b]);
     let chunks = map.stations.par_chunks(CHUNK);
     chunks.flat_map_iter(|chunk| once_for_alike(chunk, same, |station| met(toolpath, map, job, station))).collect()
 }
 
-/// Do two stations of one line meet the same? Those do into which a long station was cut ([`EngagementMap::cut_to`]).
+/// Are the engagements of two stations on one line equal? Those into which a long station was cut are ([`EngagementMap::cut_to`]).
 fn are_alike(toolpath: &Toolpath, map: &EngagementMap, [a, b]: [&Station; 2]) -> bool {
     // Along a line the direction does not change; along an arc in space it may.
     let is_line = || matches!(toolpath.moves[a.move_id.ix()].curve(), Curve::Line { .. });
@@ -185,7 +184,7 @@ fn are_alike(toolpath: &Toolpath, map: &EngagementMap, [a, b]: [&Station; 2]) ->
         && is_line()
 }
 
-/// What `work` finds for each item; for one that is like the item before it, what was found there.
+/// The result of `work` for each item; an item that is like the one before it gets the result of that one.
 fn once_for_alike<T, R: Clone>(items: &[T], alike: impl Fn(&T, &T) -> bool, work: impl Fn(&T) -> R) -> Vec<R> {
     let mut found: Vec<R> = Vec::with_capacity(items.len());
     for (index, item) in items.iter().enumerate() {
@@ -243,7 +242,8 @@ fn pasts(
     (past, tools)
 }
 
-/// When a move is where: its time is shared by its pieces as their commanded feeds share it.
+/// The time at which a move comes to a place on it: the time of the move is divided among its pieces in proportion to length over
+/// commanded feed.
 struct Pace<'a> {
     pieces: &'a [FeedPiece],
     /// Time over length / commanded feed; seconds per mm of a move without pieces.
@@ -265,7 +265,7 @@ impl<'a> Pace<'a> {
     }
 }
 
-/// Length over feed of what lies of a piece before a place, s.
+/// Length over feed of the part of a piece before a place, s.
 fn commanded_s(piece: &FeedPiece, before_mm: f64) -> f64 {
     let length_mm = (piece.to_mm.min(before_mm) - piece.from_mm).max(0.0);
     if piece.feed_mm_s > 0.0 { length_mm / piece.feed_mm_s } else { 0.0 }
@@ -280,8 +280,8 @@ fn so_far(tools: &mut Vec<(u32, Past)>, number: u32) -> &mut Past {
 }
 
 impl Past {
-    /// What lies behind a station (its middle; of the path since entry its beginning, where an entry weighs most); the tool
-    /// then stands at its end.
+    /// Takes a tool through a station. Returns what it has done before the middle of the station; for the path since entry, before its
+    /// beginning, where the effect of an entry is largest.
     fn through(
         &mut self,
         station: &Station,
@@ -323,7 +323,8 @@ impl Past {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engage::{EngagedArc, StationFlags};
+    use crate::engage::EngagedArc;
+    use crate::engage::map::StationFlags;
     use crate::ids::MoveId;
     use crate::nc;
     use std::cell::Cell;

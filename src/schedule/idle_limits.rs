@@ -1,8 +1,8 @@
-//! Load limits that never act. In: toolpath, engagement and rules. Out: for each rule whose load limits are all far above
-//! any load it meets, the one that comes nearest to being reached.
+//! Load limits far above every load. In: toolpath, engagement and rules. Out: for each rule of which no load limit is ever nearly
+//! reached, the limit that a load comes nearest to.
 //!
-//! A limit that never acts says nothing about this job (4500 N where 300 N occur is a default, a slip of the pen, or another
-//! unit), and gives no leave to raise a feed: what then ends the rise is feed_change alone.
+//! Such a limit says nothing about this job: 4500 N where 300 N occur is a default, a typing error or a wrong unit. It must not permit a
+//! higher feed, because nothing but `feed_change` would then end the rise.
 
 use super::cutters::{Cutters, skims};
 use super::rules::{Rule, Rules};
@@ -12,9 +12,9 @@ use crate::machine::{LimitKind, Mode};
 use crate::nc::{Move, Toolpath};
 use rayon::prelude::*;
 
-/// Share of a limit that some load must reach, at the highest feed allowed, for the limit to act. A tenth is our judgement,
-/// not a measurement: a limit more than ten times above any load is off by an order of magnitude (4500 N where 300 N occur
-/// is 7 %), while one at a quarter of which a cut runs is a limit that somebody means.
+/// Share of a limit that some load must reach, at the highest feed allowed, for the limit to count. A tenth is our judgement, not a
+/// measurement: a limit more than ten times above every load is wrong by an order of magnitude (300 N under a limit of 4500 N is 7 %);
+/// a limit of which a cut reaches a quarter was chosen by somebody.
 pub const ACTS_FROM: f64 = 0.1;
 
 /// The limit of a rule that comes nearest to being reached, and how near.

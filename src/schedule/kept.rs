@@ -1,8 +1,8 @@
-//! What may not run faster than programmed, and why. In: toolpath, engagement, job and rules. Out: the reason ([`Kept`]) for
-//! each station, and for the stretches of an entry, whose ends need not be those of stations. A kept feed is still lowered
-//! where a limit asks for it.
+//! Feeds that may not be raised above the programmed one, and why. In: toolpath, engagement, job and rules. Out: the reason ([`Kept`])
+//! for each station, and for the stretches around first and last contact, whose ends need not be those of stations. Such a feed is still
+//! lowered where a limit requires it.
 //!
-//! What the words mean, for a station of a feed move with the tangent t of the path in its middle (t_z < 0: downwards):
+//! The reasons, for a station of a feed move with the tangent t of the path in its middle (t_z < 0: downwards):
 //!
 //! | reason | holds where |
 //! |---|---|
@@ -14,8 +14,8 @@
 //! | fixtures | nothing is cut, below the top of the blank and beyond its outline, and the setup says nothing of clamps |
 //! | cycle | the move belongs to a drilling or boring cycle (which is then neither plunge nor ramp) |
 //!
-//! A descent or a retract in air is none of these but what the text says of it (compensation, cycle). A plunge, a ramp or a
-//! cycle that `[raise]` allows rises only where a limit answers to its load: axial force, power or torque.
+//! A descent or a retract in air is neither plunge nor ramp; only compensation and cycle apply to it. A plunge, a ramp or a cycle that
+//! `[raise]` allows rises only where axial force, power or torque is limited: the loads that grow with what the end face cuts.
 //!
 //! Where the simulation as a whole cannot be right (the stock is never touched, the spindle stands still in a cut, a tool has
 //! no loads) nothing is raised anywhere, in air or in cuts.
@@ -32,10 +32,10 @@ use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Curve;
 use std::f64::consts::PI;
 
-/// Loads that grow with what the end face cuts: only a limit on one of them answers for a plunge.
+/// Loads that grow with what the end face cuts: a plunge is raised only where one of them is limited.
 const OF_THE_END_FACE: [LimitKind; 3] = [LimitKind::ForceAxial, LimitKind::Power, LimitKind::Torque];
 
-/// What is known once for the whole program.
+/// Finds the reasons of one program.
 pub struct Keeping<'a> {
     toolpath: &'a Toolpath,
     map: &'a EngagementMap,
@@ -48,7 +48,7 @@ pub struct Keeping<'a> {
 }
 
 impl<'a> Keeping<'a> {
-    /// For a program.
+    /// Works out once what the reasons of all stations need.
     pub fn new(toolpath: &'a Toolpath, map: &'a EngagementMap, job: &Job, rules: &'a Rules, cutters: &Cutters) -> Self {
         let finishing = finishing(toolpath, map, job);
         let unsound = unsound(toolpath, map, job, cutters);
@@ -56,7 +56,8 @@ impl<'a> Keeping<'a> {
         Self { toolpath, map, rules, finishing, unsound, clamps_unknown }
     }
 
-    /// Why the feed of a station (or of a feed move without any) is not raised; entries apart.
+    /// Why the feed of a station, or of a feed move without stations, is not raised; `None`: it may rise. Entries are found by
+    /// [`entries`].
     pub fn of(&self, id: MoveId, station: Option<&Station>) -> Option<Kept> {
         let (motion, rule) = (&self.toolpath.moves[id.ix()], self.rules.of(id));
         let of_text = motion.freeze.map(Kept::Frozen);
@@ -67,7 +68,7 @@ impl<'a> Keeping<'a> {
         before.or_else(|| self.of_cut(motion, rule, station?))
     }
 
-    /// The first doubt about part or frame that the setup does not vouch for.
+    /// The first doubt about part or frame that the setup does not confirm to be harmless.
     fn doubt(&self, id: MoveId, rule: &Rule) -> Option<Kept> {
         let mut open = self.toolpath.doubts_at(id).filter(|doubted| !rule.confirmed.contains(&doubted.doubt.name()));
         open.next().map(|doubted| Kept::Doubt(doubted.doubt))
@@ -91,14 +92,14 @@ impl<'a> Keeping<'a> {
         of_way.or(compensated).or(final_surface).or(unanswered).or(clamps)
     }
 
-    /// Which of the stations of its move it is.
+    /// Index of a station among those of its move.
     fn place(&self, station: &Station) -> usize {
         self.map.stations_of(station.move_id).partition_point(|other| other.from_mm < station.from_mm)
     }
 }
 
-/// Can this simulation as a whole not be right? The stock is never touched, the spindle stands still in a cut, or a tool that
-/// cuts has no loads.
+/// Is the simulation as a whole impossible? That is so if the stock is never touched, the spindle stands still in a cut, or a tool that cuts
+/// has no loads.
 fn unsound(toolpath: &Toolpath, map: &EngagementMap, job: &Job, cutters: &Cutters) -> bool {
     let untouched = map.removed_mm3 <= 0.0 && toolpath.moves.iter().any(|motion| motion.kind == MoveKind::Feed);
     let at_rest = map.events.iter().any(|event| event.kind == EventKind::SpindleStopped);
@@ -145,7 +146,7 @@ pub fn entries(problem: &mut Problem, toolpath: &Toolpath, job: &Job, rules: &Ru
     }
 }
 
-/// Takes back what would make the feed of a node higher than programmed.
+/// Lowers the cap of a node to the programmed feed, and records why.
 pub fn keep(node: &mut Node, why: Kept) {
     node.kept = node.kept.or(Some(why));
     if node.programmed_mm_s < node.cap.feed_mm_s {
@@ -155,20 +156,20 @@ pub fn keep(node: &mut Node, why: Kept) {
     }
 }
 
-/// What an earlier run of ours wrote.
+/// The feeds of a file that Feedwright wrote before, when it is optimised once more.
 #[derive(Clone, Copy)]
 pub struct Standing<'a> {
-    /// The moves with the feeds that stand in the file.
+    /// Its moves with the feeds that stand in it.
     pub toolpath: &'a Toolpath,
-    /// How far the ends of entries and finishing passes lie apart where the same path is simulated in other blocks, mm: either
-    /// simulation knows them to a station.
+    /// How far the ends of entries and finishing passes may differ between two simulations of one path that is divided into other blocks,
+    /// mm: each simulation knows them only to a station.
     pub apart_mm: f64,
 }
 
-/// Lets an entry or a finishing pass end where the earlier run let it end. That run cut the blocks there; simulated in these
-/// blocks, the first contact is met by another station, and the same end falls a little into the block that was raised. So
-/// where less than that uncertainty of path stands above the feed that is to be kept, what stands there remains, as far as
-/// the limits allow it. A longer stretch is kept at its original feed: the setup, or the file, is not what it was.
+/// Lets an entry or a finishing pass end where the earlier run let it end. That run split the blocks there. Simulated in the split blocks,
+/// the first contact belongs to another station, and the end falls a little into the block whose feed was raised. So where a stretch
+/// shorter than this uncertainty stands above its original feed, it keeps the feed that stands there, as far as the limits allow. A longer
+/// stretch goes back to its original feed: then setup or file have changed since.
 pub fn leave_ends(problem: &mut Problem, standing: &Standing<'_>) {
     let stands = |node: &Node| standing.toolpath.moves[node.move_id.ix()].feed.mm_s;
     let raised = |node: &Node| {

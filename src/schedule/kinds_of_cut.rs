@@ -1,5 +1,5 @@
-//! What kind of cut a move makes, and how deep. In: toolpath, engagement, job. Out: by station, is the end face cutting downwards
-//! and is it a finishing pass; by move, a [`Cut`] that tells operations apart.
+//! What kind of cut a move makes, and how deep. In: toolpath, engagement, job. Out: by station, whether the end face cuts downwards and
+//! whether it is a finishing pass; by move, a [`Cut`], by which operations are told apart.
 
 use super::problem::Kept;
 use crate::engage::{EngagedArc, EngagementMap, Station};
@@ -15,16 +15,17 @@ pub const LEVEL_MM: f64 = 0.002;
 /// the thinner of the two holds. CAM systems leave 0.2 to 0.5 mm (0.010 to 0.020 in) for finishing by default; the share is
 /// our judgement. Above it a pass that happens to be the last (a slot, facing, a pocket in one layer) is roughing.
 pub const ALLOWANCE: (f64, f64) = (0.5, 0.1);
-/// By station: does it belong to a finishing pass, that is one which leaves the finished surface and takes no more than an
+
+/// By station: does it belong to a finishing pass, that is one which leaves the surface of the finished part and removes no more than an
 /// allowance?
 pub fn finishing(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<bool> {
     let thin = takes_an_allowance(toolpath, map, job);
     leaves_surface(toolpath, map).into_iter().zip(thin).map(|(leaves, thin)| leaves && thin).collect()
 }
 
-/// By move: what kind of cut it makes; `None` for rapids. Down wherever its end face cuts downwards; else finishing where
-/// more than half of what it cuts is. Its depth is the largest axial depth from the rapid before it to the next one: a pass
-/// that enters and leaves the material, or climbs a step, is one operation.
+/// By move: the cut that it makes; `None` for rapids. Its kind is `Down` if the end face cuts downwards anywhere on it, else `Finishing` if
+/// more than half of its cut length is a finishing pass, else `Roughing`. Its depth is the largest axial depth between the rapid before it
+/// and the next one, because a pass that enters and leaves the material, or climbs a step, is one operation.
 pub fn cuts(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Option<Cut>> {
     let finishing = finishing(toolpath, map, job);
     let level = Cut { kind: CutKind::Roughing, depth_mm: 0.0 };
@@ -64,7 +65,7 @@ fn kind(motion: &Move, stations: &[Station], finishing: &[bool]) -> CutKind {
     if cut_mm(true) > 0.5 * cut_mm(false) { CutKind::Finishing } else { CutKind::Roughing }
 }
 
-/// Does the end face cut downwards here, and how steeply?
+/// [`Kept::Plunge`] or [`Kept::Ramp`] where the end face cuts downwards; `None` elsewhere.
 pub fn downwards(motion: &Move, station: &Station) -> Option<Kept> {
     let curve = motion.curve();
     let fall = -curve.tangent(0.5 * (station.from_mm + station.to_mm)).z;
@@ -76,8 +77,8 @@ pub fn downwards(motion: &Move, station: &Station) -> Option<Kept> {
     }
 }
 
-/// Stations that leave the finished surface, and those within the diagonal of a cell of one along the path: a station shorter
-/// than the spacing of the cells may have none of its own.
+/// By station: does it leave the surface of the finished part? Stations within the diagonal of a cell of such a one along the path count as
+/// well, because a station shorter than a cell may have no cell of its own.
 fn leaves_surface(toolpath: &Toolpath, map: &EngagementMap) -> Vec<bool> {
     let reach_mm = map.cell_mm * std::f64::consts::SQRT_2;
     let mut found = vec![false; map.stations.len()];
@@ -104,9 +105,8 @@ fn leaves_surface(toolpath: &Toolpath, map: &EngagementMap) -> Vec<bool> {
     found
 }
 
-/// Stations in whose surroundings the cut is no thicker than an allowance ([`is_thin`]). The surroundings reach one diameter of the tool
-/// along the feed moves to either side, and most of what is cut there has to be thin: a corner that a pass cuts free, or a thin
-/// place of a roughing pass, decides nothing.
+/// By station: is most of what is cut around it no thicker than an allowance ([`is_thin`])? The surroundings reach one tool diameter along
+/// the feed moves to either side, so that neither a corner in a finishing pass nor a thin place in a roughing pass changes the answer.
 fn takes_an_allowance(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<bool> {
     let mut found = vec![false; map.stations.len()];
     let mut start = 0;
@@ -123,7 +123,7 @@ fn takes_an_allowance(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Ve
     found
 }
 
-/// Where the chain of feed moves of one tool ends that begins with this station.
+/// Index after the last station of the chain of feed moves of one tool that begins with station `start`.
 fn chain_end(toolpath: &Toolpath, map: &EngagementMap, start: usize) -> usize {
     let joined = |pair: &[Station]| {
         let [a, b] = [pair[0].move_id, pair[1].move_id];
@@ -132,9 +132,9 @@ fn chain_end(toolpath: &Toolpath, map: &EngagementMap, start: usize) -> usize {
     start + 1 + map.stations[start..].windows(2).take_while(|pair| joined(pair)).count()
 }
 
-/// Of a chain of stations: is more than half of what is cut within a diameter of each thin?
+/// Writes into `found` for each station of a chain whether more than half of the length cut within one diameter of it is thin.
 fn mostly_thin(stations: &[Station], thin: &dyn Fn(&Station) -> bool, diameter_mm: f64, found: &mut [bool]) {
-    // Way, cut way and thinly cut way up to the end of each station, mm.
+    // Length, length in material and length of thin cuts up to the end of each station, mm.
     let mut sums = Vec::with_capacity(stations.len() + 1);
     sums.push([0.0; 3]);
     for (i, station) in stations.iter().enumerate() {
@@ -152,9 +152,9 @@ fn mostly_thin(stations: &[Station], thin: &dyn Fn(&Station) -> bool, diameter_m
     }
 }
 
-/// Is the layer that is cut at a station no thicker than `thick_mm`? It may lie on the floor, on the wall, or on both: what is cut above
-/// the height `thick_mm` has the radial depth Σ a² dz / Σ a dz over the rings there, a being that of each. What is skimmed of a
-/// wall, as the last decimals of the path fall, has no weight in it. Less than a square of the allowance is thin however it lies.
+/// Is the layer that is cut at a station no thicker than `thick_mm`? The layer may lie on the floor, on the wall, or on both, so the radial
+/// depth is taken over the rings above the height `thick_mm` only: the mean Σ a² dz / Σ a dz of the radial depth a of each. Weighted by a
+/// itself, skimming a wall within the rounding of coordinates counts for nothing. A removal area below `thick_mm`² is thin anyway.
 fn is_thin(station: &Station, arcs: &[EngagedArc], slices: &[Slice], thick_mm: f64) -> bool {
     if f64::from(station.axial_depth_mm).min(f64::from(station.removal_area_mm2) / thick_mm) <= thick_mm {
         return true;

@@ -1,6 +1,6 @@
-//! Loads at stations that were worked out at some feed: where caps are found, at the programmed feed of what keeps it; then from one round
-//! of the check of the written file to the next. A station that has the feed it had is not worked out again. In: feeds and loads as
-//! they are worked out. Out: the same for the stations of another engagement map.
+//! Loads that were worked out before, so that a station whose feed did not change is not worked out again. In: feeds and loads of stations:
+//! first those at programmed feeds that stay, from finding the caps; then those of each round of the check of the written file. Out: the
+//! same loads, carried over to the stations of another engagement map.
 
 use crate::engage::{Again, EngagementMap};
 
@@ -16,12 +16,12 @@ pub struct KnownLoads {
 }
 
 impl KnownLoads {
-    /// Of no station yet; so many loads each.
+    /// No known loads yet, with room for `each` loads per station.
     pub fn of_each(each: usize) -> Self {
         Self { each, ..Self::default() }
     }
 
-    /// For the stations of another map that has some moves of this one: their loads stay known, those of the others are not.
+    /// Carries the loads over to another map that has some moves of this one. Stations of other moves are not known in it.
     pub fn over_to(&self, map: &EngagementMap, again: Again) -> Self {
         let mut there = Self::of_each(self.each);
         if self.each == 0 {
@@ -38,7 +38,7 @@ impl KnownLoads {
         there
     }
 
-    /// Those alone that are wanted.
+    /// Keeps only the stations for which `wanted` is true.
     pub fn only(self, wanted: impl Iterator<Item = bool>) -> Self {
         let mut found = Self::of_each(self.each);
         for (index, _) in wanted.enumerate().filter(|(_, wanted)| *wanted) {

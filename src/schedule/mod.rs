@@ -8,7 +8,7 @@
 //! | the continuous optimum | [`track`], [`corner`], [`exact_pass`], [`optimum`], [`interior_point`], [`five_diagonals`], [`convex`], [`cone`], [`check`] |
 //! | F words | [`solve`](mod@solve), [`feed_segments`], [`f_words`], [`prices`] |
 //! | the model of the control | [`control`], [`realise`](mod@realise), [`cycle_time`] |
-//! | what is told besides | [`feed_marks`], [`stress`] |
+//! | further answers for the report | [`feed_marks`], [`stress`] |
 
 pub mod budget;
 pub mod caps;
@@ -48,5 +48,7 @@ pub mod wear;
 pub use caps::{problem, problem_after};
 pub use kept::Standing;
 pub use problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem, Realised, Schedule};
-pub use realise::{as_programmed, realise, realise_by};
-pub use solve::{Options, Room, explain, feeds, solve};
+pub use realise::{as_programmed, realise};
+#[cfg(feature = "rooms")]
+pub use solve::solve;
+pub use solve::{Options, Room, explain, feeds};

@@ -1,10 +1,9 @@
 //! The operations of a program. In: where comments between cuts begin a new section of the text, toolpath, engagement, job.
 //! Out: [`Segment`]s: cuts of one tool, under one comment, of one kind, of about one depth.
 //!
-//! Posts write the name of an operation as a comment before its first cut, and a tool does one thing at a time: a segment ends
-//! at a tool change and at a comment that stands between cuts. Within a section cuts downwards, finishing and roughing are
-//! apart, wherever they stand, and so are depths: sorted, a depth more than [`DEEPER`] times the one before begins another
-//! operation.
+//! Posts write the name of an operation as a comment before its first cut, so a segment ends at a tool change and at a comment between
+//! cuts. Within such a section cuts downwards, finishing and roughing belong to separate segments, in whatever order they come. So do
+//! depths: sorted by depth, a cut more than [`DEEPER`] times as deep as the one before begins another segment.
 
 use super::kinds_of_cut::cuts;
 use crate::engage::EngagementMap;
@@ -28,7 +27,7 @@ pub struct Section {
 /// Cuts of one tool, under one comment, of one kind, of about one depth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
-    /// Its cuts.
+    /// Which cuts belong to it.
     pub scope: Scope,
     /// What the comment says; empty where there is none.
     pub name: String,
@@ -41,7 +40,7 @@ struct Group {
     depths: Vec<(f64, MoveId)>,
 }
 
-/// The nearest of some operations to a cut.
+/// The operation whose scope fits a cut best.
 pub fn nearest<'a>(scopes: impl Iterator<Item = &'a Scope>, motion: &Move, cut: Cut) -> Option<usize> {
     let distances = scopes.enumerate().filter_map(|(index, scope)| {
         let (other, apart) = scope.distance(motion.tool, motion.line, cut)?;

@@ -1,12 +1,12 @@
 //! The continuous optimum. In: a track. Out: [`Optimum`]: a chain fine enough where stations are coupled, b at its points,
 //! the price of each cap, and how it was found.
 //!
-//! The exact pass answers wherever only caps and accelerations bind. Where its speeds would break the jerk limit, legs are
-//! cut finer; there, and where the axes of an arc couple speed and acceleration, the convex program is solved in windows: they
-//! end at rest or at points where the exact speeds are quiet; a stretch without such a point is cut into windows that overlap,
-//! and the overlap is thrown away. The solver is [`super::interior_point`]; what it does not answer goes to clarabel
-//! ([`super::convex`]), at one scale and once more at another. Every answer passes [`super::check`]; a window without one that
-//! does keeps the exact speeds, and the answer says so.
+//! The exact pass is the answer wherever only caps and accelerations bind. Two things need more: speeds that break the jerk limit (legs
+//! are cut finer there), and arcs, where the axes couple speed and acceleration. There the convex program is solved in windows. A window
+//! ends at rest or at a point where speeds before and behind do not influence each other (`quiet`); a stretch without such a point is cut
+//! into overlapping windows, and the answers in the overlap are thrown away. The solver is [`super::interior_point`]; a window that
+//! it does not solve goes to clarabel ([`super::convex`]), at one scale and then at another. Every answer is verified by
+//! [`super::check`]; a window without an answer that passes keeps the exact speeds, and [`Optimum::how`] says so.
 
 use rayon::prelude::*;
 
@@ -21,7 +21,7 @@ use crate::ids::MoveId;
 const WINDOW: usize = 1000;
 /// Points of overlap on each side of a cut.
 const OVERLAP: usize = 60;
-/// Points kept between where speeds are coupled and the end of the window.
+/// Points between a place where speeds are coupled and the end of its window, at least.
 const MARGIN: usize = 8;
 /// Most pieces that the run-up (or run-down) of a leg is cut into.
 const PIECES: usize = 4;
@@ -29,7 +29,7 @@ const PIECES: usize = 4;
 const ROUNDS: usize = 2;
 /// Residual of a cap or an acceleration that is accepted, as a share of the largest b of the window.
 pub const ACCEPTED: f64 = 1e-6;
-/// Jerk above its limit that is accepted, as a share: it is a comfort, not a load.
+/// Jerk above its limit that is accepted, as a share: exceeding it slightly harms nothing, unlike a load.
 pub const JERK_ACCEPTED: f64 = 1e-3;
 /// Time above that of the exact pass that is accepted where no jerk binds, as a share.
 pub const TIME_ACCEPTED: f64 = 1e-6;
@@ -39,7 +39,7 @@ pub const TIME_ACCEPTED: f64 = 1e-6;
 pub struct Optimum {
     /// The path, cut finer where needed.
     pub chain: Chain,
-    /// Tag of the span of each leg.
+    /// Tag of each leg ([`Track::tags`]).
     pub tags: Vec<u32>,
     /// Move of each leg.
     pub moves: Vec<MoveId>,
@@ -95,7 +95,7 @@ fn time_of(leg: &Leg, b0: f64, b1: f64, linear: bool) -> f64 {
     }
 }
 
-/// What answers a window, and what is asked when that answer does not hold: this one at a scale.
+/// The two solvers of a window: the second is used where the checker refuses the answer of the first.
 #[derive(Clone, Copy)]
 pub struct Solvers {
     /// The first.
@@ -126,7 +126,7 @@ pub fn optimum_by(solvers: &Solvers, track: Track, change_s: f64) -> Optimum {
     let mut window_price_s = vec![f64::NAN; b.len()];
     for (range, (answer, _)) in windows.iter().zip(&answers) {
         let Some(answer) = answer else {
-            // The exact speeds stay; nothing is known of their prices.
+            // The exact speeds stay, without prices.
             window_price_s[range.keep.clone()].fill(0.0);
             continue;
         };
@@ -135,7 +135,7 @@ pub fn optimum_by(solvers: &Solvers, track: Track, change_s: f64) -> Optimum {
             window_price_s[point] = answer.price_s[point - range.first];
         }
     }
-    // What the seams of windows left above the accelerations is taken away.
+    // At the seams between windows accelerations may be exceeded: one more exact pass, below these speeds, removes that.
     let b = exact_pass_below(&chain, b);
     let jerky = (1..b.len().max(1) - 1).filter(|&i| share_at(&chain, &b, i) > 1.0 + JERK_ACCEPTED).count();
     Optimum { chain, tags, moves, b, window_price_s, windows: [windows.len(), by_clarabel, refused], jerky }
@@ -152,7 +152,7 @@ fn share_at(chain: &Chain, b: &[f64], i: usize) -> f64 {
     if b[i] <= 0.0 { 0.0 } else { jerk_share(&chain.legs[i - 1], &chain.legs[i], [b[i - 1], b[i], b[i + 1]]) }
 }
 
-/// Windows around every point where the exact pass is not the answer.
+/// Windows around every point for which the exact pass does not give the optimum.
 fn windows(chain: &Chain, caps: &[f64], b: &[f64]) -> Vec<Range> {
     let points = b.len();
     let see = Seen { chain, caps, b };
@@ -164,7 +164,7 @@ fn windows(chain: &Chain, caps: &[f64], b: &[f64]) -> Vec<Range> {
             continue;
         }
         let floor = out.last().map_or(0, |range| range.last);
-        // A second quiet point outside the first: what is kept of the answer then knows both its neighbours.
+        // The window ends at the second quiet point: all points whose answer is used then have both neighbours in it.
         let (mut first, mut quiet) = (i, 0);
         while first > floor && !see.rest(first) && quiet < 2 {
             first -= 1;
@@ -184,7 +184,7 @@ fn windows(chain: &Chain, caps: &[f64], b: &[f64]) -> Vec<Range> {
     out
 }
 
-/// The exact speeds, seen from one point.
+/// The speeds of the exact pass, and what they tell about one point.
 struct Seen<'a> {
     chain: &'a Chain,
     caps: &'a [f64],
@@ -218,8 +218,8 @@ impl Seen<'_> {
     }
 }
 
-/// Cuts a stretch into windows that overlap. Of its answer the points from `ends[0]` to before `ends[1]` are kept: its own
-/// ends, unless they are at rest, belong to the exact pass.
+/// Cuts the points `first..=last` into overlapping windows. Only the answer at `ends[0]..ends[1]` is used: outside, unless the path is at
+/// rest there, the exact pass holds.
 fn cut(first: usize, last: usize, ends: [usize; 2], out: &mut Vec<Range>) {
     let count = if last - first <= WINDOW { 1 } else { (last - first).div_ceil(WINDOW - 2 * OVERLAP) };
     let size = (last - first).div_ceil(count);
@@ -244,7 +244,7 @@ fn solved(
     change_s: f64,
 ) -> (Option<WindowAnswer>, bool) {
     let (first, last) = (range.first, range.last);
-    // Outside the window the exact speeds hold: they bound its ends.
+    // Outside the window the exact speeds hold, so they cap its ends.
     let mut caps: Vec<f64> = caps[first..=last].to_vec();
     (caps[0], caps[last - first]) = (exact[first], exact[last]);
     let exact = &exact[first..=last];
@@ -257,7 +257,7 @@ fn solved(
     }
 }
 
-/// Is the answer within its bounds, and no slower than the exact pass where that is the optimum?
+/// Does the answer keep all constraints, and is it no slower than the exact pass where that is the optimum?
 fn passes(window: &Window, answer: &WindowAnswer) -> bool {
     let Residuals { bound, jerk } = residuals(window.chain, window.caps, 0, &answer.b);
     let legs = &window.chain.legs;

@@ -1,5 +1,5 @@
-//! Why: what binds, for how long, and what more of it would save. In: problem, continuous optimum. Out: prices per node, shadow
-//! prices per kind of limit, cutting time by what bounds it.
+//! What bounds the feed, for how long, and what more of it would save. In: problem, continuous optimum. Out: prices per node, shadow
+//! prices per kind of limit, cutting time by binding limit.
 //!
 //! The price of a cap on b comes from the reverse sweep of the exact pass, or from the multipliers of the convex program
 //! inside its windows, which cover every place where arcs or jerk couple speeds (there the derivative of the sweeps would be a
@@ -11,7 +11,7 @@ use super::optimum::Optimum;
 use super::problem::{Kept, Problem};
 use crate::machine::LimitKind;
 
-/// Speed as a share of the cap from which on the cap, not the machine's dynamics, counts as what binds.
+/// Share of its cap that a speed must reach for the cap to count as binding; below it the accelerations of the machine do.
 const AT_CAP: f64 = 0.98;
 
 /// Prices of a continuous optimum.
@@ -66,14 +66,14 @@ pub fn binding(problem: &Problem, optimum: &Optimum, leg: usize, time_s: f64) ->
     if own(node.cap.feed_mm_s, cap_b) { node.cap.kind } else { LimitKind::Velocity }
 }
 
-/// Is the cap of a leg that of its node (and not of an axis)?
+/// Is the cap of a leg the cap of its node, and not the speed limit of an axis?
 fn own(feed_mm_s: f64, cap_b: f64) -> bool {
     (feed_mm_s * feed_mm_s - cap_b).abs() <= 1e-9 * cap_b
 }
 
 fn node_prices(problem: &Problem, optimum: &Optimum) -> Vec<f64> {
     let chain = &optimum.chain;
-    // Outside the windows these are the speeds of the optimum; at their ends no price passes in or out.
+    // Outside the windows these are the speeds of the optimum. No price is carried across the ends of a window.
     let exact = cap_prices(chain, &exact_pass(chain));
     let point = |i: usize| {
         let window = optimum.window_price_s[i];

@@ -1,11 +1,12 @@
-//! What the schedule is asked and what it answers.
+//! The data that the schedule starts from and ends with. In: nothing; the other files of this room fill them. Out: a [`Problem`] (nodes
+//! with their caps and floors) and a [`Schedule`] (feed pieces, times and prices).
 
 use super::known_loads::KnownLoads;
 use crate::ids::MoveId;
 use crate::machine::LimitKind;
 use crate::nc::{Doubt, Freeze};
 
-/// Places along a move that are nearer than this are the same, mm.
+/// Two places along a move count as one when they are nearer to each other than this, mm.
 const SAME_MM: f64 = 1e-6;
 
 /// A bound on the commanded feed.
@@ -13,9 +14,9 @@ const SAME_MM: f64 = 1e-6;
 pub struct Bound {
     /// Feed, mm/s.
     pub feed_mm_s: f64,
-    /// What it comes from.
+    /// The limit that it comes from.
     pub kind: LimitKind,
-    /// d feed / d limit, (mm/s) per unit of the limit as the report gives it ([`LimitKind::unit`]); 0 when not known.
+    /// d feed / d limit, (mm/s) per unit of the limit as the report shows it ([`LimitKind::unit`]); 0 where it is not known.
     pub per_unit: f64,
 }
 
@@ -23,9 +24,9 @@ pub struct Bound {
 /// node is not [`Node::free`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kept {
-    /// The text or the setup keeps it.
+    /// The program text or the setup does not let this feed change.
     Frozen(Freeze),
-    /// Part or frame are not known here.
+    /// It is not known where the part stands, or in which frame the coordinates are.
     Doubt(Doubt),
     /// The engagement is uncertain.
     Uncertain,
@@ -45,9 +46,10 @@ pub enum Kept {
     Compensation,
     /// A drilling or boring cycle.
     Cycle,
-    /// The file was rewritten before, and what its feeds were is not known any more.
+    /// Feedwright rewrote this file before, and the feed that stood here originally is no longer recorded in it.
     Forgotten,
-    /// No force, power, torque, deflection, stress or chip limit is in force that ever acts, or the load here is not known.
+    /// No limit on force, power, torque, deflection, stress or chip thickness applies here that any load comes near
+    /// ([`super::idle_limits`]), or the load here cannot be predicted.
     NoLoadLimit,
     /// The simulation as a whole cannot be right: the stock is never touched, the spindle stands still in a cut, or a tool has
     /// no loads.
@@ -86,9 +88,10 @@ pub struct Node {
     pub from_mm: f64,
     /// Where it ends.
     pub to_mm: f64,
-    /// Highest feed that meets every limit, and which limit that is.
+    /// Highest feed at which every limit is met, and the limit that sets it.
     pub cap: Bound,
-    /// Lowest feed asked for (never above the cap; a conflict is recorded in `infeasible` or [`Problem::conflicts`]).
+    /// Lowest feed that the setup asks for. Never above the cap: where the two contradict each other, `infeasible` or
+    /// [`Problem::conflicts`] records it.
     pub floor: Bound,
     /// Feed as programmed, mm/s.
     pub programmed_mm_s: f64,
@@ -98,13 +101,13 @@ pub struct Node {
     pub free: bool,
     /// The engagement is uncertain: the feed is never raised here and the block never split.
     pub uncertain: bool,
-    /// The finished surface is left here.
+    /// What this cut leaves is the surface of the finished part.
     pub final_surface: bool,
     /// Why the feed is never above the programmed one here; `None`: it may rise.
     pub kept: Option<Kept>,
-    /// Where `kept` is what lowered the cap: the cap before.
+    /// Where the cap was lowered to the programmed feed because of `kept`: the cap that the limits alone give.
     pub unkept: Option<Bound>,
-    /// A load limit that even the lowest feed allowed exceeds.
+    /// A load limit that is exceeded even at the lowest feed allowed.
     pub infeasible: Option<LimitKind>,
 }
 
@@ -115,7 +118,7 @@ impl Node {
     }
 }
 
-/// A minimum that had to give way to a load limit; the load limit is met.
+/// A minimum feed that lies above the cap of a load limit. The load limit is met, the minimum is not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conflict {
     /// Index of the node.
@@ -135,12 +138,12 @@ pub struct Problem {
     pub of_move: Vec<std::ops::Range<u32>>,
     /// Minima that a load limit overruled.
     pub conflicts: Vec<Conflict>,
-    /// By station: the loads at the programmed feed where that is kept.
+    /// By station: the loads at the programmed feed, where the feed stays at that.
     pub known: KnownLoads,
 }
 
 impl Problem {
-    /// Cuts nodes in two where a zone (from, to; mm along the move) of their move begins or ends.
+    /// Cuts nodes in two where a zone of their move begins or ends. `zones`: by move, [from, to] in mm along it.
     pub fn cut_at(&mut self, zones: &[Vec<[f64; 2]>]) {
         let mut nodes = Vec::with_capacity(self.nodes.len());
         let mut first_of_old = Vec::with_capacity(self.nodes.len());
@@ -172,12 +175,12 @@ impl Problem {
     }
 }
 
-/// A stretch of a move with one commanded feed, and what is known of it: what the schedule answers, what the control is given, what is
-/// written, and what was read back.
+/// A stretch of a move with one commanded feed. The schedule answers with these, the model of the control takes them, the text is written
+/// from them, and reading the text back gives them again.
 ///
-/// Three other stretches of a path are no such thing: a [`Node`] has bounds and no feed yet; a
-/// [`FeedSegment`](super::feed_segments::FeedSegment) is as many nodes as one F word may stand for; the ramps' zones and
-/// [`crate::job`]'s origins say where, not how fast.
+/// Not to be confused with three other stretches of a path: a [`Node`] has bounds and no feed yet; a
+/// [`FeedSegment`](super::feed_segments::FeedSegment) is as many nodes as one F word may stand for; the zones of ramps and the
+/// origins in [`crate::job`] say where, not how fast.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedPiece {
     /// Its move.
@@ -192,7 +195,8 @@ pub struct FeedPiece {
     pub limit: LimitKind,
     /// Price of that bound here: seconds that one percent more of it would save.
     pub price_s: f64,
-    /// Share of the load limit that bounds it which the feed uses; `None`: no load bounds it, or the share is not known.
+    /// Where a load limit bounds the feed: the load at this feed as a share of that limit. `None`: no load bounds it, or the load is not
+    /// known.
     pub used: Option<f64>,
 }
 
@@ -203,45 +207,48 @@ impl FeedPiece {
         Self { move_id, from_mm, to_mm, feed_mm_s, limit, price_s: 0.0, used: None }
     }
 
-    /// Time for a length of it at the commanded feed, s. Nothing where the feed is not known (F0, or none was given): such a move
-    /// stands still or is an error, whatever the control makes of it.
+    /// Time that `length_mm` of it takes at the commanded feed, s; 0 where the feed is not known (F0, or no F word yet): at such a move a
+    /// control stands still or reports an error.
     pub fn time_s(&self, length_mm: f64) -> f64 {
         if self.feed_mm_s > 0.0 { length_mm / self.feed_mm_s } else { 0.0 }
     }
 }
 
-/// Speed and time as the control will realise them.
+/// Times of the program as the model of the control predicts them.
 #[derive(Debug, Clone, Default)]
 pub struct Realised {
     /// Time of each move, s, by move index.
     pub move_s: Vec<f64>,
-    /// Whole time with dwells, tool changes and run-ups, s.
+    /// Cycle time with dwells, tool changes and spindle run-ups, s.
     pub total_s: f64,
     /// Time by cause: name and seconds.
     pub by_cause: Vec<(&'static str, f64)>,
 }
 
-/// The answer.
+/// The feeds of the whole program, with their times and prices.
 #[derive(Debug, Clone, Default)]
 pub struct Schedule {
     /// Commanded feeds of every feed move, in order; the pieces of a move tile it.
     pub pieces: Vec<FeedPiece>,
-    /// Realised time of the continuous optimum (no F words), s.
+    /// Cycle time if the feed could change anywhere without an F word, s: no written program is faster.
     pub continuous_s: f64,
-    /// Price of the whole room that the program may grow by, s; 0: it is not used up.
+    /// Multiplier λ of the bound on the program's growth: seconds that using up all of the allowed growth is charged with; 0 where the
+    /// bound does not bind.
     pub lambda_s: f64,
-    /// What the bound on growth costs, s.
+    /// How much longer the program takes because its growth is bounded, s.
     pub bound_costs_s: f64,
     /// Seconds saved per unit of a limit (negative: more would save time), by kind.
     pub shadow_prices: Vec<(LimitKind, f64)>,
     /// Cutting time by what bounds it, s.
     pub active_s: Vec<(LimitKind, f64)>,
-    /// That of [`LimitKind::Programmed`] by the reason why the feed is not raised, s; what has none is left out.
+    /// The part of `active_s` that [`LimitKind::Programmed`] bounds, by the reason why the feed is not raised, s. Time without such a
+    /// reason is left out.
     pub kept_s: Vec<(Kept, f64)>,
     /// How it was solved: one sentence for the report.
     pub how: String,
-    /// Minima that gave way to the cap of another place under the same F word: `cap` is that word's feed and what it is for.
+    /// Minimum feeds that are not kept because the same F word also covers a place with a lower cap. `cap` is the feed of that word with
+    /// the limit it comes from.
     pub missed: Vec<Conflict>,
-    /// Windows of the convex program, those that the second solver answered, and those whose answers were refused.
+    /// Number of windows of the convex program, of those that the second solver answered, and of those whose answers the checker refused.
     pub windows: [usize; 3],
 }

@@ -1,5 +1,5 @@
 //! Ramps of feed at entries, exits and changes of direction. In: a problem and the operations' ramps. Out: the problem with
-//! its nodes cut at the ramps and capped inside them. Minima bind the commanded F, not the ramps.
+//! its nodes cut where ramps begin and end, and lower caps inside them. A minimum feed does not hold inside a ramp.
 //!
 //! An entry ramp covers the distance after the cutter meets material, an exit ramp the distance before it leaves it, a
 //! ramp for a change of direction the distance on both sides of a corner sharper than its angle; all along feed moves.
@@ -106,7 +106,7 @@ fn corners(toolpath: &Toolpath, run: &[MoveId], rules: &Rules, job: &Job, put: &
     }
 }
 
-/// Lays a distance over pieces until it is used up; `backwards`: from the end of each piece.
+/// Distributes a distance over consecutive pieces until it is used up; `backwards`: from the end of each piece.
 pub(super) fn spread(
     pieces: impl Iterator<Item = (MoveId, f64, f64)>,
     distance_mm: f64,

@@ -1,8 +1,8 @@
-//! The control's side: the time a program really takes. In: toolpath, commanded feeds, machine. Out: [`Realised`].
+//! The time that a program takes on the machine. In: toolpath, commanded feeds, machine. Out: [`Realised`].
 //!
-//! The control looks ahead as far as it needs, runs trapezoids of speed between the corners (each within the path
-//! tolerance in force there), stops at exact stops, dwells, tool changes and changes of spindle speed, and cannot digest
-//! blocks faster than its block time.
+//! The model of the control ([`super::control`]) looks ahead, changes speed at constant acceleration between corners (rounded within the
+//! path tolerance in force there), stops at exact stops, dwells, tool changes and changes of spindle speed, and takes at least its
+//! block time for each block.
 
 use super::control::{Control, in_whole_periods, leg_times, plan, seconds_of_moves};
 use super::exact_pass::exact_pass;

@@ -1,8 +1,8 @@
-//! Limits without coefficients to trust: the loads that each operation of the proven program already survives. In: toolpath,
-//! engagement, job, the operations. Out: per operation and load the distribution over the cut length, and limits at a
-//! percentile of it. Each operation is its own reference: what roughing survives says nothing about finishing.
+//! Limits taken from the program itself (`--reference`): for coefficients that nobody has measured, the loads that each operation of a
+//! proven program already stands. In: toolpath, engagement, job, the operations. Out: per operation and load the distribution over the cut
+//! length, and limits at a percentile of it. Each operation is its own reference: what roughing stands says nothing about finishing.
 //!
-//! A common error of the coefficients cancels: it scales the reference and the prediction alike.
+//! An error common to all coefficients cancels, because it scales limit and prediction alike.
 
 use rayon::prelude::*;
 
@@ -14,10 +14,10 @@ use crate::engage::EngagementMap;
 use crate::machine::{Job, LimitKind, Limits, Reference};
 use crate::nc::Toolpath;
 
-/// A load below this is none, in the unit of [`Limits`]: a drill has no force in the plane but for rounding.
+/// A load below this counts as zero, in the unit of [`Limits`]: the force of a drill in the plane is rounding only.
 const NOTHING: f64 = 1e-6;
 
-/// One load of one operation over the whole program: values in the unit of [`Limits`], with the length they were met over.
+/// Distribution of one load of one operation over the cut length. Values are in the unit of [`Limits`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
     /// Tool number.
@@ -86,9 +86,9 @@ pub fn distributions(segments: &[Segment], toolpath: &Toolpath, map: &Engagement
     all.map(|(segment, column)| of(segment, column)).filter(|found| !found.values.is_empty()).collect()
 }
 
-/// The job with the force, power, torque and deflection of every segment limited to a percentile (0 … 100) of what is met in it
-/// as the program stands, or the largest where that percentile is nothing; limits that the setup gives stay where they are
-/// lower. A load that is not met in a segment is not limited there.
+/// The job with force, power, torque and deflection of every segment limited to a percentile (0 … 100) of their values at the programmed
+/// feeds, or to the largest value where that percentile is zero. Lower limits of the setup stay. A load that is zero all over a segment
+/// is not limited there.
 pub fn limited_to_itself(job: &Job, segments: &[Segment], found: &[Distribution], percentile: f64) -> Job {
     let reference = |(index, segment): (usize, &Segment)| {
         let mut limits = Limits::default();

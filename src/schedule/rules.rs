@@ -1,6 +1,7 @@
 //! Which limits and which mode hold for each move. In: toolpath, engagement, job. Out: one [`Rule`] per combination of
-//! tool, operation and reference, and the rule of each move. Limits merge job → tool → operation; the last operation that
-//! matches wins. What the program itself gives as a reference lowers them further.
+//! tool, operation and reference, and the rule of each move. Limits of the job are overridden by those of the tool, these by those of the
+//! operation; of several operations that match, the last. Limits from the program itself ([`super::reference`](mod@super::reference))
+//! can only lower them.
 
 use super::kinds_of_cut;
 use super::operations::{finishes, nearest};
@@ -17,13 +18,13 @@ pub struct Rule {
     pub mode: Mode,
     /// Limits after merging.
     pub limits: Limits,
-    /// Loads to be kept: kind and value in the unit of [`Limits`].
+    /// Limits on loads: kind and value in the unit of [`Limits`].
     pub loads: Vec<(LimitKind, f64)>,
-    /// The operation, for its ramps.
+    /// Index of the operation, whose ramps apply.
     pub operation: Option<usize>,
     /// What may be raised, after merging.
     pub raise: Raise,
-    /// Doubts that the setup vouches for, by name.
+    /// Names of the doubts that the setup confirms to be harmless (`confirm`).
     pub confirmed: Vec<&'static str>,
 }
 
@@ -44,7 +45,7 @@ pub struct Rules {
     pub of_move: Vec<u16>,
 }
 
-/// Limits of the spindle's own curves: power and torque.
+/// Number of loads that the curves of the spindle limit: power and torque.
 const OF_SPINDLE: usize = 2;
 
 impl Rules {
@@ -56,7 +57,7 @@ impl Rules {
     pub fn of(&self, id: MoveId) -> &Rule {
         &self.rules[self.index_of(id)]
     }
-    /// Which of the rules is that of a move.
+    /// Index of the rule of a move.
     pub fn index_of(&self, id: MoveId) -> usize {
         usize::from(self.of_move[id.ix()])
     }

@@ -1,9 +1,9 @@
-//! The main question of the room: from caps to commanded feeds. In: [`Problem`], toolpath, job, options. Out: [`Schedule`].
+//! From caps to commanded feeds: the main function of this room is [`feeds`]. In: [`Problem`], toolpath, job, options. Out: [`Schedule`].
 //!
-//! First the continuous optimum: speeds at every node under caps, axes and corners. Then the F words that are worth their
-//! price ([`super::f_words`]). Where the program would grow by more than it may, prices rise until it does not: a word then costs
-//! its seconds and λ times its share of what is left, a block likewise, and the least λ that fits is found by bisection. So
-//! the most valuable words come first, and the difference to the answer without the bound is what the bound costs.
+//! First the continuous optimum: speeds at every node under caps, axes and corners. Then the F words that save more than their price
+//! ([`super::f_words`]). Where the program would grow by more than the setup allows, words and blocks become dearer: each costs its own
+//! seconds plus λ times its share of the allowed growth, and the least λ with which the program fits is found by bisection. So the words
+//! that save most are written first. The time lost against the answer without this bound is `bound_costs_s`.
 
 use super::control::Control;
 use super::exact_pass::{exact_pass, leg_times};
@@ -18,21 +18,21 @@ use crate::machine::{Job, LimitKind};
 use crate::nc::Toolpath;
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min};
 
-/// Price of an F word, s: the time that its some 20 bytes, note included, take over a serial line at 115,200 baud, as
-/// controls are fed that have no room for the program.
+/// Price of an F word, s: the time that about 20 bytes, its note included, take over a serial line at 115,200 baud. Controls without room
+/// for the program are fed over such a line.
 pub const WORD_S: f64 = 0.002;
-/// Price of a block, s: some 50 bytes over the same line.
+/// Price of a block, s: about 50 bytes over the same line.
 pub const BLOCK_S: f64 = 0.005;
-/// Highest price, s: a word still costs less than a minimum that is not kept.
+/// Highest price of a word, s: less than the cost of a segment below its minimum feed, so that minima are kept first.
 const DEAREST_S: f64 = 1e4;
-/// How often λ is tried where the program would grow too much.
+/// Most values of λ that are tried.
 const TRIES: usize = 10;
-/// Share of the room that may be left unused.
+/// Share of the allowed growth that may be left unused: the search for λ ends there.
 const UNUSED: f64 = 0.03;
 
 /// Share by which an F word may lie below a minimum through rounding.
 const ROUNDED: f64 = 0.005;
-/// Length of a place that counts, where only a part of it is below a minimum, mm.
+/// Shortest stretch below a minimum feed that is reported, mm, where the minimum holds on the rest of the piece.
 const MERGED_MM: f64 = 0.1;
 
 /// What the caller may choose.
@@ -46,13 +46,13 @@ pub struct Options {
     pub block_s: f64,
     /// What the program may grow by; `None`: by anything.
     pub room: Option<Room>,
-    /// λ that an earlier answer settled on, s for all of the room.
+    /// λ of an earlier answer, s, as the first guess.
     pub lambda_s: f64,
     /// Shortest stretch that a feed of the text is raised on, mm (0: any).
     pub least_rise_mm: f64,
 }
 
-/// What a program may grow by.
+/// How much a program may grow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Room {
     /// New blocks.
@@ -66,7 +66,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// Share of the room that a word and a block take; a block takes that of whatever it uses up more of.
+    /// Share of the allowed growth that a word and a block take. A block takes the larger of its share of blocks and its share of bytes.
     fn shares(&self) -> [f64; 2] {
         let of = |part: f64, whole: f64| part / whole.max(f64::MIN_POSITIVE);
         let word = of(self.word_bytes, self.bytes);
@@ -92,7 +92,8 @@ impl Options {
     }
 }
 
-/// Commanded feeds for the whole program, and why.
+/// Commanded feeds for the whole program with their prices: [`feeds`], then [`explain`].
+#[cfg(feature = "rooms")]
 pub fn solve(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Options) -> Schedule {
     let mut schedule = feeds(problem, toolpath, job, options);
     explain(&mut schedule, problem, toolpath, job);
@@ -120,12 +121,12 @@ pub fn feeds(problem: &Problem, toolpath: &Toolpath, job: &Job, options: &Option
         lambda_s = fitting.lambda_s;
         (total_s, pieces) = timed(&fitting);
     }
-    // What can be done is never better than the optimum.
+    // No program is faster than the continuous optimum; rounding must not make it look so.
     let continuous_s = continuous_s.min(free_s).min(total_s);
     Schedule { pieces, continuous_s, lambda_s, bound_costs_s: total_s - free_s, ..Schedule::default() }
 }
 
-/// Puts the feeds of the text back on stretches of path shorter than this on which all are raised.
+/// Gives stretches shorter than `least_mm` on which every feed is raised their feeds of the text back.
 fn leave_short_rises(segments: &[FeedSegment], feeds: &mut [f64], least_mm: f64) {
     let rises = |i: usize, feeds: &[f64]| feeds[i] > segments[i].programmed_mm_s;
     let mut start = 0;
@@ -146,15 +147,15 @@ fn leave_short_rises(segments: &[FeedSegment], feeds: &mut [f64], least_mm: f64)
     }
 }
 
-/// Feeds at some λ, and the share of the room that their words and blocks take.
+/// Feeds for one λ, and the share of the allowed growth that their words and blocks take.
 struct Attempt {
     lambda_s: f64,
     used: f64,
     feeds: Vec<f64>,
 }
 
-/// The answer at about the least λ that fits the room, or at the highest tried: some words must stand whatever they cost.
-/// `known_s`: a λ that was right for caps that differ in a few places.
+/// The feeds for about the least λ with which the program grows no more than allowed. Some words are needed at any price, so the growth
+/// may be larger even for the highest λ tried; that answer is then returned. `known_s`: λ for a problem whose caps differ in few places.
 fn fitting(free: Attempt, known_s: f64, attempt: &dyn Fn(f64) -> Attempt) -> Attempt {
     let mut best = free;
     let mut low_s = 0.0;
@@ -180,7 +181,7 @@ fn fitting(free: Attempt, known_s: f64, attempt: &dyn Fn(f64) -> Attempt) -> Att
     best
 }
 
-/// Share of the room that words which the text does not have, and blocks, take.
+/// Share of the allowed growth that new blocks, and F words that the text does not have, take.
 fn used(segments: &[FeedSegment], feeds: &[f64], options: &Options, carries: &dyn Fn(usize) -> bool) -> f64 {
     let Some(room) = options.room else { return 0.0 };
     let [word, block] = room.shares();
@@ -201,8 +202,8 @@ fn used(segments: &[FeedSegment], feeds: &[f64], options: &Options, carries: &dy
     shares
 }
 
-/// Time of the continuous optimum, s: every node at its cap (at the feed of the text where that is not ours to change), as if
-/// F could change anywhere at no price; whatever is decided about words and blocks has no part in it.
+/// Time of the continuous optimum, s: every node at its cap, or at the feed of the text where that may not change, as if F could change
+/// anywhere without a word. It does not depend on any choice of words and blocks.
 pub fn continuous_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> f64 {
     let control = Control { feed_changes_anywhere: true, ..Control::of(&job.machine) };
     let realised = realise_by(toolpath, &job.machine, &control, &mut |id, pieces| {
@@ -214,7 +215,7 @@ pub fn continuous_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> f64 {
     realised.total_s
 }
 
-/// Fills in what binds where and at what price.
+/// Fills in the binding limit of each piece with its price, and the shadow prices of the whole program.
 pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, job: &Job) {
     let optimum = optimum(node_track(problem, toolpath, job), 0.0);
     let prices = prices(problem, &optimum, &optimum.leg_times());
@@ -224,7 +225,7 @@ pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, 
     (schedule.how, schedule.windows) = (optimum.how(), optimum.windows);
 }
 
-/// Minima for which no cap of the same place had to make room, but that of a place with the same F word.
+/// Minimum feeds that are not kept although the caps of their own place would allow it: another place under the same F word has a lower cap.
 fn missed(problem: &Problem, pieces: &[FeedPiece], node_s: &[f64]) -> Vec<Conflict> {
     let mut missed = Vec::new();
     for piece in pieces {
@@ -243,7 +244,7 @@ fn missed(problem: &Problem, pieces: &[FeedPiece], node_s: &[f64]) -> Vec<Confli
     missed
 }
 
-/// Time of each node at the fastest, s. F words are held against the control's trapezoids, which know no jerk.
+/// Time of each node in the continuous optimum, s, without jerk limits: F words are compared with the motion of the control, which has none.
 fn fastest_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> Vec<f64> {
     let track = node_track(problem, toolpath, job);
     let mut node_s = vec![0.0; problem.nodes.len()];
@@ -253,7 +254,7 @@ fn fastest_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> Vec<f64> {
     node_s
 }
 
-/// Seconds that one percent more of the bound saves, summed over the nodes under each piece.
+/// Sets `price_s` of each piece: the seconds that one percent more of its bound saves, summed over its nodes.
 fn put_prices(pieces: &mut [FeedPiece], problem: &Problem, node_s: &[f64]) {
     for piece in pieces {
         let range = problem.of_move[piece.move_id.ix()].clone();
@@ -268,7 +269,7 @@ fn put_prices(pieces: &mut [FeedPiece], problem: &Problem, node_s: &[f64]) {
     }
 }
 
-/// The track at the caps of the problem; a tag is the number of a node.
+/// The track with every node at its cap; the tag of a leg is the index of its node.
 pub fn node_track(problem: &Problem, toolpath: &Toolpath, job: &Job) -> Track {
     let mut track = track(toolpath, &job.machine, &mut |id, pieces| {
         let nodes = problem.nodes_of(id).iter();

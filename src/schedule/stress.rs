@@ -1,5 +1,5 @@
-//! What if the world is not as assumed? In: a job. Out: named variations of it, under which the written program is simulated
-//! again, so that the proof says more than the model agreeing with itself.
+//! Variations of a job (`--stress`). In: a job. Out: the same job with larger stock, a shifted work offset, other coefficients and so on, each
+//! with a name. The written program is simulated again under each of them: under the job itself the prediction only agrees with itself.
 
 use crate::machine::material::{ForceModel, LinearEdge, Process};
 use crate::machine::{Job, Material, Runout, Stock, StockShape};

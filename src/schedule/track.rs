@@ -17,7 +17,7 @@ const LEG_RAD: f64 = 0.15;
 pub struct Track {
     /// Legs and points.
     pub chain: Chain,
-    /// What each leg points back to: by [`track`] the number of its piece, from 0, among those of its move.
+    /// The piece that each leg belongs to: its index, from 0, among the pieces of its move.
     pub tags: Vec<u32>,
     /// Move of each leg.
     pub moves: Vec<MoveId>,

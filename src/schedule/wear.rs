@@ -1,6 +1,6 @@
-//! Feeds that hold their limits on edges that wear: the wear follows the feeds, the limits follow the wear. In: a problem, and
-//! the same problem posed again behind the feeds that were solved from it. Out: lower caps, and whether they still fall, or
-//! that no feeds hold the limits.
+//! Feeds that hold their limits on edges that wear: wear depends on the feeds, caps depend on the wear. In: a problem, and the same
+//! problem with the wear that the feeds solved from it cause. Out: lower caps, and whether they still change, or that no feeds hold the
+//! limits.
 //!
 //! Variables. Station i is ds mm long; a tooth slides w mm in material in a revolution, at n rev/s and feed v it slides
 //! a/v with a = w n ds. What it has slid at station i is S_i = Σ_{j<i} a_j/v_j + ½ a_i/v_i. Edge forces grow with S, so the cap
@@ -29,30 +29,30 @@
 //! has to be changed. (One feed for the whole cut lasts for x*/2 at most, at v = u₀ / 2K.)
 //!
 //! **Where slower feeds spare the edge** (a law of its own with p > 0, [`crate::machine::wear`]) the argument turns round: T falls where
-//! v rises. v¹ = T(v⁰) then lies below the feeds wanted and v² above, so caps that could only fall would stay at v¹: safe, and too
-//! low. Here the caps of a round are those behind the feeds of the last, whether lower or higher ([`follow`]). The wear at a
-//! station still rests on what lies before it alone, so Picard's bound holds as it stands, and with it the limit is the one
-//! solution of v_i = c_i(S_i(v)). In an even cut with F = E (1 + g I) + K v and dI/dx = k v it is v = v₀ e^(−E g k x / K).
+//! v rises. v¹ = T(v⁰) then lies below the feeds wanted and v² above, so caps that could only fall would stay at v¹: safe, but too
+//! low. Here the caps of each round are taken from the wear of the round before, whether that makes them lower or higher ([`follow`]). The
+//! wear at a station still depends only on what comes before it, so Picard's bound holds unchanged, and the limit of the iteration is the
+//! only solution of v_i = c_i(S_i(v)). In an even cut with F = E (1 + g I) + K v and dI/dx = k v it is v = v₀ e^(−E g k x / K).
 //!
-//! F words are rounded and each is worth its price, so feeds are no smooth function of caps, and caps that may rise can go round in a
-//! circle about that solution. In the second half of the rounds, which is more than Picard's bound needs, they only fall here too: a
-//! little below it, they rest.
+//! F words are rounded and written only where they are worth their price, so feeds jump when caps change a little, and caps that may
+//! rise can oscillate about the solution. In the second half of the rounds, more than Picard's bound needs, caps therefore only fall here
+//! too, and come to rest slightly below the solution.
 //!
-//! Time since the start also follows the feeds (a spindle that warms up). The same rounds serve: caps only fall, so what is
-//! written holds its limits; where slower feeds would allow more, a little of it is not used.
+//! Time since the start also depends on the feeds (a spindle that warms up). The same rounds serve for it: caps only fall, so the written
+//! feeds hold their limits; where slower feeds would allow higher caps, that is not used.
 
 use super::problem::{Node, Problem};
 use crate::machine::LimitKind;
 
-/// Share of its limit by which a load may change in the round after which wear counts as settled; a fifth of what the check of the
-/// written file allows it.
+/// The iteration over wear ends when no load changes by more than this share of its limit in a round: a fifth of what the check of the
+/// written file allows.
 pub const SETTLED: f64 = 0.002;
 /// Most rounds.
 pub const ROUNDS: usize = 36;
 
-/// Gives `problem` the caps of `worn`, the same problem behind feeds that were solved from it. A cap only falls, but where slower
-/// feeds spare the edge (`spares`): there it is the lower one of `fresh`, the problem of edges that have not worn, and `worn`.
-/// The first node, of those whose caps only fall, that held its limits before and cannot any more, and the limit.
+/// Gives `problem` the caps of `worn`, the same problem with the wear that the feeds solved from it cause. A cap only falls, except where
+/// slower feeds spare the edge (`spares`): there it becomes the lower cap of `worn` and `fresh`, the problem with unworn edges. Returns the
+/// first node, of those whose caps only fall, at which no feed holds the limits any more, and the limit.
 pub fn follow(
     problem: &mut Problem,
     fresh: &Problem,
@@ -81,9 +81,9 @@ pub fn follow(
     worn_out
 }
 
-/// The largest change of a cap in a cut, as a share of the cap of a fresh edge there. A load E + K v at a cap c is K c above what no
-/// feed takes away, and on a fresh edge K c is less than the limit: so this is more than the share of the limit by which a load changes.
-/// (As a share of the cap itself it has no bound: caps go to nothing where an edge is worn out.)
+/// The largest change of a cap in a cut, as a share of the cap of a fresh edge there. This bounds the change of any load as a share of its
+/// limit: a load is E + K v, and with c the cap of a fresh edge K c is below the limit. (As a share of the present cap the change is not
+/// bounded, because caps go to zero where an edge is worn out.)
 pub fn largest_change(before: &Problem, after: &Problem, fresh: &Problem) -> f64 {
     let nodes = before.nodes.iter().zip(&after.nodes).zip(&fresh.nodes);
     let cuts = nodes.filter(|((node, _), _)| node.cutting && node.free);

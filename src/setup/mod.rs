@@ -25,7 +25,7 @@ pub mod tool_library;
 mod tool_state;
 mod used;
 
-pub use draft::{Facts, Known, Lacking, Of, ToolKnown};
+pub use draft::{Facts, Lacking, Of};
 pub use error::SetupError;
 pub use process::{load as load_model, write as write_model};
 pub use read::{Assumption, LEARNED};

@@ -190,31 +190,4 @@ impl Blank {
             _ => Field::new(self.extent(), cell_mm, |x, y| self.height(x, y)),
         }
     }
-    /// Signed distance in the plane to its section at height `z` (for heights over a grid: half a cell either way).
-    pub fn distance(&self, p: [f64; 2], z: f64) -> f64 {
-        match self {
-            Blank::Box(extent) => {
-                if z < extent.min.z || z > extent.max.z {
-                    return f64::INFINITY;
-                }
-                let beyond = |axis: usize| (extent.min[axis] - p[axis]).max(p[axis] - extent.max[axis]);
-                outside_box(beyond(0), beyond(1))
-            }
-            Blank::Cylinder { centre, radius, z: [low, high] } => {
-                if z < *low || z > *high {
-                    return f64::INFINITY;
-                }
-                (p[0] - centre[0]).hypot(p[1] - centre[1]) - radius
-            }
-            Blank::Heights(relief) => {
-                let half = 0.5 * relief.cell[0].min(relief.cell[1]);
-                let inside = z >= relief.extent.min.z && relief.height(p).is_some_and(|h| z < f64::from(h));
-                if inside { -half } else { half }
-            }
-        }
-    }
-}
-
-fn outside_box(x: f64, y: f64) -> f64 {
-    if x > 0.0 && y > 0.0 { x.hypot(y) } else { x.max(y) }
 }

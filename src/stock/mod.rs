@@ -28,5 +28,5 @@ pub use form::Form;
 pub use mesh::{Mesh, MeshError, read_stl};
 pub use past::Past;
 pub use piece::{Cut, Piece};
-pub use region::{Disc, Region, Ring, Swept};
+pub use region::{Disc, Region, Swept};
 pub use sweep::sweep;

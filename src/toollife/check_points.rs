@@ -42,13 +42,6 @@ pub struct CheckPoint {
     pub cycles: Vec<Cycle>,
 }
 
-impl CheckPoint {
-    /// What the tool has cut by then, mm.
-    pub fn cut_mm(&self) -> f64 {
-        self.cycles.iter().map(|cycle| cycle.cut_mm).sum::<f64>() / self.cycles.len().max(1) as f64
-    }
-}
-
 /// Where check points are wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {

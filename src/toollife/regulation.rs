@@ -35,6 +35,7 @@ impl TargetLine {
     }
     /// Ratio of feeds with which the force is on the line at the next check point, `next_m`: there the force at the reference
     /// feed will be `expected_n`, and it changes by `per_ratio_n` times the ratio less one.
+    #[cfg(feature = "rooms")]
     pub fn shift(&self, next_m: f64, expected_n: f64, per_ratio_n: f64) -> f64 {
         1.0 + (self.at(next_m) - expected_n) / per_ratio_n
     }
@@ -77,6 +78,7 @@ pub fn regulate(
 }
 
 /// Ratio of feeds with a pace of wear; 1 where the pace does not depend on the feed.
+#[cfg(any(test, feature = "rooms"))]
 pub fn ratio_of_pace(law: &WearLaw, pace: f64) -> f64 {
     if law.rate.exponent == 0.0 { 1.0 } else { pace.max(0.0).powf(law.rate.exponent.recip()) }
 }

@@ -14,7 +14,8 @@ use feedwright::machine::{
     Annotate, Axis, Box3, Job, Machine, OutputRules, Profile, Raise, Shape, Spindle, Stock, StockShape, Table, Tool,
     Unsaid,
 };
-use feedwright::nc::{Feed, FeedMode, Move, MoveKind, PathMode, Spin, State, Toolpath};
+use feedwright::nc::toolpath::{Feed, State};
+use feedwright::nc::{FeedMode, Move, MoveKind, PathMode, Spin, Toolpath};
 use feedwright::path::{Arc, Curve, Plane, Vec3};
 
 pub fn tool(number: u32, shape: Shape, profile: Profile) -> Tool {

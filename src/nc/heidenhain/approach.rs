@@ -26,7 +26,7 @@ use crate::nc::toolpath::{Freeze, Move, MoveKind};
 use crate::path::{Arc, Curve, Vec3};
 
 impl Interpreter<'_, Heidenhain> {
-    /// APPR: the contour is at the point it names; how the tool gets there waits for the direction of the contour.
+    /// APPR: the contour begins at the named point. The motion to it is made when the next block shows the direction of the contour.
     pub(crate) fn approach(&mut self, names: &[&str], tokens: &[Token], text: &[u8], words: &mut Words, place: Span) {
         self.approach_without_contour();
         let way = self.way(names, tokens, text);
@@ -88,7 +88,7 @@ impl Interpreter<'_, Heidenhain> {
         }
     }
 
-    /// An approach that no contour follows is read as a straight motion to its point, and said.
+    /// Makes an approach without a contour after it as a straight motion to its point, with a diagnostic.
     pub(crate) fn approach_without_contour(&mut self) {
         let Some(approach) = self.family.approach.take() else { return };
         let [_, then] = *approach.moves;

@@ -1,10 +1,10 @@
-//! Heidenhain plain language: each block is put into the words of ISO and executed as such.
+//! Heidenhain plain language. In: a block. Out: words of ISO 6983, which the interpreter then executes.
 //!
 //! An arc about a pole lies in the plane of the axes that `CC` names (`CC X… Z…` : ZX), others in that across the tool axis;
 //! the reference axes of its angles are those of ISO (TNC 640, Klartext Programming: Polar coordinates, Setting the pole).
 //! `L` is G0 (FMAX) or G1, `CC` keeps a centre for `C` and a pole for `LP`, `CP`; `CR` is an arc with R, `CT` one that is
 //! tangential; `RND`, `CHF` work the corner between their neighbours; `R0 RL RR` are G40 G41 G42, an `I` before an axis
-//! makes it incremental; M91 and M92 are G53. What has no meaning here is said.
+//! makes it incremental; M91 and M92 are G53. Words without a meaning here get a diagnostic.
 
 use super::state::Heidenhain;
 use crate::diag::Span;
@@ -452,7 +452,6 @@ fn formula(text: &[u8]) -> Vec<u8> {
     }
 }
 
-/// T alone brings the tool into the spindle here.
 /// Does an FN calculate, jump, print, wait, or read and write tables alone? FN 17 writes into the control, 19 and 29 hand values to the
 /// machine, 25 sets the datum (TNC 640, Klartext Programming, Programming Q parameters).
 fn only_parameters(number: f64) -> bool {

@@ -1,5 +1,6 @@
-//! Cycles of Heidenhain plain language. Those that act where they are defined: 7 datum shift, 8 mirror, 9 dwell, 10
-//! rotation, 11 scaling; the drilling cycles 200, 201, 203 act where CYCL CALL or M99 stands. The others are kept, and said.
+//! Cycles of Heidenhain plain language. In: `CYCL DEF`, `CYCL CALL` and M99. Out: changes of the frame, dwells, motions. Cycles 7 (datum
+//! shift), 8 (mirror), 9 (dwell), 10 (rotation) and 11 (scaling) act where they are defined; the drilling cycles 200, 201, 203 where they
+//! are called. All others are left as they are, with a diagnostic.
 
 use super::blocks::LostFrame;
 use super::state::Heidenhain;

@@ -1,4 +1,4 @@
-//! What controls of Heidenhain remember beside what all do.
+//! What only controls of Heidenhain remember. In: changed by the files of this folder. Out: read by them.
 
 use crate::diag::Span;
 use crate::nc::interp::state::FeedWord;

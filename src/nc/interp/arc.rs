@@ -1,4 +1,4 @@
-//! Arcs and helices: from I J K or R words to centre and sweep.
+//! Arcs and helices. In: end point and I J K or R words of a block. Out: a motion with centre and sweep.
 //!
 //! In the plane with axes (a, b) seen against its normal, G3 turns from a to b. An arc that ends where it begins (or
 //! within 1e-6 rad of it, as LinuxCNC has it) is a full turn; P asks for more of them.
@@ -12,7 +12,7 @@ use crate::diag::{Severity, Span};
 use crate::nc::toolpath::MoveKind;
 use crate::path::{Arc, Curve, Plane, Vec3};
 
-/// Difference of start and end radius that is worth a warning, mm; ten times that cannot be meant.
+/// Difference of start and end radius from which on there is a warning, mm; from ten times that on it is an error.
 const RADIUS_MISMATCH_MM: f64 = 0.05;
 /// Angle below which an arc is a full turn, rad.
 const FULL_TURN_RAD: f64 = 1e-6;

@@ -1,5 +1,5 @@
-//! How much may be executed: what repeats without end is stopped. In: blocks as they are executed. Out: whether they may be,
-//! and a toolpath with the first pass only where they may not.
+//! Stops programs that repeat without end. In: blocks as they are executed. Out: whether execution may go on; where it may not, a toolpath
+//! with the first pass only.
 
 use super::flow::BLOCK_COST;
 use super::interpreter::{Family, Interpreter};
@@ -8,7 +8,7 @@ use crate::ids::{BlockId, MoveId};
 use crate::nc::toolpath::Freeze;
 
 impl<F: Family> Interpreter<'_, F> {
-    /// Charges a block to the budget; what repeats without end is stopped here.
+    /// Charges a block to the budget. False, with a diagnostic, once the budget is used up.
     pub(crate) fn pay(&mut self, block: BlockId) -> bool {
         let span = self.flow.source.program().span(block);
         let cost = (span.len() + BLOCK_COST) as u64;
@@ -29,7 +29,7 @@ impl<F: Family> Interpreter<'_, F> {
         true
     }
 
-    /// Of a program without end only the first pass through what repeats is kept, and the feeds in it.
+    /// Keeps of an endless program only the first pass through the repeated blocks, with frozen feeds.
     pub(crate) fn forget_repetitions(&mut self) {
         let first = self.out.moves.iter().rposition(|motion| motion.instance == 0).map_or(0, |last| last + 1);
         self.out.moves.truncate(first);

@@ -16,7 +16,7 @@ use crate::nc::program::{File, Program, parse};
 
 /// Endings of the names of subprogram files, in the order they are tried.
 const ENDINGS: [&str; 12] = [".ngc", ".nc", "", ".spf", ".SPF", ".NC", ".tap", ".MPF", ".mpf", ".H", ".h", ".txt"];
-/// Numbered variables that a call with arguments has of its own: #1 to #33 (Fanuc B-64304EN, Custom macro, Variables).
+/// Numbered variables that are local to a call with arguments: #1 to #33 (Fanuc B-64304EN, Custom macro, Variables).
 pub(crate) const LOCALS: std::ops::RangeInclusive<u32> = 1..=33;
 
 impl<F: Family> Interpreter<'_, F> {
@@ -59,7 +59,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Says that a subprogram is missing: where the tool is after it, and which feed is in force, is not known.
+    /// Diagnoses a missing subprogram. Where the tool is after it, and which feed is in force, is not known.
     pub(crate) fn no_routine(&mut self, span: Span, what: &str) {
         let text = format!("{what} is neither in the text nor in a file beside it");
         self.doubt(Doubt::MissingProgram, span);
@@ -186,12 +186,12 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// The numbered variables that a call with arguments has of its own, as they are.
+    /// The present values of the local numbered variables.
     pub(crate) fn locals(&self) -> Vec<(u32, f64)> {
         self.parameters.numbered.range(LOCALS).map(|(&index, &value)| (index, value)).collect()
     }
 
-    /// Is a routine being executed that was called with arguments? Those it was not given are vacant.
+    /// Is a routine being executed that was called with arguments? Its local variables without an argument are vacant.
     pub(crate) fn has_own_locals(&self) -> bool {
         self.flow.calls.iter().any(|call| call.saved.is_some())
     }

@@ -82,7 +82,7 @@ impl<F: Family> Interpreter<'_, F> {
                 }
             }
             (None, Some(diameter)) if !self.compensation.deciding => {
-                // A first look: would the control have to refuse the contour? Then it cannot be meant that way.
+                // A trial: if a control would have to refuse the offset contour, the path is not meant to be offset.
                 self.compensation.undecided = true;
                 self.compensation.active = Some(Active { side, radius: 0.5 * diameter, range, before: None });
             }
@@ -96,8 +96,8 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Wear of the offset the block names, mm on the radius: as the block states it, as the program set it (G10 L13), as the
-    /// setup has it; else none, which is said.
+    /// Wear of the offset that the block names, mm on the radius: from the block itself, from the program (G10 L13), or from the setup, in
+    /// this order; else 0, with a diagnostic.
     fn wear_mm(&mut self, inline: bool, words: &Words, place: Span) -> f64 {
         if let Some(diameter) = self.stated_diameter(inline, words) {
             return 0.5 * diameter * self.modal.unit_mm();

@@ -65,7 +65,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.corners.next = Some((corner, place));
     }
 
-    /// The corner asked for is left out, and said.
+    /// Leaves the requested corner out, with a diagnostic.
     pub(crate) fn refuse_corner(&mut self, place: Span) {
         let text = "this corner is not followed: the motions are read without it";
         self.not_understood("nc::corner", place, text, "it is followed between two straight lines in the plane");

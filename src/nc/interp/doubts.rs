@@ -1,9 +1,9 @@
-//! Doubts about part and frame, as the program raises and settles them. In: an event of the text ([`Interpreter::doubt`]) and what
-//! settles it ([`Interpreter::settle`]). Out: the stretches of [`Toolpath::doubts`](crate::nc::toolpath::Toolpath), one diagnostic
-//! a kind.
+//! Doubts about part and frame, as the program raises and resolves them. In: an event of the text that raises a doubt
+//! ([`Interpreter::doubt`]), and one that resolves it ([`Interpreter::settle`]). Out: the stretches of
+//! [`Toolpath::doubts`](crate::nc::toolpath::Toolpath), with one diagnostic for each kind of doubt.
 //!
-//! A stretch ends only where nothing was fed in it: what was cut meanwhile lies elsewhere than the simulated stock has it, and
-//! a return to the frame known before does not mend that.
+//! A doubt is resolved only if there was no feed move in the stretch. Otherwise material was removed at an unknown place, the simulated
+//! stock is wrong there, and returning to the known frame does not correct it.
 
 use super::interpreter::{Family, Interpreter};
 use crate::diag::{Severity, Span};
@@ -28,7 +28,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Nothing of the block can be taken: what it does is not known, nor whether the control takes its feed.
+    /// Raises the doubt of a block that cannot be read: neither its effect nor the feed after it is known.
     pub(crate) fn doubt_of_unread(&mut self, place: Span) {
         self.doubt(Doubt::UnknownCode, place);
         let stretch =
@@ -38,7 +38,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// The program says absolutely what was open: the next move is not in doubt any more, unless something was fed meanwhile.
+    /// Resolves a doubt: from the next move on it does not hold, unless there was a feed move meanwhile.
     pub(crate) fn settle(&mut self, doubt: Doubt) {
         let Some(open) = self.messages.raised[doubt as usize].open else { return };
         let next = self.next_move();
@@ -50,7 +50,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// How the spindle turns is known again: where the part is was never in doubt, so what was fed meanwhile does not matter.
+    /// Resolves a doubt about the spindle. It never concerned the position of the part, so feed moves meanwhile do not matter.
     pub(crate) fn spindle_is_known(&mut self, doubt: Doubt) {
         let Some(open) = self.messages.raised[doubt as usize].open.take() else { return };
         let next = self.next_move();
@@ -59,7 +59,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Adds to each diagnostic in how many places its doubt was raised.
+    /// Adds to the diagnostic of each doubt the number of places that raise it.
     pub(crate) fn count_doubts(&mut self) {
         for raised in self.messages.raised.iter().filter(|raised| raised.count > 1) {
             if let Some(diagnostic) = raised.diagnostic.and_then(|index| self.out.diagnostics.get_mut(index)) {

@@ -1,5 +1,5 @@
-//! Where the control reads: the text, the calls it came by, how often each block was executed, and how much may still be.
-//! Data only; `calls.rs` enters and leaves subprograms, `budget.rs` stops what has no end.
+//! Where the control reads. In: filled by `calls.rs`, which enters and leaves subprograms, and by `budget.rs`, which stops endless programs.
+//! Out: [`Flow`]: the text being executed, the calls under way, how often each block was executed, and how much may still be.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -66,7 +66,7 @@ pub struct Flow<'a> {
     pub at: usize,
     /// Nothing more is executed.
     pub ended: bool,
-    /// Something of the program was seen (a `%` now ends it).
+    /// The program has begun, so that a `%` ends it.
     pub began: bool,
     /// Files that were called.
     pub files: Vec<File>,

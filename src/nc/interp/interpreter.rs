@@ -1,9 +1,7 @@
-//! The interpreter: what a control remembers and does with one block after the other. In: a [`Program`] and its [`Environment`].
-//! Out: a [`Toolpath`].
+//! The interpreter: executes one block after the other as a control does. In: a [`Program`] and its [`Environment`]. Out: a [`Toolpath`].
 //!
-//! One block is gathered into words (`words.rs`), its family of dialects reads what is more than words ([`Family::block`]), its
-//! settings are put in force (`settings.rs`, `offsets.rs`), then its motion is made (`motion.rs`, `arc.rs`, `cycles.rs`).
-//! Nothing here knows a family: what one of them does its own way is asked for through [`Family`].
+//! For each block: its tokens are gathered into words (`words.rs`); its family of dialects reads what is more than words
+//! ([`Family::block`]); its settings are put in force (`settings.rs`, `offsets.rs`); its motion is made (`motion.rs`, `arc.rs`, `cycles.rs`).
 
 use std::sync::Arc;
 
@@ -29,13 +27,13 @@ use crate::path::Vec3;
 /// G codes (times ten) whose axis words bring no axis to a place that is known: G4, G10, G28, G30, G5x.x, G65, G66, G68, G92.
 const NO_PLACE: [u16; 18] = [40, 100, 280, 300, 500, 501, 510, 511, 520, 530, 650, 660, 661, 680, 920, 921, 922, 923];
 
-/// A family of dialects: how its blocks are read beyond words, and what its controls remember that others do not.
+/// A family of dialects: how its blocks are read where they are more than words, and what only its controls remember.
 ///
-/// The value is that memory; the functions are handed the whole interpreter. What is not said here is done as by ISO 6983.
+/// A value of this type is that memory; the functions get the whole interpreter. Defaults do what ISO 6983 says.
 pub(crate) trait Family: Sized {
-    /// Variables of a subprogram are its own even where the call hands nothing over.
+    /// Does a subprogram have local variables even if it is called without arguments?
     const OWN_VARIABLES: bool = false;
-    /// A corner may be asked for in a block behind the motion that it cuts short.
+    /// May a corner (rounding, chamfer) stand in a block after the motion that it shortens?
     const CORNERS_BEHIND: bool = false;
 
     /// A control just switched on.
@@ -45,21 +43,21 @@ pub(crate) trait Family: Sized {
     /// After the last block.
     fn end(_run: &mut Interpreter<'_, Self>) {}
 
-    /// A token that is no plain word is gathered; as it stands here, the block is more than words.
+    /// Takes in a token that is not a plain word. By default it marks the block as more than words.
     fn token(_run: &mut Interpreter<'_, Self>, _token: Token, _text: &[u8], words: &mut Words) {
         words.beyond = true;
     }
     /// Executes what is more than words in a block, and turns the rest into words of ISO 6983.
     fn block(run: &mut Interpreter<'_, Self>, block: BlockId, words: &mut Words) -> After;
-    /// Puts a G code (times ten) of its own in force; false: it means what it means everywhere.
+    /// Puts a G code (times ten) in force that has a meaning of its own in this family.
     fn setting(_run: &mut Interpreter<'_, Self>, _code: u16, _place: Span, _words: &Words) -> Setting {
         Setting::AsEverywhere
     }
-    /// All words of the block are arguments of a call, which was made.
+    /// Were all words of the block arguments of a call that has been made?
     fn takes_all_words(_run: &mut Interpreter<'_, Self>, _words: &Words) -> bool {
         false
     }
-    /// Is something called after every motion, so that feeds belong to what is called?
+    /// Is a macro called after every motion, so that the feeds of these blocks also act in the macro?
     fn calls_after_motions(_run: &Interpreter<'_, Self>) -> bool {
         false
     }
@@ -71,17 +69,17 @@ pub(crate) trait Family: Sized {
     fn after_block(_run: &mut Interpreter<'_, Self>, _words: &Words) {}
     /// A routine is about to be left; `modal`: it was called after a motion.
     fn before_return(_run: &mut Interpreter<'_, Self>, _modal: bool) {}
-    /// An expression is about to be read: sets the variables that the control keeps itself, where it asks for them.
+    /// Before an expression is evaluated: sets the variables in it that the control maintains itself.
     fn before_value(_run: &mut Interpreter<'_, Self>, _text: &[u8]) {}
-    /// A numbered variable was read that nothing has set. Its number counted from 1, or 0 where its value is known all the same.
+    /// Called when a numbered variable was read that was never set. Returns its number plus 1, or 0 where its value is known all the same.
     fn unset_variable(run: &mut Interpreter<'_, Self>, number: u32, place: Span) -> u32 {
         run.unknown_when_unrolled(place, number);
         number.saturating_add(1)
     }
-    /// Takes the labels of a block in.
+    /// Adds the labels of a block.
     fn label(labels: &mut Labels, program: &Program, block: BlockId);
 
-    /// How a numbered variable is called.
+    /// Name of a numbered variable, as this family writes it.
     fn variable_name(number: u32) -> String;
     /// Does the control act on this comment?
     fn acts_on(_program: &Program, _comment: &[u8]) -> bool {
@@ -124,7 +122,7 @@ pub(crate) enum Setting {
 pub(crate) struct Interpreter<'a, F> {
     pub(crate) program: &'a Program,
     pub(crate) env: &'a Environment<'a>,
-    /// What was made of the program so far.
+    /// The toolpath so far.
     pub(crate) out: Toolpath,
     /// States of the last rapid and of the last feed move.
     pub(super) states: [Option<Arc<State>>; 2],
@@ -143,7 +141,7 @@ pub(crate) struct Interpreter<'a, F> {
     pub(super) cycles: Cycles,
     pub(crate) parameters: Parameters,
     pub(super) messages: Messages,
-    /// What is executed is executed down here, if it is asked for.
+    /// The executed blocks as plain text, where the program is being unrolled.
     pub(crate) record: Option<Record>,
 }
 
@@ -216,7 +214,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
         self.program.dialect().properties()
     }
 
-    /// Executes the whole program, twice where only the first pass shows what G41 and G42 mean.
+    /// Executes the whole program; a second time where only the end of the first pass shows what G41 and G42 mean in it.
     pub(crate) fn run(program: &'a Program, env: &'a Environment<'a>) -> Toolpath {
         let mut run = Self::new(program, env);
         run.execute_all();
@@ -229,30 +227,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
         run.finish()
     }
 
-    /// Executes the whole program, and hands the toolpath out whenever it holds `most` moves.
-    pub(crate) fn run_in_chunks(
-        program: &'a Program,
-        env: &'a Environment<'a>,
-        most: usize,
-        mut chunk: impl FnMut(&Toolpath),
-    ) {
-        let mut run = Self::new(program, env);
-        F::begin(&mut run);
-        let mut words = Words::default();
-        while !run.flow.ended {
-            run.step(&mut words);
-            if run.out.moves.len() >= most && run.compensation.active.is_none() {
-                chunk(&run.out);
-                run.out.moves.clear();
-                run.out.between.clear();
-                run.out.doubts.clear();
-                run.cycles.driven.clear();
-            }
-        }
-        chunk(&run.out);
-    }
-
-    /// Executes the whole program once and notes down what is executed.
+    /// Executes the whole program once and records the executed blocks as plain text.
     pub(crate) fn run_recorded(program: &'a Program, env: &'a Environment<'a>) -> (Record, Toolpath) {
         let mut run = Self::new(program, env);
         run.record = Some(Record::default());
@@ -320,7 +295,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
             }
         }
         match self.block.misread {
-            // What stands before the first word of a program is its leader.
+            // Text before the first word of a program is the leader of a tape.
             Some(place) if self.flow.began => {
                 self.set_aside(place);
                 self.stops(words);
@@ -330,8 +305,8 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
     }
 
-    /// After a block under the switch the axes it names (all, if it does more than move) may be elsewhere, until they are
-    /// commanded to an absolute place.
+    /// After a block under the block-delete switch the axes that it names (all, if it does more than move) may stand elsewhere, until
+    /// they are commanded to an absolute position.
     fn note_places(&mut self, words: &Words) {
         let moves = words.g.iter().all(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
         let places = !words.g.iter().any(|(code, _)| NO_PLACE.contains(code)) && self.modal.motion != Motion::Probe;
@@ -342,8 +317,8 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
     }
 
-    /// A block of which something cannot be read sets nothing: neither feed nor place nor mode. Where the tool is after it,
-    /// and what else the control did, is not known.
+    /// Skips a block of which something cannot be read: it sets neither feed nor position nor mode. Where the tool is after it, and what
+    /// else the control did, is then in doubt.
     fn set_aside(&mut self, place: Span) {
         self.place.elsewhere = [true; 3];
         self.corners.next = None;

@@ -1,5 +1,5 @@
-//! What is said about a text: words that cannot be read, blocks whose meaning is not known. In: a block or a place in it.
-//! Out: a diagnostic with its place, and the block's feed frozen where it was not understood.
+//! Diagnostics about a text: words that cannot be read, blocks whose meaning is not known. In: a block or a place in it. Out: a diagnostic
+//! with its place; the feed of the block is frozen where it was not understood.
 
 use super::interpreter::{Family, Interpreter};
 use super::words::Words;
@@ -94,7 +94,7 @@ impl<F: Family> Interpreter<'_, F> {
         });
     }
 
-    /// Says as what the text is read, where that is not plain.
+    /// Tells in which dialect the text is read, where the text does not make that certain.
     pub(crate) fn say_dialect(&mut self) {
         let Some(found) = self.program.recognised() else { return };
         let own = found.control.dialect().name();

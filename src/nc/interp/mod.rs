@@ -1,6 +1,6 @@
 //! What every control does with words of ISO 6983: modes, motions, arcs, compensation, cycles, offsets, calls. In: blocks as
-//! words. Out: the moves of a [`Toolpath`](super::toolpath::Toolpath). What a family of dialects does its own way stands in
-//! the room of that family; nothing here knows one (see [`interpreter::Family`]).
+//! words. Out: the moves of a [`Toolpath`](super::toolpath::Toolpath). What a family of dialects does differently is in its own folder;
+//! the files here know no family by name and ask it through [`interpreter::Family`].
 
 mod arc;
 mod budget;

@@ -1,4 +1,4 @@
-//! Straight motions, and what every motion leaves in the toolpath.
+//! Straight motions, and what all motions have in common. In: the words of a block. Out: a move in the toolpath, the tool at its end.
 
 use std::sync::Arc;
 
@@ -119,7 +119,7 @@ impl<F: Family> Interpreter<'_, F> {
                 self.rotary.at[axis] = to;
             }
         }
-        // The part as the setup has it stands at 0, where every control begins.
+        // The setup describes the part with the rotary axes at 0.
         if self.rotary.at != [0.0; 3] || self.rotary.zero_lost {
             self.doubt(Doubt::RotaryAxis, place);
         } else {
@@ -128,8 +128,7 @@ impl<F: Family> Interpreter<'_, F> {
         turned
     }
 
-    /// A rotary axis goes to its reference point: at which angle of the part that is, is not known until it is commanded to an
-    /// absolute one.
+    /// Sends rotary axes to their reference points. The angle of the part is then unknown until it is commanded to an absolute one.
     pub(crate) fn rotary_home(&mut self, words: &Words) {
         for (axis, letter) in ROTARY.into_iter().enumerate() {
             if let Some(place) = words.span(letter) {
@@ -207,7 +206,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.place.programmed = self.frame.invert(self.place.tool);
     }
 
-    /// Goes straight to a programmed point; what was asked for before it, an approach or a corner, is made first.
+    /// Goes straight to a programmed point, after the approach or the corner that an earlier block asked for.
     pub(crate) fn line_to(&mut self, kind: MoveKind, target: Vec3) {
         F::before_motion(self, kind, Some(target - self.place.programmed));
         if self.corners.now.is_some() {

@@ -1,5 +1,5 @@
-//! Unrolling, block by block: what is executed is written down as plain text. In: a block, its words, and what its expressions
-//! came to. Out: its bytes without what steers the flow, with values in place of expressions, in [`Record`].
+//! Unrolling, block by block. In: a block that is executed, its words, and the values of its expressions. Out: its text in [`Record`], without
+//! flow control and with values in place of expressions.
 
 use super::flow::Source;
 use super::interpreter::{Family, Interpreter};
@@ -11,7 +11,7 @@ use crate::ids::BlockId;
 use crate::nc::token::TokenKind;
 
 impl<F: Family> Interpreter<'_, F> {
-    /// A variable was read that nothing in the program has set: what it holds is left over in the control.
+    /// A variable was read that the program never set. Its value is left in the control from before, so the program cannot be unrolled.
     pub(crate) fn unknown_when_unrolled(&mut self, place: Span, number: u32) {
         if self.record.is_none() {
             return;
@@ -20,7 +20,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.cannot_unroll(&format!("{name}, which the program does not set,"), Some(place));
     }
 
-    /// An assignment to a variable that outlasts the program, or is the control's own, does something and would be left out.
+    /// A variable was set that outlasts the program or belongs to the control. Unrolling would leave out an assignment that has an effect.
     pub(crate) fn sets_the_control(&mut self, number: u32) {
         if number >= self.dialect().lasting_variables_from && self.record.is_some() {
             self.cannot_unroll(&format!("setting #{number}, which outlasts the program in the control,"), None);
@@ -35,7 +35,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.record = Some(record);
     }
 
-    /// Notes down the block that is executed now, as it was read from `source`; `own`: in no subprogram.
+    /// Writes the block that is executed now into the record. `source`: the text it was read from; `own`: it is in no subprogram.
     pub(crate) fn note_down(&mut self, source: &Source<'_>, own: bool, block: BlockId, words: &Words, after: After) {
         let program = source.program();
         let main = matches!(source, Source::Main(_));

@@ -8,7 +8,8 @@ use crate::nc::toolpath::MoveKind;
 use crate::path::{Curve, Vec3};
 
 const AXES: [u8; 3] = *b"XYZ";
-/// Program and setup state the same origin, mm: apart by no more than the rounding of either (0.001 mm, 0.0001 inch) adds up to.
+/// Largest difference between the origins in program and setup that still counts as equal, mm: the sum of some roundings to 0.001 mm or
+/// 0.0001 inch.
 const AGREES_MM: f64 = 0.005;
 
 impl<F: Family> Interpreter<'_, F> {
@@ -52,8 +53,8 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// The program sets the zero where the tool stands, and that is not known: the part is taken to be where the setup has
-    /// it, so that the tool stands at what is programmed.
+    /// The program sets the zero at the tool, whose position is not known. The part is assumed to be where the setup puts it, so the tool
+    /// is assumed to be at the programmed position.
     fn stand_at(&mut self, axis_words: [Option<f64>; 3]) {
         let mut at = self.frame.invert(self.place.tool);
         for axis in (0..3).filter(|&axis| self.place.is_open(axis)) {

@@ -166,7 +166,7 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Lathes read X as a diameter: nothing after it may be changed.
+    /// Freezes everything after a word that only lathes have: they read X as a diameter.
     fn refuse_lathe(&mut self, span: Span, what: &str) {
         let text = format!("{what} belongs to a lathe");
         self.say(
@@ -180,13 +180,13 @@ impl<F: Family> Interpreter<'_, F> {
         self.frame.lost = true;
     }
 
-    /// The frame that is not followed has ended: the coordinates are known again.
+    /// Ends a frame that could not be followed: the coordinates are known again.
     pub(crate) fn regain_frame(&mut self) {
         self.frame.lost = false;
         self.settle(Doubt::TiltedFrame);
     }
 
-    /// `what` turns or bends the coordinates in a way that is not followed: feeds are kept until it ends.
+    /// Begins a frame that cannot be followed, because `what` turns or bends the coordinates: all feeds are frozen until it ends.
     pub(crate) fn lose_frame(&mut self, place: Span, what: &str, help: &str) {
         self.frame.lost = true;
         self.doubt(Doubt::TiltedFrame, place);
@@ -259,8 +259,8 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Where the program has set no S so far, the speed is what the setup gives for the tool; and where nothing in the program
-    /// switches the spindle, somebody did by hand.
+    /// Where the program has set no S so far, takes the spindle speed of the setup for the tool. If nothing in the program starts the
+    /// spindle, it counts as started by hand.
     fn take_speed_of_setup(&mut self, words: &Words) {
         self.spindle.speed_said |= words.has(b'S');
         if self.spindle.speed_said || self.env.speeds_rps.is_empty() {
@@ -301,7 +301,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.dialect().settings_by_m && words.m.iter().any(|m| SETTINGS.contains(&m.0))
     }
 
-    /// The same, where the control may well be such a firmware.
+    /// The same, and the dialect may be such a firmware.
     fn firmware_speaks(&self, words: &Words) -> bool {
         self.dialect().firmware && self.sets_the_firmware(words)
     }

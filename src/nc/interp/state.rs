@@ -1,5 +1,5 @@
-//! What a control remembers from block to block: modes, frame, place, offsets, spindle, compensation, corners, cycles. Data
-//! only; the files beside this one change it. What one family of dialects remembers alone is in its own room.
+//! What a control remembers from block to block: modes, frame, position, offsets, spindle, compensation, corners, cycles. In: changed by the
+//! files beside this one. Out: read by them. What only one family of dialects remembers is in its own folder.
 
 use super::intersection::{OffsetElement, Point};
 use crate::diag::Span;
@@ -10,12 +10,12 @@ use crate::nc::toolpath::{Feed, FeedMode, Freeze, PathMode, Spin};
 use crate::path::{Plane, Vec3};
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min};
 
-/// Is there anything left to execute in the block?
+/// What is left to execute in a block after its family has read it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum After {
-    /// The block is done: it steered the flow, or its family has executed it.
+    /// Nothing: it was flow control, or its family has executed it.
     Done,
-    /// Its words are executed.
+    /// Its words.
     Words,
     /// It is a command to the control, not a block of the program: it stays as it is and does nothing here.
     Command,
@@ -262,8 +262,8 @@ pub struct Place {
     pub tool: Vec3,
     /// Has this axis been commanded, or was its position known from the start?
     pub known: [bool; 3],
-    /// May this axis stand elsewhere than it is taken to: with the block-delete switch on, after a probing move, after what
-    /// was not understood, at a reference point that the setup does not give? Until it is commanded to an absolute place.
+    /// May this axis stand elsewhere than assumed? So after a block under the block-delete switch, a probing move, a block that was not
+    /// understood, or a reference point that the setup does not give, until the axis is commanded to an absolute position.
     pub elsewhere: [bool; 3],
     /// A probing move was made.
     pub probed: bool,
@@ -290,15 +290,15 @@ pub struct Rotary {
 /// Work offsets as the program uses them.
 #[derive(Debug, Clone)]
 pub struct Offsets {
-    /// That of the first motion.
+    /// The offset of the first motion.
     pub first: Option<u16>,
-    /// That of the last motion.
+    /// The offset of the last motion.
     pub last: u16,
-    /// Those that the program sets otherwise than the setup has them.
+    /// Offsets that the program sets to other values than the setup.
     pub unstated: Vec<u16>,
 }
 
-/// What the program and the setup say of spindle and tool changes.
+/// How spindle and tool changes are commanded.
 #[derive(Debug, Clone, Copy)]
 pub struct Spindle {
     /// An S word was executed.
@@ -358,7 +358,7 @@ pub struct Compensation {
     pub deciding: bool,
     /// Wear offsets that the program set, mm.
     pub wear_set: Vec<(u32, f64)>,
-    /// What the radius of the tool exceeds that of the table by, mm (DR in a tool call).
+    /// Oversize of the tool's radius over the tool table, mm (DR in a tool call).
     pub oversize_mm: f64,
 }
 
@@ -461,16 +461,16 @@ pub struct Cycles {
     pub driven: Vec<(u32, BlockId)>,
 }
 
-/// What was said about the text.
+/// Counts of the diagnostics so far.
 #[derive(Debug, Clone, Default)]
 pub struct Messages {
-    /// How often each code was said.
+    /// How often each diagnostic code was used.
     pub said: Vec<(&'static str, u32)>,
-    /// What was said of each doubt, in the order of [`Doubt::ALL`].
+    /// For each doubt, in the order of [`Doubt::ALL`].
     pub raised: [Raised; Doubt::ALL.len()],
 }
 
-/// What was said of one kind of doubt, and the stretch that is open.
+/// Diagnostic and open stretch of one kind of doubt.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Raised {
     /// Place of its diagnostic in the list.

@@ -20,8 +20,8 @@ const PER_INCH: [f64; 25] = [
     80.0, 72.0, 64.0, 56.0, 48.0, 44.0, 40.0, 36.0, 32.0, 28.0, 27.0, 24.0, 20.0, 18.0, 16.0, 14.0, 13.0, 12.0, 11.5,
     11.0, 10.0, 9.0, 8.0, 7.0, 6.0,
 ];
-/// F = P · S written with as few digits as controls take (F88 for 1.25 mm at 70/min) is off by up to half of its last
-/// digit; below 0.2 % it is one or two digits of rounding at usual speeds, and a drill's feed per turn meets it rarely.
+/// Relative difference up to which F counts as P · S. F is written with few digits (F88 for 1.25 mm at 70/min) and is off by up to half of
+/// the last. 0.2 % covers that at usual speeds, and the feed per revolution of a drill is seldom so close to a pitch by chance.
 const ROUNDING: f64 = 0.002;
 /// A move is straight along Z if it leaves the line by no more than rounding, mm.
 const STRAIGHT_MM: f64 = 1e-6;

@@ -1,5 +1,5 @@
-//! What is executed down to unroll a program: the plain text so far, and what stands in its way. Data only: `note_down.rs` writes
-//! blocks into it, and each family says what becomes of its tokens.
+//! The text of an unrolled program as it grows. In: `note_down.rs` writes executed blocks into it, and each family decides what becomes of its
+//! tokens. Out: [`Record`]: the plain text, and the obstacles that make it differ from the program.
 
 use super::words::Words;
 use crate::diag::{Diagnostic, Severity, Span};
@@ -12,7 +12,7 @@ use crate::nc::token::Token;
 /// Letters of lengths, angles and feeds: Fanuc and Haas read them in increments where they have no point.
 const POINTED: &[u8] = b"ABCEFIJKQRUVWXYZ";
 
-/// What an interpretation notes down.
+/// The plain text of the executed blocks.
 #[derive(Debug, Default)]
 pub(crate) struct Record {
     pub(crate) text: Vec<u8>,

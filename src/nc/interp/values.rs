@@ -55,9 +55,8 @@ impl<F: Family> Interpreter<'_, F> {
         Ok(value?.or((asked > 0).then_some(0.0)))
     }
 
-    /// Says which of the variables that were just read only the control knows: they last from program to program, are its own,
-    /// or are left over from whatever ran before. Hands back the highest of their numbers as [`Family::unset_variable`] counts
-    /// them, 0 if there is none.
+    /// Diagnoses the variables just read that only the control knows: they last from program to program, belong to the control, or are left
+    /// over from an earlier program. Returns the highest of their numbers as [`Family::unset_variable`] counts them, or 0.
     pub(crate) fn ask_the_control(&mut self, place: Span) -> u32 {
         let unset = self.parameters.take_unset();
         unset.into_iter().map(|number| F::unset_variable(self, number, place)).max().unwrap_or(0)

@@ -1,4 +1,4 @@
-//! The words of one block, gathered for the interpreter: a value and a place for each letter, G and M codes in order.
+//! The words of one block. In: its tokens. Out: a value and a place for each letter, and the G and M codes in order.
 
 use crate::diag::Span;
 use crate::nc::token::{Token, TokenKind};
@@ -22,15 +22,15 @@ pub struct Words {
     pub m: Vec<Code>,
     /// Begins with `/`.
     pub delete: bool,
-    /// More than words is in it (flow control, an assignment, a call): its family looks at its text.
+    /// It holds more than words (flow control, an assignment, a call), which its family reads from the text.
     pub beyond: bool,
     /// Something is in it besides blanks and comments.
     pub any: bool,
     /// Tokens that could not be read.
     pub bad: Vec<(TokenKind, Span)>,
-    /// A letter that was there before, with the place of the later one.
+    /// A letter that stands in the block twice, with the place of the second.
     pub repeated: Option<(u8, Span)>,
-    /// What the expressions in it came to.
+    /// Values of the expressions in it, by place.
     pub results: Vec<(Span, f64)>,
     /// Places of the names that were called.
     pub called: Vec<Span>,
@@ -57,7 +57,7 @@ impl Words {
         self.results.clear();
         self.called.clear();
     }
-    /// Takes every word out, as they have had their effect.
+    /// Removes all words, after they have taken effect.
     pub fn settle(&mut self) {
         self.present = 0;
         self.g.clear();
@@ -86,7 +86,7 @@ impl Words {
     pub fn remove(&mut self, letter: u8) {
         self.present &= !(1 << index(letter));
     }
-    /// Marks a word as incremental (true) or absolute (false) by itself.
+    /// Marks a word as incremental (true) or absolute (false), whatever G90/G91 says.
     pub fn force(&mut self, letter: u8, incremental: bool) {
         let bit = 1 << index(letter);
         if incremental {

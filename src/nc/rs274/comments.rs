@@ -9,7 +9,7 @@ use crate::nc::expr::{self, Parameters};
 
 /// Beginnings of comments that show values.
 const VALUED: [&str; 3] = ["DEBUG,", "PRINT,", "LOG,"];
-/// Beginnings of the others that do something.
+/// Beginnings of the other comments that the control acts on.
 const SAID: [&str; 6] = ["MSG,", "LOGOPEN,", "LOGAPPEND,", "LOGCLOSE", "PROBEOPEN", "PROBECLOSE"];
 /// Decimals of a value where no format stands before it.
 const DECIMALS: usize = 6;

@@ -1,4 +1,5 @@
-//! Flow control: LinuxCNC's O-words and Macro B's IF, GOTO, WHILE. Every jump is charged to the budget of the run.
+//! Flow control of LinuxCNC (O words) and Macro B (IF, GOTO, WHILE). In: a block. Out: where the run goes on. Every jump is charged to the
+//! budget ([`crate::nc::interp::budget`]), so that endless loops stop.
 
 use super::state::Rs274;
 use crate::diag::{Severity, Span};
@@ -253,7 +254,7 @@ impl Interpreter<'_, Rs274> {
         self.apply_assignments();
     }
 
-    /// Reads `#… = …`. A value that is kept may end up in any word: what only the control knows of it is a doubt at once.
+    /// Reads `#… = …`. The value may later be used in any word, so a value that only the control knows raises a doubt at once.
     pub(crate) fn read_assignment(&mut self, token: Token, text: &[u8]) {
         self.predefine(token.span.of(text));
         self.parameters.take_unset();

@@ -1,4 +1,4 @@
-//! What controls of the RS274 family remember beside what all do.
+//! What only controls of the RS274 family remember. In: changed by the files of this folder. Out: read by them.
 
 /// What the controls of the family remember beside what all do.
 pub(crate) struct Rs274 {

@@ -1,4 +1,5 @@
-//! Siemens 840D beyond what it shares with ISO: names, assignments, settings; calls, frames and jumps are beside it.
+//! Blocks of Siemens 840D that are more than ISO words. In: a block. Out: names, assignments and settings put in force, the rest as words.
+//! Calls, frames, jumps and structures are in the files beside this one.
 
 use super::calls::repeats;
 use super::frames::ENDS_LOST_FRAME;

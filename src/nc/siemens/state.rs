@@ -1,4 +1,4 @@
-//! What controls of the Siemens family remember beside what all do.
+//! What only controls of the Siemens family remember. In: changed by the files of this folder. Out: read by them.
 
 use std::collections::BTreeSet;
 

@@ -1,5 +1,5 @@
 //! Control structures of Siemens 840D: IF … ELSE … ENDIF, FOR … TO … ENDFOR, WHILE … ENDWHILE, LOOP … ENDLOOP,
-//! REPEAT … UNTIL. Every jump is charged to the budget of the run.
+//! REPEAT … UNTIL. In: a block. Out: where the run goes on. Every jump is charged to the budget, so that endless loops stop.
 
 use super::state::Siemens;
 use crate::diag::{Severity, Span};

@@ -24,7 +24,7 @@ mod proof;
 mod words;
 
 use crate::nc::{self, BYTE_ORDER_MARK, Environment, Program, Toolpath, interpret, parse};
-pub use proof::{Difference, ENOUGH, Proof, Rise};
+pub use proof::{Difference, Proof, Rise};
 use words::Done;
 
 /// Compares the two; see the head of the file. The rewritten program is read in the dialect of the original. Files linked

@@ -113,6 +113,7 @@ impl MaterialEntry {
     }
 
     /// The entries whose upper bound this one is.
+    #[cfg(feature = "rooms")]
     pub fn family(&self) -> &[String] {
         self.family.as_deref().unwrap_or(&[])
     }
