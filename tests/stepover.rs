@@ -50,7 +50,7 @@ fn step_overs_for_five_newtons_are_those_of_the_layer_model() {
         let bounds = Bounds { scallop_mm: 0.1, least_mm: 0.02, largest_mm: 1.0 };
         let (p, ahead, ask) = ([0.0, 0.0], [1.0, 0.0], [16.0, 5.0]);
         let reach = terrain.reach(p, (ahead, [0.0, 1.0]), &bounds).unwrap();
-        let found = terrain.settled_mm(p, ahead, &reach, ask) / cos;
+        let found = terrain.settled_mm(p, (ahead, [0.0, 1.0]), &reach, ask) / cos;
         println!("{slope_deg} degrees: {found:.4} mm, {expected} mm");
         assert!((found / expected - 1.0).abs() < 0.01, "{slope_deg} degrees: {found} mm instead of {expected}");
     }

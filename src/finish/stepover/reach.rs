@@ -135,7 +135,13 @@ impl Terrain<'_> {
     }
 
     /// The step-over at which the force of the next pass meets the reference at a feed, between two of those known, mm.
-    pub fn settled_mm(&self, p: [f64; 2], heading: [f64; 2], reach: &Reach, [feed_mm_s, reference_n]: [f64; 2]) -> f64 {
+    pub fn settled_mm(
+        &self,
+        p: [f64; 2],
+        (heading, side): ([f64; 2], [f64; 2]),
+        reach: &Reach,
+        [feed_mm_s, reference_n]: [f64; 2],
+    ) -> f64 {
         let (start, _) = reach.step_mm(feed_mm_s, reference_n);
         let force = |line: &LoadLine| line.loads(feed_mm_s).force_xy_peak_n - reference_n;
         let after = reach.steps.iter().position(|(_, line)| force(line) > 0.0);
@@ -145,7 +151,8 @@ impl Terrain<'_> {
         let mut at = start;
         // Regula falsi; the end that stays counts half (Illinois).
         for _ in 0..SETTLING {
-            let Some(here) = self.here([p[0], p[1] + at], heading, before) else { return start };
+            let next = [0, 1].map(|axis| p[axis] + at * side[axis]);
+            let Some(here) = self.here(next, heading, before) else { return start };
             let off = force(&self.line(&here));
             if off > 0.0 {
                 high = (at, off);
