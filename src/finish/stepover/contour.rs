@@ -7,8 +7,8 @@
 //! Δz = H(p) − H(p + s·side),
 //!
 //! H the height of the tip. The level below takes the least Δz of all places from which that step stays on steep ground going down.
-//! Where a pass ends, so that no place of it makes the whole step, its last part, if it is wider than half a step-over, gets a level on its
-//! edge. Each curve of a level is a pass of its own, cut when those above it have been. Closed ones run with the surface on their
+//! Where the ground ends, so that no place of a pass makes the whole step, its last part, if it is wider than half the step-over before
+//! it, gets a level on its edge. Each curve of a level is a pass of its own, cut when those above it have been. Closed ones run with the surface on their
 //! right (climb milling under M3); those with ends run to and fro.
 //!
 //! Step-over and least step-over are measured along the surface here: seen from above they vanish on a wall.
@@ -32,6 +32,8 @@ const BOUNDS_WITHIN: f64 = 0.02;
 const SETTLED_WITHIN: f64 = 0.2;
 /// Halvings of a way up or down the slope: of a radius of 3 mm to 0.2 µm.
 const HALVINGS: u32 = 14;
+/// A step that takes this part of the way to the end of the ground takes all of it: the end is halved out to a ten-thousandth.
+const END_WITHIN: f64 = 0.999;
 /// From one look for the pass above to the next, in ratios of the way.
 const FARTHER: f64 = 1.5;
 /// Least level part of the normal's upright that bounds are turned by: a wall of 89.4°.
@@ -53,9 +55,7 @@ struct Below {
     steps: Vec<(f64, Bind)>,
     /// Those that stay on steep ground.
     whole: Vec<bool>,
-    /// The same steps as step-overs, seen from above, mm.
-    overs_mm: Vec<f64>,
-    /// How far it is to the lower end of the steep ground, seen from above and downwards, where that is nearer than the largest of them, mm.
+    /// How far it is to the lower end of the steep ground, seen from above and downwards, where that is nearer than the largest step, mm.
     end_mm: Option<[f64; 2]>,
     reach: Option<Reach>,
     /// Length of the pass that it stands for, mm.
@@ -241,31 +241,34 @@ fn allowed((terrain, steep, wish): (&Terrain, &Steep, &Wish), (level, spot): (&L
     let ways = [heading(down), down];
     let slope = contact.normal.x.hypot(contact.normal.y) / contact.normal.z.max(UPRIGHT);
     let bounds = bounds_at(&wish.bounds, &contact);
-    let (reach, overs) = match wish.constant {
-        Some(Constant::Down(step) | Constant::Above(step) | Constant::Along(step)) => {
-            (None, vec![(step / slope, Bind::Neighbours)])
-        }
-        None => {
-            let reach = terrain.reach(p, (ways[0], ways[1]), &bounds)?;
-            let over = |feed: &f64| bound(&reach, *feed, wish, bounds.largest_mm);
-            let overs = wish.feeds_mm_s.iter().map(over).collect();
-            (Some(reach), overs)
-        }
-    };
     let drop = |by_mm: f64| terrain.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * down[axis]));
     let goes_down = |c: &Contact| steep.holds(c) && c.normal.x * down[0] + c.normal.y * down[1] > 0.0;
     let on = |by_mm: f64| drop(by_mm).is_some_and(|contact| goes_down(&contact));
     let deep = |by_mm: f64| drop(by_mm).map_or(0.0, |there| contact.tip_mm - there.tip_mm);
-    let whole: Vec<bool> = overs.iter().map(|(over, _)| on(*over)).collect();
+    let end = |far_mm: f64| (!on(far_mm)).then(|| bisect(on, 0.0, far_mm, HALVINGS)[0]);
+    let (reach, end, overs) = match wish.constant {
+        Some(Constant::Down(step) | Constant::Above(step) | Constant::Along(step)) => {
+            let over = step / slope;
+            (None, end(over), vec![(over, Bind::Neighbours)])
+        }
+        None => {
+            // Beyond the end the tool rolls over an edge, or leans on the other side of a valley: loads there say nothing of this one.
+            let end = end(bounds.largest_mm);
+            let largest_mm = end.unwrap_or(bounds.largest_mm).max(bounds.least_mm);
+            let reach = terrain.reach(p, (ways[0], ways[1]), &Bounds { largest_mm, ..bounds })?;
+            let overs = wish.feeds_mm_s.iter().map(|feed| bound(&reach, *feed, wish, largest_mm)).collect();
+            (Some(reach), end, overs)
+        }
+    };
+    let overs: Vec<(f64, Bind)> = overs;
+    let whole: Vec<bool> = overs.iter().map(|(over, _)| end.is_none_or(|end| *over < END_WITHIN * end)).collect();
     let step = |((over, bind), whole): (&(f64, Bind), &bool)| match wish.constant {
         Some(Constant::Down(step)) => (step, *bind),
         _ => (if *whole { deep(*over) } else { over * slope }, *bind),
     };
     let steps = overs.iter().zip(&whole).map(step).collect();
-    let farthest = overs.iter().map(|(over, _)| *over).fold(0.0, f64::max);
-    let end_mm = (!on(farthest)).then(|| bisect(on, 0.0, farthest, HALVINGS)[0]).map(|by_mm| [by_mm, deep(by_mm).max(0.0)]);
-    let overs_mm = overs.iter().map(|(over, _)| *over).collect();
-    Some(Below { spot, ways, steps, whole, overs_mm, end_mm, reach, length_mm: 0.0, slope })
+    let end_mm = end.map(|by_mm| [by_mm, deep(by_mm).max(0.0)]);
+    Some(Below { spot, ways, steps, whole, end_mm, reach, length_mm: 0.0, slope })
 }
 
 /// Shares the length of every stretch out among its places.
@@ -279,12 +282,15 @@ fn lengths(level: &Level, below: &mut [Below]) {
 }
 
 /// The step down at a feed, by its number in the wish: least over the places that make the whole step; of a stretch that ends, down
-/// to the end if its last part is wider than half a step-over.
+/// to the end if its last part is wider than half the step-over before it.
 fn step_down(level: &Level, below: &[Below], k: usize) -> Option<f64> {
     let of = |place: &Below| level.spots[place.spot].1;
     let stretch = |places: &[Below]| {
         let whole = places.iter().filter(|place| place.whole[k]).map(|place| place.steps[k].0).reduce(f64::min);
-        let end = |place: &Below| place.end_mm.filter(|[over, _]| *over > 0.5 * place.overs_mm[k]).map(|[_, down]| down);
+        let before = |place: &Below| level.spots[place.spot].0.step_mm;
+        let end = |place: &Below| {
+            place.end_mm.filter(|[over, down]| over.hypot(*down) > 0.5 * before(place)).map(|[_, down]| down)
+        };
         whole.or_else(|| places.iter().filter_map(end).reduce(f64::max))
     };
     below.chunk_by(|a, b| of(a) == of(b)).filter_map(stretch).reduce(f64::min)
@@ -317,7 +323,6 @@ fn settle(terrain: &Terrain, level: &Level, below: &mut [Below], (wish, k): (&Wi
         let tip = |by_mm: f64| terrain.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * place.ways[1][axis]));
         if let (Some(from), Some(to)) = (tip(0.0), tip(over)) {
             place.steps[k].0 = from.tip_mm - to.tip_mm;
-            place.overs_mm[k] = over;
         }
     });
 }

@@ -202,7 +202,7 @@ pub fn run(
         Some(earlier) => earlier.thickness_mm(contact, most_mm),
         None => ask.stock_mm,
     };
-    let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &stock_mm };
+    let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &stock_mm, one_height: matches!(ask.lay, Lay::Contour { .. }) };
     let column_mm = COLUMN_MM.min(shape.radius_mm() / 6.0);
     let Box3 { min, max } = turned.extent;
     let bed = Bed::new(&ask.lay, &terrain, [min.x, min.y], [max.x, max.y], column_mm);
