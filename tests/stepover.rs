@@ -46,7 +46,8 @@ fn step_overs_for_five_newtons_are_those_of_the_layer_model() {
         let plane = Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] };
         let surface = Surface::of_mesh(&plane, 1.5, Vec::new());
         let dropper = Dropper::new(&surface, Shape::ball(3.0));
-        let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &|_| 0.1, one_height: false };
+        let terrain =
+            Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &|_| 0.1, one_height: false };
         let bounds = Bounds { scallop_mm: 0.1, least_mm: 0.02, largest_mm: 1.0 };
         let (p, ahead, ask) = ([0.0, 0.0], [1.0, 0.0], [16.0, 5.0]);
         let reach = terrain.reach(p, (ahead, [0.0, 1.0]), &bounds).unwrap();

@@ -314,7 +314,9 @@ pub fn stepover_words(answer: &Answer) -> String {
         }
     }
     let _ = writeln!(text, "scallop   {:.4} mm at most{}", whole.scallop_max_mm, beyond_words(&whole));
-    if let Some(Left { shallower_than_deg, shallow_mm2, shallow_percent, strips_mm2 }) = answer.left_out.as_ref().map(left) {
+    if let Some(Left { shallower_than_deg, shallow_mm2, shallow_percent, strips_mm2 }) =
+        answer.left_out.as_ref().map(left)
+    {
         let _ = writeln!(
             text,
             "left out  {shallow_mm2:.1} mm2 ({shallow_percent:.1} %) of the surface, shallower than {shallower_than_deg:.1} degrees: add \

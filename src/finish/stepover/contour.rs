@@ -1,15 +1,15 @@
 //! Passes of one height each, from the top downwards (constant z). In: a terrain, its steep part, bounds, feeds to choose from, a
 //! reference force. Out: the passes in the order of cutting, and what bounds them where.
 //!
-//! From every place p of a level the next pass may step over downhill by s, as far as [`Reach`] says; that is
-//! a step down of
+//! From every place p of a level the next pass may step over downhill by s, as far as [`Reach`] says; that is a step
+//! down of
 //!
 //! Δz = H(p) − H(p + s·side),
 //!
 //! H the height of the tip. The level below takes the least Δz of all places from which that step stays on steep ground going down.
 //! Where the ground ends, so that no place of a pass makes the whole step, its last part, if it is wider than half the step-over before
-//! it, gets a level on its edge. Each curve of a level is a pass of its own, cut when those above it have been. Closed ones run with the surface on their
-//! right (climb milling under M3); those with ends run to and fro.
+//! it, gets a level on its edge. Each curve of a level is a pass of its own, cut when those above it have been. Closed ones run with
+//! the surface on their right (climb milling under M3); those with ends run to and fro.
 //!
 //! Step-over and least step-over are measured along the surface here: seen from above they vanish on a wall.
 
@@ -36,7 +36,7 @@ const HALVINGS: u32 = 14;
 const END_WITHIN: f64 = 0.999;
 /// From one look for the pass above to the next, in ratios of the way.
 const FARTHER: f64 = 1.5;
-/// Least level part of the normal's upright that bounds are turned by: a wall of 89.4°.
+/// Least upright part of a normal that lengths are divided by: that of a wall of 89.4°.
 const UPRIGHT: f64 = 0.01;
 
 /// A level that has been laid: its spots with what they allow below, and the stretch each is of.
@@ -55,7 +55,8 @@ struct Below {
     steps: Vec<(f64, Bind)>,
     /// Those that stay on steep ground.
     whole: Vec<bool>,
-    /// How far it is to the lower end of the steep ground, seen from above and downwards, where that is nearer than the largest step, mm.
+    /// How far it is to the lower end of the steep ground, seen from above and downwards, where that is nearer than the largest step,
+    /// mm.
     end_mm: Option<[f64; 2]>,
     reach: Option<Reach>,
     /// Length of the pass that it stands for, mm.
@@ -81,11 +82,15 @@ pub fn plan(terrain: &Terrain, steep: &Steep, wish: &Wish) -> Plan {
     let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()], ..Plan::default() };
     let (mut strands, mut before): (Vec<Strand>, Option<(Level, Vec<Bind>)>) = (Vec::new(), None);
     let (mut places, mut beyond) = (0usize, 0usize);
-    let mut next = steep.highest_below(f64::INFINITY);
+    let top = |below_mm: f64| steep.highest_below(terrain.dropper, below_mm);
+    // At its very top the steep ground is touched here and there: the least step below it all round.
+    let mut next = top(f64::INFINITY).map(|top| top - least_mm);
     while let Some(height_mm) = next {
         let level = lay((terrain, steep, wish), height_mm, before.as_ref(), &mut strands, &mut plan.strips_mm2);
-        let mut below: Vec<Below> =
-            (0..level.spots.len()).into_par_iter().filter_map(|k| allowed((terrain, steep, wish), (&level, k))).collect();
+        let mut below: Vec<Below> = (0..level.spots.len())
+            .into_par_iter()
+            .filter_map(|k| allowed((terrain, steep, wish), (&level, k)))
+            .collect();
         lengths(&level, &mut below);
         places += below.len();
         beyond += below.iter().filter(|place| is_beyond(place)).count();
@@ -98,12 +103,12 @@ pub fn plan(terrain: &Terrain, steep: &Steep, wish: &Wish) -> Plan {
             (k, step_down(&level, &below, k).unwrap_or(least_mm).max(least_mm))
         });
         plan.strips_mm2 += strips_mm2(&below, step.map(|(_, step)| step));
-        let binds = binds(&level, &below, step);
+        let binds = binds(terrain, &level, &below, step);
         next = match step {
-            Some((_, step_mm)) => Some(height_mm - step_mm).filter(|_| steep.highest_below(height_mm).is_some()),
+            Some((_, step_mm)) => Some(height_mm - step_mm).filter(|_| top(height_mm).is_some()),
             None => {
                 let last = below.iter().filter_map(|place| place.end_mm).map(|[_, down]| down).fold(least_mm, f64::max);
-                steep.highest_below(height_mm - last)
+                top(height_mm - last).map(|top| top - least_mm)
             }
         };
         before = Some((level, binds));
@@ -170,7 +175,12 @@ struct Above {
 }
 
 /// Goes uphill from a place for the pass above.
-fn above((terrain, steep, wish): (&Terrain, &Steep, &Wish), p: [f64; 2], height_mm: f64, before: Option<&Level>) -> Above {
+fn above(
+    (terrain, steep, wish): (&Terrain, &Steep, &Wish),
+    p: [f64; 2],
+    height_mm: f64,
+    before: Option<&Level>,
+) -> Above {
     let none = Above { pass: None, end: None, strip_mm: 0.0 };
     let Some(contact) = terrain.dropper.drop(p) else { return none };
     let Some(down) = downhill(&contact) else { return none };
@@ -277,7 +287,8 @@ fn lengths(level: &Level, below: &mut [Below]) {
     for k in 0..below.len() {
         let (here, last) = (below[k].spot, level.spots.len() - 1);
         let beside = [here.saturating_sub(1), (here + 1).min(last)].into_iter().filter(|other| of(*other) == of(here));
-        below[k].length_mm = beside.map(|other| 0.5 * (level.spots[other].0.tip - level.spots[here].0.tip).norm()).sum();
+        below[k].length_mm =
+            beside.map(|other| 0.5 * (level.spots[other].0.tip - level.spots[here].0.tip).norm()).sum();
     }
 }
 
@@ -333,14 +344,28 @@ fn bounds(own_mm: f64, taken_mm: f64) -> bool {
 }
 
 /// What bounds the level below each spot.
-fn binds(level: &Level, below: &[Below], step: Option<(usize, f64)>) -> Vec<Bind> {
+fn binds(terrain: &Terrain, level: &Level, below: &[Below], step: Option<(usize, f64)>) -> Vec<Bind> {
     let mut binds = vec![Bind::Edge; level.spots.len()];
     let Some((k, taken_mm)) = step else { return binds };
-    for place in below {
-        let (own_mm, bind) = place.steps[k];
-        binds[place.spot] = if place.whole[k] && bounds(own_mm, taken_mm) { bind } else { Bind::Neighbours };
-    }
+    let bind = |place: &Below| match place.steps[k] {
+        _ if is_cut_short(terrain, level, place, taken_mm) => Bind::Edge,
+        (own_mm, bind) if place.whole[k] && bounds(own_mm, taken_mm) => bind,
+        _ => Bind::Neighbours,
+    };
+    let found: Vec<Bind> = below.par_iter().map(bind).collect();
+    below.iter().zip(found).for_each(|(place, bind)| binds[place.spot] = bind);
     binds
+}
+
+/// Does the surface end below the pass so near that it engages less than on ground that goes on? Below the contact a corner of radius r
+/// meets stock of thickness t as far as √(2 r t) down the slope.
+fn is_cut_short(terrain: &Terrain, level: &Level, place: &Below, step_mm: f64) -> bool {
+    let p = level.spots[place.spot].0.at;
+    let Some(contact) = terrain.dropper.drop(p) else { return true };
+    let meets_mm = (2.0 * terrain.shape().corner_mm * (terrain.stock_mm)(&contact)).sqrt();
+    let by_mm = step_mm / place.slope + meets_mm * contact.normal.z;
+    let there = terrain.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * place.ways[1][axis]));
+    there.is_none_or(|contact| contact.rim)
 }
 
 /// Strips below the places where the steep ground ends before the next level, along the surface, mm².

@@ -202,7 +202,13 @@ pub fn run(
         Some(earlier) => earlier.thickness_mm(contact, most_mm),
         None => ask.stock_mm,
     };
-    let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &stock_mm, one_height: matches!(ask.lay, Lay::Contour { .. }) };
+    let terrain = Terrain {
+        dropper: &dropper,
+        cutter: &cutter,
+        rings: &rings,
+        stock_mm: &stock_mm,
+        one_height: matches!(ask.lay, Lay::Contour { .. }),
+    };
     let column_mm = COLUMN_MM.min(shape.radius_mm() / 6.0);
     let Box3 { min, max } = turned.extent;
     let bed = Bed::new(&ask.lay, &terrain, [min.x, min.y], [max.x, max.y], column_mm);
@@ -284,7 +290,10 @@ fn left_out(surface: &Surface, lay: &Lay) -> Result<Option<LeftOut>, Refusal> {
     let [machined_mm2, shallow_mm2] = surface.shallow_mm2(shallowest_rad);
     if machined_mm2 > 0.0 && shallow_mm2 >= machined_mm2 {
         return Err(Refusal::new(
-            format!("the surface is nowhere steeper than {:.1} degrees: too shallow for passes of one height", shallowest_rad.to_degrees()),
+            format!(
+                "the surface is nowhere steeper than {:.1} degrees: too shallow for passes of one height",
+                shallowest_rad.to_degrees()
+            ),
             "plan parallel passes (--passes parallel), or lower --shallowest",
         ));
     }

@@ -33,7 +33,8 @@ pub fn order(strands: Vec<Strand>) -> Vec<Strand> {
     let (mut at, mut found): (Option<[f64; 2]>, Vec<Strand>) = (None, Vec::new());
     while !ready.is_empty() {
         let far = |k: &usize| strands[*k].as_ref().map_or(f64::INFINITY, |strand| start(strand, at).1);
-        let nearest = (0..ready.len()).min_by(|a, b| far(&ready[*a]).total_cmp(&far(&ready[*b])).then(ready[*a].cmp(&ready[*b])));
+        let nearest =
+            (0..ready.len()).min_by(|a, b| far(&ready[*a]).total_cmp(&far(&ready[*b])).then(ready[*a].cmp(&ready[*b])));
         let k = ready.remove(nearest.unwrap_or(0));
         for child in &children[k] {
             missing[*child] -= 1;

@@ -222,10 +222,7 @@ struct Allowed {
 /// Plans the passes over the columns.
 pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
     let count = columns.stretches.len();
-    let mut plan = Plan {
-        everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()],
-        ..Plan::default()
-    };
+    let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()], ..Plan::default() };
     let begin: Vec<f64> = (0..count).map(|i| columns.next(i, f64::NEG_INFINITY)).collect();
     let half = (terrain.shape().radius_mm() / columns.column_mm).round() as usize;
     let mut curve = below(&begin, wish.turn, columns.column_mm, half);
@@ -251,7 +248,8 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
                 Some(Constant::Down(_)) => {}
             }
             if let Some(reach) = &allowed.reach {
-                allowed.steps = wish.feeds_mm_s.iter().map(|f| bound(reach, *f, wish, wish.bounds.largest_mm)).collect();
+                allowed.steps =
+                    wish.feeds_mm_s.iter().map(|f| bound(reach, *f, wish, wish.bounds.largest_mm)).collect();
             }
             allowed
         };

@@ -137,11 +137,17 @@ fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm
 
 /// Points of the curve of one height between two of its points, by halves: `often` times, and on where it bends by more than half the
 /// tolerance, as in a corner.
-fn halve(ends: [[f64; 2]; 2], (level_mm, dropper): (f64, &Dropper), (often, tolerance_mm): (u32, f64), out: &mut Vec<[f64; 2]>) {
+fn halve(
+    ends: [[f64; 2]; 2],
+    (level_mm, dropper): (f64, &Dropper),
+    (often, tolerance_mm): (u32, f64),
+    out: &mut Vec<[f64; 2]>,
+) {
     let [a, b] = ends;
     let apart = (b[0] - a[0]).hypot(b[1] - a[1]);
     let chord = [0, 1].map(|axis| 0.5 * (a[axis] + b[axis]));
-    let Some(middle) = onto(dropper, chord, level_mm, apart) else { return };
+    // No farther off than half the chord: so both halves are shorter than it, and the halving ends.
+    let Some(middle) = onto(dropper, chord, level_mm, 0.5 * apart) else { return };
     let bends = (middle[0] - chord[0]).hypot(middle[1] - chord[1]) > 0.5 * tolerance_mm;
     if often == 0 && (!bends || apart < tolerance_mm) {
         return;

@@ -2,13 +2,15 @@
 //! Out: the stretches of such passes at a height, and places over that part.
 
 use super::drop::{Contact, Dropper};
-use super::levels::{Curve, Grid, onto};
+use super::levels::{Curve, Grid, downhill, onto};
 use super::reach::Place;
 use crate::numeric::bisect;
 use rayon::prelude::*;
 
 /// Shortest stretch, and longest gap of shallower ground that is passed over, in radii of the tool: a lead takes as much room.
 const SHORT: f64 = 1.0;
+/// To the next place of a grid in any direction, in sides of a cell: its diagonal.
+const NEXT: f64 = std::f64::consts::SQRT_2;
 /// Points of a curve nearer than this to the one before are left out, in sides of a cell.
 const APART: f64 = 0.4;
 /// Halvings of the way to the end of a stretch: from the side of a cell, 0.5 mm, to half a micrometre.
@@ -55,10 +57,16 @@ impl Steep {
         (1.0 - self.flattest * self.flattest).sqrt()
     }
 
-    /// Highest tip over it on the grid below a height, mm.
-    pub fn highest_below(&self, below_mm: f64) -> Option<f64> {
-        let tips = self.grid.contacts(1).filter(|(_, contact)| self.holds(contact)).map(|(_, contact)| contact.tip_mm);
-        tips.filter(|tip| *tip < below_mm).reduce(f64::max)
+    /// Highest tip over it below a height, mm: uphill from the highest place of the grid as far as it goes.
+    pub fn highest_below(&self, dropper: &Dropper, below_mm: f64) -> Option<f64> {
+        let held = self.grid.contacts(1).filter(|(_, contact)| self.holds(contact) && contact.tip_mm < below_mm);
+        let (p, highest) = held.reduce(|a, b| if b.1.tip_mm > a.1.tip_mm { b } else { a })?;
+        let Some(down) = downhill(highest) else { return Some(highest.tip_mm) };
+        let drop = |by_mm: f64| dropper.drop([0, 1].map(|axis| p[axis] - by_mm * down[axis]));
+        let on = |by_mm: f64| drop(by_mm).is_some_and(|c| self.holds(&c) && c.tip_mm >= highest.tip_mm);
+        // The next place of the grid uphill is no part of it, or it would be the highest.
+        let top = drop(bisect(on, 0.0, NEXT * self.grid.cell_mm(), HALVINGS)[0])?.tip_mm;
+        Some(top.min(below_mm))
     }
 
     /// Places over it, at most `apart_mm` from each other, with the area each stands for.
@@ -112,7 +120,8 @@ impl Steep {
     /// Where the steep part ends between a point of a curve on it and the next one, which is not.
     fn border(&self, dropper: &Dropper, inside: [f64; 2], out: [f64; 2], level_mm: f64) -> Option<[f64; 2]> {
         let far_mm = (out[0] - inside[0]).hypot(out[1] - inside[1]);
-        let at = |t: f64| onto(dropper, [0, 1].map(|axis| inside[axis] + t * (out[axis] - inside[axis])), level_mm, far_mm);
+        let at =
+            |t: f64| onto(dropper, [0, 1].map(|axis| inside[axis] + t * (out[axis] - inside[axis])), level_mm, far_mm);
         let on = |t: f64| at(t).and_then(|p| dropper.drop(p)).is_some_and(|contact| self.holds(&contact));
         let t = bisect(on, 0.0, 1.0, HALVINGS)[0];
         at(t).filter(|_| t * far_mm > 1e-3)

@@ -110,7 +110,9 @@ impl Surface {
     pub fn shallow_mm2(&self, below_rad: f64) -> [f64; 2] {
         let area = |across: Vec3| 0.5 * across.norm();
         let shallow = |across: &Vec3| across.z > below_rad.cos() * across.norm();
-        [self.machined().map(area).sum(), self.machined().filter(shallow).map(area).sum()]
+        // From a positive zero: the sum of nothing is a negative one.
+        let sum = |areas: f64, across: Vec3| areas + area(across);
+        [self.machined().fold(0.0, sum), self.machined().filter(shallow).fold(0.0, sum)]
     }
 
     /// Of every facet that is machined twice its area along its normal.
