@@ -10,7 +10,7 @@ use super::learn::{load, open};
 use super::options::Global;
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
-use crate::finish::stepover::{Ask, Refusal, Surface, run};
+use crate::finish::stepover::{Ask, Lay, Refusal, Surface, run};
 use crate::job::stepover::at_reference_force;
 use crate::machine::{Job, StockShape};
 use crate::nc::Dialect;
@@ -62,18 +62,24 @@ pub struct Stepover {
     /// Slope up to which the surface is machined, degrees.
     #[arg(long, value_name = "DEG", default_value_t = STEEPEST_DEG)]
     pub steepest: f64,
-    /// Least step-over seen from above, mm; a fiftieth of the tool's radius when absent.
+    /// Least step-over, mm, seen from above, of contour passes along the surface; a fiftieth of the tool's radius when absent.
     #[arg(long, value_name = "MM")]
     pub least_step_over: Option<f64>,
-    /// Largest step-over seen from above, mm; the tool's radius when absent.
+    /// Largest step-over, measured alike, mm; the tool's radius when absent.
     #[arg(long, value_name = "MM")]
     pub largest_step_over: Option<f64>,
-    /// Direction of the passes from +X, degrees; they follow each other to their left.
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
-    pub direction: f64,
-    /// How far a pass may turn away from its direction, degrees: 0 is straight.
-    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
-    pub turn: f64,
+    /// How passes lie: side by side in one direction, or each at one height from the top downwards (constant z), for steep parts.
+    #[arg(long, value_name = "HOW", default_value = "parallel")]
+    pub passes: Passes,
+    /// Direction of parallel passes from +X, degrees, 0 when absent; they follow each other to their left.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub direction: Option<f64>,
+    /// How far a parallel pass may turn away from its direction, degrees: 0, straight, when absent.
+    #[arg(long, value_name = "DEG")]
+    pub turn: Option<f64>,
+    /// Slope from level that contour passes begin at, degrees, 30 when absent; how much of the surface is shallower is said.
+    #[arg(long, value_name = "DEG")]
+    pub shallowest: Option<f64>,
     /// How far the lines of the program may lie from the path on the surface, mm.
     #[arg(long, value_name = "MM", default_value_t = 0.003)]
     pub tolerance: f64,
@@ -87,6 +93,19 @@ pub enum Unit {
     /// Inches
     Inch,
 }
+
+/// Kinds of passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Passes {
+    /// Side by side
+    Parallel,
+    /// Each at one height
+    Contour,
+}
+
+/// Contour passes begin at this slope from level, degrees. A scallop limit allows a step-over w along the surface on any slope; that is a
+/// step down of w·sin θ, and the least along a pass holds for all of it: half of w where the shallowest ground has 30°.
+const SHALLOWEST_DEG: f64 = 30.0;
 
 /// Facets steeper than this are not machined from above, degrees.
 const STEEPEST_DEG: f64 = 85.0;
@@ -139,9 +158,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         let value = value.unwrap_or_default();
         return Err(CliError::new(format!("{name} {value} makes no sense"), "give a positive number"));
     }
-    if !(0.0..=45.0).contains(&command.turn) {
-        return Err(CliError::new(format!("--turn {} makes no sense", command.turn), "give degrees from 0 to 45"));
-    }
+    let lay = lay(command)?;
     if !(command.steepest > 0.0 && command.steepest < 90.0) {
         return Err(CliError::new(
             format!("--steepest {} makes no sense", command.steepest),
@@ -156,8 +173,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         scallop_mm: command.scallop,
         stock_mm: command.stock.unwrap_or(STOCK_MM),
         step_over_mm: [least, largest],
-        direction_rad: command.direction.to_radians(),
-        turn_rad: command.turn.to_radians(),
+        lay,
         tolerance_mm: command.tolerance,
     };
     let bar = screen.progress("planning");
@@ -205,6 +221,38 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         return Ok(Outcome::Unmet);
     }
     Ok(Outcome::Done)
+}
+
+/// How passes are to lie.
+fn lay(command: &Stepover) -> Result<Lay, CliError> {
+    let (turn, shallowest) = (command.turn.unwrap_or(0.0), command.shallowest.unwrap_or(SHALLOWEST_DEG));
+    if !(0.0..=45.0).contains(&turn) {
+        return Err(CliError::new(format!("--turn {turn} makes no sense"), "give degrees from 0 to 45"));
+    }
+    if !(shallowest > 0.0 && shallowest < command.steepest) {
+        return Err(CliError::new(
+            format!("--shallowest {shallowest} makes no sense"),
+            "give degrees above 0 and below --steepest",
+        ));
+    }
+    let contour = command.passes == Passes::Contour;
+    let other = [
+        ("--direction", command.direction, contour),
+        ("--turn", command.turn, contour),
+        ("--shallowest", command.shallowest, !contour),
+    ];
+    if let Some((name, ..)) = other.iter().find(|(_, value, idle)| *idle && value.is_some()) {
+        return Err(CliError::new(
+            format!("{name} says nothing to these passes"),
+            "--direction and --turn go with --passes parallel, --shallowest with --passes contour",
+        ));
+    }
+    Ok(if contour {
+        Lay::Contour { shallowest_rad: shallowest.to_radians() }
+    } else {
+        let direction = command.direction.unwrap_or(0.0);
+        Lay::Parallel { direction_rad: direction.to_radians(), turn_rad: turn.to_radians() }
+    })
 }
 
 /// The force counts as held up to this ratio of the reference: within 10 %, as is asked of constancy.

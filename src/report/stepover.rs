@@ -3,7 +3,7 @@
 use super::marks::WRITTEN_BY;
 use super::number::{clock, short};
 use crate::finish::stepover::Answer;
-use crate::finish::stepover::job::{Program, cutting_s};
+use crate::finish::stepover::job::{LeftOut, Program, cutting_s};
 use crate::finish::stepover::passes::{Bind, Constant, Pass, Spot};
 use crate::units::{mm_min_from_mm_s, rpm_from_rps};
 use serde::Serialize;
@@ -22,6 +22,9 @@ struct Report {
     /// Time against constant step-over, %.
     saved_percent: Option<f64>,
     price: Price,
+    /// Of passes of one height alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    left_out: Option<Left>,
     passes: Vec<PassRow>,
     notes: Vec<String>,
 }
@@ -32,10 +35,19 @@ struct Price {
     s_per_um: f64,
 }
 
+/// What passes of one height leave out.
+#[derive(Serialize)]
+struct Left {
+    shallower_than_deg: f64,
+    shallow_mm2: f64,
+    shallow_percent: f64,
+    strips_mm2: f64,
+}
+
 #[derive(Serialize)]
 struct ConstantSide {
     step_over_mm: f64,
-    /// "seen from above" or "along the surface".
+    /// "seen from above", "along the surface" or "downwards".
     measured: &'static str,
     feed_mm_min: f64,
     #[serde(flatten)]
@@ -90,6 +102,9 @@ struct Simulated {
 #[derive(Serialize)]
 struct PassRow {
     pass: usize,
+    /// Height of the tip where it is one throughout.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    z_mm: Option<f64>,
     feed_mm_min: [f64; 2],
     length_mm: f64,
     step_over_mm: [f64; 2],
@@ -114,6 +129,7 @@ fn measured(step: Constant) -> (f64, &'static str) {
     match step {
         Constant::Above(step) => (step, "seen from above"),
         Constant::Along(step) => (step, "along the surface"),
+        Constant::Down(step) => (step, "downwards"),
     }
 }
 
@@ -183,12 +199,22 @@ fn row(number: usize, pass: &Pass, simulated: [f64; 2]) -> PassRow {
     let length = |stretch: &Vec<Spot>| stretch.windows(2).map(|two| (two[1].tip - two[0].tip).norm()).sum::<f64>();
     PassRow {
         pass: number + 1,
+        z_mm: pass.level_mm,
         feed_mm_min: range(&|spot| mm_min_from_mm_s(spot.feed_mm_s)),
         length_mm: pass.stretches.iter().map(length).sum(),
         step_over_mm: range(&|spot| spot.step_mm),
         force_n: range(&|spot| spot.force_n),
         scallop_mm: range(&|spot| spot.scallop_mm),
         simulated_force_max_n: simulated[1],
+    }
+}
+
+fn left(left: &LeftOut) -> Left {
+    Left {
+        shallower_than_deg: left.shallowest_rad.to_degrees(),
+        shallow_mm2: left.shallow_mm2,
+        shallow_percent: 100.0 * left.shallow_mm2 / left.machined_mm2.max(f64::MIN_POSITIVE),
+        strips_mm2: left.strips_mm2,
     }
 }
 
@@ -219,6 +245,7 @@ pub fn stepover_json(answer: &Answer) -> String {
         constant,
         saved_percent: saved(answer),
         price: Price { s_per_n: answer.prices[0], s_per_um: answer.prices[1] },
+        left_out: answer.left_out.as_ref().map(left),
         passes: passes.map(|(k, pass)| row(k, pass, simulated(k))).collect(),
         notes: answer.notes.clone(),
     };
@@ -287,6 +314,15 @@ pub fn stepover_words(answer: &Answer) -> String {
         }
     }
     let _ = writeln!(text, "scallop   {:.4} mm at most{}", whole.scallop_max_mm, beyond_words(&whole));
+    if let Some(Left { shallower_than_deg, shallow_mm2, shallow_percent, strips_mm2 }) =
+        answer.left_out.as_ref().map(left)
+    {
+        let _ = writeln!(
+            text,
+            "left out  {shallow_mm2:.1} mm2 ({shallow_percent:.1} %) of the surface, shallower than {shallower_than_deg:.1} degrees: add \
+             parallel passes there; and {strips_mm2:.1} mm2 of strips at its ends, narrower than a step"
+        );
+    }
     if let (Some(rival), Some(percent)) = (&answer.constant, saved(answer)) {
         let (step_mm, measured) = measured(rival.step);
         let _ = writeln!(

@@ -104,7 +104,7 @@ impl Left<'_> {
                 let tangent = Vec3::new(-out.y, out.x, 0.0);
                 let x = stand.tip + out * slice.radius_mm + Vec3::new(0.0, 0.0, slice.z_mm);
                 let Some(nearest) = self.centres.nearest(near, x) else { continue };
-                if (nearest.distance_mm - self.radius_mm).abs() > ON_SURFACE_MM {
+                if !is_on_surface(nearest.distance_mm, self.radius_mm) {
                     continue;
                 }
                 let normal = normal(&nearest, x);
@@ -151,4 +151,20 @@ fn normal(nearest: &Nearest, x: Vec3) -> Vec3 {
     let away = nearest.centre - x;
     let away = if away.z < 0.0 { Vec3::new(away.x, away.y, 0.0) } else { away };
     away.try_normalize(0.0).unwrap_or_else(Vec3::z)
+}
+
+/// Does a point so far from the path of the ball's centre lie on the surface that the ball left?
+fn is_on_surface(distance_mm: f64, radius_mm: f64) -> bool {
+    (distance_mm - radius_mm).abs() <= ON_SURFACE_MM
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_end_of_an_arc_is_on_the_surface_within_three_hundredths() {
+        assert!(is_on_surface(3.029, 3.0) && is_on_surface(2.971, 3.0));
+        assert!(!is_on_surface(3.031, 3.0) && !is_on_surface(2.969, 3.0));
+    }
 }

@@ -37,7 +37,7 @@ pub fn meet(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Resu
         both.map(|(sample, _)| sample.length_mm).sum()
     };
     let here_mm = length(samples, met);
-    if here_mm >= MEETING * bench.finish_length_mm() {
+    if is_met(here_mm, bench.finish_length_mm()) {
         return Ok(());
     }
     if let Some(times) = in_another_unit(task) {
@@ -82,6 +82,32 @@ fn in_another_unit(task: &Task) -> Option<f64> {
         least.zip(most).map_or(0.0, |(least, most)| (most - least).norm())
     };
     let times = extent(task.finish) / extent(task.semi);
+    is_of_units(times).then_some(times)
+}
+
+/// Is a ratio that of an inch and a millimetre, either way?
+fn is_of_units(times: f64) -> bool {
     let near = |ratio: f64| (times / ratio - 1.0).abs() < ALIKE;
-    (near(INCH_MM) || near(1.0 / INCH_MM)).then_some(times)
+    near(INCH_MM) || near(1.0 / INCH_MM)
+}
+
+/// Does enough of the finishing path meet the semi-finish?
+fn is_met(here_mm: f64, whole_mm: f64) -> bool {
+    here_mm >= MEETING * whole_mm
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extents_within_a_tenth_of_25_4_are_those_of_units() {
+        assert!(is_of_units(27.8) && is_of_units(23.0) && is_of_units(1.0 / 23.2));
+        assert!(!is_of_units(28.0) && !is_of_units(22.8) && !is_of_units(1.0 / 28.3) && !is_of_units(1.0));
+    }
+
+    #[test]
+    fn half_of_the_finishing_path_has_to_meet_the_semi_finish() {
+        assert!(is_met(50.1, 100.0) && !is_met(49.9, 100.0));
+    }
 }

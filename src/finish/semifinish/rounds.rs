@@ -189,16 +189,16 @@ impl<'a> Rounds<'a> {
             let error = self.judge(&forces);
             alone += 1;
             if error < self.error {
-                idle = if error > self.error * (1.0 - WORTH) { idle + 1 } else { 0 };
+                idle = if is_worth_it(error, self.error) { 0 } else { idle + 1 };
                 (self.stock_mm, self.forces, self.met, self.best, self.error) = (next, forces, met, Some(look), error);
-                self.step_mm = (2.0 * self.step_mm).min(STEP_MM);
+                self.step_mm = longer_mm(self.step_mm);
             } else {
                 if alone >= ALONE {
                     self.step_mm *= SHORTER;
                 }
                 alone = ALONE;
             }
-            if self.error < GOOD || idle == 2 || self.step_mm < LEAST_STEP_MM {
+            if is_last(self.error, idle, self.step_mm) {
                 break;
             }
         }
@@ -213,7 +213,7 @@ impl<'a> Rounds<'a> {
             let square: f64 = self.slopes[k].iter().map(|(unknown, _)| change(*unknown).powi(2)).sum();
             let whole = self.slope(k);
             let mut row = std::mem::take(&mut self.slopes[k]);
-            if square.sqrt() > TELLING_MM {
+            if is_telling(square.sqrt()) {
                 let expected: f64 = row.iter().map(|(unknown, slope)| slope * change(*unknown)).sum();
                 let missed = (forces[k] - self.forces[k] - expected) / square;
                 for (unknown, slope) in &mut row {
@@ -334,4 +334,59 @@ impl<'a> Rounds<'a> {
 /// Square of an error, and beyond [`FAR`] what goes on with its slope there.
 fn cost(off: f64) -> f64 {
     if off.abs() < FAR { off * off } else { FAR * (2.0 * off.abs() - FAR) }
+}
+
+/// Does a round lower the mean error by enough to go on for?
+fn is_worth_it(error: f64, before: f64) -> bool {
+    error <= before * (1.0 - WORTH)
+}
+
+/// Is there nothing more to gain: good enough, two rounds of little worth, or too short a step?
+fn is_last(error: f64, idle: u32, step_mm: f64) -> bool {
+    error < GOOD || idle == 2 || step_mm < LEAST_STEP_MM
+}
+
+/// Largest change after a round that did good, mm.
+fn longer_mm(step_mm: f64) -> f64 {
+    (2.0 * step_mm).min(STEP_MM)
+}
+
+/// Does a change of stock tell the derivative?
+fn is_telling(change_mm: f64) -> bool {
+    change_mm > TELLING_MM
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_round_is_worth_it_from_a_hundredth_less_error_on() {
+        assert!(is_worth_it(0.0989, 0.1) && !is_worth_it(0.0991, 0.1));
+    }
+
+    #[test]
+    fn the_rounds_end_at_a_small_error_two_idle_rounds_or_a_short_step() {
+        assert!(!is_last(0.0031, 1, 0.0021));
+        assert!(is_last(0.0029, 0, 0.1) && is_last(0.1, 2, 0.1) && is_last(0.1, 0, 0.0019));
+    }
+
+    #[test]
+    fn a_step_doubles_up_to_the_largest_and_a_bad_one_shrinks_to_three_tenths() {
+        assert!((longer_mm(0.04) - 0.08).abs() < 1e-12 && (longer_mm(0.06) - 0.1).abs() < 1e-12);
+        // From the largest to the least in four bad rounds, not in three.
+        assert!(STEP_MM * SHORTER.powi(4) < LEAST_STEP_MM && STEP_MM * SHORTER.powi(3) > LEAST_STEP_MM);
+    }
+
+    #[test]
+    fn a_change_of_stock_tells_the_derivative_from_four_micrometres_on() {
+        assert!(is_telling(0.0041) && !is_telling(0.0039));
+    }
+
+    /// The square up to 0.15, beyond it its tangent.
+    #[test]
+    fn errors_beyond_the_band_count_by_themselves() {
+        assert!((cost(-0.14) - 0.0196).abs() < 1e-12);
+        assert!((cost(0.25) - (0.0225 + 0.3 * 0.1)).abs() < 1e-12 && cost(0.25) < 0.0625);
+    }
 }

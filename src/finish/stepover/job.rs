@@ -4,7 +4,8 @@
 use super::check::{self, Check};
 use super::drop::{Contact, Dropper};
 use super::earlier::Earlier;
-use super::passes::{self, Columns, Constant, Plan, Wish};
+use super::lay::{Bed, Lay};
+use super::passes::{self, Constant, Plan, Wish};
 use super::path::{self, Drawing, Step};
 use super::reach::{Bounds, Place, Terrain};
 use super::rivals;
@@ -36,10 +37,8 @@ pub struct Ask {
     pub stock_mm: f64,
     /// Least and largest step-over, mm; `None`: from the tool.
     pub step_over_mm: [Option<f64>; 2],
-    /// Direction of the passes from +X, rad.
-    pub direction_rad: f64,
-    /// Steepest that a pass may turn away from it, rad.
-    pub turn_rad: f64,
+    /// How the passes lie.
+    pub lay: Lay,
     /// How far lines may lie from the path on the surface, mm.
     pub tolerance_mm: f64,
 }
@@ -119,8 +118,23 @@ pub struct Answer {
     pub least_s: [f64; 2],
     /// Seconds of the least time by one more newton of reference force, and by one more µm of scallop; negative: more would save.
     pub prices: [f64; 2],
+    /// Of passes of one height, what they leave out.
+    pub left_out: Option<LeftOut>,
     /// What is worth knowing, one sentence each.
     pub notes: Vec<String>,
+}
+
+/// What passes of one height leave out of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeftOut {
+    /// Slope from level below which they do, rad.
+    pub shallowest_rad: f64,
+    /// Area of what is machined otherwise, and of what of it is shallower, mm².
+    pub machined_mm2: f64,
+    /// As above.
+    pub shallow_mm2: f64,
+    /// Area of strips narrower than a step at the upper and lower ends of what they take, mm².
+    pub strips_mm2: f64,
 }
 
 /// Feeds that are tried: from the lowest that is not refused as too low up to the largest, so many.
@@ -165,7 +179,7 @@ pub fn run(
     let mut notes = surface.notes.clone();
     size(surface, job)?;
     notes.extend(closed(surface, shape, ask.tolerance_mm)?);
-    let turned = surface.clone().turned(-ask.direction_rad);
+    let turned = surface.clone().turned(-ask.lay.frame_rad());
     let dropper = Dropper::new(&turned, shape);
     if let Some(note) = reachable(&turned, &dropper, ask.tolerance_mm)? {
         notes.push(note);
@@ -182,21 +196,28 @@ pub fn run(
     let mut rings = tool.profile.slices(RING_MM);
     rings.retain(|ring| ring.z_mm < shape.corner_mm + shape.radius_mm());
     let cutter = Cutter::new(tool, material, &job.machine.spindle, &job.process, &rings, rps)?;
-    let earlier = left.as_ref().map(|piece| Earlier::new(piece, ask.direction_rad));
+    let earlier = left.as_ref().map(|piece| Earlier::new(piece, ask.lay.frame_rad()));
     let most_mm = shape.radius_mm();
     let stock_mm = |contact: &Contact| match &earlier {
         Some(earlier) => earlier.thickness_mm(contact, most_mm),
         None => ask.stock_mm,
     };
-    let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &stock_mm };
+    let terrain = Terrain {
+        dropper: &dropper,
+        cutter: &cutter,
+        rings: &rings,
+        stock_mm: &stock_mm,
+        one_height: matches!(ask.lay, Lay::Contour { .. }),
+    };
     let column_mm = COLUMN_MM.min(shape.radius_mm() / 6.0);
     let Box3 { min, max } = turned.extent;
-    let columns = Columns::new(&terrain, [min.x, min.y], [max.x, max.y], column_mm, 0.5 * column_mm);
+    let bed = Bed::new(&ask.lay, &terrain, [min.x, min.y], [max.x, max.y], column_mm);
+    let left_out = left_out(surface, &ask.lay)?;
     let area = turned.machined_mm2();
-    let places = columns.places((area / PLACES).sqrt());
+    let places = bed.places((area / PLACES).sqrt());
     let thickest_mm = thickest(&terrain, &places, most_mm)?;
-    let wish = Wish { bounds, reference_n, feeds_mm_s, turn: ask.turn_rad.tan(), constant: None };
-    let plan = passes::plan(&terrain, &columns, &wish);
+    let wish = Wish { bounds, reference_n, feeds_mm_s, turn: ask.lay.turn(), constant: None };
+    let plan = bed.plan(&terrain, &wish);
     if plan.passes.iter().all(|pass| pass.stretches.is_empty()) {
         return Err(Refusal::new(
             "no part of the surface can be machined from above with this tool",
@@ -217,7 +238,7 @@ pub fn run(
     let piece = left.unwrap_or_else(|| check::stock(surface, ask.stock_mm));
     let drawing = Drawing {
         tolerance_mm: ask.tolerance_mm,
-        arcs: arcs(dialect, ask),
+        arcs: arcs(dialect, &ask.lay),
         stock_mm: thickest_mm,
         safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z + ABOVE_MM),
     };
@@ -230,7 +251,7 @@ pub fn run(
     };
     let write = |plan: &Plan, feed_mm_s: f64, notes: Vec<String>| -> Result<(Vec<Step>, String), Refusal> {
         let mut steps = path::steps(plan, feed_mm_s, &dropper, &drawing);
-        let (sin, cos) = ask.direction_rad.sin_cos();
+        let (sin, cos) = ask.lay.frame_rad().sin_cos();
         for step in &mut steps {
             for p in std::iter::once(&mut step.to).chain(&mut step.via) {
                 (p.x, p.y) = (cos * p.x - sin * p.y, sin * p.x + cos * p.y);
@@ -240,14 +261,14 @@ pub fn run(
         Ok((steps, text))
     };
     // Feeds that hold the force are found for it as well, so that its time is compared at an equal force.
-    let constant = rivals::constant(&terrain, &columns, &wish, &plan).map(|(step, feed, plan)| {
+    let constant = bed.constant(&terrain, &wish, &plan).map(|(step, feed, plan)| {
         let (steps, text) = write(&plan, feed, vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?;
         let check = check::timed(&text, dialect, job);
         Ok::<_, Refusal>(Rival { step, feed_mm_s: feed, program: Program { plan, steps, text, check } })
     });
     let constant = constant.transpose()?;
-    let least = |wish: &Wish| rivals::least_alike_s(&terrain, &places, wish);
-    let least_s = rivals::least_times_s(&terrain, &places, &wish);
+    let least = |wish: &Wish| bed.least_alike_s(&terrain, &places, wish);
+    let least_s = [least(&wish), rivals::least_of_any_s(&terrain, &places, &wish)];
     let more_force = Wish { reference_n: (1.0 + PRICE) * reference_n, ..wish.clone() };
     let more_scallop =
         Wish { bounds: Bounds { scallop_mm: (1.0 + PRICE) * bounds.scallop_mm, ..bounds }, ..wish.clone() };
@@ -258,8 +279,25 @@ pub fn run(
     let top = wish.feeds_mm_s.last().copied().unwrap_or(1.0);
     let (steps, text) = write(&plan, top, vec![said])?;
     let check = check::check(&text, dialect, job, &piece, &steps, reference_n)?;
+    let left_out = left_out.map(|left| LeftOut { strips_mm2: plan.strips_mm2, ..left });
     let varying = Program { plan, steps, text, check };
-    Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, notes })
+    Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, left_out, notes })
+}
+
+/// What passes of one height leave out, but for strips; a refusal where that is everything.
+fn left_out(surface: &Surface, lay: &Lay) -> Result<Option<LeftOut>, Refusal> {
+    let Lay::Contour { shallowest_rad } = *lay else { return Ok(None) };
+    let [machined_mm2, shallow_mm2] = surface.shallow_mm2(shallowest_rad);
+    if machined_mm2 > 0.0 && shallow_mm2 >= machined_mm2 {
+        return Err(Refusal::new(
+            format!(
+                "the surface is nowhere steeper than {:.1} degrees: too shallow for passes of one height",
+                shallowest_rad.to_degrees()
+            ),
+            "plan parallel passes (--passes parallel), or lower --shallowest",
+        ));
+    }
+    Ok(Some(LeftOut { shallowest_rad, machined_mm2, shallow_mm2, strips_mm2: 0.0 }))
 }
 
 /// Time on the passes at the feeds of their spots, s.
@@ -327,11 +365,13 @@ fn within_reach(plan: &Plan, reference_n: f64, bounds: &Bounds) -> Result<Option
     }))
 }
 
-/// Do passes lie in planes that the control draws arcs in? Straight ones stand in an upright plane, along X or along Y.
-fn arcs(dialect: Dialect, ask: &Ask) -> bool {
-    let (sin, cos) = ask.direction_rad.sin_cos();
+/// Do passes lie in planes that the control draws arcs in? Straight ones stand in an upright plane, along X or along Y; those of one
+/// height lie level.
+fn arcs(dialect: Dialect, lay: &Lay) -> bool {
+    let Lay::Parallel { direction_rad, turn_rad } = lay else { return text::has_arcs(dialect, Plane::Xy) };
+    let (sin, cos) = direction_rad.sin_cos();
     let plane = if sin.abs() < cos.abs() { Plane::Zx } else { Plane::Yz };
-    ask.turn_rad == 0.0 && sin.abs().min(cos.abs()) < 1e-9 && text::has_arcs(dialect, plane)
+    *turn_rad == 0.0 && sin.abs().min(cos.abs()) < 1e-9 && text::has_arcs(dialect, plane)
 }
 
 fn tool<'a>(job: &'a Job, ask: &Ask) -> Result<&'a Tool, Refusal> {

@@ -10,8 +10,10 @@
 //! It counts the area between the outermost passes alone: no leads, links, corners or accelerations, and no pass more than the area
 //! asks for. It takes the surface within a step-over as the plan does: straight along the feed, a circle across it.
 
+use super::contour::{bounds_at, heading};
+use super::levels::downhill;
 use super::passes::Wish;
-use super::reach::{Place, Terrain};
+use super::reach::{Bounds, Place, Terrain};
 use rayon::prelude::*;
 
 /// Headings within `half_rad` of +X, evenly `count` of them; with half a turn or more all around.
@@ -29,17 +31,38 @@ pub fn headings(half_rad: f64, count: usize) -> Vec<[f64; 2]> {
 pub fn least_s(terrain: &Terrain, places: &[Place], wish: &Wish, headings: &[[f64; 2]]) -> f64 {
     let time = |(p, area): &Place| {
         let ways = headings.iter().flat_map(|d| [1.0, -1.0].map(|side| (*d, [-side * d[1], side * d[0]])));
-        let rates = ways.filter_map(|(heading, side)| rate(terrain, *p, (heading, side), wish));
-        let best = rates.fold(0.0, f64::max);
-        if best > 0.0 { area / best } else { 0.0 }
+        time_s(*area, ways.filter_map(|(heading, side)| rate(terrain, *p, (heading, side), (wish, &wish.bounds))))
     };
     let times: Vec<f64> = places.par_iter().map(time).collect();
     times.iter().sum()
 }
 
+/// Least time of passes of one height over the places, s; step-overs are bounded along the surface, as those passes have them.
+pub fn least_of_one_height_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
+    let time = |(p, area): &Place| {
+        let Some(contact) = terrain.dropper.drop(*p) else { return 0.0 };
+        let bounds = bounds_at(&wish.bounds, &contact);
+        let down = downhill(&contact);
+        time_s(*area, down.and_then(|down| rate(terrain, *p, (heading(down), down), (wish, &bounds))).into_iter())
+    };
+    let times: Vec<f64> = places.par_iter().map(time).collect();
+    times.iter().sum()
+}
+
+/// Time of an area at the best of some rates, s; none where there is no rate.
+fn time_s(area_mm2: f64, rates: impl Iterator<Item = f64>) -> f64 {
+    let best = rates.fold(0.0, f64::max);
+    if best > 0.0 { area_mm2 / best } else { 0.0 }
+}
+
 /// Largest area that a pass clears in a second at a place, seen from above, mm²/s.
-fn rate(terrain: &Terrain, p: [f64; 2], (heading, side): ([f64; 2], [f64; 2]), wish: &Wish) -> Option<f64> {
-    let reach = terrain.reach(p, (heading, side), &wish.bounds)?;
+fn rate(
+    terrain: &Terrain,
+    p: [f64; 2],
+    (heading, side): ([f64; 2], [f64; 2]),
+    (wish, bounds): (&Wish, &Bounds),
+) -> Option<f64> {
+    let reach = terrain.reach(p, (heading, side), bounds)?;
     let by_feed = wish.feeds_mm_s.iter().map(|feed| feed * reach.step_mm(*feed, wish.reference_n).0);
     let by_step = reach.steps().iter().map(|(step, line)| step * wish.fastest_mm_s(line));
     Some(by_feed.chain(by_step).fold(0.0, f64::max) / reach.longer)

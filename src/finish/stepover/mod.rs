@@ -4,29 +4,35 @@
 //! ```text
 //! bytes ─surface─▶ triangles ─drop─▶ tip and contact at any place ─section─▶ engaged arcs, scallop
 //!            ─reach─▶ how far to step over ─least─▶ the least time
-//!                                           ─passes─▶ curves and feeds ─path─▶ motions ─text─▶ program ─check─▶ loads
+//!                                 ─passes, contour─▶ curves and feeds ─path─▶ motions ─text─▶ program ─check─▶ loads
 //! ```
 //! [`job`] runs through all of it.
 
 pub mod bound;
 pub mod check;
+pub mod contour;
 pub mod drop;
 pub mod earlier;
 pub mod fit;
 pub mod hollow;
 pub mod job;
+pub mod lay;
 pub mod least;
+pub mod levels;
+pub mod order;
 pub mod passes;
 pub mod path;
 pub mod reach;
 pub mod rivals;
 pub mod section;
 pub mod shape;
+pub mod steep;
 pub mod surface;
 pub mod text;
 pub mod touch;
 
 pub use drop::{Contact, Dropper};
 pub use job::{Answer, Ask, Refusal, run};
+pub use lay::Lay;
 pub use shape::Shape;
 pub use surface::Surface;

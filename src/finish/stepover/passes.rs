@@ -60,6 +60,8 @@ pub enum Constant {
     Above(f64),
     /// Along the surface, mm: no pass is farther from the one before anywhere.
     Along(f64),
+    /// Of passes of one height: downwards, mm.
+    Down(f64),
 }
 
 /// What bounds the step-over at a place.
@@ -82,11 +84,9 @@ pub enum Bind {
 /// One place of a pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// Column.
-    pub column: u32,
     /// Place in the plane, mm.
     pub at: [f64; 2],
-    /// Step-over from the pass before, mm; 0 at an edge.
+    /// Step-over from the pass before, mm: seen from above, of passes of one height along the surface; 0 at an edge.
     pub step_mm: f64,
     /// Feed at which the reference force is met, at most the largest of the wish, mm/s.
     pub feed_mm_s: f64,
@@ -103,26 +103,26 @@ pub struct Spot {
 /// One pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
-    /// Y at every column, mm.
-    pub curve: Vec<f64>,
-    /// Stretches on the surface, each a list of spots along +X.
+    /// Stretches on the surface, each a list of spots along +X, or of a pass of one height as it is cut.
     pub stretches: Vec<Vec<Spot>>,
+    /// Is it cut from the last spot to the first?
+    pub back: bool,
+    /// Height of the tip where it is one throughout, mm.
+    pub level_mm: Option<f64>,
 }
 
 /// All passes, and what columns allowed.
 #[derive(Debug, Clone, Default)]
 pub struct Plan {
-    /// In order towards +Y.
+    /// In the order of cutting: towards +Y, or downwards.
     pub passes: Vec<Pass>,
-    /// Distance of the columns, mm.
-    pub column_mm: f64,
-    /// X of the first column, mm.
-    pub first_mm: f64,
     /// Largest step-over that is allowed wherever the force can be held at all, for each feed of the wish, mm: as seen from above,
-    /// and along the surface.
+    /// and along the surface; of passes of one height the largest step down, twice.
     pub everywhere_mm: Vec<[f64; 2]>,
     /// Share of the places where even the least step-over exceeds the force.
     pub out_of_reach: f64,
+    /// Strips at the ends of what passes of one height take, narrower than a step, that lie between no two of them, mm².
+    pub strips_mm2: f64,
 }
 
 impl Plan {
@@ -222,12 +222,7 @@ struct Allowed {
 /// Plans the passes over the columns.
 pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
     let count = columns.stretches.len();
-    let mut plan = Plan {
-        column_mm: columns.column_mm,
-        first_mm: columns.first_mm,
-        everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()],
-        ..Plan::default()
-    };
+    let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()], ..Plan::default() };
     let begin: Vec<f64> = (0..count).map(|i| columns.next(i, f64::NEG_INFINITY)).collect();
     let half = (terrain.shape().radius_mm() / columns.column_mm).round() as usize;
     let mut curve = below(&begin, wish.turn, columns.column_mm, half);
@@ -249,9 +244,12 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
                     let leans = terrain.leans(at, ahead[i]).unwrap_or(1.0);
                     allowed.steps = vec![(step * leans, Bind::Neighbours)];
                 }
+                // Parallel passes step to the side.
+                Some(Constant::Down(_)) => {}
             }
             if let Some(reach) = &allowed.reach {
-                allowed.steps = wish.feeds_mm_s.iter().map(|f| bound(reach, *f, wish)).collect();
+                allowed.steps =
+                    wish.feeds_mm_s.iter().map(|f| bound(reach, *f, wish, wish.bounds.largest_mm)).collect();
             }
             allowed
         };
@@ -272,7 +270,7 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
             let (Some(reach), Some(step)) = (&allowed.reach, allowed.steps.get_mut(k)) else { return };
             if step.1 == Bind::Force {
                 let ask = [wish.feeds_mm_s[k], wish.reference_n];
-                step.0 = terrain.settled_mm([columns.x(i), curve[i]], ahead[i], reach, ask);
+                step.0 = terrain.settled_mm([columns.x(i), curve[i]], (ahead[i], [0.0, 1.0]), reach, ask);
             }
         };
         allowed.par_iter_mut().enumerate().for_each(settle);
@@ -284,13 +282,13 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
     plan
 }
 
-/// The step-over that a place allows at a feed, and what bounds it.
-fn bound(reach: &Reach, feed_mm_s: f64, wish: &Wish) -> (f64, Bind) {
+/// The step-over that a place allows at a feed, of `largest_mm` at most, and what bounds it.
+pub fn bound(reach: &Reach, feed_mm_s: f64, wish: &Wish, largest_mm: f64) -> (f64, Bind) {
     let (step, within) = reach.step_mm(feed_mm_s, wish.reference_n);
     let bind = match step {
         _ if !within => Bind::Least,
         step if step < reach.by_scallop_mm => Bind::Force,
-        step if step < wish.bounds.largest_mm => Bind::Scallop,
+        step if step < largest_mm => Bind::Scallop,
         _ => Bind::Largest,
     };
     (step, bind)
@@ -315,14 +313,14 @@ fn chosen(columns: &Columns, curve: &[f64], allowed: &[Allowed], rules: (&Wish, 
     candidates.into_iter().nth(best).unwrap_or_default()
 }
 
-/// Feed at which a column carries the reference force at a step-over: between the two feeds whose step-overs lie about it, mm/s.
-fn feed_for(allowed: &Allowed, step_mm: f64, wish: &Wish) -> f64 {
+/// Feed at which a place carries the reference force at a step: between the two feeds whose steps lie about it, mm/s.
+pub fn feed_for(steps: &[(f64, Bind)], step_mm: f64, wish: &Wish) -> f64 {
     let feeds = &wish.feeds_mm_s;
-    let Some(k) = (0..allowed.steps.len()).rev().find(|k| allowed.steps[*k].0 >= step_mm - 1e-9) else {
+    let Some(k) = (0..steps.len()).rev().find(|k| steps[*k].0 >= step_mm - 1e-9) else {
         return feeds.first().copied().unwrap_or(1.0);
     };
-    let Some((beyond, _)) = allowed.steps.get(k + 1) else { return feeds[k] };
-    let within = allowed.steps[k].0;
+    let Some((beyond, _)) = steps.get(k + 1) else { return feeds[k] };
+    let within = steps[k].0;
     feeds[k] + (feeds[k + 1] - feeds[k]) * ((within - step_mm) / (within - beyond).max(1e-12)).clamp(0.0, 1.0)
 }
 
@@ -368,7 +366,7 @@ fn offer(
         if columns.on(i, curve[i]) && next[i].is_finite() {
             gain_mm2 += (next[i] - curve[i]) * columns.column_mm;
             let longer = allowed[i].reach.as_ref().map_or(1.0, |reach| reach.longer);
-            time_s += longer * columns.column_mm / feed_for(&allowed[i], next[i] - curve[i], wish);
+            time_s += longer * columns.column_mm / feed_for(&allowed[i].steps, next[i] - curve[i], wish);
         }
     }
     Offer { next, binds, gain_mm2, time_s }
@@ -397,7 +395,7 @@ fn below(tops: &[f64], turn: f64, column_mm: f64, half: usize) -> Vec<f64> {
 }
 
 /// Passes run to and fro: the first along +X.
-pub fn way(pass: usize) -> f64 {
+fn way(pass: usize) -> f64 {
     if pass.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
@@ -439,7 +437,7 @@ fn look(
         let force_n = line.loads(feed_mm_s).force_xy_peak_n;
         let bind = if step_mm > 0.0 { binds[i] } else { Bind::Edge };
         let scallop_mm = here.scallop_mm;
-        Some(Spot { column: i as u32, at, step_mm, feed_mm_s, force_n, scallop_mm, bind, tip: here.tip })
+        Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm, bind, tip: here.tip })
     };
     let spots: Vec<Option<Spot>> = (0..curve.len()).into_par_iter().map(spot).collect();
     let mut stretches: Vec<Vec<Spot>> = Vec::new();
@@ -453,5 +451,5 @@ fn look(
         open = spot.is_some();
     }
     stretches.retain(|stretch| stretch.len() > 1);
-    Pass { curve: curve.to_vec(), stretches }
+    Pass { stretches, back: way < 0.0, level_mm: None }
 }

@@ -6,7 +6,8 @@
 
 use super::drop::Dropper;
 use super::fit::{Part, fit};
-use super::passes::{Bind, Plan, Spot, way};
+use super::levels::onto;
+use super::passes::{Bind, Pass, Plan, Spot};
 use crate::path::Vec3;
 
 /// One motion of the tip.
@@ -41,6 +42,8 @@ pub const CLEAR_MM: f64 = 0.5;
 const LEAD_LINES: usize = 6;
 /// Points along a pass before those that lie on a line are left out, mm; a tenth of the tool's radius where that is less.
 const FINE_MM: f64 = 0.2;
+/// How far a point of a pass of one height may lie in the surface before it is lifted, over the tolerance.
+const OFF_LEVEL: f64 = 0.2;
 /// Links longer than this many radii go at rapid.
 const NEAR_RADII: f64 = 4.0;
 
@@ -48,13 +51,12 @@ const NEAR_RADII: f64 = 4.0;
 pub fn steps(plan: &Plan, feed_mm_s: f64, dropper: &Dropper, drawing: &Drawing) -> Vec<Step> {
     let mut steps: Vec<Step> = Vec::new();
     for (number, pass) in plan.passes.iter().enumerate() {
-        let forward = way(number) > 0.0;
         let mut stretches: Vec<&Vec<Spot>> = pass.stretches.iter().collect();
-        if !forward {
+        if pass.back {
             stretches.reverse();
         }
         for stretch in stretches {
-            let line = line(stretch, dropper, drawing, forward);
+            let line = line(pass, stretch, dropper, drawing);
             put(&mut steps, &line, (number as u32, feed_mm_s), dropper, drawing);
         }
     }
@@ -76,9 +78,12 @@ struct Piece {
 }
 
 /// A stretch as lines and arcs within the tolerance, each with what bounds the pass at its end; the first is where it begins.
-fn line(stretch: &[Spot], dropper: &Dropper, drawing: &Drawing, forward: bool) -> Vec<Piece> {
-    let mut points = finely(stretch, dropper);
-    if !forward {
+fn line(pass: &Pass, stretch: &[Spot], dropper: &Dropper, drawing: &Drawing) -> Vec<Piece> {
+    let mut points = match pass.level_mm {
+        None => finely(stretch, dropper),
+        Some(level_mm) => finely_level(stretch, level_mm, dropper, drawing.tolerance_mm),
+    };
+    if pass.back {
         points.reverse();
     }
     let places: Vec<Vec3> = points.iter().map(|(at, _)| *at).collect();
@@ -93,7 +98,7 @@ fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, Bind)> {
     let mut points: Vec<(Vec3, Bind)> = Vec::new();
     for (k, two) in stretch.windows(2).enumerate() {
         let [a, b] = [two[0], two[1]];
-        let parts = ((b.at[0] - a.at[0]) / fine).ceil().max(1.0) as usize;
+        let parts = ((b.at[0] - a.at[0]).hypot(b.at[1] - a.at[1]) / fine).ceil().max(1.0) as usize;
         for part in usize::from(k > 0)..=parts {
             let t = part as f64 / parts as f64;
             let p = [0, 1].map(|axis| a.at[axis] + t * (b.at[axis] - a.at[axis]));
@@ -103,6 +108,54 @@ fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, Bind)> {
         }
     }
     points
+}
+
+/// Points of a pass of one height between the spots: as near to each other that the curve bends by less than half the tolerance.
+fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, Bind)> {
+    let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
+    let place = |p: [f64; 2]| {
+        let Some(contact) = dropper.drop(p) else { return Vec3::new(p[0], p[1], level_mm) };
+        // A point off the curve by rounding stays at its height, so that arcs are level; one that would cut into the surface does not.
+        let into_mm = (contact.tip_mm - level_mm) * contact.normal.z;
+        Vec3::new(p[0], p[1], if into_mm > OFF_LEVEL * tolerance_mm { contact.tip_mm } else { level_mm })
+    };
+    let Some(first) = stretch.first() else { return Vec::new() };
+    let mut points = vec![(place(first.at), first.bind)];
+    for two in stretch.windows(2) {
+        let ends = [two[0].at, two[1].at];
+        let parts = ((ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]) / fine).ceil().max(1.0) as usize;
+        let halves = (usize::BITS - (parts - 1).leading_zeros(), tolerance_mm);
+        let mut between = Vec::new();
+        halve(ends, (level_mm, dropper), halves, &mut between);
+        between.push(ends[1]);
+        let count = between.len();
+        let bind = |k: usize| if 2 * k < count { two[0].bind } else { two[1].bind };
+        points.extend(between.into_iter().enumerate().map(|(k, p)| (place(p), bind(k))));
+    }
+    points
+}
+
+/// Points of the curve of one height between two of its points, by halves: `often` times, and on where it bends by more than half the
+/// tolerance, as in a corner.
+fn halve(
+    ends: [[f64; 2]; 2],
+    (level_mm, dropper): (f64, &Dropper),
+    (often, tolerance_mm): (u32, f64),
+    out: &mut Vec<[f64; 2]>,
+) {
+    let [a, b] = ends;
+    let apart = (b[0] - a[0]).hypot(b[1] - a[1]);
+    let chord = [0, 1].map(|axis| 0.5 * (a[axis] + b[axis]));
+    // No farther off than half the chord: so both halves are shorter than it, and the halving ends.
+    let Some(middle) = onto(dropper, chord, level_mm, 0.5 * apart) else { return };
+    let bends = (middle[0] - chord[0]).hypot(middle[1] - chord[1]) > 0.5 * tolerance_mm;
+    if often == 0 && (!bends || apart < tolerance_mm) {
+        return;
+    }
+    let next = (often.saturating_sub(1), tolerance_mm);
+    halve([a, middle], (level_mm, dropper), next, out);
+    out.push(middle);
+    halve([middle, b], (level_mm, dropper), next, out);
 }
 
 /// A stretch with its way there and its leads.

@@ -47,6 +47,8 @@ pub struct Terrain<'a> {
     pub rings: &'a [Slice],
     /// Thickness of the stock along the normal at a point of the surface, mm.
     pub stock_mm: &'a (dyn Fn(&Contact) -> f64 + Sync),
+    /// Do passes keep to one height, and bend as the surface asks?
+    pub one_height: bool,
 }
 
 /// The next pass at one place: what it carries, by step-over.
@@ -93,6 +95,7 @@ impl Terrain<'_> {
             normal: contact.normal,
             curvature_per_mm: self.curvature(p, &contact, &tangent),
             stock_mm: (self.stock_mm)(&contact),
+            turn_per_mm: if self.one_height { self.turn(p, &contact, heading) } else { 0.0 },
         };
         let section = Section::new(shape, tip, tangent, &ground, beside);
         Some(Here { contact, tip, tangent, scallop_mm: section.scallop_mm(), section })
@@ -134,8 +137,33 @@ impl Terrain<'_> {
         of_middles / (1.0 + r * of_middles)
     }
 
+    /// Curvature of the curve of one height through a place, 1/mm, positive with its centre on the right: by how much a tip sinks that
+    /// goes straight on, κ = −H″/|∇H|; with the higher ground on the left of the heading the sign turns.
+    fn turn(&self, p: [f64; 2], contact: &Contact, heading: [f64; 2]) -> f64 {
+        let shape = self.dropper.shape();
+        let span = CURVATURE_SPAN * shape.corner_mm.max(0.2 * shape.radius_mm());
+        let level = contact.normal.x.hypot(contact.normal.y);
+        let beside = |by: f64| {
+            let found = self.dropper.drop([p[0] + by * heading[0], p[1] + by * heading[1]]);
+            found.filter(|contact| !contact.rim).map(|contact| contact.tip_mm)
+        };
+        let [Some(behind), Some(ahead)] = [-span, span].map(beside) else { return 0.0 };
+        let sinks = 2.0 * contact.tip_mm - behind - ahead;
+        let turn = sinks * contact.normal.z / (span * span * level.max(1e-6));
+        let downhill_is_right = contact.normal.x * heading[1] > contact.normal.y * heading[0];
+        // No tighter than the tool itself: around less it would turn on the spot.
+        let tightest = shape.radius_mm().recip();
+        (if downhill_is_right { -turn } else { turn }).clamp(-tightest, tightest)
+    }
+
     /// The step-over at which the force of the next pass meets the reference at a feed, between two of those known, mm.
-    pub fn settled_mm(&self, p: [f64; 2], heading: [f64; 2], reach: &Reach, [feed_mm_s, reference_n]: [f64; 2]) -> f64 {
+    pub fn settled_mm(
+        &self,
+        p: [f64; 2],
+        (heading, side): ([f64; 2], [f64; 2]),
+        reach: &Reach,
+        [feed_mm_s, reference_n]: [f64; 2],
+    ) -> f64 {
         let (start, _) = reach.step_mm(feed_mm_s, reference_n);
         let force = |line: &LoadLine| line.loads(feed_mm_s).force_xy_peak_n - reference_n;
         let after = reach.steps.iter().position(|(_, line)| force(line) > 0.0);
@@ -145,7 +173,8 @@ impl Terrain<'_> {
         let mut at = start;
         // Regula falsi; the end that stays counts half (Illinois).
         for _ in 0..SETTLING {
-            let Some(here) = self.here([p[0], p[1] + at], heading, before) else { return start };
+            let next = [0, 1].map(|axis| p[axis] + at * side[axis]);
+            let Some(here) = self.here(next, heading, before) else { return start };
             let off = force(&self.line(&here));
             if off > 0.0 {
                 high = (at, off);

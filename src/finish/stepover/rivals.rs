@@ -11,10 +11,9 @@ const FAN: usize = 5;
 /// As above.
 const ROUND: usize = 8;
 
-/// Least time of passes that turn no further than these may, and of any passes, s.
-pub fn least_times_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> [f64; 2] {
-    let round = headings(PI, ROUND);
-    [least_alike_s(terrain, places, wish), least_s(terrain, places, wish, &round)]
+/// Least time of any passes, s.
+pub fn least_of_any_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
+    least_s(terrain, places, wish, &headings(PI, ROUND))
 }
 
 /// Least time of passes that turn no further than these may, s.

@@ -12,7 +12,13 @@
 //! distance r around that ellipse, open upwards (the shank goes on). For a ball it is the circle itself, for a level feed the circle
 //! widened by the flat.
 //! A point of a ring at the immersion angle φ lies at ρ(cos φ e₁ + sin φ f) + z k from the tip, f the level direction of the feed;
-//! it is projected along the feed, which is exact where the passes run straight.
+//! it is projected along the feed, which is exact where the passes run straight. Level passes may bend: with κ_t the curvature of
+//! their path, positive with its centre on the right, a point u to the left of the tip and v ahead of it lies as far from that centre
+//! as one that is to the left by
+//!
+//! u' = (2 u + κ_t (u² + v²)) / (1 + √(1 + 2 κ_t u + κ_t² (u² + v²))),
+//!
+//! which is exact where the surface is one of revolution about the centre.
 
 use super::shape::Shape;
 use crate::engage::EngagedArc;
@@ -39,6 +45,8 @@ pub struct Ground {
     pub curvature_per_mm: f64,
     /// Thickness of the stock along the normal, mm.
     pub stock_mm: f64,
+    /// Curvature of a level path, 1/mm; positive: centre on the right; 0 of a straight one.
+    pub turn_per_mm: f64,
 }
 
 /// What has been cut beside this pass.
@@ -61,6 +69,7 @@ pub struct Section {
     normal: [f64; 2],
     curvature: f64,
     stock_mm: f64,
+    turn: f64,
     /// Half axis b of the ellipse that the bottom flat is seen as along the feed, mm.
     flat_rise_mm: f64,
     beside: Near,
@@ -99,6 +108,7 @@ impl Section {
             normal: normal.map(|n| n / length),
             curvature: ground.curvature_per_mm,
             stock_mm: ground.stock_mm,
+            turn: ground.turn_per_mm,
             flat_rise_mm: shape.flat_mm * tangent.z.abs(),
             beside: near,
         }
@@ -169,7 +179,9 @@ impl Section {
         }
         let stock = |phi: f64| {
             let (sin, cos) = phi.sin_cos();
-            let at = |k: usize| middle[k] + ring.radius_mm * (cos * left[k] + sin * forward[k]);
+            let (aside, ahead) = (ring.radius_mm * cos, ring.radius_mm * sin);
+            let aside = if self.turn == 0.0 { aside } else { self.aside(aside, ahead) };
+            let at = |k: usize| middle[k] + aside * left[k] + ahead * forward[k];
             self.stock([at(0), at(1)])
         };
         let at = |k: usize| from + (to - from) * k as f64 / (LOOKS - 1) as f64;
@@ -193,12 +205,20 @@ impl Section {
         }
     }
 
+    /// Where a point beside and ahead of the tip comes to lie beside it when it is brought back along a bent path, mm.
+    fn aside(&self, aside: f64, ahead: f64) -> f64 {
+        let (k, square) = (self.turn, aside * aside + ahead * ahead);
+        (2.0 * aside + k * square) / (1.0 + (1.0 + 2.0 * k * aside + k * k * square).max(0.0).sqrt())
+    }
+
     /// Does a ring about `middle` stay above the stock all round? On a hollow the surface rises by no more than κ v²/2.
     fn clear(&self, middle: [f64; 2], radius_mm: f64) -> bool {
         let v = [middle[0] - self.contact[0], middle[1] - self.contact[1]];
         let nearest = self.normal[0] * v[0] + self.normal[1] * v[1] - radius_mm;
         let reach = (v[0] * v[0] + v[1] * v[1]).sqrt() + radius_mm;
-        nearest - 0.5 * self.curvature.max(0.0) * reach * reach > self.stock_mm
+        // And on the inside of a bend it comes nearer by κ ρ²/2.
+        let bend = 0.5 * (-self.turn).max(0.0) * radius_mm * radius_mm;
+        nearest - bend - 0.5 * self.curvature.max(0.0) * reach * reach > self.stock_mm
     }
 
     /// Angles at which a ring cuts forward: where its normal has a part along the feed.
@@ -293,7 +313,7 @@ mod tests {
 
     fn plane(slope_rad: f64, curvature_per_mm: f64) -> Ground {
         let normal = Vec3::new(0.0, -slope_rad.sin(), slope_rad.cos());
-        Ground { contact: Vec3::zeros(), normal, curvature_per_mm, stock_mm: 0.1 }
+        Ground { contact: Vec3::zeros(), normal, curvature_per_mm, stock_mm: 0.1, turn_per_mm: 0.0 }
     }
 
     /// Scallops of a ball on slopes, in hollows and on crowns, against the closed form.
@@ -348,5 +368,20 @@ mod tests {
         assert_eq!(arcs.len(), below);
         let whole = |arc: &&EngagedArc| arc.entry_rad.abs() < 1e-5 && (f64::from(arc.exit_rad) - PI).abs() < 1e-5;
         assert_eq!(arcs.iter().filter(whole).count(), below);
+    }
+
+    /// Points of a circle about the centre of a bent path, on its right and on its left, come to lie beside the tip where the circle
+    /// crosses the line across the feed.
+    #[test]
+    fn a_point_ahead_on_a_bent_path_is_brought_back_along_its_circle() {
+        for radius in [7.0, -7.0] {
+            let ground = Ground { turn_per_mm: 1.0 / radius, ..plane(0.5, 0.0) };
+            let section = Section::new(Shape::ball(3.0), Vec3::zeros(), Vec3::x(), &ground, Beside::Edge(Vec3::y()));
+            for (aside, angle) in [(0.5, 0.2f64), (-1.0, -0.3), (2.0, 0.0)] {
+                let (sin, cos) = angle.sin_cos();
+                let (left, ahead) = ((radius + aside) * cos - radius, (radius + aside) * sin);
+                assert!((section.aside(left, ahead) - aside).abs() < 1e-12, "{radius} {aside}");
+            }
+        }
     }
 }

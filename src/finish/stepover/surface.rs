@@ -103,8 +103,22 @@ impl Surface {
 
     /// Its area seen from above where it is machined, mm².
     pub fn machined_mm2(&self) -> f64 {
-        let level = |[a, b, c]: &[Vec3; 3]| 0.5 * (b - a).cross(&(c - a)).z;
-        self.triangles.iter().zip(&self.marks).filter(|(_, marks)| **marks & STEEP == 0).map(|(t, _)| level(t)).sum()
+        self.machined().map(|across| 0.5 * across.z).sum()
+    }
+
+    /// Its area where it is machined, and that of it that is shallower than an angle from level, mm².
+    pub fn shallow_mm2(&self, below_rad: f64) -> [f64; 2] {
+        let area = |across: Vec3| 0.5 * across.norm();
+        let shallow = |across: &Vec3| across.z > below_rad.cos() * across.norm();
+        // From a positive zero: the sum of nothing is a negative one.
+        let sum = |areas: f64, across: Vec3| areas + area(across);
+        [self.machined().fold(0.0, sum), self.machined().filter(shallow).fold(0.0, sum)]
+    }
+
+    /// Of every facet that is machined twice its area along its normal.
+    fn machined(&self) -> impl Iterator<Item = Vec3> {
+        let machined = self.triangles.iter().zip(&self.marks).filter(|(_, marks)| **marks & STEEP == 0);
+        machined.map(|([a, b, c], _)| (b - a).cross(&(c - a)))
     }
 }
 

@@ -1,0 +1,405 @@
+//! Passes of one height each, from the top downwards (constant z). In: a terrain, its steep part, bounds, feeds to choose from, a
+//! reference force. Out: the passes in the order of cutting, and what bounds them where.
+//!
+//! From every place p of a level the next pass may step over downhill by s, as far as [`Reach`] says; that is a step
+//! down of
+//!
+//! Δz = H(p) − H(p + s·side),
+//!
+//! H the height of the tip. The level below takes the least Δz of all places from which that step stays on steep ground going down.
+//! Where the ground ends, so that no place of a pass makes the whole step, its last part, if it is wider than half the step-over before
+//! it, gets a level on its edge. Each curve of a level is a pass of its own, cut when those above it have been. Closed ones run with
+//! the surface on their right (climb milling under M3); those with ends run to and fro.
+//!
+//! Step-over and least step-over are measured along the surface here: seen from above they vanish on a wall.
+
+use super::drop::Contact;
+use super::levels::{Curve, downhill};
+use super::order::{Strand, order};
+use super::passes::{Bind, Constant, Pass, Plan, Spot, Wish, bound, feed_for};
+use super::reach::{Bounds, Reach, Terrain};
+use super::section::Beside;
+use super::steep::Steep;
+use crate::numeric::bisect;
+use crate::path::Vec3;
+use rayon::prelude::*;
+
+/// A place bounds a level if its own step down is larger than the one taken by no more than this part: the force does not grow
+/// faster than the step-over, so that it lies as near to the reference.
+const BOUNDS_WITHIN: f64 = 0.02;
+/// Steps of the force are settled where they exceed the least by less than this part: what lies between those known, in which they
+/// were found along a straight line, is off by less.
+const SETTLED_WITHIN: f64 = 0.2;
+/// Halvings of a way up or down the slope: of a radius of 3 mm to 0.2 µm.
+const HALVINGS: u32 = 14;
+/// A step that takes this part of the way to the end of the ground takes all of it: the end is halved out to a ten-thousandth.
+const END_WITHIN: f64 = 0.999;
+/// From one look for the pass above to the next, in ratios of the way.
+const FARTHER: f64 = 1.5;
+/// Least upright part of a normal that lengths are divided by: that of a wall of 89.4°.
+const UPRIGHT: f64 = 0.01;
+
+/// A level that has been laid: its spots with what they allow below, and the stretch each is of.
+struct Level {
+    spots: Vec<(Spot, usize)>,
+    height_mm: f64,
+}
+
+/// What a place allows for the level below.
+struct Below {
+    /// Which of the spots.
+    spot: usize,
+    /// Heading and downhill there.
+    ways: [[f64; 2]; 2],
+    /// Steps down by feed, mm, and what bounds them.
+    steps: Vec<(f64, Bind)>,
+    /// Those that stay on steep ground.
+    whole: Vec<bool>,
+    /// How far it is to the lower end of the steep ground, seen from above and downwards, where that is nearer than the largest step,
+    /// mm.
+    end_mm: Option<[f64; 2]>,
+    reach: Option<Reach>,
+    /// Length of the pass that it stands for, mm.
+    length_mm: f64,
+    /// Tangent of the slope.
+    slope: f64,
+}
+
+/// Step-over bounds as seen from above, of those along the surface.
+pub fn bounds_at(bounds: &Bounds, contact: &Contact) -> Bounds {
+    let lean = contact.normal.z.max(UPRIGHT);
+    Bounds { least_mm: lean * bounds.least_mm, largest_mm: lean * bounds.largest_mm, ..*bounds }
+}
+
+/// Heading of a pass with the higher ground on its right, where downhill is this way.
+pub fn heading(down: [f64; 2]) -> [f64; 2] {
+    [down[1], -down[0]]
+}
+
+/// Plans the passes over the steep ground.
+pub fn plan(terrain: &Terrain, steep: &Steep, wish: &Wish) -> Plan {
+    let least_mm = wish.bounds.least_mm * steep.least_sine();
+    let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()], ..Plan::default() };
+    let (mut strands, mut before): (Vec<Strand>, Option<(Level, Vec<Bind>)>) = (Vec::new(), None);
+    let (mut places, mut beyond) = (0usize, 0usize);
+    let top = |below_mm: f64| steep.highest_below(terrain.dropper, below_mm);
+    // At its very top the steep ground is touched here and there: the least step below it all round.
+    let mut next = top(f64::INFINITY).map(|top| top - least_mm);
+    while let Some(height_mm) = next {
+        let level = lay((terrain, steep, wish), height_mm, before.as_ref(), &mut strands, &mut plan.strips_mm2);
+        let mut below: Vec<Below> = (0..level.spots.len())
+            .into_par_iter()
+            .filter_map(|k| allowed((terrain, steep, wish), (&level, k)))
+            .collect();
+        lengths(&level, &mut below);
+        places += below.len();
+        beyond += below.iter().filter(|place| is_beyond(place)).count();
+        for (k, least) in plan.everywhere_mm.iter_mut().enumerate() {
+            let whole = below.iter().filter(|place| !is_beyond(place) && place.whole[k]);
+            *least = [whole.map(|place| place.steps[k].0).fold(least[0], f64::min); 2];
+        }
+        let step = chosen(&level, &below, wish).map(|k| {
+            settle(terrain, &level, &mut below, (wish, k));
+            (k, step_down(&level, &below, k).unwrap_or(least_mm).max(least_mm))
+        });
+        plan.strips_mm2 += strips_mm2(&below, step.map(|(_, step)| step));
+        let binds = binds(terrain, &level, &below, step);
+        next = match step {
+            Some((_, step_mm)) => Some(height_mm - step_mm).filter(|_| top(height_mm).is_some()),
+            None => {
+                let last = below.iter().filter_map(|place| place.end_mm).map(|[_, down]| down).fold(least_mm, f64::max);
+                top(height_mm - last).map(|top| top - least_mm)
+            }
+        };
+        before = Some((level, binds));
+    }
+    plan.out_of_reach = beyond as f64 / places.max(1) as f64;
+    plan.passes = order(strands)
+        .into_iter()
+        .map(|strand| Pass { stretches: vec![strand.spots], back: false, level_mm: Some(strand.height_mm) })
+        .collect();
+    plan
+}
+
+/// Does even the least step-over exceed the force at every feed?
+fn is_beyond(place: &Below) -> bool {
+    place.steps.iter().all(|(_, bind)| *bind == Bind::Least)
+}
+
+/// The stretches of a level; strips above it that no pass bounds are added to `strips_mm2`.
+fn lay(
+    (terrain, steep, wish): (&Terrain, &Steep, &Wish),
+    height_mm: f64,
+    before: Option<&(Level, Vec<Bind>)>,
+    strands: &mut Vec<Strand>,
+    strips_mm2: &mut f64,
+) -> Level {
+    let mut level = Level { spots: Vec::new(), height_mm };
+    for Curve { mut points, closed } in steep.stretches(terrain.dropper, height_mm) {
+        let find = |p: &[f64; 2]| above((terrain, steep, wish), *p, height_mm, before.map(|(level, _)| level));
+        let mut uphill: Vec<Above> = points.par_iter().map(find).collect();
+        let of = |above: &Above| Some(before?.0.spots[above.pass?.1].1);
+        let mut parents: Vec<usize> = uphill.iter().filter_map(of).collect();
+        let back = !closed && parents.first().is_some_and(|k| !strands[*k].closed && !strands[*k].back);
+        if back {
+            points.reverse();
+            uphill.reverse();
+        }
+        let bind = |above: &Above| above.pass.and_then(|(_, k)| Some(before?.1[k])).unwrap_or(Bind::Edge);
+        let sign = if back { -1.0 } else { 1.0 };
+        let spot = |(p, above): (&[f64; 2], &Above)| look((terrain, wish), (*p, height_mm), (above, bind(above)), sign);
+        let spots: Vec<Spot> = points.par_iter().zip(&uphill).filter_map(spot).collect();
+        *strips_mm2 += uphill.iter().map(|above| above.strip_mm).sum::<f64>() * mean_apart_mm(&points);
+        parents.sort_unstable();
+        parents.dedup();
+        level.spots.extend(spots.iter().map(|spot| (*spot, strands.len())));
+        strands.push(Strand { spots, closed, back, parents, height_mm });
+    }
+    level
+}
+
+/// Mean distance of points along a curve, mm.
+fn mean_apart_mm(points: &[[f64; 2]]) -> f64 {
+    let whole: f64 = points.windows(2).map(|two| (two[1][0] - two[0][0]).hypot(two[1][1] - two[0][1])).sum();
+    whole / points.len().saturating_sub(1).max(1) as f64
+}
+
+/// What lies uphill of a place.
+struct Above {
+    /// The pass above: where, mm, and which of its spots is next.
+    pass: Option<([f64; 2], usize)>,
+    /// Where there is none: the end of the surface, if it is near, mm.
+    end: Option<Vec3>,
+    /// And how wide the steep ground is up to its end, along the surface, mm.
+    strip_mm: f64,
+}
+
+/// Goes uphill from a place for the pass above.
+fn above(
+    (terrain, steep, wish): (&Terrain, &Steep, &Wish),
+    p: [f64; 2],
+    height_mm: f64,
+    before: Option<&Level>,
+) -> Above {
+    let none = Above { pass: None, end: None, strip_mm: 0.0 };
+    let Some(contact) = terrain.dropper.drop(p) else { return none };
+    let Some(down) = downhill(&contact) else { return none };
+    let at = |by_mm: f64| [0, 1].map(|axis| p[axis] - by_mm * down[axis]);
+    let drop = |by_mm: f64| terrain.dropper.drop(at(by_mm));
+    let on = |by_mm: f64| drop(by_mm).is_some_and(|contact| steep.holds(&contact));
+    let far_mm = wish.bounds.largest_mm;
+    if let Some(before) = before {
+        let lower = |by_mm: f64| drop(by_mm).is_some_and(|contact| contact.tip_mm < before.height_mm);
+        let guess_mm = (before.height_mm - height_mm) * contact.normal.z / contact.normal.x.hypot(contact.normal.y);
+        let tries = std::iter::successors(Some(guess_mm), |by_mm| Some(FARTHER * by_mm));
+        let beyond = tries.take_while(|by_mm| *by_mm < far_mm).chain([far_mm]).find(|by_mm| !lower(*by_mm));
+        let found = beyond.map(|beyond| bisect(lower, 0.0, beyond, HALVINGS)[1]);
+        if let Some(by_mm) = found.filter(|by_mm| on(0.5 * by_mm) && drop(*by_mm).is_some()) {
+            let place = at(by_mm);
+            let far = |k: &usize| {
+                let q = before.spots[*k].0.at;
+                (q[0] - place[0]).hypot(q[1] - place[1])
+            };
+            let nearest = (0..before.spots.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
+            // The level goes on there, but a pass need not: it has ends, and short stretches are left out.
+            let there = nearest.filter(|k| far(k) < 0.5 * terrain.shape().radius_mm());
+            if let Some(there) = there {
+                return Above { pass: Some((place, there)), ..none };
+            }
+        }
+    }
+    let whole = |by_mm: f64| drop(by_mm).is_some_and(|contact| !contact.rim);
+    let end = (!whole(far_mm)).then(|| bisect(whole, 0.0, far_mm, HALVINGS)[0]);
+    let wide_mm = if on(far_mm) { far_mm } else { bisect(on, 0.0, far_mm, HALVINGS)[0] };
+    let end = end.and_then(drop).map(|contact| contact.point);
+    Above { pass: None, end, strip_mm: wide_mm / contact.normal.z.max(UPRIGHT) }
+}
+
+/// What a pass does at a place; `sign`: −1 with the higher ground on its left.
+fn look(
+    (terrain, wish): (&Terrain, &Wish),
+    (at, height_mm): ([f64; 2], f64),
+    (above, bind): (&Above, Bind),
+    sign: f64,
+) -> Option<Spot> {
+    let contact = terrain.dropper.drop(at)?;
+    let down = downhill(&contact)?;
+    let (beside, step_mm) = match above.pass {
+        Some((place, _)) => {
+            let tip = Vec3::new(place[0], place[1], terrain.dropper.drop(place)?.tip_mm);
+            (Beside::Pass(tip), (tip - Vec3::new(at[0], at[1], height_mm)).norm())
+        }
+        None => {
+            let uphill = Vec3::new(-down[0], -down[1], 0.0);
+            let nowhere = contact.point + 10.0 * terrain.shape().radius_mm() * uphill;
+            (Beside::Edge(above.end.map_or(nowhere, |end| end + 1e-3 * uphill)), 0.0)
+        }
+    };
+    let here = terrain.here(at, heading(down).map(|x| sign * x), beside)?;
+    let line = terrain.line(&here);
+    let feed_mm_s = wish.fastest_mm_s(&line);
+    let force_n = line.loads(feed_mm_s).force_xy_peak_n;
+    let tip = Vec3::new(at[0], at[1], height_mm);
+    Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm: here.scallop_mm, bind, tip })
+}
+
+/// What a spot of a level allows below.
+fn allowed((terrain, steep, wish): (&Terrain, &Steep, &Wish), (level, spot): (&Level, usize)) -> Option<Below> {
+    let p = level.spots[spot].0.at;
+    let contact = terrain.dropper.drop(p)?;
+    let down = downhill(&contact)?;
+    let ways = [heading(down), down];
+    let slope = contact.normal.x.hypot(contact.normal.y) / contact.normal.z.max(UPRIGHT);
+    let bounds = bounds_at(&wish.bounds, &contact);
+    let drop = |by_mm: f64| terrain.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * down[axis]));
+    let goes_down = |c: &Contact| steep.holds(c) && c.normal.x * down[0] + c.normal.y * down[1] > 0.0;
+    let on = |by_mm: f64| drop(by_mm).is_some_and(|contact| goes_down(&contact));
+    let deep = |by_mm: f64| drop(by_mm).map_or(0.0, |there| contact.tip_mm - there.tip_mm);
+    let end = |far_mm: f64| (!on(far_mm)).then(|| bisect(on, 0.0, far_mm, HALVINGS)[0]);
+    let (reach, end, overs) = match wish.constant {
+        Some(Constant::Down(step) | Constant::Above(step) | Constant::Along(step)) => {
+            let over = step / slope;
+            (None, end(over), vec![(over, Bind::Neighbours)])
+        }
+        None => {
+            // Beyond the end the tool rolls over an edge, or leans on the other side of a valley: loads there say nothing of this one.
+            let end = end(bounds.largest_mm);
+            let largest_mm = end.unwrap_or(bounds.largest_mm).max(bounds.least_mm);
+            let reach = terrain.reach(p, (ways[0], ways[1]), &Bounds { largest_mm, ..bounds })?;
+            let overs = wish.feeds_mm_s.iter().map(|feed| bound(&reach, *feed, wish, largest_mm)).collect();
+            (Some(reach), end, overs)
+        }
+    };
+    let overs: Vec<(f64, Bind)> = overs;
+    let whole: Vec<bool> = overs.iter().map(|(over, _)| end.is_none_or(|end| *over < END_WITHIN * end)).collect();
+    let step = |((over, bind), whole): (&(f64, Bind), &bool)| match wish.constant {
+        Some(Constant::Down(step)) => (step, *bind),
+        _ => (if *whole { deep(*over) } else { over * slope }, *bind),
+    };
+    let steps = overs.iter().zip(&whole).map(step).collect();
+    let end_mm = end.map(|by_mm| [by_mm, deep(by_mm).max(0.0)]);
+    Some(Below { spot, ways, steps, whole, end_mm, reach, length_mm: 0.0, slope })
+}
+
+/// Shares the length of every stretch out among its places.
+fn lengths(level: &Level, below: &mut [Below]) {
+    let of = |k: usize| level.spots[k].1;
+    for k in 0..below.len() {
+        let (here, last) = (below[k].spot, level.spots.len() - 1);
+        let beside = [here.saturating_sub(1), (here + 1).min(last)].into_iter().filter(|other| of(*other) == of(here));
+        below[k].length_mm =
+            beside.map(|other| 0.5 * (level.spots[other].0.tip - level.spots[here].0.tip).norm()).sum();
+    }
+}
+
+/// The step down at a feed, by its number in the wish: least over the places that make the whole step; of a stretch that ends, down
+/// to the end if its last part is wider than half the step-over before it.
+fn step_down(level: &Level, below: &[Below], k: usize) -> Option<f64> {
+    let of = |place: &Below| level.spots[place.spot].1;
+    let stretch = |places: &[Below]| {
+        let whole = places.iter().filter(|place| place.whole[k]).map(|place| place.steps[k].0).reduce(f64::min);
+        let before = |place: &Below| level.spots[place.spot].0.step_mm;
+        let end = |place: &Below| {
+            place.end_mm.filter(|[over, down]| over.hypot(*down) > 0.5 * before(place)).map(|[_, down]| down)
+        };
+        whole.or_else(|| places.iter().filter_map(end).reduce(f64::max))
+    };
+    below.chunk_by(|a, b| of(a) == of(b)).filter_map(stretch).reduce(f64::min)
+}
+
+/// The feed, by its number in the wish, at which the level below clears the most area a second.
+fn chosen(level: &Level, below: &[Below], wish: &Wish) -> Option<usize> {
+    let rate = |k: usize| {
+        let step_mm = step_down(level, below, k)?;
+        let area: f64 = below.iter().map(|place| place.length_mm * step_mm / place.slope).sum();
+        let time: f64 = below.iter().map(|place| place.length_mm / feed_for(&place.steps, step_mm, wish)).sum();
+        Some((k, area / time.max(f64::MIN_POSITIVE)))
+    };
+    let rates = (0..wish.feeds_mm_s.len()).filter_map(rate);
+    rates.reduce(|a, b| if b.1 > a.1 { b } else { a }).map(|(k, _)| k)
+}
+
+/// Works out anew the steps of the force that may be the least.
+fn settle(terrain: &Terrain, level: &Level, below: &mut [Below], (wish, k): (&Wish, usize)) {
+    let Some(least) = step_down(level, below, k) else { return };
+    let ask = [wish.feeds_mm_s[k], wish.reference_n];
+    let may_be = |place: &&mut Below| {
+        let (step, bind) = place.steps[k];
+        place.whole[k] && bind == Bind::Force && step < (1.0 + SETTLED_WITHIN) * least
+    };
+    below.par_iter_mut().filter(may_be).for_each(|place| {
+        let Some(reach) = &place.reach else { return };
+        let p = level.spots[place.spot].0.at;
+        let over = terrain.settled_mm(p, (place.ways[0], place.ways[1]), reach, ask);
+        let tip = |by_mm: f64| terrain.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * place.ways[1][axis]));
+        if let (Some(from), Some(to)) = (tip(0.0), tip(over)) {
+            place.steps[k].0 = from.tip_mm - to.tip_mm;
+        }
+    });
+}
+
+/// Does a place bound a level?
+fn bounds(own_mm: f64, taken_mm: f64) -> bool {
+    own_mm <= (1.0 + BOUNDS_WITHIN) * taken_mm
+}
+
+/// What bounds the level below each spot.
+fn binds(terrain: &Terrain, level: &Level, below: &[Below], step: Option<(usize, f64)>) -> Vec<Bind> {
+    let mut binds = vec![Bind::Edge; level.spots.len()];
+    let Some((k, taken_mm)) = step else { return binds };
+    let bind = |place: &Below| match place.steps[k] {
+        _ if is_cut_short(terrain, level, place, taken_mm) => Bind::Edge,
+        (own_mm, bind) if place.whole[k] && bounds(own_mm, taken_mm) => bind,
+        _ => Bind::Neighbours,
+    };
+    let found: Vec<Bind> = below.par_iter().map(bind).collect();
+    below.iter().zip(found).for_each(|(place, bind)| binds[place.spot] = bind);
+    binds
+}
+
+/// Does the surface end below the pass so near that it engages less than on ground that goes on? Below the contact a corner of radius r
+/// meets stock of thickness t as far as √(2 r t) down the slope.
+fn is_cut_short(terrain: &Terrain, level: &Level, place: &Below, step_mm: f64) -> bool {
+    let p = level.spots[place.spot].0.at;
+    let Some(contact) = terrain.dropper.drop(p) else { return true };
+    let meets_mm = (2.0 * terrain.shape().corner_mm * (terrain.stock_mm)(&contact)).sqrt();
+    let by_mm = step_mm / place.slope + meets_mm * contact.normal.z;
+    let there = terrain.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * place.ways[1][axis]));
+    there.is_none_or(|contact| contact.rim)
+}
+
+/// Strips below the places where the steep ground ends before the next level, along the surface, mm².
+fn strips_mm2(below: &[Below], step_mm: Option<f64>) -> f64 {
+    let strip = |place: &Below| {
+        let [over, down] = place.end_mm.filter(|[_, down]| step_mm.is_none_or(|step| *down < step))?;
+        Some(over.hypot(down) * place.length_mm)
+    };
+    below.iter().filter_map(strip).sum()
+}
+
+/// The passes of the largest step down that keeps force and scallop wherever the varying plan looked, at its best feed.
+pub fn constant(terrain: &Terrain, steep: &Steep, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
+    let step = |k: usize| varying.everywhere_mm[k][0];
+    let rate = |k: usize| wish.feeds_mm_s[k] * step(k);
+    let feeds = (0..wish.feeds_mm_s.len()).filter(|k| step(*k).is_finite());
+    let k = feeds.reduce(|a, b| if rate(b) > rate(a) { b } else { a })?;
+    let (step, feed) = (Constant::Down(step(k)), wish.feeds_mm_s[k]);
+    let wish = Wish { feeds_mm_s: vec![feed], constant: Some(step), ..wish.clone() };
+    Some((step, feed, plan(terrain, steep, &wish)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_bounds_a_level_within_a_fiftieth() {
+        assert!(bounds(1.019, 1.0) && !bounds(1.021, 1.0));
+    }
+
+    /// Downhill along +Y a pass with the higher ground on its right runs along +X.
+    #[test]
+    fn the_higher_ground_is_on_the_right() {
+        assert_eq!(heading([0.0, 1.0]), [1.0, 0.0]);
+    }
+}

@@ -1,0 +1,97 @@
+//! The two ways passes lie: side by side in one direction, or each at one height. In: which one, a terrain, a wish. Out: the plan, the
+//! best plan of a constant step, the least time, all of the same kind.
+
+use super::contour;
+use super::least::least_of_one_height_s;
+use super::levels::Grid;
+use super::passes::{self, Columns, Constant, Plan, Wish};
+use super::reach::{Place, Terrain};
+use super::rivals;
+use super::steep::Steep;
+
+/// How passes lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lay {
+    /// Side by side.
+    Parallel {
+        /// Their direction from +X, rad.
+        direction_rad: f64,
+        /// Steepest that a pass may turn away from it, rad.
+        turn_rad: f64,
+    },
+    /// Each at one height (constant z).
+    Contour {
+        /// Ground shallower than this, from level, is left out, rad.
+        shallowest_rad: f64,
+    },
+}
+
+impl Lay {
+    /// Angle from the frame of the plan to that of the work, rad.
+    pub fn frame_rad(&self) -> f64 {
+        match self {
+            Lay::Parallel { direction_rad, .. } => *direction_rad,
+            Lay::Contour { .. } => 0.0,
+        }
+    }
+
+    /// Tangent of the steepest turn of a pass.
+    pub fn turn(&self) -> f64 {
+        match self {
+            Lay::Parallel { turn_rad, .. } => turn_rad.tan(),
+            Lay::Contour { .. } => 0.0,
+        }
+    }
+}
+
+/// Where passes may lie on a surface.
+pub enum Bed {
+    /// Columns across parallel passes.
+    Columns(Columns),
+    /// Ground for passes of one height.
+    Steep(Steep),
+}
+
+impl Bed {
+    /// Over a box, with columns or cells of `fine_mm`.
+    pub fn new(lay: &Lay, terrain: &Terrain, low: [f64; 2], high: [f64; 2], fine_mm: f64) -> Self {
+        match lay {
+            Lay::Parallel { .. } => Bed::Columns(Columns::new(terrain, low, high, fine_mm, 0.5 * fine_mm)),
+            Lay::Contour { shallowest_rad } => {
+                Bed::Steep(Steep::new(Grid::new(terrain.dropper, low, high, fine_mm), *shallowest_rad))
+            }
+        }
+    }
+
+    /// Places on it, at most `apart_mm` from each other, with the area each stands for.
+    pub fn places(&self, apart_mm: f64) -> Vec<Place> {
+        match self {
+            Bed::Columns(columns) => columns.places(apart_mm),
+            Bed::Steep(steep) => steep.places(apart_mm),
+        }
+    }
+
+    /// Plans the passes.
+    pub fn plan(&self, terrain: &Terrain, wish: &Wish) -> Plan {
+        match self {
+            Bed::Columns(columns) => passes::plan(terrain, columns, wish),
+            Bed::Steep(steep) => contour::plan(terrain, steep, wish),
+        }
+    }
+
+    /// The best plan of one step and one feed that keep force and scallop wherever the varying plan looked.
+    pub fn constant(&self, terrain: &Terrain, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
+        match self {
+            Bed::Columns(columns) => rivals::constant(terrain, columns, wish, varying),
+            Bed::Steep(steep) => contour::constant(terrain, steep, wish, varying),
+        }
+    }
+
+    /// Least time of passes that lie like these, s.
+    pub fn least_alike_s(&self, terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
+        match self {
+            Bed::Columns(_) => rivals::least_alike_s(terrain, places, wish),
+            Bed::Steep(_) => least_of_one_height_s(terrain, places, wish),
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! Curves on which the tip of a resting tool has one height. In: a tool made ready for a surface, a height. Out: curves in the plane,
+//! each with the higher ground on its right: closed ones but for those that run off the grid.
+//!
+//! Heights stand on a grid; where two neighbours lie on either side of the level, the place between them is found on the drop-cutter
+//! itself. Within a cell such places are joined two by two (marching squares), so that a curve runs on from cell to cell.
+//! What is smaller than a cell may be missed: the tool widens every top by its radius, so that this concerns narrow hollows.
+
+use super::drop::{Contact, Dropper};
+use crate::numeric::bisect;
+use rayon::prelude::*;
+
+/// Halvings of the side of a cell: 0.5 mm to half a micrometre.
+const HALVINGS: u32 = 10;
+/// Newton steps onto a curve, from a chord of it.
+const STEPS: usize = 6;
+/// Steps onto a curve end when they are shorter, mm: a tenth of what a program writes.
+const NEAR_MM: f64 = 1e-4;
+/// A normal leaning less than this has no downhill.
+const LEVEL: f64 = 1e-6;
+
+/// Heights of the tip on a grid.
+#[derive(Debug)]
+pub struct Grid {
+    low: [f64; 2],
+    cell_mm: f64,
+    count: [usize; 2],
+    nodes: Vec<Option<Contact>>,
+}
+
+/// A curve of one height.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Its points, mm; the first of a closed one is not repeated.
+    pub points: Vec<[f64; 2]>,
+    /// Does it come back to where it began?
+    pub closed: bool,
+}
+
+impl Grid {
+    /// The grid over a box, widened by the tool's radius.
+    pub fn new(dropper: &Dropper, low: [f64; 2], high: [f64; 2], cell_mm: f64) -> Self {
+        let reach = dropper.shape().radius_mm();
+        let low = low.map(|x| x - reach);
+        let count = [0, 1].map(|axis| ((high[axis] + reach - low[axis]) / cell_mm).ceil() as usize + 1);
+        let grid = Self { low, cell_mm, count, nodes: Vec::new() };
+        let places: Vec<[f64; 2]> = (0..count[0] * count[1]).map(|k| grid.place(k)).collect();
+        Self { nodes: dropper.drop_all(&places), ..grid }
+    }
+
+    /// Side of a cell, mm.
+    pub fn cell_mm(&self) -> f64 {
+        self.cell_mm
+    }
+
+    /// Places of the grid under which something lies, in every `stride`th row and column, with what the tool touches there.
+    pub fn contacts(&self, stride: usize) -> impl Iterator<Item = ([f64; 2], &Contact)> {
+        let wide = self.count[0];
+        let taken = move |k: &usize| k % wide % stride == stride / 2 && k / wide % stride == stride / 2;
+        (0..self.nodes.len()).filter(taken).filter_map(|k| Some((self.place(k), self.nodes[k].as_ref()?)))
+    }
+
+    /// Place of a node, mm.
+    fn place(&self, node: usize) -> [f64; 2] {
+        let at = [node % self.count[0], node / self.count[0]];
+        [0, 1].map(|axis| self.low[axis] + at[axis] as f64 * self.cell_mm)
+    }
+
+    /// The curves at a height.
+    pub fn curves(&self, dropper: &Dropper, level_mm: f64) -> Vec<Curve> {
+        let mut links = self.links(level_mm);
+        links.sort_unstable();
+        let crossing = |edge: u32| self.crossing(dropper, edge, level_mm);
+        let mut edges: Vec<u32> = links.iter().flat_map(|(from, to)| [*from, *to]).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let places: Vec<[f64; 2]> = edges.par_iter().map(|edge| crossing(*edge)).collect();
+        let place = |edge: u32| places[edges.partition_point(|known| *known < edge)];
+        let curve =
+            |(chain, closed): (Vec<u32>, bool)| Curve { points: chain.into_iter().map(place).collect(), closed };
+        chains(&links).into_iter().map(curve).collect()
+    }
+
+    /// From where to where the curves cross the edges of each cell, the higher ground on the right.
+    fn links(&self, level_mm: f64) -> Vec<(u32, u32)> {
+        let [wide, high] = self.count;
+        let mut links = Vec::new();
+        for j in 0..high - 1 {
+            for i in 0..wide - 1 {
+                let node = j * wide + i;
+                // Counter-clockwise about the cell: its corners, and the edge from each to the next.
+                let corners = [node, node + 1, node + wide + 1, node + wide];
+                let edges = [2 * node, 2 * (node + 1) + 1, 2 * (node + wide), 2 * node + 1];
+                // Where nothing lies below, the tool sinks as deep as it likes.
+                let [a, b, c, d] = corners.map(|k| self.nodes[k].map_or(f64::NEG_INFINITY, |contact| contact.tip_mm));
+                let above = [a, b, c, d].map(|tip| tip > level_mm);
+                let turns = |rising: bool| (0..4).filter(move |k| above[(k + 1) % 4] == rising && above[*k] != rising);
+                // In a saddle high ground across the middle parts the low corners, low ground the high ones.
+                let middle_is_high = 0.25 * (a + b + c + d) > level_mm;
+                for rise in turns(true) {
+                    let after = |fall: &usize| (fall + 4 - rise) % 4;
+                    let fall =
+                        if middle_is_high { turns(false).max_by_key(after) } else { turns(false).min_by_key(after) };
+                    links.extend(fall.map(|fall| (edges[rise] as u32, edges[fall] as u32)));
+                }
+            }
+        }
+        links
+    }
+
+    /// Where the level crosses an edge of the grid, on its lower side.
+    fn crossing(&self, dropper: &Dropper, edge: u32, level_mm: f64) -> [f64; 2] {
+        let node = edge as usize / 2;
+        let other = node + if edge.is_multiple_of(2) { 1 } else { self.count[0] };
+        let ends = [node, other].map(|k| self.place(k));
+        let between = |t: f64| [0, 1].map(|axis| ends[0][axis] + t * (ends[1][axis] - ends[0][axis]));
+        let above = |t: f64| dropper.drop(between(t)).is_some_and(|contact| contact.tip_mm > level_mm);
+        let first_is_high = self.nodes[node].is_some_and(|contact| contact.tip_mm > level_mm);
+        let (high, low) = if first_is_high { (0.0, 1.0) } else { (1.0, 0.0) };
+        between(bisect(above, high, low, HALVINGS)[1])
+    }
+}
+
+/// Joins links, sorted by where they begin, to chains; and whether each comes back to where it began.
+fn chains(links: &[(u32, u32)]) -> Vec<(Vec<u32>, bool)> {
+    let from = |edge: u32| links.binary_search_by_key(&edge, |link| link.0).ok();
+    let mut has_before = vec![false; links.len()];
+    for next in links.iter().filter_map(|link| from(link.1)) {
+        has_before[next] = true;
+    }
+    let mut seen = vec![false; links.len()];
+    let mut found = Vec::new();
+    // Open ones from where they begin, then what is left: those that close.
+    let open = (0..links.len()).filter(|k| !has_before[*k]).map(|k| (k, false));
+    for (start, closed) in open.chain((0..links.len()).map(|k| (k, true))) {
+        let (mut chain, mut at) = (Vec::new(), Some(start));
+        while let Some(k) = at.filter(|k| !seen[*k]) {
+            seen[k] = true;
+            chain.push(links[k].0);
+            at = from(links[k].1);
+            if at.is_none() {
+                chain.push(links[k].1);
+            }
+        }
+        if chain.len() > 1 {
+            found.push((chain, closed));
+        }
+    }
+    found
+}
+
+/// Level unit vector downhill where the tool touches; `None` on level ground.
+pub fn downhill(contact: &Contact) -> Option<[f64; 2]> {
+    let level = contact.normal.x.hypot(contact.normal.y);
+    (level > LEVEL).then(|| [contact.normal.x / level, contact.normal.y / level])
+}
+
+/// From a place beside a curve of one height onto it, straight down or up the slope; `None` where that goes farther than `most_mm`.
+pub fn onto(dropper: &Dropper, from: [f64; 2], level_mm: f64, most_mm: f64) -> Option<[f64; 2]> {
+    let mut p = from;
+    for _ in 0..STEPS {
+        let contact = dropper.drop(p)?;
+        let down = downhill(&contact)?;
+        let slope = contact.normal.x.hypot(contact.normal.y) / contact.normal.z.max(LEVEL);
+        let by = (contact.tip_mm - level_mm) / slope;
+        if by.abs() < NEAR_MM {
+            return Some(p);
+        }
+        p = [0, 1].map(|axis| p[axis] + by * down[axis]);
+        if (p[0] - from[0]).hypot(p[1] - from[1]) > most_mm {
+            return None;
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::shape::Shape;
+    use super::super::surface::Surface;
+    use super::*;
+    use crate::path::Vec3;
+    use crate::stock::Mesh;
+
+    /// Triangles over a square of 20 mm about the origin.
+    fn sheet(cells: u32, z: impl Fn(f64, f64) -> f64) -> Surface {
+        let at = |k: u32| -10.0 + 20.0 * f64::from(k) / f64::from(cells);
+        let corner = |k: u32| {
+            let (x, y) = (at(k % (cells + 1)), at(k / (cells + 1)));
+            Vec3::new(x, y, z(x, y))
+        };
+        let cell = |k: u32| {
+            let a = k % cells + k / cells * (cells + 1);
+            let [b, c, d] = [a + 1, a + cells + 2, a + cells + 1];
+            [[a, b, c], [a, c, d]]
+        };
+        let vertices = (0..(cells + 1) * (cells + 1)).map(corner).collect();
+        Surface::of_mesh(&Mesh { vertices, triangles: (0..cells * cells).flat_map(cell).collect() }, 1.5, Vec::new())
+    }
+
+    /// Area to the left of a closed curve, mm²: positive where it runs counter-clockwise.
+    fn area_mm2(curve: &Curve) -> f64 {
+        let points = &curve.points;
+        (0..points.len())
+            .map(|k| (points[k], points[(k + 1) % points.len()]))
+            .map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0]))
+            .sum()
+    }
+
+    /// A cone of 45 degrees under a ball of 2 mm: the tip stands r (√2 − 1) above the cone, and the level runs round clockwise, the top on
+    /// its right; about a pit of the same form counter-clockwise. 0.1 mm of side: facets lie within 0.1²/8 · √2 mm of a circle of 1 mm.
+    #[test]
+    fn a_cone_is_cut_in_one_circle_with_the_higher_ground_on_its_right() {
+        let shape = Shape::ball(2.0);
+        for up in [1.0, -1.0] {
+            let cone = sheet(200, |x, y| -up * x.hypot(y));
+            let dropper = Dropper::new(&cone, shape);
+            let grid = Grid::new(&dropper, [-10.0; 2], [10.0; 2], 0.4);
+            let mut curves = grid.curves(&dropper, -up * 5.0);
+            // Others go round the sheet, where the tool comes off it.
+            curves.retain(|curve| curve.points.iter().all(|p| p[0].abs() < 9.0 && p[1].abs() < 9.0));
+            assert_eq!(curves.len(), 1, "{up}");
+            assert!(curves[0].closed && area_mm2(&curves[0]) * up < 0.0, "{up}");
+            let expected = 5.0 + up * 2.0 * (2f64.sqrt() - 1.0);
+            for p in &curves[0].points {
+                let found = p[0].hypot(p[1]);
+                assert!((found - expected).abs() < 2e-3, "{up}: {found} {expected}");
+            }
+        }
+    }
+
+    /// A saddle: above it two curves, below it two others. A ridge that runs off the sheet: curves with ends.
+    #[test]
+    fn a_saddle_and_a_ridge_give_curves_apart() {
+        let shape = Shape::ball(0.5);
+        let saddle = sheet(100, |x, y| 0.05 * (x * x - y * y));
+        let dropper = Dropper::new(&saddle, shape);
+        let grid = Grid::new(&dropper, [-10.0; 2], [10.0; 2], 0.3);
+        for (level, along) in [(1.0, 0), (-1.0, 1)] {
+            let mut sides = [0, 0];
+            for curve in grid.curves(&dropper, level) {
+                let inside = |p: &[f64; 2]| p[0].abs() < 9.0 && p[1].abs() < 9.0;
+                for two in curve.points.windows(2).filter(|two| two.iter().all(inside)) {
+                    assert!(two[0][along].abs() > 3.0, "{level}: {two:?}");
+                    assert!((two[1][0] - two[0][0]).hypot(two[1][1] - two[0][1]) < 0.43, "{level}: {two:?}");
+                    sides[usize::from(two[0][along] > 0.0)] += 1;
+                }
+            }
+            assert!(sides[0] > 20 && sides[1] > 20, "{level}: {sides:?}");
+        }
+        // A middle on the level itself belongs to the low ground, whichever way it is joined.
+        assert!(!grid.curves(&dropper, 0.0).is_empty());
+    }
+
+    #[test]
+    fn a_place_beside_a_curve_is_brought_onto_it() {
+        let cone = sheet(200, |x, y| -2.0 * x.hypot(y));
+        let dropper = Dropper::new(&cone, Shape::ball(2.0));
+        let level = dropper.drop([5.0, 0.0]).unwrap().tip_mm;
+        let found = onto(&dropper, [4.0, 2.8], level, 0.5).unwrap();
+        assert!((dropper.drop(found).unwrap().tip_mm - level).abs() < 1e-3, "{found:?}");
+        assert!((found[0].hypot(found[1]) - 5.0).abs() < 1e-2, "{found:?}");
+        assert!(onto(&dropper, [4.0, 0.0], level, 0.5).is_none());
+        assert!(onto(&dropper, [40.0, 0.0], level, 0.5).is_none());
+    }
+}
