@@ -1,5 +1,5 @@
-//! What is kept of a simulation beside the reports: the engagement map (`--cache`) and the stock as the program leaves it
-//! (`--save-stock`). In: the options. Out: the hooks the pipeline calls, and the files at the end.
+//! Files of a simulation beside the reports: the engagement map (`--cache`) and the stock that the program leaves (`--save-stock`). In: the
+//! options. Out: the hooks that the pipeline calls, and the files at the end.
 //!
 //! The cache lies next to the program, `part.nc` → `part.fwcache`. One that is stale or damaged is said and replaced.
 

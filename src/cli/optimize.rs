@@ -1,4 +1,4 @@
-//! `optimize` and `simulate`.
+//! `optimize` and `simulate`. In: a program with its setup. Out: the rewritten program, reports, and the exit code of the verdict.
 
 use clap::Args;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,8 @@
-//! The simulation from first move to last. In: the toolpath, the job. Out: the [`EngagementMap`].
+//! The simulation from the first move to the last. In: the toolpath, the job. Out: the [`EngagementMap`].
 //!
-//! Moves are taken in batches. A feed move near the stock is sampled at its beginning, at its end and in equal steps of at
-//! most `spacing` between; its beginning takes the outcome of the end before it where the path runs on smoothly from a move
-//! that was sampled. Between
-//! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
+//! Moves are processed in batches. A feed move near the stock is sampled at its beginning, at its end, and between in equal steps of at most
+//! `spacing`. Where the path continues smoothly from a sampled move, the beginning takes over the outcome at the end of that move. Between
+//! these samples lie optional ones, so close that the nominations of two neighbours hold for any position between them.
 
 use super::batch::{BatchResult, Operation, Swept, assign, run};
 use super::beside_blank::mark_beside_blank;
@@ -25,20 +24,21 @@ use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
 use crate::stock::{Blank, Element, Field, Form, Piece, Tiling, append_elements};
 
-/// Elements in a batch, and cells they may sweep: what they overwrite is kept.
+/// Most elements in a batch, and most cells that they may sweep: the overwritten values are stored for undoing.
 const BATCH: u32 = 8192;
 const BATCH_CELLS: f64 = 4e6;
-/// Cosine of the bend up to which a path runs on smoothly.
+/// Cosine of the largest bend at which a path counts as smooth.
 const SMOOTH: f64 = 0.996;
 /// Spacing along a chain of short blocks, as a part of the radius of the cutter.
 const JOINTS: f64 = 1.0 / 3.0;
 /// Largest distance of optional samples, in cells: a nomination sees a cell and a half to either side of a ring, and the
 /// neighbours of those cells.
 const OPTIONAL_CELLS: f64 = 2.5;
-/// Where the beginning of a move is looked at: at its very start the end of the move before still fills the whole circle.
+/// Distance after the beginning of a move at which it is sampled, mm: exactly at the start, the end of the move before covers the whole
+/// circle.
 const JUST_AFTER_MM: f64 = 2e-3;
 
-/// Simulates the whole toolpath; `progress` hears the fraction done.
+/// Simulates the whole toolpath; `progress` is called with the fraction done.
 pub fn engage(
     path: &Toolpath,
     job: &Job,
@@ -48,8 +48,8 @@ pub fn engage(
     engage_all(path, job, options, None, progress).map(|(map, _)| map)
 }
 
-/// As [`engage`] for a program of which some moves are known: these keep their stations, and tiles are swept as long as something
-/// is still asked of them. Events and volumes stay those that are known.
+/// As [`engage`], for a program of which the engagement of some moves is known: these keep their stations, and a tile is swept only as long
+/// as it is still needed. Events and volumes are those of the earlier map.
 pub fn engage_again(
     path: &Toolpath,
     job: &Job,
@@ -62,7 +62,7 @@ pub fn engage_again(
     Ok(EngagementMap { events: again.known.events.clone(), initial_mm3, removed_mm3, remaining_mm3, ..map })
 }
 
-/// As [`engage`], with the pieces of stock as the program leaves them, in the common frame.
+/// As [`engage`]; returns also the pieces of stock that the program leaves, in the common frame.
 pub fn engage_and_keep(
     path: &Toolpath,
     job: &Job,
@@ -76,7 +76,7 @@ pub fn engage_and_keep(
     Ok((map, blanks.into_iter().zip(fields).map(piece).collect()))
 }
 
-/// What a simulation leaves.
+/// The result of a simulation.
 struct Left {
     blanks: Vec<Blank>,
     fields: Vec<Field>,
@@ -135,7 +135,7 @@ fn engage_all(
     Ok((map, Left { blanks, fields, elements: plan.laid.elements, cutters, earlier: earlier.forms }))
 }
 
-/// Is every move one that a mill can make? What follows takes time and memory by the length of the path.
+/// Refuses moves that no mill can make, because time and memory of the simulation grow with the length of the path.
 fn within_reach(path: &Toolpath) -> Result<(), EngageError> {
     let farthest = |motion: &Move| {
         let (low, high) = motion.curve().bounds();
@@ -213,9 +213,9 @@ pub(super) struct Plan<'a> {
     cell_mm2: f64,
     /// Clearance asked for beyond half the spacing, mm.
     clearance_mm: f64,
-    /// What is known before.
+    /// Engagement that is known from an earlier simulation.
     again: Option<Again<'a>>,
-    /// For each tile the element from which on nothing is asked of it any more; empty where all are asked to the end.
+    /// For each tile the element from which on it is no longer needed; empty if all are needed to the end.
     until: Vec<u32>,
 }
 
@@ -237,7 +237,7 @@ impl<'a> Plan<'a> {
             until: Vec::new(),
         }
     }
-    /// The same without asking about the moves that are known.
+    /// The same plan, with the moves left out whose engagement is known.
     fn but_for(mut self, again: Option<Again<'a>>, cutters: &[Cutter]) -> Self {
         self.again = again;
         if again.is_none() {
@@ -326,7 +326,7 @@ struct Batch {
     operations: Vec<Vec<Operation>>,
 }
 
-/// What sampling keeps from move to move.
+/// State of the sampling between moves.
 struct Sampling {
     /// Last horizontal direction of the path.
     heading: [f64; 2],
@@ -335,7 +335,8 @@ struct Sampling {
     marker: Marker,
 }
 
-/// While a batch is worked, the one before it is finished and entered into the map, and the one after it sampled.
+/// Processes all batches. While the tiles of one batch are swept, the arcs of the batch before are worked out and entered into the map, and
+/// the next batch is sampled.
 fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Builder, progress: &(dyn Fn(f64) + Sync)) {
     let mut held = Outcome::default();
     let mut state = Sampling { heading: [1.0, 0.0], goes_on: false, marker: Marker::default() };
@@ -500,7 +501,7 @@ fn sample_at(plan: &Plan, index: usize, s_mm: f64, dir: [f64; 2], cutter: u16) -
     }
 }
 
-/// Takes the horizontal direction of a tangent, where it has one.
+/// Sets `heading` to the horizontal direction of a tangent; a vertical tangent leaves it.
 fn turn(heading: &mut [f64; 2], tangent: Vec3) {
     let across = tangent.x.hypot(tangent.y);
     if across > 1e-6 {
@@ -519,7 +520,7 @@ fn runs_on(plan: &Plan, index: usize) -> bool {
     a.kind == MoveKind::Feed && a.tool == b.tool && a.wcs == b.wcs && smooth && joined
 }
 
-/// By how much the path turns in the plane where a move runs on from the one before, rad.
+/// Angle by which the path turns in the plane at the beginning of a move, rad.
 fn bend(plan: &Plan, index: usize) -> f64 {
     let curve = plan.path.moves[index - 1].curve();
     let [before, after] = [curve.tangent(curve.length()), plan.path.moves[index].curve().tangent(0.0)];
@@ -540,7 +541,7 @@ fn points_of<'a>(
     })
 }
 
-/// Enters a move from its samples and what was found there.
+/// Enters a move into the map, from its samples and their outcomes.
 fn enter(
     plan: &Plan,
     scene: &Scene,

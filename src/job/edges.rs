@@ -1,4 +1,5 @@
-//! How worn the cutting edges are taken to be when caps are worked out; and the place from which a tool is too worn for any feed.
+//! Wear of the edges before new feeds are known. In: a choice. Out: the history that caps are worked out with; and the type for the place from
+//! which on a tool is too worn for any feed.
 
 use crate::engage::EngagementMap;
 use crate::machine::{Job, LimitKind};
@@ -9,9 +10,9 @@ use crate::schedule::history::History;
 /// The wear that caps are worked out with before new feeds are known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edges {
-    /// Worn by the program as it stands.
+    /// Worn as at the programmed feeds.
     AsProgrammed,
-    /// Not worn: no feeds leave higher caps.
+    /// Not worn: an upper bound of all caps.
     Unworn,
 }
 

@@ -13,7 +13,7 @@ pub(super) fn environment<'a>(job: &Job, watch: &Watch<'a>) -> Environment<'a> {
     Environment { load: watch.subprograms, ..Environment::from_job(job) }
 }
 
-/// With effects of history no station may be longer than the spacing.
+/// Divides stations longer than the spacing where loads depend on what the tool has cut before.
 pub(super) fn cut(map: EngagementMap, job: &Job, spacing_mm: f64) -> EngagementMap {
     if schedule::history::is_asked_for(job) { map.cut_to(spacing_mm) } else { map }
 }
@@ -30,9 +30,9 @@ pub(super) fn engagement(
     Ok(cut(map, job, spacing_mm))
 }
 
-/// Caps and floors relative to the feeds that the program was written for: the F words of an earlier run are not taken for
-/// the user's, but where an entry or a finishing pass ends is known no better than to a station, and stays where the file has
-/// it. Where it is not known any more what the feeds were, nothing is raised. `history`: what lies behind the tools.
+/// Caps and floors relative to the original feeds: F words that an earlier run wrote do not count as the user's. The ends of entries and
+/// finishing passes are known only to a station, so they stay where the file has them. Where the original feeds are lost, nothing is raised.
+/// `history`: what each tool has cut before each station.
 pub(super) fn problem_of(
     program: &Program,
     toolpath: &Toolpath,

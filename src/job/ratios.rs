@@ -1,10 +1,8 @@
-//! Loads of the written file under their limits, station by station. In: what is known of its engagement, the feeds it commands, the
-//! limits in force on the original. Out: [`KnownLoads`], the loads themselves; from these the places beyond a limit ([`Breach`]) and
-//! what is reported of them ([`Over`]).
+//! Loads of the written file against their limits, station by station. In: its engagement, its commanded feeds, the limits in force on the
+//! original. Out: [`KnownLoads`]; from these the places above a limit ([`Breach`]) and the totals for the report ([`Over`]).
 //!
-//! The loads of a station are worked out once for each feed that it gets: those that are known stay as long as its feed does, from
-//! round to round and wherever the station is carried over to. Only where loads follow from what was cut before, and with it from the
-//! feeds of other stations, does every round begin anew.
+//! The loads of a station are worked out once for each feed that it gets, and stay known from round to round as long as its feed stays. Only
+//! where loads depend on earlier cuts, and so on the feeds of other stations, are they worked out anew in every round.
 
 use rayon::prelude::*;
 
@@ -121,12 +119,12 @@ impl<'a> Ratios<'a> {
         Some(worst)
     }
 
-    /// Is the feed of a station not ours to choose?
+    /// Is the feed of a station one that cannot be chosen (frozen, kept, infeasible)?
     pub fn is_apart(&self, station: &Station) -> bool {
         self.apart(&self.on_original(station)).is_some()
     }
 
-    /// The places beyond a limit whose feed is ours to choose.
+    /// The places above a limit whose feed can be chosen.
     pub fn breaches(&self, carried: &KnownLoads) -> Vec<Breach> {
         let of_station = |index: usize| {
             let (_, kind, _) = self.nearest(index, carried).filter(|(.., ratio)| *ratio > MET)?;

@@ -1,5 +1,5 @@
-//! A program as it runs on the machine: what it does, what the cutter meets, which feeds are allowed, how long it takes; as it came, and
-//! as it was rewritten where it was. Plain data.
+//! The result of a run as plain data. In: filled by [`crate::job`]. Out: [`ProgramRun`]: toolpath, engagement, caps, times and diagnostics of a
+//! program, and of the rewritten program where there is one.
 
 use super::answers::Answers;
 use super::over_limits::{Apart, Over};

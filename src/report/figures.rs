@@ -1,5 +1,5 @@
-//! The numbers of the report. In: a run. Out: per limit the largest loads before and after, how constant they are, what a
-//! tool did, what bounds the feed and at what price.
+//! The numbers of the report. In: a run. Out: per limit the largest loads before and after and how constant they are; per tool time, length and
+//! largest loads; binding limits with their prices.
 
 use super::bounds::{self, Share};
 use super::verdict::Verdict;
@@ -43,7 +43,7 @@ pub struct LimitFigure {
     pub within_10_percent: f64,
 }
 
-/// What one tool did.
+/// Totals of one tool.
 #[derive(Debug, Clone)]
 pub struct ToolFigure {
     /// Number.
@@ -73,7 +73,7 @@ pub struct Figures {
     pub programmed_s: f64,
     /// What bounds the feed: shares of the cutting time that add to 100 %; empty for a simulation.
     pub bounds: Vec<Share>,
-    /// What it all comes to.
+    /// The verdict.
     pub verdict: Verdict,
 }
 

@@ -1,5 +1,5 @@
-//! The JSON report of `optimize` and `simulate`, with the keys of the interface in their order. Metric whatever the
-//! program's unit; feeds in mm/min.
+//! The JSON report of `optimize` and `simulate`. In: a run with its figures. Out: text with the documented keys in their order; metric whatever
+//! the unit of the program, feeds in mm/min.
 
 use schemars::JsonSchema;
 use serde::Serialize;

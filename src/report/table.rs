@@ -1,4 +1,4 @@
-//! The CSV table: one row per station, columns as in the interface.
+//! The CSV table. In: a run. Out: one row per station with the documented columns.
 
 use std::io::{self, Write};
 

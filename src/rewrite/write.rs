@@ -1,10 +1,10 @@
-//! Wants → edits. In: the program, what each block wants, and how the file writes. Out: edits that change or insert F
-//! words, put pieces and restated feeds before blocks, and set or replace our comments.
+//! From what each block needs to edits. In: the program, the plan of each block, the style of the file. Out: edits that change or insert F words,
+//! put pieces and restated feeds before blocks, and add or replace our comments.
 //!
-//! The writer walks the text in order and knows at each block whether the F in force is still the original's ([`Now`]).
-//! Before a block that is kept, or that steers the flow, changes the unit or hangs on the block-delete switch, a line of its own restates the
-//! original F if it is not in force; so every label, call and jump is passed with the original F, and a block that a jump
-//! may reach states its feed itself. In a file of ours, blocks that are left as they are gain no notes.
+//! The writer goes through the text in order and knows at each block whether the F in force is still the original's ([`Now`]). If it is not, a
+//! line of its own restates the original F before a block that keeps its feed, holds flow control, changes the unit or depends on the
+//! block-delete switch. So every label, call and jump is passed with the original F in force, and a block that a jump may reach states its feed
+//! itself. In a file that Feedwright wrote before, unchanged blocks get no new notes.
 
 use std::cell::OnceCell;
 
@@ -39,7 +39,7 @@ impl Feed {
     }
 }
 
-/// What is known of the F in force in the text being written.
+/// The F in force at this place of the text being written.
 #[derive(Debug, Clone, PartialEq)]
 enum Now {
     /// The one the original has here.
@@ -175,7 +175,7 @@ impl<'a> Writer<'a> {
         let view = View::of(self.program, id);
         let inch_before = self.modes.inch;
         self.modes = self.modes.after(Switched::by_codes(view.g_codes()));
-        // An F stays what it was in mm or inches: behind the change its number would say another feed.
+        // After a change of unit the same F number would mean another feed.
         let unit_changes = self.modes.inch != inch_before;
         let mode = view.g_codes().filter(|code| matches!(code, 930 | 940 | 950)).last();
         if mode.is_some_and(|mode| std::mem::replace(&mut self.feed_mode, mode) != mode) {
@@ -206,7 +206,7 @@ impl<'a> Writer<'a> {
         self.emit(id, &view, change);
         self.last_number = numbered.or(self.last_number);
         if view.ends() || id.0 > self.part.blocks.start && self.program.line_text(id).starts_with(b"%") {
-            // What stands behind is come to from elsewhere: no feed of ours is in force there.
+            // The next block is reached from elsewhere, where no feed of ours is in force.
             self.now = Now::Original;
         } else if view.flow && !self.may_insert() && !self.program.files().is_empty() {
             // Plain language has no line of its own for a feed: behind the call of a file either may be in force.
@@ -254,18 +254,18 @@ impl<'a> Writer<'a> {
         change
     }
 
-    /// A block of which something cannot be read: whether the control takes its F is not known, so that the original's has to
-    /// be in force before it and after it.
+    /// Can something in the block not be read? Whether the control takes its F is then not known, so the original F has to be in force both
+    /// before and after it.
     fn is_unread(&self, id: BlockId) -> bool {
         self.unread.binary_search(&id).is_ok()
     }
 
-    /// What the original F in force stands for.
+    /// The original feed for which the F in force stands.
     pub(super) fn restated_was(&self, feed: &str) -> String {
         self.reference.clone().filter(|_| self.memory.is_some()).unwrap_or_else(|| feed.to_owned())
     }
 
-    /// In plain language a kept motion says the original F itself.
+    /// In plain language, writes the original F into a motion that keeps its feed.
     fn say_original(&mut self, view: &View, plan: &Plan, change: &mut Change) {
         let word = plan.word.and_then(|(block, span)| self.written_feed(block, span));
         let per_block = |feed: &Feed| feed.mode == FeedMode::InverseTime;
@@ -464,7 +464,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Does a block without F need one to run at this feed?
+    /// Does a block without an F word need one to run at this feed?
     fn must_say(&mut self, feed: &Feed, plan: &Plan) -> bool {
         let said = match &self.now {
             Now::Original => self.original.as_ref().is_some_and(|original| original.same(feed)) && plan.word.is_some(),

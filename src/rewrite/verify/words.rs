@@ -4,9 +4,9 @@
 //! An F word may differ only in a block that moves at a feed in both programs: nowhere else is it known to be a feed (a dwell,
 //! an argument, a pitch, a subprogram that nothing calls). What else a line holds is the same *tokens*, not only the same
 //! bytes with ours taken out: `G5(FW F600 kept)4` is no G54. A new F is one plain number above zero. Comments of ours stand
-//! behind the code. Where the control does not come by, or moves nothing, no other feed is stated than the one that stands
-//! before. A feed per minute has no finer digits than the control or the file has, unless it is smaller than their last one, and a
-//! point where all of the file's have one: F600 is 0.6 to some controls. Comments of ours are in a form that the control has.
+//! after the code. In lines that are never reached or move nothing, an added F may only restate the one before it. A feed per minute has no more
+//! digits than the control or the file uses, unless it is smaller than their last digit; and it has a point if all feeds of the file do, because
+//! F600 is 0.6 to some controls. Comments of ours have a form that the control reads.
 //! Pieces are cut only from what is executed, bear no number that a jump could look for, and have a decimal point where
 //! the block has one: X50 is 0.050 mm to some controls.
 
@@ -27,7 +27,7 @@ const MOST_F: f64 = 1e9;
 /// Most digits behind the point of an F that are believed: a feed per revolution in inches takes five.
 const MOST_DIGITS: u32 = 5;
 
-/// What the control does with each line of a program.
+/// What the control does in each line of a program.
 #[derive(Debug, Default)]
 pub struct Done {
     /// Comes to it.
