@@ -133,13 +133,13 @@ fn clears(tool: &Tool) -> Vec<f64> {
 
 /// Follows the program; the line of the first move on which material is met outside of the arcs.
 pub fn look(field: &mut Field, basis: &Basis, certificate: &Certificate) -> Option<u32> {
-    let mut eye: Option<Eye> = None;
+    let mut eye: Option<CoarseTool> = None;
     for stated in &certificate.moves {
         let motion = &basis.toolpath.moves[stated.index];
         if eye.as_ref().is_none_or(|eye| eye.number != motion.tool) {
             let tool = tool_of(basis.job, motion)?;
             let parts = certificate.parts_of(motion.tool);
-            eye = Some(Eye { number: motion.tool, clears: clears(tool), tool, parts });
+            eye = Some(CoarseTool { number: motion.tool, clears: clears(tool), tool, parts });
         }
         if eye.as_ref()?.follow(field, motion, stated) {
             return Some(motion.line);
@@ -149,14 +149,14 @@ pub fn look(field: &mut Field, basis: &Basis, certificate: &Certificate) -> Opti
 }
 
 /// A tool as this look sees it.
-struct Eye<'a> {
+struct CoarseTool<'a> {
     number: u32,
     tool: &'a Tool,
     clears: Vec<f64>,
     parts: &'a [Part],
 }
 
-impl Eye<'_> {
+impl CoarseTool<'_> {
     /// Cuts along a move; is anything met outside of its arcs?
     fn follow(&self, field: &mut Field, motion: &Move, stated: &MovePart) -> bool {
         let curve = motion.curve();

@@ -15,7 +15,7 @@ use super::nominate::{Need, Nominations, Sample, Scratch, nominate};
 use super::sample_outcome::Outcome;
 use super::sample_view::{Gathered, View, cutter_of};
 use super::scene::Scene;
-use crate::stock::{Field, Past, Tile, Tiling, claim, make_again, sweep, take_back};
+use crate::stock::{Field, Past, Tile, Tiling, claim, redo, sweep, undo};
 use rayon::prelude::*;
 
 /// The result of a batch.
@@ -295,7 +295,7 @@ fn look_back(
     for (operation, mark) in operations.iter().zip(marks).skip(first).rev() {
         match *operation {
             Operation::Sweep(_) => {
-                take_back(tile, [*mark, at]);
+                undo(tile, [*mark, at]);
                 at = *mark;
             }
             Operation::Nominate(number) if wanted[number as usize] => {
@@ -305,6 +305,6 @@ fn look_back(
             Operation::Nominate(_) => {}
         }
     }
-    make_again(tile, at);
+    redo(tile, at);
     Some(said)
 }

@@ -88,7 +88,7 @@ pub struct Nominations {
 #[derive(Debug, Default)]
 pub struct Scratch {
     marks: Vec<Mark>,
-    met: Vec<Met>,
+    met: Vec<CellsAtDistance>,
     /// Per row of the window a bit per column, from its first: was the cell a hit?
     hits: Vec<u64>,
     seen: Vec<u32>,
@@ -97,7 +97,7 @@ pub struct Scratch {
 
 /// The cells at one distance from the axis: height of the highest, and the bins of the diamond angle in which they lie.
 #[derive(Debug, Clone, Copy)]
-struct Met {
+struct CellsAtDistance {
     top: f32,
     turns: u64,
 }
@@ -321,7 +321,7 @@ impl Scratch {
     fn start(&mut self, bins: usize) {
         self.marks.clear();
         self.met.clear();
-        self.met.resize(bins, Met { top: f32::NEG_INFINITY, turns: 0 });
+        self.met.resize(bins, CellsAtDistance { top: f32::NEG_INFINITY, turns: 0 });
         self.seen.clear();
         self.seen.resize(SEEN, UNTOUCHED);
         self.found.clear();
@@ -393,7 +393,7 @@ impl Scratch {
     }
 }
 
-impl Met {
+impl CellsAtDistance {
     #[inline(always)]
     fn take(&mut self, height: f32, turn: u32) {
         self.turns |= 1 << turn;

@@ -70,14 +70,14 @@ pub fn engage_and_keep(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(EngagementMap, Vec<Piece>), EngageError> {
     let (map, left) = engage_all(path, job, options, None, progress)?;
-    let Left { blanks, fields, elements, cutters, earlier } = left;
+    let Simulated { blanks, fields, elements, cutters, earlier } = left;
     let scene = Scene { elements: &elements, cutters: &cutters, earlier: &earlier, blanks: &[], fixtures: &[] };
     let piece = |(blank, field)| Piece::left(blank, field, &elements, |element| scene.form(element));
     Ok((map, blanks.into_iter().zip(fields).map(piece).collect()))
 }
 
 /// The result of a simulation.
-struct Left {
+struct Simulated {
     blanks: Vec<Blank>,
     fields: Vec<Field>,
     elements: Vec<Element>,
@@ -91,7 +91,7 @@ fn engage_all(
     options: &Options,
     again: Option<Again>,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<(EngagementMap, Left), EngageError> {
+) -> Result<(EngagementMap, Simulated), EngageError> {
     within_reach(path)?;
     let mut notes = Vec::new();
     let used: Vec<&Tool> = numbers_used(path).into_iter().filter_map(|number| job.tool(number)).collect();
@@ -103,7 +103,7 @@ fn engage_all(
             let cell = cell_mm(job, options, &sources, smallest)?;
             Ok((cell, pieces(sources, cell, &mut notes)?))
         },
-        || Laid::new(path, job, &cutting),
+        || PlacedElements::new(path, job, &cutting),
     );
     let (cell, pieces) = stock?;
     let cutters: Vec<Cutter> = cutting.iter().map(|tool| Cutter::new(tool, cell)).collect();
@@ -132,7 +132,7 @@ fn engage_all(
     if again.is_none() {
         mark_final_surface(&mut map, elements, &fields);
     }
-    Ok((map, Left { blanks, fields, elements: plan.laid.elements, cutters, earlier: earlier.forms }))
+    Ok((map, Simulated { blanks, fields, elements: plan.laid.elements, cutters, earlier: earlier.forms }))
 }
 
 /// Refuses moves that no mill can make, because time and memory of the simulation grow with the length of the path.
@@ -153,7 +153,7 @@ fn numbers_used(path: &Toolpath) -> Vec<u32> {
 }
 
 /// The toolpath as elements in the common frame.
-struct Laid {
+struct PlacedElements {
     /// Those of earlier programs, then those of the moves.
     elements: Vec<Element>,
     /// First element of each move, and one past the last.
@@ -163,7 +163,7 @@ struct Laid {
     shifts: Vec<(u16, Vec3)>,
 }
 
-impl Laid {
+impl PlacedElements {
     fn new(path: &Toolpath, job: &Job, cutting: &[&Tool]) -> Self {
         let mut wcs: Vec<u16> = path.moves.iter().map(|motion| motion.wcs).collect();
         wcs.sort_unstable();
@@ -201,7 +201,7 @@ impl Laid {
 pub(super) struct Plan<'a> {
     /// The toolpath.
     pub path: &'a Toolpath,
-    laid: Laid,
+    laid: PlacedElements,
     /// The pieces of stock: a move beyond all of them sweeps nothing.
     tilings: Vec<Tiling>,
     /// Keep-out boxes.
@@ -220,7 +220,7 @@ pub(super) struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(path: &'a Toolpath, job: &Job, laid: Laid, fields: &[Field], options: &Options) -> Self {
+    fn new(path: &'a Toolpath, job: &Job, laid: PlacedElements, fields: &[Field], options: &Options) -> Self {
         let uncertainty = job.stocks.iter().map(|stock| stock.uncertainty_mm).fold(0.0, f64::max);
         let approach = job.air_feed.map_or(0.0, |air| air.approach_mm);
         let cell = fields.iter().map(|field| field.cell[0].min(field.cell[1])).fold(f64::INFINITY, f64::min);
@@ -306,7 +306,7 @@ impl<'a> Plan<'a> {
 }
 
 /// How a move of the batch gets its stations.
-enum Way {
+enum StationSource {
     /// None: a rapid.
     None,
     /// Those of a move of the known map.
@@ -321,7 +321,7 @@ enum Way {
 struct Batch {
     moves: std::ops::Range<usize>,
     samples: Vec<Sample>,
-    ways: Vec<Way>,
+    ways: Vec<StationSource>,
     /// What the tiles do.
     operations: Vec<Vec<Operation>>,
 }
@@ -369,7 +369,8 @@ fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Buil
 fn prepare(plan: &Plan, scene: &Scene, begin: usize, state: &mut Sampling) -> Option<Batch> {
     let moves = begin..plan.batch_end(begin, scene);
     let mut samples = Vec::new();
-    let ways: Vec<Way> = moves.clone().map(|index| sample_move(plan, scene, index, state, &mut samples)).collect();
+    let ways: Vec<StationSource> =
+        moves.clone().map(|index| sample_move(plan, scene, index, state, &mut samples)).collect();
     mark_joints(plan, scene, begin, &ways, &mut samples, &mut state.marker);
     let elements = plan.laid.first[moves.start]..plan.laid.first[moves.end];
     let operations = assign(scene, &plan.tilings, elements, &samples, &plan.until);
@@ -388,21 +389,21 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
     let mut last = &*held;
     for (index, way) in batch.moves.clone().zip(&batch.ways) {
         last = match way {
-            Way::None => {
+            StationSource::None => {
                 builder.push_none(MoveId(index as u32));
                 &idle[0]
             }
-            Way::Known(of) => {
+            StationSource::Known(of) => {
                 if let Some(again) = plan.again {
                     builder.push_known(MoveId(index as u32), again.known, Some(*of));
                 }
                 &idle[0]
             }
-            Way::Idle(flags) => {
+            StationSource::Idle(flags) => {
                 builder.push_idle(MoveId(index as u32), plan.path.moves[index].curve().length(), *flags);
                 &idle[usize::from(flags.clear_air)]
             }
-            Way::Sampled { samples, inherits } => {
+            StationSource::Sampled { samples, inherits } => {
                 let bend = if *inherits { bend(plan, index) } else { 0.0 };
                 let seen = (bend.abs() > STRAIGHT_RAD).then(|| {
                     let sample = &batch.samples[samples.start];
@@ -428,21 +429,35 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
 }
 
 /// Marks the ends of short blocks that run on as joints.
-fn mark_joints(plan: &Plan, scene: &Scene, begin: usize, ways: &[Way], samples: &mut [Sample], marker: &mut Marker) {
+fn mark_joints(
+    plan: &Plan,
+    scene: &Scene,
+    begin: usize,
+    ways: &[StationSource],
+    samples: &mut [Sample],
+    marker: &mut Marker,
+) {
     marker.stop();
     for (k, way) in ways.iter().enumerate() {
         let length = |k: usize| plan.path.moves[begin + k].curve().length();
-        let Way::Sampled { samples: range, inherits } = way else {
+        let StationSource::Sampled { samples: range, inherits } = way else {
             marker.stop();
             continue;
         };
-        let next = matches!(ways.get(k + 1), Some(Way::Sampled { inherits: true, .. })).then(|| length(k + 1));
+        let next =
+            matches!(ways.get(k + 1), Some(StationSource::Sampled { inherits: true, .. })).then(|| length(k + 1));
         let radius = scene.cutters[samples[range.start].cutter as usize].form.radius;
         marker.take(&mut samples[range.clone()], *inherits, length(k), next, plan.spacing_mm.min(JOINTS * radius));
     }
 }
 
-fn sample_move(plan: &Plan, scene: &Scene, index: usize, state: &mut Sampling, samples: &mut Vec<Sample>) -> Way {
+fn sample_move(
+    plan: &Plan,
+    scene: &Scene,
+    index: usize,
+    state: &mut Sampling,
+    samples: &mut Vec<Sample>,
+) -> StationSource {
     let motion = &plan.path.moves[index];
     let length = motion.curve().length();
     let at_end = motion.curve().tangent(length);
@@ -450,16 +465,16 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, state: &mut Sampling, s
     turn(&mut state.heading, at_end);
     let goes_on = std::mem::take(&mut state.goes_on);
     if motion.kind == MoveKind::Rapid {
-        return Way::None;
+        return StationSource::None;
     }
     if let Some(of) = plan.known(index) {
-        return Way::Known(of);
+        return StationSource::Known(of);
     }
     let Some(cutter) = plan.laid.cutter[index] else {
-        return Way::Idle(StationFlags { uncertain: true, ..StationFlags::default() });
+        return StationSource::Idle(StationFlags { uncertain: true, ..StationFlags::default() });
     };
     if length <= 0.0 || plan.is_far(motion, &scene.cutters[cutter as usize]) {
-        return Way::Idle(StationFlags { clear_air: length > 0.0, ..StationFlags::default() });
+        return StationSource::Idle(StationFlags { clear_air: length > 0.0, ..StationFlags::default() });
     }
     let inherits = goes_on && runs_on(plan, index);
     state.goes_on = true;
@@ -474,7 +489,7 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, state: &mut Sampling, s
         dir = sample.dir;
         samples.push(Sample { need, ..sample });
     }
-    Way::Sampled { samples: first..samples.len(), inherits }
+    StationSource::Sampled { samples: first..samples.len(), inherits }
 }
 
 /// The cutter at a place of a move; `dir` is kept under a vertical feed.

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use super::edges::Edges;
+use super::edges::EdgeWear;
 use super::problem::{engagement, environment, problem_of};
 use super::remarks;
 use super::task::{JobError, SPACING_MM, Watch};
@@ -23,7 +23,7 @@ pub fn both_positions(
     job: &Job,
     toolpath: &Toolpath,
     problem: &mut Problem,
-    edges: Edges,
+    edges: EdgeWear,
     watch: &Watch,
 ) -> Result<Option<(Switched, Assumption)>, JobError> {
     if !program.has_block_delete() {

@@ -39,7 +39,7 @@ const FINE: f64 = 0.002;
 const TRIED: [f64; 4] = [0.9, 0.7, 0.4, 0.0];
 
 /// A certificate in the making.
-pub struct Making {
+pub struct Maker {
     /// The setup as it was read.
     job: Job,
     /// The confidence asked for.
@@ -49,7 +49,7 @@ pub struct Making {
 }
 
 /// A certificate, or the places that prevent it.
-pub struct Made {
+pub struct Attempt {
     /// Its text.
     pub text: String,
     /// Places whose bounds are above their limits.
@@ -58,7 +58,7 @@ pub struct Made {
     pub refusal: Option<Refusal>,
 }
 
-impl Making {
+impl Maker {
     /// For a setup as it was read.
     pub fn new(job: &Job, confidence: f64) -> Self {
         Self { job: job.clone(), confidence, seen: None }
@@ -71,7 +71,7 @@ impl Making {
         known: &WrittenEngagement,
         bytes: &[u8],
         watch: &Watch,
-    ) -> Result<Made, JobError> {
+    ) -> Result<Attempt, JobError> {
         let refused = |refusal: Refusal| JobError::NotCertified { line: refusal.line, why: refusal.why };
         let basis = Basis { bytes, toolpath: &known.written, job: &self.job, switched: run.program.has_block_delete() };
         not_certified(&basis).map_err(refused)?;
@@ -94,7 +94,7 @@ impl Making {
         (certificate.given, certificate.moves) = (given, moves);
         let mut breaches = breaches.into_iter().flatten().peekable();
         let refusal = breaches.peek().map(|(_, refusal)| refusal.clone());
-        Ok(Made { text: write(&certificate), breaches: breaches.map(|(breach, _)| breach).collect(), refusal })
+        Ok(Attempt { text: write(&certificate), breaches: breaches.map(|(breach, _)| breach).collect(), refusal })
     }
 }
 

@@ -1,6 +1,6 @@
 //! The check of the written file: it is read back, proved to differ in feeds only, and simulated again at a finer spacing wherever that can
 //! matter. In: the run so far and the written text. Out: the largest ratio of a load to its limit at the commanded feeds, and the places
-//! where it is above [`MET`](crate::outcome::MET), with the cap they should have had.
+//! where it is above [`LIMIT_TOLERANCE`](crate::outcome::LIMIT_TOLERANCE), with the cap they should have had.
 //!
 //! ```text
 //! read back → what is known of its engagement (known) → loads over limits (ratios) → what to simulate again (closer)
@@ -22,7 +22,7 @@ use super::ratios::Ratios;
 use super::simulated_again::to_simulate_again;
 use super::task::{JobError, SPACING_MM, Watch};
 use super::tighten::{Breach, asks_for_lower_cap};
-use super::written_engagement::{Met, Side, WrittenEngagement};
+use super::written_engagement::{Side, StationsFrom, WrittenEngagement};
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
 use crate::nc::{Environment, Toolpath};
@@ -80,7 +80,8 @@ pub fn check(
         let rated = rated(&Side::on(switched, &run.job), &kept, written, watch, on, last)?;
         sides.push(rated.map(|rated| on_off(rated, run, switched)));
     }
-    let again = |known: &WrittenEngagement| known.met.iter().filter(|met| **met == Met::Finer).count();
+    let again =
+        |known: &WrittenEngagement| known.stations_from.iter().filter(|met| **met == StationsFrom::Finer).count();
     let simulated_again = [&*off, &*on].into_iter().flatten().map(again).sum();
     let mut check = Check { spacing_mm: SPACING_MM[1], simulated_again, ..Check::default() };
     let (mut after, mut breaches) = (None, Vec::new());
@@ -127,7 +128,7 @@ fn rated(
     let after = feeds(&now.written, &now.origins);
     let mut found = rate(&mut now, side, &after, kept);
     // Loads that depend on earlier cuts need all of these.
-    let tells = !(last || now.met.contains(&Met::NotYet) && history::is_asked_for(side.job));
+    let tells = !(last || now.stations_from.contains(&StationsFrom::NotYet) && history::is_asked_for(side.job));
     if !(tells && found.breaches.iter().any(|breach| asks_for_lower_cap(side.problem, breach)))
         && found.to_simulate_again.contains(&true)
     {

@@ -9,18 +9,18 @@ use crate::schedule::history::History;
 
 /// The wear that caps are worked out with before new feeds are known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Edges {
+pub enum EdgeWear {
     /// Worn as at the programmed feeds.
     AsProgrammed,
     /// Not worn: an upper bound of all caps.
     Unworn,
 }
 
-impl Edges {
+impl EdgeWear {
     /// The history of a program as it stands, with these edges.
     pub fn history(self, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> History {
         let history = History::of(toolpath, map, job, &schedule::as_programmed(toolpath));
-        if self == Edges::Unworn { history.unworn() } else { history }
+        if self == EdgeWear::Unworn { history.unworn() } else { history }
     }
 }
 

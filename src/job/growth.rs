@@ -10,7 +10,7 @@ use crate::machine::{Annotate, Job};
 use crate::nc::Program;
 use crate::outcome::ProgramRun;
 use crate::rewrite::{self, Rewritten};
-use crate::schedule::{Options, Room, Schedule};
+use crate::schedule::{Growth, Options, Schedule};
 
 /// Largest ratio of output to input where the setup gives none, in blocks and in bytes. Controls with little memory are fed over a line, and
 /// the others have megabytes; a program four times as long can still be read by people.
@@ -52,7 +52,7 @@ pub fn options(run: &ProgramRun) -> Options {
     let [blocks, bytes] = [program.len() as f64, program.text().len() as f64];
     let [most_blocks, most_bytes] = most(program, job);
     let word_bytes = WORD_BYTES + if job.output.annotate == Annotate::None { 0.0 } else { NOTE_BYTES };
-    options.room = Some(Room {
+    options.room = Some(Growth {
         blocks: (most_blocks - blocks - 1.0).max(0.0),
         bytes: (most_bytes - bytes - MARK_BYTES).max(0.0),
         word_bytes,

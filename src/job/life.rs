@@ -14,7 +14,7 @@ use crate::nc::{Move, Toolpath};
 use crate::outcome::ProgramRun;
 use crate::outcome::answers::Wear as LifeUsed;
 use crate::schedule::Problem;
-use crate::schedule::budget::{Budget, Kept, extra_s, keep};
+use crate::schedule::budget::{Budget, BudgetOutcome, apply, extra_s};
 use crate::schedule::history::{self, History};
 
 /// Longer life for which the report gives the cost in time, as a share: a tenth.
@@ -65,11 +65,11 @@ fn of_tool(
         .map(|(rate, budget)| (rate, budget, true))
         .or_else(|| of_the_program(tool, problem, toolpath, map, job).map(|(rate, budget)| (rate, budget, false)))?;
     let fresh = problem.clone();
-    let kept = keep(problem, &rate, &budget);
+    let kept = apply(problem, &rate, &budget);
     let (used, price_s, impossible) = match kept {
-        Kept::Slack { used } => (used, 0.0, false),
-        Kept::Bound { used, price_s } => (used, price_s, false),
-        Kept::Impossible { used } => (used, 0.0, true),
+        BudgetOutcome::Slack { used } => (used, 0.0, false),
+        BudgetOutcome::Bound { used, price_s } => (used, price_s, false),
+        BudgetOutcome::Impossible { used } => (used, 0.0, true),
     };
     if impossible {
         let mine = problem.nodes.iter_mut().zip(&rate).filter(|(node, c)| node.cutting && node.free && **c > 0.0);

@@ -52,8 +52,8 @@ pub use remarks::{events, tool_assumption, unknown_tools};
 pub use task::{JobError, Keep, SPACING_MM, Task, Watch};
 pub use wanted::Wanted;
 
-use certificate::Making;
-use edges::Edges;
+use certificate::Maker;
+use edges::EdgeWear;
 use problem::{cut, environment, problem_of};
 
 use crate::diag::{Diagnostic, Severity};
@@ -71,14 +71,14 @@ pub const ROUNDS: usize = 9;
 pub const SOLVED: usize = 3;
 /// Predicts loads and time as programmed.
 pub fn simulate(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
-    let (mut run, _) = posed(task, Edges::AsProgrammed, watch)?;
+    let (mut run, _) = posed(task, EdgeWear::AsProgrammed, watch)?;
     life::used_by(&mut run);
     Ok(run)
 }
 
 /// Reads and simulates the program, and works out its caps for edges worn as `edges` says. Returns also the problem before any budget lowered
 /// its caps, where loads depend on the feeds of earlier cuts.
-fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<Problem>), JobError> {
+fn posed(task: Task, edges: EdgeWear, watch: &Watch) -> Result<(ProgramRun, Option<Problem>), JobError> {
     let Task { program, mut job, mut assumptions, wanted } = task;
     let start = (watch.clock)();
     assumptions.extend(wanted.confidence.map(|confidence| wanted::at_confidence(&mut job, confidence)));
@@ -183,10 +183,10 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
 pub fn optimize(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
     let wanted = task.wanted;
     let confidence = wanted.confidence.filter(|_| wanted.certificate);
-    let mut making = confidence.map(|confidence| Making::new(&task.job, confidence));
+    let mut making = confidence.map(|confidence| Maker::new(&task.job, confidence));
     let last = if making.is_some() { ROUNDS + certificate::ROUNDS } else { ROUNDS };
     let mut certified = 0;
-    let (mut run, fresh) = posed(task, Edges::Unworn, watch)?;
+    let (mut run, fresh) = posed(task, EdgeWear::Unworn, watch)?;
     let mut fresh = fresh.map(|off| worn::Fresh::of(&run, off));
     let mut options = growth::options(&run);
     let mut known = [None, None];

@@ -11,7 +11,7 @@ use crate::machine::material::ForceModel;
 use crate::machine::{Job, LimitKind, Material, Shape, StockShape, Tool};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
-use crate::schedule::{Bound, Kept, Problem};
+use crate::schedule::{Bound, NotRaised, Problem};
 use crate::units::{MM_PER_INCH, rpm_from_rps};
 
 /// What is looked at.
@@ -125,7 +125,7 @@ pub fn allow_no_rise(diagnostics: &[Diagnostic]) -> bool {
 /// Keeps every feed at or below the programmed one, in air too.
 pub fn raise_nothing(problem: &mut Problem) {
     for node in problem.nodes.iter_mut().filter(|node| node.free) {
-        node.kept = node.kept.or(Some(Kept::Uncertain));
+        node.not_raised = node.not_raised.or(Some(NotRaised::Uncertain));
         if node.cap.feed_mm_s > node.programmed_mm_s {
             node.cap = Bound { feed_mm_s: node.programmed_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
         }

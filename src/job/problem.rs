@@ -7,7 +7,7 @@ use crate::machine::{Job, LimitKind};
 use crate::nc::{Environment, Program, Toolpath};
 use crate::rewrite;
 use crate::schedule::history::History;
-use crate::schedule::{self, Bound, Kept, Problem, Standing};
+use crate::schedule::{self, Bound, EarlierOutput, NotRaised, Problem};
 
 pub(super) fn environment<'a>(job: &Job, watch: &Watch<'a>) -> Environment<'a> {
     Environment { load: watch.subprograms, ..Environment::from_job(job) }
@@ -48,13 +48,13 @@ pub(super) fn problem_of(
     for (motion, reference) in original.moves.iter_mut().zip(&references) {
         motion.feed.mm_s = reference.feed_mm_s;
     }
-    let standing = Standing { toolpath, apart_mm: 2.0 * SPACING_MM[0] };
-    let mut problem = schedule::problem_after(&original, map, job, history, Some(standing));
+    let earlier = EarlierOutput { toolpath, apart_mm: 2.0 * SPACING_MM[0] };
+    let mut problem = schedule::problem_after(&original, map, job, history, Some(earlier));
     for node in &mut problem.nodes {
         let now_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;
         node.programmed_mm_s = now_mm_s;
         if !references[node.move_id.ix()].known && node.free {
-            node.kept = node.kept.or(Some(Kept::Forgotten));
+            node.not_raised = node.not_raised.or(Some(NotRaised::Forgotten));
             if node.cap.feed_mm_s > now_mm_s {
                 node.cap = Bound { feed_mm_s: now_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
                 node.floor.feed_mm_s = node.floor.feed_mm_s.min(now_mm_s);

@@ -16,8 +16,8 @@ use crate::force::{Cap, LoadLine};
 use crate::ids::BlockId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{MoveKind, Toolpath};
-use crate::outcome::MET;
-use crate::outcome::over_limits::{Apart, LoadLimit, Over, Place, load_limits, p99};
+use crate::outcome::LIMIT_TOLERANCE;
+use crate::outcome::over_limits::{FixedFeed, LoadLimit, Over, Place, load_limits, p99};
 use crate::schedule::FeedPiece;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::history;
@@ -80,7 +80,7 @@ impl<'a> Ratios<'a> {
     pub fn work_out(&self, carried: &mut KnownLoads) {
         let each = self.rules.most_loads();
         if self.past || carried.each != each {
-            *carried = KnownLoads::of_each(each);
+            *carried = KnownLoads::with_room_for(each);
         }
         carried.make_room(self.map.stations.len());
         let of_station = carried.feeds_mm_s.par_iter_mut().zip(carried.loads.par_chunks_mut(each));
@@ -120,17 +120,17 @@ impl<'a> Ratios<'a> {
     }
 
     /// Is the feed of a station one that cannot be chosen (frozen, kept, infeasible)?
-    pub fn is_apart(&self, station: &Station) -> bool {
-        self.apart(&self.on_original(station)).is_some()
+    pub fn is_fixed(&self, station: &Station) -> bool {
+        self.fixed_feed(&self.on_original(station)).is_some()
     }
 
     /// The places above a limit whose feed can be chosen.
     pub fn breaches(&self, carried: &KnownLoads) -> Vec<Breach> {
         let of_station = |index: usize| {
-            let (_, kind, _) = self.nearest(index, carried).filter(|(.., ratio)| *ratio > MET)?;
+            let (_, kind, _) = self.nearest(index, carried).filter(|(.., ratio)| *ratio > LIMIT_TOLERANCE)?;
             let station = &self.map.stations[index];
             let origin = self.on_original(station);
-            if self.apart(&origin).is_some() {
+            if self.fixed_feed(&origin).is_some() {
                 return None;
             }
             Some(Breach { origin, kind, cap_mm_s: self.cap(&self.line(station)?, &origin, station) })
@@ -161,7 +161,7 @@ impl<'a> Ratios<'a> {
             let origin = self.on_original(station);
             let motion = &self.side.toolpath.moves[origin.move_id.ix()];
             let length_mm = station.length_mm();
-            let place = Place { line: motion.line, tool: motion.tool, length_mm, apart: self.apart(&origin) };
+            let place = Place { line: motion.line, tool: motion.tool, length_mm, fixed: self.fixed_feed(&origin) };
             let limits = self.limits(&origin, station);
             let ratio = over.add(&place, limits.zip(carried.of(index).iter().copied()));
             ratios.push((ratio, length_mm));
@@ -186,7 +186,7 @@ impl<'a> Ratios<'a> {
             let between = stations[i - 1].move_id.ix()..=stations[i].move_id.ix();
             steps[i].joined &= self.written.moves[between].iter().all(|motion| motion.kind == MoveKind::Feed);
         }
-        force_rate::worst(&steps, SPACING_MM[0], MET, &mut |from, to, ratio| {
+        force_rate::worst(&steps, SPACING_MM[0], LIMIT_TOLERANCE, &mut |from, to, ratio| {
             let slower = places[from..=to].iter().map(|(origin, step)| Breach {
                 origin: *origin,
                 kind: LimitKind::ForceRate,
@@ -205,7 +205,7 @@ impl<'a> Ratios<'a> {
             length_mm: station.length_mm(),
             feed_mm_s,
             limit_n_s: self.rules.of(origin.move_id).limits.force_rate_n_s,
-            joined: self.apart(&origin).is_none(),
+            joined: self.fixed_feed(&origin).is_none(),
         };
         (origin, step)
     }
@@ -252,9 +252,9 @@ impl<'a> Ratios<'a> {
         Origin { move_id, from_mm: from_mm + scale * station.from_mm, to_mm: from_mm + scale * station.to_mm }
     }
 
-    fn apart(&self, origin: &Origin) -> Option<Apart> {
+    fn fixed_feed(&self, origin: &Origin) -> Option<FixedFeed> {
         let motion = &self.side.toolpath.moves[origin.move_id.ix()];
         let nodes = self.side.problem.nodes_of(origin.move_id).iter().filter(|node| overlaps(node, origin));
-        Apart::of(motion, nodes, self.kept.binary_search(&motion.block).is_ok())
+        FixedFeed::of(motion, nodes, self.kept.binary_search(&motion.block).is_ok())
     }
 }

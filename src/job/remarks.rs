@@ -14,7 +14,7 @@ use crate::rewrite;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::idle_limits::{Idle, idle};
 use crate::schedule::rules::rules;
-use crate::schedule::{Conflict, Kept, Problem, Schedule, as_programmed};
+use crate::schedule::{Conflict, NotRaised, Problem, Schedule, as_programmed};
 use crate::setup::Assumption;
 use crate::units::mm_min_from_mm_s;
 
@@ -182,7 +182,10 @@ pub fn held_by_feed_change(schedule: &Schedule, job: &Job) -> Option<Diagnostic>
 
 /// Time that is not saved because the setup does not say what clamps the part.
 pub fn held_by_clamps(problem: &Problem) -> Option<Diagnostic> {
-    let held = problem.nodes.iter().filter(|node| node.kept == Some(Kept::Fixtures) && node.unkept.is_some());
+    let held = problem
+        .nodes
+        .iter()
+        .filter(|node| node.not_raised == Some(NotRaised::Fixtures) && node.cap_if_raised.is_some());
     let seconds: f64 = held.map(|node| node.length_mm() / node.programmed_mm_s).sum();
     let text = format!(
         "{seconds:.0} s in the air beside the blank keep their feed: the setup does not say what clamps the part"

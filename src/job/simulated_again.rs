@@ -24,7 +24,7 @@
 use rayon::prelude::*;
 
 use super::ratios::Ratios;
-use super::written_engagement::{Met, WrittenEngagement};
+use super::written_engagement::{StationsFrom, WrittenEngagement};
 use crate::nc::{MoveKind, Toolpath};
 use crate::schedule::known_loads::KnownLoads;
 
@@ -48,15 +48,17 @@ pub fn to_simulate_again(known: &WrittenEngagement, ratios: &Ratios, carried: &K
     };
     let near = |index: usize| {
         let reach = reaches(loads[index], [beside(index, index.checked_sub(1)), beside(index, Some(index + 1))]);
-        reach > NEAR && !ratios.is_apart(&stations[index])
+        reach > NEAR && !ratios.is_fixed(&stations[index])
     };
     let everything = ratios.limits_force_rate();
-    let wanted = |(index, met): (usize, &Met)| match met {
-        Met::NotYet => true,
-        Met::AsOriginal => everything || known.map.of_move[index].clone().any(|station| near(station as usize)),
-        Met::Finer => false,
+    let wanted = |(index, met): (usize, &StationsFrom)| match met {
+        StationsFrom::NotYet => true,
+        StationsFrom::AsOriginal => {
+            everything || known.map.of_move[index].clone().any(|station| near(station as usize))
+        }
+        StationsFrom::Finer => false,
     };
-    known.met.par_iter().enumerate().map(wanted).collect()
+    known.stations_from.par_iter().enumerate().map(wanted).collect()
 }
 
 /// Do these moves run on from one to the other, at feed and with one tool?

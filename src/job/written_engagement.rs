@@ -24,14 +24,14 @@ pub struct WrittenEngagement {
     /// Its engagement, as far as it is known.
     pub map: EngagementMap,
     /// Where the stations of each move come from.
-    pub met: Vec<Met>,
+    pub stations_from: Vec<StationsFrom>,
     /// The loads of its stations.
     pub carried: KnownLoads,
 }
 
 /// Where the stations of a written move come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Met {
+pub enum StationsFrom {
     /// It has none yet.
     NotYet,
     /// It is whole, and they are those of the original.
@@ -76,9 +76,10 @@ impl WrittenEngagement {
             .collect();
         let again = Again { known: side.map, of_move: &of_move };
         let map = again.carried();
-        let carried = side.problem.known.over_to(&map, again);
-        let met = of_move.iter().map(|of| of.map_or(Met::NotYet, |_| Met::AsOriginal)).collect();
-        Self { written, origins, map, met, carried }
+        let carried = side.problem.known.carried_to(&map, again);
+        let stations_from =
+            of_move.iter().map(|of| of.map_or(StationsFrom::NotYet, |_| StationsFrom::AsOriginal)).collect();
+        Self { written, origins, map, stations_from, carried }
     }
 
     /// Of a file in which some blocks are split at other places: pieces that both files have keep their stations.
@@ -93,14 +94,15 @@ impl WrittenEngagement {
                 let key = |origin: &Origin| (origin.move_id, origin.from_mm);
                 at += self.origins[at..].partition_point(|known| key(known) < key(origin));
                 let same = self.origins.get(at).is_some_and(|known| known == origin);
-                (same && self.met[at] != Met::NotYet).then_some(MoveId(at as u32))
+                (same && self.stations_from[at] != StationsFrom::NotYet).then_some(MoveId(at as u32))
             })
             .collect();
         let again = Again { known: &self.map, of_move: &of_move };
         let map = again.carried();
-        let carried = self.carried.over_to(&map, again);
-        let met = of_move.iter().map(|of| of.map_or(Met::NotYet, |of| self.met[of.ix()])).collect();
-        Self { written, origins, map, met, carried }
+        let carried = self.carried.carried_to(&map, again);
+        let stations_from =
+            of_move.iter().map(|of| of.map_or(StationsFrom::NotYet, |of| self.stations_from[of.ix()])).collect();
+        Self { written, origins, map, stations_from, carried }
     }
 
     /// Simulates some moves at the finer spacing.
@@ -111,10 +113,10 @@ impl WrittenEngagement {
         let progress = |done| (watch.progress)("check", done);
         let again = Again { known: &self.map, of_move: &of_move };
         let map = engage::engage_again(&self.written, side.job, &options, again, &progress)?;
-        let carried = self.carried.over_to(&map, again);
+        let carried = self.carried.carried_to(&map, again);
         (self.map, self.carried) = (cut(map, side.job, SPACING_MM[1]), carried);
-        for (met, _) in self.met.iter_mut().zip(which).filter(|(_, again)| **again) {
-            *met = Met::Finer;
+        for (met, _) in self.stations_from.iter_mut().zip(which).filter(|(_, again)| **again) {
+            *met = StationsFrom::Finer;
         }
         Ok(())
     }

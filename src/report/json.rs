@@ -291,7 +291,7 @@ fn worst(worst: &Worst) -> WorstPart {
         tool: worst.place.tool,
         line: worst.place.line,
         ratio: worst.ratio(),
-        apart: worst.place.apart.map(crate::outcome::over_limits::Apart::name),
+        apart: worst.place.fixed.map(crate::outcome::over_limits::FixedFeed::name),
     }
 }
 
@@ -340,7 +340,7 @@ fn limit(figure: &LimitFigure) -> LimitPart {
         before_ratio: figure.ratios[0],
         after_ratio: figure.ratios[1],
         after_line: figure.at.map(|place| place.line),
-        after_apart: figure.at.and_then(|place| place.apart).map(crate::outcome::over_limits::Apart::name),
+        after_apart: figure.at.and_then(|place| place.fixed).map(crate::outcome::over_limits::FixedFeed::name),
         after_p99: figure.after_p99,
         active_time_percent: figure.active_time_percent,
         shadow_price: figure.shadow_price,

@@ -44,15 +44,15 @@ pub struct Tile {
 }
 
 /// Takes back what was lowered between two marks.
-pub fn take_back(tile: &mut Tile, marks: [usize; 2]) {
+pub fn undo(tile: &mut Tile, marks: [usize; 2]) {
     let Tile { heights, ids, past, .. } = tile;
-    past.take_back(heights, ids, marks);
+    past.undo(heights, ids, marks);
 }
 
 /// Lowers again what was taken back since a mark.
-pub fn make_again(tile: &mut Tile, from: usize) {
+pub fn redo(tile: &mut Tile, from: usize) {
     let Tile { heights, ids, past, .. } = tile;
-    past.make_again(heights, ids, from);
+    past.redo(heights, ids, from);
 }
 
 /// How a field is divided into tiles.

@@ -22,7 +22,7 @@ pub use along::along;
 pub use blank::{Blank, Relief};
 pub use claim::claim;
 pub use element::{Element, Track, append_elements};
-pub use field::{Field, Tile, Tiling, UNTOUCHED, make_again, take_back};
+pub use field::{Field, Tile, Tiling, UNTOUCHED, redo, undo};
 pub use form::Form;
 pub use mesh::{Mesh, MeshError, read_stl};
 pub use past::Past;

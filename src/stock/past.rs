@@ -7,7 +7,7 @@ use super::wide::MOST_LANES;
 
 /// A group of neighbouring cells of one row, as they were before (or, once undone, after) they were lowered.
 #[derive(Debug, Clone, Copy)]
-struct Kept {
+struct Overwritten {
     first: u32,
     count: u32,
     heights: [f32; MOST_LANES],
@@ -22,7 +22,7 @@ const ROOM: usize = 32;
 pub struct Past {
     /// Are overwritten cells recorded?
     pub on: bool,
-    kept: Vec<Kept>,
+    kept: Vec<Overwritten>,
 }
 
 impl Past {
@@ -38,19 +38,19 @@ impl Past {
     /// Records `count` cells from `first` on.
     #[inline(always)]
     pub fn keep(&mut self, first: usize, count: usize, heights: [f32; MOST_LANES], ids: [u32; MOST_LANES]) {
-        self.kept.push(Kept { first: first as u32, count: count as u32, heights, ids });
+        self.kept.push(Overwritten { first: first as u32, count: count as u32, heights, ids });
     }
     /// Undoes what was recorded between two marks.
-    pub fn take_back(&mut self, heights: &mut [f32], ids: &mut [u32], [from, to]: [usize; 2]) {
+    pub fn undo(&mut self, heights: &mut [f32], ids: &mut [u32], [from, to]: [usize; 2]) {
         self.kept[from..to].iter_mut().rev().for_each(|kept| exchange(kept, heights, ids));
     }
     /// Redoes what was undone since a mark.
-    pub fn make_again(&mut self, heights: &mut [f32], ids: &mut [u32], from: usize) {
+    pub fn redo(&mut self, heights: &mut [f32], ids: &mut [u32], from: usize) {
         self.kept[from..].iter_mut().for_each(|kept| exchange(kept, heights, ids));
     }
 }
 
-fn exchange(kept: &mut Kept, heights: &mut [f32], ids: &mut [u32]) {
+fn exchange(kept: &mut Overwritten, heights: &mut [f32], ids: &mut [u32]) {
     let (heights, ids) = (&mut heights[kept.first as usize..], &mut ids[kept.first as usize..]);
     let count = kept.count as usize;
     if count == MOST_LANES {
@@ -67,7 +67,7 @@ fn exchange(kept: &mut Kept, heights: &mut [f32], ids: &mut [u32]) {
 mod tests {
     use crate::machine::{Box3, Profile};
     use crate::path::Vec3;
-    use crate::stock::{Field, Form, Tile, Track, make_again, sweep, take_back};
+    use crate::stock::{Field, Form, Tile, Track, redo, sweep, undo};
 
     #[test]
     fn sweeps_are_taken_back_and_made_again_bit_for_bit() {
@@ -93,11 +93,11 @@ mod tests {
         };
         let mut at = done.0;
         for (k, state) in states.iter().enumerate().rev() {
-            take_back(&mut tile, [state.0, at]);
+            undo(&mut tile, [state.0, at]);
             at = state.0;
             assert!(is_as(&tile, state), "back to before sweep {k}");
         }
-        make_again(&mut tile, 0);
+        redo(&mut tile, 0);
         assert!(is_as(&tile, &done), "and again");
     }
 }
