@@ -1,4 +1,4 @@
-//! Typed indices, so that a line is never taken for a move.
+//! Typed indices. In: a number. Out: [`BlockId`] or [`MoveId`], so that the index of a block cannot be used for a move.
 
 /// Index of a block (one line of text) in a [`crate::nc::Program`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

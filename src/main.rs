@@ -1,4 +1,4 @@
-//! The binary: hands the arguments to [`feedwright::cli`].
+//! The binary. In: the arguments of the process. Out: the exit code of [`feedwright::cli::run`].
 
 fn main() -> std::process::ExitCode {
     feedwright::cli::run()

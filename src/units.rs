@@ -1,4 +1,5 @@
-//! The only unit conversions. Inside the library: mm, s, N, N·mm, W, rad, mm/s, rev/s.
+//! All conversions of units. In: a quantity in the unit of a text, a setup or a report. Out: the same in the units of the library (mm, s, N,
+//! N·mm, W, rad, mm/s, rev/s), and back.
 
 /// Millimetres in one inch.
 pub const MM_PER_INCH: f64 = 25.4;

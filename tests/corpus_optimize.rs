@@ -13,7 +13,7 @@ use corpus::{LISTED, canon, motions, rs274_is_there, same_motions, shared};
 use feedwright::job::{Keep, Task, Wanted, Watch, optimize};
 use feedwright::machine::Raise;
 use feedwright::nc::{self, Dialect, Doubt, Environment, Program};
-use feedwright::outcome::MET;
+use feedwright::outcome::LIMIT_TOLERANCE;
 use feedwright::outcome::ProgramRun;
 use feedwright::{engage, rewrite, setup};
 
@@ -57,7 +57,11 @@ fn accept(name: &str) {
     let first = run(nc::parse(text.clone(), dialect), &setup_file);
     let written = first.written.as_ref().unwrap();
     assert!(written.check.identical, "{:?}", written.check.differences);
-    assert!(written.check.over.free_ratio <= MET, "a load reaches {} of its limit", written.check.over.free_ratio);
+    assert!(
+        written.check.over.free_ratio <= LIMIT_TOLERANCE,
+        "a load reaches {} of its limit",
+        written.check.over.free_ratio
+    );
 
     // The proof once more, by itself, on a control that knows nothing of the setup.
     let output = nc::parse(written.bytes.clone(), dialect);
@@ -76,7 +80,7 @@ fn accept(name: &str) {
     let stats = &again.stats;
     let changed = stats.f_words_changed + stats.f_words_inserted + stats.blocks_added;
     assert!(100 * changed < stats.f_words_before, "{changed} of {} F values change", stats.f_words_before);
-    assert!(again.check.identical && again.check.over.free_ratio <= MET);
+    assert!(again.check.identical && again.check.over.free_ratio <= LIMIT_TOLERANCE);
     let marks = |bytes: &[u8]| bytes.windows(10).filter(|window| window == b"FEEDWRIGHT").count();
     assert_eq!(marks(&again.bytes), 1, "our mark is there once");
     println!(

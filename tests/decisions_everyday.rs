@@ -12,7 +12,7 @@ use everyday::Everyday;
 use feedwright::engage;
 use feedwright::job::{JobError, Keep, SPACING_MM, Task, Wanted, Watch, optimize, simulate};
 use feedwright::nc::{self, Dialect, MoveKind};
-use feedwright::outcome::MET;
+use feedwright::outcome::LIMIT_TOLERANCE;
 use feedwright::outcome::ProgramRun;
 use feedwright::report::figures;
 use feedwright::setup;
@@ -112,7 +112,7 @@ fn everyday_programs_get_what_their_limits_allow() {
     println!("{} programs, median loss {:.2} %", rows.len(), losses[losses.len() / 2]);
     for row in &rows {
         assert!(row.identical, "{}", row.name);
-        assert!(row.worst <= MET, "{}: {}", row.name, row.worst);
+        assert!(row.worst <= LIMIT_TOLERANCE, "{}: {}", row.name, row.worst);
         assert!(row.loss_percent <= 2.0, "{}: {:.2} %", row.name, row.loss_percent);
         assert!(100 * row.again < row.words.max(1), "{}: {} of {}", row.name, row.again, row.words);
     }
@@ -130,7 +130,7 @@ fn the_programs_of_the_project_lose_little_over_the_continuous_optimum() {
         let loss_percent = 100.0 * (written.realised_after.total_s / written.schedule.continuous_s - 1.0);
         println!("{name}: {loss_percent:.2} %, {:.4}", written.check.over.free_ratio);
         assert!(loss_percent <= 2.0, "{name}: {loss_percent:.2} %");
-        assert!(written.check.identical && written.check.over.free_ratio <= MET, "{name}");
+        assert!(written.check.identical && written.check.over.free_ratio <= LIMIT_TOLERANCE, "{name}");
     }
 }
 

@@ -13,7 +13,7 @@ use feedwright::schedule::cutters::Cutters;
 use feedwright::schedule::idle_limits::{ACTS_FROM, idle};
 use feedwright::schedule::operations::segments;
 use feedwright::schedule::rules::rules;
-use feedwright::schedule::{Kept, as_programmed};
+use feedwright::schedule::{NotRaised, as_programmed};
 use feedwright::setup::{self, Assumption};
 use std::path::Path;
 
@@ -103,7 +103,7 @@ fn a_limit_that_never_acts_raises_nothing_and_is_said_first() {
         let run = run(&format!("[limits]\n{limits}\n{raise}"), Wanted::default(), false);
         let cutting = run.problem.nodes.iter().filter(|node| node.cutting);
         let higher = cutting.clone().filter(|node| node.cap.feed_mm_s > 1.001 * node.programmed_mm_s).count();
-        assert!(higher > 0 || cutting.clone().all(|node| node.kept == Some(Kept::NoLoadLimit)));
+        assert!(higher > 0 || cutting.clone().all(|node| node.not_raised == Some(NotRaised::NoLoadLimit)));
         let first = run.diagnostics.first().map(|said| said.code.to_string());
         (higher, first.as_deref() == Some("schedule::limit-never-acts"))
     };

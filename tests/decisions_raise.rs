@@ -6,7 +6,7 @@
 use feedwright::engage::{self, engage};
 use feedwright::machine::Job;
 use feedwright::nc::{Doubt, Environment, Toolpath, interpret, parse};
-use feedwright::schedule::{Kept, Node, problem};
+use feedwright::schedule::{Node, NotRaised, problem};
 use std::path::Path;
 
 /// A block of 40 × 20 × 10 mm and a mill of 6 mm; the force limit is one that its cuts come near.
@@ -121,8 +121,8 @@ fn a_finishing_pass_rises_only_where_the_setup_says_so() {
     assert!(on(&plain, 6).iter().all(|rises| *rises), "the first slot leaves nothing of the final surface");
     assert!(on(&plain, 10).iter().all(|rises| !*rises), "the second one does");
     let inside = |place: &&Place| place.line == 10 && (0.0..40.0).contains(&place.at[0]);
-    let mut kept = plain.iter().filter(inside).map(|place| place.node.kept);
-    assert!(kept.all(|kept| kept == Some(Kept::Finishing)));
+    let mut kept = plain.iter().filter(inside).map(|place| place.node.not_raised);
+    assert!(kept.all(|kept| kept == Some(NotRaised::Finishing)));
     let allowed = cuts(FINISHED, &with("force_xy = 200", "finishing = true"));
     assert!(on(&allowed, 10).iter().all(|rises| *rises));
     // One operation of it alone.
@@ -136,7 +136,7 @@ fn a_finishing_pass_rises_only_where_the_setup_says_so() {
 #[test]
 fn it_is_still_lowered_where_a_limit_asks() {
     let plain = cuts(FINISHED, "[limits]\nforce_xy = 10\n");
-    let slower = plain.iter().filter(|place| place.line == 10 && place.node.kept == Some(Kept::Finishing));
+    let slower = plain.iter().filter(|place| place.line == 10 && place.node.not_raised == Some(NotRaised::Finishing));
     assert!(slower.filter(|place| place.node.cap.feed_mm_s < 0.9 * place.node.programmed_mm_s).count() > 0);
 }
 
@@ -152,11 +152,11 @@ fn an_entry_and_an_exit_last_a_radius_of_the_tool() {
     let outside = |x: f64| (0.2..=36.9).contains(&x);
     assert!(plain.iter().any(|place| inside(place.at[0])) && plain.iter().any(|place| outside(place.at[0])));
     for place in &plain {
-        assert!(!inside(place.at[0]) || place.node.kept == Some(Kept::Entry), "{:?}", place.at);
+        assert!(!inside(place.at[0]) || place.node.not_raised == Some(NotRaised::Entry), "{:?}", place.at);
         assert!(!inside(place.at[0]) || !place.rises(), "{:?}", place.at);
-        assert!(!outside(place.at[0]) || place.rises(), "{:?} {:?}", place.at, place.node.kept);
+        assert!(!outside(place.at[0]) || place.rises(), "{:?} {:?}", place.at, place.node.not_raised);
     }
-    assert!(first("entries = true").iter().all(|place| place.node.kept.is_none()));
+    assert!(first("entries = true").iter().all(|place| place.node.not_raised.is_none()));
 }
 
 #[test]
@@ -168,37 +168,42 @@ fn a_lead_in_arc_is_an_entry_to_its_end_and_a_longer_arc_is_a_contour() {
         pass(-1) + &pass(-2)
     };
     let quarter = cuts(&twice("G2 X20 Y6 I15 J0"), FORCE);
-    let on = |places: &[Place]| -> Vec<Option<Kept>> {
-        places.iter().filter(|place| place.line == 6).map(|place| place.node.kept).collect()
+    let on = |places: &[Place]| -> Vec<Option<NotRaised>> {
+        places.iter().filter(|place| place.line == 6).map(|place| place.node.not_raised).collect()
     };
     assert!(
-        !on(&quarter).is_empty() && on(&quarter).iter().all(|kept| *kept == Some(Kept::Entry)),
+        !on(&quarter).is_empty() && on(&quarter).iter().all(|kept| *kept == Some(NotRaised::Entry)),
         "{:?}",
         on(&quarter)
     );
     let long = cuts(&twice("G2 X20 Y6 I7.5 J7.5 "), FORCE);
-    assert!(on(&long).contains(&Some(Kept::Entry)), "{:?}", on(&long));
+    assert!(on(&long).contains(&Some(NotRaised::Entry)), "{:?}", on(&long));
     let far = "G0 X10 Y-4 Z2\nG1 Z-1 F900\nG3 X10 Y-4 I0 J10\nG0 Z5\n".to_owned()
         + "G0 X10 Y-4 Z2\nG1 Z-2 F900\nG3 X10 Y-4 I0 J10\nG0 Z5\n";
     let whole_turn = cuts(&far, FORCE);
-    assert!(on(&whole_turn).contains(&None) && on(&whole_turn).contains(&Some(Kept::Entry)), "{:?}", on(&whole_turn));
+    assert!(
+        on(&whole_turn).contains(&None) && on(&whole_turn).contains(&Some(NotRaised::Entry)),
+        "{:?}",
+        on(&whole_turn)
+    );
 }
 
 #[test]
 fn a_plunge_goes_down_faster_than_aside_and_a_ramp_goes_down_at_all() {
     // From inside a hole that is cut first: straight down, at 50° and at 40° below the level, 0.01 mm and 0.001 mm in all.
     let hole = "G0 X10 Y10 Z2\nG1 Z-2 F300\n";
-    let kept = |aside: f64, down: f64| -> Vec<Option<Kept>> {
+    let kept = |aside: f64, down: f64| -> Vec<Option<NotRaised>> {
         let deeper = format!("{hole}X{} Z{}\nG0 Z2\nG0 X10 Y10\nG1 Z-6\nX30\nG0 Z5\n", 10.0 + aside, -2.0 - down);
         let all = cuts(&deeper, &with("force_xy = 200\nforce_axial = 200", "entries = true"));
-        all.iter().filter(|place| place.line == 6).map(|place| place.node.kept).collect()
+        all.iter().filter(|place| place.line == 6).map(|place| place.node.not_raised).collect()
     };
-    let all_are =
-        |found: &[Option<Kept>], why: Option<Kept>| !found.is_empty() && found.iter().all(|kept| *kept == why);
-    assert!(all_are(&kept(0.0, 2.0), Some(Kept::Plunge)));
-    assert!(all_are(&kept(1.0, 1.19), Some(Kept::Plunge)), "50°");
-    assert!(all_are(&kept(1.19, 1.0), Some(Kept::Ramp)), "40°");
-    assert!(all_are(&kept(10.0, 0.01), Some(Kept::Ramp)), "{:?}", kept(10.0, 0.01));
+    let all_are = |found: &[Option<NotRaised>], why: Option<NotRaised>| {
+        !found.is_empty() && found.iter().all(|kept| *kept == why)
+    };
+    assert!(all_are(&kept(0.0, 2.0), Some(NotRaised::Plunge)));
+    assert!(all_are(&kept(1.0, 1.19), Some(NotRaised::Plunge)), "50°");
+    assert!(all_are(&kept(1.19, 1.0), Some(NotRaised::Ramp)), "40°");
+    assert!(all_are(&kept(10.0, 0.01), Some(NotRaised::Ramp)), "{:?}", kept(10.0, 0.01));
     assert!(all_are(&kept(10.0, 0.001), None), "{:?}", kept(10.0, 0.001));
 }
 
@@ -207,11 +212,13 @@ fn a_descent_or_a_retract_in_air_is_none_of_these() {
     let program = "G0 X-10 Y10 Z5\nG1 Z-2 F900\nZ5\nX-20 Z4\nG0 Z10\n";
     let all = places(program, &(FORCE.to_owned() + "air_feed = 3000\napproach = 1\n"), |_| {});
     let fed: Vec<&Place> = all.iter().filter(|place| (5..=7).contains(&place.line)).collect();
-    assert!(fed.iter().all(|place| place.node.kept.is_none() || place.node.kept == Some(Kept::Unsound)));
+    assert!(
+        fed.iter().all(|place| place.node.not_raised.is_none() || place.node.not_raised == Some(NotRaised::Unsound))
+    );
     // The same with a cut in the program, without which nothing of it is believed.
     let all = places(&(program.to_owned() + SLOTS), &(FORCE.to_owned() + "air_feed = 3000\napproach = 1\n"), |_| {});
     let mut fed = all.iter().filter(|place| (5..=7).contains(&place.line));
-    assert!(fed.all(|place| place.node.kept.is_none() && place.rises()));
+    assert!(fed.all(|place| place.node.not_raised.is_none() && place.rises()));
 }
 
 /// Below the top of the blank and beyond its outline a clamp may stand: no air feed there until the setup says what clamps the part.
@@ -224,19 +231,21 @@ fn air_beside_the_blank_waits_for_a_word_about_clamps() {
         let setup = if said == "none" { SETUP.to_owned() } else { SETUP.replace("fixtures = \"none\"\n", said) };
         places_by(&(setup + FORCE + "air_feed = 3000\napproach = 0\n"), &program, |_| {})
     };
-    let of = |all: &[Place], line: u32| -> Vec<(Option<Kept>, bool)> {
+    let of = |all: &[Place], line: u32| -> Vec<(Option<NotRaised>, bool)> {
         let found = all.iter().filter(|place| place.line == line && !place.node.cutting);
-        found.map(|place| (place.node.kept, place.rises())).collect()
+        found.map(|place| (place.node.not_raised, place.rises())).collect()
     };
     let silent = after("");
-    assert!(!of(&silent, 6).is_empty() && of(&silent, 6).iter().all(|found| *found == (Some(Kept::Fixtures), false)));
-    assert!(of(&silent, 5).contains(&(Some(Kept::Fixtures), false)), "{:?}", of(&silent, 5));
+    assert!(
+        !of(&silent, 6).is_empty() && of(&silent, 6).iter().all(|found| *found == (Some(NotRaised::Fixtures), false))
+    );
+    assert!(of(&silent, 5).contains(&(Some(NotRaised::Fixtures), false)), "{:?}", of(&silent, 5));
     for said in ["none", "fixture = [{ box = { min = [90, 90, -20], max = [99, 99, 5] } }]\n"] {
         let known = after(said);
         for line in [5, 6, 7] {
             assert!(of(&known, line).contains(&(None, true)), "{said}, line {line}: {:?}", of(&known, line));
         }
-        assert!(known.iter().all(|place| place.node.kept != Some(Kept::Fixtures)));
+        assert!(known.iter().all(|place| place.node.not_raised != Some(NotRaised::Fixtures)));
     }
     assert!(of(&silent, 19).contains(&(None, true)), "within the outline: {:?}", of(&silent, 19));
     let wrong = feedwright::setup::load(&SETUP.replace("\"none\"", "\"vice\""), Path::new(".")).unwrap_err();
@@ -266,13 +275,13 @@ fn plunges_and_ramps_that_may_rise_need_a_limit_that_answers_to_their_load() {
 fn a_drilling_cycle_rises_only_by_its_own_name() {
     let program = "T2 M6\nS3000 M3\nG0 X10 Y10 Z5\nG81 X10 Y10 Z-5 R2 F100\nX20\nG80\nG0 Z10\n\
         T1 M6\nS8000 M3\nG0 X-10 Y10 Z2\nG1 Z-8 F100\nX50\nG0 Z5\n";
-    let drilled = |raise: &str| -> Vec<(Option<Kept>, bool)> {
+    let drilled = |raise: &str| -> Vec<(Option<NotRaised>, bool)> {
         let all = cuts(program, &with("force_axial = 80", raise));
         let on = all.iter().filter(|place| (7..=8).contains(&place.line));
-        on.map(|place| (place.node.kept, place.rises())).collect()
+        on.map(|place| (place.node.not_raised, place.rises())).collect()
     };
     let plain = drilled("plunges = true\nentries = true\nfinishing = true");
-    assert!(!plain.is_empty() && plain.iter().all(|found| *found == (Some(Kept::Cycle), false)), "{plain:?}");
+    assert!(!plain.is_empty() && plain.iter().all(|found| *found == (Some(NotRaised::Cycle), false)), "{plain:?}");
     let allowed = drilled("cycles = true\nentries = true\nfinishing = true");
     assert!(allowed.iter().all(|found| *found == (None, true)), "{allowed:?}");
 }
@@ -281,12 +290,12 @@ fn a_drilling_cycle_rises_only_by_its_own_name() {
 fn moves_under_radius_compensation_rise_only_where_the_setup_says_so() {
     let pass = |z: i32| format!("G0 X-20 Y-10 Z2\nG1 Z{z} F900\nG41.1 D6\nG1 X-12 Y7\nX52\nG40\nG0 Z5\n");
     let twice = pass(-1) + &pass(-2);
-    let under = |raise: &str| -> Vec<(Option<Kept>, bool)> {
+    let under = |raise: &str| -> Vec<(Option<NotRaised>, bool)> {
         let all = cuts(&twice, &with("force_xy = 200", raise));
         let on = all.iter().filter(|place| place.line == 8 && (4.0..36.0).contains(&place.at[0]));
-        on.map(|place| (place.node.kept, place.rises())).collect()
+        on.map(|place| (place.node.not_raised, place.rises())).collect()
     };
-    assert!(!under("").is_empty() && under("").iter().all(|found| *found == (Some(Kept::Compensation), false)));
+    assert!(!under("").is_empty() && under("").iter().all(|found| *found == (Some(NotRaised::Compensation), false)));
     assert!(under("compensation = true").iter().all(|found| *found == (None, true)));
     // The same path without G41 rises.
     let free = cuts(&twice.replace("G41.1 D6\n", "(none)\n").replace("Y7", "Y10").replace("G40\n", "(none)\n"), FORCE);

@@ -1,4 +1,5 @@
-//! The proof. In: a certificate's text, the moves of the written program, the setup. Out: what is proven, or what is refused, with lines.
+//! The check of a certificate. In: its text, the moves of the written program, the setup. Out: what is proven; or the line and the reason why it
+//! is not.
 
 use rayon::prelude::*;
 
@@ -41,7 +42,7 @@ fn refused<T>(line: Option<u32>, why: impl Into<String>) -> Result<T, Refusal> {
     Err(Refusal { line, why: why.into() })
 }
 
-/// Proves, or says why not.
+/// Checks a certificate. Returns the proven bounds, or why it does not prove them.
 pub fn check(text: &str, basis: &Basis) -> Result<Proven, Refusal> {
     let certificate = read(text).or_else(|why| refused(None, why))?;
     not_certified(basis)?;
@@ -82,7 +83,7 @@ pub fn feed_moves(toolpath: &Toolpath) -> impl Iterator<Item = (usize, &Move)> {
     toolpath.moves.iter().enumerate().filter(move |(_, motion)| fed(motion))
 }
 
-/// What no certificate speaks about.
+/// Why no certificate is possible for this program and setup, if so.
 pub fn not_certified(basis: &Basis) -> Result<(), Refusal> {
     let Basis { toolpath, job, switched, .. } = basis;
     let never = |what: &str| refused(None, format!("not certified: {what}"));
@@ -103,7 +104,7 @@ pub fn not_certified(basis: &Basis) -> Result<(), Refusal> {
     unknown.map_or(Ok(()), |(line, why)| refused(Some(line), format!("not certified: {why}")))
 }
 
-/// What is known of each tool at each speed.
+/// Limits and ellipsoids of each tool at each spindle speed.
 pub struct Work<'a> {
     certificate: &'a Certificate,
     known: Vec<Known<'a>>,

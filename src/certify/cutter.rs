@@ -1,5 +1,5 @@
-//! The tool, restated. In: a tool of the setup, parts of its outline. Out: rings with their places and normals, teeth, how far the tip
-//! bends and how high the stress is per newton at a height.
+//! The tool, implemented independently of [`crate::force`]. In: a tool of the setup, parts of its outline. Out: rings with places and normals,
+//! teeth, deflection of the tip and bending stress per newton at a height.
 //!
 //! A ring is a part of one piece of the outline, taken at its middle. Tooth j stands at φ = θ + ψⱼ − z tan β / R on a ring at height z,
 //! θ the rotation, β the helix, R the radius of the tool; φ counts from the left normal of the feed, clockwise seen from above.
@@ -107,7 +107,7 @@ pub fn compliance(tool: &Tool, at: f64) -> [Interval; 2] {
     [bend, stress]
 }
 
-/// What of a tool no certificate speaks about.
+/// Why no certificate is possible with this tool, if so.
 pub fn unfit(tool: &Tool) -> Option<&'static str> {
     let sized = tool.diameter_mm > 0.0 && tool.flutes > 0 && tool.helix_rad.abs() < 0.49 * PI;
     let runs_out = tool.runout.is_some_and(|runout| runout.offset_mm != 0.0);

@@ -1,5 +1,5 @@
-//! What the coefficients may be. In: a force model, its covariance or its stated uncertainty, a confidence. Out: the ellipsoid that
-//! holds them at that confidence, and the largest value that a load can have on it.
+//! The confidence ellipsoid of the coefficients. In: a force model, its covariance or its stated uncertainty, a confidence. Out: the ellipsoid
+//! that contains the coefficients at that confidence, and the largest value that a load can have on it.
 //!
 //! Seven numbers make the loads of the linear edge model: k_tc, k_rc, k_ac (N/mm²), k_te, k_re, k_ae (N/mm) and the tare (W). With
 //! the covariance Σ of p of them they are μ + G δ, where G says how those without a row of their own follow (they keep their ratio

@@ -1,5 +1,5 @@
-//! What a certificate speaks about. In: the setup, the moves. Out: the limits in force on a tool, the lowest where it hangs on what this
-//! room does not know; what is not certified, by name; what of the setup the certificate is bound to.
+//! The scope of a certificate. In: the setup, the moves. Out: the limits in force on a tool (the lowest, where operations would have to be
+//! told apart); limits and tools that are not covered; the fingerprint of the setup that the certificate is bound to.
 
 use super::cutter::unfit;
 use super::place::COVERED;

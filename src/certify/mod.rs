@@ -3,10 +3,11 @@
 //! why that is not proven.
 //!
 //! It is small, and shares no code with what plans feeds ([`crate::schedule`]) or works out loads ([`crate::force`]): the mechanics are
-//! restated here, with outward rounding. It takes nothing on trust that it can work out: feeds, speeds, lengths and places come from the
-//! program through the interpreter; limits, tools and coefficients from the setup; stations must cover each feed move without a gap.
+//! implemented a second time here, with outward rounding. Everything that can be worked out is worked out and not read from the certificate:
+//! feeds, speeds, lengths and places come from the program through the interpreter; limits, tools and coefficients from the setup; stations must
+//! cover each feed move without a gap.
 //!
-//! What it rests on:
+//! What it has to trust:
 //! * the interpreter and the reader of the setup, which the rest of Feedwright uses too;
 //! * **the engaged arcs**, which the simulation of the written program found with the stock grown by its uncertainty. Any part of them may be
 //!   missing: a smaller stock and every lesser engagement are covered. [`witness`] looks for material outside of them with a coarse

@@ -1,5 +1,5 @@
-//! The loads of one place, restated. In: tool, ellipsoid, the arcs of its rings that may be engaged, the direction of the feed. Out:
-//! bounds of its loads up to a feed.
+//! Bounds of the loads at one place, implemented independently of [`crate::force`]. In: tool, ellipsoid, the arcs of its rings that may be
+//! engaged, the direction of the feed. Out: upper bounds of its loads at all feeds up to a given one.
 //!
 //! Mean torque: N/2π Σ r du (k_te Δφ + k_tc f ∫ h/f dφ) over the arcs where the chip is positive, affine in coefficients and feed; power:
 //! 2π n times that, and the tare. Both only grow with engagement. Chip: the largest c n_r sin φ + t_z n_z times the feed per tooth. Peaks:

@@ -1,5 +1,5 @@
-//! A certificate as text. In: lines of words. Out: what they say; every number is the shortest decimal that reads back as the same
-//! double. The last line is the SHA-256 of all before it. `job/certificate_text.rs` writes it.
+//! Reading the text of a certificate, which `job/certificate_text.rs` writes. In: lines of words. Out: [`Certificate`]. Every number is the
+//! shortest decimal that reads back as the same double. The last line is the SHA-256 of all before it.
 //!
 //! ```text
 //! feedwright certificate 1

@@ -1,10 +1,10 @@
-//! A coarse look at what the cutter meets, apart from the simulation. In: the moves, the stock as declared. Out: the first place where
-//! material certainly stands on the leading side of the cutter outside of the arcs that the certificate names.
+//! A coarse simulation of engagement, independent of [`crate::engage`]. In: the moves, the stock as declared. Out: the first place where there
+//! is certainly material on the leading side of the cutter outside of the arcs in the certificate.
 //!
-//! A grid of heights, lowered along the path. At the middle of each station points of the outline are looked at: one is met
-//! when its cell and the eight beside it stand higher than it, so that no rounding to cells can feign it. The cut of the station itself
-//! is followed up to three cells before. Arcs that are too short by less than some four cells pass: this finds what was left
-//! out, it does not measure.
+//! A grid of heights is lowered along the path. At the middle of each station, points of the outline are tested: a point is in material if its
+//! cell and the eight around it are higher, so that rounding to cells cannot cause a false alarm. The cut of the station itself is followed
+//! up to three cells before its middle. Arcs that are too short by less than about four cells pass: the test finds arcs that are missing, it
+//! does not measure their ends.
 
 use std::f64::consts::{PI, TAU};
 
@@ -133,13 +133,13 @@ fn clears(tool: &Tool) -> Vec<f64> {
 
 /// Follows the program; the line of the first move on which material is met outside of the arcs.
 pub fn look(field: &mut Field, basis: &Basis, certificate: &Certificate) -> Option<u32> {
-    let mut eye: Option<Eye> = None;
+    let mut eye: Option<CoarseTool> = None;
     for stated in &certificate.moves {
         let motion = &basis.toolpath.moves[stated.index];
         if eye.as_ref().is_none_or(|eye| eye.number != motion.tool) {
             let tool = tool_of(basis.job, motion)?;
             let parts = certificate.parts_of(motion.tool);
-            eye = Some(Eye { number: motion.tool, clears: clears(tool), tool, parts });
+            eye = Some(CoarseTool { number: motion.tool, clears: clears(tool), tool, parts });
         }
         if eye.as_ref()?.follow(field, motion, stated) {
             return Some(motion.line);
@@ -149,14 +149,14 @@ pub fn look(field: &mut Field, basis: &Basis, certificate: &Certificate) -> Opti
 }
 
 /// A tool as this look sees it.
-struct Eye<'a> {
+struct CoarseTool<'a> {
     number: u32,
     tool: &'a Tool,
     clears: Vec<f64>,
     parts: &'a [Part],
 }
 
-impl Eye<'_> {
+impl CoarseTool<'_> {
     /// Cuts along a move; is anything met outside of its arcs?
     fn follow(&self, field: &mut Field, motion: &Move, stated: &MovePart) -> bool {
         let curve = motion.curve();

@@ -1,9 +1,9 @@
-//! What a setup allows feeds to become, whatever limits a load: for `verify --setup`, which simulates nothing. In: the setup, motions that
-//! run faster than they did. Out: those beyond it.
+//! Highest feeds that a setup allows without regard to loads, for `verify --setup`, which does not simulate. In: the setup, motions that run
+//! faster than before. Out: those that run too fast.
 //!
 //! A motion may run at `feed_change.max` times its programmed feed or at the air feed, whichever is more, but not above `feed.max` nor
-//! faster than the axes together. Where tools or operations have bounds of their own the widest of all counts: which of them holds where is
-//! the schedule's to know.
+//! faster than the axes together. Where tools or operations have bounds of their own, the widest of all counts, because which of them applies
+//! where is not known without simulation.
 
 use crate::machine::{Job, Limits};
 use crate::rewrite::verify::Rise;

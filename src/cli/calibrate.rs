@@ -1,5 +1,5 @@
-//! `calibrate`: coefficients from a table of steady cuts, from the log of a program, from a load meter read by eye; or the
-//! program of the cuts that would give them.
+//! `calibrate`. In: a table of steady cuts, the log of a program, or readings of a load meter by eye. Out: coefficients; or, with nothing
+//! measured, a program of test cuts that would give them.
 
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};

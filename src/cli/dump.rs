@@ -1,4 +1,4 @@
-//! `dump`: any stage, for people who want to see. One record per line, tab-separated with a head line.
+//! `dump`. In: a program and the name of a stage. Out: the data after that stage, one record per line, tab-separated with a head line.
 
 use clap::{Args, ValueEnum};
 use std::io::{self, Write};

@@ -1,5 +1,5 @@
-//! What stops a command, and how it is shown. Every message says what to do, and nothing is written; the exit code is 2, or 1
-//! where the input is sound and no feeds meet its limits.
+//! Errors that end a command. In: an error of any stage. Out: a message that says what to do, and the exit code: 2, or 1 where the input is
+//! sound but no feeds meet its limits. Nothing is written.
 
 use crate::diag::Diagnostic;
 use std::path::Path;

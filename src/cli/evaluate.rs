@@ -1,4 +1,4 @@
-//! `evaluate`: a model and data that it has not seen in, what it is off by out.
+//! `evaluate`. In: a model, and data that were not used to fit it. Out: its errors on these data.
 
 use clap::Args;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! What is kept of a simulation beside the reports: the engagement map (`--cache`) and the stock as the program leaves it
-//! (`--save-stock`). In: the options. Out: the hooks the pipeline calls, and the files at the end.
+//! Files of a simulation beside the reports: the engagement map (`--cache`) and the stock that the program leaves (`--save-stock`). In: the
+//! options. Out: the hooks that the pipeline calls, and the files at the end.
 //!
 //! The cache lies next to the program, `part.nc` → `part.fwcache`. One that is stale or damaged is said and replaced.
 
@@ -19,7 +19,7 @@ use crate::report::Relief;
 use crate::stock::{Piece, saved};
 
 /// Files to be, and what the pipeline has handed over for them.
-pub struct Kept {
+pub struct StoredFiles {
     cache: Option<PathBuf>,
     stock: Option<Stock>,
     /// The page shows the stock; a simulation that is not made again leaves none, and the page says so.
@@ -36,7 +36,7 @@ struct Stock {
     output: Output,
 }
 
-impl Kept {
+impl StoredFiles {
     /// From the options; the stock's file is made ready at once.
     pub fn open(command: &Work, source: &Source, outputs: &mut Outputs, screen: Screen) -> Result<Self, CliError> {
         let cache = match (&source.path, command.cache) {

@@ -1,4 +1,4 @@
-//! `learn` and `learn-table`: measured data in, named effects and a model file out.
+//! `learn` and `learn-table`. In: measured data. Out: named effects and a model file.
 
 use clap::Args;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! `library`: what is built in.
+//! `library`. In: a word. Out: the built-in materials, effects or force models on the screen.
 
 use clap::{Args, ValueEnum};
 

@@ -1,7 +1,8 @@
-//! `limits`: how loads are distributed along the cut of each tool as programmed, and the reference limits they suggest.
+//! `limits`. In: a program with its setup. Out: the distribution of loads along the cut of each tool as programmed, and the reference limits that
+//! follow from it.
 //!
-//! The reference of a load is what 95 % of the cut length stays below: cuts that are usual for this program stay as they
-//! are, the rare heavy ones are slowed down, and light ones may be speeded up to it.
+//! The reference of a load is the value that 95 % of the cut length stays below. The usual cuts of the program then stay as they are, the rare
+//! heavy ones are slowed down, and light ones may run faster up to it.
 
 use clap::Args;
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! `log`: what is read of a measured log, before any program is held against it.
+//! `log`. In: a measured log. Out: how its columns and times are read, before it is compared with any program.
 
 use clap::Args;
 use std::path::{Path, PathBuf};

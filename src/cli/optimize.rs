@@ -1,11 +1,11 @@
-//! `optimize` and `simulate`.
+//! `optimize` and `simulate`. In: a program with its setup. Out: the rewritten program, reports, and the exit code of the verdict.
 
 use clap::Args;
 use std::path::{Path, PathBuf};
 
 use super::error::CliError;
 use super::input::{self, Source};
-use super::keep::Kept;
+use super::keep::StoredFiles;
 use super::lacks_of_wear::lacks_of_wear;
 use super::options::Global;
 use super::output::{Kind, Output, Outputs};
@@ -164,7 +164,7 @@ struct UnderWay {
     program: Option<Output>,
     reports: Reports,
     certificate: Option<Output>,
-    kept: Kept,
+    kept: StoredFiles,
 }
 
 /// What a program came to, and what is to be said once everything is written.
@@ -184,7 +184,7 @@ impl UnderWay {
         reports.sign_off = command.sign_off.as_deref().map(|path| outputs.open(path, Kind::Markup)).transpose()?;
         let certificate =
             command.certificate.as_deref().map(|path| outputs.open(path, Kind::Certificate)).transpose()?;
-        let kept = Kept::open(&command.work, &source, outputs, screen)?;
+        let kept = StoredFiles::open(&command.work, &source, outputs, screen)?;
         Ok(Self { source, target, program, reports, certificate, kept })
     }
 
@@ -264,7 +264,7 @@ pub fn simulate(command: &Work, global: &Global, screen: Screen) -> Result<Outco
     let source = input::program(&command.program)?;
     let mut outputs = Outputs::new(inputs(&source, command.common.setup(), global), global.force);
     let reports = Reports::open(command, &mut outputs)?;
-    let kept = Kept::open(command, &source, &mut outputs, screen)?;
+    let kept = StoredFiles::open(command, &source, &mut outputs, screen)?;
     let source = plain(source, command.common.setup(), false, global, screen)?;
     let setup = command.common.setup();
     let wanted = wanted(command, false);

@@ -1,5 +1,5 @@
-//! The outputs of one command are one set: each file is made ready in its target's folder before the long work begins (so that a folder
-//! that cannot be written is found out early), and all get their names together at the end, or none does.
+//! Writing the outputs of a command. In: paths and contents. Out: all files, or none. Each file is opened in its target's folder before the long
+//! work begins, so that a folder without permission is found early, and all get their names together at the end.
 //!
 //! An existing file is replaced only if Feedwright wrote it, if it is a copy of an input, or with `--force`; an input never is. A link
 //! to a file stays, and the file it points to is replaced; a device or a pipe is written into. An input that was changed while the work

@@ -1,5 +1,4 @@
-//! Where text goes: results to standard output, everything else to standard error; colours and progress only on a
-//! terminal.
+//! Output on the screen. In: text. Out: results on standard output, everything else on standard error; colours and progress only on a terminal.
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};

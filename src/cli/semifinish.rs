@@ -1,4 +1,5 @@
-//! `semifinish`: a moved semi-finish for a constant finishing force, and the proof of one.
+//! `semifinish`. In: semi-finishing and finishing program with their setup. Out: the semi-finish moved for a constant finishing force; or the
+//! proof that an earlier result moved no more than that.
 
 use clap::Args;
 use std::path::{Path, PathBuf};

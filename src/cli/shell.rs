@@ -1,5 +1,5 @@
-//! What other programs want of this one: completions and the manual page, both made from the arguments themselves, and the JSON Schemas of
-//! what is read and written.
+//! Descriptions of the command line for other programs. In: the definition of the arguments. Out: shell completions, the manual page, and the
+//! JSON Schemas of setup and report.
 
 use clap::{Args, Command, ValueEnum};
 

@@ -1,5 +1,5 @@
-//! No command: `feedwright part.nc` does what a person at a machine wants first. Without a setup it drafts one (and asks on a terminal
-//! for what the text does not tell), then rewrites the feeds and shows the page.
+//! `feedwright part.nc` without a command. In: a program. Out: a setup, if there is none (drafted from the text, with questions on a terminal for
+//! what the text does not tell); the program with new feeds; the page in the browser.
 
 use clap::{Args, Command};
 use std::ffi::OsString;

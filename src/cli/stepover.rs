@@ -1,4 +1,4 @@
-//! `stepover`: the mesh of a surface and a setup in; a program of passes of varying step-over out.
+//! `stepover`. In: the mesh of a surface and a setup. Out: a program of finishing passes with varying step-over.
 
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};

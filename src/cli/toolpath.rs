@@ -1,4 +1,4 @@
-//! `toolpath`: the motions as interpreted, for comparison with a control.
+//! `toolpath`. In: a program. Out: its motions as interpreted, for comparison with a control.
 
 use clap::Args;
 use serde::Serialize;

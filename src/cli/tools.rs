@@ -1,4 +1,4 @@
-//! `tools import`: the tools of other software as tables of a setup; and the library that `init` reads.
+//! `tools import`. In: a tool library of other software. Out: `[[tool]]` tables of a setup; `init` reads libraries by the same functions.
 
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};

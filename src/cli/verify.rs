@@ -1,4 +1,4 @@
-//! `verify`: the proof that only feeds differ.
+//! `verify`. In: original and rewritten program. Out: the proof that only feeds differ, or the differences; exit code 0 or 1.
 
 use clap::Args;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! What `optimize`, `simulate`, `limits` and `dump` share: reading, running the pipeline with progress and clock, and
-//! turning its errors into messages that say what to do.
+//! Running the pipeline, for `optimize`, `simulate`, `limits` and `dump`. In: the options of a command. Out: a
+//! [`ProgramRun`](crate::outcome::ProgramRun), or an error with a message that says what to do; progress on the screen meanwhile.
 
 use clap::Args;
 use std::path::{Path, PathBuf};

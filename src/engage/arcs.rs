@@ -1,9 +1,9 @@
-//! Engaged arcs at one cutter position, exactly. In: a sample, the marks and candidates the grid nominated, the elements,
-//! the blanks. Out: arcs per slice and the removal area.
+//! The exact engaged arcs at one cutter position. In: a sample, the directions and candidates that the grid nominated, the elements, the
+//! blanks. Out: arcs per slice and the removal area.
 //!
-//! A point q of a ring is engaged when the ring leads there (outward normal · feed direction > 0), q lies inside the blank,
-//! and no candidate's swept region holds it ([`super::cover`]). Rings are taken at the middle of their part of the outline;
-//! [`super::rings`] splits them where engagement begins or ends between two of them.
+//! A point q of a ring is engaged if three conditions hold: the ring leads there (outward normal · feed direction > 0), q lies inside the
+//! blank, and q lies in the swept region of no candidate ([`super::cover`]). A ring stands for its part of the outline at the middle of that
+//! part; [`super::rings`] splits rings where engagement begins or ends between two of them.
 //!
 //! Removal area (volume per mm of path): Σ edge ∫ n·t r dφ = Σ edge r [n_r t_h (sin β₁ − sin β₀) + n_z t_z (β₁ − β₀)] over
 //! the arcs, β counted from the feed direction.
@@ -15,7 +15,7 @@ use super::rings::Work;
 use super::scene::{Cut, RawArc, Scene};
 use crate::stock::Track;
 
-/// Appends the arcs at a sample, sorted by slice; `room` is working space.
+/// Appends the arcs at a sample, sorted by slice, and returns their totals; `room` is working space.
 pub fn arcs_at<'a>(
     scene: &'a Scene<'a>,
     sample: &Sample,
@@ -39,8 +39,8 @@ pub fn arcs_at<'a>(
     cut
 }
 
-/// What may have cleared material here, seen from the cutter: the candidates, and on arcs what the current move itself has
-/// swept so far, but for the last stretch, which only clears what is behind the cutter.
+/// Fills `covers` with the swept regions that may have cleared material here, in the frame of the cutter: those of the candidates, and on
+/// an arc that of the current move up to here. Its last stretch is left out, because it clears only what is behind the cutter.
 fn fill<'a>(covers: &mut Vec<Cover<'a>>, scene: &'a Scene<'a>, sample: &Sample, candidates: &[u32]) {
     let cutter = &scene.cutters[sample.cutter as usize];
     let origin = [sample.tip.x, sample.tip.y];
@@ -57,7 +57,7 @@ fn fill<'a>(covers: &mut Vec<Cover<'a>>, scene: &'a Scene<'a>, sample: &Sample, 
     }
 }
 
-/// Volume removed per mm of path by arcs, each over its part of a ring at the middle of that, mm².
+/// Volume removed per mm of path by arcs, mm². Each arc counts over its part of a ring, at the middle of that part.
 pub fn area_of(cutter: &Cutter, [horizontal, vertical]: [f64; 2], arcs: &[RawArc]) -> f64 {
     let of = |arc: &RawArc| {
         let ring = cutter.part(arc.slice, arc.part.map(f64::from));

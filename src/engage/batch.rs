@@ -1,13 +1,13 @@
-//! One batch of the simulation: nomination and sweeping tile by tile, then arcs sample by sample. In: the fields as they
-//! are before the batch, its elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample. What
-//! needs the fields no more ([`Swept::finish`]) can go on beside the batch that follows.
+//! One batch of the simulation: nomination and sweeping tile by tile, then arcs sample by sample. In: the fields before the batch, its
+//! elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample. The second part ([`Swept::finish`]) does not need
+//! the fields and runs at the same time as the next batch.
 //!
-//! Between samples whose engagement differs it is looked at more closely ([`super::between_samples`]). Only there are the optional
-//! samples asked for, and the ends of short blocks whose neighbours do not agree ([`super::block_ends`]): the tiles are taken
-//! back, sweep by sweep, and asked on the way.
+//! Where the engagement at two neighbouring samples differs, the path between them is examined more closely
+//! ([`super::between_samples`]). Only there are the optional samples needed, and the ends of short blocks whose neighbours do not agree
+//! ([`super::block_ends`]): for these the sweeps of a tile are undone one after the other, and the tile is queried in between.
 //!
-//! Tiles are worked in parallel, each through its own operations in order of execution; what they say about a sample is
-//! merged in the order of the tiles, so the result does not depend on the number of threads.
+//! Tiles are processed in parallel, each through its own operations in order of execution. Their nominations for a sample are merged in the
+//! order of the tiles, so the result does not depend on the number of threads.
 
 use super::between_samples::{Between, Locate, alike, look};
 use super::block_ends::{joints, turns};
@@ -15,34 +15,34 @@ use super::nominate::{Need, Nominations, Sample, Scratch, nominate};
 use super::sample_outcome::Outcome;
 use super::sample_view::{Gathered, View, cutter_of};
 use super::scene::Scene;
-use crate::stock::{Field, Past, Tile, Tiling, claim, make_again, sweep, take_back};
+use crate::stock::{Field, Past, Tile, Tiling, claim, redo, sweep, undo};
 use rayon::prelude::*;
 
-/// What happened in a batch.
+/// The result of a batch.
 #[derive(Debug, Default)]
 pub struct BatchResult {
-    /// One outcome per sample; of optional ones nothing.
+    /// One outcome per sample; empty for optional samples.
     pub outcomes: Vec<Outcome>,
-    /// What was found between a required sample and the one before it, where that was looked at.
+    /// For each required sample the stretches between the one before and it, where these were examined.
     pub between: Vec<Option<Between>>,
-    /// Volumes removed by the elements that were to be watched: (element, mm³).
+    /// Volumes removed by the elements that were watched: (element, mm³).
     pub watched: Vec<(u32, f64)>,
 }
 
 /// One step of a tile.
 #[derive(Debug, Clone, Copy)]
 pub enum Operation {
-    /// Asked about a sample.
+    /// Nominates earlier moves for a sample.
     Nominate(u32),
-    /// Swept by an element.
+    /// Lowers the cells that an element sweeps.
     Sweep(u32),
 }
 
-/// A batch that the tiles are done with.
+/// A batch whose tiles are swept; the arcs are still to be worked out.
 pub struct Swept {
     said: Vec<Nominations>,
     outcomes: Vec<Outcome>,
-    /// The pairs of neighbouring samples to be looked between, and the samples worked out after all.
+    /// The pairs of neighbouring samples between which the path is examined, and the samples that this takes.
     pairs: Vec<[usize; 2]>,
     wanted: Vec<bool>,
     watched: Vec<(u32, f64)>,
@@ -84,8 +84,8 @@ pub fn run(
     Swept { said, outcomes, pairs, wanted, watched }
 }
 
-/// Works the tiles that have operations side by side, those with the most first, so that none is left alone at the end; what
-/// came of each, in the order of the tiles. `work` is told how many such tiles there are before it.
+/// Processes the tiles that have operations in parallel, those with the most operations first, so that no long one is left at the end.
+/// Returns their results in the order of the tiles. `work` gets the number of such tiles before it.
 fn busiest_first<T: Send>(
     tiles: &mut [&mut Tile],
     operations: &[Vec<Operation>],
@@ -101,7 +101,7 @@ fn busiest_first<T: Send>(
 }
 
 impl Swept {
-    /// What happened: the joints wanted after all are worked out, and it is looked between samples that differ.
+    /// Works out the arcs at all samples, and between neighbouring samples whose engagement differs.
     pub fn finish(self, scene: &Scene, samples: &[Sample], locate: Locate) -> BatchResult {
         let Self { said, mut outcomes, pairs, wanted, watched } = self;
         let view = View::new(scene, samples, &said);
@@ -134,8 +134,8 @@ fn work_out(view: &View, which: &[usize], outcomes: &mut [Outcome]) {
     }
 }
 
-/// The pairs of neighbouring samples to be looked between, and which samples that takes; joints whose neighbours agree
-/// take their outcomes from these.
+/// The pairs of neighbouring samples between which the path has to be examined, and the samples that this takes. Joints whose neighbours
+/// agree get their outcomes from these neighbours.
 fn look_at(
     scene: &Scene,
     samples: &[Sample],
@@ -178,8 +178,8 @@ fn look_at(
     (pairs, wanted)
 }
 
-/// What came of a tile: what it says, the volumes watched, and how much past there was before each operation, where it is
-/// kept.
+/// The result of one tile: its nominations, the volumes watched, and, where sweeps may have to be undone, how much there was to undo before
+/// each operation.
 struct Worked {
     said: Nominations,
     watched: Vec<(u32, f64)>,
@@ -187,7 +187,7 @@ struct Worked {
 }
 
 /// Operations of every tile of the fields in order of execution: the elements `elements` (indices into the scene) and the
-/// samples, which are sorted by element. `until` says for each tile from which element on it is not swept; empty: all are.
+/// samples, which are sorted by element. `until`: for each tile the element from which on it need not be swept; empty: sweep all.
 pub fn assign(
     scene: &Scene,
     fields: &[Tiling],
@@ -229,7 +229,7 @@ pub fn assign(
     operations
 }
 
-/// Works through the operations, but for nominations of samples that may not be needed.
+/// Carries out the operations of a tile, except nominations for samples that may turn out not to be needed.
 fn work_tile(
     scene: &Scene,
     tile: &mut Tile,
@@ -279,8 +279,8 @@ fn work_tile(
     Worked { said, watched, marks }
 }
 
-/// What a tile says about the samples wanted after all: the last first, each on the tile as it was then. The tile is left as
-/// it was found. What no height exceeded before the batch holds all along.
+/// Nominates for the samples that turned out to be needed, last first, on the tile as it was at each; afterwards the tile is as before. A
+/// height that no cell exceeded before the batch is exceeded by none during it.
 fn look_back(
     scene: &Scene,
     tile: &mut Tile,
@@ -295,7 +295,7 @@ fn look_back(
     for (operation, mark) in operations.iter().zip(marks).skip(first).rev() {
         match *operation {
             Operation::Sweep(_) => {
-                take_back(tile, [*mark, at]);
+                undo(tile, [*mark, at]);
                 at = *mark;
             }
             Operation::Nominate(number) if wanted[number as usize] => {
@@ -305,6 +305,6 @@ fn look_back(
             Operation::Nominate(_) => {}
         }
     }
-    make_again(tile, at);
+    redo(tile, at);
     Some(said)
 }

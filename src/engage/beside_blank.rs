@@ -1,6 +1,5 @@
-//! Where in the air a clamp may stand. In: the stations of a map, the extents of the blanks. Out: the flag `beside_blank` of the stations in
-//! air whose cutter is below the top of the blanks and reaches beyond the outline of each: vice jaws and clamps hold a part there,
-//! and nothing else does.
+//! Stations in air where a clamp may stand. In: the stations of a map, the extents of the blanks. Out: the flag `beside_blank` of stations in
+//! air whose cutter is below the top of the blanks and reaches beyond the outline of each: that is where vice jaws and clamps are.
 
 use super::map::EngagementMap;
 use crate::machine::Box3;

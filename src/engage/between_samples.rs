@@ -1,26 +1,28 @@
-//! What happens between two sampled points. In: the outcomes at both, the optional samples between them. Out: the volume
-//! removed, in stretches with and without engagement, and what is met on each: everything that is in material at any place of it that
-//! was looked at ([`super::union`]).
+//! The path between two sampled points. In: the outcomes at both, the optional samples between them. Out: stretches with and without
+//! engagement, each with the volume removed on it and with all arcs engaged at any examined place of it ([`super::union`]).
 //!
-//! Where both ends are engaged alike, nothing is looked at. Elsewhere the removal area is integrated by bisection over the
-//! optional samples, and between two of those (closer than the cells that nominate see) over positions whose candidates are
-//! those of both. A stretch is halved until its trapezoid agrees with that of its halves to [`AGREE`] of the full area over
-//! a millimetre, or it is shorter than [`SHORTEST_MM`]; where engagement begins or ends it is always halved to that, and
-//! where it jumps on until the jump matters no more.
+//! Where the engagement at both ends is alike, nothing is examined. Elsewhere the removal area is integrated by bisection over the optional
+//! samples. Two neighbouring optional samples are closer than the reach of a nomination, so between them any position has the candidates of
+//! the two, and the bisection goes on over positions. A stretch is halved until its trapezoid agrees with that of its halves to [`AGREE`] of
+//! the full area over a millimetre, or it is shorter than [`SHORTEST_MM`]. Where engagement begins or ends it is always halved down to that
+//! length, and where the area jumps even further, until the jump no longer matters.
 
 use super::nominate::Sample;
 use super::sample_outcome::{Outcome, same};
 use super::sample_view::{Gathered, View};
 
-/// Disagreement of areas, as a part of the larger, over a millimetre.
+/// Disagreement of two areas that is accepted over a millimetre, as a share of the larger.
 const AGREE: f64 = 4e-3;
-/// Change of the area over a stretch, as a part of the largest, from which its middle alone does not tell, and how long it
-/// must be, mm: what rises in a step meets the straight line there.
+/// From this change of the area over a stretch on, as a share of the largest area, the middle alone is not enough to accept the trapezoid,
+/// because a step in the area may happen to cross the straight line there.
 const STEEP: f64 = 0.1;
+/// Shortest stretch to which this applies, mm.
 const STEEP_MM: f64 = 0.4;
-/// Shortest stretch looked at, mm; where the area jumps by more than a part of the largest over a millimetre.
+/// Shortest stretch that is examined, mm.
 const SHORTEST_MM: f64 = 0.02;
+/// Shortest stretch that is examined where the area jumps, mm.
 const LEAST_MM: f64 = 1e-3;
+/// Change of the area over a millimetre from which on it counts as a jump, as a share of the largest area.
 const JUMP: f64 = 2e-3;
 
 /// A stretch of path.
@@ -30,7 +32,7 @@ pub struct Stretch {
     pub to_mm: f64,
     /// Volume removed, mm³.
     pub volume_mm3: f64,
-    /// What is met on it; `None` where nothing is cut.
+    /// Its engagement: everything engaged anywhere on it; `None` where nothing is cut.
     pub met: Option<Outcome>,
 }
 
@@ -45,7 +47,7 @@ pub fn alike(outcomes: [&Outcome; 2]) -> bool {
     !outcomes[0].arcs.is_empty() && same(&outcomes[0].arcs, &outcomes[1].arcs)
 }
 
-/// Looks between the required samples `ends` (with optional ones between them); `room` is working space.
+/// The stretches between the required samples `ends`, which may have optional ones between them; `room` is working space.
 pub fn look<'b>(
     view: &View<'b>,
     ends: [usize; 2],
@@ -53,11 +55,11 @@ pub fn look<'b>(
     locate: Locate,
     room: &mut Gathered<'b>,
 ) -> Option<Between> {
-    // What the grid marked for the bands of one tool says nothing of another.
+    // Marks belong to the bands of one tool and cannot be used for another.
     if view.samples[ends[0]].cutter != view.samples[ends[1]].cutter {
         return None;
     }
-    // Where a block runs on from the one before, its neighbours tell enough of it.
+    // A short block that continues the one before is described well enough by its neighbours.
     let begins = view.samples[ends[0]].s_mm == 0.0 && view.move_of(ends[0]) == view.move_of(ends[1]);
     if (ends[1] == ends[0] + 1 && !begins) || alike(outcomes) {
         return None;
@@ -88,7 +90,7 @@ pub fn look<'b>(
     stretches.iter().any(|stretch| stretch.met.is_some()).then_some(stretches)
 }
 
-/// A point at which the removal area is known: `index` is the sample at it or before it, `met` says where its outcome is.
+/// A point at which the removal area is known: `index` is the sample at it or before it, `met` the index of its outcome.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     index: usize,
@@ -97,7 +99,7 @@ struct Node {
     met: usize,
 }
 
-/// A stretch in the making: its places are those of the outcomes at its nodes; none where nothing is cut.
+/// A stretch that is not finished yet, with the outcomes at its nodes; it has none where nothing is cut.
 struct OpenStretch {
     to_mm: f64,
     volume_mm3: f64,
@@ -125,7 +127,7 @@ impl Work<'_, '_> {
         self.met.push(outcome);
         Node { index, s_mm, area_mm2, met: self.met.len() - 1 }
     }
-    /// Between two samples, over those between them; true when it ran even.
+    /// Examines the path between two samples by means of the optional samples between them; true if the area changed evenly.
     fn samples(&mut self, a: Node, b: Node) -> bool {
         if b.index <= a.index + 1 {
             return self.positions(a, b);
@@ -141,7 +143,7 @@ impl Work<'_, '_> {
         let middle = self.node(index, self.place(index), outcome);
         self.halves([a, middle, b], Self::samples)
     }
-    /// Between two neighbouring samples, over positions; true when it ran even.
+    /// Examines the path between two neighbouring samples by means of positions between them; true if the area changed evenly.
     fn positions(&mut self, a: Node, b: Node) -> bool {
         let length = b.s_mm - a.s_mm;
         let jump = (b.area_mm2 - a.area_mm2).abs() * length > JUMP * self.peak_mm2 && length > LEAST_MM;
@@ -155,8 +157,8 @@ impl Work<'_, '_> {
         let middle = self.node(a.index, s_mm, outcome);
         self.halves([a, middle, b], Self::positions)
     }
-    /// A stretch of which the middle is known: whole where that agrees with the ends, and where they differ much its first half
-    /// does too; else in halves, each looked at in its turn.
+    /// Takes a stretch whose middle is known as one if the middle agrees with the ends and, where the ends differ much, the first half does
+    /// too; else examines both halves by `look`.
     fn halves(&mut self, [a, middle, b]: [Node; 3], look: fn(&mut Self, Node, Node) -> bool) -> bool {
         let agree = self.agree(a, middle, b);
         if agree && !self.steep(a, b) {

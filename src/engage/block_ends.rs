@@ -1,8 +1,8 @@
-//! Ends of short blocks on a smooth path. In: the samples of a batch in order, and what was found at two required ones.
-//! Out: which ends need not be worked out as long as the samples before and after them agree, and what they take from them.
+//! Ends of short blocks on a smooth path ("joints"). In: the samples of a batch in order, and the outcomes at those that are worked out. Out:
+//! the joints that need not be worked out as long as the samples before and after them agree, and their interpolated outcomes.
 //!
-//! A chain of short blocks is sampled as one long move is: once in the spacing. Where two such samples do not agree, or
-//! engagement runs through a peak or a dip between them, every end between them is worked out.
+//! A chain of short blocks is sampled like one long move: once per spacing. Where two such samples do not agree, or the engagement runs
+//! through a peak or a dip between them, every joint between them is worked out.
 
 use super::cutter::Cutter;
 use super::nominate::{Need, Sample};
@@ -12,16 +12,16 @@ use crate::path::Vec3;
 
 /// Cosine of the largest turn between two samples that are worked out.
 const TURN: f64 = 0.985;
-/// Largest change of an angle over which it is taken to run straight, rad.
+/// Largest change of an angle between two samples for which it is interpolated linearly, rad.
 const BEND_RAD: f32 = 0.1;
 /// Change of the removal area, and of the engaged edge, up to which two samples agree, as a part of the larger.
 const AGREE: f64 = 0.05;
 
-/// Height of a peak, or depth of a dip, from which it is looked at, as a part of the larger removal area.
+/// Height of a peak, or depth of a dip, from which on the joints in it are worked out, as a share of the larger removal area.
 const PEAK: f64 = 0.02;
 
-/// Goes along the samples and marks the joints. Which ends are worked out depends on their distance from the beginning of the
-/// chain: a block cut in two changes little further on.
+/// Goes along the samples and marks the joints. Which joints are worked out depends on their distance from the beginning of the chain, so
+/// that splitting a block changes little further on.
 #[derive(Default)]
 pub struct Marker {
     /// Distance from the beginning of the chain, mm.
@@ -31,7 +31,7 @@ pub struct Marker {
 }
 
 impl Marker {
-    /// The next sample is worked out: the path breaks off here, or a batch begins.
+    /// Ends the chain: the next sample is worked out, because the path does not continue here, or a batch begins.
     pub fn stop(&mut self) {
         self.heading = None;
     }
@@ -67,7 +67,7 @@ fn heading(sample: &Sample) -> [f64; 3] {
     [sample.dir[0] * horizontal, sample.dir[1] * horizontal, vertical]
 }
 
-/// What is found at the joints between samples `ends`, by their numbers; `None` where the ends do not agree.
+/// The interpolated outcomes at the joints between the samples `ends`, with their numbers; `None` where the ends do not agree.
 pub fn joints(
     samples: &[Sample],
     cutter: &Cutter,
@@ -99,8 +99,8 @@ pub fn joints(
     Some(inner.map(|k| (k, at(k))).collect())
 }
 
-/// Does the removal area run through a peak or a dip between two samples? Given are the places and areas of the samples
-/// before, at both ends and after, of one chain: run on from either side it misses the middle on the same side.
+/// Does the removal area run through a peak or a dip between two samples? Given are places and areas of four samples of one chain: before,
+/// both ends, after. It does if the lines through the two samples on either side both pass the middle on the same side.
 pub fn turns(before: Option<(Vec3, f64)>, ends: [(Vec3, f64); 2], after: Option<(Vec3, f64)>) -> bool {
     let (Some(before), Some(after)) = (before, after) else { return false };
     let [a, b] = ends;
@@ -136,7 +136,7 @@ fn alike(cutter: &Cutter, a: &Outcome, b: &Outcome) -> bool {
     !a.arcs.is_empty() && !b.arcs.is_empty() && near(a.cut.area_mm2, b.cut.area_mm2) && near(engaged(a), engaged(b))
 }
 
-/// What lies a part of the way from one to the other.
+/// The outcome at `part` (0 … 1) of the way from one to the other, interpolated linearly.
 fn mixed(a: &Outcome, b: &Outcome, part: f64) -> Outcome {
     let at = |a: f64, b: f64| a + part * (b - a);
     let of = |a: [f32; 2], b: [f32; 2]| [0, 1].map(|k| at(f64::from(a[k]), f64::from(b[k])) as f32);

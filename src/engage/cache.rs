@@ -2,8 +2,8 @@
 //! a map and the key of what it was made from. Out: bytes, and back.
 //!
 //! Layout, little endian: mark, key (32 bytes), sections (each a count and its records), SHA-256 of all before it. The key
-//! ([`super::key`]) holds everything the map depends on, this file's source among it. A damaged or stale cache is told by one of the
-//! two hashes.
+//! ([`super::key`]) covers everything the map depends on, the source of this file included. A stale cache is recognised by the key, a
+//! damaged one by the SHA-256.
 
 pub use super::key::{Key, key};
 use super::map::{EngagedArc, EngagementMap, Event, EventKind, Station, StationFlags};
@@ -11,9 +11,9 @@ use crate::bytes::{Reader, count, numbers, seal, unsealed};
 use crate::ids::MoveId;
 use crate::machine::Slice;
 
-/// First bytes of a cache of any build; older ones went on with a number.
+/// First bytes of a cache of any build; in older builds a number followed.
 pub const FAMILY: &[u8] = b"FWENGM";
-/// First bytes of a cache. They tell what it is; whether it fits is told by the key.
+/// First bytes of a cache. They identify the format; whether a cache fits is decided by the key.
 const MARK: &[u8; 8] = b"FWENGMAP";
 
 /// Why a cache cannot be used.

@@ -1,35 +1,30 @@
-//! Which angles of a circle are covered, exactly. In: a circle about the origin at some height, and what swept past it, in
-//! the same frame. Out: the [`Gaps`] left.
+//! The angles of a circle that a swept region covers, exactly. In: a circle about the cutter's axis at some height, and the track of an
+//! element in the same frame. Out: the [`Gaps`] that are left.
 //!
 //! A disc (centre C, radius ρ) covers 2 r q·C ≥ r² + |C|² − ρ² of the directions q of a circle of radius r. A disc swept
 //! along a line covers that of its two ends and, with u along the line and v across it, the part of the circle where u lies
 //! between the ends and v within ρ of the line. A ball swept along an inclined line covers, below its axis, the discs of its
 //! ends and between them what satisfies f(q) = (v − v₀)² + w² − R² ≤ 0 (w the distance from the axis in the upright plane
 //! through it, linear in u, so f is a trigonometric polynomial of second degree with a bounded second derivative), and at
-//! any height the columns above the axis. An arc covers a sector of a ring and two discs. Any other outline on a slope covers
-//! at least what its narrowest disc at this height would and at most what its widest would; between these it is walked along
-//! by its signed distance. Most of what is asked covers nothing of what is still open: that is found out first,
-//! without roots or divisions.
+//! any height the columns above the axis. An arc covers a sector of a ring and two discs. Any other outline on a slope covers at least what
+//! its narrowest disc at this height would and at most what its widest would; between these two the circle is followed in steps by the
+//! signed distance to the region. Most queries cover nothing of what is still open; that is tested first, without roots or divisions.
 
-use super::gaps::{Dir, Gaps, Interval, between, chord, root};
+use super::discs::{disc, end_of_clear, end_of_disc, half_width};
+use super::gaps::{Dir, Gaps, Interval};
+use super::quadric::{Quadric, bend};
 use crate::path::Vec3;
 use crate::stock::{Disc, Form, Region, Swept, Track};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Distance below which a point counts as covered, mm: rounding of coordinates and f64.
 pub const TOUCH_MM: f64 = 1e-7;
-/// Parts of a rectangle shorter than this are passed over, mm: their ends could not be told apart.
+/// Parts of a rectangle shorter than this are ignored, mm: rounding would not keep their ends apart.
 const LEAST_MM: f64 = 1e-9;
 /// Shortest stretch of a circle that a walk cannot overlook, mm.
 const STEP_MM: f64 = 0.05;
-/// How near to each other, rad, two places lie that are one: a border is known to this.
-const LEAST_RAD: f64 = 1e-7;
-/// What the end of a stretch may fall short of the point it begins at, by rounding, rad.
-const ASIDE_RAD: f64 = 1e-5;
-/// Width below which f is taken to have one sign where it has at both ends, rad.
-const NARROW_RAD: f64 = 5e-4;
 
-/// What one element swept, in the frame of the cutter: its axis the origin, the feed along x.
+/// The region that one element swept, in the frame of the cutter: its axis is the origin, the feed runs along x.
 #[derive(Debug, Clone, Copy)]
 pub struct Cover<'a> {
     swept: Swept<'a>,
@@ -86,7 +81,7 @@ impl<'a> Cover<'a> {
     pub fn is_step(&self) -> bool {
         self.form.is_flat() && self.leaves_floor()
     }
-    /// Covers what it can of a circle of radius `r` at height `z`.
+    /// Removes from `gaps` what the region covers of a circle of radius `r` at height `z`.
     pub fn cover(&self, gaps: &mut Gaps, r: f64, z: f64) {
         let zeta = z - self.lowest();
         if zeta < 0.0 || gaps.is_empty() {
@@ -116,8 +111,8 @@ impl<'a> Cover<'a> {
             }
         }
     }
-    /// True when a straight line parts all that is open from what is swept at `zeta` above the lowest tip: across the
-    /// middle of the gaps, when these are less than half the circle.
+    /// Quick test: is the region at `zeta` above the lowest tip separated from all gaps by the straight line across their middle? Only
+    /// where the gaps span less than half the circle.
     fn beside(&self, gaps: &Gaps, r: f64, zeta: f64) -> bool {
         let Some([a, b]) = gaps.hull() else { return true };
         let middle = [a.at[0] + b.at[0], a.at[1] + b.at[1]];
@@ -143,8 +138,8 @@ impl<'a> Cover<'a> {
         };
         apart * apart > reach * square
     }
-    /// An outline on a slope: discs of several radii. Beyond the widest of them all along there is nothing covered, what the
-    /// narrowest covers is, and what lies between is walked along.
+    /// An outline on a slope sweeps discs of several radii. What the narrowest disc covers all along is covered; nothing beyond the widest
+    /// is; the circle between the two is followed in steps.
     fn inclined(&self, gaps: &mut Gaps, r: f64, z: f64) {
         let Swept::Line { from, rise, run, .. } = self.swept else { return };
         let part = part_below(from.z, rise, run, z);
@@ -169,9 +164,9 @@ impl<'a> Cover<'a> {
         self.walked(gaps, r, z);
         gaps.join(beyond);
     }
-    /// What a bulging outline sweeps bulges too, and each point of the circle tells of a whole stretch: the disc that it lies in
-    /// covers all that this disc does, and where it lies in none, nothing beyond the tangent of the nearest disc is covered. At a
-    /// border both shrink to nothing as fast as Newton's steps, and a step of [`LEAST_RAD`] leads across.
+    /// A convex outline sweeps a convex region, so each point of the circle decides a whole stretch. If the point lies in a disc, all of the
+    /// circle in that disc is covered; if it lies in none, nothing is covered up to the tangent of the nearest disc. Towards a border both
+    /// stretches shrink as fast as Newton steps, and a step of [`LEAST_RAD`](super::discs::LEAST_RAD) crosses it.
     fn rolled(&self, gaps: &mut Gaps, r: f64, z: f64) {
         let Some(Region::Outline(outline)) = self.swept.at(z) else { return };
         for k in (0..gaps.0.len()).rev() {
@@ -209,7 +204,7 @@ impl<'a> Cover<'a> {
         };
         gaps.keep_where(r, STEP_MM.min(0.03 * r), &depth);
     }
-    /// True when a disc of radius `reach` along the part `u` of the track surely meets nothing that is open.
+    /// Quick test: does a disc of radius `reach` along the part `u` of the track certainly miss all gaps?
     fn misses(&self, gaps: &Gaps, r: f64, [u0, u1]: [f64; 2], reach: f64) -> bool {
         let meets_disc = |u: f64| {
             let [x, y] = self.turned([self.base[0] + u, self.base[1]]);
@@ -219,7 +214,7 @@ impl<'a> Cover<'a> {
         let across = [self.base[1] - reach, self.base[1] + reach];
         !meets_disc(u0) && !meets_disc(u1) && !self.may_meet(gaps, r, along, across)
     }
-    /// A disc of radius `reach` along the part `u` of the track.
+    /// Covers with a disc of radius `reach` that is swept along the part `u` of the track.
     fn capsule(&self, gaps: &mut Gaps, r: f64, [u0, u1]: [f64; 2], reach: f64) {
         let Swept::Line { run, .. } = self.swept else { return };
         for (u, end, whole) in [(u0, self.ends[0], 0.0), (u1, self.ends[1], run)] {
@@ -231,7 +226,7 @@ impl<'a> Cover<'a> {
         if !self.may_meet(gaps, r, along, across) {
             return;
         }
-        // The half of the circle to the left of the line, then the one to the right, as if seen from below.
+        // The half of the circle to the left of the line, then the right one, mirrored.
         for (side, [low, high]) in [(1.0, across), (-1.0, [-across[1], -across[0]])] {
             if high < 0.0 || low >= r {
                 continue;
@@ -261,12 +256,12 @@ impl<'a> Cover<'a> {
         };
         if side > 0.0 { [place(to), place(from)] } else { [place(from), place(to)] }
     }
-    /// A point given along the line and across it, in the frame of the cutter.
+    /// A point given along the line and across it, transformed into the frame of the cutter.
     fn turned(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let [dx, dy] = self.dir;
         [u * dx - v * dy, u * dy + v * dx]
     }
-    /// False when a line along a side of the rectangle parts it from all gaps.
+    /// Quick test: false if a line along a side of the rectangle separates it from all gaps.
     fn may_meet(&self, gaps: &Gaps, r: f64, along: [f64; 2], across: [f64; 2]) -> bool {
         let [dx, dy] = self.dir;
         along[0] < r
@@ -354,80 +349,6 @@ fn part_below(z0: f64, rise: f64, run: f64, z: f64) -> [f64; 2] {
     if rise > 0.0 { [0.0, u] } else { [u, run] }
 }
 
-/// Covers a circle of radius `r` by a disc with the square `square` of its radius.
-fn disc(gaps: &mut Gaps, r: f64, [x, y]: [f64; 2], square: f64) {
-    let Some([a, b]) = gaps.hull() else { return };
-    if square <= 0.0 {
-        return;
-    }
-    let d2 = x * x + y * y;
-    let above = r * r + d2 - square;
-    let twice = [2.0 * r * x, 2.0 * r * y];
-    let (first, last) = (a.along(twice) >= above, b.along(twice) >= above);
-    if !first && !last && !gaps.may_meet(twice, above) {
-        return;
-    }
-    if d2 < 1e-24 {
-        if above <= 0.0 {
-            gaps.0.clear();
-        }
-        return;
-    }
-    if first && last && !gaps.may_meet([-twice[0], -twice[1]], -above) {
-        gaps.0.clear();
-        return;
-    }
-    let d = d2.sqrt();
-    gaps.cover_cap([x / d, y / d], above / (2.0 * r * d));
-}
-
-/// Where a circle of radius `r` about the origin leaves a disc in which it is `at` one place; `None`: nowhere.
-fn end_of_disc(at: &Dir, r: f64, [x, y]: [f64; 2], radius: f64) -> Option<Dir> {
-    let d = (x * x + y * y).sqrt();
-    let above = r * r + d * d - radius * radius;
-    if d < 1e-12 || above <= -2.0 * r * d {
-        return None;
-    }
-    end_of_cap(at, [x / d, y / d], above / (2.0 * r * d))
-}
-
-/// Where it comes back to the tangent of a disc that is nearest to a point `at` beyond it; `None`: nowhere.
-fn end_of_clear(at: &Dir, r: f64, [x, y]: [f64; 2], radius: f64) -> Option<Dir> {
-    let off = [r * at.at[0] - x, r * at.at[1] - y];
-    let by = 1.0 / (off[0] * off[0] + off[1] * off[1]).sqrt();
-    let normal = off.map(|x| x * by);
-    let least = (normal[0] * x + normal[1] * y + radius) / r;
-    if least <= -1.0 { None } else { end_of_cap(at, normal, least) }
-}
-
-/// The end, counter-clockwise, of the cap about a unit vector with a component of at least `least`, no nearer to `at`, which
-/// lies in it, than [`LEAST_RAD`]; `None` where it lies beyond the turn that `at` is in.
-fn end_of_cap(at: &Dir, [x, y]: [f64; 2], least: f64) -> Option<Dir> {
-    let least = least.min(1.0);
-    let side = ((1.0 - least) * (1.0 + least)).sqrt();
-    let end = Dir::of([x * least - y * side, y * least + x * side]);
-    let turn = at.at[0] * end.at[1] - at.at[1] * end.at[0];
-    if at.along(end.at) > 0.0 && turn.abs() < LEAST_RAD || (turn < 0.0 && turn > -ASIDE_RAD && at.along(end.at) > 0.0) {
-        let [cos, sin] = at.at;
-        return ahead_of(at, Dir::of([cos - LEAST_RAD * sin, sin + LEAST_RAD * cos]));
-    }
-    ahead_of(at, end)
-}
-
-/// A direction, where it comes after another in the turn.
-fn ahead_of(at: &Dir, next: Dir) -> Option<Dir> {
-    (next.key > at.key).then_some(next)
-}
-
-/// Half the angle that a disc at distance `d` covers of a circle of radius `r`, the square of its radius given.
-fn half_width(r: f64, d: f64, square: f64) -> f64 {
-    let above = r * r + d * d - square;
-    if d < 1e-12 {
-        return if above <= 0.0 { PI } else { 0.0 };
-    }
-    (above / (2.0 * r * d)).clamp(-1.0, 1.0).acos()
-}
-
 /// Angles about the origin where a ray from `from` at `angle` crosses a circle of radius `r`.
 fn crossings(from: [f64; 2], angle: f64, r: f64) -> Vec<f64> {
     let (sin, cos) = angle.sin_cos();
@@ -441,103 +362,9 @@ fn crossings(from: [f64; 2], angle: f64, r: f64) -> Vec<f64> {
         .collect()
 }
 
-/// `angle` in the turn about `middle`.
+/// `angle` shifted by whole turns to within half a turn of `middle`.
 fn turned(angle: f64, middle: f64) -> f64 {
     angle - TAU * ((angle - middle) / TAU).round()
-}
-
-/// f(q) = (v − across)² + (off₀ + off₁ u)² − square at the point q of a circle of radius `r`, u along `dir` and v across;
-/// its second derivative by the angle is at most `bend`.
-struct Quadric {
-    dir: [f64; 2],
-    r: f64,
-    across: f64,
-    off: [f64; 2],
-    square: f64,
-    bend: f64,
-}
-
-/// Bound of the second derivative of f: from the terms −2 r q·A and −(τ₀ + τ₁ cos β′)² of the same function; `off` is |A|,
-/// `along` |τ₀|, and τ₁ = r cos.
-fn bend(r: f64, off: f64, along: f64, cos: f64) -> f64 {
-    let p1 = cos * r;
-    2.0 * r * off + 2.0 * p1 * (along + p1)
-}
-
-/// No less than the square of the angle between two directions, up to half a turn, from that of their chord.
-fn angle_squared(chord_squared: f64) -> f64 {
-    let long = 1.0 + 0.0925 * chord_squared;
-    if chord_squared < 2.0 { chord_squared * long * long } else { PI * PI }
-}
-
-impl Quadric {
-    #[inline]
-    fn at(&self, dir: &Dir) -> f64 {
-        let [x, y] = [self.r * dir.at[0], self.r * dir.at[1]];
-        let u = x * self.dir[0] + y * self.dir[1];
-        let v = y * self.dir[0] - x * self.dir[1] - self.across;
-        let off = self.off[0] + self.off[1] * u;
-        v * v + off * off - self.square
-    }
-    /// True when f > 0 in all gaps for certain: at their ends it is more than it can sink between.
-    fn misses(&self, gaps: &Gaps) -> bool {
-        gaps.0.iter().all(|[a, b]| {
-            let [x, y] = [a.at[0] - b.at[0], a.at[1] - b.at[1]];
-            // Nearly a turn has a short chord too.
-            let ahead = b.key - a.key < 2.0;
-            let sag = self.bend * angle_squared(x * x + y * y) / 8.0;
-            ahead && self.at(a) > sag && self.at(b) > sag
-        })
-    }
-    /// Covers where f ≤ 0 in an interval.
-    fn cover(&self, gaps: &mut Gaps, [from, to]: Interval) {
-        let parts =
-            if from.key <= to.key { [[from.key, to.key], [1.0, 0.0]] } else { [[-2.0, to.key], [from.key, 2.0]] };
-        // The last gap first: what is taken out of one leaves those before it where they are.
-        for k in (0..gaps.0.len()).rev() {
-            let [a, b] = gaps.0[k];
-            for [low, high] in parts {
-                let first = if a.key >= low { a } else { Dir { key: low, ..from } };
-                let last = if b.key <= high { b } else { Dir { key: high, ..to } };
-                if first.key < last.key && low < high {
-                    self.negative((first, self.at(&first)), (last, self.at(&last)), gaps);
-                }
-            }
-        }
-    }
-    /// Covers where f ≤ 0 between two points (direction, value) of a gap.
-    fn negative(&self, a: (Dir, f64), b: (Dir, f64), gaps: &mut Gaps) {
-        let chord = chord(&a.0, &b.0);
-        // No less than the angle, up to half a turn.
-        let width = if chord * chord < 2.0 { chord * (1.0 + 0.0925 * chord * chord) } else { PI };
-        let sag = self.bend * width * width / 8.0;
-        let (below, above) = (a.1 <= 0.0, b.1 <= 0.0);
-        if below == above && (width < NARROW_RAD || a.1.abs().min(b.1.abs()) > sag) {
-            if below {
-                gaps.cover(a.0, b.0);
-            }
-        } else if below != above && (width < NARROW_RAD || (a.1 - b.1).abs() > 4.0 * sag) {
-            let place = |part: f64| between(&a.0, &b.0, part);
-            let root = place(root(&|part| self.at(&place(part)), [0.0, 1.0], [a.1, b.1], 1e-7 / width));
-            let [from, to] = if below { [a.0, root] } else { [root, b.0] };
-            gaps.cover(from, to);
-        } else {
-            let middle = halfway(&a.0, &b.0);
-            let middle = (middle, self.at(&middle));
-            self.negative(a, middle, gaps);
-            self.negative(middle, b, gaps);
-        }
-    }
-}
-
-/// The direction in the middle of an interval of at most half a turn.
-fn halfway(a: &Dir, b: &Dir) -> Dir {
-    if a.along(b.at) > -0.99 {
-        return between(a, b, 0.5);
-    }
-    // Nearly opposite: square to the line from the one to the other.
-    let by = 1.0 / chord(a, b);
-    Dir::of([(b.at[1] - a.at[1]) * by, (a.at[0] - b.at[0]) * by])
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! A tool as engagement sees it. In: a profile and the cell of the field. Out: its rings (slices), grouped into bands, and
-//! a table from distance to the axis to the bands that pass there and the lowest height at which one does.
+//! A tool as the simulation of engagement uses it. In: a profile and the cell of the field. Out: its rings (slices), grouped into bands, and
+//! a table from the distance to the axis to the bands at that distance and the lowest height of any.
 //!
-//! A band is one ring, or all the rings of a cylindrical side: above each other with one radius, their engaged arcs can
-//! only shrink with height, which saves most of the work.
+//! A band is one ring, or all the rings of a cylindrical side. The latter have one radius, so their engaged arcs can only shrink with height,
+//! which saves most of the work.
 
 use crate::machine::{Profile, Segment, Slice, Tool};
 use crate::stock::Form;
@@ -17,13 +17,13 @@ pub struct Band {
     pub slices: [u16; 2],
     /// Radius, mm.
     pub radius: f64,
-    /// How far from it something met counts, mm: of a bottom all over it, as no other ring tells of its edge.
+    /// Material up to this distance from the ring counts, mm; for a bottom all over it, because no other ring covers its edge.
     pub reach: f64,
     /// Lowest height above the tip, mm.
     pub low: f64,
-    /// Looks straight down: leads only in a descending move.
+    /// Its normal points straight down, so that it is engaged only in a descending move.
     pub bottom: bool,
-    /// Bins of the diamond angle (64 of a turn) on either side of one within which a cell in it may matter.
+    /// A cell may matter in this many bins of the diamond angle (64 a turn) on either side of its own.
     pub spread: u32,
 }
 
@@ -38,7 +38,7 @@ pub struct Body {
     pub low: f64,
 }
 
-/// A band as cells near it see it.
+/// What nomination needs to know of a band.
 #[derive(Debug, Clone, Copy)]
 pub struct NearBand {
     /// Its index.
@@ -51,7 +51,7 @@ pub struct NearBand {
     pub bins: [usize; 2],
 }
 
-/// Which bands pass at a distance from the axis, in bins of the distance.
+/// The bands at each distance from the axis, in bins of the distance.
 #[derive(Debug, Clone)]
 pub struct Near {
     /// Bins per mm.
@@ -152,7 +152,7 @@ impl Cutter {
     pub fn lowest_body(&self) -> f64 {
         self.bodies.iter().map(|body| body.low).fold(f64::INFINITY, f64::min)
     }
-    /// How far from its axis the stock is looked at, mm, if nothing may stand within a clearance for air feed.
+    /// Distance from its axis within which the stock has to be examined, mm, where air feed requires this clearance.
     pub fn asks_within(&self, clearance_mm: f64) -> f64 {
         (self.form.radius + clearance_mm.max(self.margin)).max(self.widest_body())
     }
@@ -237,7 +237,7 @@ fn spread(angle: f64) -> u32 {
     (16.0 * angle).ceil().min(32.0) as u32
 }
 
-/// Lines in the square of the distance below the lowest of all bins (a value holds up to the end of its bin).
+/// Lower bounds of the lowest height, linear in the square of the distance (the value of a bin holds up to its end).
 fn bounds(lowest: &[f32], per_mm: f64) -> [[f32; 2]; 4] {
     let points: Vec<[f64; 2]> = lowest
         .iter()
@@ -258,7 +258,7 @@ fn bounds(lowest: &[f32], per_mm: f64) -> [[f32; 2]; 4] {
     })
 }
 
-/// What the bounds stay below for the sake of rounding, mm.
+/// Margin of the bounds for rounding, mm.
 const BOUND_MM: f64 = 1e-4;
 
 impl Near {

@@ -1,8 +1,9 @@
-//! The rings of a cylindrical side: they have one radius and can only be less engaged with height. In: the parts of its rings,
-//! between which levels lie, and the directions in which something may be met. Out: arcs and their removal area.
+//! The rings of a cylindrical side. In: parts of its rings, split at levels, and the directions in which there may be material. Out: arcs and
+//! their removal area.
 //!
-//! Equal ends of a stack mean that all between are equal. Where engagement changes much though no level lies there (a floor on a
-//! slope, a groove), rings are halved until it changes evenly; where it ends, until the height of that is known.
+//! All rings have one radius, so engagement can only shrink with height, and equal arcs at both ends of a stack mean equal arcs all between.
+//! Where engagement changes much without a level (a floor on a slope, a groove), rings are halved until it changes evenly; where it ends,
+//! until the height of the end is known.
 
 use super::cutter::Band;
 use super::gaps::Interval;
@@ -11,12 +12,13 @@ use super::rings::{Shared, Work, extent, push};
 use super::scene::RawArc;
 use std::rc::Rc;
 
-/// Change of engagement from one ring to the next above which both are looked at in parts, rad.
+/// Change of engagement from one ring to the next above which both are divided, rad.
 const JUMP_RAD: f64 = 0.15;
-/// How far the engagement at its middle may be off the mean of that at both ends of a ring that stays whole, rad.
+/// A ring stays whole if the engagement at its middle differs by less than this from the mean of both its ends, rad.
 const EVEN_RAD: f64 = 0.05;
-/// How often a ring of a cylinder is halved, and what lies as near to a level counts as at it, mm.
+/// Most halvings of a ring of a cylinder.
 const HALVED: u32 = 6;
+/// A height within this of a level counts as the level, mm.
 const LEVEL_MM: f64 = 1e-6;
 /// Difference of keys up to which directions count as equal: at most 1e-5 rad.
 const EQUAL_KEYS: f64 = 5e-6;
@@ -28,7 +30,8 @@ pub(super) struct Side {
 }
 
 impl Work<'_> {
-    /// Hands on the rings of a cylinder; their removal area, mm². What rings above each other share is worked out once.
+    /// Appends the arcs of the rings of a cylinder and returns their removal area, mm². The area of arcs that consecutive rings share is
+    /// worked out once.
     pub(super) fn sides(&self, found: &[Side], out: &mut Vec<RawArc>) -> f64 {
         let mut area_mm2 = 0.0;
         for shared in found.chunk_by(|a, b| Rc::ptr_eq(&a.angles, &b.angles)) {
@@ -54,9 +57,9 @@ impl Work<'_> {
         area_mm2
     }
 
-    /// Rings of a cylinder over which engagement changes much or ends though no level lies there (a floor on a slope, a groove) are
-    /// halved until it changes little over each part. What the lowest meets at its lower end, and the highest at its upper,
-    /// no other ring tells.
+    /// Halves rings over which engagement changes much, or ends, without a level (a floor on a slope, a groove), until it changes little
+    /// over each part. The engagement at the lower end of the lowest ring and at the upper end of the highest is worked out, because no
+    /// neighbour gives it.
     pub(super) fn refine(&self, found: Vec<Side>, windows: &Shared) -> Vec<Side> {
         if !self.sloped || found.is_empty() {
             return found;
@@ -86,17 +89,17 @@ impl Work<'_> {
         refined
     }
 
-    /// What the ring at a border of a part of a cylinder meets (0 its lower end, 1 its upper: just below it, a level there is
-    /// that of the next), within what one below it does.
+    /// The engagement at a border of a part of a cylinder (0: its lower end, 1: just below its upper end, where a level belongs to the next
+    /// part), searched for within the engagement of a ring below it.
     fn at_border(&self, ring: &SubRing, side: f64, within: &[Interval]) -> Shared {
         let [from, to] = ring.part;
         let at = self.sub_ring(ring.slice, [from + side * (to - from); 2], false);
         self.ring(&SubRing { z: at.z - side * LEVEL_MM, ..at }, within).into()
     }
 
-    /// Appends a ring of a cylinder in so many halves of halves at most, given what its lower and its upper end meet: whole
-    /// where its middle meets about their mean. Where engagement ends in it, its height is sought: a layer counts by it, however
-    /// short its contact.
+    /// Appends a ring of a cylinder, halved at most `depth` times, given the engagement at its lower and its upper end. It stays whole where
+    /// its middle is engaged about as their mean. Where engagement ends in it, the height of the end is searched for: the removed layer
+    /// depends on it, however short the contact.
     fn halve(&self, ring: &SubRing, [from, to]: [&Shared; 2], depth: u32, out: &mut Vec<Side>) {
         if same(from, to) {
             out.push(Side { ring: *ring, angles: from.clone() });
@@ -116,8 +119,8 @@ impl Work<'_> {
         self.halve(&upper, [&middle, to], depth - 1, out);
     }
 
-    /// Arcs of rings above each other with one radius: they only shrink with height, so equal ends mean all equal, and one
-    /// is looked for only within what one below it meets.
+    /// Arcs of consecutive rings with one radius. They only shrink with height: equal arcs at both ends mean equal arcs between, and the
+    /// arcs of a ring are searched for only within those of a ring below.
     fn stack(&self, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
         let Some(lowest) = rings.first() else { return Vec::new() };
         let lower: Shared = self.ring(lowest, windows).into();
@@ -130,8 +133,8 @@ impl Work<'_> {
         sides
     }
 
-    /// Arcs of those rings of a band, and of all above them where the topmost still meets something: what is thinner than a cell stands
-    /// as high as none of the cells around it show.
+    /// Arcs of these rings of a band, and of all rings above where the topmost is still engaged: material thinner than a cell may stand
+    /// higher than the cells around it.
     pub(super) fn stack_up(&self, band: &Band, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
         let sides = self.stack(rings, windows);
         match sides.last() {
@@ -140,7 +143,7 @@ impl Work<'_> {
         }
     }
 
-    /// Fills in what lies between the first and the last of a stack, which are known.
+    /// Works out the rings between the first and the last of a stack, whose arcs are known.
     fn between(&self, sides: &mut [Side]) {
         let [first, between @ .., last] = sides else { return };
         if between.is_empty() {

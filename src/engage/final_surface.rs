@@ -1,5 +1,5 @@
-//! Which stations leave the finished surface. In: the final provenance of the cells. Out: the flag `final_surface` of the
-//! stations whose piece of path lies nearest to a cell their move was the last to lower.
+//! Stations that leave the surface of the finished part. In: for each cell the move that was the last to lower it. Out: the flag
+//! `final_surface` of the station of that move that lies nearest to the cell.
 
 use super::map::EngagementMap;
 use crate::ids::MoveId;

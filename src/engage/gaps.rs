@@ -1,7 +1,7 @@
-//! Angles of a circle that nothing covers. In: intervals taken away, caps, predicates. Out: what is left, in order.
+//! The angles of a circle that nothing covers. In: intervals, caps and predicates to take away. Out: the intervals that are left, in order.
 //!
-//! A direction is kept as its unit vector and its *key*, the diamond angle in [−2, 2] (0 ahead, ±2 behind): it runs with the
-//! angle, costs one division, and orders directions. Angles themselves are only worked out where they are handed on.
+//! A direction is stored as its unit vector and its *key*, the diamond angle in [−2, 2] (0 ahead, ±2 behind). The key grows with the angle and
+//! costs one division, so it orders directions; angles in rad are worked out only for the result.
 
 use std::f64::consts::TAU;
 
@@ -115,13 +115,13 @@ impl Gaps {
             self.cover(within(from), within(to));
         }
     }
-    /// Takes away what others leave.
+    /// Removes the intervals of `others`.
     pub fn take(&mut self, others: &Self) {
         for [from, to] in &others.0 {
             self.cut(*from, *to);
         }
     }
-    /// Takes in what others leave, which shares with it no more than ends.
+    /// Adds the intervals of `others`, which may touch those here but not overlap them.
     pub fn join(&mut self, others: Self) {
         self.0.extend(others.0);
         self.0.sort_unstable_by(|a, b| a[0].key.total_cmp(&b[0].key));
@@ -160,8 +160,8 @@ impl Gaps {
             }
         }
     }
-    /// False when no gap reaches where the component along `axis` is at least `least`: the cap of the circle about `axis`
-    /// touches neither end of the hull and does not lie within it.
+    /// Quick test: false if no gap reaches the cap where the component along `axis` is at least `least`: neither end of the hull is in the
+    /// cap, and the cap is not inside the hull.
     #[inline]
     pub fn may_meet(&self, axis: [f64; 2], least: f64) -> bool {
         let Some([a, b]) = self.hull() else { return false };
@@ -184,7 +184,7 @@ impl Gaps {
         let turned = |side: f64| Dir::of([x * least - y * side, y * least + x * side]);
         self.cover(turned(-side), turned(side));
     }
-    /// Keeps only where `depth` of an angle is positive, walking by its value: it must be a signed distance on the circle.
+    /// Keeps only angles at which `depth` is positive. `depth` must be a signed distance, because its value is the step along the circle.
     pub fn keep_where(&mut self, radius: f64, shortest: f64, depth: &impl Fn(f64) -> f64) {
         let mut kept = Vec::new();
         for [from, to] in std::mem::take(&mut self.0) {
@@ -192,8 +192,8 @@ impl Gaps {
         }
         self.0.extend(kept.into_iter().map(|ends| ends.map(Dir::at_angle)));
     }
-    /// Keeps only where `inside` a point of the circle is positive, looked at every `step` along it, unless it is `surely`
-    /// so all along. A point is given by cosine and sine of its angle.
+    /// Keeps only points at which `inside` is positive, evaluated every `step` along the circle; an interval for which `surely` is true is kept
+    /// without that. A point is given by cosine and sine of its angle.
     pub fn keep_points(
         &mut self,
         radius: f64,

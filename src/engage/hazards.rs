@@ -1,6 +1,5 @@
-//! Things that must not happen. In: what the batch found at each sample. Out: [`Event`]s, at most one of a kind a move:
-//! cutting at rapid, shank and holder in stock, fixtures touched, plunges of tools that do not cut at their centre, cutting
-//! with the spindle stopped, undercuts.
+//! Dangerous events in the simulation. In: the outcomes of a batch. Out: [`Event`]s, at most one of each kind for a move: cutting at rapid,
+//! shank or holder in stock, fixtures touched, plunges of tools that do not cut at their centre, cutting with the spindle stopped, undercuts.
 
 use super::batch::BatchResult;
 use super::cutter::Cutter;
@@ -14,14 +13,14 @@ use crate::nc::Move;
 use crate::path::Vec3;
 use crate::stock::Track;
 
-/// Volume a rapid may scrape off before it is reported, mm³.
+/// Volume that a rapid may remove without being reported, mm³.
 const SCRAPE_MM3: f64 = 0.05;
-/// Step in which a move is looked at beside a fixture, mm.
+/// Step in which a move near a fixture is checked, mm.
 const FIXTURE_STEP_MM: f64 = 0.25;
 /// Sine of the steepest descent that counts as a ramp, not as a plunge.
 const PLUNGE: f64 = 0.7;
 
-/// Enters the events of a sampled feed move.
+/// Records the events of a sampled feed move.
 pub fn report(
     map: &mut EngagementMap,
     move_id: MoveId,
@@ -55,7 +54,7 @@ pub fn report(
     }
 }
 
-/// Enters the rapids that removed material.
+/// Records the rapids that removed material.
 pub fn report_rapids(scene: &Scene, result: &BatchResult, map: &mut EngagementMap) {
     let mut volumes: Vec<(MoveId, f64)> = Vec::new();
     for (element, volume) in &result.watched {
@@ -71,7 +70,7 @@ pub fn report_rapids(scene: &Scene, result: &BatchResult, map: &mut EngagementMa
     }
 }
 
-/// Enters the moves of a range that touch a fixture, rapids and feeds alike.
+/// Records the moves of a range that touch a fixture, both rapids and feed moves.
 pub(super) fn report_fixtures(
     fixtures: &[Box3],
     elements_of: impl Fn(usize) -> std::ops::Range<u32>,

@@ -1,11 +1,11 @@
-//! The part of a ring that lies in the stock as it came. In: the blanks, a position, the angles of a ring still open. Out:
-//! those of them inside some blank.
+//! The part of a ring that lies inside the blanks, before any cut. In: the blanks, a position, the angles of a ring that nothing has swept.
+//! Out: those of them inside some blank.
 
 use super::gaps::{Gaps, Interval, chord};
 use super::nominate::Sample;
 use crate::stock::Blank;
 
-/// Height that stands for none, mm.
+/// Height of the stock where there is none, mm.
 const FAR_BELOW: f64 = -1e6;
 
 /// The parts of the gaps of a ring of radius `r` at height `z` that lie in some blank.

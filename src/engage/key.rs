@@ -1,8 +1,8 @@
-//! What an engagement map was made from, as 32 bytes. In: moves, tools, stock with the bytes of its files, fixtures, offsets, clearance,
-//! resolution, spacing. Out: the SHA-256 of all of it, and of the sources that make a map of it.
+//! The key of an engagement map: everything it was made from, as 32 bytes. In: moves, tools, stock with the bytes of its files, fixtures,
+//! offsets, clearance, resolution, spacing. Out: the SHA-256 of all of these and of the sources that make the map.
 //!
-//! The sources are those of the rooms that `build.rs` names: whatever changes in them, a map that an older build made is stale. So
-//! the bytes below need to be the same only for as long as these sources are: the number of a kind is its place in the enum.
+//! The sources are those of the rooms that `build.rs` names: any change in them makes maps of older builds stale. So the bytes hashed here
+//! need to mean the same only within one state of the sources, and an enum may go in by the number of its variant.
 
 use super::options::Options;
 use crate::machine::{Box3, Job, Profile, Segment, Stock, StockShape, Tool};
@@ -16,7 +16,7 @@ pub type Key = [u8; 32];
 /// SHA-256 of the sources that an engagement map depends on, in hexadecimal.
 pub const SOURCES: &str = env!("FEEDWRIGHT_ENGAGEMENT_SOURCES");
 
-/// Key of what [`super::engage()`] would be asked.
+/// Key of the map that [`super::engage()`] would make of these arguments.
 pub fn key(path: &Toolpath, job: &Job, options: &Options) -> Key {
     let mut parts = Parts(Sha256::new());
     parts.bytes(SOURCES.as_bytes());
@@ -44,7 +44,7 @@ pub fn key(path: &Toolpath, job: &Job, options: &Options) -> Key {
     parts.0.finalize().into()
 }
 
-/// What the key is made of, each part so that no two different ones have the same bytes.
+/// Feeds the parts of the key to the hash, each so that two different values never give the same bytes.
 struct Parts(Sha256);
 
 impl Parts {
@@ -85,7 +85,7 @@ impl Parts {
         self.point(cuboid.max);
     }
 
-    /// Outline, and what of a tool may touch what it must not.
+    /// Outline of a tool, and the parts of it that must not touch stock.
     fn tool(&mut self, tool: &Tool) {
         self.count(tool.number as usize);
         self.kind(tool.shape as u8);
@@ -113,7 +113,7 @@ impl Parts {
         }
     }
 
-    /// Shape, place and allowance of a blank; not what it is made of.
+    /// Shape, place and allowance of a blank; not its material.
     fn stock(&mut self, stock: &Stock, options: &Options) {
         match &stock.shape {
             StockShape::Box(cuboid) => {

@@ -1,9 +1,8 @@
-//! What the engagement stage hands on.
+//! The engagement of a whole program. In: filled by [`super::stations`]. Out: [`EngagementMap`], which loads, caps and reports read.
 //!
-//! A *station* speaks for the piece `from_mm..to_mm` of its move; the stations of a feed move tile it in order. Its arcs
-//! are all that are in material at any place of that piece. Immersion angles follow DESIGN: φ from the
-//! +Y normal of the feed direction, clockwise seen from the spindle, feed along +X; up-milling begins at φ = 0, climb ends
-//! at φ = π. Under a vertical feed φ keeps the last horizontal direction.
+//! A *station* is the piece `from_mm..to_mm` of a feed move; the stations of a move tile it in order. Its arcs are all those that are in
+//! material anywhere on the piece. The immersion angle φ counts from the +Y normal of the feed direction, clockwise seen from the spindle,
+//! feed along +X: up-milling begins at φ = 0, climb milling ends at φ = π. Under a vertical feed the last horizontal direction is used.
 
 use crate::ids::MoveId;
 use crate::machine::Slice;
@@ -19,16 +18,16 @@ pub struct EngagedArc {
     pub exit_rad: f32,
 }
 
-/// What is special about a station.
+/// Properties of a station beside its arcs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StationFlags {
     /// Nothing is cut, not even with the stock grown by its uncertainty and the approach distance: air feed is allowed.
     pub clear_air: bool,
     /// In clear air, below the top of the blanks and reaching beyond their outlines: a clamp may stand here.
     pub beside_blank: bool,
-    /// The engagement is uncertain here (undercut, unknown stock): the feed must not be raised nor the block split.
+    /// The engagement is uncertain here (undercut, unknown stock): the feed must not be raised, and the block must not be split.
     pub uncertain: bool,
-    /// The move leaves the finished surface here.
+    /// The move leaves the surface of the finished part here.
     pub final_surface: bool,
 }
 
@@ -49,7 +48,7 @@ pub struct Station {
     pub first_arc: u32,
     /// Number of its arcs; 0: nothing is cut.
     pub arc_count: u32,
-    /// What is special.
+    /// Its other properties.
     pub flags: StationFlags,
 }
 
@@ -60,7 +59,7 @@ impl Station {
     }
 }
 
-/// Things that must not happen, found on the way.
+/// A kind of dangerous event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EventKind {
     /// The cutter removes material in a rapid.
@@ -79,7 +78,7 @@ pub enum EventKind {
     SpindleStopped,
 }
 
-/// One such thing, on one line.
+/// A dangerous event on one line of the program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
     /// Which.
@@ -101,9 +100,9 @@ pub struct EngagementMap {
     pub arcs: Vec<EngagedArc>,
     /// Slices of each tool, by tool number; the index in an arc points into these.
     pub slices: Vec<(u32, Vec<Slice>)>,
-    /// What must not happen.
+    /// Dangerous events that the simulation found.
     pub events: Vec<Event>,
-    /// What was repaired or assumed in the files of the stock, one sentence each.
+    /// Repairs and assumptions about the files of the stock, one sentence each.
     pub notes: Vec<String>,
     /// Volume of the stock before, mm³.
     pub initial_mm3: f64,
@@ -129,8 +128,8 @@ impl EngagementMap {
     pub fn stations_of(&self, id: MoveId) -> &[Station] {
         self.of_move.get(id.ix()).map_or(&[], |range| &self.stations[range.start as usize..range.end as usize])
     }
-    /// The same with no station longer than `longest_mm`: where loads depend on the place or the past of a cut, a long
-    /// station of equal engagement is not one of equal load.
+    /// The same map with no station longer than `longest_mm`. Where loads depend on the position or on what the tool has cut before, a long
+    /// station has one engagement but not one load.
     pub fn cut_to(mut self, longest_mm: f64) -> Self {
         let mut stations = Vec::with_capacity(self.stations.len());
         for range in &mut self.of_move {

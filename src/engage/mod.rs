@@ -1,16 +1,17 @@
 //! Cutter–workpiece engagement. In: toolpath, tools, stock. Out: an [`EngagementMap`]: for every feed move the stations,
 //! each with the engaged arcs of the cutter's slices and the removal rate.
 //!
-//! The height field of [`crate::stock`] only nominates earlier moves; the arcs are worked out exactly from what those moves swept.
+//! The height field of [`crate::stock`] only finds out which earlier moves matter at a place; the arcs are worked out exactly from the
+//! regions that these moves swept.
 //!
 //! | what | files |
 //! |---|---|
 //! | the loop over the program, in batches of moves | [`simulate`], [`batch`], [`options`], [`workpiece`] |
 //! | which earlier moves may matter at a place | [`nominate`] |
-//! | exact geometry of one place: rings of the cutter, what is covered of each | [`cutter`], [`scene`], [`arcs`], `rings`, `cylinder`, `outline`, [`cover`], [`gaps`], `inside_stock` |
-//! | from place to place: where to look closer, what may be taken over | [`sample_view`], [`sample_outcome`], [`between_samples`], `block_ends`, `union` |
-//! | what is handed on | [`map`], [`stations`], [`final_surface`], [`hazards`] |
-//! | kept from an earlier simulation | [`reused_stations`], [`cache`], [`key`] |
+//! | exact geometry at one place: rings of the cutter, and the part of each that earlier moves left | [`cutter`], [`scene`], [`arcs`], `rings`, `cylinder`, `outline`, [`cover`], `discs`, `quadric`, [`gaps`], `inside_stock` |
+//! | from place to place: where to examine more closely, what may be interpolated | [`sample_view`], [`sample_outcome`], [`between_samples`], `block_ends`, `union` |
+//! | the result | [`map`], [`stations`], [`final_surface`], `beside_blank`, [`hazards`] |
+//! | reuse of an earlier simulation | [`reused_stations`], [`cache`], [`key`] |
 
 pub mod arcs;
 pub mod batch;
@@ -21,6 +22,7 @@ pub mod cache;
 pub mod cover;
 pub mod cutter;
 mod cylinder;
+mod discs;
 pub mod final_surface;
 pub mod gaps;
 pub mod hazards;
@@ -30,6 +32,7 @@ pub mod map;
 pub mod nominate;
 pub mod options;
 mod outline;
+mod quadric;
 pub mod reused_stations;
 mod rings;
 pub mod sample_outcome;

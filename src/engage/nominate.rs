@@ -1,9 +1,9 @@
-//! Nomination: what the grid says around one cutter position. In: a tile as it is before the move, a sample. Out: per band
-//! the directions in which material may be met, the elements that lowered the cells there and beside them, and whether
-//! nothing stands within the clearance asked for.
+//! Nomination: what the grid tells about the surroundings of one cutter position. In: a tile before the move, a sample. Out: per band the
+//! directions in which there may be material; the elements that last lowered the cells there and their neighbours (the candidates); and
+//! whether no stock stands within the clearance.
 //!
-//! A cell at distance d from the axis matters to a band when |d − r| is within a cell and a half and the cell stands higher
-//! than the band's lowest point. Directions are kept as 64 bins of the diamond angle from the feed direction.
+//! A cell at distance d from the axis matters to a band of radius r if |d − r| is at most a cell and a half and the cell stands higher than
+//! the lowest point of the band. Directions are stored as 64 bins of the diamond angle from the feed direction.
 
 #![allow(clippy::inline_always)] // lanes are registers only where all is inlined
 
@@ -32,18 +32,18 @@ pub struct Sample {
     pub cutter: u16,
     /// Clearance within which nothing may stand for air feed, mm.
     pub clearance_mm: f64,
-    /// Whether it is worked out.
+    /// Whether its arcs are worked out.
     pub need: Need,
 }
 
-/// Whether a sample is worked out.
+/// Whether the arcs at a sample are worked out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Need {
-    /// In any case.
+    /// Yes.
     Always,
-    /// The end of a short block: where the samples before and after it do not agree.
+    /// It is the end of a short block: only if the samples before and after it do not agree.
     Joint,
-    /// Between two places that are worked out: where engagement changes.
+    /// It is an optional sample: only if the engagement changes around it.
     Change,
 }
 
@@ -58,7 +58,7 @@ pub struct Mark {
     pub bins: u64,
 }
 
-/// What one tile says about one sample.
+/// What one tile tells about one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Nomination {
     /// The sample, by its number in the batch.
@@ -73,7 +73,7 @@ pub struct Nomination {
     pub struck: [f32; 2],
 }
 
-/// What one tile says about the samples of a batch, in order.
+/// What one tile tells about the samples of a batch, in order.
 #[derive(Debug, Clone, Default)]
 pub struct Nominations {
     /// One entry a sample.
@@ -88,24 +88,24 @@ pub struct Nominations {
 #[derive(Debug, Default)]
 pub struct Scratch {
     marks: Vec<Mark>,
-    met: Vec<Met>,
+    met: Vec<CellsAtDistance>,
     /// Per row of the window a bit per column, from its first: was the cell a hit?
     hits: Vec<u64>,
     seen: Vec<u32>,
     found: Vec<u32>,
 }
 
-/// The cells met at one distance from the axis: the highest, and the bins of the diamond angle they lie in.
+/// The cells at one distance from the axis: height of the highest, and the bins of the diamond angle in which they lie.
 #[derive(Debug, Clone, Copy)]
-struct Met {
+struct CellsAtDistance {
     top: f32,
     turns: u64,
 }
 
-/// Height by which a cell may miss the material beside it, as a part of the cell.
+/// Material may stand higher than its cell by this, as a share of the width of the cell.
 const SLACK: f64 = 0.1;
 
-/// Appends what `tile` says about `sample`.
+/// Appends what `tile` tells about `sample`.
 pub fn nominate(tile: &Tile, number: u32, sample: &Sample, cutter: &Cutter, work: &mut Scratch, out: &mut Nominations) {
     let found = widest(MarkCells { tile, sample, cutter, work });
     let (first_mark, first_candidate) = (out.marks.len(), out.candidates.len());
@@ -157,7 +157,7 @@ fn mark_cells<S: Simd>(simd: S, tile: &Tile, sample: &Sample, cutter: &Cutter, w
         let [columns, rows] = tile.window(around.map(|x| x - reach), around.map(|x| x + reach));
         [clip(columns, tile.core[0]), clip(rows, tile.core[1])]
     };
-    // Bands that pass above all that stands there see nothing.
+    // Bands above the highest cell of the tile touch nothing.
     let mut outer = near.outer_below(f32::INFINITY);
     for _ in 0..2 {
         outer = outer.min(near.outer_below(tile.top_in(&window(outer)) - base));
@@ -179,7 +179,7 @@ fn mark_cells<S: Simd>(simd: S, tile: &Tile, sample: &Sample, cutter: &Cutter, w
     for j in rows.clone() {
         let y = tile.first[1] + j as f64 * tile.cell[1] - sample.tip.y;
         let Some((from, to)) = ahead.row(y) else { continue };
-        // Within the innermost band there is nothing to see.
+        // Cells nearer to the axis than the innermost band do not matter.
         let hole = if inner > y.abs() { (inner * inner - y * y).sqrt() } else { 0.0 };
         let parts = if hole > 0.0 { [[from, to.min(-hole)], [from.max(hole), to]] } else { [[from, to], [1.0, 0.0]] };
         for [from, to] in parts {
@@ -198,7 +198,7 @@ fn mark_cells<S: Simd>(simd: S, tile: &Tile, sample: &Sample, cutter: &Cutter, w
     found
 }
 
-/// What lies within `outer` of the axis and no further than `behind` behind it.
+/// The places within `outer` of the axis and at most `behind` behind it.
 struct Ahead {
     square: f64,
     behind: f64,
@@ -233,7 +233,7 @@ impl Ahead {
     }
 }
 
-/// A look at the cells of a tile from one position.
+/// The search of the cells of a tile around one position.
 struct Look<'a, S: Simd> {
     simd: S,
     tile: &'a Tile,
@@ -246,7 +246,7 @@ struct Look<'a, S: Simd> {
 }
 
 impl<S: Simd> Look<'_, S> {
-    /// Looks at a run of cells of row `j`, the first at (x, y) from the axis; `word` is the first of the row's words of hits.
+    /// Tests a run of cells of row `j`, the first at (x, y) from the axis; `word` is the index of the first word of hits of the row.
     #[inline(always)]
     fn row(&self, work: &mut Scratch, j: usize, run: std::ops::Range<usize>, at: [f32; 2], word: usize) -> bool {
         let row = &self.tile.heights[j * self.tile.size[0]..][run.clone()];
@@ -263,8 +263,8 @@ impl<S: Simd> Look<'_, S> {
         }
         found
     }
-    /// Looks at the first `count` cells of a group: all against a lower bound of the bands' heights, those that exceed it
-    /// closely. The run they are of begins at (x, y) and in a column of the window; the group is `from` cells further.
+    /// Tests the first `count` cells of a group: all against a lower bound of the bands' heights, and those above it exactly. The run that
+    /// they belong to begins at (x, y) and in a column of the window; the group is `from` cells further.
     #[inline(always)]
     fn group(
         &self,
@@ -321,12 +321,12 @@ impl Scratch {
     fn start(&mut self, bins: usize) {
         self.marks.clear();
         self.met.clear();
-        self.met.resize(bins, Met { top: f32::NEG_INFINITY, turns: 0 });
+        self.met.resize(bins, CellsAtDistance { top: f32::NEG_INFINITY, turns: 0 });
         self.seen.clear();
         self.seen.resize(SEEN, UNTOUCHED);
         self.found.clear();
     }
-    /// Marks the bands that pass where cells stand higher than they.
+    /// Marks the bands that are lower than a cell at their distance.
     fn mark(&mut self, near: &Near, base: f32) {
         for band in &near.bands {
             let mut mark = Mark { band: band.index, top: f32::NEG_INFINITY, bins: 0 };
@@ -393,7 +393,7 @@ impl Scratch {
     }
 }
 
-impl Met {
+impl CellsAtDistance {
     #[inline(always)]
     fn take(&mut self, height: f32, turn: u32) {
         self.turns |= 1 << turn;
@@ -416,8 +416,8 @@ fn widened(bins: u64, by: u32) -> u64 {
 const SEEN_BITS: u32 = 7;
 const SEEN: usize = 1 << SEEN_BITS;
 
-/// How far cells of the tile stand into the shank and into the holder. Under the cutter's own width only what lies ahead
-/// counts: behind it this move has been.
+/// How far cells of the tile stand into the shank and into the holder, mm. Under the width of the cutter only cells ahead count: the
+/// move has already cleared those behind.
 fn struck(tile: &Tile, sample: &Sample, cutter: &Cutter) -> [f32; 2] {
     let mut worst = [0.0f32; 2];
     for body in &cutter.bodies {

@@ -1,4 +1,4 @@
-//! What the simulation is told besides the job, and why it may refuse.
+//! Settings and errors of the simulation. In: filled by the caller. Out: [`Options`] for [`super::engage()`], [`EngageError`] from it.
 
 use std::path::Path;
 

@@ -1,9 +1,8 @@
-//! The width of what is cut, over a curved outline. In: rings with what was found at their middles, and the width there.
-//! Out: the error of the midpoint rule, the sum about a pointed tip, where the width ends.
+//! Integration of the width of cut over a curved outline. In: rings with their engagement at the middle, and the width there. Out: the error
+//! of the midpoint rule, the integral about a pointed tip, the place where the width becomes 0.
 //!
-//! The width is the volume removed per mm of path and mm of edge. Between rings that follow each other it is taken to bend
-//! as a parabola; about a pointed tip, where it grows with the square of the distance as long as all that leads is engaged,
-//! it is summed in parts.
+//! The width is the volume removed per mm of path and per mm of edge. Over consecutive rings it is approximated by a parabola. About a pointed
+//! tip it grows with the square of the distance as long as all of the leading half is engaged; there it is summed in parts.
 
 use super::cutter::Cutter;
 use super::gaps::Interval;
@@ -12,12 +11,12 @@ use crate::machine::Slice;
 /// Engaged angles of a ring.
 pub type Angles = Vec<Interval>;
 
-/// Looks for the height at which engagement of a curved outline ends.
+/// Steps of the search for the height at which the engagement of a curved outline ends.
 const LOOKS: usize = 3;
 
 /// Parts of the ring about a pointed tip over which its width is summed.
 const TIP_PARTS: u32 = 16;
-/// Part of the width of all that leads from which it counts as engaged all over.
+/// A ring counts as fully engaged if its width is at least this share of that of its whole leading part.
 const ALL: f64 = 0.999;
 
 /// A part of a ring with one height.
@@ -35,18 +34,18 @@ pub struct SubRing {
     pub normal: [f64; 2],
 }
 
-/// A part of a curved outline that is engaged, and on which sides (below, above) its width runs out at its border.
+/// A part of a curved outline that is engaged, and on which sides (below, above) its width falls to 0 at its border.
 pub struct EngagedPart {
     /// The part.
     pub ring: SubRing,
     /// What is engaged of it.
     pub angles: Angles,
-    /// Does it run out?
+    /// Does the width fall to 0 at its lower, its upper border?
     pub ends: [bool; 2],
 }
 
-/// ∫ of the width over the first ring where it lies about a pointed tip and others follow: from the tip outward all that
-/// leads (`leads`, per mm of edge) is engaged, until that is more than the rings beside show, run on in a line along the radius.
+/// ∫ of the width over the first ring, where it lies about a pointed tip and others follow. From the tip outward the leading part (`leads`,
+/// per mm of edge) is fully engaged, up to where its width exceeds the line through the widths of the next rings over the radius.
 pub fn about_tip(
     cutter: &Cutter,
     found: &[EngagedPart],
@@ -61,7 +60,7 @@ pub fn about_tip(
     // What is cut per normal: on a level path its breadth.
     let breadth = |k: usize| [found[k].ring.radius, widths[k][0] / found[k].ring.normal[0]];
     let part = |at: f64| cutter.part(tip.ring.slice, [at, at]);
-    // Where all of the middle is engaged it says nothing of where that ends.
+    // A middle that is fully engaged does not show where full engagement ends.
     let whole = widths[0][0] > ALL * leads(&cutter.part(tip.ring.slice, tip.ring.part));
     let third = whole && found.get(2).is_some_and(|third| follows(&next.ring, &third.ring));
     let [[r0, b0], [r1, b1]] = if third { [breadth(1), breadth(2)] } else { [breadth(0), breadth(1)] };
@@ -101,8 +100,8 @@ pub fn follows(below: &SubRing, above: &SubRing) -> bool {
         || (above.slice == below.slice + 1 && above.part[0] == 0.0 && below.part[1] == 1.0)
 }
 
-/// Where a width ends that is known at `holds` (argument, width) and is none at `fails`: looked at where the last two run
-/// out, as far as they do, else in the middle.
+/// The argument at which a width becomes 0 that is positive at `holds` (argument, width) and 0 at `fails`: by the secant through the last
+/// two values where that falls to 0 between, else by bisection.
 pub fn end(mut holds: [f64; 2], mut fails: f64, mut before: Option<[f64; 2]>, width: impl Fn(f64) -> f64) -> f64 {
     let runs_out = |holds: [f64; 2], fails: f64, before: Option<[f64; 2]>| {
         let [at, w] = before?;

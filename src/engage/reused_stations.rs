@@ -1,13 +1,13 @@
-//! Engagement of a program that runs where a known one does, but for some of its moves. In: the map of the known one, and for each
-//! move the one there whose stations it has. Out: those stations under the moves' own numbers ([`Again::carried`]); the others are
-//! worked out by [`super::engage_again`].
+//! Reuse of stations from an earlier simulation, for a program that runs along the same path except in some moves. In: the earlier map, and for
+//! each move the move in it with the same stations. Out: these stations under the numbers of the new moves ([`Again::carried`]); the others
+//! are worked out by [`super::engage_again`].
 
 use super::cutter::Cutter;
 use super::map::EngagementMap;
 use super::stations::Builder;
 use crate::ids::MoveId;
 
-/// What is known of a program before it is simulated.
+/// The part of a program's engagement that is known before it is simulated.
 #[derive(Clone, Copy)]
 pub struct Again<'a> {
     /// Engagement of a program of the same job.
@@ -17,7 +17,7 @@ pub struct Again<'a> {
 }
 
 impl Again<'_> {
-    /// The map as far as it is known; moves to be worked out have no stations. Volumes and events are those of the known one.
+    /// The map as far as it is known; moves to be worked out have no stations. Volumes and events are those of the earlier map.
     pub fn carried(&self) -> EngagementMap {
         let EngagementMap { slices, events, notes, .. } = self.known;
         let (slices, events, notes) = (slices.clone(), events.clone(), notes.clone());
@@ -30,7 +30,7 @@ impl Again<'_> {
         }
         builder.map
     }
-    /// Are its slices those of these cutters, but for parts of rings entered behind them?
+    /// Are the slices of the earlier map those of these cutters, apart from partial rings added after them?
     pub(super) fn fits(&self, cutters: &[Cutter]) -> bool {
         let same = |(cutter, (number, slices)): (&Cutter, &(u32, Vec<_>))| {
             cutter.number == *number && slices.starts_with(&cutter.slices)

@@ -1,8 +1,8 @@
-//! The rings of a cutter at one position. In: what covers them, the blanks. Out: engaged angles per part of a ring.
+//! The rings of a cutter at one position. In: the regions that earlier moves swept, the blanks. Out: engaged angles per part of a ring.
 //!
-//! A ring is cut in two where a level (a flat top or floor) passes through it; where engagement begins or ends between two
-//! rings of a curved outline the last one is cut there, and rings over which the width of what is cut bends, or a gap opens,
-//! are cut into thirds. Cylindrical sides: [`super::cylinder`].
+//! A ring is split in two where a level (a flat top or floor) passes through it. Where engagement begins or ends between two rings of a curved
+//! outline, the last engaged ring is split there. Rings over which the width of cut bends, or a gap opens, are split into thirds. Cylindrical
+//! sides: [`super::cylinder`].
 
 use super::cover::{Cover, TOUCH_MM};
 use super::cutter::{Band, Cutter};
@@ -17,19 +17,21 @@ use std::cell::Cell;
 use std::f64::consts::FRAC_PI_2;
 use std::rc::Rc;
 
-/// Change of engagement from one ring of a curved outline to the next that shows a gap opening, rad, and the change of what it
-/// removes from which that is looked at, as a part of all that is cut: one for each time that a ring may be cut into thirds.
+/// A change of engagement from one ring of a curved outline to the next by more than this shows that a gap opens, rad.
 const GAP_RAD: f64 = 0.6;
+/// The change of the width integral above which the rings around such a gap are split, as a share of the whole removal area: for the first
+/// and for the second time that rings are split into thirds.
 const GAP_SHARES: [f64; 2] = [4.0 * ROUGH, 8.0 * ROUGH];
-/// Error of the midpoint rule, as a part of all that is cut, from which a ring is cut into thirds.
+/// Error of the midpoint rule from which on a ring is split into thirds, as a share of the whole removal area.
 const ROUGH: f64 = 0.004;
-/// Change of engagement from one ring of a bottom to the next from which that is looked at closely, rad.
+/// Change of engagement from one ring of a bottom to the next from which on both are split, rad.
 const UNEVEN_RAD: f64 = 0.1;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
 
-/// Gap beside the shank that counts as none, and the height above the flutes at which it is looked for, mm.
+/// A gap beside the shank that is narrower than this counts as contact, mm.
 const RUB_MM: f64 = 0.005;
+/// Height above the flutes at which contact of the shank is tested, mm.
 const RUB_ABOVE_MM: f64 = 0.05;
 
 /// One position of the cutter.
@@ -39,14 +41,14 @@ pub(super) struct Work<'a> {
     pub(super) cutter: &'a Cutter,
     covers: &'a [Cover<'a>],
     levels: Vec<f64>,
-    /// May what is engaged of a cylinder change between the levels?
+    /// May the engagement of a cylinder change between two levels?
     pub(super) sloped: bool,
-    /// The covers that took something away last: the next ring is likely to be ended by the same.
+    /// The covers that removed something last: they are likely to cover the next ring too, and are tested first.
     first: Cell<[usize; 2]>,
 }
 
 impl<'a> Work<'a> {
-    /// A position and what may cover rings there.
+    /// A position, with the regions that may cover rings there.
     pub fn new(scene: &'a Scene<'a>, sample: &'a Sample, cutter: &'a Cutter, covers: &'a [Cover<'a>]) -> Self {
         let levels = levels(scene, sample, cutter, covers);
         let relief = scene.blanks.iter().any(|blank| matches!(blank, Blank::Heights(_)));
@@ -55,7 +57,7 @@ impl<'a> Work<'a> {
         Self { scene, sample, cutter, covers, levels, sloped, first }
     }
 
-    /// Appends the engaged arcs of the marked bands; the volume they remove per mm of path, mm².
+    /// Appends the engaged arcs of the marked bands and returns the volume they remove per mm of path, mm².
     pub fn arcs(&self, marks: &[Mark], out: &mut Vec<RawArc>) -> f64 {
         let mut curved: Vec<Curved> = Vec::new();
         let mut area_mm2 = 0.0;
@@ -82,8 +84,8 @@ impl<'a> Work<'a> {
         area_mm2 + self.ends(&mut curved, out)
     }
 
-    /// How far above the flutes a wall stands that a shank as wide as the cutter runs along, mm: a ring of the shank, wider by
-    /// [`RUB_MM`], is taken just above the flutes.
+    /// Height of the wall above the flutes along which a shank as wide as the cutter rubs, mm; tested by a ring just above the flutes that
+    /// is wider than the shank by [`RUB_MM`].
     pub fn rub_mm(&self, marks: &[Mark]) -> f64 {
         let Some(from) = self.cutter.rubs_from_mm else { return 0.0 };
         let low = self.sample.tip.z + from + RUB_ABOVE_MM;
@@ -137,7 +139,7 @@ impl<'a> Work<'a> {
         rings
     }
 
-    /// A part of a ring. A bottom that comes to rest on a floor does not cut it: what counts is what it met just before.
+    /// A part of a ring. A bottom that comes down onto a floor does not cut at its end, so it is taken slightly higher.
     pub(super) fn sub_ring(&self, index: u16, part: [f64; 2], bottom: bool) -> SubRing {
         let slice = self.cutter.part(index, part);
         let z = self.sample.tip.z + slice.z_mm;
@@ -146,7 +148,7 @@ impl<'a> Work<'a> {
         SubRing { slice: index, part, z: if bottom { z + TOUCH_MM } else { z }, top, radius: slice.radius_mm, normal }
     }
 
-    /// Hands on the rings of a curved outline, cut where engagement begins and ends; their removal area, mm².
+    /// Appends the arcs of the rings of a curved outline, split where engagement begins and ends, and returns their removal area, mm².
     fn ends(&self, curved: &mut Vec<Curved>, out: &mut Vec<RawArc>) -> f64 {
         let mut found: Vec<EngagedPart> = Vec::with_capacity(curved.len() + 2);
         for k in 0..curved.len() {
@@ -192,7 +194,7 @@ impl<'a> Work<'a> {
         self.integral(&found)
     }
 
-    /// What is engaged of the outermost ring of a bottom at its edge, where its middle is not.
+    /// The engagement at the edge of the outermost ring of a bottom, where its middle is not engaged.
     fn edge(&self, last: &Curved) -> Option<EngagedPart> {
         if !last.bottom || !last.angles.is_empty() || last.ring.part[1] < 1.0 {
             return None;
@@ -204,7 +206,7 @@ impl<'a> Work<'a> {
         Some(EngagedPart { ring, angles: self.ring(&ring, &last.windows), ends: [true, false] })
     }
 
-    /// ∫ of the width over the outline: the midpoint rule with its error of second order put right.
+    /// ∫ of the width over the outline, mm²: the midpoint rule with its second-order error corrected.
     fn integral(&self, found: &[EngagedPart]) -> f64 {
         let widths: Vec<[f64; 2]> = found.iter().map(|of| self.width(&of.ring, &of.angles)).collect();
         let leads = |slice: &Slice| {
@@ -219,7 +221,7 @@ impl<'a> Work<'a> {
         widths.iter().enumerate().map(ring).sum()
     }
 
-    /// Cuts the rings into thirds for which the midpoint rule is too rough. What was found at the middle stays.
+    /// Splits the rings for which the midpoint rule is too rough into thirds. The engagement at the middle is used again.
     fn in_thirds(&self, found: Vec<EngagedPart>, curved: &[Curved]) -> Vec<EngagedPart> {
         let mut found = found;
         for gap_share in GAP_SHARES {
@@ -298,8 +300,8 @@ impl<'a> Work<'a> {
         Limit::Beyond(ring, self.ring(&ring, &beside.windows))
     }
 
-    /// Engaged intervals of one ring, counted from the feed direction, counter-clockwise. Asked first are the covers that
-    /// ended the last ring, then the others, the latest first.
+    /// Engaged intervals of one ring, counted from the feed direction, counter-clockwise. The covers that removed something of the last ring
+    /// are applied first, then the others, latest first.
     pub(super) fn ring(&self, ring: &SubRing, windows: &[Interval]) -> Angles {
         let Some([low, high]) = self.zone(ring.normal) else { return Angles::new() };
         let later = |a: Dir, b: Dir| if a.key > b.key { a } else { b };
@@ -344,7 +346,7 @@ struct Curved {
     angles: Angles,
 }
 
-/// What several rings of a cylinder have in common.
+/// Arcs that several rings of a cylinder share.
 pub(super) type Shared = Rc<[Interval]>;
 
 /// Where engagement ends beside a ring.
@@ -400,8 +402,8 @@ fn divides(below: &EngagedPart, above: &EngagedPart) -> bool {
     follows(&below.ring, &above.ring) && (below.angles.len() != above.angles.len() || jumps())
 }
 
-/// Does the engagement of a ring of a bottom differ from that of the next inward or outward, or is that inward not engaged? Where
-/// a wall meets a bottom the width bends sharply, and beyond its edge there is nothing to tell.
+/// Does the engagement of a ring of a bottom differ from that of the next ring inward or outward, or is the ring inward not engaged? Where a
+/// wall meets a bottom the width bends sharply, and beyond the edge of the bottom there is no ring to show it.
 fn uneven(found: &[EngagedPart], k: usize) -> bool {
     let turns = |inward: &EngagedPart, outward: &EngagedPart| {
         follows(&inward.ring, &outward.ring) && (extent(&inward.angles) - extent(&outward.angles)).abs() > UNEVEN_RAD

@@ -1,23 +1,23 @@
-//! What is known of a sample: its arcs and what stands near it. In: arcs. Out: the same seen from another heading, what several
-//! samples meet together, and whether two meet the same.
+//! The result at a sample: its arcs, and the stock near it. In: arcs. Out: [`Outcome`], turned to another heading, united with others, compared
+//! with another.
 
 use super::arcs::area_of;
 use super::cutter::Cutter;
 use super::scene::{Cut, RawArc};
 use super::union::unite;
 
-/// Angle up to which an arc ends where the cutter leads no further, rad.
+/// An arc that ends this near to the end of the leading half ends there, rad.
 const EDGE_RAD: f32 = 1e-4;
-/// Turn of the heading from which what is removed is worked out anew, rad: less changes it by less than a part in 300.
+/// Turn of the heading from which on the removal area is worked out anew, rad: a smaller turn changes it by less than 1/300.
 const BEND_RAD: f64 = 2e-3;
-/// Turn of the heading that is none, rad.
+/// A turn of the heading below this counts as none, rad.
 pub const STRAIGHT_RAD: f64 = 1e-4;
 /// Angle by which arcs may differ and still count as equal, rad.
 const EQUAL_RAD: f32 = 2e-3;
 /// Steps in which the bounds of partial rings are kept.
 pub const PARTS: f32 = 256.0;
 
-/// What is known of a sample.
+/// The result at a sample.
 #[derive(Debug, Clone, Default)]
 pub struct Outcome {
     /// Its arcs, sorted by slice.
@@ -33,7 +33,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// What a stretch meets that has these places: all their arcs, the largest of their figures; `None` where none is engaged.
+    /// The outcome of a stretch with these places: the union of their arcs, the largest of their figures; `None` if none is engaged.
     pub fn of_places<'a>(places: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         let mut engaged = places.into_iter().filter(|place| !place.arcs.is_empty());
         let mut all = engaged.next()?.clone();
@@ -48,8 +48,8 @@ impl Outcome {
         all.cut.arcs = all.arcs.len() as u32;
         Some(all)
     }
-    /// The same engagement seen from another heading, `by_rad` further counter-clockwise: what is engaged stays in its place, as
-    /// far as the cutter still leads there; where it reached as far as the cutter leads it does so again.
+    /// The same engagement seen from a heading that is `by_rad` further counter-clockwise. Engaged arcs keep their place in space, clipped to
+    /// the new leading half; an arc that reached the end of the leading half before does so again.
     fn turned(&self, by_rad: f64) -> Self {
         let (by, half_turn) = (by_rad as f32, std::f32::consts::PI);
         let at_end = |angle: f32| angle.abs() < EDGE_RAD || (angle - half_turn).abs() < EDGE_RAD;
@@ -60,8 +60,8 @@ impl Outcome {
         arcs.retain(|arc| arc.angles[0] < arc.angles[1]);
         Self { arcs, ..self.clone() }
     }
-    /// The same engagement where the path turns by so much, counter-clockwise, onto a tangent (horizontal, vertical): its
-    /// arcs, and what these remove.
+    /// The same engagement after the path turns counter-clockwise by `by_rad` onto a tangent (horizontal, vertical part), with the removal
+    /// area worked out anew.
     pub fn beyond_bend(&self, by_rad: f64, cutter: &Cutter, tangent: [f64; 2]) -> Self {
         let mut seen = self.turned(by_rad);
         if by_rad.abs() < BEND_RAD {
@@ -80,7 +80,7 @@ pub fn turn_rad(from: [f64; 2], to: [f64; 2]) -> f64 {
     (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1])
 }
 
-/// Are these the same arcs, but for what does not matter?
+/// Are these arcs equal within [`EQUAL_RAD`]?
 pub fn same(a: &[RawArc], b: &[RawArc]) -> bool {
     a.len() == b.len()
         && a.iter().zip(b).all(|(a, b)| {

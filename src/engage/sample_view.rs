@@ -1,5 +1,4 @@
-//! What the tiles of the stock said about the samples of a batch, put together. In: nominations, tile by tile. Out: the outcome at a
-//! sample, or between two.
+//! The nominations of all tiles for the samples of a batch, merged. In: nominations, tile by tile. Out: the outcome at a sample, or between two.
 
 use super::arcs::arcs_at;
 use super::cover::Cover;
@@ -9,7 +8,7 @@ use super::sample_outcome::Outcome;
 use super::scene::{RawArc, Scene};
 use crate::ids::MoveId;
 
-/// Height of stock above the neck of an undercutting tool that is put down to rounding, mm.
+/// Height of stock above the neck of an undercutting tool that counts as rounding, mm.
 const UNDERCUT_MM: f64 = 0.01;
 
 /// Cutter at a sample.
@@ -17,7 +16,7 @@ pub fn cutter_of<'a>(scene: &'a Scene, sample: &Sample) -> &'a Cutter {
     &scene.cutters[sample.cutter as usize]
 }
 
-/// Where the tiles speak of each sample.
+/// Where the nominations for each sample are.
 struct Merged {
     first: Vec<u32>,
     /// (tile, entry, first mark, first candidate)
@@ -61,7 +60,7 @@ pub struct Gathered<'a> {
     arcs: Vec<RawArc>,
 }
 
-/// What the tiles said about the samples of a batch.
+/// The merged nominations for the samples of a batch.
 pub struct View<'a> {
     scene: &'a Scene<'a>,
     /// The samples.
@@ -71,7 +70,7 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// From what the tiles said.
+    /// Merges the nominations of the tiles.
     pub fn new(scene: &'a Scene<'a>, samples: &'a [Sample], said: &'a [Nominations]) -> Self {
         View { scene, samples, merged: Merged::new(said, samples.len()), said }
     }
@@ -79,11 +78,11 @@ impl<'a> View<'a> {
     pub fn move_of(&self, index: usize) -> MoveId {
         self.scene.elements[self.samples[index].element as usize].move_id
     }
-    /// Does the grid say that something may be met there?
+    /// May there be material at this sample, as far as the grid tells?
     pub fn nominated(&self, index: usize) -> bool {
         self.entries(index).any(|(entry, ..)| entry.marks > 0)
     }
-    /// Outcome at a position between a sample and the next one, from what was said about both.
+    /// Outcome at a position between a sample and the next one, from the nominations for both.
     pub fn outcome_between(&self, index: usize, sample: &Sample, gathered: &mut Gathered<'a>) -> Outcome {
         let mut outcome = Outcome::default();
         gathered.marks.clear();

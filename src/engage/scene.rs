@@ -1,5 +1,5 @@
-//! Everything that may be asked about at a cutter position, and the form of the answer. In: elements, cutters, blanks, fixtures. Out:
-//! which of them lie near a sample; arcs and the area they remove.
+//! The geometry around a cutter position. In: elements, cutters, blanks, fixtures. Out: which elements and fixtures are near a sample; the types
+//! for arcs and the area that they remove.
 
 use super::cutter::{Cutter, MARGIN_CELLS};
 use super::gaps::{Interval, span};
@@ -7,10 +7,10 @@ use super::nominate::{Mark, Sample};
 use crate::machine::{Box3, Slice};
 use crate::stock::{Blank, Element, Form, along};
 
-/// Part of its radius from which a part of a cutter counts as steep.
+/// A part of a cutter counts as steep from this share of its radius outward.
 const STEEP: f64 = 0.98;
 
-/// Everything there is to be asked.
+/// The geometry that arcs are worked out from.
 pub struct Scene<'a> {
     /// All elements: the cuts of earlier programs, then those of this one.
     pub elements: &'a [Element],
@@ -30,7 +30,7 @@ impl Scene<'_> {
         let cutter = element.cutter as usize;
         self.cutters.get(cutter).map_or_else(|| &self.earlier[cutter - self.cutters.len()], |cutter| &cutter.form)
     }
-    /// Adds to candidates, which are sorted, those that lie along the path from one of them; of balls only where a steep part
+    /// Adds to the candidates, which are sorted, the elements that follow one of them along the path; for ball cutters only where a steep part
     /// of the cutter is marked.
     pub fn add_along(&self, candidates: &mut Vec<u32>, sample: &Sample, marks: &[Mark]) {
         let named = candidates.len();

@@ -1,9 +1,8 @@
-//! The simulation from first move to last. In: the toolpath, the job. Out: the [`EngagementMap`].
+//! The simulation from the first move to the last. In: the toolpath, the job. Out: the [`EngagementMap`].
 //!
-//! Moves are taken in batches. A feed move near the stock is sampled at its beginning, at its end and in equal steps of at
-//! most `spacing` between; its beginning takes the outcome of the end before it where the path runs on smoothly from a move
-//! that was sampled. Between
-//! those lie optional samples so close that the cells nominated at two neighbours are those of any position between them.
+//! Moves are processed in batches. A feed move near the stock is sampled at its beginning, at its end, and between in equal steps of at most
+//! `spacing`. Where the path continues smoothly from a sampled move, the beginning takes over the outcome at the end of that move. Between
+//! these samples lie optional ones, so close that the nominations of two neighbours hold for any position between them.
 
 use super::batch::{BatchResult, Operation, Swept, assign, run};
 use super::beside_blank::mark_beside_blank;
@@ -25,20 +24,21 @@ use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
 use crate::stock::{Blank, Element, Field, Form, Piece, Tiling, append_elements};
 
-/// Elements in a batch, and cells they may sweep: what they overwrite is kept.
+/// Most elements in a batch, and most cells that they may sweep: the overwritten values are stored for undoing.
 const BATCH: u32 = 8192;
 const BATCH_CELLS: f64 = 4e6;
-/// Cosine of the bend up to which a path runs on smoothly.
+/// Cosine of the largest bend at which a path counts as smooth.
 const SMOOTH: f64 = 0.996;
 /// Spacing along a chain of short blocks, as a part of the radius of the cutter.
 const JOINTS: f64 = 1.0 / 3.0;
 /// Largest distance of optional samples, in cells: a nomination sees a cell and a half to either side of a ring, and the
 /// neighbours of those cells.
 const OPTIONAL_CELLS: f64 = 2.5;
-/// Where the beginning of a move is looked at: at its very start the end of the move before still fills the whole circle.
+/// Distance after the beginning of a move at which it is sampled, mm: exactly at the start, the end of the move before covers the whole
+/// circle.
 const JUST_AFTER_MM: f64 = 2e-3;
 
-/// Simulates the whole toolpath; `progress` hears the fraction done.
+/// Simulates the whole toolpath; `progress` is called with the fraction done.
 pub fn engage(
     path: &Toolpath,
     job: &Job,
@@ -48,8 +48,8 @@ pub fn engage(
     engage_all(path, job, options, None, progress).map(|(map, _)| map)
 }
 
-/// As [`engage`] for a program of which some moves are known: these keep their stations, and tiles are swept as long as something
-/// is still asked of them. Events and volumes stay those that are known.
+/// As [`engage`], for a program of which the engagement of some moves is known: these keep their stations, and a tile is swept only as long
+/// as it is still needed. Events and volumes are those of the earlier map.
 pub fn engage_again(
     path: &Toolpath,
     job: &Job,
@@ -62,7 +62,7 @@ pub fn engage_again(
     Ok(EngagementMap { events: again.known.events.clone(), initial_mm3, removed_mm3, remaining_mm3, ..map })
 }
 
-/// As [`engage`], with the pieces of stock as the program leaves them, in the common frame.
+/// As [`engage`]; returns also the pieces of stock that the program leaves, in the common frame.
 pub fn engage_and_keep(
     path: &Toolpath,
     job: &Job,
@@ -70,14 +70,14 @@ pub fn engage_and_keep(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(EngagementMap, Vec<Piece>), EngageError> {
     let (map, left) = engage_all(path, job, options, None, progress)?;
-    let Left { blanks, fields, elements, cutters, earlier } = left;
+    let Simulated { blanks, fields, elements, cutters, earlier } = left;
     let scene = Scene { elements: &elements, cutters: &cutters, earlier: &earlier, blanks: &[], fixtures: &[] };
     let piece = |(blank, field)| Piece::left(blank, field, &elements, |element| scene.form(element));
     Ok((map, blanks.into_iter().zip(fields).map(piece).collect()))
 }
 
-/// What a simulation leaves.
-struct Left {
+/// The result of a simulation.
+struct Simulated {
     blanks: Vec<Blank>,
     fields: Vec<Field>,
     elements: Vec<Element>,
@@ -91,7 +91,7 @@ fn engage_all(
     options: &Options,
     again: Option<Again>,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<(EngagementMap, Left), EngageError> {
+) -> Result<(EngagementMap, Simulated), EngageError> {
     within_reach(path)?;
     let mut notes = Vec::new();
     let used: Vec<&Tool> = numbers_used(path).into_iter().filter_map(|number| job.tool(number)).collect();
@@ -103,7 +103,7 @@ fn engage_all(
             let cell = cell_mm(job, options, &sources, smallest)?;
             Ok((cell, pieces(sources, cell, &mut notes)?))
         },
-        || Laid::new(path, job, &cutting),
+        || PlacedElements::new(path, job, &cutting),
     );
     let (cell, pieces) = stock?;
     let cutters: Vec<Cutter> = cutting.iter().map(|tool| Cutter::new(tool, cell)).collect();
@@ -132,10 +132,10 @@ fn engage_all(
     if again.is_none() {
         mark_final_surface(&mut map, elements, &fields);
     }
-    Ok((map, Left { blanks, fields, elements: plan.laid.elements, cutters, earlier: earlier.forms }))
+    Ok((map, Simulated { blanks, fields, elements: plan.laid.elements, cutters, earlier: earlier.forms }))
 }
 
-/// Is every move one that a mill can make? What follows takes time and memory by the length of the path.
+/// Refuses moves that no mill can make, because time and memory of the simulation grow with the length of the path.
 fn within_reach(path: &Toolpath) -> Result<(), EngageError> {
     let farthest = |motion: &Move| {
         let (low, high) = motion.curve().bounds();
@@ -153,7 +153,7 @@ fn numbers_used(path: &Toolpath) -> Vec<u32> {
 }
 
 /// The toolpath as elements in the common frame.
-struct Laid {
+struct PlacedElements {
     /// Those of earlier programs, then those of the moves.
     elements: Vec<Element>,
     /// First element of each move, and one past the last.
@@ -163,7 +163,7 @@ struct Laid {
     shifts: Vec<(u16, Vec3)>,
 }
 
-impl Laid {
+impl PlacedElements {
     fn new(path: &Toolpath, job: &Job, cutting: &[&Tool]) -> Self {
         let mut wcs: Vec<u16> = path.moves.iter().map(|motion| motion.wcs).collect();
         wcs.sort_unstable();
@@ -201,7 +201,7 @@ impl Laid {
 pub(super) struct Plan<'a> {
     /// The toolpath.
     pub path: &'a Toolpath,
-    laid: Laid,
+    laid: PlacedElements,
     /// The pieces of stock: a move beyond all of them sweeps nothing.
     tilings: Vec<Tiling>,
     /// Keep-out boxes.
@@ -213,14 +213,14 @@ pub(super) struct Plan<'a> {
     cell_mm2: f64,
     /// Clearance asked for beyond half the spacing, mm.
     clearance_mm: f64,
-    /// What is known before.
+    /// Engagement that is known from an earlier simulation.
     again: Option<Again<'a>>,
-    /// For each tile the element from which on nothing is asked of it any more; empty where all are asked to the end.
+    /// For each tile the element from which on it is no longer needed; empty if all are needed to the end.
     until: Vec<u32>,
 }
 
 impl<'a> Plan<'a> {
-    fn new(path: &'a Toolpath, job: &Job, laid: Laid, fields: &[Field], options: &Options) -> Self {
+    fn new(path: &'a Toolpath, job: &Job, laid: PlacedElements, fields: &[Field], options: &Options) -> Self {
         let uncertainty = job.stocks.iter().map(|stock| stock.uncertainty_mm).fold(0.0, f64::max);
         let approach = job.air_feed.map_or(0.0, |air| air.approach_mm);
         let cell = fields.iter().map(|field| field.cell[0].min(field.cell[1])).fold(f64::INFINITY, f64::min);
@@ -237,7 +237,7 @@ impl<'a> Plan<'a> {
             until: Vec::new(),
         }
     }
-    /// The same without asking about the moves that are known.
+    /// The same plan, with the moves left out whose engagement is known.
     fn but_for(mut self, again: Option<Again<'a>>, cutters: &[Cutter]) -> Self {
         self.again = again;
         if again.is_none() {
@@ -306,7 +306,7 @@ impl<'a> Plan<'a> {
 }
 
 /// How a move of the batch gets its stations.
-enum Way {
+enum StationSource {
     /// None: a rapid.
     None,
     /// Those of a move of the known map.
@@ -321,12 +321,12 @@ enum Way {
 struct Batch {
     moves: std::ops::Range<usize>,
     samples: Vec<Sample>,
-    ways: Vec<Way>,
+    ways: Vec<StationSource>,
     /// What the tiles do.
     operations: Vec<Vec<Operation>>,
 }
 
-/// What sampling keeps from move to move.
+/// State of the sampling between moves.
 struct Sampling {
     /// Last horizontal direction of the path.
     heading: [f64; 2],
@@ -335,7 +335,8 @@ struct Sampling {
     marker: Marker,
 }
 
-/// While a batch is worked, the one before it is finished and entered into the map, and the one after it sampled.
+/// Processes all batches. While the tiles of one batch are swept, the arcs of the batch before are worked out and entered into the map, and
+/// the next batch is sampled.
 fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Builder, progress: &(dyn Fn(f64) + Sync)) {
     let mut held = Outcome::default();
     let mut state = Sampling { heading: [1.0, 0.0], goes_on: false, marker: Marker::default() };
@@ -368,7 +369,8 @@ fn simulate(plan: &Plan, scene: &Scene, fields: &mut [Field], builder: &mut Buil
 fn prepare(plan: &Plan, scene: &Scene, begin: usize, state: &mut Sampling) -> Option<Batch> {
     let moves = begin..plan.batch_end(begin, scene);
     let mut samples = Vec::new();
-    let ways: Vec<Way> = moves.clone().map(|index| sample_move(plan, scene, index, state, &mut samples)).collect();
+    let ways: Vec<StationSource> =
+        moves.clone().map(|index| sample_move(plan, scene, index, state, &mut samples)).collect();
     mark_joints(plan, scene, begin, &ways, &mut samples, &mut state.marker);
     let elements = plan.laid.first[moves.start]..plan.laid.first[moves.end];
     let operations = assign(scene, &plan.tilings, elements, &samples, &plan.until);
@@ -387,21 +389,21 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
     let mut last = &*held;
     for (index, way) in batch.moves.clone().zip(&batch.ways) {
         last = match way {
-            Way::None => {
+            StationSource::None => {
                 builder.push_none(MoveId(index as u32));
                 &idle[0]
             }
-            Way::Known(of) => {
+            StationSource::Known(of) => {
                 if let Some(again) = plan.again {
                     builder.push_known(MoveId(index as u32), again.known, Some(*of));
                 }
                 &idle[0]
             }
-            Way::Idle(flags) => {
+            StationSource::Idle(flags) => {
                 builder.push_idle(MoveId(index as u32), plan.path.moves[index].curve().length(), *flags);
                 &idle[usize::from(flags.clear_air)]
             }
-            Way::Sampled { samples, inherits } => {
+            StationSource::Sampled { samples, inherits } => {
                 let bend = if *inherits { bend(plan, index) } else { 0.0 };
                 let seen = (bend.abs() > STRAIGHT_RAD).then(|| {
                     let sample = &batch.samples[samples.start];
@@ -427,21 +429,35 @@ fn enter_batch(plan: &Plan, scene: &Scene, batch: &Batch, swept: Swept, held: &m
 }
 
 /// Marks the ends of short blocks that run on as joints.
-fn mark_joints(plan: &Plan, scene: &Scene, begin: usize, ways: &[Way], samples: &mut [Sample], marker: &mut Marker) {
+fn mark_joints(
+    plan: &Plan,
+    scene: &Scene,
+    begin: usize,
+    ways: &[StationSource],
+    samples: &mut [Sample],
+    marker: &mut Marker,
+) {
     marker.stop();
     for (k, way) in ways.iter().enumerate() {
         let length = |k: usize| plan.path.moves[begin + k].curve().length();
-        let Way::Sampled { samples: range, inherits } = way else {
+        let StationSource::Sampled { samples: range, inherits } = way else {
             marker.stop();
             continue;
         };
-        let next = matches!(ways.get(k + 1), Some(Way::Sampled { inherits: true, .. })).then(|| length(k + 1));
+        let next =
+            matches!(ways.get(k + 1), Some(StationSource::Sampled { inherits: true, .. })).then(|| length(k + 1));
         let radius = scene.cutters[samples[range.start].cutter as usize].form.radius;
         marker.take(&mut samples[range.clone()], *inherits, length(k), next, plan.spacing_mm.min(JOINTS * radius));
     }
 }
 
-fn sample_move(plan: &Plan, scene: &Scene, index: usize, state: &mut Sampling, samples: &mut Vec<Sample>) -> Way {
+fn sample_move(
+    plan: &Plan,
+    scene: &Scene,
+    index: usize,
+    state: &mut Sampling,
+    samples: &mut Vec<Sample>,
+) -> StationSource {
     let motion = &plan.path.moves[index];
     let length = motion.curve().length();
     let at_end = motion.curve().tangent(length);
@@ -449,16 +465,16 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, state: &mut Sampling, s
     turn(&mut state.heading, at_end);
     let goes_on = std::mem::take(&mut state.goes_on);
     if motion.kind == MoveKind::Rapid {
-        return Way::None;
+        return StationSource::None;
     }
     if let Some(of) = plan.known(index) {
-        return Way::Known(of);
+        return StationSource::Known(of);
     }
     let Some(cutter) = plan.laid.cutter[index] else {
-        return Way::Idle(StationFlags { uncertain: true, ..StationFlags::default() });
+        return StationSource::Idle(StationFlags { uncertain: true, ..StationFlags::default() });
     };
     if length <= 0.0 || plan.is_far(motion, &scene.cutters[cutter as usize]) {
-        return Way::Idle(StationFlags { clear_air: length > 0.0, ..StationFlags::default() });
+        return StationSource::Idle(StationFlags { clear_air: length > 0.0, ..StationFlags::default() });
     }
     let inherits = goes_on && runs_on(plan, index);
     state.goes_on = true;
@@ -473,7 +489,7 @@ fn sample_move(plan: &Plan, scene: &Scene, index: usize, state: &mut Sampling, s
         dir = sample.dir;
         samples.push(Sample { need, ..sample });
     }
-    Way::Sampled { samples: first..samples.len(), inherits }
+    StationSource::Sampled { samples: first..samples.len(), inherits }
 }
 
 /// The cutter at a place of a move; `dir` is kept under a vertical feed.
@@ -500,7 +516,7 @@ fn sample_at(plan: &Plan, index: usize, s_mm: f64, dir: [f64; 2], cutter: u16) -
     }
 }
 
-/// Takes the horizontal direction of a tangent, where it has one.
+/// Sets `heading` to the horizontal direction of a tangent; a vertical tangent leaves it.
 fn turn(heading: &mut [f64; 2], tangent: Vec3) {
     let across = tangent.x.hypot(tangent.y);
     if across > 1e-6 {
@@ -519,7 +535,7 @@ fn runs_on(plan: &Plan, index: usize) -> bool {
     a.kind == MoveKind::Feed && a.tool == b.tool && a.wcs == b.wcs && smooth && joined
 }
 
-/// By how much the path turns in the plane where a move runs on from the one before, rad.
+/// Angle by which the path turns in the plane at the beginning of a move, rad.
 fn bend(plan: &Plan, index: usize) -> f64 {
     let curve = plan.path.moves[index - 1].curve();
     let [before, after] = [curve.tangent(curve.length()), plan.path.moves[index].curve().tangent(0.0)];
@@ -540,7 +556,7 @@ fn points_of<'a>(
     })
 }
 
-/// Enters a move from its samples and what was found there.
+/// Enters a move into the map, from its samples and their outcomes.
 fn enter(
     plan: &Plan,
     scene: &Scene,

@@ -1,10 +1,10 @@
 //! From samples to stations. In: the outcomes at the sampled points of each move, in order. Out: the stations of the
 //! [`EngagementMap`], their arcs, and the partial rings those arcs need.
 //!
-//! A piece between two samples takes the arcs of both ([`super::union`]) and the mean of their areas, or what was found between
-//! them; where nothing is cut on a part of it that part is a piece of its own. Neighbouring pieces with
-//! equal arcs become one station as long as both ends of each are engaged alike: entry and exit stay by themselves. A ring that a level cuts in two is entered into the tool's list
-//! of slices as a ring of its own, its bounds rounded to 1/256 of the whole.
+//! A piece between two samples has the union of the arcs at both ([`super::union`]) and the mean of their areas, or the stretches that were
+//! examined between them; a part of it on which nothing is cut is a piece of its own. Neighbouring pieces with equal arcs become one station if
+//! each is engaged alike at both its ends, so that entry and exit remain stations of their own. A ring that a level splits is added to the
+//! slices of the tool as a ring of its own, its bounds rounded to 1/256 of the whole.
 
 use super::between_samples::{Between, Stretch};
 use super::cutter::Cutter;
@@ -24,24 +24,24 @@ pub struct Builder {
     partial: HashMap<[u16; 4], u16>,
 }
 
-/// A sampled point of a move: distance along it and what was found.
+/// A sampled point of a move.
 pub struct Point<'a> {
     /// Distance along the move, mm.
     pub s_mm: f64,
-    /// What was found.
+    /// The outcome there.
     pub outcome: &'a Outcome,
-    /// What was found between the point before and this one.
+    /// The stretches between the point before and this one, if they were examined.
     pub before: Option<&'a Between>,
 }
 
 /// A piece of a move before it becomes a station.
 struct Piece<'a> {
-    /// What it meets; `None` where nothing is cut.
+    /// Its engagement; `None` where nothing is cut.
     met: Option<Cow<'a, Outcome>>,
     to_mm: f64,
     volume_mm3: f64,
     clear: bool,
-    /// Engaged alike from end to end.
+    /// Engaged alike at both ends.
     steady: bool,
 }
 

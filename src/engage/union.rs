@@ -1,16 +1,16 @@
-//! What a stretch of path meets. In: the arcs met at places of it, each list sorted by slice. Out: arcs, sorted by slice, that
-//! hold every one of them.
+//! The engagement of a stretch of path. In: the arcs at several places of it, each list sorted by slice. Out: the union of these arcs, sorted
+//! by slice.
 //!
-//! A load does not go by the removal area: a sliver in material at 110° bears more force in the plane than a wider arc at 130°
-//! beside it. So a stretch takes no one place for all, but everything that is in material at any of them.
+//! Load does not grow with removal area alone: a narrow arc at 110° causes more force in the plane than a wider one at 130°. So no single
+//! place represents a stretch, and the stretch has every arc that is in material at any of its places.
 
 use super::scene::RawArc;
 
-/// Parts of one ring that differ by less than this share of it count as the larger: at most so much of a ring's height is taken
-/// to be engaged that is not, and rings are not cut anew for every place of a slope.
+/// Parts of one ring that differ by less than this share of the ring are replaced by the larger. So at most this share of the height of a
+/// ring counts as engaged although it is not, and a slope does not split rings at every place.
 const ALIKE: f32 = 0.25;
 
-/// Takes in what is met at another place.
+/// Adds the arcs of another place.
 pub fn unite(met: &mut Vec<RawArc>, more: &[RawArc]) {
     if met.is_empty() {
         met.extend_from_slice(more);
@@ -84,7 +84,7 @@ fn hand_on(slice: u16, of: Option<([f32; 2], Vec<[f32; 2]>)>, united: &mut Vec<R
     united.extend(arcs.map(|(part, angles)| RawArc { slice, part, angles }));
 }
 
-/// Intervals with those joined that meet.
+/// The intervals, with those joined that touch or overlap.
 fn joined(mut intervals: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     intervals.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
     intervals.dedup_by(|next, kept| {

@@ -14,7 +14,7 @@ const CELL_BYTES: u64 = 8;
 /// Cells an automatic resolution aims not to exceed.
 const AUTO_CELLS: f64 = 8e6;
 
-/// Shift of a work offset into the common frame. An origin that is missing is taken as that of the first stock.
+/// Shift of a work offset into the common frame, mm. An offset without an origin counts as that of the first stock.
 pub fn shift(job: &Job, path: &Toolpath, wcs: u16) -> Vec3 {
     let origin = |number: u16| job.machine.offsets.iter().find(|(n, _)| *n == number).map(|(_, origin)| *origin);
     origin(wcs).or_else(|| origin(home_offset(job, path))).unwrap_or_else(Vec3::zeros)
@@ -31,7 +31,7 @@ pub fn stock_shift(job: &Job, path: &Toolpath, stock: &Stock) -> Vec3 {
     shift(job, path, stock.offset.unwrap_or_else(|| home_offset(job, path))) + stock.moved_mm
 }
 
-/// Extents of the pieces of stock in the common frame, with what was read from their files.
+/// Reads the pieces of stock, and gives their extents in the common frame.
 pub fn sources(
     job: &Job,
     path: &Toolpath,
@@ -46,7 +46,7 @@ pub fn sources(
 
 /// A piece of stock before the resolution is known.
 pub enum Source {
-    /// A shape with a formula.
+    /// A box or a cylinder.
     Blank(Blank),
     /// What an earlier program left.
     Saved(Box<Piece>),
@@ -126,7 +126,7 @@ pub(super) struct Earlier {
 }
 
 impl Earlier {
-    /// That of all the pieces of stock, with their blanks and their fields; the program has so many cutters.
+    /// Collects the earlier cuts of all pieces of stock, with the blanks and fields of these. `cutters`: number of cutters of the program.
     pub fn of(pieces: Vec<Piece>, cutters: usize) -> (Self, Vec<Blank>, Vec<Field>) {
         let mut earlier = Self { elements: Vec::new(), forms: Vec::new() };
         let (mut blanks, mut fields) = (Vec::new(), Vec::new());
@@ -147,8 +147,8 @@ impl Earlier {
     }
 }
 
-/// Cell of the field: as asked for, else a thirtieth of the smallest tool (0.05 to 0.5 mm) within a bounded number of
-/// cells.
+/// Cell of the field, mm: as the setup says, else a thirtieth of the smallest tool's diameter (0.05 to 0.5 mm), larger where there would be
+/// too many cells.
 pub fn cell_mm(job: &Job, options: &Options, sources: &[Source], smallest_diameter: f64) -> Result<f64, EngageError> {
     let extents: Vec<Box3> = sources.iter().map(Source::extent).collect();
     let area: f64 = extents.iter().map(|e| (e.max.x - e.min.x) * (e.max.y - e.min.y)).sum();

@@ -1,4 +1,5 @@
-//! Forces of one station that are affine in feed per tooth f (linear edge model).
+//! Forces of one station under the linear edge model, affine in the feed per tooth f. In: spans of rotation in which the same teeth cut. Out:
+//! peaks and means at any f, and the largest f for any limit, in closed form.
 //!
 //! While the same teeth cut, the force in the plane, seen from the turning tool, is E + f B(θ) with
 //! B(θ) = C₀ e^{iθ} + C₁ + C₂ e^{−iθ} (see [`super::rings`]): the edge part stands still and the cutting part runs on an
@@ -12,8 +13,8 @@ use super::loads::{Cap, Forces};
 use super::modifiers::Factors;
 use super::rings::{C, Sums};
 
-/// How much a peak between points may be above the highest of them in |F|²: h²/8 · 4 for a distance h of 0.02 rad, and
-/// five times that.
+/// Upper bound of the ratio of a peak of |F|² between points to the highest point: 1 + 5 · (h²/8 · 4) for a distance h of 0.02 rad, which
+/// leaves a factor of five in reserve.
 const NEARLY: f64 = 1.001;
 
 /// A load that is affine in feed per tooth: `base + slope·f`.
@@ -27,7 +28,7 @@ impl Affine {
     pub(super) fn at(self, f: f64) -> f64 {
         self.base + self.slope * f
     }
-    /// With factors on its edge part (`base`) and its cutting part (`slope`).
+    /// The load with its edge part (`base`) and its cutting part (`slope`) multiplied by factors.
     fn under(self, factors: &Factors) -> Self {
         Self { base: self.base * factors.edge_worn(), slope: self.slope * factors.cutting }
     }
@@ -39,7 +40,7 @@ impl Affine {
         if self.base.abs() > limit * (1.0 + 1e-12) {
             return Cap::Unreachable;
         }
-        // A slope lost in the rounding of the edge force is none.
+        // A slope smaller than the rounding of the edge force counts as 0.
         if self.slope.abs() <= 1e-12 * self.base.abs() {
             return Cap::Free;
         }
@@ -57,12 +58,12 @@ pub(super) struct Point {
     pub axial: Affine,
     /// N·mm.
     pub torque: Affine,
-    /// Are the points before and after it as far away as each other, with no bend of the forces between them?
+    /// Are the points before and after it equally far away, with no kink of the forces between them?
     pub is_inner: bool,
 }
 
-/// Where between three points the largest of |F|² is, with E and B there, if it is near the middle one: the forces on
-/// the parabolas through the points, whose error is of third order in their distance.
+/// E and B where |F|² is largest between three points, if that is near the middle one: forces are interpolated by parabolas through the
+/// points, whose error is of third order in their distance.
 fn between(points: &[Point], sizes: [f64; 3], edge: f64) -> Option<(C, C)> {
     let [before, here, after] = points else { return None };
     let (rise, bend) = (0.5 * (sizes[2] - sizes[0]), sizes[0] + sizes[2] - 2.0 * sizes[1]);
@@ -163,13 +164,13 @@ fn dot(a: C, b: C) -> f64 {
     a.re * b.re + a.im * b.im
 }
 
-/// Everything at one station; see the head of the file. Feeds are mm per tooth. Edge forces are multiplied by
-/// `factors.edge_worn()`, cutting forces by `factors.cutting`; a peak is taken at the feed plus `factors.peak_feed_mm`.
+/// All forces of one station. Feeds are mm per tooth. Edge forces are multiplied by `factors.edge_worn()`, cutting forces by
+/// `factors.cutting`; peaks are taken at the feed plus `factors.peak_feed_mm`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Spans {
-    /// Stretches of straight edges.
+    /// Spans, where the edges are straight.
     pub list: Vec<Span>,
-    /// Angles of helical ones, close enough for every peak.
+    /// Points, where the edges are helices: close enough together to find every peak.
     pub points: Vec<Point>,
     /// Mean force along x, y, z.
     pub mean: [Affine; 3],

@@ -1,5 +1,5 @@
-//! The tool as a stepped cantilever: flutes of 0.8 D up to the flute length, then the shank up to the collet, and the
-//! holder as a spring.
+//! The tool as a stepped cantilever. In: a tool with its overhang. Out: deflection and bending stress per newton. The flutes count as a
+//! cylinder of 0.8 D up to the flute length, then comes the shank up to the collet; the holder is a spring.
 //!
 //! With x from the tip and a force F at x = a, the moment is M = F (x − a) for x > a. Deflection at z per force (virtual
 //! work) is ∫ (x − a)(x − z) / (E I) dx + 1/k_holder, bending stress per force the largest (x − a)·32/(π d³) at the end of each

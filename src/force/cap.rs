@@ -1,4 +1,5 @@
-//! Small algebra of caps: the lowest of several, other units, and the first crossing of a load that is only sampled.
+//! Arithmetic of caps. In: caps, or a load that can only be sampled. Out: the lower of two, a cap in another unit, the first feed at which a
+//! sampled load crosses its limit.
 
 use super::loads::Cap;
 

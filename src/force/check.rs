@@ -1,4 +1,5 @@
-//! Whether a tool, a speed and coefficients make sense, with the key of the setup file and the sensible range.
+//! Checks of the input of force models. In: a tool, coefficients, a spindle speed. Out: an error with the key of the setup file and the
+//! sensible range, where a value is outside it.
 
 use super::coefficients::ByPart;
 use super::error::{ForceError, range};
@@ -39,7 +40,7 @@ pub(super) fn speed(spindle: &Spindle, rps: f64) -> Result<(), ForceError> {
     if rps <= 0.0 {
         return Err(ForceError::SpindleStopped);
     }
-    // The highest speed itself, come through rev/s, may stand a rounding above itself.
+    // The highest speed, converted to rev/s and back, may exceed itself by rounding.
     let (rpm, most) = (rpm_from_rps(rps), rpm_from_rps(spindle.max_rps));
     if rpm <= most * (1.0 + 1e-9) { Ok(()) } else { range("S", rpm, 0.0, most) }
 }

@@ -1,4 +1,5 @@
-//! Coefficients of the linear edge model for every part of a cutter, from a material's model.
+//! Coefficients of the linear edge model by part of the cutter. In: the parameters of a material's force model. Out: coefficients for the part
+//! that a ring belongs to.
 
 use super::error::ForceError;
 use super::models::{LINEAR_EDGE, POWER, Values};

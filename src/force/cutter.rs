@@ -1,6 +1,5 @@
-//! A tool at one spindle speed in one material, ready to be asked about any number of stations.
-//!
-//! In: tool, material, spindle, process, rings, speed. Out: a [`LoadLine`] per station: peaks from one sweep of the rotation
+//! A tool at one spindle speed in one material. In: tool, material, spindle, process model, rings, speed; then the engaged arcs of any number of
+//! stations. Out: a [`LoadLine`] per station: peaks from one sweep of the rotation
 //! ([`super::sweep`]), means from closed integrals over the engaged arcs ([`super::means`]), or either from samples
 //! ([`super::scan`]) where the model is not linear.
 
@@ -33,8 +32,8 @@ pub struct Cut<'a> {
     pub arcs: &'a [EngagedArc],
     /// Vertical part of the unit feed direction (−1: straight down).
     pub tangent_z: f64,
-    /// What effects look at: time, distance slid, position … Speed, chip thickness, depths and the share of up-milling are
-    /// filled in from the engagement.
+    /// The state on which effects depend: time, sliding distance, position … Cutting speed, chip thickness, depths and the share of
+    /// up-milling are filled in here from the engagement.
     pub state: State,
 }
 
@@ -43,7 +42,7 @@ pub struct Cut<'a> {
 pub struct Cutter {
     kind: Kind,
     rings: Rings,
-    /// For each tooth, what it meets of those before it.
+    /// For each tooth, the paths of the teeth before it.
     before: Vec<Vec<Before>>,
     /// How far each tooth stands out by runout, mm, in the order in which they pass.
     radii: Vec<f64>,
@@ -90,7 +89,7 @@ impl Cutter {
         })
     }
 
-    /// Limits that the force model says nothing about: they cannot be held.
+    /// Loads that the force model does not give, so that limits on them cannot be held.
     pub fn silent_about(&self) -> &'static [LimitKind] {
         match &self.kind {
             Kind::Summed { .. } | Kind::Sampled { law: Law::Polynomial(_), .. } => &[LimitKind::ForceAxial],
@@ -194,7 +193,7 @@ impl Cutter {
         self.rings.teeth.lead_rad[group] + tooth as f64 * self.rings.teeth.period_rad
     }
 
-    /// What effects see of this station.
+    /// The state on which effects depend, filled in for this station.
     fn state(&self, cut: &Cut, mean: &Means) -> State {
         let given = &cut.state;
         let known = |given: f64, own: f64| if given.is_finite() { given } else { own };
@@ -313,7 +312,7 @@ impl Cutter {
     }
 }
 
-/// Is there a force of the edge, which may grow with wear?
+/// Does the model have an edge force, which can grow with wear?
 fn has_edge_force(kind: &Kind, rings: &[Ring], tool: &Tool) -> bool {
     match kind {
         Kind::Exact | Kind::Sampled { law: Law::Rings, .. } => {
@@ -324,7 +323,7 @@ fn has_edge_force(kind: &Kind, rings: &[Ring], tool: &Tool) -> bool {
     }
 }
 
-/// Power with nothing cut: the spindle's, or what was learned at one speed, along the spindle's curve.
+/// Power of the idle spindle at this speed, W: from the setup, or learned at one speed and scaled along the curve of the setup.
 fn tare_w(spindle: &Spindle, process: &Process, rps: f64) -> f64 {
     let declared = spindle.tare_w.at(rps);
     let Some(learned) = process.tare_w else { return declared };

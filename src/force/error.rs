@@ -1,6 +1,6 @@
-//! Why there are no loads, and the check of a value that may be a reason. In: a key with its value. Out: [`ForceError`].
+//! Errors of force models. In: a key with its value and range. Out: [`ForceError`].
 
-/// Why there are no loads.
+/// Why loads cannot be predicted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ForceError {
     /// A key of the setup, or a word of the program, has a value that no tool or material has.
@@ -26,7 +26,7 @@ pub enum ForceError {
         /// Name of the model.
         model: &'static str,
     },
-    /// A parameter without which the model says nothing.
+    /// A parameter that the model needs is not given.
     #[error("{model} needs {key}: `feedwright library models` and `library effects` say what it is")]
     MissingParameter {
         /// Its key.

@@ -1,10 +1,9 @@
-//! Rings thin enough for a peak. In: the rings that engagement is worked out for, their tool. Out: thinner ones, and
-//! arcs on them.
+//! Rings thin enough for peak forces. In: the rings for which engagement was worked out, their tool. Out: thinner rings, and the arcs on them.
 //!
-//! Where forces are sampled through a turn (`scan.rs`: runout, laws that are not linear), all of the edge on a ring
-//! enters the cut at one angle. Where helix and height of a ring make its edge lag by as much as a light cut is wide,
-//! the peak force jumps by a ring's share; rings that lag by less than [`FINEST_RAD`] keep that share small. What is
-//! engaged does not change within a ring of the side of a mill.
+//! Where forces are sampled over a revolution (`scan.rs`: runout, laws that are not linear), all of the edge on a ring enters the cut at one
+//! angle. If the edge lags along the ring by as much as a light cut is wide, the peak force changes in steps of a ring's share. Rings that
+//! lag by less than [`FINEST_RAD`] keep these steps small. Dividing is exact for the side of a mill, where the engagement does not change
+//! within a ring.
 
 use crate::engage::EngagedArc;
 use crate::machine::{Slice, Tool};

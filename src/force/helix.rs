@@ -1,5 +1,5 @@
-//! Forces through one period of rotation where the edges are helices. In: the pieces that cut. Out: the [`Point`]s
-//! among which every peak is.
+//! Forces over one period of rotation with helical edges. In: the pieces of rings that cut. Out: [`Point`]s, close enough together that every
+//! peak lies between two of them or at one.
 //!
 //! A ring of height dz holds an edge that lags by δ = dz tan β / R from its bottom to its top. Taken at one angle, all
 //! of it would enter a cut at once, and the peak of a cut only a few δ wide would be a ring's share too high. Spread
@@ -22,21 +22,21 @@ use super::rings::{C, Ring, Rings};
 use super::sweep::on_wall;
 use super::zone::{Piece, floor};
 
-/// Largest distance h between points where anything cuts, rad. A torque or axial force that goes like a sine is at most
-/// h²/8, half a part in ten thousand, higher between two of them; the force in the plane is looked for between them.
+/// Largest distance h between points where anything cuts, rad. A torque or axial force that varies as a sine is between two points at most
+/// h²/8 (0.005 %) above them; for the force in the plane the peak between points is worked out.
 pub(super) const STEP_RAD: f64 = 0.02;
 /// A stretch of rotation longer than this has a point inside, rad.
 const SHORT_RAD: f64 = 0.005;
 /// Angles arrive rounded to f32: places closer together are one.
 const SAME_RAD: f64 = 2e-6;
-/// Least lag of a ring that is spread, rad. An arc of 0.1 rad, as narrow as cuts of 0.1 mm have it, is a thousand of
-/// these wide: taken at one angle such an edge makes its peak one part in a thousand too high.
+/// Least lag for which the edge of a ring is spread over its lag, rad. An arc of 0.1 rad, as in cuts of 0.1 mm, is 1000 times as wide, so
+/// treating a smaller lag as one angle makes the peak at most 0.1 % too high.
 const LEAST_LAG_RAD: f64 = 1e-4;
 /// Radial part of the normal from which a ring is part of a cylindrical side.
 const SIDE: f64 = 0.999;
 
-/// Do edges of a cylindrical side, where what is engaged does not change within a ring, lag within one? Elsewhere the
-/// arcs of a ring differ from those of its neighbours, which spreads its events as well.
+/// Is there a ring of a cylindrical side whose edge lags along it? Only there is spreading needed: on other outlines the arcs of neighbouring
+/// rings differ, which spreads their entries and exits anyway.
 pub(super) fn is_spread(rings: &Rings, pieces: &[Piece]) -> bool {
     let lags = |ring: &Ring| ring.n_r > SIDE && ring.lag_width_rad > LEAST_LAG_RAD;
     pieces.iter().any(|piece| lags(&rings.list[piece.slice]))
@@ -80,7 +80,7 @@ fn runs(rings: &Rings, pieces: &[Piece]) -> Vec<Run> {
     runs
 }
 
-/// What a run adds while it cuts, per rad of lag.
+/// The contribution of a run while it cuts, per rad of lag.
 struct Terms {
     /// −t + i p of an edge without feed, and per feed per tooth along sin φ and along the axis.
     edge: C,

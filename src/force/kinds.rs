@@ -1,5 +1,5 @@
-//! What a force model asks of the cutter: the kind of engine it needs, the coefficients of its rings, and what runout and
-//! uneven pitch make of the teeth.
+//! What a force model needs of the cutter. In: model and tool. Out: the kind of engine, the coefficients of the rings, and the radial offset and
+//! feed of each tooth under runout and uneven pitch.
 
 use super::coefficients::ByPart;
 use super::error::ForceError;
@@ -11,7 +11,7 @@ use crate::machine::Tool;
 use crate::machine::material::{ForceModel, LinearEdge};
 use std::f64::consts::TAU;
 
-/// How forces follow from chips.
+/// How forces are worked out from chips.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {
     /// Affine in feed.
@@ -54,7 +54,7 @@ pub(super) fn kind_of(model: &ForceModel, tool: &Tool) -> Result<(Kind, ByPart),
     }
 }
 
-/// What every tooth meets of those before it: one entry where all teeth are alike, else one for each tooth before it.
+/// For each tooth the paths of the teeth before it: one entry where all teeth are alike, else one for each tooth before it.
 pub(super) fn before(tool: &Tool) -> Vec<Vec<Before>> {
     let n = tool.flutes as usize;
     let radii = radii(tool);

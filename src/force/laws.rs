@@ -1,14 +1,12 @@
-//! Laws from chip thickness to force that are not affine in feed.
-//!
-//! Each gives the force of one edge of length du at chip thickness h (mm) as tangential t (against the rotation), radial
-//! (along −N) and axial (along −e), N; directions as in [`super::rings`].
+//! Force laws that are not affine in feed. In: chip thickness h (mm) of an edge of length du. Out: its force, N, as tangential t (against the
+//! rotation), radial (along −N) and axial (along −e) parts; directions as in [`super::rings`].
 //!
 //! * Kienzle: t = k_c11 h^(1−m) du, radial and axial as shares of it, edge terms added.
 //! * Sigmoid (Ko, Yun, Cho): normal force K_n tc dA on the rake face and friction K_f K_n tc dA along the chip, dA =
 //!   cos α_r dz / cos θ_h; ln K_n = A2 + (A1 − A2)/(1 + exp((t_n − x0)/dx)), t_n = tc / range. With cos θ_tk = sin α_r sin θ_h:
 //!   C1 = cos θ_h/sin θ_tk, C2 = sin θ_h/sin θ_tk, C4 = cos θ_c/sin θ_tk, s = sin θ_c − cos θ_c cot θ_tk, C3 = s sin θ_h,
 //!   C5 = s cos θ_h. The range of chip thickness is the key `chip_range`; 0 is the range of the cut itself (the paper
-//!   leaves it open). The chip flows up, so friction pulls the tool up while the normal force presses it down: C2 K_n wins.
+//!   leaves it open). The chip flows up, so friction pulls the tool up while the normal force presses it down; the term C2 K_n is the larger.
 //! * Polynomial (Niu, Wang, Zhao, Huang): K_t and K_r as polynomials in axial depth, feed per tooth, radial depth (mm) and
 //!   speed (rev/min), with the terms 1, a_p, f_t, a_e, a_p², f_t², a_e², a_p n, a_p f_t, a_p a_e, f_t a_e.
 
@@ -57,7 +55,7 @@ pub(super) enum Law {
     Polynomial(Polynomial),
 }
 
-/// What a law needs to know of a cut besides the chip thickness.
+/// The conditions of a cut, beside chip thickness, on which a law depends.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Conditions {
     pub feed_per_tooth_mm: f64,
@@ -78,7 +76,7 @@ pub(super) enum Ready<'a> {
 }
 
 impl Law {
-    /// Does it have a force of the edge beside those of the chip? Coefficients of rings have their own answer.
+    /// Does the law have an edge force beside the force of the chip? For [`Law::Rings`] ask the rings.
     pub(super) fn has_edge_force(&self) -> bool {
         matches!(self, Law::Kienzle(law) if law.k_te != 0.0 || law.k_re != 0.0)
     }

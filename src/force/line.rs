@@ -1,4 +1,5 @@
-//! Loads of one station as functions of feed, whatever the model: a [`LoadLine`] answers for any feed and any limit.
+//! Loads of one station as functions of feed, for every force model. In: a station with its engine. Out: [`LoadLine`], which gives the loads at
+//! any feed and the cap for any limit.
 //!
 //! Engines: [`super::affine`] (linear edge model, exact; its edges from [`super::helix`] or [`super::sweep`]),
 //! [`super::scan`] (any law of chip thickness, runout, deflection; sampled over a revolution) and [`super::summary`]
@@ -16,7 +17,7 @@ use crate::machine::LimitKind;
 use crate::units::{n_mm_s_from_watts, nm_from_nmm, watts_from_n_mm_s};
 use std::f64::consts::TAU;
 
-/// A feed per tooth, mm, beyond any: a cap above it only shows forces that cancel but for rounding.
+/// A feed per tooth above every real one, mm: a cap above it only means that forces cancel apart from rounding.
 const BEYOND_MM: f64 = 1e4;
 
 /// How the forces of a station are found.
@@ -27,7 +28,7 @@ pub(super) enum Engine {
     Summary(Summary),
 }
 
-/// What a station has besides its forces.
+/// Data of a station beside its forces.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Station {
     pub rps: f64,
@@ -76,7 +77,7 @@ impl LoadLine {
         }
     }
 
-    /// Torque of what the cut makes beside its forces, N·mm.
+    /// Torque of the power that the cut takes beside its forces ([`Factors::made_by_cut`]), N·mm.
     fn torque_beside_forces(&self, factors: &Factors) -> f64 {
         if factors.made_by_cut == 0.0 {
             return 0.0;
@@ -89,7 +90,7 @@ impl LoadLine {
         per_tooth_mm / self.station.per_feed
     }
 
-    /// What a load is at this feed with nothing cut.
+    /// The part of a load that is there at this feed without a cut.
     pub fn idle(&self, kind: LimitKind, feed_mm_s: f64) -> f64 {
         let tare = self.modifiers.at(feed_mm_s * self.station.per_feed).tare;
         if kind == LimitKind::Power { tare * self.station.tare_w } else { 0.0 }
@@ -143,7 +144,7 @@ impl LoadLine {
             LimitKind::BendingStress => of_force(stress, &|n| spans.cap_xy(n, factors)),
             LimitKind::SurfaceError => of_force(deflection, &|n| spans.cap_wall(n, factors)),
             LimitKind::ChipThickness => spans.cap_chip(limit, factors),
-            // A load without a closed form is never left out.
+            // Loads without a closed form are sampled.
             _ => self.sampled_cap(kind, limit),
         }
     }
@@ -156,7 +157,7 @@ impl LoadLine {
     }
 }
 
-/// Feeds per tooth at which loads without a formula are sampled, mm: a tenth of a micrometre to 3 mm, a quarter apart.
+/// Feeds per tooth at which loads without a formula are sampled, mm: from 0.1 µm to 3 mm, each 1.25 times the one before.
 fn sampled_feeds() -> Vec<f64> {
     let mut feeds = vec![1e-4];
     while feeds[feeds.len() - 1] < 3.0 {

@@ -1,8 +1,8 @@
-//! Loads at one station and one feed, and the inverse question.
+//! Types of the results. In: filled by [`super::line`]. Out: [`Loads`] at one station and one feed; [`Cap`], the largest feed for a limit.
 
 use crate::machine::LimitKind;
 
-/// Every load the models offer, at one station and one feed. Names and units as in the report.
+/// All loads at one station and one feed, with the names and units of reports.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Loads {
     /// Largest resultant in a revolution, in the plane normal to the tool axis, N.
@@ -34,8 +34,7 @@ pub struct Loads {
 }
 
 impl Loads {
-    /// The load that a limit bounds, in the unit of [`crate::machine::Limits`] (torque: N·mm); `None` for kinds that are
-    /// no loads.
+    /// The load that a limit bounds, in the unit of [`crate::machine::Limits`] (torque: N·mm); `None` for limits that are not on a load.
     pub fn bounded_by(&self, kind: LimitKind) -> Option<f64> {
         Some(match kind {
             LimitKind::ForceXy => self.force_xy_peak_n,
@@ -66,7 +65,7 @@ pub(super) struct Forces {
     pub chip: f64,
 }
 
-/// Largest feed below which a limit is met.
+/// The largest feed at which a limit is met.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cap {
     /// The limit is never reached.
@@ -78,6 +77,6 @@ pub enum Cap {
         /// d feed / d limit.
         per_unit: f64,
     },
-    /// Exceeded even at no feed (the edge force or the tare alone is more).
+    /// The limit is exceeded at any feed, because edge force or tare alone exceed it.
     Unreachable,
 }

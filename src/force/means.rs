@@ -77,7 +77,7 @@ pub(super) struct Means {
 }
 
 impl Means {
-    /// Forces of which only the means are known.
+    /// Spans with the means only, without peaks.
     pub(super) fn spans(&self) -> Spans {
         let [x, y] = self.plane;
         Spans { mean: [x, y, self.axial], torque: self.torque, chip: self.chip, ..Spans::default() }
@@ -89,7 +89,7 @@ impl Means {
     }
 }
 
-/// What the means need of a piece: the same for all rings that share its angles.
+/// Integrals over a piece, which all rings with the same angles share.
 #[derive(Default)]
 struct Shape {
     angle: [f64; 2],

@@ -1,8 +1,20 @@
-//! Cutting mechanics. One question: what are the loads at this station as functions of feed? In: tool, material, spindle
-//! speed, engaged arcs. Out: [`Loads`] at a feed, and [`Cap`]: the largest feed below which a limit is met.
+//! Cutting mechanics: loads at a station as functions of feed. In: tool, material, spindle speed, engaged arcs. Out: [`Loads`] at a feed, and
+//! [`Cap`], the largest feed at which a limit is met.
 //!
-//! [`Cutter`] holds what belongs to a tool at one speed; [`Cutter::line`] gives a station's [`LoadLine`], from which loads
-//! at any feed and caps for any limit follow without looking at the engagement again.
+//! [`Cutter`] is a tool at one speed. [`Cutter::line`] makes a station's [`LoadLine`], which gives loads at any feed and caps for any limit
+//! without using the engagement again.
+//!
+//! | what | files |
+//! |---|---|
+//! | the tool at one speed, a station's loads and caps | [`cutter`], [`line`], [`loads`], `cap` |
+//! | force models and their coefficients | [`models`], `laws`, `coefficients`, `kinds`, [`check`], `error` |
+//! | the cutter as rings, the arcs of a ring that cut | `rings`, [`fine_rings`], `zone` |
+//! | forces over a revolution: linear model, in closed form | `affine`, `sweep`, `helix`, `means` |
+//! | the same for other laws, runout, deflection: sampled | `scan`, [`runout_forces`] |
+//! | models of the resultant alone | `summary` |
+//! | deflection, stress, the machined wall | [`beam`], [`surface`] |
+//! | effects and wear | `modifiers` |
+//! | without simulation: steady cuts, engagement summarised for effects | [`closed`], [`contact`] |
 
 mod affine;
 pub mod beam;

@@ -1,5 +1,5 @@
-//! The force models by name: what each is, where it comes from, and its parameters with units, bounds and defaults. The
-//! setup file, calibration and `library models` read this list.
+//! The list of force models. In: nothing. Out: for each model its name, source, and parameters with units, bounds and defaults. The setup file,
+//! calibration and `library models` read this list.
 
 use super::error::ForceError;
 use crate::machine::material::SHARES;

@@ -1,8 +1,9 @@
-//! What the load effects of the process model do at one station: factors on cutting forces, edge forces and tare, and what
-//! the most loaded tooth cuts more. Effects on geometry, motion and the measuring chain are applied elsewhere.
+//! Load effects of the process model at one station. In: the state of the cut, the effects with their parameters. Out: factors on cutting
+//! forces, edge forces and tare, and the chip thickness added for the most loaded tooth. Effects on geometry, motion and the measuring chain are
+//! applied elsewhere.
 //!
-//! A tare that rises with something that only a cut has (the way since entry, a depth) is no tare: an idle spindle knows nothing of it.
-//! What it reads above the tare the cut has made, and the tool bears it as a torque, whatever part of it the meter added.
+//! A factor on the tare that depends on something only a cut has (path since entry, a depth) cannot come from the idle spindle. The power above
+//! the tare then comes from the cut, and counts as torque on the tool, although a part of it may be an error of the meter.
 
 use super::error::ForceError;
 use crate::effects::{Acts, Effect, State, named};
@@ -12,12 +13,12 @@ use crate::machine::material::Process;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Factors {
     pub cutting: f64,
-    /// On edge forces, by effects alone.
+    /// On edge forces, from effects without wear.
     pub edge: f64,
     /// Rise of the wear index over that of a fresh edge.
     pub worn: f64,
     pub tare: f64,
-    /// Power that a cut makes beside its forces, over the tare.
+    /// Power that the cut takes beside its forces, as a share of the tare.
     pub made_by_cut: f64,
     /// Added to the feed per tooth where a peak is asked for, mm.
     pub peak_feed_mm: f64,
@@ -30,13 +31,13 @@ impl Default for Factors {
 }
 
 impl Factors {
-    /// On the edge forces of a law along the edge, wear included.
+    /// Factor on the edge forces, wear included.
     pub(super) fn edge_worn(&self) -> f64 {
         self.edge * (1.0 + self.worn)
     }
 }
 
-/// The effects of a process model with their parameter values, but for the wear of edges: that comes with the state.
+/// The effects of a process model with their parameter values. Wear of edges is not among them: it comes with the state.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Effects(Vec<(&'static Effect, Vec<f64>)>);
 
@@ -49,8 +50,8 @@ impl PartialEq for Effects {
 }
 
 impl Effects {
-    /// Those of a process model, checked against the list, and the one by which edges wear: it has nothing to act on where there
-    /// is no edge force.
+    /// The effects of a process model, checked against the list; and the name of the effect by which edges wear, which is an error in a model
+    /// without an edge force.
     pub(super) fn of(process: &Process) -> Result<(Self, Option<&'static str>), ForceError> {
         let (mut effects, mut wearing) = (Vec::new(), None);
         for used in &process.effects {
@@ -73,7 +74,7 @@ impl Effects {
         Ok((Self(effects), wearing))
     }
 
-    /// At a station whose state has no feed in it yet; `chip_per_feed` is the mean chip thickness per feed per tooth.
+    /// The effects at a station, as functions of feed; `chip_per_feed` is the mean chip thickness per feed per tooth.
     pub(super) fn at(&self, state: &State, chip_per_feed: f64) -> Modifiers {
         if self.0.is_empty() {
             return Modifiers::Constant(Factors { worn: worn(state), ..Factors::default() });
@@ -136,12 +137,12 @@ impl Moving {
     }
 }
 
-/// Wear by the law of the tool; none where it has no law.
+/// Wear by the law of the tool; 0 without a law.
 fn worn(state: &State) -> f64 {
     if state.worn.is_finite() { state.worn } else { 0.0 }
 }
 
-/// A factor that rests on something unknown here is left out.
+/// A factor, or 1 where it depends on something that is not known here.
 fn known(factor: f64) -> f64 {
     if factor.is_finite() { factor } else { 1.0 }
 }

@@ -1,4 +1,4 @@
-//! The cutter as rings with coefficients: everything about force that does not depend on the station.
+//! The cutter as rings with coefficients. In: slices, tool, coefficients. Out: everything about forces that does not depend on the station.
 //!
 //! Frame: x along the feed, y its left normal, z up the tool axis; a tooth at immersion φ stands at (sin φ, cos φ) R and φ
 //! rises as the tool turns. Forces act on the tool. On a ring with outward normal N = (n_r sin φ, n_r cos φ, n_z) and edge
@@ -131,7 +131,7 @@ pub(super) struct Ring {
 }
 
 impl Ring {
-    /// Does its edge rub with a force of its own?
+    /// Does its edge have an edge force?
     pub(super) fn has_edge_force(&self) -> bool {
         self.q_e.norm_sqr() > 0.0 || self.axial_e != 0.0
     }

@@ -1,4 +1,5 @@
-//! Forces sampled over a revolution, for any law of chip thickness, with runout and deflection of the tool.
+//! Forces sampled over a revolution. In: the edges in material at each rotation angle, any law of chip thickness, runout, compliance of the tool.
+//! Out: peaks and means at any feed.
 //!
 //! Tooth i (counted in the order in which the teeth pass) stands R_i = ρ cos(α − ψ_i) further out, ψ_i its angle behind
 //! tooth 1. It cuts what the teeth before it left: h = min over m = 1…N of (Σ feed of the last m teeth) g + (R_i − R_{i−m})
@@ -30,7 +31,7 @@ pub(super) struct Edge {
     pub chip: f64,
 }
 
-/// What tooth i meets of the path of the tooth m before it.
+/// The path of the tooth m before tooth i, seen from tooth i.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Before {
     /// Feed since then, over the mean feed per tooth.

@@ -1,11 +1,11 @@
 //! Models that give the resultant in the tool plane alone: the response model (Kakino, Ibaraki) and the layer model of ball
 //! ends (Nishida). In: for each layer its height, radius, length of contact L and largest chip thickness t_m. Out: the
-//! resultant by the model; torque, means and normal force follow from it with the model's `normal_share` s, taking the force
-//! as proportional to chip thickness over the arc: F_t = F/√(1+s²), F_n = s F_t. These models say nothing of axial force.
+//! resultant by the model. Torque, means and normal force follow from it with the model's `normal_share` s, on the assumption that the force
+//! is proportional to chip thickness over the arc: F_t = F/√(1+s²), F_n = s F_t. These models give no axial force.
 //!
-//! What the formula says at no chip thickness (b0 + b_l L + b_ll L²; C0 + C1 L) is its edge force: effects on edge coefficients
-//! multiply it, effects on cutting coefficients the rest; wear makes b0 grow, the index of that model, and C0 and C1 alike.
-//! Where it comes out negative it is no force of the edge, only a bend of the fit, and goes with the rest.
+//! The value of the formula at chip thickness 0 (b0 + b_l L + b_ll L²; C0 + C1 L) is its edge force. Effects on edge coefficients multiply it,
+//! effects on cutting coefficients the rest. Wear multiplies b0, the wear index of that model, or C0 and C1 together. A negative value is not
+//! an edge force but an artefact of the fit, and counts with the rest.
 //!
 //! On an arc from 0 to α (or π − α to π) t_m is f sin α with Ibaraki (Eq. 4) and r − √(r² + f² − 2 r f sin α) with Nishida,
 //! α at most a right angle.
@@ -17,8 +17,7 @@ use super::rings::C;
 
 /// Millimetres in a micrometre: the layer model takes chip thickness in µm.
 const UM_PER_MM: f64 = 1e3;
-/// Lengths of contact at which the edge force of a formula is looked at; a quadratic is nowhere far from its value at one
-/// of them.
+/// Number of contact lengths at which the edge force of a formula is evaluated: dense enough for a quadratic.
 const EDGE_SAMPLES: u32 = 50;
 
 /// The formula of a model.
@@ -67,7 +66,7 @@ impl Formula {
         }
     }
 
-    /// What wear multiplies, N: b0 alone, which is the index of that model; of a layer its edge, C0 and C1 alike.
+    /// The part that wear multiplies, N: b0, the wear index of the response model; C0 and C1 of the layer model.
     fn wears(&self, layer: &Layer) -> f64 {
         match self {
             Formula::Response([b0, ..]) => *b0,
@@ -75,7 +74,7 @@ impl Formula {
         }
     }
 
-    /// What is left of it at no chip thickness, N.
+    /// The edge force on a layer, N: the force at chip thickness 0.
     fn edge(&self, layer: &Layer) -> f64 {
         let per_height = self.edge_at(layer.contact_mm);
         match self {
@@ -84,7 +83,7 @@ impl Formula {
         }
     }
 
-    /// The same by length of contact, for one mm of height where the formula is one of layers.
+    /// The edge force by length of contact, N; per mm of height for the layer model.
     fn edge_at(&self, contact_mm: f64) -> f64 {
         match self {
             Formula::Response([b0, b_l, _, b_ll, ..]) => b0 + b_l * contact_mm + b_ll * contact_mm * contact_mm,
@@ -92,7 +91,7 @@ impl Formula {
         }
     }
 
-    /// Is there a force that wear makes grow, for every length of contact up to this one?
+    /// Is the force that wear multiplies positive for every length of contact up to this one?
     pub(super) fn has_edge(&self, longest_mm: f64) -> bool {
         let at = |k: u32| self.edge_at(longest_mm * f64::from(k) / f64::from(EDGE_SAMPLES));
         match self {
@@ -149,7 +148,7 @@ impl Summary {
         forces
     }
 
-    /// The layers that the formula speaks of: all, or the one with the longest contact.
+    /// The layers to which the formula applies: all (layer model), or the one with the longest contact (response model).
     fn cutting_layers(&self) -> impl Iterator<Item = &Layer> {
         let one = matches!(self.formula, Formula::Response(_));
         let longest = self

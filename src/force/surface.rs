@@ -1,10 +1,11 @@
-//! The machined wall: how far the tool stands off where its teeth leave the surface.
+//! The error of the machined wall. In: the moments at which a tooth leaves the wall, forces and compliance. Out: by height, how far the wall is
+//! from where it should be, mm.
 //!
 //! Tooth i leaves the wall at height z at the rotation angle at which its edge there is at φ = 0 (up) or φ = π (climb). The
-//! tool is then bent by the forces of all edges in the material, each at its own height: δ(z) = Σ F_y,k G(z, z_k), with G
-//! the deflection of the cantilever at z under a unit force at z_k. The point it leaves stands δ(z) away from the wall, less
-//! R_i where runout pushes the tooth out; of all teeth the deepest forms the surface (Ko, Yun, Cho 2002). Positive: material
-//! is left. Holder compliance shifts all heights alike.
+//! tool is then bent by the forces of all edges in the material, each at its own height: δ(z) = Σ F_y,k G(z, z_k), with G the deflection of the
+//! cantilever at z under a unit force at z_k. The surface left by tooth i is δ(z) − R_i from the ideal wall, R_i being how far runout pushes the
+//! tooth outward; the tooth that cuts deepest forms the surface (Ko, Yun, Cho 2002). Positive: material is left. Compliance of the holder
+//! shifts all heights by the same amount.
 
 use super::beam::Beam;
 use super::modifiers::Factors;

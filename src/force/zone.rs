@@ -1,6 +1,7 @@
-//! Where on a ring there is a chip. With outward normal (n_r, n_z) and unit feed direction of horizontal part
-//! c = √(1 − t_z²) and vertical part t_z, the chip thickness per feed per tooth is g(φ) = c n_r sin φ + t_z n_z. An engaged
-//! arc cuts only where g > 0; in: arcs from the engagement; out: pieces with their sines and cosines.
+//! The parts of a ring that cut. In: engaged arcs. Out: the pieces of them with a positive chip thickness, with their sines and cosines.
+//!
+//! With outward normal (n_r, n_z) and unit feed direction of horizontal part c = √(1 − t_z²) and vertical part t_z, the chip thickness per
+//! feed per tooth is g(φ) = c n_r sin φ + t_z n_z. An engaged arc cuts only where g > 0.
 
 use super::rings::C;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -65,7 +66,7 @@ impl Zone {
 pub(super) fn clip(zone: Zone, slice: usize, entry: f64, exit: f64, out: &mut Vec<Piece>) {
     match zone {
         Zone::Nowhere => {}
-        // Angles come rounded to f32: what is a full turn but for that is one.
+        // Angles are rounded to f32: an arc within that rounding of a full turn is one.
         Zone::Everywhere if exit - entry > TAU - 2e-6 => push(slice, entry, entry + TAU, out),
         Zone::Everywhere => push(slice, entry, exit, out),
         Zone::From(lo) => {

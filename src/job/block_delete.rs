@@ -1,10 +1,10 @@
-//! The other position of the block-delete switch. In: the problem posed for the program with the switch off. Out: the same
-//! problem with every cap lowered to what is safe with the switch on as well: the stock then differs after each block that
-//! was left out, and so may the path of the block after it.
+//! Feeds that are safe in both positions of the block-delete switch. In: the problem for the program with the switch off. Out: the same problem
+//! with every cap lowered to what is safe with the switch on as well. With the switch on, the stock differs after each skipped block, and
+//! the path of the block after it may differ too.
 
 use std::collections::BTreeMap;
 
-use super::edges::Edges;
+use super::edges::EdgeWear;
 use super::problem::{engagement, environment, problem_of};
 use super::remarks;
 use super::task::{JobError, SPACING_MM, Watch};
@@ -23,7 +23,7 @@ pub fn both_positions(
     job: &Job,
     toolpath: &Toolpath,
     problem: &mut Problem,
-    edges: Edges,
+    edges: EdgeWear,
     watch: &Watch,
 ) -> Result<Option<(Switched, Assumption)>, JobError> {
     if !program.has_block_delete() {

@@ -2,8 +2,8 @@
 //! places whose bounds are above their limits, with the feed they should have: the loop of `optimize` lowers them until the checker
 //! ([`crate::certify`]) proves the rest.
 //!
-//! The written program is simulated whole, at a spacing of its own, with the stock grown by its uncertainty. A station has the arcs of
-//! its most engaged place; what turns between two such places is what the certificate rests on. Bounds are the checker's own.
+//! The written program is simulated as a whole, at a finer spacing ([`CLOSE_MM`]), with the stock grown by its uncertainty. The bounds of
+//! loads are those of the checker.
 
 use rayon::prelude::*;
 
@@ -26,19 +26,20 @@ use crate::outcome::ProgramRun;
 
 /// Rounds in which feeds are lowered for the certificate, at most.
 pub const ROUNDS: usize = 8;
-/// Rounds of these in which feeds are solved anew; after them they are lowered where they stand.
+/// The first rounds, in which feeds are solved anew; in later ones F words are only lowered.
 pub const SOLVED: usize = 2;
 /// Spacing of the simulation that a certificate rests on, mm: half of that of the check. At the check's own, loads drawn at places between
 /// were up to 0.4 % above their limits on a ball-end raster (`tests/certificate.rs`).
 pub const CLOSE_MM: f64 = 0.3;
-/// What immersions are widened by, rad: twice the rounding of a full turn to the 24 bits that arcs are kept with.
+/// Immersion angles are widened by this, rad: twice the rounding of a full turn to the 24 bits of an arc.
 const ROUNDED_RAD: f64 = 1e-6;
-/// To what part of a feed the highest one that is proven is looked for, and where from: most are above their limit by little.
+/// Accuracy, as a share of the feed, to which the highest proven feed is searched; and the first step of that search, because most feeds
+/// are only slightly too high.
 const FINE: f64 = 0.002;
 const TRIED: [f64; 4] = [0.9, 0.7, 0.4, 0.0];
 
 /// A certificate in the making.
-pub struct Making {
+pub struct Maker {
     /// The setup as it was read.
     job: Job,
     /// The confidence asked for.
@@ -47,8 +48,8 @@ pub struct Making {
     seen: Option<(Vec<Origin>, EngagementMap)>,
 }
 
-/// What came of it.
-pub struct Made {
+/// A certificate, or the places that prevent it.
+pub struct Attempt {
     /// Its text.
     pub text: String,
     /// Places whose bounds are above their limits.
@@ -57,7 +58,7 @@ pub struct Made {
     pub refusal: Option<Refusal>,
 }
 
-impl Making {
+impl Maker {
     /// For a setup as it was read.
     pub fn new(job: &Job, confidence: f64) -> Self {
         Self { job: job.clone(), confidence, seen: None }
@@ -70,7 +71,7 @@ impl Making {
         known: &WrittenEngagement,
         bytes: &[u8],
         watch: &Watch,
-    ) -> Result<Made, JobError> {
+    ) -> Result<Attempt, JobError> {
         let refused = |refusal: Refusal| JobError::NotCertified { line: refusal.line, why: refusal.why };
         let basis = Basis { bytes, toolpath: &known.written, job: &self.job, switched: run.program.has_block_delete() };
         not_certified(&basis).map_err(refused)?;
@@ -93,7 +94,7 @@ impl Making {
         (certificate.given, certificate.moves) = (given, moves);
         let mut breaches = breaches.into_iter().flatten().peekable();
         let refusal = breaches.peek().map(|(_, refusal)| refusal.clone());
-        Ok(Made { text: write(&certificate), breaches: breaches.map(|(breach, _)| breach).collect(), refusal })
+        Ok(Attempt { text: write(&certificate), breaches: breaches.map(|(breach, _)| breach).collect(), refusal })
     }
 }
 
@@ -133,8 +134,8 @@ fn of_move(
     Ok((part, breaches))
 }
 
-/// The highest feed at which a load is proven to stay below its limit. A bound that is below its limit is searched no further and says little,
-/// so no chord between two of them: the feed is halved in on.
+/// The highest feed, mm/s, at which a load is proven to stay below its limit. Found by bisection: a proven bound is not worked out tightly, so
+/// interpolating between two of them would not help.
 fn highest(work: &Work, own: &Move, place: &Place, kind: LimitKind) -> Result<f64, Refusal> {
     let proven = |feed_mm_s: f64| -> Result<bool, Refusal> {
         let bounds = work.bounds(own, place, feed_mm_s)?;

@@ -1,19 +1,19 @@
-//! The written file is what counts: read back, proved to differ in feeds only, looked at again at a finer spacing wherever that can
-//! matter. In: the run so far and the written text. Out: the worst ratio of a load to its limit on commanded feeds, and the places
-//! where it is above [`MET`](crate::outcome::MET) with the cap they should have had.
+//! The check of the written file: it is read back, proved to differ in feeds only, and simulated again at a finer spacing wherever that can
+//! matter. In: the run so far and the written text. Out: the largest ratio of a load to its limit at the commanded feeds, and the places
+//! where it is above [`LIMIT_TOLERANCE`](crate::outcome::LIMIT_TOLERANCE), with the cap they should have had.
 //!
 //! ```text
 //! read back → what is known of its engagement (known) → loads over limits (ratios) → what to simulate again (closer)
 //!                        ▲                                                                   │
 //!                        └────────────────────────── at the finer spacing ◂──────────────────┘
 //! ```
-//! Where loads on what is known already ask for a cap that the schedule has not kept, that is told before anything is simulated; and
-//! the proof is made for the file that meets the limits.
+//! If stations whose engagement is known already exceed a limit and need a lower cap, the check ends there, before anything is simulated. The
+//! proof is made only for a file that meets the limits.
 //!
-//! Where blocks hang on the block-delete switch, all this is done for both of its positions.
+//! Where blocks depend on the block-delete switch, all this is done for both of its positions.
 //!
-//! Places that are infeasible, frozen or were kept by the rewriting make no cap tighter: their feed is not ours to choose. What
-//! they carry counts all the same in what is reported ([`over`]).
+//! Places that are infeasible, frozen or were kept by the rewriting do not tighten any cap, because their feed cannot be chosen. Their loads
+//! count nevertheless in the report ([`over`]).
 
 use super::block_delete;
 use super::origins::{Origin, feeds, follow};
@@ -22,7 +22,7 @@ use super::ratios::Ratios;
 use super::simulated_again::to_simulate_again;
 use super::task::{JobError, SPACING_MM, Watch};
 use super::tighten::{Breach, asks_for_lower_cap};
-use super::written_engagement::{Met, Side, WrittenEngagement};
+use super::written_engagement::{Side, StationsFrom, WrittenEngagement};
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
 use crate::nc::{Environment, Toolpath};
@@ -35,7 +35,7 @@ use crate::schedule::history;
 use crate::schedule::known_loads::KnownLoads;
 use crate::schedule::stress::cases;
 
-/// What the check found.
+/// The result of the check.
 pub struct CheckedFile {
     /// Numbers for the report.
     pub check: Check,
@@ -43,12 +43,12 @@ pub struct CheckedFile {
     pub after: Vec<FeedPiece>,
     /// Loads above their limits.
     pub breaches: Vec<Breach>,
-    /// Blocks of the original that the proof objects to.
+    /// Blocks of the original in which the proof found a difference.
     pub doubtful: Vec<BlockId>,
 }
 
 impl CheckedFile {
-    /// Is there nothing to be done better?
+    /// Are all limits met, and does the proof hold?
     pub fn is_good(&self) -> bool {
         self.breaches.is_empty() && self.doubtful.is_empty()
     }
@@ -61,8 +61,8 @@ struct Rated {
     breaches: Vec<Breach>,
 }
 
-/// Reads back, simulates unless `known` says what the cutter meets already, with the block-delete switch off and, where
-/// blocks hang on it, on; verifies a file that meets the limits, and the `last` one.
+/// Reads the file back and simulates what `known` does not give yet, with the block-delete switch off and, where blocks depend on it, on. Makes
+/// the proof if the file meets the limits, or this is the `last` round.
 pub fn check(
     run: &ProgramRun,
     rewritten: &Rewritten,
@@ -80,7 +80,8 @@ pub fn check(
         let rated = rated(&Side::on(switched, &run.job), &kept, written, watch, on, last)?;
         sides.push(rated.map(|rated| on_off(rated, run, switched)));
     }
-    let again = |known: &WrittenEngagement| known.met.iter().filter(|met| **met == Met::Finer).count();
+    let again =
+        |known: &WrittenEngagement| known.stations_from.iter().filter(|met| **met == StationsFrom::Finer).count();
     let simulated_again = [&*off, &*on].into_iter().flatten().map(again).sum();
     let mut check = Check { spacing_mm: SPACING_MM[1], simulated_again, ..Check::default() };
     let (mut after, mut breaches) = (None, Vec::new());
@@ -108,8 +109,8 @@ fn on_off(rated: Rated, run: &ProgramRun, switched: &Switched) -> Rated {
     Rated { breaches, ..rated }
 }
 
-/// Loads of the written program in one position of the switch; `None` where it does not run along the original. In the `last`
-/// round nothing is left unseen.
+/// Loads of the written program in one position of the switch; `None` if its path is not that of the original. In the `last` round everything
+/// is simulated that is not known.
 fn rated(
     side: &Side,
     kept: &[BlockId],
@@ -126,8 +127,8 @@ fn rated(
     };
     let after = feeds(&now.written, &now.origins);
     let mut found = rate(&mut now, side, &after, kept);
-    // With effects of the past nothing may be missing of it.
-    let tells = !(last || now.met.contains(&Met::NotYet) && history::is_asked_for(side.job));
+    // Loads that depend on earlier cuts need all of these.
+    let tells = !(last || now.stations_from.contains(&StationsFrom::NotYet) && history::is_asked_for(side.job));
     if !(tells && found.breaches.iter().any(|breach| asks_for_lower_cap(side.problem, breach)))
         && found.to_simulate_again.contains(&true)
     {
@@ -139,7 +140,7 @@ fn rated(
     Ok(Some(Rated { after, force_rate, breaches }))
 }
 
-/// What is found on the stations that are known.
+/// Loads over limits at the stations that are known.
 struct Round {
     force_rate: Option<f64>,
     breaches: Vec<Breach>,

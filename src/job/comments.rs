@@ -1,5 +1,5 @@
-//! Operations that are recognised by a comment. In: the program and the operations. Out: operations by lines: one for each
-//! stretch of text whose last comment holds the words; and the sections that comments between cuts begin.
+//! Operations that the setup recognises by a comment. In: the program and the operations. Out: the same operations by lines, one for each
+//! stretch of text whose last comment contains the words; and the sections of the text that comments between cuts begin.
 
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
@@ -7,7 +7,8 @@ use crate::machine::{Match, Operation};
 use crate::nc::{Program, TokenKind, Toolpath};
 use crate::schedule::operations::Section;
 
-/// Replaces every match by comment by matches by line; those that match nothing are left out. With each the index that it had.
+/// Replaces every operation that is matched by comment by operations matched by line, each with the index of the original one; operations
+/// without a match are left out.
 pub fn by_lines(operations: &[Operation], program: &Program) -> Vec<(usize, Operation)> {
     let mut resolved = Vec::new();
     for (index, operation) in operations.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! How worn the cutting edges are taken to be when caps are worked out; and the place from which a tool is too worn for any feed.
+//! Wear of the edges before new feeds are known. In: a choice. Out: the history that caps are worked out with; and the type for the place from
+//! which on a tool is too worn for any feed.
 
 use crate::engage::EngagementMap;
 use crate::machine::{Job, LimitKind};
@@ -8,18 +9,18 @@ use crate::schedule::history::History;
 
 /// The wear that caps are worked out with before new feeds are known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Edges {
-    /// Worn by the program as it stands.
+pub enum EdgeWear {
+    /// Worn as at the programmed feeds.
     AsProgrammed,
-    /// Not worn: no feeds leave higher caps.
+    /// Not worn: an upper bound of all caps.
     Unworn,
 }
 
-impl Edges {
+impl EdgeWear {
     /// The history of a program as it stands, with these edges.
     pub fn history(self, toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> History {
         let history = History::of(toolpath, map, job, &schedule::as_programmed(toolpath));
-        if self == Edges::Unworn { history.unworn() } else { history }
+        if self == EdgeWear::Unworn { history.unworn() } else { history }
     }
 }
 

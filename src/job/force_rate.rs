@@ -1,9 +1,9 @@
-//! Rate of change of force in the written file. In: what every station of its path meets at its commanded feed, in order.
-//! Out: the largest rate over its limit, and the stations that break it.
+//! Rate of change of force in the written file. In: force and commanded feed at every station of its path, in order. Out: the largest ratio of
+//! the rate to its limit, and the stations that exceed it.
 //!
-//! Between two stations whose middles lie a span apart the force changes by |F₂ − F₁| in the time that the commanded feeds
-//! take from one middle to the other. The span is the spacing that the caps were made with: a finer one would tell a step of
-//! the engagement from a ramp no better, only call it steeper.
+//! Between two stations whose middles lie a span apart, the force changes by |F₂ − F₁| in the time that the commanded feeds take from one middle
+//! to the other. The span is the spacing for which the caps were made. A finer one would not distinguish a step of the engagement from a ramp
+//! better, it would only make the step steeper.
 
 /// A station of the path.
 #[derive(Debug, Clone, Copy, PartialEq)]

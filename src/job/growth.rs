@@ -1,8 +1,8 @@
-//! What an output may grow by. In: the program and `output.max_growth`. Out: the options of the schedule, and a schedule whose
-//! text keeps to it.
+//! How much a program may grow. In: the program and `output.max_growth`. Out: the options of the schedule, and a schedule whose text keeps to
+//! the bound.
 //!
-//! The schedule knows lines and words by their usual length only; where the text that came of it is longer than allowed, the
-//! room is made smaller in proportion and the schedule asked again.
+//! The schedule counts lines and words with their usual lengths. If the resulting text is longer than allowed, the bound is reduced in proportion
+//! and the schedule is solved again.
 
 use super::task::{JobError, SPACING_MM};
 use super::{limit_use, worn};
@@ -10,12 +10,12 @@ use crate::machine::{Annotate, Job};
 use crate::nc::Program;
 use crate::outcome::ProgramRun;
 use crate::rewrite::{self, Rewritten};
-use crate::schedule::{Options, Room, Schedule};
+use crate::schedule::{Growth, Options, Schedule};
 
-/// Output over input that is allowed unless the setup says otherwise, in blocks and in bytes: controls with little memory
-/// are fed over a line, and the others have megabytes; four times the lines can still be looked through.
+/// Largest ratio of output to input where the setup gives none, in blocks and in bytes. Controls with little memory are fed over a line, and
+/// the others have megabytes; a program four times as long can still be read by people.
 const MAX_GROWTH: f64 = 4.0;
-/// The same for a program of ours: it has its growth behind it.
+/// The same for a program that Feedwright has written before, which has grown already.
 const OURS_MAX_GROWTH: f64 = 1.01;
 /// Bytes that any program may have where the setup says nothing: 160 m of tape at ten characters to the inch, a usual part
 /// memory of milling controls that have little.
@@ -27,7 +27,7 @@ const WORD_BYTES: f64 = 7.0;
 const NOTE_BYTES: f64 = 34.0;
 /// Bytes and blocks of the mark of the file.
 const MARK_BYTES: f64 = 40.0;
-/// How often the schedule is asked again because its text is too long.
+/// Most times that the schedule is solved again because its text is too long.
 const AGAIN: usize = 3;
 
 /// Blocks and bytes that the output may have.
@@ -39,9 +39,9 @@ fn most(program: &Program, job: &Job) -> [f64; 2] {
     [(growth * blocks).max(least_bytes / BLOCK_BYTES), (growth * bytes).max(least_bytes)]
 }
 
-/// The options of the first round. In a program of ours a word costs twice, and no stretch shorter than two stations is
-/// raised: on other stations what an earlier run left out may seem worth a little more, and air or cut may reach a station
-/// further.
+/// The options of the first round. In a program that Feedwright has written before a word costs twice as much, and no stretch shorter than two
+/// stations is raised: with other stations, a word that the earlier run left out may seem to save slightly more than its price, and the end of
+/// a cut may differ by a station. So a second run changes nothing.
 pub fn options(run: &ProgramRun) -> Options {
     let (program, job) = (&run.program, &run.job);
     let mut options = Options::of(&run.toolpath);
@@ -52,7 +52,7 @@ pub fn options(run: &ProgramRun) -> Options {
     let [blocks, bytes] = [program.len() as f64, program.text().len() as f64];
     let [most_blocks, most_bytes] = most(program, job);
     let word_bytes = WORD_BYTES + if job.output.annotate == Annotate::None { 0.0 } else { NOTE_BYTES };
-    options.room = Some(Room {
+    options.room = Some(Growth {
         blocks: (most_blocks - blocks - 1.0).max(0.0),
         bytes: (most_bytes - bytes - MARK_BYTES).max(0.0),
         word_bytes,

@@ -1,9 +1,9 @@
-//! What a process model changes of the job before anything is simulated. In: a job whose process model carries effects.
-//! Out: stock, tools and machine as those effects say, and what was done, for the list of assumptions.
+//! Effects of a process model that change the job before anything is simulated. In: a job whose process model has effects. Out: stock, tools
+//! and machine changed by these effects, and an assumption for each.
 //!
-//! Effects on loads stay in the process model: the force room applies them station by station. Effects on the measuring
-//! chain change no cut. An accident of the log (a chipped edge) does not happen again: it is taken out, unless the model
-//! has it from the beginning on, as one does that cannot tell it from something that stays.
+//! Effects on loads stay in the process model and are applied station by station (`force/modifiers.rs`). Effects on the measuring chain do not
+//! change a cut. An accident in the log (a chipped edge) will not happen again and is left out, unless it holds from the beginning of the log on:
+//! then it cannot be told from something permanent.
 
 use crate::effects::unnamed::CURVES;
 use crate::effects::{Acts, Change, Covariate, Effect, Multiplies, Place, State, named};
@@ -14,10 +14,10 @@ use crate::setup::{Assumption, LEARNED};
 /// Stock larger than declared, by this much at most, counts as the same.
 const NOTHING_MM: f64 = 1e-9;
 
-/// Share of a cut's load that a model may leave unexplained before it is said: what loads are commonly kept below their limits.
+/// Share of a load that a model may leave unexplained without a remark: the margin that is commonly kept below limits.
 const WORTH_SAYING: f64 = 0.05;
 
-/// What the model did not explain of its log, where no confidence asks for room.
+/// A remark on the scatter that the model left unexplained, where the setup asks for no confidence and caps therefore have no margin.
 pub fn unexplained(job: &Job) -> Option<Assumption> {
     let scatter = job.process.scatter.filter(|s| *s >= WORTH_SAYING && job.confidence.is_none())?;
     let value = format!(
@@ -27,10 +27,10 @@ pub fn unexplained(job: &Job) -> Option<Assumption> {
     Some(Assumption { key: "process.scatter".into(), value, source: LEARNED.into() })
 }
 
-/// What a log shows of the load and a program that has not run yet does not tell, at its largest: curves over the time of the log or over
-/// the speed that the axes reached, of which nobody knows what they stand for; and what the meter read beyond the load of the cut, which only
-/// the drive's own curve can tell from load. Left out, the coefficients beside them would be those of the middle of the log, or of a
-/// part of the reading: until the cause is known the largest load counts, everywhere.
+/// Replaces effects that cannot be predicted for another run by their largest factor on all cuts: curves without a named cause over the time of
+/// the log or over the speed of the axes; and the excess of the meter over the load, which only the drive's own curve could separate from it.
+/// Without this the coefficients would be those of the middle of the log, or of a part of the reading. Until the cause is known, the largest
+/// load counts everywhere.
 pub fn at_their_largest(job: &mut Job) -> Vec<Assumption> {
     let (held, effects): (Vec<EffectUse>, Vec<EffectUse>) =
         job.process.effects.drain(..).partition(|used| largest_factor(used).is_some());
@@ -54,7 +54,7 @@ pub fn at_their_largest(job: &mut Job) -> Vec<Assumption> {
     held.iter().zip(factors()).map(say).collect()
 }
 
-/// The largest factor on the load of an effect that cannot be foretold; `None` of any other.
+/// The largest factor on the load of an effect that cannot be predicted for another run; `None` for other effects.
 fn largest_factor(used: &EffectUse) -> Option<f64> {
     let excess = named(&used.name).map_or(0.0, |effect| change_of(effect, used).reading_excess);
     if excess > 0.0 {

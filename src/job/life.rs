@@ -1,9 +1,9 @@
-//! Budgets of wear, one for each tool. In: a problem, what the cutter meets, the job. Out: caps lowered until each tool keeps its
-//! budget, and what the budgets cost.
+//! Budgets of wear, one for each tool. In: a problem, engagement, the job. Out: caps lowered until each tool keeps its budget, and the time that
+//! this costs.
 //!
-//! A tool whose law and end are known ([`crate::effects::wear`]) has its budget as a share of its whole life, from a fresh edge to
-//! the end of its index; one without as a share of what the program uses as it stands (`[limits] wear`: contact area times feed
-//! to a power).
+//! For a tool whose wear law and end are known ([`crate::effects::wear`]) the budget is a share of its whole life, from a fresh edge to the end
+//! of its index. For others it is a share of what the program uses at the programmed feeds (`[limits] wear`: contact area times a power of the
+//! feed).
 
 use crate::effects::wear;
 use crate::engage::EngagementMap;
@@ -14,10 +14,10 @@ use crate::nc::{Move, Toolpath};
 use crate::outcome::ProgramRun;
 use crate::outcome::answers::Wear as LifeUsed;
 use crate::schedule::Problem;
-use crate::schedule::budget::{Budget, Kept, extra_s, keep};
+use crate::schedule::budget::{Budget, BudgetOutcome, apply, extra_s};
 use crate::schedule::history::{self, History};
 
-/// How much longer a life is whose cost is told: a tenth.
+/// Longer life for which the report gives the cost in time, as a share: a tenth.
 const LONGER: f64 = 0.1;
 
 /// Lowers the caps until every budget is kept; one answer for each tool that has one.
@@ -26,7 +26,7 @@ pub fn keep_wear(problem: &mut Problem, toolpath: &Toolpath, map: &EngagementMap
     tools.filter_map(|tool| of_tool(tool, problem, toolpath, map, job)).collect()
 }
 
-/// The same anew for tools that slower feeds spare, after the caps of the problem followed their wear.
+/// The same again for tools that slower feeds spare, after the caps of the problem were adapted to their wear.
 pub fn keep_again(
     answers: &mut [LifeUsed],
     problem: &mut Problem,
@@ -65,11 +65,11 @@ fn of_tool(
         .map(|(rate, budget)| (rate, budget, true))
         .or_else(|| of_the_program(tool, problem, toolpath, map, job).map(|(rate, budget)| (rate, budget, false)))?;
     let fresh = problem.clone();
-    let kept = keep(problem, &rate, &budget);
+    let kept = apply(problem, &rate, &budget);
     let (used, price_s, impossible) = match kept {
-        Kept::Slack { used } => (used, 0.0, false),
-        Kept::Bound { used, price_s } => (used, price_s, false),
-        Kept::Impossible { used } => (used, 0.0, true),
+        BudgetOutcome::Slack { used } => (used, 0.0, false),
+        BudgetOutcome::Bound { used, price_s } => (used, price_s, false),
+        BudgetOutcome::Impossible { used } => (used, 0.0, true),
     };
     if impossible {
         let mine = problem.nodes.iter_mut().zip(&rate).filter(|(node, c)| node.cutting && node.free && **c > 0.0);
@@ -125,7 +125,7 @@ fn of_the_program(
     (programmed > 0.0).then_some((rate, Budget { exponent: budget.exponent, most: budget.most }))
 }
 
-/// Something of what a tool meets at each of its nodes, 0 at the others.
+/// A quantity of the engagement at each node of a tool, 0 at other nodes.
 fn at_nodes(
     tool: &Tool,
     problem: &Problem,

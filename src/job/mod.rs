@@ -1,21 +1,22 @@
-//! The pipeline as one readable function. In: a program and a job. Out: a [`ProgramRun`] with everything the report needs.
+//! The pipeline from a program to its optimised text: [`optimize`]; [`simulate`] is its first half. In: a program and a job. Out: a
+//! [`ProgramRun`] with everything that reports need.
 //!
 //! ```text
 //! interpret → engage → problem → [ solve → rewrite → read back, look again at a finer spacing ] → verify
 //!                                  ▲                                │ loads above 1.01 of their limit
 //!                                  └──────── caps tightened ────────┘
 //! ```
-//! Edges wear by the way they slide, and slide the longer the slower the feed. Where loads grow with wear, *solve* therefore repeats
-//! until the caps belong to the wear that the solved feeds themselves cause ([`crate::schedule::wear`]).
+//! Edges wear with the distance that they slide, which is longer the slower the feed. Where loads grow with wear, *solve* therefore repeats until
+//! the caps belong to the wear that the solved feeds themselves cause ([`crate::schedule::wear`]).
 //!
-//! Engagement does not depend on feeds. So a block that was cut in pieces, or whose load comes near a limit, is simulated again once;
-//! any other keeps the stations of the first simulation ([`check`]), and a station whose feed has not changed keeps its loads. Later
-//! rounds keep the prices of F words that the first one found; what binds and at what price is worked out for the last.
+//! Engagement does not depend on feeds. So only blocks that were split, or whose load comes near a limit, are simulated again, and only once;
+//! the others keep the stations of the first simulation ([`check`]). A station whose feed has not changed keeps its loads. Later rounds use the
+//! prices of F words that the first round found; binding limits and their prices are worked out for the last round only.
 //!
-//! Feeds that are solved anew put splits elsewhere, and with them the stations of the next simulation: so after [`SOLVED`] rounds the
-//! blocks stay as they are, and F words are only lowered, to the caps of the very stations that will be simulated again. The loop ends when no commanded feed
-//! exceeds a limit by more than 1 %, or after [`ROUNDS`]; a place that still does then is listed as infeasible, and runs at the
-//! lowest feed that was tried. A block that the proof objects to goes back to its original bytes and feed.
+//! When feeds are solved anew, blocks are split at other places, and the next simulation has other stations. So after [`SOLVED`] rounds the
+//! blocks stay as they are, and F words are only lowered, to the caps of the very stations that will be checked again. The loop ends when no
+//! commanded feed exceeds a limit by more than 1 %, or after [`ROUNDS`] rounds; a place that still exceeds one is listed as infeasible and runs
+//! at the lowest feed that was tried. A block in which the proof finds a difference goes back to its original bytes and feed.
 
 mod block_delete;
 mod certificate;
@@ -51,8 +52,8 @@ pub use remarks::{events, tool_assumption, unknown_tools};
 pub use task::{JobError, Keep, SPACING_MM, Task, Watch};
 pub use wanted::Wanted;
 
-use certificate::Making;
-use edges::Edges;
+use certificate::Maker;
+use edges::EdgeWear;
 use problem::{cut, environment, problem_of};
 
 use crate::diag::{Diagnostic, Severity};
@@ -63,20 +64,21 @@ use crate::outcome::{Answers, Check, ProgramRun, Written};
 use crate::rewrite;
 use crate::schedule::{self, Problem, Schedule};
 
-/// How often caps are tightened at most. Blocks cut otherwise are met by other stations: half a dozen rounds were seen to find
-/// a new place each.
+/// Most rounds of tightening caps. Blocks that are split at other places have other stations, so each round may find a new place above a
+/// limit; six such rounds in a row have been seen.
 pub const ROUNDS: usize = 9;
 /// Rounds in which feeds are solved anew under tightened caps; after these they are lowered where they stand.
 pub const SOLVED: usize = 3;
 /// Predicts loads and time as programmed.
 pub fn simulate(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
-    let (mut run, _) = posed(task, Edges::AsProgrammed, watch)?;
+    let (mut run, _) = posed(task, EdgeWear::AsProgrammed, watch)?;
     life::used_by(&mut run);
     Ok(run)
 }
 
-/// Reads, simulates, and poses the problem for tools with these edges; the problem before any budget, where loads follow feeds.
-fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<Problem>), JobError> {
+/// Reads and simulates the program, and works out its caps for edges worn as `edges` says. Returns also the problem before any budget lowered
+/// its caps, where loads depend on the feeds of earlier cuts.
+fn posed(task: Task, edges: EdgeWear, watch: &Watch) -> Result<(ProgramRun, Option<Problem>), JobError> {
     let Task { program, mut job, mut assumptions, wanted } = task;
     let start = (watch.clock)();
     assumptions.extend(wanted.confidence.map(|confidence| wanted::at_confidence(&mut job, confidence)));
@@ -181,10 +183,10 @@ fn posed(task: Task, edges: Edges, watch: &Watch) -> Result<(ProgramRun, Option<
 pub fn optimize(task: Task, watch: &Watch) -> Result<ProgramRun, JobError> {
     let wanted = task.wanted;
     let confidence = wanted.confidence.filter(|_| wanted.certificate);
-    let mut making = confidence.map(|confidence| Making::new(&task.job, confidence));
+    let mut making = confidence.map(|confidence| Maker::new(&task.job, confidence));
     let last = if making.is_some() { ROUNDS + certificate::ROUNDS } else { ROUNDS };
     let mut certified = 0;
-    let (mut run, fresh) = posed(task, Edges::Unworn, watch)?;
+    let (mut run, fresh) = posed(task, EdgeWear::Unworn, watch)?;
     let mut fresh = fresh.map(|off| worn::Fresh::of(&run, off));
     let mut options = growth::options(&run);
     let mut known = [None, None];
@@ -271,7 +273,7 @@ fn read(program: Program, job: &Job, wanted: Wanted, watch: &Watch) -> (Program,
     (program, toolpath)
 }
 
-/// Engagement of the program as it came: from an earlier run if that has it.
+/// Engagement of the original program: from the cache of an earlier run, or simulated now.
 fn first_engagement(toolpath: &Toolpath, job: &Job, watch: &Watch) -> Result<EngagementMap, EngageError> {
     let options = engage::Options { spacing_mm: SPACING_MM[0], ..watch.engage };
     let Keep { recall, remember, stock } = watch.keep;

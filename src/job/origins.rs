@@ -29,7 +29,7 @@ pub fn follow(original: &Toolpath, written: &Toolpath) -> Option<Vec<Origin>> {
         let (id, whole) = current?;
         let length = whole.curve().length();
         let to = at + motion.curve().length();
-        // A closed curve ends where it begins: its pieces before the last are told apart by their length.
+        // A closed curve ends where it begins, so its last piece is recognised by its length.
         let ends = (motion.curve().to() - whole.curve().to()).norm() < SAME_MM && to > 0.9 * length - 0.01;
         if motion.kind != whole.kind || to > 1.1 * length + 0.1 {
             return None;

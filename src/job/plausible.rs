@@ -1,8 +1,8 @@
-//! Can setup and program belong together? In: what the program does, what the cutter meets, the job. Out: one diagnostic for each
-//! of [`CHECKS`] that does not hold, said before anything is written. Most are warnings; where next to nothing of the
-//! program meets the stock, nothing that was predicted holds: an error, nothing is raised and nothing written.
+//! Do setup and program belong together? In: toolpath, engagement, job. Out: a diagnostic for each of [`CHECKS`] that fails, before anything is
+//! written. Most are warnings. Where nearly nothing of the program touches the stock, no prediction holds: that is an error, no feed is raised
+//! and nothing is written.
 //!
-//! A load limit far above any load is voiced where feeds are raised ([`crate::schedule`]), since it raises nothing.
+//! Load limits far above every load are found elsewhere ([`crate::schedule::idle_limits`]).
 
 use crate::diag::{Diagnostic, Severity};
 use crate::engage::EngagementMap;
@@ -11,7 +11,7 @@ use crate::machine::material::ForceModel;
 use crate::machine::{Job, LimitKind, Material, Shape, StockShape, Tool};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
-use crate::schedule::{Bound, Kept, Problem};
+use crate::schedule::{Bound, NotRaised, Problem};
 use crate::units::{MM_PER_INCH, rpm_from_rps};
 
 /// What is looked at.
@@ -95,18 +95,17 @@ pub const UNIT_SLACK: f64 = 1.5;
 pub const FEED_PER_TOOTH: f64 = 0.25;
 /// Volume of stock, mm³: a cubic metre, 2.7 t of aluminium.
 pub const STOCK_MM3: f64 = 1e9;
-/// Tangential cutting coefficients that are believed, N/mm²: from a tenth of the library's softest metal (plastics and wood lie
-/// above it) to twice its hardest steel. The setup refuses what is beyond 50,000.
+/// Plausible tangential cutting coefficients, N/mm²: from a tenth of the library's softest metal (plastics and wood are above that) to twice its
+/// hardest steel. Values above 50,000 are refused by the setup.
 pub const K_TC_N_MM2: [f64; 2] = [55.0, 20_000.0];
-/// Factor between a tool and its stock that no edge explains.
+/// Factor between the coefficients of a tool and of its stock from which on one of them must be wrong.
 pub const TIMES: f64 = 10.0;
-/// Share of the feed motion that meets the stock. Programs in use have 0.78 to 0.97 of it in the cut; 0.02 was seen where the
-/// zero was wrong.
+/// Least share of the feed motion that is in the stock. Real programs have 0.78 to 0.97; with a wrong zero 0.02 has been seen.
 pub const MEETS: f64 = 0.02;
 
 const NO_CHIP_TERM: &str = "plausible::no-chip-term";
 
-/// What does not hold.
+/// Diagnostics of all checks that fail.
 pub fn implausible(seen: &Simulation) -> Vec<Diagnostic> {
     let said = |check: &Check| {
         let one = |(text, line): Finding| {
@@ -118,8 +117,7 @@ pub fn implausible(seen: &Simulation) -> Vec<Diagnostic> {
     CHECKS.iter().flat_map(said).collect()
 }
 
-/// Is something said of this program that leaves no feed to be raised: it does not meet its stock, or its force does
-/// not depend on the feed?
+/// Is there a diagnostic after which no feed may be raised: the program hardly touches its stock, or the force does not depend on the feed?
 pub fn allow_no_rise(diagnostics: &[Diagnostic]) -> bool {
     diagnostics.iter().any(|said| ["engage::untouched", "engage::misses", NO_CHIP_TERM].contains(&said.code))
 }
@@ -127,7 +125,7 @@ pub fn allow_no_rise(diagnostics: &[Diagnostic]) -> bool {
 /// Keeps every feed at or below the programmed one, in air too.
 pub fn raise_nothing(problem: &mut Problem) {
     for node in problem.nodes.iter_mut().filter(|node| node.free) {
-        node.kept = node.kept.or(Some(Kept::Uncertain));
+        node.not_raised = node.not_raised.or(Some(NotRaised::Uncertain));
         if node.cap.feed_mm_s > node.programmed_mm_s {
             node.cap = Bound { feed_mm_s: node.programmed_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
         }
@@ -240,7 +238,7 @@ fn coefficients(seen: &Simulation) -> Vec<Finding> {
     found
 }
 
-/// A model whose force is that of the edges alone, as cuts with chips of a few µm leave it, has no limit to any feed.
+/// A model with edge forces only, as it comes from cuts with chips of a few µm, would allow any feed.
 fn no_chip_term(seen: &Simulation) -> Vec<Finding> {
     let none = |model: &ForceModel| matches!(model, ForceModel::LinearEdge(k) if k.k_tc == 0.0);
     let stocks = seen.job.stocks.iter().map(|stock| ("the stock".to_owned(), &stock.material.model));

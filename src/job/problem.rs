@@ -7,13 +7,13 @@ use crate::machine::{Job, LimitKind};
 use crate::nc::{Environment, Program, Toolpath};
 use crate::rewrite;
 use crate::schedule::history::History;
-use crate::schedule::{self, Bound, Kept, Problem, Standing};
+use crate::schedule::{self, Bound, EarlierOutput, NotRaised, Problem};
 
 pub(super) fn environment<'a>(job: &Job, watch: &Watch<'a>) -> Environment<'a> {
     Environment { load: watch.subprograms, ..Environment::from_job(job) }
 }
 
-/// With effects of history no station may be longer than the spacing.
+/// Divides stations longer than the spacing where loads depend on what the tool has cut before.
 pub(super) fn cut(map: EngagementMap, job: &Job, spacing_mm: f64) -> EngagementMap {
     if schedule::history::is_asked_for(job) { map.cut_to(spacing_mm) } else { map }
 }
@@ -30,9 +30,9 @@ pub(super) fn engagement(
     Ok(cut(map, job, spacing_mm))
 }
 
-/// Caps and floors relative to the feeds that the program was written for: the F words of an earlier run are not taken for
-/// the user's, but where an entry or a finishing pass ends is known no better than to a station, and stays where the file has
-/// it. Where it is not known any more what the feeds were, nothing is raised. `history`: what lies behind the tools.
+/// Caps and floors relative to the original feeds: F words that an earlier run wrote do not count as the user's. The ends of entries and
+/// finishing passes are known only to a station, so they stay where the file has them. Where the original feeds are lost, nothing is raised.
+/// `history`: what each tool has cut before each station.
 pub(super) fn problem_of(
     program: &Program,
     toolpath: &Toolpath,
@@ -48,13 +48,13 @@ pub(super) fn problem_of(
     for (motion, reference) in original.moves.iter_mut().zip(&references) {
         motion.feed.mm_s = reference.feed_mm_s;
     }
-    let standing = Standing { toolpath, apart_mm: 2.0 * SPACING_MM[0] };
-    let mut problem = schedule::problem_after(&original, map, job, history, Some(standing));
+    let earlier = EarlierOutput { toolpath, apart_mm: 2.0 * SPACING_MM[0] };
+    let mut problem = schedule::problem_after(&original, map, job, history, Some(earlier));
     for node in &mut problem.nodes {
         let now_mm_s = toolpath.moves[node.move_id.ix()].feed.mm_s;
         node.programmed_mm_s = now_mm_s;
         if !references[node.move_id.ix()].known && node.free {
-            node.kept = node.kept.or(Some(Kept::Forgotten));
+            node.not_raised = node.not_raised.or(Some(NotRaised::Forgotten));
             if node.cap.feed_mm_s > now_mm_s {
                 node.cap = Bound { feed_mm_s: now_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
                 node.floor.feed_mm_s = node.floor.feed_mm_s.min(now_mm_s);

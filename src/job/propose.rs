@@ -1,8 +1,9 @@
 //! Limits to propose for a program that runs well as it is. In: a simulated run. Out: for each tool, and for each of its operations
 //! where it has several, reference limits, each with the reason for its value.
 //!
-//! The program has been cut: what [`SHARE`] of a tool's cut length stays below is known to be survived, and it is proposed, unless
-//! the tool's strength or the spindle gives less. What they would give beyond it is said, not proposed: nobody has tried it.
+//! The program has been run, so loads that [`SHARE`] of a tool's cut length stays below are known to be safe. These are proposed, unless the
+//! tool's strength or the spindle allows less. Higher loads that tool and spindle would allow are mentioned but not proposed, because nobody has
+//! tried them.
 
 use crate::machine::{Job, LimitKind, Scope};
 use crate::outcome::{ProgramRun, StationLoads, each_station};

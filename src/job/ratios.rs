@@ -1,10 +1,8 @@
-//! Loads of the written file under their limits, station by station. In: what is known of its engagement, the feeds it commands, the
-//! limits in force on the original. Out: [`KnownLoads`], the loads themselves; from these the places beyond a limit ([`Breach`]) and
-//! what is reported of them ([`Over`]).
+//! Loads of the written file against their limits, station by station. In: its engagement, its commanded feeds, the limits in force on the
+//! original. Out: [`KnownLoads`]; from these the places above a limit ([`Breach`]) and the totals for the report ([`Over`]).
 //!
-//! The loads of a station are worked out once for each feed that it gets: those that are known stay as long as its feed does, from
-//! round to round and wherever the station is carried over to. Only where loads follow from what was cut before, and with it from the
-//! feeds of other stations, does every round begin anew.
+//! The loads of a station are worked out once for each feed that it gets, and stay known from round to round as long as its feed stays. Only
+//! where loads depend on earlier cuts, and so on the feeds of other stations, are they worked out anew in every round.
 
 use rayon::prelude::*;
 
@@ -18,8 +16,8 @@ use crate::force::{Cap, LoadLine};
 use crate::ids::BlockId;
 use crate::machine::{Job, LimitKind};
 use crate::nc::{MoveKind, Toolpath};
-use crate::outcome::MET;
-use crate::outcome::over_limits::{Apart, LoadLimit, Over, Place, load_limits, p99};
+use crate::outcome::LIMIT_TOLERANCE;
+use crate::outcome::over_limits::{FixedFeed, LoadLimit, Over, Place, load_limits, p99};
 use crate::schedule::FeedPiece;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::history;
@@ -82,7 +80,7 @@ impl<'a> Ratios<'a> {
     pub fn work_out(&self, carried: &mut KnownLoads) {
         let each = self.rules.most_loads();
         if self.past || carried.each != each {
-            *carried = KnownLoads::of_each(each);
+            *carried = KnownLoads::with_room_for(each);
         }
         carried.make_room(self.map.stations.len());
         let of_station = carried.feeds_mm_s.par_iter_mut().zip(carried.loads.par_chunks_mut(each));
@@ -121,18 +119,18 @@ impl<'a> Ratios<'a> {
         Some(worst)
     }
 
-    /// Is the feed of a station not ours to choose?
-    pub fn is_apart(&self, station: &Station) -> bool {
-        self.apart(&self.on_original(station)).is_some()
+    /// Is the feed of a station one that cannot be chosen (frozen, kept, infeasible)?
+    pub fn is_fixed(&self, station: &Station) -> bool {
+        self.fixed_feed(&self.on_original(station)).is_some()
     }
 
-    /// The places beyond a limit whose feed is ours to choose.
+    /// The places above a limit whose feed can be chosen.
     pub fn breaches(&self, carried: &KnownLoads) -> Vec<Breach> {
         let of_station = |index: usize| {
-            let (_, kind, _) = self.nearest(index, carried).filter(|(.., ratio)| *ratio > MET)?;
+            let (_, kind, _) = self.nearest(index, carried).filter(|(.., ratio)| *ratio > LIMIT_TOLERANCE)?;
             let station = &self.map.stations[index];
             let origin = self.on_original(station);
-            if self.apart(&origin).is_some() {
+            if self.fixed_feed(&origin).is_some() {
                 return None;
             }
             Some(Breach { origin, kind, cap_mm_s: self.cap(&self.line(station)?, &origin, station) })
@@ -163,7 +161,7 @@ impl<'a> Ratios<'a> {
             let origin = self.on_original(station);
             let motion = &self.side.toolpath.moves[origin.move_id.ix()];
             let length_mm = station.length_mm();
-            let place = Place { line: motion.line, tool: motion.tool, length_mm, apart: self.apart(&origin) };
+            let place = Place { line: motion.line, tool: motion.tool, length_mm, fixed: self.fixed_feed(&origin) };
             let limits = self.limits(&origin, station);
             let ratio = over.add(&place, limits.zip(carried.of(index).iter().copied()));
             ratios.push((ratio, length_mm));
@@ -188,7 +186,7 @@ impl<'a> Ratios<'a> {
             let between = stations[i - 1].move_id.ix()..=stations[i].move_id.ix();
             steps[i].joined &= self.written.moves[between].iter().all(|motion| motion.kind == MoveKind::Feed);
         }
-        force_rate::worst(&steps, SPACING_MM[0], MET, &mut |from, to, ratio| {
+        force_rate::worst(&steps, SPACING_MM[0], LIMIT_TOLERANCE, &mut |from, to, ratio| {
             let slower = places[from..=to].iter().map(|(origin, step)| Breach {
                 origin: *origin,
                 kind: LimitKind::ForceRate,
@@ -207,7 +205,7 @@ impl<'a> Ratios<'a> {
             length_mm: station.length_mm(),
             feed_mm_s,
             limit_n_s: self.rules.of(origin.move_id).limits.force_rate_n_s,
-            joined: self.apart(&origin).is_none(),
+            joined: self.fixed_feed(&origin).is_none(),
         };
         (origin, step)
     }
@@ -254,9 +252,9 @@ impl<'a> Ratios<'a> {
         Origin { move_id, from_mm: from_mm + scale * station.from_mm, to_mm: from_mm + scale * station.to_mm }
     }
 
-    fn apart(&self, origin: &Origin) -> Option<Apart> {
+    fn fixed_feed(&self, origin: &Origin) -> Option<FixedFeed> {
         let motion = &self.side.toolpath.moves[origin.move_id.ix()];
         let nodes = self.side.problem.nodes_of(origin.move_id).iter().filter(|node| overlaps(node, origin));
-        Apart::of(motion, nodes, self.kept.binary_search(&motion.block).is_ok())
+        FixedFeed::of(motion, nodes, self.kept.binary_search(&motion.block).is_ok())
     }
 }

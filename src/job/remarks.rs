@@ -1,5 +1,5 @@
-//! What is to be said about a program before and after it is simulated: tools that the setup does not know, things that
-//! must not happen.
+//! Diagnostics about a program and its simulation. In: program, toolpath, engagement, schedule, job. Out: one diagnostic or assumption for each
+//! finding: tools that the setup does not describe, collisions, limits that never act, minima that are not kept …
 
 use crate::diag::{Diagnostic, Severity};
 use crate::effects::wear;
@@ -14,7 +14,7 @@ use crate::rewrite;
 use crate::schedule::cutters::Cutters;
 use crate::schedule::idle_limits::{Idle, idle};
 use crate::schedule::rules::rules;
-use crate::schedule::{Conflict, Kept, Problem, Schedule, as_programmed};
+use crate::schedule::{Conflict, NotRaised, Problem, Schedule, as_programmed};
 use crate::setup::Assumption;
 use crate::units::mm_min_from_mm_s;
 
@@ -75,7 +75,7 @@ pub fn files(program: &Program, toolpath: &Toolpath) -> Option<Diagnostic> {
     Some(Diagnostic::new("nc::other-file", Severity::Note, text).on_line(first.line).help(help))
 }
 
-/// Collisions and other things that must not happen, as diagnostics.
+/// Collisions and other dangerous events, as diagnostics.
 pub fn events(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     let one = |event: &crate::engage::Event| {
         let (code, severity, text, help) = words(event.kind);
@@ -105,7 +105,7 @@ pub fn idle_operations(
     (0..count).filter(idle).map(said).collect()
 }
 
-/// A program of ours that does not know any more what its feeds were.
+/// A program that Feedwright has written before and whose original feeds are lost.
 pub fn forgotten(program: &Program) -> Option<Diagnostic> {
     if !rewrite::forgets(program) {
         return None;
@@ -115,7 +115,7 @@ pub fn forgotten(program: &Program) -> Option<Diagnostic> {
     Some(Diagnostic::new("rewrite::forgotten", Severity::Warning, text).help(help))
 }
 
-/// What is to be said about the stock: what was repaired in its files, and that nothing of it is cut.
+/// Repairs in the files of the stock; and a remark if nothing of the stock is cut.
 pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     let note = |note: &String| Diagnostic::new("engage::stock-file", Severity::Note, note.clone());
     let mut found: Vec<Diagnostic> = map.notes.iter().map(note).collect();
@@ -128,10 +128,10 @@ pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     found
 }
 
-/// Share of a limit below which a load is none: the forces of opposite edges cancel but for rounding.
+/// Share of a limit below which a load counts as 0: forces of opposite edges that cancel apart from rounding.
 const CANCELLED: f64 = 1e-9;
 
-/// Load limits that never act, once for each that comes nearest: they give no leave to raise a feed.
+/// Load limits far above every load, which therefore do not permit a higher feed.
 pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Diagnostic> {
     let rules = rules(toolpath, map, job);
     let cutters = Cutters::new(toolpath, map, job, &as_programmed(toolpath));
@@ -180,9 +180,12 @@ pub fn held_by_feed_change(schedule: &Schedule, job: &Job) -> Option<Diagnostic>
     Some(Diagnostic::new("schedule::feed-change", Severity::Note, text).help(help))
 }
 
-/// What runs no faster because the setup does not say what clamps the part.
+/// Time that is not saved because the setup does not say what clamps the part.
 pub fn held_by_clamps(problem: &Problem) -> Option<Diagnostic> {
-    let held = problem.nodes.iter().filter(|node| node.kept == Some(Kept::Fixtures) && node.unkept.is_some());
+    let held = problem
+        .nodes
+        .iter()
+        .filter(|node| node.not_raised == Some(NotRaised::Fixtures) && node.cap_if_raised.is_some());
     let seconds: f64 = held.map(|node| node.length_mm() / node.programmed_mm_s).sum();
     let text = format!(
         "{seconds:.0} s in the air beside the blank keep their feed: the setup does not say what clamps the part"

@@ -1,5 +1,5 @@
 //! `semifinish`: both programs read, the semi-finish moved, written, read back and simulated with the finish again. In: two
-//! programs and the job. Out: the moved program, and what is to be said of it.
+//! programs and the job. Out: the moved program, with its warnings.
 
 use crate::diag::Diagnostic;
 use crate::engage::{self, EngageError, EngagementMap, Event, EventKind};

@@ -1,37 +1,36 @@
 //! Which blocks of the written file are simulated again, at the finer spacing. In: where the stations of each block come from, and their
 //! loads at the feeds of the file. Out: yes or no for each block.
 //!
-//! Engagement does not depend on feeds, and a block that the file has whole goes the same way through the same stock as in the
-//! original. A finer simulation of it can only find what lies *between* the stations of the first one, and that shows at these:
-//! between two stations the load runs on from one to the other, and where it runs through a peak that both of them miss it
-//! changes on the way up. So a station with the load r (a share of its limit, at its feed v) whose neighbours along the path have
-//! the loads r′ at the feeds v′ is taken to reach
+//! Engagement does not depend on feeds, and a block that was not split runs along the same path through the same stock as in the original. A
+//! finer simulation of it can only find a peak of load *between* two stations of the first one, and such a peak makes the loads at its two sides
+//! differ. So for a station with the load r (a share of its limit, at its feed v) whose neighbours along the path have the loads r′ at the
+//! feeds v′, the load between them is estimated as
 //!
 //! ```text
 //! r + max |r − r′·v/v′|
 //! ```
 //!
-//! over both neighbours: as much above r as they lie beside it. r′·v/v′ is the neighbour's load at the feed here, which a load never
-//! exceeds that grows with the feed and has a part that does not. A neighbour that cuts nothing has r′ = 0: where a cut begins or ends
-//! its load counts twice.
+//! over both neighbours: as far above r as a neighbour differs from it. r′·v/v′ is an upper bound of the neighbour's load at this feed, if it
+//! rises, because a part of the load does not grow with the feed. A neighbour in air has r′ = 0, so where a cut begins or ends its load
+//! counts twice.
 //!
 //! | block | simulated again |
 //! |---|---|
-//! | cut in pieces | every piece: nothing is known of it |
-//! | whole | where a station whose feed is ours to choose reaches [`NEAR`] of its limit |
-//! | any | where the rate of change of force is limited: that is one between stations |
-//! | seen before | no more: what one round has simulated the next one keeps |
+//! | split | every piece: its engagement is not known |
+//! | whole | if the estimate at a station whose feed can be chosen reaches [`NEAR`] of its limit |
+//! | any | if the rate of change of force is limited, which is a quantity between stations |
+//! | simulated in an earlier round | no: its stations are kept |
 
 use rayon::prelude::*;
 
 use super::ratios::Ratios;
-use super::written_engagement::{Met, WrittenEngagement};
+use super::written_engagement::{StationsFrom, WrittenEngagement};
 use crate::nc::{MoveKind, Toolpath};
 use crate::schedule::known_loads::KnownLoads;
 
-/// Part of a limit from which what a station reaches (see the head) is looked at again. Of 166,000 whole blocks in fourteen programs
-/// the finer simulation found at most 1.13 times what they reach (loads near 0.3 of the limit; from 0.5 on it was 1.07): to be passed over, a
-/// load above its limit would have to be 1.25 times that.
+/// Share of a limit from which on a block is simulated again. In 166,000 whole blocks of fourteen programs the finer simulation found loads up to
+/// 1.13 times the estimate (near 0.3 of the limit; 1.07 times from 0.5 on). For a load above its limit to be missed, it would have to be 1.25
+/// times the estimate.
 const NEAR: f64 = 0.8;
 
 /// Load over limit at one station, and its feed in mm/s.
@@ -49,15 +48,17 @@ pub fn to_simulate_again(known: &WrittenEngagement, ratios: &Ratios, carried: &K
     };
     let near = |index: usize| {
         let reach = reaches(loads[index], [beside(index, index.checked_sub(1)), beside(index, Some(index + 1))]);
-        reach > NEAR && !ratios.is_apart(&stations[index])
+        reach > NEAR && !ratios.is_fixed(&stations[index])
     };
     let everything = ratios.limits_force_rate();
-    let wanted = |(index, met): (usize, &Met)| match met {
-        Met::NotYet => true,
-        Met::AsOriginal => everything || known.map.of_move[index].clone().any(|station| near(station as usize)),
-        Met::Finer => false,
+    let wanted = |(index, met): (usize, &StationsFrom)| match met {
+        StationsFrom::NotYet => true,
+        StationsFrom::AsOriginal => {
+            everything || known.map.of_move[index].clone().any(|station| near(station as usize))
+        }
+        StationsFrom::Finer => false,
     };
-    known.met.par_iter().enumerate().map(wanted).collect()
+    known.stations_from.par_iter().enumerate().map(wanted).collect()
 }
 
 /// Do these moves run on from one to the other, at feed and with one tool?
@@ -66,7 +67,7 @@ fn run_on(written: &Toolpath, first: usize, last: usize) -> bool {
     moves.iter().all(|motion| motion.kind == MoveKind::Feed && motion.tool == moves[0].tool)
 }
 
-/// What a station is taken to reach, as a share of its limit: its load and as much more as those beside it differ, at its feed.
+/// The estimate for a station, as a share of its limit (see the head of the file).
 fn reaches(here: Load, beside: [Load; 2]) -> f64 {
     let Some((ratio, feed_mm_s)) = here else { return 0.0 };
     let at_this_feed = |load: Load| load.map_or(0.0, |(ratio, of_mm_s)| ratio * feed_mm_s / of_mm_s);

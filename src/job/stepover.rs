@@ -1,8 +1,8 @@
-//! `stepover`: the feeds along planned passes. In: a program at its highest feed, the stock it meets, a reference force. Out: the
-//! program with the feeds at which that force is kept.
+//! `stepover`: the feeds along planned passes. In: a program at its highest feed, its stock, a reference force. Out: the program with feeds at
+//! which that force is kept.
 //!
-//! What the passes engage is simulated, not taken from the plan: where walls rise ahead of the tool, or two passes join, a plan
-//! knows it only roughly. The schedule is the ordinary one, so that corners, axes and power hold as well.
+//! The engagement of the passes is simulated and not taken from the plan, which knows it only roughly where walls rise ahead of the tool or two
+//! passes join. The ordinary schedule chooses the feeds, so that corners, axes and power are respected too.
 
 use super::{JobError, Keep, Task, Wanted, Watch, optimize};
 use crate::engage;

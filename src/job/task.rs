@@ -1,4 +1,5 @@
-//! What the pipeline is asked and told. In: program, setup, the outside world. Out: these, or why there is no run.
+//! Input and errors of the pipeline. In: program, setup, hooks to the outside world. Out: [`Task`] and [`Watch`] for the pipeline, [`JobError`]
+//! from it.
 
 use super::edges::WornOut;
 use super::wanted::Wanted;
@@ -51,17 +52,17 @@ pub enum JobError {
     Engage(#[from] EngageError),
 }
 
-/// What the pipeline is told by the outside world.
+/// The pipeline's connections to the outside world.
 pub struct Watch<'a> {
-    /// Hears the stage and the fraction of it that is done.
+    /// Called with the stage and the fraction of it that is done.
     pub progress: &'a (dyn Fn(&'static str, f64) + Sync),
-    /// Seconds since some moment.
+    /// A clock: seconds since any fixed moment.
     pub clock: &'a dyn Fn() -> f64,
     /// Reads subprograms.
     pub subprograms: nc::environment::Loader<'a>,
     /// Settings of the simulation; its spacing is that of [`SPACING_MM`].
     pub engage: engage::Options<'a>,
-    /// What is kept of the simulation.
+    /// Where engagement maps and stock are stored.
     pub keep: Keep<'a>,
 }
 
@@ -72,7 +73,7 @@ pub type Remember<'a> = dyn Fn(&Key, &EngagementMap) + 'a;
 /// Takes pieces of stock with their shifts.
 pub type TakeStock<'a> = dyn Fn(Vec<(Piece, Vec3)>) + 'a;
 
-/// Hooks for what outlives a run.
+/// Hooks to store results beyond a run.
 #[derive(Clone, Copy, Default)]
 pub struct Keep<'a> {
     /// The map of an earlier run with this key. Nothing is simulated then, and `stock` is not called.

@@ -1,8 +1,8 @@
-//! From what the check found to the caps of the next round. In: the [`Breach`]es, the [`Problem`] that the schedule was asked. Out: the
-//! same problem with the caps that these places should have had, and feeds lowered where they stand.
+//! Caps of the next round after a check. In: the [`Breach`]es, the [`Problem`] of the schedule. Out: the same problem with the caps that these
+//! places should have had; or feeds lowered without splitting blocks at other places.
 //!
-//! A place is left as infeasible where no feed allowed meets its limit, and where no round is left to try a lower one: it runs at
-//! the lowest feed there is, and is listed.
+//! A place is listed as infeasible, and runs at the lowest feed allowed, if no feed allowed meets its limit or no round is left to try a lower
+//! one.
 
 use super::origins::Origin;
 use crate::ids::BlockId;
@@ -28,7 +28,7 @@ pub struct Breach {
     pub cap_mm_s: Option<f64>,
 }
 
-/// Does a breach ask for a cap that the schedule did not have?
+/// Does a breach need a lower cap than the schedule had?
 pub fn asks_for_lower_cap(problem: &Problem, breach: &Breach) -> bool {
     let mut over = problem.nodes_of(breach.origin.move_id).iter().filter(|node| overlaps(node, &breach.origin));
     over.any(|node| match reachable(node, breach) {
@@ -44,7 +44,7 @@ pub fn overlaps(node: &Node, origin: &Origin) -> bool {
         || origin.to_mm - origin.from_mm <= slack && node.from_mm <= origin.to_mm && node.to_mm >= origin.from_mm
 }
 
-/// Blocks that the proof objects to keep their feed from now on.
+/// Makes blocks in which the proof found a difference keep their feed from now on.
 pub fn leave_alone(run: &mut ProgramRun, blocks: &[BlockId]) {
     for node in &mut run.problem.nodes {
         let motion = &mut run.toolpath.moves[node.move_id.ix()];
@@ -56,7 +56,7 @@ pub fn leave_alone(run: &mut ProgramRun, blocks: &[BlockId]) {
     }
 }
 
-/// Takes the breaches into the caps. `last`: no round is left, so they are listed as infeasible.
+/// Lowers the caps at the breaches. `last`: no round is left, so the places are listed as infeasible.
 pub fn tighten(problem: &mut Problem, breaches: &[Breach], last: bool) {
     for breach in breaches {
         let range = problem.of_move[breach.origin.move_id.ix()].clone();
@@ -68,7 +68,7 @@ pub fn tighten(problem: &mut Problem, breaches: &[Breach], last: bool) {
     }
 }
 
-/// Lowers feeds where they stand: over each breach to the caps that the problem has there by now. Where blocks are split stays.
+/// Lowers the feed of each piece with a breach to the caps that the problem has there now. Blocks stay split where they are.
 pub fn lower_in_place(pieces: &mut [FeedPiece], problem: &Problem, breaches: &[Breach], grid: &Grid) {
     for breach in breaches {
         let Origin { move_id, from_mm, to_mm } = breach.origin;
@@ -97,7 +97,7 @@ fn reachable(node: &Node, breach: &Breach) -> Option<f64> {
     breach.cap_mm_s.filter(|cap| *cap >= LEAST * lowest_mm_s(node))
 }
 
-/// Where nothing was asked for because nothing was met, the lowest change of feed holds: never a feed of zero.
+/// Lowest feed of a node, mm/s; in air, where the floor is 0, the lowest change of feed that is allowed, so never 0.
 fn lowest_mm_s(node: &Node) -> f64 {
     let asked = if node.floor.feed_mm_s > 0.0 { node.floor.feed_mm_s } else { FEED_CHANGE_MIN * node.programmed_mm_s };
     asked.min(node.programmed_mm_s)
@@ -136,8 +136,8 @@ mod tests {
             free: true,
             uncertain: false,
             final_surface: false,
-            kept: None,
-            unkept: None,
+            not_raised: None,
+            cap_if_raised: None,
             infeasible: None,
         }
     }

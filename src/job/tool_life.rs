@@ -1,5 +1,5 @@
-//! What a run says of the life of one tool. In: a [`ProgramRun`] over a program with marks of check points. Out: the check points with
-//! their places, predicted loads and lengths cut; the load at one as a function of wear; the job with a tool as worn as it is.
+//! One tool in a run, for the regulation of its life. In: a [`ProgramRun`] over a program with marks of check points. Out: the check points with
+//! their places, predicted loads and lengths cut; the load at a check point as a function of wear; the job with a tool of given wear.
 
 use crate::effects::wear;
 use crate::engage::Station;
@@ -14,7 +14,7 @@ use crate::toollife::check_points::{self, Cycle};
 use crate::toollife::exponent::{Lengths, POWERS};
 use std::cell::OnceCell;
 
-/// Which load is read.
+/// The load that is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LoadKind {
     /// Peak resultant in the plane, N.

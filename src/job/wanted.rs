@@ -1,5 +1,5 @@
-//! What a run is asked besides the feeds, and how the job and the answers follow from it. In: [`Wanted`], a job, what was found.
-//! Out: limits from the program itself, room for doubt, the control fitted to a measured time.
+//! Options of a run beside the setup. In: [`Wanted`], a job, results of the run. Out: limits from the program itself (`--reference`), stock and
+//! margins for a confidence, the model of the control fitted to a measured cycle time.
 
 use crate::engage::EngagementMap;
 use crate::machine::Job;
@@ -17,14 +17,14 @@ use crate::setup::Assumption;
 /// Factors on the coefficients under which limits from the program itself are looked at again.
 const FACTORS: [f64; 2] = [0.7, 1.3];
 
-/// What is asked.
+/// Options of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Wanted {
     /// Limits are this percentile of the loads that each operation meets in the program as it stands.
     pub reference: Option<f64>,
     /// The written program is simulated again under variations of what was assumed.
     pub stress: bool,
-    /// What the original takes on the machine, s.
+    /// Measured cycle time of the original on the machine, s.
     pub cycle_time_s: Option<f64>,
     /// Confidence at which load limits hold.
     pub confidence: Option<f64>,

@@ -1,6 +1,5 @@
-//! Feeds under the wear that they cause. In: a run whose problem was posed for edges that have not worn. Out: its problem and
-//! feeds settled by the rounds of [`crate::schedule::wear`], in both positions of the block-delete switch, or the place from which the
-//! tool is worn out.
+//! Feeds for the wear that they themselves cause. In: a run whose caps were worked out for unworn edges. Out: its caps and feeds after the
+//! iteration of [`crate::schedule::wear`], in both positions of the block-delete switch; or the place from which on the tool is worn out.
 
 use super::block_delete;
 use super::edges::WornOut;
@@ -57,8 +56,8 @@ pub fn beyond(run: &ProgramRun, feeds: &[FeedPiece], breaches: &[Breach]) -> Opt
     Some(worn_out_at(&run.toolpath, &run.map, &history, breach.origin.move_id, breach.origin.from_mm, breach.kind))
 }
 
-/// Tools whose edge comes to be so worn that a limit which a fresh one meets is met by no feed: from where, and what helps. The rounds
-/// give each place the highest feed that its wear leaves, and do not slow an earlier place for a later one.
+/// A diagnostic for each tool that wears so far that no feed meets a limit which a fresh edge meets: from where on, and what helps. The
+/// iteration gives each place the highest feed for the wear there; it does not slow down an earlier place to spare the tool for a later one.
 pub fn too_worn(run: &ProgramRun, fresh: &Fresh, feeds: &[FeedPiece]) -> Vec<Diagnostic> {
     let history = History::of(&run.toolpath, &run.map, &run.job, feeds);
     let motion = |node: &Node| &run.toolpath.moves[node.move_id.ix()];

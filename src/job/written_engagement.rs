@@ -1,7 +1,7 @@
-//! What is known of the engagement of the written file. In: its toolpath, that of the original with the engagement of the first
-//! simulation. Out: the stations of the written moves: a block that the file has whole goes the same way through the same stock and has
-//! those of the original; what was cut in pieces has none until it is simulated, in the stock as the written file cuts it. What
-//! one round has found the next one keeps, station by station, and with it the loads ([`KnownLoads`]).
+//! The engagement of the written file, as far as it is known. In: its toolpath; toolpath and engagement of the original. Out: the stations of the
+//! written moves. A block that was not split runs along the same path through the same stock and has the stations of the original; the
+//! pieces of a split block have none until they are simulated. Stations, and with them their loads ([`KnownLoads`]), are kept from round to
+//! round.
 
 use super::origins::Origin;
 use super::problem::cut;
@@ -21,17 +21,17 @@ pub struct WrittenEngagement {
     pub written: Toolpath,
     /// The piece of the original that each of them is.
     pub origins: Vec<Origin>,
-    /// What the cutter meets, as far as it is known.
+    /// Its engagement, as far as it is known.
     pub map: EngagementMap,
     /// Where the stations of each move come from.
-    pub met: Vec<Met>,
+    pub stations_from: Vec<StationsFrom>,
     /// The loads of its stations.
     pub carried: KnownLoads,
 }
 
 /// Where the stations of a written move come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Met {
+pub enum StationsFrom {
     /// It has none yet.
     NotYet,
     /// It is whole, and they are those of the original.
@@ -40,7 +40,7 @@ pub enum Met {
     Finer,
 }
 
-/// One position of the block-delete switch: what the original does in it, and what is known of that.
+/// The original in one position of the block-delete switch.
 pub struct Side<'a> {
     /// The original's moves.
     pub toolpath: &'a Toolpath,
@@ -64,7 +64,7 @@ impl<'a> Side<'a> {
 }
 
 impl WrittenEngagement {
-    /// Of a file that was not looked at before: blocks it has whole are met as those of the original are.
+    /// Of a file of which nothing has been simulated: blocks that are not split have the stations of the original.
     pub fn whole(side: &Side, written: Toolpath, origins: Vec<Origin>) -> Self {
         let of_move: Vec<Option<MoveId>> = written
             .moves
@@ -76,12 +76,13 @@ impl WrittenEngagement {
             .collect();
         let again = Again { known: side.map, of_move: &of_move };
         let map = again.carried();
-        let carried = side.problem.known.over_to(&map, again);
-        let met = of_move.iter().map(|of| of.map_or(Met::NotYet, |_| Met::AsOriginal)).collect();
-        Self { written, origins, map, met, carried }
+        let carried = side.problem.known.carried_to(&map, again);
+        let stations_from =
+            of_move.iter().map(|of| of.map_or(StationsFrom::NotYet, |_| StationsFrom::AsOriginal)).collect();
+        Self { written, origins, map, stations_from, carried }
     }
 
-    /// Of a file that cuts some blocks otherwise than this one: places that both have keep what is known of them.
+    /// Of a file in which some blocks are split at other places: pieces that both files have keep their stations.
     pub fn on_with(self, written: Toolpath, origins: Vec<Origin>) -> Self {
         if self.origins == origins {
             return Self { written, ..self };
@@ -93,14 +94,15 @@ impl WrittenEngagement {
                 let key = |origin: &Origin| (origin.move_id, origin.from_mm);
                 at += self.origins[at..].partition_point(|known| key(known) < key(origin));
                 let same = self.origins.get(at).is_some_and(|known| known == origin);
-                (same && self.met[at] != Met::NotYet).then_some(MoveId(at as u32))
+                (same && self.stations_from[at] != StationsFrom::NotYet).then_some(MoveId(at as u32))
             })
             .collect();
         let again = Again { known: &self.map, of_move: &of_move };
         let map = again.carried();
-        let carried = self.carried.over_to(&map, again);
-        let met = of_move.iter().map(|of| of.map_or(Met::NotYet, |of| self.met[of.ix()])).collect();
-        Self { written, origins, map, met, carried }
+        let carried = self.carried.carried_to(&map, again);
+        let stations_from =
+            of_move.iter().map(|of| of.map_or(StationsFrom::NotYet, |of| self.stations_from[of.ix()])).collect();
+        Self { written, origins, map, stations_from, carried }
     }
 
     /// Simulates some moves at the finer spacing.
@@ -111,16 +113,16 @@ impl WrittenEngagement {
         let progress = |done| (watch.progress)("check", done);
         let again = Again { known: &self.map, of_move: &of_move };
         let map = engage::engage_again(&self.written, side.job, &options, again, &progress)?;
-        let carried = self.carried.over_to(&map, again);
+        let carried = self.carried.carried_to(&map, again);
         (self.map, self.carried) = (cut(map, side.job, SPACING_MM[1]), carried);
-        for (met, _) in self.met.iter_mut().zip(which).filter(|(_, again)| **again) {
-            *met = Met::Finer;
+        for (met, _) in self.stations_from.iter_mut().zip(which).filter(|(_, again)| **again) {
+            *met = StationsFrom::Finer;
         }
         Ok(())
     }
 }
 
-/// Does a move go the way of another, from end to end, with the same tool?
+/// Do two moves run along the same path, from end to end, with the same tool?
 fn same_way(a: &Move, b: &Move) -> bool {
     /// Rounding of coordinates that are added up.
     const SAME_MM: f64 = 1e-6;

@@ -1,5 +1,5 @@
-//! A quantity tabulated against another (tare against speed, power against speed), linear between the points and
-//! constant beyond the ends.
+//! A quantity tabulated over another (tare or power over spindle speed). In: points, and an argument. Out: the value, linear between the points
+//! and constant beyond the ends.
 
 /// Points (x, y) with strictly rising x.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,5 +1,5 @@
-//! Limits on loads and feeds. One table says of each kind what it is called, what it measures, what it acts on and where its value
-//! stands; setup file, schedule, check, report and annotation read it.
+//! Limits on loads and feeds. In: values from the setup. Out: [`Limits`], and a table with name, dimension, role and field of each kind of limit,
+//! which setup file, schedule, check, report and annotation read.
 
 use crate::units::Dimension;
 
@@ -45,7 +45,7 @@ pub enum LimitKind {
     FeedChange,
     /// Feed where nothing can be cut.
     AirFeed,
-    /// The programmed feed itself: mode keep or slow-only, or nothing to gain from more.
+    /// The programmed feed itself: mode keep or slow-only, or a reason not to raise the feed.
     Programmed,
     /// Ramp at entry, exit or a change of direction.
     Ramp,
@@ -105,7 +105,7 @@ impl LimitKind {
         found
     };
 
-    /// Loads of which what a program meets as it stands may serve as its limit.
+    /// Loads whose values at the programmed feeds may serve as limits (`--reference`).
     pub fn references() -> impl Iterator<Item = LimitKind> {
         Self::ALL.into_iter().filter(|kind| kind.row().role == REFERENCE)
     }
@@ -141,7 +141,7 @@ impl LimitKind {
 pub enum Role {
     /// A load of the cut at a station, which is a function of the feed.
     Load {
-        /// What a program meets as it stands may serve as its limit.
+        /// Its values at the programmed feeds may serve as a limit (`--reference`).
         reference: bool,
     },
     /// The change of a load from one station to the next.

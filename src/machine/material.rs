@@ -1,5 +1,5 @@
-//! What is known of the material under this kind of tool: the force model with its coefficients, and the process model
-//! (named effects with parameters) that calibration and diagnosis add to it.
+//! Material and process model as data. In: filled by the setup, by calibration and by diagnosis. Out: [`Material`], the force model with its
+//! coefficients; [`Process`], named effects with parameters on top of it.
 
 /// Coefficients of the linear edge model (Xu, Jerard, Fussell, Eqs 2.1–2.3): a force per length of cutting edge is
 /// `k_?c · h + k_?e`, tangential (t), radial/normal (r) and axial (a).
@@ -96,8 +96,7 @@ pub struct Process {
     pub covariance: Vec<Vec<f64>>,
     /// The parameters its rows belong to.
     pub covariance_of: Vec<String>,
-    /// What stayed unexplained of a cut's load on held-out data, as a share of it: one standard deviation, without the
-    /// noise of the sensor.
+    /// Scatter: residual of the load of a cut on held-out data, as a share of the load; one standard deviation, without the noise of the sensor.
     pub scatter: Option<f64>,
     /// By tool: the highest feed per tooth of the cuts that the model rests on, mm.
     pub feed_per_tooth_mm: Vec<(u32, f64)>,

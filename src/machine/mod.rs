@@ -1,5 +1,5 @@
-//! Validated domain types: axes, control, spindle, tools, material coefficients, limits, stock, fixtures. Plain data in
-//! mm, s, N, W, rad, rev/s; the setup file is turned into these by [`crate::setup`], the core reads nothing else.
+//! Machine, tools, material, limits, stock and fixtures as validated plain data in mm, s, N, W, rad, rev/s. In: filled by [`crate::setup`] from
+//! the setup file. Out: a [`Job`]: everything that later stages know beside the program.
 
 pub mod curve;
 pub mod limits;
@@ -16,8 +16,8 @@ pub use profile::{Profile, Segment, Slice};
 pub use tool::{Runout, Shape, Tool};
 pub use wear::{ToolWear, Wear, WearLaw, WearRate, fresh_index};
 
-/// Farther from a zero point than this nothing of a mill or its work lies, mm. The longest gantry mills travel some tens of metres; a
-/// larger number is a slip or a wrong unit (judgement).
+/// No part of a mill or its work is farther from a zero point than this, mm. The longest gantry mills travel some tens of metres, so a larger
+/// number is a typing error or a wrong unit. Our judgement.
 pub const MOST_MM: f64 = 1e5;
 
 use crate::path::Vec3;
@@ -200,7 +200,7 @@ pub struct Ramp {
     pub distance_mm: f64,
 }
 
-/// What may run faster than programmed where the limits allow it; `None`: as the setup has it elsewhere, in the end false.
+/// What may run faster than programmed where the limits allow it. `None`: inherited from the surrounding table of the setup, by default false.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Raise {
     /// The end face cuts straight down.
@@ -292,8 +292,8 @@ pub struct OutputRules {
     pub annotate: Annotate,
     /// Are feeds that are an expression or a variable replaced by numbers? Else they are kept.
     pub replace_computed_feeds: bool,
-    /// Line ranges (first, last; 1-based) left as they are. They are simulated and judged like all others: what they carry above a
-    /// limit is a fault that the verdict tells, whoever wrote the feed.
+    /// Line ranges (first, last; 1-based) that keep their feeds. They are simulated and checked like all others: a load above its limit there is
+    /// a fault in the verdict.
     pub exclude: Vec<(u32, u32)>,
 }
 
@@ -374,7 +374,7 @@ pub struct Scope {
 const SKIM_MM: f64 = 0.01;
 
 impl Scope {
-    /// How far a cut lies from this operation: another kind, and the logarithm of its depth over the nearest one here.
+    /// Distance of a cut from this operation: whether the kind differs, and the logarithm of the ratio of its depth to the nearest depth here.
     /// `None` for another tool and other lines.
     pub fn distance(&self, tool: u32, line: u32, cut: Cut) -> Option<(bool, f64)> {
         let within = self.tool == tool && (self.lines.0..=self.lines.1).contains(&line);
@@ -384,7 +384,7 @@ impl Scope {
     }
 }
 
-/// Limits that the program itself gives to one of its operations: what is met there as it stands.
+/// Limits that come from the program itself (`--reference`), for one of its operations: the loads at the programmed feeds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// Its cuts.

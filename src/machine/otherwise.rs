@@ -1,5 +1,5 @@
-//! The same job with something about it otherwise than declared: what diagnosis tries out, and what a learned effect makes
-//! of the job for prediction and scheduling.
+//! Variations of a job. In: a job, and a change of its stock, tools or machine. Out: the changed job: diagnosis tries out such changes, and a
+//! learned effect makes them for prediction and scheduling.
 
 use super::profile::{Profile, Segment};
 use super::tool::{Shape, Tool};

@@ -1,4 +1,5 @@
-//! Outline of a cutter: the curve (radius, height) that turns about the axis, and its slices.
+//! Outline of a cutter: the curve (radius, height) whose rotation about the axis gives its surface. In: a shape with its dimensions, or segments.
+//! Out: heights, radii and normals of the outline, and its slices (thin rings).
 //!
 //! Heights count from the tip (z = 0) up the axis. Segments run from the axis at the tip outward and up: a flat end mill
 //! is the bottom line (0,0)→(R,0) and the side line (R,0)→(R,L); a ball is one arc and a side line. Along each segment the

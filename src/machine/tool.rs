@@ -1,4 +1,4 @@
-//! The tool: shape, teeth, stiffness, holder.
+//! The tool as data. In: filled by the setup. Out: [`Tool`]: shape, teeth, stiffness, holder, wear.
 
 use super::limits::Limits;
 use super::material::Material;

@@ -7,12 +7,12 @@
 //! ```text
 //! dW = c (f/f₀)^p ds          f feed per tooth, f₀ that at which the rate was seen
 //! ```
-//! with c = 1 where the law counts the path of the tool, and c = w/(N f₀) where it counts the way of its teeth: a tooth slides
-//! w mm in material in a revolution, in which the tool with its N teeth goes N f mm. p = −1: the edge wears with the time in the cut; by
-//! the way of the teeth W is then what each tooth has slid, w/(N f) per length. p = 0: the feed is all one. p > 0: thick chips wear it.
+//! with c = 1 where the law counts the path of the tool, and c = w/(N f₀) where it counts the sliding distance of its teeth: in a revolution a
+//! tooth slides w mm through material while the tool with its N teeth advances N f mm. p = −1: the edge wears with the time in the cut, and for
+//! the sliding distance W is what each tooth has slid, w/(N f) per length. p = 0: the feed does not matter. p > 0: thick chips wear the edge.
 //!
-//! The index rises by k W, where a tool is known better by its three stages: r (1 − e^(−W/λ)) + k W + a W³, running in, steady growth,
-//! the end of the edge. It is worn out where the index reaches its end; a share of its life is a share of the W until then.
+//! The index rises by k W; or, where the stages of the tool's life are known, by r (1 − e^(−W/λ)) + k W + a W³: running in, steady growth, the
+//! end of the edge. The tool is worn out where the index reaches its end. A share of its life is a share of W up to there.
 //!
 //! This one law serves what `learn` finds of wear ([`crate::effects`]), the loads along a program ([`crate::schedule::history`]), the
 //! budget of a program ([`crate::schedule::budget`]) and the plan over many ([`crate::toollife`]).
@@ -20,9 +20,9 @@
 use super::material::ForceModel;
 use crate::numeric::bisect;
 
-/// Powers of the feed for which lengths are kept where the power is asked of the data.
+/// Exponents p for which lengths W are stored, so that p can be estimated from readings later.
 pub const POWERS: [f64; 4] = [-1.0, 0.0, 1.0, 2.0];
-/// f₀ of ways that are counted for all [`POWERS`], mm.
+/// f₀ of sliding distances that are stored for all [`POWERS`], mm.
 pub const COUNTED_AT_MM: f64 = 0.1;
 
 /// What a law counts.

@@ -1,5 +1,5 @@
-//! What a lexer hands out: a kind, a place and, for a plain word, its number. Each family of dialects has its own lexer
-//! (`rs274/lex.rs`, `siemens/lex.rs`, `heidenhain/lex.rs`); all of them tile the bytes of a line with these tokens.
+//! Tokens. In: filled by the lexer of each family of dialects (`rs274/lex.rs`, `siemens/lex.rs`, `heidenhain/lex.rs`). Out: kind, place and, for
+//! a plain word, its number; the tokens of a line tile its bytes.
 
 use crate::diag::Span;
 

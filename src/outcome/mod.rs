@@ -7,6 +7,6 @@ mod program_run;
 pub mod station_loads;
 
 pub use answers::Answers;
-pub use over_limits::MET;
+pub use over_limits::LIMIT_TOLERANCE;
 pub use program_run::{Check, Infeasible, ProgramRun, Switched, Written};
 pub use station_loads::{StationLoads, each_station};

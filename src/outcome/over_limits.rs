@@ -1,42 +1,43 @@
 //! Loads over their limits, of everything that cuts. In: station by station the loads, the limits in force, and whether the feed
 //! was free to be chosen. Out: [`Over`]: the largest of each load of each tool with its line, and what lies beyond a limit.
 //!
-//! Nothing is left out: a place whose feed is frozen, kept or infeasible counts like any other and carries that as [`Apart`].
+//! Nothing is left out: a place whose feed is frozen, kept or infeasible counts like any other and carries that as [`FixedFeed`].
 
 use crate::machine::{Job, LimitKind};
 use crate::nc::Move;
 use crate::schedule::Node;
 
-/// Load over limit that counts as met in the simulation of the written file.
-pub const MET: f64 = 1.01;
+/// Ratio of load to limit up to which the limit counts as met in the written file: predictions at two spacings of the simulation differ by
+/// about a percent.
+pub const LIMIT_TOLERANCE: f64 = 1.01;
 
-/// Why the feed of a place was not free to be chosen.
+/// Why the feed of a place could not be chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Apart {
+pub enum FixedFeed {
     /// A limit is exceeded even at the lowest feed allowed.
     Infeasible,
-    /// Text or setup keep the programmed feed.
+    /// The program text or the setup does not let the programmed feed change.
     Frozen,
-    /// The rewriting could not write another feed here.
+    /// No other feed could be written here.
     Kept,
 }
 
-impl Apart {
+impl FixedFeed {
     /// Name in reports.
     pub fn name(self) -> &'static str {
         match self {
-            Apart::Infeasible => "infeasible",
-            Apart::Frozen => "frozen",
-            Apart::Kept => "kept",
+            FixedFeed::Infeasible => "infeasible",
+            FixedFeed::Frozen => "frozen",
+            FixedFeed::Kept => "kept",
         }
     }
 
     /// The same in the words of the shop.
     pub fn plain(self) -> &'static str {
         match self {
-            Apart::Infeasible => "too heavy at the lowest feed allowed",
-            Apart::Frozen => "its feed is not to be changed",
-            Apart::Kept => "its feed could not be rewritten",
+            FixedFeed::Infeasible => "too heavy at the lowest feed allowed",
+            FixedFeed::Frozen => "its feed is not to be changed",
+            FixedFeed::Kept => "its feed could not be rewritten",
         }
     }
 
@@ -44,9 +45,9 @@ impl Apart {
     pub fn of<'a>(motion: &Move, mut nodes: impl Iterator<Item = &'a Node>, kept: bool) -> Option<Self> {
         let held = nodes.try_fold(false, |held, node| (node.infeasible.is_none()).then_some(held || !node.free));
         match held {
-            None => Some(Apart::Infeasible),
-            Some(held) if held || motion.freeze.is_some() => Some(Apart::Frozen),
-            Some(_) => kept.then_some(Apart::Kept),
+            None => Some(FixedFeed::Infeasible),
+            Some(held) if held || motion.freeze.is_some() => Some(FixedFeed::Frozen),
+            Some(_) => kept.then_some(FixedFeed::Kept),
         }
     }
 }
@@ -81,7 +82,7 @@ pub struct Place {
     /// Its length, mm.
     pub length_mm: f64,
     /// Why its feed was not free to be chosen; `None`: it was.
-    pub apart: Option<Apart>,
+    pub fixed: Option<FixedFeed>,
 }
 
 /// The largest load under one limit, as a share of it.
@@ -106,7 +107,7 @@ impl Worst {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beyond {
     /// The reason; `None`: their feed was free to be chosen.
-    pub apart: Option<Apart>,
+    pub fixed: Option<FixedFeed>,
     /// Their lines of the original, each once, in order of the cuts.
     pub lines: Vec<u32>,
     /// Their length, mm.
@@ -120,7 +121,7 @@ pub struct Beyond {
 pub struct Over {
     /// The largest of each load of each tool under each of its limits.
     pub worst: Vec<Worst>,
-    /// What is beyond a limit by more than [`MET`] allows.
+    /// Places at which a load is more than [`LIMIT_TOLERANCE`] times its limit.
     pub beyond: Vec<Beyond>,
     /// Largest load over its limit where the feed was free to be chosen.
     pub free_ratio: f64,
@@ -140,12 +141,12 @@ impl Over {
             }
         }
         let Some(worst) = worst else { return 0.0 };
-        if place.apart.is_none() {
+        if place.fixed.is_none() {
             self.free_ratio = self.free_ratio.max(worst.ratio());
         }
-        if worst.ratio() > MET {
+        if worst.ratio() > LIMIT_TOLERANCE {
             let lines = vec![place.line];
-            self.put_beyond(Beyond { apart: place.apart, lines, length_mm: place.length_mm, worst });
+            self.put_beyond(Beyond { fixed: place.fixed, lines, length_mm: place.length_mm, worst });
         }
         worst.ratio()
     }
@@ -183,7 +184,7 @@ impl Over {
     }
 
     fn put_beyond(&mut self, found: Beyond) {
-        let Some(known) = self.beyond.iter_mut().find(|known| known.apart == found.apart) else {
+        let Some(known) = self.beyond.iter_mut().find(|known| known.fixed == found.fixed) else {
             self.beyond.push(found);
             return;
         };
@@ -213,8 +214,8 @@ pub fn p99(mut found: Vec<(f64, f64)>) -> f64 {
 mod tests {
     use super::*;
 
-    fn place(line: u32, apart: Option<Apart>) -> Place {
-        Place { line, tool: 1, length_mm: 2.0, apart }
+    fn place(line: u32, fixed: Option<FixedFeed>) -> Place {
+        Place { line, tool: 1, length_mm: 2.0, fixed }
     }
 
     fn force(limit: f64, value: f64) -> std::iter::Once<(LoadLimit, f64)> {
@@ -226,12 +227,12 @@ mod tests {
         let mut over = Over::default();
         over.add(&place(4, None), force(100.0, 100.9));
         assert!(over.beyond.is_empty(), "1.009 is met");
-        over.add(&place(5, Some(Apart::Frozen)), force(100.0, 220.0));
-        over.add(&place(5, Some(Apart::Frozen)), force(100.0, 120.0));
+        over.add(&place(5, Some(FixedFeed::Frozen)), force(100.0, 220.0));
+        over.add(&place(5, Some(FixedFeed::Frozen)), force(100.0, 120.0));
         over.add(&place(9, None), force(100.0, 101.1));
         assert_eq!((over.ratio(), over.free_ratio), (2.2, 1.011));
-        let told: Vec<_> = over.beyond.iter().map(|b| (b.apart, b.lines.clone(), b.length_mm)).collect();
-        assert_eq!(told, [(Some(Apart::Frozen), vec![5], 4.0), (None, vec![9], 2.0)]);
+        let told: Vec<_> = over.beyond.iter().map(|b| (b.fixed, b.lines.clone(), b.length_mm)).collect();
+        assert_eq!(told, [(Some(FixedFeed::Frozen), vec![5], 4.0), (None, vec![9], 2.0)]);
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! A program as it runs on the machine: what it does, what the cutter meets, which feeds are allowed, how long it takes; as it came, and
-//! as it was rewritten where it was. Plain data.
+//! The result of a run as plain data. In: filled by [`crate::job`]. Out: [`ProgramRun`]: toolpath, engagement, caps, times and diagnostics of a
+//! program, and of the rewritten program where there is one.
 
 use super::answers::Answers;
-use super::over_limits::{Apart, Over};
+use super::over_limits::{FixedFeed, Over};
 use crate::diag::Diagnostic;
 use crate::engage::EngagementMap;
 use crate::ids::BlockId;
@@ -143,14 +143,14 @@ impl ProgramRun {
         found
     }
     /// Why the feed of each node was not free to be chosen, by node.
-    pub fn apart(&self) -> Vec<Option<Apart>> {
+    pub fn fixed_feeds(&self) -> Vec<Option<FixedFeed>> {
         let kept = |block: BlockId| {
             let known = self.written.as_ref().map_or(&[][..], |written| &written.kept);
             known.binary_search_by_key(&block, |(block, _)| *block).is_ok()
         };
         let of = |node: &Node| {
             let motion = &self.toolpath.moves[node.move_id.ix()];
-            Apart::of(motion, std::iter::once(node), kept(motion.block))
+            FixedFeed::of(motion, std::iter::once(node), kept(motion.block))
         };
         self.problem.nodes.iter().map(of).collect()
     }

@@ -1,4 +1,4 @@
-//! Lines on the screen for what a run was asked besides. In: [`Answers`]. Out: text.
+//! Lines on the screen for the options of a run (`--reference`, `--stress`, `--cycle-time` …). In: [`Answers`]. Out: text.
 
 use super::number::{clock, length, short, unsigned_zero};
 use crate::outcome::answers::{Answers, Cycle, Moved, Reference, Stressed, Surface, Wear};

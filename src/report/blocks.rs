@@ -1,4 +1,4 @@
-//! One record per block that moves at feed, for `--json-blocks`.
+//! The blocks of a program for `--json-blocks`. In: a run. Out: one record per block that moves at feed.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;

@@ -30,9 +30,9 @@ pub fn shares(written: &Written) -> Vec<Share> {
             continue;
         }
         let mut rest_s = seconds;
-        for &(why, kept_s) in &schedule.kept_s {
-            add(&mut found, share(KEPT, Some(why.why()), kept_s));
-            rest_s -= kept_s;
+        for &(why, not_raised_s) in &schedule.not_raised_s {
+            add(&mut found, share(KEPT, Some(why.why()), not_raised_s));
+            rest_s -= not_raised_s;
         }
         if rest_s > 1e-9 * whole_s {
             found.push(share(KEPT, None, rest_s));
@@ -69,15 +69,15 @@ mod tests {
     use crate::nc::Freeze;
     use crate::outcome::Check;
     use crate::rewrite::Stats;
-    use crate::schedule::{Kept, Realised, Schedule};
+    use crate::schedule::{NotRaised, Realised, Schedule};
 
-    fn written(active_s: Vec<(LimitKind, f64)>, kept_s: Vec<(Kept, f64)>) -> Written {
+    fn written(active_s: Vec<(LimitKind, f64)>, not_raised_s: Vec<(NotRaised, f64)>) -> Written {
         Written {
             bytes: Vec::new(),
             files: Vec::new(),
             after: Vec::new(),
             realised_after: Realised::default(),
-            schedule: Schedule { active_s, kept_s, ..Schedule::default() },
+            schedule: Schedule { active_s, not_raised_s, ..Schedule::default() },
             stats: Stats::default(),
             kept: Vec::new(),
             check: Check::default(),
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn shares_add_to_one_hundred_with_what_is_kept_by_reason() {
         let active = vec![(LimitKind::ForceXy, 5.0), (LimitKind::Programmed, 4.0), (LimitKind::Jerk, 3.0)];
-        let kept = vec![(Kept::Plunge, 1.0), (Kept::Frozen(Freeze::Tool), 2.0)];
+        let kept = vec![(NotRaised::Plunge, 1.0), (NotRaised::Frozen(Freeze::Tool), 2.0)];
         let found = shares(&written(active, kept));
         assert!((found.iter().map(|share| share.percent).sum::<f64>() - 100.0).abs() < 1e-9);
         assert_eq!(whole(&found).iter().sum::<u32>(), 100, "{found:?}");

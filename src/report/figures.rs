@@ -1,5 +1,5 @@
-//! The numbers of the report. In: a run. Out: per limit the largest loads before and after, how constant they are, what a
-//! tool did, what bounds the feed and at what price.
+//! The numbers of the report. In: a run. Out: per limit the largest loads before and after and how constant they are; per tool time, length and
+//! largest loads; binding limits with their prices.
 
 use super::bounds::{self, Share};
 use super::verdict::Verdict;
@@ -8,7 +8,7 @@ use crate::force::Loads;
 use crate::machine::{LimitKind, Limits};
 use crate::nc::MoveKind;
 use crate::outcome::ProgramRun;
-use crate::outcome::over_limits::{Apart, LoadLimit, Over, Place, load_limits as limits_in_force, p99};
+use crate::outcome::over_limits::{FixedFeed, LoadLimit, Over, Place, load_limits as limits_in_force, p99};
 use crate::outcome::station_loads::{StationLoads, each_station};
 use crate::schedule::rules::{Rules, rules};
 
@@ -43,7 +43,7 @@ pub struct LimitFigure {
     pub within_10_percent: f64,
 }
 
-/// What one tool did.
+/// Totals of one tool.
 #[derive(Debug, Clone)]
 pub struct ToolFigure {
     /// Number.
@@ -73,7 +73,7 @@ pub struct Figures {
     pub programmed_s: f64,
     /// What bounds the feed: shares of the cutting time that add to 100 %; empty for a simulation.
     pub bounds: Vec<Share>,
-    /// What it all comes to.
+    /// The verdict.
     pub verdict: Verdict,
 }
 
@@ -98,7 +98,7 @@ impl Figures {
 pub fn figures(run: &ProgramRun) -> Figures {
     let rules = rules(&run.toolpath, &run.map, &run.job);
     let mut tallies = Tallies::default();
-    let apart = run.apart();
+    let apart = run.fixed_feeds();
     each_station(run, &mut |found| tallies.add(run, &rules, &apart, found));
     let over = match &run.written {
         Some(written) => written.check.over.clone(),
@@ -251,7 +251,7 @@ struct Tallies {
 }
 
 impl Tallies {
-    fn add(&mut self, run: &ProgramRun, rules: &Rules, apart: &[Option<Apart>], found: &StationLoads) {
+    fn add(&mut self, run: &ProgramRun, rules: &Rules, apart: &[Option<FixedFeed>], found: &StationLoads) {
         if found.station.arc_count == 0 {
             return;
         }
@@ -264,7 +264,7 @@ impl Tallies {
         if run.written.is_none() {
             let length_mm = found.station.length_mm();
             let apart = node_at(run, found.station).and_then(|node| apart[node]);
-            let place = Place { line: motion.line, tool: number, length_mm, apart };
+            let place = Place { line: motion.line, tool: number, length_mm, fixed: apart };
             let ratio = self.over.add(&place, limits().map(|limit| (limit, bounded(&found.before, limit.kind))));
             self.ratios.push((ratio, length_mm));
         }

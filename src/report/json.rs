@@ -1,5 +1,5 @@
-//! The JSON report of `optimize` and `simulate`, with the keys of the interface in their order. Metric whatever the
-//! program's unit; feeds in mm/min.
+//! The JSON report of `optimize` and `simulate`. In: a run with its figures. Out: text with the documented keys in their order; metric whatever
+//! the unit of the program, feeds in mm/min.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -291,7 +291,7 @@ fn worst(worst: &Worst) -> WorstPart {
         tool: worst.place.tool,
         line: worst.place.line,
         ratio: worst.ratio(),
-        apart: worst.place.apart.map(crate::outcome::over_limits::Apart::name),
+        apart: worst.place.fixed.map(crate::outcome::over_limits::FixedFeed::name),
     }
 }
 
@@ -340,7 +340,7 @@ fn limit(figure: &LimitFigure) -> LimitPart {
         before_ratio: figure.ratios[0],
         after_ratio: figure.ratios[1],
         after_line: figure.at.map(|place| place.line),
-        after_apart: figure.at.and_then(|place| place.apart).map(crate::outcome::over_limits::Apart::name),
+        after_apart: figure.at.and_then(|place| place.fixed).map(crate::outcome::over_limits::FixedFeed::name),
         after_p99: figure.after_p99,
         active_time_percent: figure.active_time_percent,
         shadow_price: figure.shadow_price,

@@ -1,4 +1,4 @@
-//! Words of `learn`, `learn-table`, `calibrate` and `evaluate` on the screen.
+//! The output of `learn`, `learn-table`, `calibrate` and `evaluate` on the screen. In: their results. Out: text.
 
 use crate::learn::calibrate::Calibration;
 use crate::learn::calibrate::plan::Plan;

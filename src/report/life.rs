@@ -1,5 +1,4 @@
-//! What is reported of the life of a tool: the table of check points, JSON, and lines for the screen. In: plain figures. Out:
-//! text.
+//! The report on the life of a tool. In: plain figures. Out: the table of check points, JSON, and lines for the screen.
 
 use serde::Serialize;
 
@@ -97,7 +96,7 @@ pub struct LifeReport {
     pub notes: Vec<String>,
     /// Does it reach the target with the probability asked for?
     pub lasts: bool,
-    /// In one sentence.
+    /// The result in one sentence.
     pub verdict: String,
 }
 

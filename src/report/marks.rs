@@ -1,4 +1,5 @@
-//! What tells a file that Feedwright wrote.
+//! Marks of files that Feedwright wrote. In: nothing. Out: texts in the heads of JSON, SVG, HTML, TOML and CSV files, by which an existing file
+//! is recognised before it is replaced.
 
 /// Value of the JSON key `written_by`.
 pub const WRITTEN_BY: &str = concat!("feedwright ", env!("CARGO_PKG_VERSION"));

@@ -1,4 +1,4 @@
-//! Numbers as people read them.
+//! Numbers for people. In: values. Out: texts with few significant digits, times, lengths in the unit of the program.
 
 use crate::units::MM_PER_INCH;
 

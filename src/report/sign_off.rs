@@ -1,4 +1,4 @@
-//! One page to print, sign and file with a program. In: a run with its figures and its provenance. Out: HTML that needs nothing else.
+//! One page to print, sign and file with a program. In: a run with its figures and its provenance. Out: self-contained HTML.
 
 use maud::{Markup, html};
 

@@ -1,6 +1,6 @@
-//! The summary on the screen, at most 100 columns wide and, without further questions asked, [`LINES`] lines long: the verdict, time before
-//! and after, the loads nearest to their limits, what holds the feeds, what was changed, what was left alone. In the words of the shop; the
-//! page and the JSON report have everything.
+//! The summary on the screen. In: a run with its figures. Out: text of at most 100 columns and, without further options, [`LINES`] lines:
+//! verdict, time before and after, loads nearest to their limits, binding limits, changes, feeds that were kept. Page and JSON report have
+//! everything.
 
 use super::answers::{answers_text, surface_text};
 use super::bounds;

@@ -1,4 +1,4 @@
-//! The CSV table: one row per station, columns as in the interface.
+//! The CSV table. In: a run. Out: one row per station with the documented columns.
 
 use std::io::{self, Write};
 
@@ -8,7 +8,7 @@ use crate::force::Loads;
 use crate::ids::MoveId;
 use crate::machine::Slice;
 use crate::outcome::ProgramRun;
-use crate::outcome::over_limits::{Apart, load_limits};
+use crate::outcome::over_limits::{FixedFeed, load_limits};
 use crate::outcome::station_loads::{Feeds, StationLoads, each_station};
 use crate::schedule::rules::{Rules, rules};
 use crate::units::{deg_from_rad, mm_min_from_mm_s, rpm_from_rps};
@@ -46,7 +46,7 @@ pub fn csv(run: &ProgramRun, out: &mut dyn Write) -> io::Result<()> {
     }
     writeln!(out, ",load_ratio_before,load_ratio_after,apart")?;
     let rules = rules(&run.toolpath, &run.map, &run.job);
-    let apart = run.apart();
+    let apart = run.fixed_feeds();
     let moves = run.toolpath.moves.len();
     let feeds = [Feeds::new(&run.before, moves), Feeds::new(run.after(), moves)];
     let mut clock = Clock::new(run);
@@ -57,7 +57,7 @@ pub fn csv(run: &ProgramRun, out: &mut dyn Write) -> io::Result<()> {
             let why = node_at(run, found.station).and_then(|node| apart[node]);
             let ratios = ratios(run, &rules, found).map(|ratio| format!("{ratio:.5}"));
             result = row(run, found, times, out)
-                .and_then(|()| writeln!(out, ",{},{}", ratios.join(","), why.map_or("", Apart::name)));
+                .and_then(|()| writeln!(out, ",{},{}", ratios.join(","), why.map_or("", FixedFeed::name)));
         }
     });
     result

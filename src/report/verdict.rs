@@ -10,7 +10,7 @@ use super::number::length;
 use super::words::plain;
 use crate::diag::Severity;
 use crate::engage::EventKind;
-use crate::outcome::over_limits::{Apart, Beyond, MET, Over, Worst};
+use crate::outcome::over_limits::{Beyond, FixedFeed, LIMIT_TOLERANCE, Over, Worst};
 use crate::outcome::{ProgramRun, Written};
 
 /// Share of the cutting length above which limits that cannot be met are probably wrong.
@@ -191,7 +191,7 @@ impl Verdict {
     /// What the largest load is, where it is, and what the same number is without the places whose feed was not free.
     pub fn largest(&self) -> String {
         let Some(worst) = self.over.largest() else { return "no load is limited".into() };
-        let apart = self.over.worst.iter().any(|worst| worst.place.apart.is_some()) || !self.over.beyond.is_empty();
+        let apart = self.over.worst.iter().any(|worst| worst.place.fixed.is_some()) || !self.over.beyond.is_empty();
         let free = if apart && self.rewritten {
             format!("; {:.3} where the feed was free to be chosen", self.over.free_ratio)
         } else {
@@ -229,7 +229,7 @@ fn good(over: &Over, rewritten: bool) -> String {
 /// The limit, the tool and the line of a load, and why its feed is not free.
 fn place(worst: &Worst) -> String {
     let of_spindle = if worst.limit.of_spindle { ", all there is" } else { "" };
-    let apart = worst.place.apart.map_or_else(String::new, |apart| format!(", {}", apart.plain()));
+    let apart = worst.place.fixed.map_or_else(String::new, |apart| format!(", {}", apart.plain()));
     let (name, tool, line) = (plain(worst.limit.kind), worst.place.tool, worst.place.line);
     format!("{name}{of_spindle}, T{tool}, line {line}{apart}")
 }
@@ -302,13 +302,13 @@ fn of_written(run: &ProgramRun, written: &Written, over: &Over) -> Vec<Fault> {
     let inch = run.toolpath.inch;
     let beyond = |found: &Beyond| beyond(found, inch);
     let mut faults: Vec<Fault> =
-        over.beyond.iter().filter(|b| b.apart != Some(Apart::Infeasible)).map(beyond).collect();
+        over.beyond.iter().filter(|b| b.fixed != Some(FixedFeed::Infeasible)).map(beyond).collect();
     faults.extend(infeasible(run, over));
     let plain = |kind, text: String| Fault { kind, text, lines: Vec::new(), length_mm: 0.0, worst: None };
     if !written.check.identical {
         faults.push(plain(FaultKind::MoreThanFeeds, "more than feeds differs in the rewritten program".into()));
     }
-    if let Some(ratio) = written.check.force_rate_ratio.filter(|ratio| *ratio > MET) {
+    if let Some(ratio) = written.check.force_rate_ratio.filter(|ratio| *ratio > LIMIT_TOLERANCE) {
         let text = format!("the force changes at {ratio:.3} of limits.force_rate, frozen and kept blocks left out");
         faults.push(plain(FaultKind::ForceRate, text));
     }
@@ -316,9 +316,9 @@ fn of_written(run: &ProgramRun, written: &Written, over: &Over) -> Vec<Fault> {
 }
 
 fn beyond(found: &Beyond, inch: bool) -> Fault {
-    let (kind, why) = match found.apart {
+    let (kind, why) = match found.fixed {
         None => (FaultKind::Beyond, "in the written program"),
-        Some(Apart::Kept) => (FaultKind::Kept, "where the rewriting had to keep the programmed feed"),
+        Some(FixedFeed::Kept) => (FaultKind::Kept, "where the rewriting had to keep the programmed feed"),
         Some(_) => (FaultKind::Frozen, "where text or setup keep the programmed feed"),
     };
     let worst = &found.worst;
@@ -341,7 +341,7 @@ fn infeasible(run: &ProgramRun, over: &Over) -> Option<Fault> {
     lines.sort_unstable();
     lines.dedup();
     let length_mm = places.iter().map(|place| place.length_mm).sum();
-    let worst = over.beyond.iter().find(|b| b.apart == Some(Apart::Infeasible)).map(|b| b.worst);
+    let worst = over.beyond.iter().find(|b| b.fixed == Some(FixedFeed::Infeasible)).map(|b| b.worst);
     let share = run.infeasible_share();
     let load = worst.map_or_else(
         || plain(first.limit).to_owned(),

@@ -1,4 +1,4 @@
-//! What limits and loads are called when a machinist is spoken to; files keep the names of the setup.
+//! Names of limits and loads for machinists. In: a [`LimitKind`]. Out: its name on screen and page; files use the names of the setup.
 
 use crate::machine::LimitKind;
 

@@ -1,5 +1,5 @@
-//! Marks of check points: comments of ours before the blocks at which force or power is to be read. In: a program, and which
-//! blocks; or a program with such marks. Out: the program with them; the block that each stands before.
+//! Marks of check points: comments before the blocks at which force or power is to be measured. In: a program and the blocks; or a program
+//! with such marks. Out: the program with the marks; or the marks with the blocks after them.
 
 use super::edit::{self, Edit};
 use super::mark::{self, Ours};
@@ -19,8 +19,8 @@ pub struct CheckMark {
     pub cycle: u32,
 }
 
-/// The program with a comment on a line before each block; in plain language, whose blocks are counted, behind the block. A
-/// block that has no room for a comment goes without. Old marks are taken out.
+/// The program with a comment on a line before each block; in plain language, whose blocks are numbered without gaps, at the end of the block
+/// itself. A block without room for a comment gets none. Old marks are removed.
 pub fn with_checks(program: &Program, marks: &[CheckMark]) -> Vec<u8> {
     let text = program.text();
     let Some(part) = program.parts().find(|part| part.name.is_none()) else { return text.to_vec() };

@@ -1,5 +1,5 @@
-//! Exact decimal numbers as NC words write them, and the manner in which a file writes them. In: the bytes of a number or a
-//! value with the digits it may have. Out: sums without rounding, and bytes that look like those beside them.
+//! Exact decimal numbers of NC words, and the style in which a file writes them. In: the bytes of a number, or a value with its number of
+//! digits. Out: differences without rounding, and bytes in the style of the file.
 //!
 //! A [`Decimal`] is `units · 10^-digits` with whole `units`.
 
@@ -82,7 +82,7 @@ pub struct NumberStyle {
 }
 
 impl NumberStyle {
-    /// The manner of one number; `leading_zero` holds where the number itself does not show it.
+    /// The style of one number; `leading_zero` is used if the number itself does not show it.
     pub fn of(number: &[u8], leading_zero: bool) -> Self {
         let plus = number.first() == Some(&b'+');
         let bare = number.iter().position(|b| b.is_ascii_digit() || *b == b'.').map_or(&[][..], |at| &number[at..]);
@@ -97,7 +97,7 @@ impl NumberStyle {
         };
         Self { digits: digits.min(MAX_DIGITS), point, leading_zero, plus, whole: if padded { whole as u32 } else { 0 } }
     }
-    /// Writes a number in this manner: its digits, less the zeros at the end that the manner does not ask for.
+    /// Writes a number in this style, without zeros at the end that the style does not require.
     pub fn write(&self, number: Decimal) -> String {
         let (mut units, mut digits) = (number.units.unsigned_abs(), number.digits);
         while digits > self.digits && units.is_multiple_of(10) {

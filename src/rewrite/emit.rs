@@ -1,5 +1,5 @@
-//! Gathered changes of a block → edits. In: lines to be put before it, words inside and after its code, its note. Out: edits
-//! that fit the control's line length, lines with numbers of the program's own series, and the mark of the file.
+//! From the changes of a block to edits. In: lines to be put before it, words inside and after its code, its note. Out: edits that keep to the
+//! control's line length, new lines with block numbers in the program's series, and the mark of the file.
 
 use crate::ids::BlockId;
 use crate::machine::Annotate;
@@ -44,7 +44,7 @@ impl Writer<'_> {
         self.edits.extend(note);
     }
 
-    /// Enters the F words of the block itself.
+    /// Records the F words of the block itself.
     fn own_words(&mut self, view: &View, change: &Change, note: Option<&Edit>) {
         if let Some(feed) = &change.feed {
             let noted = note.is_some_and(|edit| !edit.text.is_empty());
@@ -61,7 +61,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Enters an F word with the one it stands for.
+    /// Records an F word with the original one that it stands for.
     fn enter(&mut self, (feed, was): (String, String), noted: bool) {
         self.unnoted |= !noted && was != feed;
         self.words.push((feed, was));
@@ -101,8 +101,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The note as text of at most `room` bytes: without tool and limit where they do not fit, never without the feed it
-    /// remembers.
+    /// The note as text of at most `room` bytes. Tool and limit are left out where they do not fit; `None` if even the original feed does not.
     fn fitting(&self, note: &Note, room: usize) -> Option<Vec<u8>> {
         let short = Note { tool: None, ..note.clone() };
         let shorter = Note { limit: None, percent: None, ..short.clone() };
@@ -119,8 +118,7 @@ impl Writer<'_> {
         if self.manners.comment == CommentForm::Parentheses { view.code_end } else { view.line_end }
     }
 
-    /// A comment that runs to the end of the line can have none after it, and one of ours may not be the last that stands
-    /// after a comment the control acts on.
+    /// May a note be put into this line? Not after a comment that runs to the end of the line, and not after one that the control acts on.
     fn may_note(&self, view: &View) -> bool {
         let inside = view.user_comment_at.is_some_and(|at| at < view.code_end);
         match self.manners.comment {
@@ -157,8 +155,8 @@ impl Writer<'_> {
         self.edits.push(Edit::insert(start, out));
     }
 
-    /// Numbers between the last block's and this one's, evenly spaced; `None` where the program has none, or no room: a number
-    /// may not stand twice, and those of the program stay.
+    /// Block numbers between that of the last block and that of this one, evenly spaced. `None` where the program has no numbers, or there is
+    /// no room between them: numbers must not repeat, and those of the program stay.
     fn line_numbers(&self, view: &View, count: usize) -> Option<Vec<String>> {
         let word = view.only(b'N')?;
         let (last, next) = (self.last_number?, word.number);
@@ -174,8 +172,8 @@ impl Writer<'_> {
         Some((1..=count).map(|k| format!("{letter}{}", text(k))).collect())
     }
 
-    /// Ends the text: where a file goes back to its caller without a word, the original F is put in force behind its last
-    /// block; the mark of the file is put in if anything was changed.
+    /// Ends the text. Where a file returns to its caller at its end, the original F is restated after the last block. The mark of the file is
+    /// added if anything was changed.
     pub fn end(&mut self) {
         let returns = self.part.name.is_some() && self.may_insert();
         if let (true, true, Some(feed)) = (returns, self.now_is_ours(), self.original_feed()) {
@@ -201,9 +199,9 @@ impl Writer<'_> {
         }
     }
 
-    /// Puts the mark of the file in, or its sum anew: in a line before the first block of code (the second, where the first one begins
-    /// with a byte order mark, which must stay the first bytes), or in plain language (whose lines are counted) at the end of the
-    /// first motion. Behind it the original feeds, where notes do not tell them.
+    /// Adds the mark of the file, or updates its checksum: on a line before the first block of code (before the second, if the first begins
+    /// with a byte order mark, which must remain the first bytes), or in plain language, whose lines are numbered, at the end of the first
+    /// motion. After it come the original feeds, where notes do not give them.
     fn header(&mut self) {
         let words = self.words.iter().map(|(number, was)| (number.as_str(), was.as_str()));
         let text = self.comment(&mark::header_text(memory::sum(words)));
@@ -253,8 +251,8 @@ impl Writer<'_> {
         self.stats.blocks_added = self.stats.blocks_added.saturating_sub(memory.lists.len());
     }
 
-    /// The lines that list the original feeds; none where the notes tell them, or where there is no room: then the sum does
-    /// not fit what a later run reads, and that run raises nothing.
+    /// The lines that list the original feeds. Empty where the notes give them, or where there is no room; in the latter case the checksum will
+    /// not match in a later run, which then raises nothing.
     fn lists(&self) -> Vec<u8> {
         if !self.unnoted || !self.may_insert() {
             return Vec::new();
@@ -265,7 +263,7 @@ impl Writer<'_> {
         lists.iter().flat_map(|list| [self.comment(list), self.line_end.to_vec()].concat()).collect()
     }
 
-    /// May lines be put in? Heidenhain counts its lines.
+    /// May lines be inserted? Not in Heidenhain plain language, whose lines are numbered without gaps.
     pub(super) fn may_insert(&self) -> bool {
         !self.dialect.properties().counts_blocks
     }

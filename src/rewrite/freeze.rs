@@ -1,10 +1,9 @@
-//! What the text itself forbids, known before any feed is chosen. In: the program, its moves, the excluded lines. Out: for
-//! every move why its feed must stay, and whether its block can be cut, so that the schedule asks for nothing that cannot be
-//! written.
+//! Feeds that the text does not let change, found before any feed is chosen. In: the program, its moves, the excluded lines. Out: for every
+//! move why its feed must stay, and whether its block can be split, so that the schedule contains only feeds that can be written.
 //!
-//! A block that sets no F itself lives in the *modal span* of the F word its moves name. Where a block is reached with
-//! different F words in force (a subprogram called twice), what it inherits cannot be restated by one line before it, so
-//! nothing in those modal spans changes; nor does what inherits its feed from a block under the block-delete switch.
+//! A block without an F word belongs to the *modal span* of the F word in force. Where a block is reached with different F words in force (a
+//! subprogram called twice), no single line before it could restate the feed, so nothing in those modal spans changes. Neither does a feed
+//! that is set in a block under the block-delete switch.
 
 use std::sync::OnceLock;
 
@@ -20,7 +19,7 @@ use super::plain;
 use super::split::{self, Block};
 use super::view::{Manners, Modes, Switched, View};
 
-/// Moves read one after the other: neighbours share blocks and F words.
+/// Moves that one thread handles in a row, because neighbours share blocks and F words.
 const TOGETHER: usize = 4096;
 
 /// Marks the moves whose feed must stay ([`Move::freeze`]) and those that cannot be cut ([`Move::splittable`]).
@@ -86,8 +85,8 @@ fn modes_by_block(program: &Program, toolpath: &Toolpath) -> Vec<Modes> {
     program.parts().flat_map(of_part).collect()
 }
 
-/// Starts of the F words, sorted, in whose spans a block is reached that another F word reaches too, or that reads lengths
-/// in another unit than the word was written in.
+/// Places of the F words, sorted, that are in force in a block in which another F word may be in force too, or in which the unit of length is
+/// another than where the word stands.
 fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u32> {
     let feeds =
         || toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed && motion.block.ix() < program.len());
@@ -107,8 +106,8 @@ fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u
     words
 }
 
-/// For each number of [`Move::shared`]: does one F mean different feeds in its moves? So it is in inverse time with
-/// different lengths, and per revolution at different speeds.
+/// For each number of [`Move::shared`]: does one F word give different feeds in its moves? It does in inverse time with different lengths, and
+/// per revolution at different spindle speeds.
 fn uneven_groups(toolpath: &Toolpath) -> Vec<bool> {
     let mut groups: Vec<Option<((f64, f64), bool)>> = Vec::new();
     for motion in &toolpath.moves {
@@ -167,8 +166,8 @@ impl Text {
     }
 }
 
-/// Is this F number, read in the modes in force, the feed of the move? In inverse time that hangs on the length of the
-/// contour, which is not that of the move where the tool runs beside it.
+/// Does this F number, in the modes in force, give the feed of the move? Not tested in inverse time under radius compensation, where the
+/// length of the contour counts and not that of the move.
 fn explains(number: f64, motion: &Move, modes: Modes) -> bool {
     let length_mm = motion.curve().length();
     let inverse = motion.feed.mode == FeedMode::InverseTime;

@@ -1,14 +1,16 @@
 //! Our mark: the comments by which an output is recognised as ours. In: what a comment is to say, or a program that may hold such
 //! comments. Out: the text of the comment; whether a comment is ours, and the feed that it remembers.
 //!
-//! One header comment (`FEEDWRIGHT 0.1 FEEDS ONLY 3F29A0C1`) marks the file; its last word is the sum over every F word and
-//! the feed it stands for ([`super::memory`]). A note follows an F word that was changed:
-//! `FW F1240 was 600 power 98% T3` says the feed in force, the feed of the program it was optimised from, what bounds it,
-//! how much of that limit is used, and the tool. `FW F600 kept` stands where a feed is restated. Where notes are not wanted or do
-//! not fit their lines, `FW WAS 600x12 800` behind the header lists those feeds in the order of the F words.
-//! `FW CHECK 2 CYCLE 1` stands where force or power is to be read for the life of the tool ([`super::checks()`]). Only comments of exactly
-//! this grammar are ours; everything else in a comment belongs to the user. The words are plain ASCII without brackets or
-//! quotes, so that every dialect can carry them in its own comment form.
+//! | comment | meaning |
+//! |---|---|
+//! | `FEEDWRIGHT 0.1 FEEDS ONLY 3F29A0C1` | header, one a file; the last word is a checksum over every F word and the original feed it stands for ([`super::memory`]) |
+//! | `FW F1240 was 600 power 98% T3` | note after an F word that was changed: feed in force, original feed, binding limit, share of it in use, tool |
+//! | `FW F600 kept` | a feed that is restated |
+//! | `FW WAS 600x12 800` | after the header: original feeds in the order of the F words, where notes are not wanted or do not fit their lines |
+//! | `FW CHECK 2 CYCLE 1` | force or power is to be measured here for the life of the tool ([`super::checks()`]) |
+//!
+//! Only comments of exactly this grammar are ours; everything else in a comment belongs to the user. The words are plain ASCII without brackets
+//! or quotes, so that every dialect can carry them in its own form of comment.
 
 use crate::diag::Span;
 use crate::machine::LimitKind;
@@ -23,7 +25,7 @@ const WAS: &str = "WAS";
 /// Second word of the mark of a check point.
 const CHECK: &str = "CHECK";
 
-/// What a note says.
+/// The content of a note.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Note {
     /// F number in force.
@@ -139,7 +141,7 @@ fn number(text: &str) -> Option<&str> {
     super::decimal::Decimal::read(text.as_bytes()).map(|_| text)
 }
 
-/// What a comment of ours says; `None`: it is the user's. `comment` has its delimiters.
+/// The content of a comment of ours, given with its delimiters; `None`: it is the user's.
 pub fn read(comment: &[u8]) -> Option<Ours> {
     let text = std::str::from_utf8(comment).ok()?;
     let inner = match text.strip_prefix('(') {

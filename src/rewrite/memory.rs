@@ -1,12 +1,12 @@
-//! The feeds a program was written for, as the file that an earlier run wrote remembers them. In: a part of a program. Out:
-//! the original feed of each of its F words, and whether that can be relied upon.
+//! The original feeds that a file written by an earlier run remembers. In: a part of a program. Out: the original feed of each of its F words,
+//! and whether these can be relied on.
 //!
-//! The rule. Every F word of a file of ours stands for a feed of the program it was optimised from: the one its note names
-//! (`was`); without a note, itself. Where a word that was changed has no note (notes are not wanted, or the line is too short
-//! for one), the header is followed by the feeds of all F words in their order, in runs, and these count. The header bears
-//! a sum over every F word and the feed it stands for. A later run works out both anew; only where they give that sum are the
-//! originals known. Where they do not (a word was changed by hand, notes were deleted, the list had no room), nothing
-//! in the part runs faster than it does now, and the header stays as it is, so that it stays so.
+//! Every F word of such a file stands for a feed of the program it was optimised from: the one in its note (`was`) or, without a note, its own.
+//! If a changed word has no note (notes are not wanted, or the line is too short), the header is followed by a list of the original feeds of
+//! all F words, in order and run-length coded, and the list counts instead. The header has a checksum over every F word and its original. A
+//! later run works out both again, and the originals count as known only if they give that checksum. If they do not (a word was changed by
+//! hand, notes were deleted, the list had no room), nothing in the part runs faster than it does now; the header stays unchanged, so that
+//! this remains so.
 
 use rayon::prelude::*;
 
@@ -20,7 +20,7 @@ use crate::nc::{Part, Program};
 const LEAST_LIST: usize = 2000;
 const MOST_SHARE: usize = 20;
 
-/// What a part of ours remembers.
+/// The original feeds of a part of a program.
 #[derive(Debug, Clone)]
 pub struct Memory {
     /// Every F word: its first byte, and the F number it stands for.
@@ -44,7 +44,7 @@ struct NotedWord {
 type Marks = Vec<(BlockId, Span, Ours)>;
 
 impl Memory {
-    /// What a part remembers; `None`: it is not ours.
+    /// Reads them; `None`: the part was not written by Feedwright.
     pub fn of(program: &Program, part: &Part<'_>) -> Option<Self> {
         if !mark::is_marked(program, part) {
             return None;
@@ -67,7 +67,7 @@ impl Memory {
                 Ours::Header(found) => (header, sum) = (header.or(Some(span)), sum.or(found)),
                 Ours::Was(runs) => {
                     lists.push(block);
-                    // One more than there are words says as well that they do not fit.
+                    // Reading one more than there are words is enough to see that the list does not match.
                     let room = (words.len() + 1).saturating_sub(listed.len());
                     let each = runs.into_iter().flat_map(|(was, count)| std::iter::repeat_n(was, count));
                     listed.extend(each.take(room));

@@ -1,6 +1,15 @@
-//! Schedule → edits → bytes, and the proof that only feeds changed. In: a program, what it does, and the feeds it shall
-//! have. Out: its bytes with F words changed or put in, blocks cut where the feed changes inside them, and comments of our
-//! own; everything else byte for byte as it was.
+//! From a schedule to the bytes of the new program, and the proof that only feeds changed. In: a program, its toolpath, and its new feeds.
+//! Out: its bytes with F words changed or put in, blocks split where the feed changes inside them, and Feedwright's own comments ("ours");
+//! everything else byte for byte as it was.
+//!
+//! | what | files |
+//! |---|---|
+//! | which feeds may not change | `freeze`, `plain` (plain language) |
+//! | what each block needs | `plan` |
+//! | edits of a block: F words, pieces, comments | `write`, `emit`, `split`, [`edit`] |
+//! | how the file writes words and numbers | `view`, [`decimal`], [`fword`] |
+//! | comments, and the original feeds that they remember | [`mark`], `memory`, `reference`, `checks` (check points of tool life) |
+//! | the proof, which shares nothing with the above | [`verify`](mod@verify) |
 
 mod checks;
 pub mod decimal;
@@ -83,8 +92,8 @@ impl Rewritten {
     }
 }
 
-/// Writes the schedule's feeds into the program. Where nothing changes, the bytes come back as they are. A schedule made
-/// after [`freeze()`] asks for nothing that cannot be written; one made without it is obeyed as far as the text allows.
+/// Writes the schedule's feeds into the program. Where nothing changes, the bytes come back as they are. After [`freeze()`] a schedule
+/// contains only feeds that can be written; without it, feeds that the text does not allow are left out.
 pub fn rewrite(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &Job) -> Rewritten {
     let plans = plan::plan(program, toolpath, schedule, job);
     let mut out = Rewritten::default();

@@ -1,10 +1,9 @@
-//! Feeds of plain language, whose blocks are numbered without a gap: none can be put in to restate a feed, and none is cut,
-//! for all that follow would have to be numbered anew. In: program and moves. Out: moves
-//! that must share one feed, or keep theirs.
+//! Feeds of plain language. In: program and moves. Out: moves that must share one feed, or keep theirs.
 //!
-//! The *span* of an F word is every move that runs at it. Where no label, call, jump or cycle stands between the word and
-//! the last of them, each block can say its own F. Else the whole span gets one feed, written into that word, which must
-//! then stand in a block with a motion, and nothing in the span may be frozen.
+//! Blocks of plain language are numbered without gaps, so no line can be inserted to restate a feed, and no block can be split. The *span* of
+//! an F word is every move that runs at it. If no label, call, jump or cycle stands between the word and the last of these moves, each block can
+//! have its own F. Otherwise the whole span gets one feed, written into that word, which must then stand in a block with a motion, and nothing
+//! in the span may be frozen.
 
 use std::collections::BTreeMap;
 

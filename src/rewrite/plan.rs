@@ -1,5 +1,5 @@
-//! What each block of text wants: nothing, its original feed, or new feeds. In: the moves, why some must keep their feed, and
-//! the schedule's pieces. Out: a want for every block, with everything doubtful turned into "keep".
+//! What each block of text needs: nothing, its original feed, or new feeds. In: the moves, why some must keep their feed, and the schedule's
+//! pieces. Out: a [`Want`] for every block; where anything is unclear, the block keeps its feed.
 
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
@@ -9,7 +9,7 @@ use crate::schedule::{FeedPiece, Schedule};
 
 use super::freeze::freezes;
 
-/// What a block wants.
+/// What a block needs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Want {
     /// No feed motion: nothing.

@@ -1,5 +1,5 @@
-//! The feeds a program was written for. In: a program that an earlier run may have rewritten, with its toolpath. Out: for
-//! every move the feed of the program it was optimised from, and whether that is known ([`super::memory`]).
+//! The original feed of every move. In: a program that an earlier run may have rewritten, with its toolpath. Out: for every move its feed in
+//! the program that was optimised first, and whether that is known ([`super::memory`]).
 
 use super::memory::Memory;
 use crate::diag::Span;
@@ -39,12 +39,12 @@ pub fn references(program: &Program, toolpath: &Toolpath) -> Vec<Reference> {
     toolpath.moves.iter().map(reference).collect()
 }
 
-/// Is there a part of ours that does not know any more what its feeds were?
+/// Was a part of the program written by Feedwright and has lost its original feeds?
 pub fn forgets(program: &Program) -> bool {
     program.parts().filter_map(|part| Memory::of(program, &part)).any(|memory| !memory.fits)
 }
 
-/// What an F word stands for over what it says.
+/// Original feed of an F word over the feed that it gives now.
 fn ratio(program: &Program, memory: &Memory, span: Span) -> Option<f64> {
     let was: f64 = memory.was(span.start)?.parse().ok()?;
     let word = std::str::from_utf8(span.of(program.text())).ok()?;

@@ -1,18 +1,15 @@
-//! Cutting one block into several. In: a block, its one move, and where along it the feed changes. Out: the text of the
-//! blocks to be written before it, and the edits of the block itself, which becomes the last piece; or nothing, where the
-//! block must stay whole.
+//! Splitting one block into several. In: a block, its one move, and where along it the feed changes. Out: the text of the blocks to be written
+//! before it, and the edits of the block itself, which becomes the last piece; `None` where the block must stay whole.
 //!
-//! A split point is a point of the control's grid within half an increment of the path, found by trying places near the
-//! one asked for. Under G91 the pieces' increments add up to the original's exactly, in decimal. An arc by its centre gets
-//! its centre computed anew from each rounded point; an arc by its radius keeps the radius and is cut only well below half
-//! a turn. An arc in XY that leaves out X or Y (a full circle: `G3 I-6.`) has them written in, the last piece where it ends:
-//! begun elsewhere it would be another arc.
+//! A split point is a point of the control's grid within half an increment of the path, found by trying places near the wanted one. Under G91
+//! the increments of the pieces add up to the original's exactly, in decimal. An arc given by its centre gets a centre worked out anew from each
+//! rounded point; an arc given by its radius keeps the radius and is split only well below half a turn. In an arc in XY that leaves out X or Y
+//! (a full circle: `G3 I-6.`) both are written in all pieces, because from another start point the same words would be another arc.
 //!
-//! Fanuc and Haas controls may read a coordinate without a decimal point in increments (`X50` is 0.050 mm there). A line whose
-//! coordinate both begins and ends without a point is cut at whole numbers only, written without a point as its own are:
-//! whichever way the control reads it, the pieces lie on the line. One that begins with a point and ends without one, or the
-//! other way round, stays whole; and so does an arc, unless the whole text is without points. As whole numbers are far apart,
-//! such a cut is moved so that the faster piece becomes the shorter one.
+//! Fanuc and Haas controls may read a coordinate without a decimal point in increments (`X50` is 0.050 mm there). A line whose coordinate has no
+//! point at its beginning nor at its end is split at whole numbers only, written without a point, so that the pieces lie on the line however
+//! the control reads it. A line with a point at one end only stays whole; so does an arc, unless the whole text is without points. Whole
+//! numbers are far apart, so the split point is chosen so that the faster piece becomes the shorter one.
 
 use crate::ids::{BlockId, MoveId};
 use crate::nc::{Dialect, Move, PathMode, Program, Toolpath};
@@ -25,11 +22,11 @@ use super::view::{Manners, Modes, Points, View, Word, number_bytes, number_span}
 /// Letters of the axes and of the centre.
 const AXES: [u8; 3] = *b"XYZ";
 const CENTRE: [u8; 3] = *b"IJK";
-/// What words and the interpreted path may disagree by, mm.
+/// Largest difference between the coordinates in the text and the interpreted path, mm.
 const SAME_MM: f64 = 1e-6;
 /// Largest turn of an arc by its radius that is cut, rad.
 const MOST_R_TURN_RAD: f64 = 2.97;
-/// Places tried on either side of the one asked for, and their spacing in increments.
+/// Places tried on either side of the wanted one, and their spacing in increments.
 const TRIES: i32 = 40;
 const SPACING: f64 = 0.7;
 
@@ -53,7 +50,7 @@ pub struct Block<'a> {
     pub view: &'a View,
     /// Modes in force in it.
     pub modes: Modes,
-    /// Manners of the file.
+    /// Style of the file.
     pub manners: Manners,
     /// Its move.
     pub motion: &'a Move,
@@ -126,7 +123,7 @@ fn is_simple(view: &View) -> bool {
         && b"NXYZIJKRF".iter().all(|&l| once(l))
 }
 
-/// How the words of the block say its geometry.
+/// How the words of the block give its geometry.
 struct Form {
     unit_mm: f64,
     incremental: bool,
@@ -180,7 +177,7 @@ impl Form {
             Curve::Arc(arc) => Some(Self { centre: form.centre_of(block, arc)?, ..form }),
         }
     }
-    /// Do the words say where the move goes, up to a shift?
+    /// Do the words of the block give the end point of the move, up to a shift?
     fn agrees(&self, block: &Block<'_>) -> bool {
         let (from, to) = (block.motion.curve().from(), block.motion.curve().to());
         (0..3).all(|axis| match self.axes[axis] {
@@ -425,7 +422,7 @@ fn axis_of(letter: u8) -> Option<usize> {
     AXES.iter().position(|&axis| axis == letter)
 }
 
-/// A word in the manner of another.
+/// A word in the style of another.
 fn written(block: &Block<'_>, form: &Form, like: &Word, letter: u8, number: Decimal) -> Vec<u8> {
     let bytes = like.span.of(block.program.text());
     let own = number_bytes(block.program, like);

@@ -1,5 +1,5 @@
-//! One block of text as the rewriter sees it. In: the tokens of a line. Out: its plain words, its comments (the user's and
-//! ours), where its code ends, and what stands in the way of changing it; and the modes that words set in text order.
+//! One block of text as the rewriter needs it. In: the tokens of a line. Out: its plain words, its comments (the user's and ours), where its
+//! code ends, what prevents changing it; and the modes that words set, in the order of the text.
 
 use rayon::prelude::*;
 
@@ -167,7 +167,7 @@ fn calls(word: &Word) -> bool {
     }
 }
 
-/// What words have switched, in text order.
+/// Modes that words have set so far, in the order of the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Modes {
     /// Lengths in inches.
@@ -233,7 +233,7 @@ pub fn number_span(program: &Program, word: &Word) -> Span {
     Span { start: word.span.end - number_bytes(program, word).len() as u32, end: word.span.end }
 }
 
-/// Manners of the whole file that one word does not show.
+/// Style of the whole file that a single word does not show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Manners {
     /// Are words set apart by blanks?
@@ -260,7 +260,7 @@ pub enum Points {
 }
 
 impl Manners {
-    /// The manners of most words in the first 4000 lines of a part.
+    /// The style of most words in the first 4000 lines of a part.
     pub fn of(program: &Program, part: &Part<'_>) -> Self {
         let (mut spaced, mut zero, mut lower) = (0_i64, 0_i64, 0_i64);
         let some = |with: bool| part.blocks.clone().into_par_iter().any(|k| has_coordinate(program, BlockId(k), with));
@@ -289,8 +289,8 @@ impl Manners {
     }
 }
 
-/// The form of our comments: one that this very text uses for its own and its family has; else the family's safest, which for
-/// Marlin is `;` (parentheses are an option of its build: marlinfw.org, PAREN_COMMENTS).
+/// The form of our comments: the one that this text uses, if its family of dialects has it; else the family's safest, which for Marlin is `;`
+/// (parentheses are a build option of that firmware: marlinfw.org, PAREN_COMMENTS).
 fn comment_form(program: &Program, part: &Part<'_>) -> CommentForm {
     let text = program.text();
     let comments = part.blocks().flat_map(|block| program.tokens(block)).filter(|t| t.kind == TokenKind::Comment);

@@ -1,10 +1,10 @@
-//! Wants → edits. In: the program, what each block wants, and how the file writes. Out: edits that change or insert F
-//! words, put pieces and restated feeds before blocks, and set or replace our comments.
+//! From what each block needs to edits. In: the program, the plan of each block, the style of the file. Out: edits that change or insert F words,
+//! put pieces and restated feeds before blocks, and add or replace our comments.
 //!
-//! The writer walks the text in order and knows at each block whether the F in force is still the original's ([`Now`]).
-//! Before a block that is kept, or that steers the flow, changes the unit or hangs on the block-delete switch, a line of its own restates the
-//! original F if it is not in force; so every label, call and jump is passed with the original F, and a block that a jump
-//! may reach states its feed itself. In a file of ours, blocks that are left as they are gain no notes.
+//! The writer goes through the text in order and knows at each block whether the F in force is still the original's ([`FeedInForce`]). If it is not, a
+//! line of its own restates the original F before a block that keeps its feed, holds flow control, changes the unit or depends on the
+//! block-delete switch. So every label, call and jump is passed with the original F in force, and a block that a jump may reach states its feed
+//! itself. In a file that Feedwright wrote before, unchanged blocks get no new notes.
 
 use std::cell::OnceCell;
 
@@ -39,9 +39,9 @@ impl Feed {
     }
 }
 
-/// What is known of the F in force in the text being written.
+/// The F in force at this place of the text being written.
 #[derive(Debug, Clone, PartialEq)]
-enum Now {
+enum FeedInForce {
     /// The one the original has here.
     Original,
     /// One of ours.
@@ -52,7 +52,7 @@ enum Now {
 
 /// How F words are written: letter with what follows it, and the number.
 #[derive(Debug, Clone)]
-struct Manner {
+struct FWordStyle {
     letter: Vec<u8>,
     style: NumberStyle,
 }
@@ -75,7 +75,7 @@ pub struct Writer<'a> {
     /// Numbered blocks may be reached by a jump.
     jumps: OnceCell<bool>,
     modes: Modes,
-    now: Now,
+    now: FeedInForce,
     /// The original F in force, where it is a plain number.
     original: Option<Feed>,
     /// The F word of another block that was read last: its place, its number as text and as value.
@@ -84,7 +84,7 @@ pub struct Writer<'a> {
     feed_mode: u32,
     /// The F of the program that the input was optimised from (the original's, unless a note remembers another).
     reference: Option<String>,
-    manner: Manner,
+    manner: FWordStyle,
     tool_changed: bool,
     pub(super) last_number: Option<f64>,
     pub(super) marked: bool,
@@ -152,12 +152,12 @@ impl<'a> Writer<'a> {
             line_end: view::line_end(part.span.of(program.text())),
             jumps: OnceCell::new(),
             modes: Modes { inch: toolpath.inch, incremental: false },
-            now: Now::Original,
+            now: FeedInForce::Original,
             original: None,
             word: None,
             feed_mode: 940,
             reference: None,
-            manner: Manner { letter, style },
+            manner: FWordStyle { letter, style },
             tool_changed: false,
             last_number: None,
             marked: mark::is_marked(program, part),
@@ -175,18 +175,18 @@ impl<'a> Writer<'a> {
         let view = View::of(self.program, id);
         let inch_before = self.modes.inch;
         self.modes = self.modes.after(Switched::by_codes(view.g_codes()));
-        // An F stays what it was in mm or inches: behind the change its number would say another feed.
+        // After a change of unit the same F number would mean another feed.
         let unit_changes = self.modes.inch != inch_before;
         let mode = view.g_codes().filter(|code| matches!(code, 930 | 940 | 950)).last();
         if mode.is_some_and(|mode| std::mem::replace(&mut self.feed_mode, mode) != mode) {
             // Another unit of feed: none is in force.
-            (self.original, self.now) = (None, Now::Original);
+            (self.original, self.now) = (None, FeedInForce::Original);
         }
         self.tool_changed |= view.tool_change();
         self.stats.f_words_before += view.words.iter().filter(|word| word.letter == b'F').count();
         let numbered = view.only(b'N').map(|word| word.number);
-        if numbered.is_some() && self.may_insert() && self.now != Now::Original && self.jumps() {
-            self.now = Now::Either;
+        if numbered.is_some() && self.may_insert() && self.now != FeedInForce::Original && self.jumps() {
+            self.now = FeedInForce::Either;
         }
         let change = match &plan.want {
             Want::Feeds(pieces) if !view.flow && !view.delete => self.feeds(id, plan, &view, pieces),
@@ -206,11 +206,11 @@ impl<'a> Writer<'a> {
         self.emit(id, &view, change);
         self.last_number = numbered.or(self.last_number);
         if view.ends() || id.0 > self.part.blocks.start && self.program.line_text(id).starts_with(b"%") {
-            // What stands behind is come to from elsewhere: no feed of ours is in force there.
-            self.now = Now::Original;
+            // The next block is reached from elsewhere, where no feed of ours is in force.
+            self.now = FeedInForce::Original;
         } else if view.flow && !self.may_insert() && !self.program.files().is_empty() {
             // Plain language has no line of its own for a feed: behind the call of a file either may be in force.
-            self.now = Now::Either;
+            self.now = FeedInForce::Either;
         }
     }
 
@@ -230,9 +230,9 @@ impl<'a> Writer<'a> {
         let without = plan.first.is_some() && plan.word.is_none();
         let aside = self.is_unread(id);
         let restates_itself = without || (view.has(b'F') || view.computed_feed) && !view.delete && !aside;
-        if !restates_itself && self.now != Now::Original && !self.may_insert() {
+        if !restates_itself && self.now != FeedInForce::Original && !self.may_insert() {
             self.say_original(view, plan, &mut change);
-        } else if !restates_itself && self.now != Now::Original {
+        } else if !restates_itself && self.now != FeedInForce::Original {
             let word = plan.word.filter(|_| !view.has(b'F'));
             let inherited = word.and_then(|(block, span)| self.written_feed(block, span)).or(self.original.clone());
             match inherited {
@@ -243,7 +243,7 @@ impl<'a> Writer<'a> {
                     };
                     let note = Some(kept_note(&feed.text, &was));
                     change.before.push(Line { code: self.f_word(&feed.text), note, feed: Some((feed.text, was)) });
-                    self.now = Now::Original;
+                    self.now = FeedInForce::Original;
                 }
                 None => self.kept.push((id, "the feed before a kept block could not be restated".to_owned())),
             }
@@ -254,18 +254,18 @@ impl<'a> Writer<'a> {
         change
     }
 
-    /// A block of which something cannot be read: whether the control takes its F is not known, so that the original's has to
-    /// be in force before it and after it.
+    /// Can something in the block not be read? Whether the control takes its F is then not known, so the original F has to be in force both
+    /// before and after it.
     fn is_unread(&self, id: BlockId) -> bool {
         self.unread.binary_search(&id).is_ok()
     }
 
-    /// What the original F in force stands for.
+    /// The original feed for which the F in force stands.
     pub(super) fn restated_was(&self, feed: &str) -> String {
         self.reference.clone().filter(|_| self.memory.is_some()).unwrap_or_else(|| feed.to_owned())
     }
 
-    /// In plain language a kept motion says the original F itself.
+    /// In plain language, writes the original F into a motion that keeps its feed.
     fn say_original(&mut self, view: &View, plan: &Plan, change: &mut Change) {
         let word = plan.word.and_then(|(block, span)| self.written_feed(block, span));
         let per_block = |feed: &Feed| feed.mode == FeedMode::InverseTime;
@@ -276,7 +276,7 @@ impl<'a> Writer<'a> {
         change.append = [b" ".as_slice(), &self.f_word(&feed.text)].concat();
         change.feed = Some(feed.text);
         self.stats.f_words_inserted += 1;
-        self.now = Now::Original;
+        self.now = FeedInForce::Original;
     }
 
     /// The F of the block comes from the input: the original's feed is in force after it.
@@ -285,11 +285,11 @@ impl<'a> Writer<'a> {
             let mode = self.original.as_ref().map_or(FeedMode::PerMinute, |feed| feed.mode);
             self.remember(word, mode);
             if !view.delete {
-                self.now = Now::Original;
+                self.now = FeedInForce::Original;
             }
         } else if view.computed_feed {
             self.original = None;
-            self.now = Now::Original;
+            self.now = FeedInForce::Original;
         }
     }
 
@@ -299,7 +299,7 @@ impl<'a> Writer<'a> {
         let text = String::from_utf8_lossy(number).into_owned();
         let bytes = word.span.of(self.program.text());
         let letter = bytes[..bytes.len() - number.len()].to_vec();
-        self.manner = Manner { letter, style: NumberStyle::of(number, self.manners.leading_zero) };
+        self.manner = FWordStyle { letter, style: NumberStyle::of(number, self.manners.leading_zero) };
         self.reference = Some(self.was_at(word.span.start, &text));
         self.original = Some(Feed { text, value: word.number, mode, unit_mm: self.modes.unit_mm() });
     }
@@ -348,8 +348,8 @@ impl<'a> Writer<'a> {
             let short =
                 |cut: &split::Pieces| cut.before.iter().all(|code| code.len() + MOST_N_AND_F <= self.most_bytes);
             if let Some(cut) = split::split(&block, &cuts).filter(short) {
-                if view.has(b'F') && self.now == Now::Original {
-                    self.now = Now::Either;
+                if view.has(b'F') && self.now == FeedInForce::Original {
+                    self.now = FeedInForce::Either;
                 }
                 return self.cut(view, plan, &numbers, cut);
             }
@@ -374,7 +374,7 @@ impl<'a> Writer<'a> {
 
     /// Is the F in force another than the original's?
     pub(super) fn now_is_ours(&self) -> bool {
-        self.now != Now::Original
+        self.now != FeedInForce::Original
     }
 
     /// The F of the program that the input was optimised from, for the words being written.
@@ -456,22 +456,24 @@ impl<'a> Writer<'a> {
         change
     }
 
-    fn now_after(&self, feed: &Feed) -> Now {
+    fn now_after(&self, feed: &Feed) -> FeedInForce {
         if self.original.as_ref().is_some_and(|original| original.text == feed.text) {
-            Now::Original
+            FeedInForce::Original
         } else {
-            Now::Ours(feed.clone())
+            FeedInForce::Ours(feed.clone())
         }
     }
 
-    /// Does a block without F need one to run at this feed?
+    /// Does a block without an F word need one to run at this feed?
     fn must_say(&mut self, feed: &Feed, plan: &Plan) -> bool {
         let said = match &self.now {
-            Now::Original => self.original.as_ref().is_some_and(|original| original.same(feed)) && plan.word.is_some(),
-            Now::Ours(ours) => ours.same(feed) && !self.tool_changed,
-            Now::Either => false,
+            FeedInForce::Original => {
+                self.original.as_ref().is_some_and(|original| original.same(feed)) && plan.word.is_some()
+            }
+            FeedInForce::Ours(ours) => ours.same(feed) && !self.tool_changed,
+            FeedInForce::Either => false,
         };
-        let says = !said || plan.repeated && self.now != Now::Original || feed.mode == FeedMode::InverseTime;
+        let says = !said || plan.repeated && self.now != FeedInForce::Original || feed.mode == FeedMode::InverseTime;
         self.tool_changed = false;
         says
     }

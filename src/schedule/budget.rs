@@ -26,9 +26,9 @@ pub struct Budget {
     pub most: f64,
 }
 
-/// Outcome of [`keep`].
+/// Outcome of [`apply`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kept {
+pub enum BudgetOutcome {
     /// The caps alone keep the budget.
     Slack {
         /// What is used.
@@ -49,7 +49,7 @@ pub enum Kept {
 }
 
 /// Lowers the caps of the cutting nodes so that Σ c·v^p·ds ≤ `budget.most`. `rate[i]` is c of node i.
-pub fn keep(problem: &mut Problem, rate: &[f64], budget: &Budget) -> Kept {
+pub fn apply(problem: &mut Problem, rate: &[f64], budget: &Budget) -> BudgetOutcome {
     let used_at = |price_s: f64| -> f64 {
         let of = |(i, c): (usize, &f64)| {
             let node = &problem.nodes[i];
@@ -63,10 +63,10 @@ pub fn keep(problem: &mut Problem, rate: &[f64], budget: &Budget) -> Kept {
     };
     let free = used_at(0.0);
     if free <= budget.most {
-        return Kept::Slack { used: free };
+        return BudgetOutcome::Slack { used: free };
     }
     if budget.exponent <= 0.0 {
-        return Kept::Impossible { used: free };
+        return BudgetOutcome::Impossible { used: free };
     }
     let lowest = used_at(f64::INFINITY);
     let price_s = if lowest > budget.most { f64::INFINITY } else { price_of(&used_at, budget.most) };
@@ -80,7 +80,7 @@ pub fn keep(problem: &mut Problem, rate: &[f64], budget: &Budget) -> Kept {
             }
         }
     }
-    if lowest > budget.most { Kept::Impossible { used } } else { Kept::Bound { used, price_s } }
+    if lowest > budget.most { BudgetOutcome::Impossible { used } } else { BudgetOutcome::Bound { used, price_s } }
 }
 
 /// How much longer the program would take with `budget` than with the caps of `kept`, every node at its cap, s. `fresh` is the problem
@@ -91,7 +91,7 @@ pub fn extra_s(fresh: &Problem, kept: &Problem, rate: &[f64], budget: &Budget) -
         let cuts = problem.nodes.iter().filter(|node| node.cutting && node.free);
         cuts.map(|node| node.length_mm() / node.cap.feed_mm_s).sum()
     };
-    let possible = !matches!(keep(&mut tighter, rate, budget), Kept::Impossible { .. });
+    let possible = !matches!(apply(&mut tighter, rate, budget), BudgetOutcome::Impossible { .. });
     possible.then(|| most_s(&tighter) - most_s(kept))
 }
 
@@ -137,26 +137,26 @@ mod tests {
             free: true,
             uncertain: false,
             final_surface: false,
-            kept: None,
-            unkept: None,
+            not_raised: None,
+            cap_if_raised: None,
             infeasible: None,
         };
         let fresh = Problem { nodes: vec![node(0, 50.0), node(1, 20.0), node(2, 80.0)], ..Problem::default() };
         let rate = [1e-3, 2e-3, 5e-4];
         let solve = |most: f64| {
             let mut problem = fresh.clone();
-            let kept = keep(&mut problem, &rate, &Budget { exponent: 1.5, most });
+            let kept = apply(&mut problem, &rate, &Budget { exponent: 1.5, most });
             (problem.nodes.iter().map(|node| 10.0 / node.cap.feed_mm_s).sum::<f64>(), kept)
         };
-        assert!(matches!(solve(1e9).1, Kept::Slack { .. }));
-        let (time, Kept::Bound { used, price_s }) = solve(4.0) else { panic!("binds") };
+        assert!(matches!(solve(1e9).1, BudgetOutcome::Slack { .. }));
+        let (time, BudgetOutcome::Bound { used, price_s }) = solve(4.0) else { panic!("binds") };
         assert!((used - 4.0).abs() < 1e-9);
         let slope = (solve(3.999).0 - solve(4.001).0) / 0.002;
         assert!((slope / price_s - 1.0).abs() < 1e-3, "{time} {slope} {price_s}");
-        assert!(matches!(solve(1e-9).1, Kept::Impossible { .. }));
+        assert!(matches!(solve(1e-9).1, BudgetOutcome::Impossible { .. }));
         // A tenth more life, which is a budget a tenth smaller, costs what the two answers differ in.
         let mut kept = fresh.clone();
-        keep(&mut kept, &rate, &Budget { exponent: 1.5, most: 4.0 });
+        apply(&mut kept, &rate, &Budget { exponent: 1.5, most: 4.0 });
         let costs_s = extra_s(&fresh, &kept, &rate, &Budget { exponent: 1.5, most: 4.0 / 1.1 });
         assert!((costs_s.unwrap() - (solve(4.0 / 1.1).0 - time)).abs() < 1e-9);
         assert_eq!(extra_s(&fresh, &kept, &rate, &Budget { exponent: 1.5, most: 1e-9 }), None);
@@ -176,22 +176,22 @@ mod tests {
             free: true,
             uncertain: false,
             final_surface: false,
-            kept: None,
-            unkept: None,
+            not_raised: None,
+            cap_if_raised: None,
             infeasible: None,
         };
         for exponent in [-1.0, 0.0] {
             let used = 10.0 * 50f64.powf(exponent);
             for (most, possible) in [(1.01 * used, true), (0.99 * used, false)] {
                 let mut problem = Problem { nodes: vec![node], ..Problem::default() };
-                let kept = keep(&mut problem, &[1.0], &Budget { exponent, most });
-                assert_eq!(matches!(kept, Kept::Slack { .. }), possible, "{exponent} {kept:?}");
+                let kept = apply(&mut problem, &[1.0], &Budget { exponent, most });
+                assert_eq!(matches!(kept, BudgetOutcome::Slack { .. }), possible, "{exponent} {kept:?}");
                 assert_eq!(problem.nodes[0].cap.feed_mm_s, 50.0);
             }
         }
         // Its own feed, where that may not change.
         let mut problem = Problem { nodes: vec![Node { free: false, ..node }], ..Problem::default() };
-        let kept = keep(&mut problem, &[1.0], &Budget { exponent: 1.0, most: 200.0 });
-        assert_eq!(kept, Kept::Slack { used: 100.0 });
+        let kept = apply(&mut problem, &[1.0], &Budget { exponent: 1.0, most: 200.0 });
+        assert_eq!(kept, BudgetOutcome::Slack { used: 100.0 });
     }
 }

@@ -5,19 +5,19 @@
 //! at less than [`LEAST`] of the lowest feed asked for, makes the piece infeasible: it runs at that lowest feed.
 //!
 //! A feed may rise above the programmed one in a cut only where a load limit applies that some load comes near
-//! ([`super::idle_limits`]), in air only where the engagement map says that the tool touches nothing, and nowhere that [`super::kept`] gives a
+//! ([`super::idle_limits`]), in air only where the engagement map says that the tool touches nothing, and nowhere that [`super::not_raised`] gives a
 //! reason against it. Where the setup asks for a confidence, caps leave a margin for the uncertainty of the process model
 //! ([`super::confidence`]).
 
 use rayon::prelude::*;
 
-use super::confidence::{Room, doubt, places};
+use super::confidence::{Margin, doubt, places};
 use super::cutters::{Cutters, SLIVER_MM, skims};
 use super::history::{self, History};
 use super::idle_limits::{self, Idle};
-use super::kept::{self, Keeping, Standing};
 use super::known_loads::KnownLoads;
-use super::problem::{Bound, Conflict, Kept, Node, Problem};
+use super::not_raised::{self, EarlierOutput, Reasons};
+use super::problem::{Bound, Conflict, Node, NotRaised, Problem};
 use super::realise::as_programmed;
 use super::rules::{Rule, Rules, rules};
 use super::{force_rate, ramps};
@@ -44,7 +44,7 @@ pub fn problem_after(
     map: &EngagementMap,
     job: &Job,
     history: &History,
-    standing: Option<Standing<'_>>,
+    earlier: Option<EarlierOutput<'_>>,
 ) -> Problem {
     let rules = rules(toolpath, map, job);
     let cutters = Cutters::after(toolpath, map, job, history);
@@ -59,13 +59,13 @@ pub fn problem_after(
         work.extend(stations.iter().map(|station| (id, Some(station))));
         of_move.push(start..work.len() as u32);
     }
-    let doubt = doubt(job, places(toolpath, map, job));
-    let others: Vec<Cutters> = doubt.jobs.iter().map(|job| Cutters::after(toolpath, map, job, history)).collect();
-    let keeping = Keeping::new(toolpath, map, job, &rules, &cutters);
+    let uncertainty = doubt(job, places(toolpath, map, job));
+    let others: Vec<Cutters> = uncertainty.jobs.iter().map(|job| Cutters::after(toolpath, map, job, history)).collect();
+    let reasons = Reasons::new(toolpath, map, job, &rules, &cutters);
     let idle = idle_limits::idle(toolpath, map, &rules, &cutters);
-    let (cutters, deviations) = (&cutters, doubt.deviations);
-    let context = Context { toolpath, map, job, rules: &rules, cutters, others, deviations, keeping, idle };
-    let mut known = KnownLoads::of_each(rules.most_loads());
+    let (cutters, deviations) = (&cutters, uncertainty.deviations);
+    let context = Context { toolpath, map, job, rules: &rules, cutters, others, deviations, reasons, idle };
+    let mut known = KnownLoads::with_room_for(rules.most_loads());
     known.make_room(work.len());
     let (each, past) = (known.each, history::is_asked_for(job));
     let room = known.feeds_mm_s.par_iter_mut().zip(known.loads.par_chunks_mut(each));
@@ -74,7 +74,7 @@ pub fn problem_after(
         context.node(*id, *station, &mut at_programmed)
     });
     let answers: Vec<(Node, Option<(Bound, Bound)>)> = answered.collect();
-    let known = known.only(work.iter().map(|(_, station)| station.is_some()));
+    let known = known.keep_only(work.iter().map(|(_, station)| station.is_some()));
     let conflicts = answers
         .iter()
         .enumerate()
@@ -83,10 +83,10 @@ pub fn problem_after(
     let nodes = answers.into_iter().map(|(node, _)| node).collect();
     let mut problem = Problem { nodes, of_move, conflicts, known };
     context.keep_force_rates(&mut problem, &work);
-    let touches: Vec<bool> = work.iter().map(|(_, station)| kept::touches(*station)).collect();
-    kept::entries(&mut problem, toolpath, job, &rules, &touches);
-    if let Some(standing) = standing {
-        kept::leave_ends(&mut problem, &standing);
+    let touches: Vec<bool> = work.iter().map(|(_, station)| not_raised::touches(*station)).collect();
+    not_raised::entries(&mut problem, toolpath, job, &rules, &touches);
+    if let Some(earlier) = earlier {
+        not_raised::keep_earlier_ends(&mut problem, &earlier);
     }
     slivers(&mut problem);
     ramps::apply(&mut problem, toolpath, &rules, job);
@@ -106,11 +106,11 @@ fn slivers(problem: &mut Problem) {
             let beside = [i + 1, i.wrapping_sub(1)].into_iter().filter_map(|k| nodes.get(k));
             let cut = beside.clone().find(|node| node.cutting && node.free);
             let is_air = |node: &&Node| node.cap.kind == LimitKind::AirFeed && node.length_mm() > SLIVER_MM;
-            let air = || beside.clone().find(is_air).filter(|_| nodes[i].kept.is_none());
+            let air = || beside.clone().find(is_air).filter(|_| nodes[i].not_raised.is_none());
             if let Some(node) = cut.or_else(air).copied() {
                 nodes[i].cap = node.cap;
                 nodes[i].floor = node.floor;
-                nodes[i].kept = nodes[i].kept.or(node.kept);
+                nodes[i].not_raised = nodes[i].not_raised.or(node.not_raised);
             }
         }
     }
@@ -125,7 +125,7 @@ struct Context<'a> {
     /// The cutters with each process model that is one standard deviation away.
     others: Vec<Cutters>,
     deviations: f64,
-    keeping: Keeping<'a>,
+    reasons: Reasons<'a>,
     /// By rule: where no load comes near any of its load limits, the limit that one comes nearest to.
     idle: Vec<Option<Idle>>,
 }
@@ -152,7 +152,7 @@ impl Context<'_> {
         let programmed = bound(motion.feed.mm_s, LimitKind::Programmed);
         let mut node = plain(id, motion, station, programmed);
         node.free = rule.mode != Mode::Keep && motion.freeze.is_none() && !self.excluded(motion.line);
-        node.kept = self.keeping.of(id, station);
+        node.not_raised = self.reasons.of(id, station);
         if !node.free {
             return (node, None);
         }
@@ -164,8 +164,8 @@ impl Context<'_> {
             Some(station) if station.flags.clear_air => node.cap = self.in_air(rule, programmed),
             _ => node.cap = lesser(programmed, highest_feed(rule)),
         }
-        if let Some(why) = node.kept {
-            kept::keep(&mut node, why);
+        if let Some(why) = node.not_raised {
+            not_raised::hold_at_programmed(&mut node, why);
         }
         node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
         (node, conflict)
@@ -242,15 +242,15 @@ impl Context<'_> {
             self.others.iter().filter_map(|cutters| self.line(cutters, motion, station)).collect();
         let spindle = &self.job.machine.spindle;
         let measured_mm = self.job.process.measured_feed(motion.tool).filter(|_| self.job.confidence.is_some());
-        let room = Room { others: &others, deviations: self.deviations, measured_mm };
-        let cap = |line: &LoadLine, kind, limit| room.cap(line, kind, limit);
+        let margin = Margin { others: &others, deviations: self.deviations, measured_mm };
+        let cap = |line: &LoadLine, kind, limit| margin.cap(line, kind, limit);
         let floor = lowest_feed(line.as_ref(), rule, programmed);
         let acts = self.idle[self.rules.index_of(node.move_id)].is_none();
         let highest = if !rule.loads.is_empty() && acts && line.is_some() && !skims(station) {
             let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE_MAX[0]);
             Bound { feed_mm_s: programmed * most, kind: LimitKind::FeedChange, per_unit: programmed }
         } else {
-            node.kept = node.kept.or(Some(Kept::NoLoadLimit));
+            node.not_raised = node.not_raised.or(Some(NotRaised::NoLoadLimit));
             bound(programmed, LimitKind::Programmed)
         };
         let allowed = lesser(highest, highest_feed(rule));
@@ -267,7 +267,7 @@ impl Context<'_> {
                 return None;
             }
         }
-        if let (Some(line), true) = (&line, node.kept.is_some() && node.cap.feed_mm_s >= programmed) {
+        if let (Some(line), true) = (&line, node.not_raised.is_some() && node.cap.feed_mm_s >= programmed) {
             // The feed stays: these loads are kept for the check of the written file.
             let found = line.loads(programmed);
             let kinds = rule.loads.iter().copied().chain(curves(spindle, motion.spin.rps)).map(|(kind, _)| kind);
@@ -362,8 +362,8 @@ fn plain(id: MoveId, motion: &Move, station: Option<&Station>, cap: Bound) -> No
         free: false,
         uncertain: station.is_none_or(|station| station.flags.uncertain),
         final_surface: station.is_some_and(|station| station.flags.final_surface),
-        kept: None,
-        unkept: None,
+        not_raised: None,
+        cap_if_raised: None,
         infeasible: None,
     }
 }

@@ -1,4 +1,4 @@
-//! The only place that talks to clarabel: sparse rows in, an accepted answer out.
+//! The interface to the cone solver clarabel, used nowhere else. In: sparse rows. Out: an answer that the solver calls solved, or `None`.
 //!
 //! min ½ xᵀP x + qᵀx subject to A x + s = b, s in a product of cones. Rows are collected by kind: equalities, inequalities
 //! `row·x ≤ rhs` (an infinite right side leaves the row out, NaN refuses the whole problem), and second-order cones.

@@ -36,7 +36,7 @@ const ROUNDS: usize = 3;
 /// The uncertainty of a process model: the job with each of the models one standard deviation away, and the standard deviations that
 /// the confidence asks for.
 #[derive(Debug, Clone, Default)]
-pub struct Doubt {
+pub struct ModelUncertainty {
     /// The jobs.
     pub jobs: Vec<Job>,
     /// Standard deviations to keep away from a limit.
@@ -44,8 +44,8 @@ pub struct Doubt {
 }
 
 /// The uncertainty of a job's process model, for a program of so many independent `places`; empty where the setup asks for no confidence.
-pub fn doubt(job: &Job, places: f64) -> Doubt {
-    let Some(confidence) = job.confidence else { return Doubt::default() };
+pub fn doubt(job: &Job, places: f64) -> ModelUncertainty {
+    let Some(confidence) = job.confidence else { return ModelUncertainty::default() };
     let normal = Normal::new(0.0, 1.0).expect("the standard normal distribution");
     let deviations = normal.inverse_cdf(confidence).max(0.0);
     let of_largest = normal.inverse_cdf(confidence.powf(places.max(1.0).recip()));
@@ -56,7 +56,7 @@ pub fn doubt(job: &Job, places: f64) -> Doubt {
         let stated = job.tools.iter().filter_map(|tool| job.material(tool)?.uncertainty).fold(0.0, f64::max);
         jobs.extend((stated > 0.0).then(|| with_coefficients(job, 1.0 + stated)));
     }
-    Doubt { jobs, deviations }
+    ModelUncertainty { jobs, deviations }
 }
 
 /// Number of independent places of a program: its length of cut in tool diameters.
@@ -130,8 +130,8 @@ fn move_edge(k: &mut LinearEdge, name: &str, by: f64, process: &Process) {
 
 /// The margin that caps leave below a limit.
 #[derive(Debug, Clone, Copy)]
-pub struct Room<'a> {
-    /// The same cut under the jobs of [`Doubt`].
+pub struct Margin<'a> {
+    /// The same cut under the jobs of [`ModelUncertainty`].
     pub others: &'a [LoadLine],
     /// Standard deviations to keep away.
     pub deviations: f64,
@@ -139,7 +139,7 @@ pub struct Room<'a> {
     pub measured_mm: Option<f64>,
 }
 
-impl Room<'_> {
+impl Margin<'_> {
     /// Upper bound of a load at a feed: L + z σ.
     fn most(&self, line: &LoadLine, kind: LimitKind, feed_mm_s: f64) -> f64 {
         let load = |line: &LoadLine| line.loads(feed_mm_s).bounded_by(kind).unwrap_or(0.0);

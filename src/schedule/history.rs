@@ -56,7 +56,7 @@ fn acting(job: &Job, on: &dyn Fn(Covariate) -> bool) -> bool {
 
 /// What the tool has done before it comes to the middle of a station.
 #[derive(Debug, Clone, Copy, Default)]
-struct Past {
+struct ToolHistory {
     time_s: f64,
     slid: Lengths,
     volume_mm3: f64,
@@ -70,7 +70,7 @@ struct Past {
 /// What the tool has done before each station; empty where no effect needs it.
 #[derive(Debug, Clone, Default)]
 pub struct History {
-    past: Arc<Vec<Past>>,
+    past: Arc<Vec<ToolHistory>>,
     engaged: Arc<Vec<Engaged>>,
     tare_rps: f64,
     edges: Vec<Edge>,
@@ -207,12 +207,12 @@ fn pasts(
     job: &Job,
     engaged: &[Engaged],
     feeds: &[FeedPiece],
-) -> (Vec<Past>, Vec<(u32, Past)>) {
+) -> (Vec<ToolHistory>, Vec<(u32, ToolHistory)>) {
     let seconds = realise(toolpath, feeds, &job.machine).move_s;
     let of_move = pieces_of_moves(feeds, toolpath.moves.len());
     let edges = Edge::all(job);
-    let mut past = vec![Past::default(); map.stations.len()];
-    let mut tools: Vec<(u32, Past)> = Vec::new();
+    let mut past = vec![ToolHistory::default(); map.stations.len()];
+    let mut tools: Vec<(u32, ToolHistory)> = Vec::new();
     let mut now_s = 0.0;
     for event in toolpath.events() {
         match event {
@@ -223,7 +223,7 @@ fn pasts(
             Event::Move(id) => {
                 let motion = &toolpath.moves[id.ix()];
                 let pieces = &feeds[of_move[id.ix()].start as usize..of_move[id.ix()].end as usize];
-                let pace = Pace::new(pieces, motion.curve().length(), seconds[id.ix()]);
+                let pace = MoveClock::new(pieces, motion.curve().length(), seconds[id.ix()]);
                 let tool = so_far(&mut tools, motion.tool);
                 let edge = edges.iter().find(|edge| edge.tool == motion.tool);
                 let turning = [motion.spin.rps, job.tool(motion.tool).map_or(1.0, |tool| f64::from(tool.flutes))];
@@ -244,13 +244,13 @@ fn pasts(
 
 /// The time at which a move comes to a place on it: the time of the move is divided among its pieces in proportion to length over
 /// commanded feed.
-struct Pace<'a> {
+struct MoveClock<'a> {
     pieces: &'a [FeedPiece],
     /// Time over length / commanded feed; seconds per mm of a move without pieces.
     share: f64,
 }
 
-impl<'a> Pace<'a> {
+impl<'a> MoveClock<'a> {
     fn new(pieces: &'a [FeedPiece], length_mm: f64, seconds: f64) -> Self {
         let commanded: f64 = pieces.iter().map(|piece| commanded_s(piece, f64::INFINITY)).sum();
         let pieces = if commanded > 0.0 { pieces } else { &[] };
@@ -271,15 +271,15 @@ fn commanded_s(piece: &FeedPiece, before_mm: f64) -> f64 {
     if piece.feed_mm_s > 0.0 { length_mm / piece.feed_mm_s } else { 0.0 }
 }
 
-fn so_far(tools: &mut Vec<(u32, Past)>, number: u32) -> &mut Past {
+fn so_far(tools: &mut Vec<(u32, ToolHistory)>, number: u32) -> &mut ToolHistory {
     let slot = tools.iter().position(|(tool, _)| *tool == number).unwrap_or_else(|| {
-        tools.push((number, Past::default()));
+        tools.push((number, ToolHistory::default()));
         tools.len() - 1
     });
     &mut tools[slot].1
 }
 
-impl Past {
+impl ToolHistory {
     /// Takes a tool through a station. Returns what it has done before the middle of the station; for the path since entry, before its
     /// beginning, where the effect of an entry is largest.
     fn through(

@@ -1,7 +1,7 @@
 //! What kind of cut a move makes, and how deep. In: toolpath, engagement, job. Out: by station, whether the end face cuts downwards and
 //! whether it is a finishing pass; by move, a [`Cut`], by which operations are told apart.
 
-use super::problem::Kept;
+use super::problem::NotRaised;
 use crate::engage::{EngagedArc, EngagementMap, Station};
 use crate::ids::MoveId;
 use crate::machine::{Cut, CutKind, Job, Slice};
@@ -65,14 +65,14 @@ fn kind(motion: &Move, stations: &[Station], finishing: &[bool]) -> CutKind {
     if cut_mm(true) > 0.5 * cut_mm(false) { CutKind::Finishing } else { CutKind::Roughing }
 }
 
-/// [`Kept::Plunge`] or [`Kept::Ramp`] where the end face cuts downwards; `None` elsewhere.
-pub fn downwards(motion: &Move, station: &Station) -> Option<Kept> {
+/// [`NotRaised::Plunge`] or [`NotRaised::Ramp`] where the end face cuts downwards; `None` elsewhere.
+pub fn downwards(motion: &Move, station: &Station) -> Option<NotRaised> {
     let curve = motion.curve();
     let fall = -curve.tangent(0.5 * (station.from_mm + station.to_mm)).z;
     match station.arc_count {
         0 => None,
-        _ if fall > FRAC_1_SQRT_2 => Some(Kept::Plunge),
-        _ if fall * curve.length() > LEVEL_MM => Some(Kept::Ramp),
+        _ if fall > FRAC_1_SQRT_2 => Some(NotRaised::Plunge),
+        _ if fall * curve.length() > LEVEL_MM => Some(NotRaised::Ramp),
         _ => None,
     }
 }

@@ -17,13 +17,13 @@ pub struct KnownLoads {
 
 impl KnownLoads {
     /// No known loads yet, with room for `each` loads per station.
-    pub fn of_each(each: usize) -> Self {
+    pub fn with_room_for(each: usize) -> Self {
         Self { each, ..Self::default() }
     }
 
     /// Carries the loads over to another map that has some moves of this one. Stations of other moves are not known in it.
-    pub fn over_to(&self, map: &EngagementMap, again: Again) -> Self {
-        let mut there = Self::of_each(self.each);
+    pub fn carried_to(&self, map: &EngagementMap, again: Again) -> Self {
+        let mut there = Self::with_room_for(self.each);
         if self.each == 0 {
             return there;
         }
@@ -39,8 +39,8 @@ impl KnownLoads {
     }
 
     /// Keeps only the stations for which `wanted` is true.
-    pub fn only(self, wanted: impl Iterator<Item = bool>) -> Self {
-        let mut found = Self::of_each(self.each);
+    pub fn keep_only(self, wanted: impl Iterator<Item = bool>) -> Self {
+        let mut found = Self::with_room_for(self.each);
         for (index, _) in wanted.enumerate().filter(|(_, wanted)| *wanted) {
             found.feeds_mm_s.push(self.feeds_mm_s[index]);
             found.loads.extend_from_slice(self.of(index));

@@ -4,7 +4,7 @@
 //! | what | files |
 //! |---|---|
 //! | which limits and modes hold where | [`rules`], [`operations`], [`kinds_of_cut`], [`reference`](mod@reference), [`idle_limits`] |
-//! | from limits to caps and floors | [`problem`](mod@problem), [`caps`], [`cutters`], [`known_loads`], [`history`], [`confidence`], [`kept`], [`ramps`], [`force_rate`], [`budget`], [`wear`] |
+//! | from limits to caps and floors | [`problem`](mod@problem), [`caps`], [`cutters`], [`known_loads`], [`history`], [`confidence`], [`not_raised`], [`ramps`], [`force_rate`], [`budget`], [`wear`] |
 //! | the continuous optimum | [`track`], [`corner`], [`exact_pass`], [`optimum`], [`interior_point`], [`five_diagonals`], [`convex`], [`cone`], [`check`] |
 //! | F words | [`solve`](mod@solve), [`feed_segments`], [`f_words`], [`prices`] |
 //! | the model of the control | [`control`], [`realise`](mod@realise), [`cycle_time`] |
@@ -29,7 +29,7 @@ pub mod force_rate;
 pub mod history;
 pub mod idle_limits;
 pub mod interior_point;
-pub mod kept;
+pub mod not_raised;
 pub mod kinds_of_cut;
 pub mod known_loads;
 pub mod operations;
@@ -46,9 +46,9 @@ pub mod track;
 pub mod wear;
 
 pub use caps::{problem, problem_after};
-pub use kept::Standing;
-pub use problem::{Bound, Conflict, FeedPiece, Kept, Node, Problem, Realised, Schedule};
+pub use not_raised::EarlierOutput;
+pub use problem::{Bound, Conflict, FeedPiece, Node, NotRaised, Problem, Realised, Schedule};
 pub use realise::{as_programmed, realise};
 #[cfg(feature = "rooms")]
 pub use solve::solve;
-pub use solve::{Options, Room, explain, feeds};
+pub use solve::{Growth, Options, explain, feeds};

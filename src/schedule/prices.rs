@@ -8,7 +8,7 @@
 
 use super::exact_pass::{cap_prices, exact_pass, time_slopes};
 use super::optimum::Optimum;
-use super::problem::{Kept, Problem};
+use super::problem::{NotRaised, Problem};
 use crate::machine::LimitKind;
 
 /// Share of its cap that a speed must reach for the cap to count as binding; below it the accelerations of the machine do.
@@ -24,7 +24,7 @@ pub struct Prices {
     /// Cutting time by what bounds it, s.
     pub active_s: Vec<(LimitKind, f64)>,
     /// That of [`LimitKind::Programmed`] by the reason why the feed is not raised, s.
-    pub kept_s: Vec<(Kept, f64)>,
+    pub not_raised_s: Vec<(NotRaised, f64)>,
 }
 
 /// Prices; `leg_s` is the time of each leg of the optimum.
@@ -35,16 +35,16 @@ pub fn prices(problem: &Problem, optimum: &Optimum, leg_s: &[f64]) -> Prices {
         shadow[node.cap.kind as usize] -= price_s * node.cap.per_unit;
     }
     let mut active = [0.0; LimitKind::ALL.len()];
-    let mut kept_s: Vec<(Kept, f64)> = Vec::new();
+    let mut not_raised_s: Vec<(NotRaised, f64)> = Vec::new();
     for (i, time_s) in leg_s.iter().enumerate() {
         let node = &problem.nodes[optimum.tags[i] as usize];
         if node.cutting {
             let kind = binding(problem, optimum, i, *time_s);
             active[kind as usize] += time_s;
-            if let (LimitKind::Programmed, Some(why)) = (kind, node.kept) {
-                match kept_s.iter_mut().find(|(known, _)| *known == why) {
+            if let (LimitKind::Programmed, Some(why)) = (kind, node.not_raised) {
+                match not_raised_s.iter_mut().find(|(known, _)| *known == why) {
                     Some((_, seconds)) => *seconds += time_s,
-                    None => kept_s.push((why, *time_s)),
+                    None => not_raised_s.push((why, *time_s)),
                 }
             }
         }
@@ -52,7 +52,7 @@ pub fn prices(problem: &Problem, optimum: &Optimum, leg_s: &[f64]) -> Prices {
     let listed = |values: [f64; LimitKind::ALL.len()]| {
         LimitKind::ALL.into_iter().zip(values).filter(|(_, value)| *value != 0.0).collect()
     };
-    Prices { node_s, shadow: listed(shadow), active_s: listed(active), kept_s }
+    Prices { node_s, shadow: listed(shadow), active_s: listed(active), not_raised_s }
 }
 
 /// What bounds a leg.

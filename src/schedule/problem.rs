@@ -23,7 +23,7 @@ pub struct Bound {
 /// Why a feed is not raised above the programmed one, whatever the limits would allow. It may still be lowered, unless the
 /// node is not [`Node::free`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kept {
+pub enum NotRaised {
     /// The program text or the setup does not let this feed change.
     Frozen(Freeze),
     /// It is not known where the part stands, or in which frame the coordinates are.
@@ -56,24 +56,26 @@ pub enum Kept {
     Unsound,
 }
 
-impl Kept {
+impl NotRaised {
     /// One clause for reports, after "kept as programmed:".
     pub fn why(self) -> &'static str {
         match self {
-            Kept::Frozen(freeze) => freeze.why(),
-            Kept::Doubt(doubt) => doubt.why(),
-            Kept::Uncertain => "what the cutter meets here is not certain",
-            Kept::Mode => "the setup says keep or slow-only",
-            Kept::Plunge => "the end face cuts straight down",
-            Kept::Ramp => "the end face cuts downwards along a ramp",
-            Kept::Entry => "lead-in, lead-out or first engagement of a cut",
-            Kept::Finishing => "the move leaves the final surface",
-            Kept::Fixtures => "in the air beside the blank, where clamps may stand",
-            Kept::Compensation => "under G41 or G42",
-            Kept::Cycle => "a drilling or boring cycle",
-            Kept::Forgotten => "it was rewritten before, and what its feed was is not known any more",
-            Kept::NoLoadLimit => "no load limit acts here",
-            Kept::Unsound => "the stock is never touched, the spindle stands still in a cut, or a tool has no loads",
+            NotRaised::Frozen(freeze) => freeze.why(),
+            NotRaised::Doubt(doubt) => doubt.why(),
+            NotRaised::Uncertain => "what the cutter meets here is not certain",
+            NotRaised::Mode => "the setup says keep or slow-only",
+            NotRaised::Plunge => "the end face cuts straight down",
+            NotRaised::Ramp => "the end face cuts downwards along a ramp",
+            NotRaised::Entry => "lead-in, lead-out or first engagement of a cut",
+            NotRaised::Finishing => "the move leaves the final surface",
+            NotRaised::Fixtures => "in the air beside the blank, where clamps may stand",
+            NotRaised::Compensation => "under G41 or G42",
+            NotRaised::Cycle => "a drilling or boring cycle",
+            NotRaised::Forgotten => "it was rewritten before, and what its feed was is not known any more",
+            NotRaised::NoLoadLimit => "no load limit acts here",
+            NotRaised::Unsound => {
+                "the stock is never touched, the spindle stands still in a cut, or a tool has no loads"
+            }
         }
     }
 }
@@ -104,9 +106,9 @@ pub struct Node {
     /// What this cut leaves is the surface of the finished part.
     pub final_surface: bool,
     /// Why the feed is never above the programmed one here; `None`: it may rise.
-    pub kept: Option<Kept>,
-    /// Where the cap was lowered to the programmed feed because of `kept`: the cap that the limits alone give.
-    pub unkept: Option<Bound>,
+    pub not_raised: Option<NotRaised>,
+    /// Where the cap was lowered to the programmed feed because of `not_raised`: the cap that the limits alone give.
+    pub cap_if_raised: Option<Bound>,
     /// A load limit that is exceeded even at the lowest feed allowed.
     pub infeasible: Option<LimitKind>,
 }
@@ -243,7 +245,7 @@ pub struct Schedule {
     pub active_s: Vec<(LimitKind, f64)>,
     /// The part of `active_s` that [`LimitKind::Programmed`] bounds, by the reason why the feed is not raised, s. Time without such a
     /// reason is left out.
-    pub kept_s: Vec<(Kept, f64)>,
+    pub not_raised_s: Vec<(NotRaised, f64)>,
     /// How it was solved: one sentence for the report.
     pub how: String,
     /// Minimum feeds that are not kept because the same F word also covers a place with a lower cap. `cap` is the feed of that word with

@@ -45,7 +45,7 @@ pub struct Options {
     /// Price of a block, s.
     pub block_s: f64,
     /// What the program may grow by; `None`: by anything.
-    pub room: Option<Room>,
+    pub room: Option<Growth>,
     /// λ of an earlier answer, s, as the first guess.
     pub lambda_s: f64,
     /// Shortest stretch that a feed of the text is raised on, mm (0: any).
@@ -54,7 +54,7 @@ pub struct Options {
 
 /// How much a program may grow.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Room {
+pub struct Growth {
     /// New blocks.
     pub blocks: f64,
     /// New bytes.
@@ -65,7 +65,7 @@ pub struct Room {
     pub block_bytes: f64,
 }
 
-impl Room {
+impl Growth {
     /// Share of the allowed growth that a word and a block take. A block takes the larger of its share of blocks and its share of bytes.
     fn shares(&self) -> [f64; 2] {
         let of = |part: f64, whole: f64| part / whole.max(f64::MIN_POSITIVE);
@@ -221,7 +221,8 @@ pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, 
     let prices = prices(problem, &optimum, &optimum.leg_times());
     put_prices(&mut schedule.pieces, problem, &prices.node_s);
     schedule.missed = missed(problem, &schedule.pieces, &fastest_s(problem, toolpath, job));
-    (schedule.shadow_prices, schedule.active_s, schedule.kept_s) = (prices.shadow, prices.active_s, prices.kept_s);
+    (schedule.shadow_prices, schedule.active_s, schedule.not_raised_s) =
+        (prices.shadow, prices.active_s, prices.not_raised_s);
     (schedule.how, schedule.windows) = (optimum.how(), optimum.windows);
 }
 

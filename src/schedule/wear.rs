@@ -136,8 +136,8 @@ mod tests {
                 free: true,
                 uncertain: false,
                 final_surface: false,
-                kept: None,
-                unkept: None,
+                not_raised: None,
+                cap_if_raised: None,
                 infeasible: (cap < FLOOR).then_some(LimitKind::Power),
             }
         };

@@ -1,6 +1,6 @@
-//! Values the setup file may write in more than one form: a name or a table, one or many, a value or a curve.
+//! Values that the setup file may give in more than one form: a name or a table, one or many, a value or a curve. In: TOML. Out: one enum each.
 //!
-//! Written by hand rather than as untagged enums, so that a misspelt key inside keeps its place and its message.
+//! Deserialised by hand instead of by untagged enums, so that an error about a misspelt key inside keeps its place and its message.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};

@@ -1,4 +1,4 @@
-//! `[limits]`, `[raise]`, `confirm`, `[[operation]]`, `[output]` → domain types.
+//! `[limits]`, `[raise]`, `confirm`, `[[operation]]`, `[output]`. In: these tables of the setup. Out: the same as types of [`crate::machine`].
 
 use super::file::{LimitsTable, OperationTable, OutputTable, RaiseTable, RampTable, WearTable};
 use super::forms::Bounds;

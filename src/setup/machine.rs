@@ -1,5 +1,5 @@
-//! `[machine]` and `[offsets]` → [`Machine`]. Defaults are those of a small vertical machining centre; each one taken is
-//! recorded as an assumption.
+//! `[machine]` and `[offsets]`. In: these tables of the setup. Out: [`Machine`]. Defaults are those of a small vertical machining centre; each one
+//! used is recorded as an assumption.
 
 use super::file::{AxesTable, AxisTable, MachineTable, SpindleTable};
 use super::forms::Curve;

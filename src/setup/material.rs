@@ -1,5 +1,5 @@
-//! `[material]` and coefficients → [`Material`]. The linear edge model needs k_tc and k_te; normal coefficients that are
-//! not given follow from them by measured shares ([`SHARES`]), recorded as assumptions.
+//! `[material]` and coefficients. In: these tables of the setup. Out: [`Material`]. The linear edge model needs k_tc and k_te; radial and axial
+//! coefficients that are not given follow from them by measured shares ([`SHARES`]), recorded as assumptions.
 
 use super::error::suggest;
 use super::forms::MaterialTable;

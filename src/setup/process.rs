@@ -1,4 +1,4 @@
-//! `[process]` and model files ↔ [`Process`]: what `calibrate` and `learn` found.
+//! `[process]` and model files, as `calibrate` and `learn` write them. In: a table or file. Out: [`Process`]; and back.
 
 use super::error::{SetupError, from_toml};
 use super::file::ProcessTable;

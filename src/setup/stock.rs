@@ -1,4 +1,4 @@
-//! `[[stock]]` and `[[fixture]]` → domain types.
+//! `[[stock]]` and `[[fixture]]`. In: these tables of the setup. Out: stock and keep-out boxes as types of [`crate::machine`].
 
 use super::file::{BoxTable, CylinderTable, SetupFile, StockTable};
 use super::machine::offset_number;

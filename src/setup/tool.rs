@@ -1,4 +1,4 @@
-//! `[[tool]]` → [`Tool`]. What a catalogue always states (number, shape, diameter, flutes) is needed; the rest has
+//! `[[tool]]`. In: this table of the setup. Out: [`Tool`]. What every catalogue states (number, shape, diameter, flutes) is required; the rest has
 //! defaults, each recorded as an assumption.
 
 use super::file::{RunoutTable, ToolTable, ToolWearTable};

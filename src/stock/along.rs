@@ -1,15 +1,15 @@
-//! Cuts along the path of a cut that a cell names. In: elements, one of them, the width of a cell. Out: those shortly before and
+//! Further candidates along a path. In: elements, one of them that a cell names, the width of a cell. Out: the elements shortly before and
 //! after it.
 //!
-//! On a ramp a flat end lowers a cell near its side where its rim passes, up to half a chord before or after the place where it
-//! clears the wall; and where the path rises and falls again the cut at the top may lower no cell at all. Its walls stand
-//! nevertheless, so it is a candidate wherever its neighbours are. Beside the steep part of a ball the cutter itself, where it
-//! stands, has lowered the cells that would name a short cut of a wall.
+//! The cells do not name every element that made a wall. On a ramp the rim of a flat end lowers a cell near its side up to half a chord
+//! before or after the place where it clears the wall; where the path rises and falls again, the cut at the top may lower no cell at all.
+//! So an element is a candidate wherever its neighbours are. Beside the steep part of a ball, the cells that would name a short cut of a wall
+//! have been lowered by the cutter at its present place.
 
 use super::element::{Element, Track};
 use super::form::Form;
 
-/// Width of a strip along a wall that may hold no middle of a cell, in cells.
+/// Width of a strip along a wall that may contain no cell centre, in cells.
 const SLIVER_CELLS: f64 = 2.25;
 /// The same beside the steep part of a ball, of which the cutter itself hides a part only.
 const STEEP_CELLS: f64 = 0.5;

@@ -1,5 +1,4 @@
-//! Shape of a blank before the first cut. In: a shape in mm. Out: its extent, its height over every point of the plane, and
-//! a signed distance in the plane at a given height (negative inside), exact for boxes and cylinders.
+//! Shape of a blank before the first cut. In: a shape in mm. Out: its extent, its height over every point of the plane, its height field.
 
 use super::field::Field;
 use crate::machine::Box3;
@@ -33,7 +32,7 @@ const MANY: usize = 1 << 14;
 /// Difference up to which heights are those of one level, mm.
 const LEVEL_MM: f32 = 1e-5;
 
-/// Heights over a grid, with what none of them goes below block by block.
+/// Heights over a grid, with the lowest height of each block of cells.
 #[derive(Debug, Clone)]
 pub struct Relief {
     /// Extent, mm.
@@ -88,7 +87,7 @@ impl Relief {
         let [low, high] = [row(j), row(above)];
         low + t * (high - low)
     }
-    /// The heights that at least two of some places share, mm: there the top is level.
+    /// The heights that occur at two or more of these places, mm: where the top is level.
     pub fn levels(&self, places: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
         let mut heights: Vec<f32> = places.filter_map(|place| self.height(place)).collect();
         heights.sort_unstable_by(f32::total_cmp);
@@ -106,7 +105,7 @@ impl Relief {
         }
         Some(self.heights[j as usize * self.size[0] + i as usize])
     }
-    /// A height that none within `reach` of (x, y) goes below, mm; minus infinity where that is not all over the grid.
+    /// A lower bound of the heights within `reach` of (x, y), mm; minus infinity where part of that is outside the grid.
     pub fn lowest_about(&self, [x, y]: [f64; 2], reach: f64) -> f64 {
         let Self { extent, per_mm, size, .. } = self;
         let at = |low: f64, axis: usize| (low - extent.min[axis]) * per_mm[axis];
@@ -123,8 +122,8 @@ impl Relief {
     }
 }
 
-/// The two cells of a row of `count` between whose middles a place lies, given in cells from its beginning, and how far from
-/// the first to the second; nothing beyond the first and the last middle.
+/// The two cells of a row of `count` between whose middles a place lies (in cells from the beginning of the row), and the share of the way
+/// from the first to the second, clamped to the first and the last middle.
 #[inline]
 fn cells_about(place: f64, count: usize) -> ([usize; 2], f64) {
     let last = count as i32 - 1;

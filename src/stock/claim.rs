@@ -1,8 +1,8 @@
-//! Cells that several cuts leave at one height. In: a tile, the cut that passed last. Out: near the edge of that cut a cell
-//! belongs to the cut it lies deepest in, since that one's wall is what stands beside it: an arc that leads onto a wall
-//! lowers the cells there first, but lies short of the wall by less than a cell.
+//! Provenance of cells that several cuts leave at one height. In: a tile, the cut that passed last. Out: near the edge of that cut, each cell
+//! names the cut in which it lies deepest, because that cut made the wall beside it. (An arc that leads onto a wall lowers the cells there
+//! first, although it ends short of the wall by less than a cell.)
 //!
-//! Only level sweeps of flat ends leave cells at one height; other outlines leave those lower that lie deeper.
+//! Only level sweeps of flat ends leave several cuts at one height; with other outlines the deeper cut leaves the lower cell.
 
 use super::element::Track;
 use super::field::{Tile, UNTOUCHED};
@@ -11,17 +11,17 @@ use super::region::{Region, Swept};
 use super::runs::{Grid, Run, level_runs};
 use super::wide::MOST_LANES;
 
-/// How far within its edge a cut claims cells, in cells: those beside a cell that stands, and one more.
+/// Width of the strip inside its edge in which a cut claims cells, in cells: those beside a higher cell, and one more.
 const BAND_CELLS: f64 = 2.5;
 /// How far away something stands that counts as beside a cell, in cells.
 const AWAY: usize = 3;
 /// By how much deeper a cell must lie, mm.
 const DEEPER_MM: f64 = 1e-6;
-/// Height above a floor at which depths are asked for, mm.
+/// Height above a floor at which depths are compared, mm.
 const ABOVE_MM: f64 = 1e-6;
 
-/// Claims cells for cut `id`; a cut is known by its track and its outline. Where it is joined to the one before, what that
-/// one passed is left as it is.
+/// Claims cells for cut `id`. `cut` gives the track and outline of a cut. `joined`: the cut continues the one before, whose cells keep their
+/// provenance.
 pub fn claim<'a>(tile: &mut Tile, id: u32, joined: bool, cut: impl Fn(u32) -> (&'a Track, &'a Form)) {
     let (track, form) = cut(id);
     let (low, high) = track.bounds();
@@ -50,7 +50,7 @@ pub fn claim<'a>(tile: &mut Tile, id: u32, joined: bool, cut: impl Fn(u32) -> (&
     }
 }
 
-/// Does anything stand higher a few cells away along X or Y? At the border of the tile it is taken to.
+/// Is a cell a few cells away along X or Y higher than `level`? Beyond the border of the tile this is assumed.
 fn stands_beside(tile: &Tile, cell: usize, level: f32) -> bool {
     let (column, row) = (cell % tile.size[0], cell / tile.size[0]);
     if column < AWAY || row < AWAY || column + AWAY >= tile.size[0] || row + AWAY >= tile.size[1] {

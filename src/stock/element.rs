@@ -1,5 +1,5 @@
-//! A move as the stock meets it: straight elements and level arcs, each with the tool that sweeps along it. In: curves of
-//! the toolpath. Out: [`Element`]s in order of execution; their index is the provenance id of the cells they lower.
+//! Elements: moves in the form in which they sweep the stock, that is lines and level arcs. In: curves of the toolpath. Out: [`Element`]s in
+//! order of execution; the index of an element is the provenance id of the cells that it lowers.
 //!
 //! Lines and level arcs are kept exactly. Everything else (helices, arcs in ZX and YZ, spirals) becomes chords whose
 //! sagitta is at most [`SAGITTA_MM`].
@@ -13,7 +13,7 @@ pub const SAGITTA_MM: f64 = 5e-4;
 /// Distance up to which one element ends where the next begins, mm.
 const JOINED_MM: f64 = 1e-9;
 
-/// Where the tip of an element's tool goes.
+/// The path of the tool's tip along an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Track {
     /// Straight.
@@ -49,7 +49,7 @@ pub struct Element {
     pub move_id: MoveId,
     /// Index of its tool in the list of cutters.
     pub cutter: u16,
-    /// The element before it ends where this one begins, with the same cutter: what lies behind there is swept already.
+    /// The element before it ends where this one begins, with the same cutter, so what lies behind that point is swept already.
     pub joined: bool,
 }
 

@@ -35,24 +35,24 @@ pub struct Tile {
     pub floor: f32,
     /// No height in it exceeds this, mm.
     pub highest: f32,
-    /// Likewise block by block, row by row, of [`BLOCK`] cells either way.
+    /// The same for each block of [`BLOCK`] × [`BLOCK`] cells, row by row.
     pub tops: Vec<f32>,
-    /// Rows that were swept since that was worked out.
+    /// Rows that were swept since `highest` and `tops` were worked out.
     pub swept: std::ops::Range<usize>,
-    /// What sweeps overwrote, where it is kept.
+    /// The values that sweeps overwrote, where sweeps may have to be undone.
     pub past: Past,
 }
 
 /// Takes back what was lowered between two marks.
-pub fn take_back(tile: &mut Tile, marks: [usize; 2]) {
+pub fn undo(tile: &mut Tile, marks: [usize; 2]) {
     let Tile { heights, ids, past, .. } = tile;
-    past.take_back(heights, ids, marks);
+    past.undo(heights, ids, marks);
 }
 
 /// Lowers again what was taken back since a mark.
-pub fn make_again(tile: &mut Tile, from: usize) {
+pub fn redo(tile: &mut Tile, from: usize) {
     let Tile { heights, ids, past, .. } = tile;
-    past.make_again(heights, ids, from);
+    past.redo(heights, ids, from);
 }
 
 /// How a field is divided into tiles.
@@ -107,7 +107,7 @@ impl Field {
         let tiles = (0..tiling[0] * tiling[1]).into_par_iter().map(|k| tile(&extent, cell, size, place(k), &at));
         Self { extent, cell, size, tiling, tiles: tiles.collect() }
     }
-    /// What `of` a tile says of its cells, row by row of the field.
+    /// Values of all cells, row by row of the field; `of` gives those of a tile.
     pub fn by_row<T: Copy + Default + Send>(&self, of: impl Fn(&Tile) -> &[T] + Sync) -> Vec<T> {
         let mut all = vec![T::default(); self.size[0] * self.size[1]];
         all.par_chunks_mut(self.size[0]).enumerate().for_each(|(j, row)| {
@@ -198,7 +198,7 @@ fn tile(
 }
 
 impl Tile {
-    /// Works out anew what no height exceeds.
+    /// Works out the upper bounds of the heights anew.
     pub fn update_highest(&mut self) {
         let higher = |a: f32, b: &f32| if *b > a { *b } else { a };
         let width = self.size[0].div_ceil(BLOCK);
@@ -218,7 +218,7 @@ impl Tile {
         }
         self.highest = self.tops.iter().fold(f32::NEG_INFINITY, higher);
     }
-    /// What no height in a window (columns, rows) exceeds, mm.
+    /// Upper bound of the heights in a window (columns, rows), mm.
     pub fn top_in(&self, [columns, rows]: &[std::ops::Range<usize>; 2]) -> f32 {
         let mut top = f32::NEG_INFINITY;
         if columns.is_empty() || rows.is_empty() {

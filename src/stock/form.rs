@@ -13,7 +13,7 @@ pub struct Form {
     pub radius: f64,
     /// Its lowest part is flat.
     pub flat_bottom: bool,
-    /// It bulges everywhere and never narrows upward: so does what it sweeps along a line.
+    /// It is convex and never narrows upward, so the region that it sweeps along a line is convex too.
     pub convex: bool,
     /// Height at which the outline begins to narrow; cells that stand above it are left as they are.
     pub(super) neck: f32,
@@ -43,7 +43,7 @@ impl Reach {
 pub(super) enum Kind {
     Flat,
     Ball,
-    /// Bulging everywhere: its parts from the axis outward, upright ones left out.
+    /// Convex: its parts from the axis outward, without upright ones.
     Convex(Vec<Part>),
     Other,
 }

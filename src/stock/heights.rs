@@ -1,12 +1,13 @@
-//! The heights that outlines leave, in lanes. In: an outline and how it moves. Out: the height at a point beside the track.
+//! The heights that moving cutters leave, for several cells at once. In: an outline and its track. Out: the height at a point beside the
+//! track, mm.
 //!
 //! With slope tan θ and ball radius R the lower envelope of a swept ball is z_c + u tan θ − √(R² − v²)/cos θ while the
 //! contact lies on the line, and a sphere at its ends.
 //!
-//! A bulging outline h(d), rising with the distance d from its axis, leaves at v the least over w = u − t of t tan θ + h(√(w² + v²)).
-//! Along the line that is convex, and least where the slope of the outline towards the path is that of the path, h′(d) w/d = tan θ,
-//! wherever along the line that is; beyond the ends of the line, what it leaves there. h′(d) w/d rises with w, so the parts of the
-//! outline are gone through from the axis outward as long as the place lies beyond their ends. With m = |tan θ|:
+//! A convex outline h(d), rising with the distance d from its axis, leaves at v the minimum over w = u − t of t tan θ + h(√(w² + v²)). This is
+//! convex in w, with its minimum where the slope of the outline along the path equals that of the path, h′(d) w/d = tan θ; the minimum is
+//! clamped to the ends of the line. h′(d) w/d rises with w, so the parts of the outline are tried from the axis outward until one contains
+//! the minimum. With m = |tan θ|:
 //!
 //! ```text
 //! cone of slope k        w = |v| m/√(k² − m²), beyond its end where k ≤ m
@@ -24,7 +25,7 @@ use pulp::Simd;
 
 /// Heights an outline leaves at (u, v); infinite beside it.
 pub trait Heights {
-    /// May a cell of this height be lowered? Asked first, so it should cost less.
+    /// May a cell of this height be lowered? A test before [`Self::height`], and cheaper.
     #[inline(always)]
     fn may<S: Simd>(&self, u: Lanes<S>, _v: Lanes<S>, _cell: Lanes<S>) -> Which<S> {
         u.is(u)
@@ -249,7 +250,7 @@ pub struct BulgingRamp<'a> {
 
 /// Steps of Newton's method for the place where a corner touches.
 const STEPS: usize = 4;
-/// What a height that may be left is taken lower for the sake of rounding, mm.
+/// Margin for rounding when testing whether a cell may be lowered, mm.
 const ROUNDING_MM: f32 = 1e-4;
 
 impl<'a> BulgingRamp<'a> {

@@ -1,10 +1,10 @@
 //! A closed triangle mesh as stock. In: the bytes of an STL file, binary or text. Out: a checked [`Mesh`] with what was
 //! repaired, and its heights over a grid.
 //!
-//! A mesh is accepted when every edge joins two triangles. Repaired, and said: vertices that differ by rounding, triangles
-//! without area or given twice, single missing triangles, triangles that face the wrong way. Refused: larger holes and edges
-//! that join more than two triangles. Heights come from vertical rays through the middles of the cells; the highest crossing
-//! counts, so cavities and overhangs are taken as filled (safe: more stock, not less), and said.
+//! A mesh is accepted if every edge joins two triangles. Repaired, with a note: vertices that differ by rounding, triangles without area or
+//! given twice, single missing triangles, triangles that face the wrong way. Refused: larger holes, and edges that join more than two
+//! triangles. Heights come from vertical rays through the middles of the cells. The highest crossing counts, so cavities and overhangs are
+//! filled, with a note; this is safe, because it means more stock, not less.
 
 use super::field::{Field, cells};
 use crate::machine::Box3;
@@ -360,7 +360,7 @@ impl Mesh {
             f64::from(rays[index(1, y) * size[0] + index(0, x)].top)
         }))
     }
-    /// What a vertical ray through the middle of each cell crosses.
+    /// The crossings of a vertical ray through the middle of each cell.
     fn rays(&self, extent: &Box3, size: [usize; 2]) -> Vec<Ray> {
         let cell = [0, 1].map(|axis| (extent.max[axis] - extent.min[axis]) / size[axis] as f64);
         // A hair beside the middle, so that no ray runs through an edge of a mesh drawn on a round grid.

@@ -1,7 +1,6 @@
-//! The workpiece: a height field with provenance. In: the blank ([`blank`]; from a file: [`mesh`], [`saved`]) and the elements
-//! of the toolpath. Out: heights and, per
-//! cell, the element that last lowered it ([`field`], [`sweep()`]); and what an element cleared at one height, exactly
-//! ([`region`]). The grid only nominates elements; boundaries come from the exact regions.
+//! The workpiece: a height field with provenance. In: the blank ([`blank`]; from a file: [`mesh`], [`saved`]) and the elements of the
+//! toolpath ([`element`]). Out: for each cell its height and the element that last lowered it ([`field`], [`sweep()`]); and the exact region
+//! that an element cleared at one height ([`region`]). The grid only nominates elements; boundaries come from the exact regions.
 
 mod along;
 pub mod blank;
@@ -23,7 +22,7 @@ pub use along::along;
 pub use blank::{Blank, Relief};
 pub use claim::claim;
 pub use element::{Element, Track, append_elements};
-pub use field::{Field, Tile, Tiling, UNTOUCHED, make_again, take_back};
+pub use field::{Field, Tile, Tiling, UNTOUCHED, redo, undo};
 pub use form::Form;
 pub use mesh::{Mesh, MeshError, read_stl};
 pub use past::Past;

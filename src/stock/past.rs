@@ -1,14 +1,13 @@
-//! What sweeps overwrote in a tile. In: groups of cells as they were before they were lowered, in order. Out: the tile as it
-//! was at any mark, and as it is again: going back, a group and the cells it stands for change places, the last first;
-//! going forward they change places once more.
+//! Undo log of a tile. In: groups of cells as they were before a sweep lowered them, in order. Out: the tile as it was at any mark, and again
+//! as it is. To undo, each stored group is swapped with its cells, last first; to redo, they are swapped once more.
 
 #![allow(clippy::inline_always)] // called from within loops over lanes
 
 use super::wide::MOST_LANES;
 
-/// A group of cells side by side, as they were before or after they were lowered.
+/// A group of neighbouring cells of one row, as they were before (or, once undone, after) they were lowered.
 #[derive(Debug, Clone, Copy)]
-struct Kept {
+struct Overwritten {
     first: u32,
     count: u32,
     heights: [f32; MOST_LANES],
@@ -18,40 +17,40 @@ struct Kept {
 /// Groups of cells that a sweep is expected to lower.
 const ROOM: usize = 32;
 
-/// What a tile overwrote.
+/// The undo log.
 #[derive(Debug, Clone, Default)]
 pub struct Past {
-    /// Is it kept?
+    /// Are overwritten cells recorded?
     pub on: bool,
-    kept: Vec<Kept>,
+    kept: Vec<Overwritten>,
 }
 
 impl Past {
-    /// Keeps from now on, with room for so many sweeps.
+    /// Records from now on, with room for this many sweeps.
     pub fn begin(&mut self, sweeps: usize) {
         self.on = true;
         self.kept.reserve(ROOM * sweeps);
     }
-    /// How much was overwritten so far: a mark to go back to.
+    /// Number of groups recorded so far, as a mark to undo to.
     pub fn mark(&self) -> usize {
         self.kept.len()
     }
-    /// Keeps `count` cells from `first` on.
+    /// Records `count` cells from `first` on.
     #[inline(always)]
     pub fn keep(&mut self, first: usize, count: usize, heights: [f32; MOST_LANES], ids: [u32; MOST_LANES]) {
-        self.kept.push(Kept { first: first as u32, count: count as u32, heights, ids });
+        self.kept.push(Overwritten { first: first as u32, count: count as u32, heights, ids });
     }
-    /// Takes back in these cells what was lowered between two marks.
-    pub fn take_back(&mut self, heights: &mut [f32], ids: &mut [u32], [from, to]: [usize; 2]) {
+    /// Undoes what was recorded between two marks.
+    pub fn undo(&mut self, heights: &mut [f32], ids: &mut [u32], [from, to]: [usize; 2]) {
         self.kept[from..to].iter_mut().rev().for_each(|kept| exchange(kept, heights, ids));
     }
-    /// Lowers again in these cells what was taken back since a mark.
-    pub fn make_again(&mut self, heights: &mut [f32], ids: &mut [u32], from: usize) {
+    /// Redoes what was undone since a mark.
+    pub fn redo(&mut self, heights: &mut [f32], ids: &mut [u32], from: usize) {
         self.kept[from..].iter_mut().for_each(|kept| exchange(kept, heights, ids));
     }
 }
 
-fn exchange(kept: &mut Kept, heights: &mut [f32], ids: &mut [u32]) {
+fn exchange(kept: &mut Overwritten, heights: &mut [f32], ids: &mut [u32]) {
     let (heights, ids) = (&mut heights[kept.first as usize..], &mut ids[kept.first as usize..]);
     let count = kept.count as usize;
     if count == MOST_LANES {
@@ -68,7 +67,7 @@ fn exchange(kept: &mut Kept, heights: &mut [f32], ids: &mut [u32]) {
 mod tests {
     use crate::machine::{Box3, Profile};
     use crate::path::Vec3;
-    use crate::stock::{Field, Form, Tile, Track, make_again, sweep, take_back};
+    use crate::stock::{Field, Form, Tile, Track, redo, sweep, undo};
 
     #[test]
     fn sweeps_are_taken_back_and_made_again_bit_for_bit() {
@@ -94,11 +93,11 @@ mod tests {
         };
         let mut at = done.0;
         for (k, state) in states.iter().enumerate().rev() {
-            take_back(&mut tile, [state.0, at]);
+            undo(&mut tile, [state.0, at]);
             at = state.0;
             assert!(is_as(&tile, state), "back to before sweep {k}");
         }
-        make_again(&mut tile, 0);
+        redo(&mut tile, 0);
         assert!(is_as(&tile, &done), "and again");
     }
 }

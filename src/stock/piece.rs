@@ -1,6 +1,6 @@
-//! A piece of stock with its past: the blank it was, the cuts still to be seen on it, the field they left. In: a shape in mm;
-//! or what a program left ([`Piece::left`]), which the next one goes on with as if it were the same program: its walls are
-//! those of the cuts, not of the cells.
+//! A piece of stock: its blank, the cuts whose surfaces are still on it, the field that they left. In: a shape in mm, or the result of a program
+//! ([`Piece::left`]). Out: the start of the next program, which finds the same exact walls as if both were one program: walls come from the
+//! cuts, not from the cells.
 
 use super::along::along;
 use super::blank::{Blank, Relief};
@@ -46,7 +46,8 @@ impl Piece {
         let blank = Blank::Heights(Box::new(Relief::new(&field)));
         Self { blank, field, cuts: Vec::new(), forms: Vec::new() }
     }
-    /// What is left of a blank: of the elements that cut it, those that are to be seen or run on from these. `form` is that of an element.
+    /// The piece that a program leaves of a blank, with the elements that cells still name and those along the path from them. `form` gives
+    /// the outline of an element.
     pub fn left<'a>(blank: Blank, field: Field, elements: &[Element], form: impl Fn(&Element) -> &'a Form) -> Self {
         let kept = kept(&field, elements, &form);
         let (mut numbers, mut piece) =
@@ -63,7 +64,7 @@ impl Piece {
         piece.field.renumber(|id| numbers[id as usize]);
         piece
     }
-    /// Index of a form; one that is not there yet is entered.
+    /// Index of a form, which is added if it is new.
     fn number_of(&mut self, form: &Form) -> u16 {
         let known = self.forms.iter().position(|known| known.profile == form.profile);
         known.unwrap_or_else(|| {
@@ -71,7 +72,7 @@ impl Piece {
             self.forms.len() - 1
         }) as u16
     }
-    /// The same piece in cells of at most `cell_mm`: where these are others than its own it is cut anew.
+    /// The same piece in cells of at most `cell_mm`; if its own cells differ, all cuts are swept again.
     pub fn in_cells(self, cell_mm: f64) -> Self {
         if self.field.size == cells(&self.field.extent, cell_mm) {
             return self;
@@ -101,7 +102,7 @@ impl Piece {
     }
 }
 
-/// Which elements cells name, and those along the path from these.
+/// By element: does a cell name it, or is it along the path from one that a cell names?
 fn kept<'a>(field: &Field, elements: &[Element], form: impl Fn(&Element) -> &'a Form) -> Vec<bool> {
     let mut seen = vec![false; elements.len()];
     let ids = field.tiles.iter().flat_map(|tile| &tile.ids);

@@ -1,5 +1,5 @@
-//! What a swept element has cleared at one height, exactly. In: an element's track, its cutter's profile, a height. Out: a
-//! plane [`Region`] with a signed distance g(x, y): negative inside (cleared), positive outside.
+//! The exact region that an element clears at one height. In: an element's track, its cutter's profile, a height. Out: a plane [`Region`]
+//! with a signed distance g(x, y), mm: negative inside (cleared), positive outside.
 //!
 //! A cutter with radius r(ζ) at height ζ above its tip, moving along c(t), clears at height z the discs
 //! |p − c_xy(t)| < r(z − c_z(t)). g is the least of |p − c_xy(t)| − r(z − c_z(t)) over t (for balls: the distance in space
@@ -72,7 +72,7 @@ pub struct Outline<'a> {
     z: f64,
 }
 
-/// What one element sweeps, prepared for the question of what it clears at a height.
+/// The volume that one element sweeps, prepared for queries at given heights.
 #[derive(Debug, Clone, Copy)]
 pub enum Swept<'a> {
     /// Along a straight line.
@@ -88,7 +88,7 @@ pub enum Swept<'a> {
         /// Rise of the tip, mm.
         rise: f64,
     },
-    /// Along a level arc, cleared by discs of some radius at the height asked for.
+    /// Along a level arc; at each height a disc of one radius clears it.
     Arc {
         /// Its cutter.
         form: &'a Form,
@@ -206,7 +206,7 @@ impl Ring {
         let (x, y) = (p[0] - self.centre[0], p[1] - self.centre[1]);
         ((y.atan2(x) - self.start) * self.sweep.signum()).rem_euclid(std::f64::consts::TAU)
     }
-    /// Does it pass `p`: is its nearest point none of its ends?
+    /// Is the point of the arc nearest to `p` inside the arc, and not one of its ends?
     pub fn passes(&self, p: [f64; 2]) -> bool {
         self.ahead(p) <= self.sweep.abs()
     }
@@ -248,7 +248,7 @@ pub struct Disc {
     pub distance: f64,
 }
 
-/// A place along the run, the radius there, and how far from that a point lies.
+/// A place along the run, the radius of the disc there, and the distance of a point from that disc.
 #[derive(Clone, Copy)]
 struct Touch {
     along: f64,
@@ -272,7 +272,7 @@ impl Outline<'_> {
         let (u, v) = local(p, self.from, self.dir);
         self.touch(u, v).distance
     }
-    /// Of all the discs it sweeps the one that `p` lies deepest in, or nearest to.
+    /// Of all discs that it sweeps, the one in which `p` lies deepest, or to which it is nearest.
     pub fn disc_about(&self, p: [f64; 2]) -> Disc {
         let (u, v) = local(p, self.from, self.dir);
         let Touch { along, radius, distance } = self.touch(u, v);

@@ -1,5 +1,5 @@
-//! Which cells of which rows lie within reach of a track. In: a tile's grid, a track, distances. Out: runs of cells, one row
-//! at a time, each with the place of its first cell along (u) and across (v) the track.
+//! The cells within reach of a track. In: a tile's grid, a track, distances. Out: runs of consecutive cells, row by row, each with the position
+//! of its first cell along (u) and across (v) the track.
 
 #![allow(clippy::inline_always)] // the sweep's lanes are registers only where all is inlined
 
@@ -7,8 +7,8 @@ use super::element::Track;
 use super::field::Tile;
 use std::ops::Range;
 
-/// A straight track in the plane: start, unit direction, length, height at the start, rise, and what lies how far behind its
-/// start (where negative) is passed over.
+/// A straight track in the plane: start, unit direction, length, height at the start, rise, and the distance from its start (negative: behind)
+/// before which cells are skipped.
 #[derive(Clone, Copy)]
 pub(super) struct Line {
     pub from: [f64; 2],
@@ -43,8 +43,8 @@ pub(super) struct Run {
     pub at: [f64; 2],
 }
 
-/// The runs of cells that a level track passes within the first of two distances, each with what of it lies within the second
-/// for certain; of a track that is joined to the one before only what lies ahead.
+/// The runs of cells within the first of two distances of a level track, each with its part that is certainly within the second. For a track
+/// that continues the one before, only cells ahead of its start.
 pub(super) fn level_runs(
     grid: &Grid,
     [columns, rows]: [Range<usize>; 2],

@@ -1,9 +1,9 @@
-//! In-process stock as a file. In: a piece of stock as a program leaves it. Out: bytes for the next program, and from them
-//! the piece with its past; a closed STL mesh for people to look at.
+//! Stock between two programs as a file. In: a piece of stock as a program leaves it. Out: bytes for the next program, and from them the same
+//! piece; also a closed STL mesh for people to look at.
 //!
-//! Layout, little endian: mark; the blank (kind, numbers; of heights over a grid the grid); the outlines of the cutters; the
-//! cuts still to be seen (outline, joined, kind, numbers); where there are any the cells of the field: how many along X and Y, heights
-//! (f32), numbers of the cuts that lowered them (u32), row by row; SHA-256.
+//! Layout, little endian: mark; the blank (kind, numbers; the grid, if it is heights over a grid); the outlines of the cutters; the cuts whose
+//! surfaces are left (outline, joined, kind, numbers); if there are any, the field: cells along X and Y, heights (f32) and cuts that last
+//! lowered them (u32), row by row; SHA-256.
 
 use super::blank::{Blank, Relief};
 use super::element::Track;
@@ -96,7 +96,7 @@ fn put_track(out: &mut Vec<u8>, track: &Track) {
     }
 }
 
-/// What was saved as bytes, shifted by `shift`; `None` when they are no saved stock, cut short or changed.
+/// The piece saved in these bytes, shifted by `shift`; `None` if they are not saved stock, are incomplete or were changed.
 pub fn from_bytes(bytes: &[u8], shift: Vec3) -> Option<Piece> {
     let mut reader = unsealed(bytes, MARK)?;
     let blank = blank(&mut reader)?.moved(shift);

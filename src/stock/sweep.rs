@@ -4,7 +4,7 @@
 //!
 //! Cells are worked row by row in `f32`, in coordinates along (u) and across (v) the track, several at once
 //! ([`super::heights`]). Outlines without a closed form are minimised over the track (convex for convex outlines). A tile
-//! that keeps its past notes what it overwrites, so that sweeps can be taken back, the last first.
+//! that records its past stores the values that it overwrites, so that sweeps can be undone, last first.
 
 #![allow(clippy::inline_always)] // lanes are registers only where all is inlined
 
@@ -22,8 +22,8 @@ use crate::path::Vec3;
 use pulp::Simd;
 use std::ops::Range;
 
-/// Sweeps `form` along `track`; lowered cells get `id`. Where the track is joined to the one swept before it, what that one
-/// has lowered behind the joint is passed over.
+/// Sweeps `form` along `track`; lowered cells get `id`. If the track is joined to the one swept before it, cells behind the joint are skipped,
+/// because that one has lowered them.
 pub fn sweep(tile: &mut Tile, (track, joined): (&Track, bool), form: &Form, id: u32) {
     widest(Sweep { tile, track, joined, form, id });
 }
@@ -100,9 +100,9 @@ fn sweep_under(tile: &mut Tile, track: &Track, form: &Form, id: u32, [columns, r
     }
 }
 
-/// The place along a line behind which its start lowers all that the line does: what falls comes lower further on, the
-/// lower half of a ball up to the place where its surface falls as the line does. Above a neck cells may have been left
-/// standing that are met now.
+/// The place along a line before which the outline at the start of the line leaves every cell as low as the rest of the line does. A falling
+/// line gets lower further on; for a ball the place is where its surface has the slope of the line. Negative infinity for an outline with a
+/// neck, which may have left cells standing.
 fn behind(line: &Line, form: &Form) -> f64 {
     let slope = line.rise / line.run;
     match &form.kind {
@@ -201,8 +201,8 @@ fn sweep_arc<S: Simd>(
     }
 }
 
-/// Least height of an outline along an inclined line at (u, v), as far as it is looked for: a cell that stands no higher than
-/// the outline at the nearest place would at the lowest tip stays.
+/// Least height of an outline along an inclined line at (u, v). Not searched for where the cell cannot be lowered: where it stands no higher
+/// than the outline at the nearest place with the tip at its lowest.
 fn swept_height(form: &Form, line: &Line, [u, v]: [f64; 2], stands: f32) -> f32 {
     let (profile, r) = (&form.profile, form.radius);
     if v.abs() > r {

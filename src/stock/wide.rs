@@ -1,7 +1,7 @@
-//! Several cells at once: numbers in the lanes of a register as wide as the processor has them (asked when it runs). In: a
-//! task. Out: what it returns. Every width does the same operations on each cell (no fused multiply-add), so the bits agree.
+//! SIMD: several cells at once, in registers as wide as the processor has (found out at run time). In: a task. Out: its result. All widths do
+//! the same operations on each cell, without fused multiply-add, so results are equal to the bit.
 //!
-//! pulp picks the width; here its values get operators, so that formulas read as such.
+//! The crate pulp chooses the width; here its values get operators, so that formulas read like formulas.
 
 #![allow(clippy::inline_always)] // lanes are registers only where all is inlined
 

@@ -1,10 +1,9 @@
-//! Where to read force or power. In: what a program does and meets. Out: check points, each a few steady cuts one after the
-//! other whose readings are averaged.
+//! Places to measure force or power. In: toolpath, feeds and engagement of a program. Out: check points, each a few steady cuts in a row whose
+//! readings are averaged.
 //!
-//! A cut is steady where the cutter meets the same along one line or arc: removed section and engaged angle of its stations
-//! differ by no more than [`ALIKE`]. From both ends a tool radius is taken off and what the axes need to reach the feed,
-//! v²/2a; what is left must last for [`LEAST_S`]. Of all steady cuts those count that are like the most of the path, so that
-//! every check point reads the same cut.
+//! A cut along one line or arc is steady if removed section and engaged angle of its stations differ by no more than [`ALIKE`]. A tool radius and
+//! the way that the axes need to reach the feed, v²/2a, are taken off at both ends; the rest must last for [`LEAST_S`]. Of all steady cuts
+//! only those count that resemble the largest part of the path, so that all check points measure the same cut.
 
 use crate::engage::{EngagementMap, Station};
 use crate::ids::MoveId;

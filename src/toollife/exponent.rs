@@ -1,13 +1,13 @@
-//! The power of the feed in the law of wear, from readings. In: readings of the index with the lengths cut before them, counted for
-//! several powers; what was known of the rate. Out: the power with its uncertainty, and the one to regulate with.
+//! The exponent p of the feed in the wear law, from readings. In: readings of the index with the lengths cut before them, for several exponents;
+//! prior knowledge of the rate. Out: the exponent with its uncertainty, and the one to regulate with.
 //!
 //! The index is a + k W(p), W(p) = ∫ (f/f₀)^p ds. For each p from −1 to 2 the line is fitted as [`super::trend`] does it, with one
-//! noise for all of them: that of the best. With L(p) half the squared residuals and the squared distance of k from what was
-//! known of it, in their deviations (a flat prior on p), p has the density e^(−L(p)). Two feeds tell p by the ratio of their rates. One feed that
-//! differs from f₀ tells it as well, but no better than k is known from tool to tool.
+//! noise for all of them: that of the best. With a flat prior on p, its density is e^(−L(p)), L(p) being half the sum of the squared residuals
+//! and of the squared distance of k from its prior, each in standard deviations. Two feeds determine p by the ratio of their rates. A single feed
+//! other than f₀ determines it too, but only as well as k is known from tool to tool.
 //!
-//! A declared p stands as long as the readings do not refute it. Where they do, p is theirs; and a slower feed is held to spare the tool
-//! only if that is as sure as the tool is to last.
+//! A declared p is used as long as the readings do not refute it; after that p comes from the readings. A slower feed counts as sparing the tool
+//! only if that is as probable as the assurance with which the tool has to last.
 
 use super::trend::{self, Known, Reading};
 pub use crate::machine::wear::{Lengths, POWERS};

@@ -15,7 +15,7 @@ use super::address::encoded;
 use super::folder::{Folder, MOST_DROPPED};
 use super::guard::Asked;
 use super::http::Answer;
-use super::kept::Kept;
+use super::kept::StoredSimulations;
 use crate::cli::error::CliError;
 use crate::cli::input::{self, Setup, Source};
 use crate::cli::options::Global;
@@ -44,7 +44,7 @@ const USUAL: [LimitKind; 9] = [
 /// The folder, and what is kept of its programs.
 pub struct Served {
     folder: Folder,
-    kept: Mutex<Kept>,
+    kept: Mutex<StoredSimulations>,
     global: Global,
     screen: Screen,
 }

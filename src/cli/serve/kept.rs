@@ -23,9 +23,9 @@ struct Simulated {
 
 /// The simulations of a process, the last one that was used at the end.
 #[derive(Debug, Default)]
-pub struct Kept(Vec<Simulated>);
+pub struct StoredSimulations(Vec<Simulated>);
 
-impl Kept {
+impl StoredSimulations {
     /// Runs `work` with the hooks; says with its result what stock it leaves, and whether nothing was simulated for it.
     pub fn with<T>(&mut self, work: impl FnOnce(Keep) -> T) -> (T, Vec<Relief>, bool) {
         let known = RefCell::new(std::mem::take(&mut self.0));
@@ -59,7 +59,7 @@ impl Kept {
 mod tests {
     use super::*;
 
-    fn run(kept: &mut Kept, key: u8) -> (Option<f64>, bool) {
+    fn run(kept: &mut StoredSimulations, key: u8) -> (Option<f64>, bool) {
         let map = EngagementMap { removed_mm3: key.into(), ..EngagementMap::default() };
         let (found, _, recalled) = kept.with(|keep| {
             let found = keep.recall.unwrap()(&[key; 32]).map(|map| map.removed_mm3);
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn the_last_simulations_are_kept() {
-        let mut kept = Kept::default();
+        let mut kept = StoredSimulations::default();
         assert_eq!(run(&mut kept, 1), (None, false));
         assert_eq!(run(&mut kept, 1), (Some(1.0), true));
         for key in 2..=4 {

@@ -1,4 +1,4 @@
-//! Arguments of `toollife plan` and `toollife update`.
+//! Arguments of `toollife plan` and `toollife update`. In: the command line. Out: plain structures.
 
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! Files of `toollife`: where they go, and whether the state found is that of this tool and this program.
+//! Files of `toollife`. In: arguments. Out: paths of the outputs; the state read from its file, refused if it belongs to another tool or program.
 
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! Where a tool stands in its program. In: the run over the program as it came, the state of the tool. Out: lengths cut and left,
-//! and when the tool is worn out at a pace.
+//! The present state of a tool in its program. In: the run over the original program, the state of the tool. Out: lengths cut and left, and when
+//! the tool will be worn out at a given pace of wear.
 
 use crate::job::tool_life::{LoadKind, ToolRun};
 use crate::machine::WearLaw;

@@ -1,4 +1,4 @@
-//! What was read at check points. In: a table with the check points, or a whole log; the run over the program they belong to.
+//! Readings at check points. In: a table with the check points, or a whole log; the run over the program that they belong to.
 //! Out: one load for each check point, in order.
 
 use super::super::error::CliError;

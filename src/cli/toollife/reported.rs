@@ -1,4 +1,4 @@
-//! What is reported of the life of a tool. In: the solved program, where the tool stands, what was read. Out: the report with its
+//! Figures of the report on the life of a tool. In: the solved program, the present state of the tool, the readings. Out: the report with its
 //! verdict, and the check points of the written program.
 
 use super::now::Now;

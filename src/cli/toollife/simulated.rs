@@ -1,4 +1,4 @@
-//! A program as it stands, simulated. In: its text, the setup, how the tool is worn. Out: the run.
+//! Simulation of a program without new feeds. In: its text, the setup, the wear of the tool. Out: the run.
 
 use super::super::error::CliError;
 use super::super::input::Source;

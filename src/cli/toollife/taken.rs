@@ -1,5 +1,5 @@
-//! What readings say of a tool. In: its state, the run over the program that they belong to, the readings. Out: the state with them
-//! taken in, the trend, and what is to be known.
+//! Evaluation of readings. In: the state of a tool, the run over the program in which they were taken, the readings. Out: the state with the
+//! readings added, the trend of wear, and remarks.
 
 use super::super::error::CliError;
 use super::readings::{Reading, Told};

@@ -1,5 +1,5 @@
-//! What regulation asks of the feeds. In: where the tool stands, its trend and law. Out: a budget of wear or a most force, or why
-//! there is none.
+//! What the regulation of tool life requires of the feeds. In: the present state of the tool, its trend and wear law. Out: a budget of wear or a
+//! highest force, or why there is none.
 
 use super::super::error::CliError;
 use super::arguments::Method;

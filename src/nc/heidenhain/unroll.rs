@@ -1,5 +1,5 @@
-//! What steers the flow in plain language, and its blocks unrolled: labels, calls, jumps and assignments are left out, values
-//! stand in place of Q parameters, and blocks are numbered anew.
+//! Unrolling of plain language, and the search for flow control. In: a token of a block that is executed. Out: its plain text: labels, calls,
+//! jumps and assignments are left out, Q parameters are replaced by their values, blocks are numbered anew.
 
 use super::state::Heidenhain;
 use crate::ids::BlockId;

@@ -9,7 +9,7 @@ use crate::nc::toolpath::Freeze;
 
 impl<F: Family> Interpreter<'_, F> {
     /// Charges a block to the budget. False, with a diagnostic, once the budget is used up.
-    pub(crate) fn pay(&mut self, block: BlockId) -> bool {
+    pub(crate) fn charge(&mut self, block: BlockId) -> bool {
         let span = self.flow.source.program().span(block);
         let cost = (span.len() + BLOCK_COST) as u64;
         if cost > self.flow.budget {

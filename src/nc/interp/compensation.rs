@@ -1,4 +1,4 @@
-//! Cutter radius compensation (G40, G41, G42, G41.1, G42.1): from the programmed contour to the path of the tool.
+//! Cutter radius compensation (G40, G41, G42, G41.1, G42.1). In: elements of the programmed contour. Out: moves of the tool beside it.
 //!
 //! In the plane of the work, with side s = +1 left of the contour (G41) and −1 right of it, the tool runs on the contour
 //! moved by s·r along its left normal. At a corner where the contour turns away from the tool by more than 0.05 rad an

@@ -1,4 +1,4 @@
-//! Canned cycles G73, G74, G76, G81–G89 in the three planes, as the motions they make.
+//! Canned cycles G73, G74, G76, G81–G89 in the three planes. In: the words of a block. Out: the motions that the cycle makes.
 //!
 //! The drilling axis is the normal of the plane. The initial level is where the tool stood when cycles came into force; with G98 a
 //! cycle returns there (or to R, if that is higher), with G99 to R. With G91, R counts from the initial level and the depth

@@ -255,7 +255,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
         let block = BlockId(self.flow.at as u32);
         self.flow.at += 1;
         self.block.id = block;
-        if !self.pay(block) {
+        if !self.charge(block) {
             return;
         }
         self.count();
@@ -274,11 +274,11 @@ impl<'a, F: Family> Interpreter<'a, F> {
             if after == After::Done && self.block.freeze != understood {
                 self.cannot_unroll("what is not understood here", None);
             }
-            self.note_down(&source, own, block, words, after);
+            self.record_block(&source, own, block, words, after);
         }
         if after == After::Done {
             if let Some(place) = self.block.misread {
-                self.set_aside(place);
+                self.skip_unreadable(place);
             }
             return;
         }
@@ -287,7 +287,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
             let text = "a command to the control, kept as it is";
             return self.say("nc::command", Severity::Note, span, text, "what it moves is not simulated");
         }
-        self.complain(words);
+        self.diagnose_unreadable(words);
         if words.any {
             self.flow.began = true;
             if self.block.misread.is_none() {
@@ -297,7 +297,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
         match self.block.misread {
             // Text before the first word of a program is the leader of a tape.
             Some(place) if self.flow.began => {
-                self.set_aside(place);
+                self.skip_unreadable(place);
                 self.stops(words);
             }
             None if words.any => self.note_places(words),
@@ -319,7 +319,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
 
     /// Skips a block of which something cannot be read: it sets neither feed nor position nor mode. Where the tool is after it, and what
     /// else the control did, is then in doubt.
-    fn set_aside(&mut self, place: Span) {
+    fn skip_unreadable(&mut self, place: Span) {
         self.place.elsewhere = [true; 3];
         self.corners.next = None;
         self.doubt_of_unread(place);

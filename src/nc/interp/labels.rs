@@ -1,4 +1,5 @@
-//! Where a program can be entered: O numbers, N numbers, O-word lines and labels, found once when first needed.
+//! Targets of jumps and calls. In: a program text, read through once when first needed. Out: the blocks of its O numbers, N numbers, O-word
+//! lines and labels.
 
 use std::collections::BTreeMap;
 

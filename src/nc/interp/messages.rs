@@ -13,14 +13,14 @@ const SAME_CODE: u32 = 100;
 
 impl<F: Family> Interpreter<'_, F> {
     /// Diagnoses what could not be read in a block.
-    pub(crate) fn complain(&mut self, words: &Words) {
+    pub(crate) fn diagnose_unreadable(&mut self, words: &Words) {
         let macro_call = words.has_g(650) || words.has_g(660) || words.has_g(40) || words.has_g(1870);
         for letter in b"EUVW".iter().filter(|&&letter| words.has(letter) && !macro_call) {
             let text = format!("{} is not an axis or a word known here", char::from(*letter));
             let place = words.span(*letter).unwrap_or_default();
             self.misread("nc::unknown-word", place, text, "the block is left as it is");
         }
-        self.complain_about_all(&words.bad);
+        self.diagnose_all_unreadable(&words.bad);
         if let Some((letter, span)) = words.repeated {
             let text = format!("{} stands twice in the block", char::from(letter));
             self.misread("nc::repeated-word", span, text, "keep one of the words");
@@ -28,7 +28,7 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// One diagnostic for each stretch of text that cannot be read: what it begins with and what follows belong together.
-    pub(crate) fn complain_about_all(&mut self, bad: &[(TokenKind, Span)]) {
+    pub(crate) fn diagnose_all_unreadable(&mut self, bad: &[(TokenKind, Span)]) {
         let mut rest = bad.iter().copied().peekable();
         while let Some((kind, mut span)) = rest.next() {
             if kind == TokenKind::OpenComment {

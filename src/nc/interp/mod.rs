@@ -15,7 +15,7 @@ pub(super) mod intersection;
 pub(super) mod labels;
 pub(super) mod messages;
 mod motion;
-mod note_down;
+mod record_block;
 mod offsets;
 mod settings;
 mod shared_feeds;

@@ -1,4 +1,5 @@
-//! Work offsets and shifts: G54…, G10 L2/L20, G52, G92, and the reference returns G28 and G30.
+//! Work offsets and shifts: G54…, G10 L2/L20, G52, G92, and the reference returns G28 and G30. In: the words of a block. Out: another frame or
+//! zero for the motions that follow; for G28 and G30, motions.
 
 use super::interpreter::{Family, Interpreter};
 use super::words::Words;

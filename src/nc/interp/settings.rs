@@ -1,4 +1,4 @@
-//! G and M codes that put something in force: modes, units, offsets, feed, speed, tool.
+//! G and M codes that put something in force: modes, units, offsets, feed, speed, tool. In: the words of a block. Out: changed state.
 
 use super::interpreter::{Family, Interpreter, Setting};
 use super::state::{Action, FeedWord, Modal, Motion};

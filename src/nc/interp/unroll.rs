@@ -1,4 +1,4 @@
-//! The text of an unrolled program as it grows. In: `note_down.rs` writes executed blocks into it, and each family decides what becomes of its
+//! The text of an unrolled program as it grows. In: `record_block.rs` writes executed blocks into it, and each family decides what becomes of its
 //! tokens. Out: [`Record`]: the plain text, and the obstacles that make it differ from the program.
 
 use super::words::Words;

@@ -48,7 +48,7 @@ impl<F: Family> Interpreter<'_, F> {
     fn evaluate_or_vacant(&mut self, place: Span, text: &[u8], decides: u32) -> Result<Option<f64>, ExprError> {
         self.parameters.take_unset();
         let value = expr::evaluate_or_vacant(text, &self.parameters);
-        let asked = self.ask_the_control(place);
+        let asked = self.doubt_unset_variables(place);
         if asked > decides {
             self.doubt(Doubt::UnknownValue, place);
         }
@@ -57,7 +57,7 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Diagnoses the variables just read that only the control knows: they last from program to program, belong to the control, or are left
     /// over from an earlier program. Returns the highest of their numbers as [`Family::unset_variable`] counts them, or 0.
-    pub(crate) fn ask_the_control(&mut self, place: Span) -> u32 {
+    pub(crate) fn doubt_unset_variables(&mut self, place: Span) -> u32 {
         let unset = self.parameters.take_unset();
         unset.into_iter().map(|number| F::unset_variable(self, number, place)).max().unwrap_or(0)
     }

@@ -259,7 +259,7 @@ impl Interpreter<'_, Rs274> {
         self.predefine(token.span.of(text));
         self.parameters.take_unset();
         let read = expr::assignment(token.span.of(text), &self.parameters);
-        if self.ask_the_control(token.span) > 0 {
+        if self.doubt_unset_variables(token.span) > 0 {
             self.doubt(Doubt::UnknownValue, token.span);
         }
         match read {

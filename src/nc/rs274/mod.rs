@@ -35,7 +35,7 @@ impl Family for Rs274 {
     }
 
     fn end(run: &mut Interpreter<'_, Self>) {
-        run.complain_of_blocks_not_executed();
+        run.diagnose_blocks_not_executed();
     }
 
     fn token(run: &mut Interpreter<'_, Self>, token: Token, text: &[u8], words: &mut Words) {
@@ -170,7 +170,7 @@ impl Family for Rs274 {
 
 impl Interpreter<'_, Rs274> {
     /// Diagnoses what cannot be read in blocks of the main text that were not executed (up to the closing `%`).
-    fn complain_of_blocks_not_executed(&mut self) {
+    fn diagnose_blocks_not_executed(&mut self) {
         self.flow.source_id = 0;
         let program = self.program;
         let executed = if self.flow.counts.is_empty() { self.flow.at.min(program.own_len()) } else { 0 };
@@ -184,7 +184,7 @@ impl Interpreter<'_, Rs274> {
             self.block.id = block;
             let bad = program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Bad | TokenKind::OpenComment));
             let bad: Vec<_> = bad.map(|token| (token.kind, token.span)).collect();
-            self.complain_about_all(&bad);
+            self.diagnose_all_unreadable(&bad);
         }
     }
 }

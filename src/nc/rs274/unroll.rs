@@ -1,4 +1,5 @@
-//! Unrolled blocks of RS274 text: O words, labels, assignments and calls are left out, values stand in place of expressions.
+//! Unrolling of RS274 text. In: a token of a block that is executed. Out: its plain text: O words, labels, assignments and calls are left out,
+//! expressions are replaced by their values.
 
 use super::comments;
 use super::state::Rs274;

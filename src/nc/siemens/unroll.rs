@@ -1,5 +1,5 @@
-//! What steers the flow in Siemens text, and its blocks unrolled: labels, calls that are followed and assignments are left out,
-//! values stand in place of expressions.
+//! Unrolling of Siemens text, and the search for flow control. In: a token of a block that is executed. Out: its plain text: labels, calls that
+//! are followed and assignments are left out, expressions are replaced by their values.
 
 use super::blocks::{is_setting, is_variable};
 use super::state::Siemens;

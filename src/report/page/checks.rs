@@ -1,6 +1,5 @@
-//! What a person at the machine looks at first. In: a run with its figures. Out: a word in bold, and three things to check before the
-//! program runs: what is wrong, where a feed rises most or a load comes nearest to its limit, and whether stock and tools are
-//! those of the setup.
+//! The first lines of the page. In: a run with its figures. Out: the verdict in a few words, and three things to check before the program runs:
+//! faults, the largest rise of a feed or the load nearest to its limit, and whether stock and tools are those of the setup.
 
 use crate::outcome::ProgramRun;
 use crate::report::figures::Figures;

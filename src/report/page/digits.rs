@@ -1,4 +1,4 @@
-//! Numbers of the page, no longer than they can be seen.
+//! Numbers of the page. In: a value. Out: the same with five significant digits, which is more than can be seen.
 
 /// A value with five significant digits: more cannot be seen, and each digit is a byte of the page.
 pub fn digits(value: f64) -> f64 {

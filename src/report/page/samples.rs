@@ -257,7 +257,7 @@ impl Gathering<'_> {
             self.reasons.push(String::new());
         }
         let Some(node) = node_at(self.run, found.station).map(|at| &self.run.problem.nodes[at]) else { return 0 };
-        let text = match (node.infeasible, node.kept) {
+        let text = match (node.infeasible, node.not_raised) {
             (Some(kind), _) => format!("{} is above its limit even at the lowest feed allowed", plain(kind)),
             (None, Some(kept)) if found.feed_after_mm_s >= found.feed_before_mm_s => {
                 format!("not raised: {}", kept.why())

@@ -7,7 +7,7 @@ use super::operations::Operation;
 use crate::diag;
 use crate::machine::LimitKind;
 use crate::outcome::ProgramRun;
-use crate::outcome::over_limits::MET;
+use crate::outcome::over_limits::LIMIT_TOLERANCE;
 use crate::report::bounds::Share;
 use crate::report::figures::{Figures, LimitFigure, ToolFigure};
 use crate::report::html::{folded, marked, table};
@@ -153,7 +153,7 @@ fn limits(figures: &Figures) -> Markup {
             number(figure.after_max),
             percent(figure.ratios[1]),
             figure.at.map_or_else(String::new, |place| {
-                place.line.to_string() + &place.apart.map_or_else(String::new, |apart| format!(" {}", apart.name()))
+                place.line.to_string() + &place.fixed.map_or_else(String::new, |apart| format!(" {}", apart.name()))
             }),
             number(figure.after_p99),
             format!("{:.1} %", figure.active_time_percent),
@@ -174,8 +174,8 @@ fn limits(figures: &Figures) -> Markup {
         "s per unit",
     ];
     let beyond = |row: usize, column: usize| match column {
-        4 => figures.limits[row].ratios[0].is_some_and(|ratio| ratio > MET),
-        6 => figures.limits[row].ratios[1].is_some_and(|ratio| ratio > MET),
+        4 => figures.limits[row].ratios[0].is_some_and(|ratio| ratio > LIMIT_TOLERANCE),
+        6 => figures.limits[row].ratios[1].is_some_and(|ratio| ratio > LIMIT_TOLERANCE),
         _ => false,
     };
     let rows: Vec<Vec<String>> = figures.limits.iter().map(row).collect();

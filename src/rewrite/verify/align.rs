@@ -1,5 +1,5 @@
-//! The text half of the proof: which line of the original each line of the rewritten program stands for. In: both
-//! programs; the files linked to them are aligned one by one. Out: a [`Role`] for every line, with the increment of the control there; differences go into the proof.
+//! The text part of the proof: which line of the original each line of the rewritten program stands for. In: both programs; the files linked to
+//! them are aligned one by one. Out: a [`Role`] for every line, and the increment of the control there; differences go into the proof.
 
 use crate::ids::BlockId;
 use crate::nc::{Program, Token, TokenKind};

@@ -1,6 +1,6 @@
-//! Comments that a rewriting may leave, recognised for the proof alone. In: a comment with its delimiters. Out: is it of exactly this
-//! grammar? Everything else in a comment is the user's and must stay. Written apart from what writes them
-//! (`rewrite/mark.rs`): a comment that the two read otherwise is a difference.
+//! Comments that the proof accepts as Feedwright's own. In: a comment with its delimiters. Out: whether it has exactly this grammar. All other
+//! comments are the user's and must stay. This is independent of the code that writes them (`rewrite/mark.rs`): a comment that the two
+//! read differently is a difference.
 //!
 //! ```text
 //! FEEDWRIGHT <version> FEEDS ONLY [<sum: eight hexadecimal digits>]

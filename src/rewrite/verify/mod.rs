@@ -1,15 +1,13 @@
 //! Proof, from two texts alone, that only feeds, split points and our own comments differ. In: the original, the rewritten
 //! program, and the surroundings they are read in. Out: a [`Proof`]; it holds when it lists no difference.
 //!
-//! Three steps, each of which can fail by itself. *Text*: with F words and our comments taken away, every line of the
-//! rewritten program is a line of the original byte for byte, a line of nothing but F, or a piece of a block. *Motion*: both
-//! are interpreted; every event must be the same in the same order, and the pieces of a block must lie on its path, join,
-//! and end where it ends. Feeds of threads, probes and whatever else must keep its own must be what they were. *Words*: an F differs only in a line that moves
-//! at a feed in both, and what else the line holds is the same tokens ([`words`]). Where blocks hang on the block-delete switch,
-//! motions are compared with the switch on and off.
+//! There are three independent steps. *Text* ([`align`]): without F words and our comments, every line of the rewritten program is a line of the
+//! original byte for byte, a line with nothing but F, or a piece of a block. *Motion* ([`motion`]): both programs are interpreted; every event
+//! must be the same in the same order, the pieces of a block must lie on its path, join, and end where it ends, and feeds that must not change
+//! (threads, probes …) must be equal. *Words* ([`words`]): an F differs only in a line that moves at a feed in both programs, and the other
+//! tokens of the line are the same. Where blocks depend on the block-delete switch, motions are compared with the switch on and off.
 //!
-//! Nothing here is used by what writes, nor the other way round (`tests/tidy.rs`): both read tokens and interpret programs by `nc`, and
-//! that is all they share.
+//! The proof shares no code with what writes the program (`tests/tidy.rs`), except that both read tokens and interpret programs by `nc`.
 //!
 //! Where the original has loops, calls or expressions and the rewritten program has none, it is an unrolled one: the
 //! original is unrolled here too, its motions are compared with those of the original ([`motion::compare_unrolled`]), and
@@ -98,7 +96,7 @@ pub fn written_for(original: &Program, rewritten: &Program, inch: bool) -> Vec<u
     lines
 }
 
-/// With the block-delete switch off, and on where a block hangs on it.
+/// Calls `with` for the block-delete switch off, and also for on if a block depends on it.
 fn each_switch(original: &Program, environment: &Environment<'_>, mut with: impl FnMut(&Environment<'_>)) {
     let switches: &[bool] = if original.has_block_delete() { &[false, true] } else { &[false] };
     for &block_delete in switches {

@@ -1,5 +1,5 @@
-//! The motion half of the proof. In: what both programs do, and which line stands for which. Out: differences, and counts.
-//! Lines count through the program and its files here.
+//! The motion part of the proof. In: the toolpaths of both programs, and which line stands for which. Out: differences, and counts. Lines are
+//! numbered through the program and its files here.
 //!
 //! Pieces of a block: each begins where the one before ends, the first begins and the last ends where the block did; split
 //! points lie within half an increment of its path, everything between within one increment (an arc's centre is rounded
@@ -20,9 +20,9 @@ const SAME_FEED: f64 = 1e-9;
 const UNROLLED_MM: f64 = 1e-4;
 const UNROLLED_FEED: f64 = 1e-6;
 
-/// Compares all events in order, those before the rewriting with those after it. `keeps`: a motion that must keep its feed is held to
-/// it, whatever the reason; the writer reads the program with the block-delete switch off, and with it on motions behind a skipped
-/// one may begin at a place that is not known.
+/// Compares all events in order, before and after rewriting. `keeps`: every frozen motion must have its old feed. False with the block-delete
+/// switch on, where motions after a skipped one may be frozen only because their start is not known, which the writer, reading with the switch
+/// off, cannot see; then only reasons in the text itself count.
 pub fn compare([before, after]: &[Toolpath; 2], roles: &Roles, keeps: bool, proof: &mut Proof) {
     let mut rest = after.events();
     for event in before.events() {
@@ -178,7 +178,7 @@ fn compare_moves(a: &Move, b: &Move, roles: &Roles, keeps: bool, proof: &mut Pro
     enter_rise(a, b, proof);
 }
 
-/// Enters a motion that runs faster than it did.
+/// Records a motion that runs faster than before.
 fn enter_rise(a: &Move, b: &Move, proof: &mut Proof) {
     let (was, is) = (a.feed.mm_s, b.feed.mm_s);
     if a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && was > 0.0 && is > was * (1.0 + SAME_FEED) {

@@ -1,9 +1,10 @@
-//! What a proof says: differences with their lines, motions that run faster, and what was compared.
+//! The result of the proof. In: filled by the three parts. Out: [`Proof`]: differences with their lines, motions that run faster, counts of what
+//! was compared.
 
 use crate::ids::BlockId;
 use crate::nc::Program;
 
-/// One difference that must not be.
+/// One difference that is not allowed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
     /// Block of the original.
@@ -50,7 +51,7 @@ impl std::fmt::Display for Difference {
     }
 }
 
-/// What was found.
+/// The result of comparing two programs.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Proof {
     /// What differs besides feeds, split points and our comments: the first [`ENOUGH`].

@@ -4,9 +4,9 @@
 //! An F word may differ only in a block that moves at a feed in both programs: nowhere else is it known to be a feed (a dwell,
 //! an argument, a pitch, a subprogram that nothing calls). What else a line holds is the same *tokens*, not only the same
 //! bytes with ours taken out: `G5(FW F600 kept)4` is no G54. A new F is one plain number above zero. Comments of ours stand
-//! behind the code. Where the control does not come by, or moves nothing, no other feed is stated than the one that stands
-//! before. A feed per minute has no finer digits than the control or the file has, unless it is smaller than their last one, and a
-//! point where all of the file's have one: F600 is 0.6 to some controls. Comments of ours are in a form that the control has.
+//! after the code. In lines that are never reached or move nothing, an added F may only restate the one before it. A feed per minute has no more
+//! digits than the control or the file uses, unless it is smaller than their last digit; and it has a point if all feeds of the file do, because
+//! F600 is 0.6 to some controls. Comments of ours have a form that the control reads.
 //! Pieces are cut only from what is executed, bear no number that a jump could look for, and have a decimal point where
 //! the block has one: X50 is 0.050 mm to some controls.
 
@@ -27,7 +27,7 @@ const MOST_F: f64 = 1e9;
 /// Most digits behind the point of an F that are believed: a feed per revolution in inches takes five.
 const MOST_DIGITS: u32 = 5;
 
-/// What the control does with each line of a program.
+/// What the control does in each line of a program.
 #[derive(Debug, Default)]
 pub struct Done {
     /// Comes to it.
@@ -100,7 +100,7 @@ impl Done {
 /// Checks every line that is not byte for byte one of the original.
 pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Done; 2], proof: &mut Proof) {
     let numbers = Numbers::of(original);
-    let manner = Manner::of(original, &done[0]);
+    let manner = FWordStyle::of(original, &done[0]);
     let mut stated: &[u8] = b"";
     for (line, role) in roles.of.iter().enumerate() {
         let block = BlockId(line as u32);
@@ -136,14 +136,14 @@ fn is_feed(token: &Token) -> bool {
 }
 
 /// How the F words of the original are written.
-struct Manner {
+struct FWordStyle {
     /// Most digits behind the point of a feed per minute; `None`: there are feeds in other units, which take what they need.
     digits: Option<u32>,
     /// All have a point, and the control may count increments without one.
     pointed: bool,
 }
 
-impl Manner {
+impl FWordStyle {
     fn of(original: &Program, done: &Done) -> Self {
         let words = || original.blocks().flat_map(|block| feeds(original, block));
         let digits = words().filter_map(plain_number).map(Exact::digits).max().unwrap_or(0);
@@ -212,7 +212,7 @@ fn new_feed(
     block: BlockId,
     done: &[Done; 2],
     stated: &[u8],
-    manner: &Manner,
+    manner: &FWordStyle,
 ) -> Option<&'static str> {
     let (was, now) = (feeds(original, own), feeds(rewritten, block));
     if was == now || was.is_empty() && is_stated(&now, stated) {
@@ -225,7 +225,7 @@ fn new_feed(
 }
 
 /// The line has not one F that is a plain number above zero.
-fn no_plain_feed(program: &Program, block: BlockId, manner: &Manner) -> Option<&'static str> {
+fn no_plain_feed(program: &Program, block: BlockId, manner: &FWordStyle) -> Option<&'static str> {
     let mut found = program.tokens(block).filter(is_feed);
     let bytes = |token: &Token| token.span.of(program.text());
     let plain = |token: &Token| token.kind == TokenKind::Word(b'F') && plain_number(bytes(token)).is_some();
@@ -242,7 +242,7 @@ fn piece(
     rewritten: &Program,
     block: BlockId,
     done: &[Done; 2],
-    manner: &Manner,
+    manner: &FWordStyle,
 ) -> Option<&'static str> {
     if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
         return Some("a block that does not move at a feed is cut");
@@ -282,7 +282,7 @@ fn last_piece(
     rewritten: &Program,
     block: BlockId,
     done: &[Done; 2],
-    manner: &Manner,
+    manner: &FWordStyle,
 ) -> Option<&'static str> {
     let axis = |token: &Token| matches!(token.kind, TokenKind::Word(letter) if b"XYZ".contains(&letter));
     let same = |a: &Token| {
@@ -320,7 +320,7 @@ fn is_stated(now: &[&[u8]], stated: &[u8]) -> bool {
 }
 
 /// A line that is not in the original: a feed, a comment of ours, or both. `stated`: the last F of the original before it.
-fn added(rewritten: &Program, block: BlockId, done: &Done, stated: &[u8], manner: &Manner) -> Option<&'static str> {
+fn added(rewritten: &Program, block: BlockId, done: &Done, stated: &[u8], manner: &FWordStyle) -> Option<&'static str> {
     let now = feeds(rewritten, block);
     if now.is_empty() {
         return None;

@@ -1,4 +1,4 @@
-//! Headers in the styles of many posts, each with the right answer.
+//! Tests of drafting. In: headers in the styles of many posts. Out: for each the setup that must be found.
 
 use super::described::{Told, told};
 use super::header::{Comment, inner, tool_comment};

@@ -1,4 +1,4 @@
-//! Feeds that may not be raised above the programmed one, and why. In: toolpath, engagement, job and rules. Out: the reason ([`Kept`])
+//! Feeds that may not be raised above the programmed one, and why. In: toolpath, engagement, job and rules. Out: the reason ([`NotRaised`])
 //! for each station, and for the stretches around first and last contact, whose ends need not be those of stations. Such a feed is still
 //! lowered where a limit requires it.
 //!
@@ -22,7 +22,7 @@
 
 use super::cutters::{Cutters, SLIVER_MM, skims};
 use super::kinds_of_cut::{downwards, finishing};
-use super::problem::{Bound, Kept, Node, Problem};
+use super::problem::{Bound, Node, NotRaised, Problem};
 use super::ramps::spread;
 use super::rules::{Rule, Rules};
 use crate::engage::{EngagementMap, EventKind, Station};
@@ -36,7 +36,7 @@ use std::f64::consts::PI;
 const OF_THE_END_FACE: [LimitKind; 3] = [LimitKind::ForceAxial, LimitKind::Power, LimitKind::Torque];
 
 /// Finds the reasons of one program.
-pub struct Keeping<'a> {
+pub struct Reasons<'a> {
     toolpath: &'a Toolpath,
     map: &'a EngagementMap,
     rules: &'a Rules,
@@ -47,7 +47,7 @@ pub struct Keeping<'a> {
     clamps_unknown: bool,
 }
 
-impl<'a> Keeping<'a> {
+impl<'a> Reasons<'a> {
     /// Works out once what the reasons of all stations need.
     pub fn new(toolpath: &'a Toolpath, map: &'a EngagementMap, job: &Job, rules: &'a Rules, cutters: &Cutters) -> Self {
         let finishing = finishing(toolpath, map, job);
@@ -58,42 +58,42 @@ impl<'a> Keeping<'a> {
 
     /// Why the feed of a station, or of a feed move without stations, is not raised; `None`: it may rise. Entries are found by
     /// [`entries`].
-    pub fn of(&self, id: MoveId, station: Option<&Station>) -> Option<Kept> {
+    pub fn of(&self, id: MoveId, station: Option<&Station>) -> Option<NotRaised> {
         let (motion, rule) = (&self.toolpath.moves[id.ix()], self.rules.of(id));
-        let of_text = motion.freeze.map(Kept::Frozen);
-        let of_mode = (rule.mode != Mode::Optimise).then_some(Kept::Mode);
-        let of_program = self.unsound.then_some(Kept::Unsound);
-        let uncertain = station.is_none_or(|station| station.flags.uncertain).then_some(Kept::Uncertain);
+        let of_text = motion.freeze.map(NotRaised::Frozen);
+        let of_mode = (rule.mode != Mode::Optimise).then_some(NotRaised::Mode);
+        let of_program = self.unsound.then_some(NotRaised::Unsound);
+        let uncertain = station.is_none_or(|station| station.flags.uncertain).then_some(NotRaised::Uncertain);
         let before = of_text.or(of_mode).or(of_program).or_else(|| self.doubt(id, rule)).or(uncertain);
         before.or_else(|| self.of_cut(motion, rule, station?))
     }
 
     /// The first doubt about part or frame that the setup does not confirm to be harmless.
-    fn doubt(&self, id: MoveId, rule: &Rule) -> Option<Kept> {
+    fn doubt(&self, id: MoveId, rule: &Rule) -> Option<NotRaised> {
         let mut open = self.toolpath.doubts_at(id).filter(|doubted| !rule.confirmed.contains(&doubted.doubt.name()));
-        open.next().map(|doubted| Kept::Doubt(doubted.doubt))
+        open.next().map(|doubted| NotRaised::Doubt(doubted.doubt))
     }
 
-    fn of_cut(&self, motion: &Move, rule: &Rule, station: &Station) -> Option<Kept> {
+    fn of_cut(&self, motion: &Move, rule: &Rule, station: &Station) -> Option<NotRaised> {
         let raise = rule.raise;
-        let refused = |kept: Kept, allowed: Option<bool>| (allowed != Some(true)).then_some(kept);
-        let way = if motion.cycle { Some(Kept::Cycle) } else { downwards(motion, station) };
+        let refused = |kept: NotRaised, allowed: Option<bool>| (allowed != Some(true)).then_some(kept);
+        let way = if motion.cycle { Some(NotRaised::Cycle) } else { downwards(motion, station) };
         let of_way = way.and_then(|kept| match kept {
-            Kept::Plunge => refused(kept, raise.plunges),
-            Kept::Ramp => refused(kept, raise.ramps),
+            NotRaised::Plunge => refused(kept, raise.plunges),
+            NotRaised::Ramp => refused(kept, raise.ramps),
             _ => refused(kept, raise.cycles),
         });
-        let compensated = motion.compensated.then(|| refused(Kept::Compensation, raise.compensation)).flatten();
-        let index = self.map.of_move[station.move_id.ix()].start as usize + self.place(station);
-        let final_surface = self.finishing[index].then(|| refused(Kept::Finishing, raise.finishing)).flatten();
+        let compensated = motion.compensated.then(|| refused(NotRaised::Compensation, raise.compensation)).flatten();
+        let index = self.map.of_move[station.move_id.ix()].start as usize + self.index_in_move(station);
+        let final_surface = self.finishing[index].then(|| refused(NotRaised::Finishing, raise.finishing)).flatten();
         let answers = rule.loads.iter().any(|(kind, _)| OF_THE_END_FACE.contains(kind));
-        let unanswered = (way.is_some() && !answers).then_some(Kept::NoLoadLimit);
-        let clamps = (station.flags.beside_blank && self.clamps_unknown).then_some(Kept::Fixtures);
+        let unanswered = (way.is_some() && !answers).then_some(NotRaised::NoLoadLimit);
+        let clamps = (station.flags.beside_blank && self.clamps_unknown).then_some(NotRaised::Fixtures);
         of_way.or(compensated).or(final_surface).or(unanswered).or(clamps)
     }
 
     /// Index of a station among those of its move.
-    fn place(&self, station: &Station) -> usize {
+    fn index_in_move(&self, station: &Station) -> usize {
         self.map.stations_of(station.move_id).partition_point(|other| other.from_mm < station.from_mm)
     }
 }
@@ -137,20 +137,20 @@ pub fn entries(problem: &mut Problem, toolpath: &Toolpath, job: &Job, rules: &Ru
         spread(pieces().rev(), lead(last, whole(last) - last.to_mm, last.to_mm), true, &mut put);
     }
     problem.cut_at(&zones);
-    for node in problem.nodes.iter_mut().filter(|node| node.free && node.kept.is_none()) {
+    for node in problem.nodes.iter_mut().filter(|node| node.free && node.not_raised.is_none()) {
         let middle = 0.5 * (node.from_mm + node.to_mm);
         let within = zones[node.move_id.ix()].iter().any(|zone| zone[0] <= middle && middle <= zone[1]);
         if within && rules.of(node.move_id).raise.entries != Some(true) {
-            keep(node, Kept::Entry);
+            hold_at_programmed(node, NotRaised::Entry);
         }
     }
 }
 
 /// Lowers the cap of a node to the programmed feed, and records why.
-pub fn keep(node: &mut Node, why: Kept) {
-    node.kept = node.kept.or(Some(why));
+pub fn hold_at_programmed(node: &mut Node, why: NotRaised) {
+    node.not_raised = node.not_raised.or(Some(why));
     if node.programmed_mm_s < node.cap.feed_mm_s {
-        node.unkept = Some(node.cap);
+        node.cap_if_raised = Some(node.cap);
         node.cap = Bound { feed_mm_s: node.programmed_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
         node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
     }
@@ -158,7 +158,7 @@ pub fn keep(node: &mut Node, why: Kept) {
 
 /// The feeds of a file that Feedwright wrote before, when it is optimised once more.
 #[derive(Clone, Copy)]
-pub struct Standing<'a> {
+pub struct EarlierOutput<'a> {
     /// Its moves with the feeds that stand in it.
     pub toolpath: &'a Toolpath,
     /// How far the ends of entries and finishing passes may differ between two simulations of one path that is divided into other blocks,
@@ -170,23 +170,23 @@ pub struct Standing<'a> {
 /// the first contact belongs to another station, and the end falls a little into the block whose feed was raised. So where a stretch
 /// shorter than this uncertainty stands above its original feed, it keeps the feed that stands there, as far as the limits allow. A longer
 /// stretch goes back to its original feed: then setup or file have changed since.
-pub fn leave_ends(problem: &mut Problem, standing: &Standing<'_>) {
-    let stands = |node: &Node| standing.toolpath.moves[node.move_id.ix()].feed.mm_s;
+pub fn keep_earlier_ends(problem: &mut Problem, earlier: &EarlierOutput<'_>) {
+    let stands = |node: &Node| earlier.toolpath.moves[node.move_id.ix()].feed.mm_s;
     let raised = |node: &Node| {
-        let of_zone =
-            matches!(node.kept, Some(Kept::Entry | Kept::Finishing)) && node.cap.kind == LimitKind::Programmed;
-        node.free && of_zone && node.unkept.is_some() && stands(node) > node.cap.feed_mm_s * (1.0 + 1e-9)
+        let of_zone = matches!(node.not_raised, Some(NotRaised::Entry | NotRaised::Finishing))
+            && node.cap.kind == LimitKind::Programmed;
+        node.free && of_zone && node.cap_if_raised.is_some() && stands(node) > node.cap.feed_mm_s * (1.0 + 1e-9)
     };
     for run in problem.nodes.chunk_by_mut(|a, b| raised(a) == raised(b)) {
         let length_mm: f64 = run.iter().map(Node::length_mm).sum();
-        if length_mm >= standing.apart_mm || !run.first().is_some_and(raised) {
+        if length_mm >= earlier.apart_mm || !run.first().is_some_and(raised) {
             continue;
         }
         for node in run {
             let there = Bound { feed_mm_s: stands(node), kind: LimitKind::Programmed, per_unit: 0.0 };
-            let allowed = node.unkept.take().unwrap_or(there);
+            let allowed = node.cap_if_raised.take().unwrap_or(there);
             node.cap = if allowed.feed_mm_s < there.feed_mm_s { allowed } else { there };
-            node.kept = None;
+            node.not_raised = None;
         }
     }
 }
@@ -227,7 +227,7 @@ mod tests {
 
     /// A block written at F2400 of which an entry of this length is to run at 600, with 1800 allowed by a force: cap in mm/min
     /// of the entry and of the rest.
-    fn caps(entry_mm: f64, why: Kept, apart_mm: f64) -> [f64; 2] {
+    fn caps(entry_mm: f64, why: NotRaised, apart_mm: f64) -> [f64; 2] {
         let program = parse("G21 G90 G94\nG1 X20 F2400\nM30\n".into(), None);
         let toolpath = interpret(&program, &Environment::default());
         let bound = |feed_mm_min: f64, kind| Bound { feed_mm_s: feed_mm_min / 60.0, kind, per_unit: 0.0 };
@@ -242,22 +242,22 @@ mod tests {
             free: true,
             uncertain: false,
             final_surface: false,
-            kept: None,
-            unkept: None,
+            not_raised: None,
+            cap_if_raised: None,
             infeasible: None,
         };
         let mut entry = Node { from_mm: 0.0, to_mm: entry_mm, ..rest };
-        keep(&mut entry, why);
+        hold_at_programmed(&mut entry, why);
         let mut problem = Problem { nodes: vec![entry, rest], ..Problem::default() };
-        leave_ends(&mut problem, &Standing { toolpath: &toolpath, apart_mm });
+        keep_earlier_ends(&mut problem, &EarlierOutput { toolpath: &toolpath, apart_mm });
         [0, 1].map(|i| (60.0 * problem.nodes[i].cap.feed_mm_s).round())
     }
 
     #[test]
     fn an_entry_ends_where_the_file_lets_it_end_within_a_station_and_under_the_loads() {
-        assert_eq!(caps(0.99, Kept::Entry, 1.0), [1800.0; 2]);
-        assert_eq!(caps(1.01, Kept::Entry, 1.0), [600.0, 1800.0]);
-        assert_eq!(caps(0.99, Kept::Finishing, 1.0), [1800.0; 2]);
-        assert_eq!(caps(0.99, Kept::Plunge, 1.0), [600.0, 1800.0]);
+        assert_eq!(caps(0.99, NotRaised::Entry, 1.0), [1800.0; 2]);
+        assert_eq!(caps(1.01, NotRaised::Entry, 1.0), [600.0, 1800.0]);
+        assert_eq!(caps(0.99, NotRaised::Finishing, 1.0), [1800.0; 2]);
+        assert_eq!(caps(0.99, NotRaised::Plunge, 1.0), [600.0, 1800.0]);
     }
 }

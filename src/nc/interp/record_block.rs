@@ -36,7 +36,7 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// Writes the block that is executed now into the record. `source`: the text it was read from; `own`: it is in no subprogram.
-    pub(crate) fn note_down(&mut self, source: &Source<'_>, own: bool, block: BlockId, words: &Words, after: After) {
+    pub(crate) fn record_block(&mut self, source: &Source<'_>, own: bool, block: BlockId, words: &Words, after: After) {
         let program = source.program();
         let main = matches!(source, Source::Main(_));
         let Some(mut record) = self.record.take() else { return };
