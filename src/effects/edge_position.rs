@@ -1,6 +1,6 @@
 //! Distance along the cutting edge. k_?c · (1 + s·z), z the height of the cut above the tip; or a land at the tip that cuts
 //! otherwise than the edge above it (chamfer, corner radius): k_?c and k_?e · (1 + a·p), p the share of the cut below the height of
-//! the land.
+//! the land. A layer that begins further up, as on a ball, has no share in it.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
@@ -51,7 +51,8 @@ pub const EFFECT: Effect = Effect {
 
 fn change(p: &[f64], state: &State) -> Change {
     let [middle_mm, depth_mm] = [state.edge_position_mm, state.axial_depth_mm];
-    let below = if depth_mm > 0.0 { ((p[2] - middle_mm) / depth_mm + 0.5).clamp(0.0, 1.0) } else { 0.0 };
+    let begins_at_tip = middle_mm <= 0.51 * depth_mm;
+    let below = if begins_at_tip { (p[2] / depth_mm).min(1.0) } else { 0.0 };
     let tip = if p[1] == 0.0 { 1.0 } else { 1.0 + p[1] * below };
     Change { cutting: (1.0 + p[0] * middle_mm).max(0.0) * tip, edge: tip, ..Change::default() }
 }

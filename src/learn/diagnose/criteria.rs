@@ -188,15 +188,6 @@ impl Criteria {
     }
 }
 
-/// Chance of a gain as large in the best of all models that were fitted, without an effect, from which it may be chance: no more
-/// than one log in fifty may get a false name.
-const BY_CHANCE: f64 = 0.02;
-
-/// May a gain of this chance be one?
-pub(in crate::learn) fn is_by_chance(p: f64) -> bool {
-    p > BY_CHANCE
-}
-
 /// Is a pattern of the residual called structure?
 pub(in crate::learn) fn is_structure(test_r2: f64, is_log: bool) -> bool {
     test_r2 > if is_log { STRUCTURE } else { 2.0 * STRUCTURE }
@@ -421,11 +412,6 @@ mod tests {
         assert_eq!(turns(&[1.0, 1.3, 1.0]), 1);
         assert_eq!(turns(&[1.0, 1.3, 1.24, 1.3]), 0);
         assert_eq!([turns(&[1.0, 1.3, 1.0, 1.06]), turns(&[1.0, 1.3, 1.0, 1.1])], [1, 2]);
-    }
-
-    #[test]
-    fn a_gain_is_by_chance_where_more_than_one_log_in_fifty_would_show_it() {
-        assert!(is_by_chance(0.021) && !is_by_chance(0.019));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::effects::{Covariate, Effect, Multiplies};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Class;
 use crate::learn::diagnose::candidates::why_not;
-use crate::learn::diagnose::criteria::{Criteria, is_by_chance};
+use crate::learn::diagnose::criteria::Criteria;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial, unphysical};
 use crate::learn::diagnose::unnamed::{LAST_RANK, ResidualCurve, rank};
@@ -105,10 +105,6 @@ impl Diagnosis<'_> {
                 100.0 * change,
                 100.0 * self.criteria().engagement_known_to
             ));
-        }
-        let chance = self.p_of_the_search(trial);
-        if is_by_chance(chance) {
-            return Err(format!("of {} models one may gain as much by chance (p = {chance:.2})", self.tried));
         }
         let misfit = self.misfit_of_form(present, trial, &after).or_else(|| self.stands_in(present, trial, &after));
         misfit.or_else(|| self.harms_another_kind(present.model, trial)).map_or(Ok(after), Err)

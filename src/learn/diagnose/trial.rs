@@ -34,7 +34,7 @@ pub fn best_trial(
     let trial = |each: &FittedEffect, iterations: usize| {
         let fitted = fit(data, &with(each), iterations)?;
         let (score, gain) = score_of(data, present, &fitted, each.asked());
-        Some(Trial { effect, fitted, gain, score })
+        Some(Trial { effect, fitted, gain, score: score - charge_of_choice(each) })
     };
     let tried: Vec<Trial> = begin.par_iter().filter_map(|each| trial(each, 5)).collect();
     let best = tried.into_iter().max_by(|a, b| a.score.total_cmp(&b.score));
@@ -48,6 +48,13 @@ pub fn best_trial(
         trial(settled.as_ref().unwrap_or(found), 25)
     });
     (begin.len(), polished)
+}
+
+/// What is charged for a form that was chosen among several beside the law: the best of F gains 2 ln F more by chance (Bonferroni).
+fn charge_of_choice(each: &FittedEffect) -> f64 {
+    let forms = each.effect.forms;
+    let free: Vec<usize> = (0..each.free.len()).filter(|k| each.free[*k]).collect();
+    if forms.first().is_none_or(|law| *law == free) { 0.0 } else { 2.0 * (forms.len() as f64).ln() }
 }
 
 /// An instant that was found by scanning, moved along the samples while the `squares` fall: the scan judged it by the
@@ -104,4 +111,20 @@ pub fn unphysical(each: Option<&FittedEffect>, clock_s: f64) -> Option<String> {
     let at = |bound: f64| (value - bound).abs() < 1e-6 * (parameter.max - parameter.min);
     (at(parameter.max) || (at(parameter.min) && parameter.min != 0.0))
         .then(|| format!("{} runs into its physical bound ({value:.3})", parameter.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::named;
+
+    #[test]
+    fn the_law_is_free_and_another_form_is_charged_for_the_choice() {
+        let thin = |free: [bool; 3]| {
+            let effect = named("size-effect").unwrap();
+            charge_of_choice(&FittedEffect { effect, values: vec![0.0, 0.1, 0.03], free: free.to_vec() })
+        };
+        assert_eq!(thin([true, false, false]), 0.0);
+        assert!((thin([false, true, true]) - 2.0 * 2.0_f64.ln()).abs() < 1e-12);
+    }
 }
