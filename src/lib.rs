@@ -1,6 +1,6 @@
 //! Feedwright: an off-line feedrate optimiser for NC milling programs.
 //!
-//! What other programs use of it is what stands here, and nothing else: [`parse`], [`simulate`], [`optimise`], [`verify`],
+//! The public interface is this page and nothing else: [`parse`], [`simulate`], [`optimise`], [`verify`],
 //! [`calibrate`], [`learn()`]. `examples/` has a short program for each.
 //!
 //! ```no_run
@@ -14,8 +14,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The rooms below stand in the order of their dependence. They are private. The tests and benches of this package, which are crates of
-//! their own, look into them by the feature `rooms`, which its own development dependencies turn on.
+//! The modules below ("rooms") are private and stand in the order of their dependence. Tests and benches of this package, which are crates of
+//! their own, reach them through the feature `rooms`, which its own development dependencies turn on.
 #![doc = include_str!("architecture.md")]
 // The rooms are hidden: their comments are read in the source, where private items stand beside them.
 #![allow(rustdoc::private_intra_doc_links)]
