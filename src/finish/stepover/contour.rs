@@ -104,12 +104,11 @@ pub fn plan(terrain: &Terrain, steep: &Steep, wish: &Wish) -> Plan {
         });
         plan.strips_mm2 += strips_mm2(&below, step.map(|(_, step)| step));
         let binds = binds(terrain, &level, &below, step);
-        next = match step {
-            Some((_, step_mm)) => Some(height_mm - step_mm).filter(|_| top(height_mm).is_some()),
-            None => {
-                let last = below.iter().filter_map(|place| place.end_mm).map(|[_, down]| down).fold(least_mm, f64::max);
-                top(height_mm - last).map(|top| top - least_mm)
-            }
+        next = if let Some((_, step_mm)) = step {
+            Some(height_mm - step_mm).filter(|_| top(height_mm).is_some())
+        } else {
+            let last = below.iter().filter_map(|place| place.end_mm).map(|[_, down]| down).fold(least_mm, f64::max);
+            top(height_mm - last).map(|top| top - least_mm)
         };
         before = Some((level, binds));
     }
@@ -224,16 +223,13 @@ fn look(
 ) -> Option<Spot> {
     let contact = terrain.dropper.drop(at)?;
     let down = downhill(&contact)?;
-    let (beside, step_mm) = match above.pass {
-        Some((place, _)) => {
-            let tip = Vec3::new(place[0], place[1], terrain.dropper.drop(place)?.tip_mm);
-            (Beside::Pass(tip), (tip - Vec3::new(at[0], at[1], height_mm)).norm())
-        }
-        None => {
-            let uphill = Vec3::new(-down[0], -down[1], 0.0);
-            let nowhere = contact.point + 10.0 * terrain.shape().radius_mm() * uphill;
-            (Beside::Edge(above.end.map_or(nowhere, |end| end + 1e-3 * uphill)), 0.0)
-        }
+    let (beside, step_mm) = if let Some((place, _)) = above.pass {
+        let tip = Vec3::new(place[0], place[1], terrain.dropper.drop(place)?.tip_mm);
+        (Beside::Pass(tip), (tip - Vec3::new(at[0], at[1], height_mm)).norm())
+    } else {
+        let uphill = Vec3::new(-down[0], -down[1], 0.0);
+        let nowhere = contact.point + 10.0 * terrain.shape().radius_mm() * uphill;
+        (Beside::Edge(above.end.map_or(nowhere, |end| end + 1e-3 * uphill)), 0.0)
     };
     let here = terrain.here(at, heading(down).map(|x| sign * x), beside)?;
     let line = terrain.line(&here);
@@ -284,11 +280,10 @@ fn allowed((terrain, steep, wish): (&Terrain, &Steep, &Wish), (level, spot): (&L
 /// Shares the length of every stretch out among its places.
 fn lengths(level: &Level, below: &mut [Below]) {
     let of = |k: usize| level.spots[k].1;
-    for k in 0..below.len() {
-        let (here, last) = (below[k].spot, level.spots.len() - 1);
+    for place in below {
+        let (here, last) = (place.spot, level.spots.len() - 1);
         let beside = [here.saturating_sub(1), (here + 1).min(last)].into_iter().filter(|other| of(*other) == of(here));
-        below[k].length_mm =
-            beside.map(|other| 0.5 * (level.spots[other].0.tip - level.spots[here].0.tip).norm()).sum();
+        place.length_mm = beside.map(|other| 0.5 * (level.spots[other].0.tip - level.spots[here].0.tip).norm()).sum();
     }
 }
 
