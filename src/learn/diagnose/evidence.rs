@@ -46,7 +46,9 @@ impl Diagnosis<'_> {
     pub(in crate::learn) fn present<'m>(&self, model: &'m Fitted) -> Present<'m> {
         let left = held_out_residuals(&self.train, &model.model.effects, self.split);
         let less_any_shape = self.less_any_shape(model, &left, |covariate, part| knows(model, covariate, part));
-        let curves = self.curves(model, &left, |covariate, part| !knows(model, covariate, part));
+        // Against a name anything counts, be it no law: a curve that zigzags shows that there is something else.
+        let others = |covariate, part| !knows(model, covariate, part);
+        let curves = self.curves_that_go(model, &left, others, |_, _| true);
         Present { model, left, less_any_shape, curves }
     }
 

@@ -275,7 +275,9 @@ impl Diagnosis<'_> {
             let share =
                 self.share_of_excess(&self.base_residual, &after, &self.base_residual, self.criteria().least_excess);
             let t = t_statistic(&improvement_by_case(&self.train, &self.base_residual, &after));
-            let enough = self.criteria().pair_explains(share, t) && !self.leaves_much(&after);
+            // Errors of the engagement are no effect, of two names no more than of one.
+            let is_seen = self.change_of_load(base, &self.base_residual, &after) >= self.criteria().engagement_known_to;
+            let enough = is_seen && self.criteria().pair_explains(share, t) && !self.leaves_much(&after);
             let better = |found: &ResidualCurve| {
                 let knows = |u: &FittedEffect| u.effect.knows(found.covariate, found.effect.multiplies);
                 let known = two.fitted.model.effects.iter().any(knows);

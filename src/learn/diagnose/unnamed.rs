@@ -135,12 +135,23 @@ pub(in crate::learn) fn is_unnamed(effect: &Effect) -> bool {
 }
 
 impl Diagnosis<'_> {
-    /// Every curve that is wanted, of what a model leaves, least squares first.
+    /// Every curve that is wanted and goes as a law can, of what a model leaves, least squares first.
     pub(in crate::learn) fn curves(
         &self,
         present: &Fitted,
         left: &[f64],
         wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
+    ) -> Vec<ResidualCurve> {
+        self.curves_that_go(present, left, wanted, may_go)
+    }
+
+    /// The same in shapes that `may_go`.
+    pub(in crate::learn) fn curves_that_go(
+        &self,
+        present: &Fitted,
+        left: &[f64],
+        wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
+        may_go: impl Fn(Covariate, &Curve) -> bool + Sync,
     ) -> Vec<ResidualCurve> {
         let data = &self.train;
         let loads = Loads::of(data, present);
