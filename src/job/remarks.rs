@@ -155,8 +155,10 @@ pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<D
 pub fn without_rate(job: &Job) -> Vec<Diagnostic> {
     let without = |tool: &&Tool| tool.wear.is_some() && wear::of_tool(job, tool).is_none();
     let said = |tool: &Tool| {
-        let text =
-            format!("`wear` of T{} gives no rate, and neither does the process model: it counts as unworn", tool.number);
+        let text = format!(
+            "`wear` of T{} gives no rate, and neither does the process model: it counts as unworn",
+            tool.number
+        );
         let help = "give rate, feed_per_tooth and exponent, or a --model in which `learn` found flank-wear";
         Diagnostic::new("setup::wear", Severity::Warning, text).help(help)
     };
