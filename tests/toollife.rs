@@ -505,7 +505,7 @@ fn a_used_tool_is_declared_by_its_state_or_its_index() {
     assert!(code == 2 && said.contains("it is the state of another tool"), "{code} {said}");
     // An end alone says nothing of how fast it wears.
     let (code, said, _) = forces("wear = { end = 240 }");
-    assert!(code == 0 && said.contains("gives no rate, and the process model none"), "{code} {said}");
+    assert!(code == 0 && said.contains("gives no rate, and neither does the process model"), "{code} {said}");
     let (code, said, _) = forces("wear = { rate = 20, end = 240 }");
     assert!(code == 2 && said.contains("wear.exponent"), "{code} {said}");
 }

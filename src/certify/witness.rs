@@ -15,19 +15,23 @@ use crate::machine::{Job, StockShape, Tool};
 use crate::nc::{Move, Toolpath};
 use crate::path::Vec3;
 
-/// Cell and step along the path, as shares of the diameter: a ring of 33 cells.
+/// Cell, as a share of the diameter: 33 cells across the tool.
 const CELL: f64 = 0.03;
+/// Step along the path, as a share of the diameter.
 const STEP: f64 = 0.08;
-/// Most cells, and the finest one, mm.
+/// Most cells of the grid.
 const MOST_CELLS: f64 = 4e6;
+/// Smallest cell, mm.
 const FINEST_MM: f64 = 0.05;
-/// Height that must stand above a point besides a tenth of a cell, mm: scallops of the steps in which the path is followed.
+/// Material counts only if it is higher than a point by this and a tenth of a cell, mm: the steps along the path leave scallops.
 const ABOVE_MM: f64 = 0.02;
-/// Least leading part of the unit normal there that counts, and cells by which arcs may be short.
+/// A point counts as leading if its unit normal has at least this component along the feed.
 const LEADS: f64 = 0.1;
+/// Number of cells by which an arc may be too short without being reported.
 const SHORT_CELLS: f64 = 4.0;
-/// Points looked at: on each piece of the outline from its lower end, in diameters, and on half a turn.
+/// Distances of the tested points from the lower end of each piece of the outline, in diameters.
 const LOOKED_AT: [f64; 6] = [0.02, 0.06, 0.18, 0.54, 1.6, 4.8];
+/// Number of tested points on half a turn.
 const ON_TURN: usize = 12;
 
 /// Heights of the stock over a grid.

@@ -100,8 +100,8 @@ pub fn follows(below: &SubRing, above: &SubRing) -> bool {
         || (above.slice == below.slice + 1 && above.part[0] == 0.0 && below.part[1] == 1.0)
 }
 
-/// The argument at which a width becomes 0 that is positive at `holds` (argument, width) and 0 at `fails`: by the secant through the last
-/// two values where that falls to 0 between, else by bisection.
+/// The argument at which a width becomes 0 that is positive at `holds` (argument, width) and 0 at `fails`: [`LOOKS`] steps by the secant
+/// through the last two values where that falls to 0 between (no nearer than a quarter to either end), else by bisection.
 pub fn end(mut holds: [f64; 2], mut fails: f64, mut before: Option<[f64; 2]>, width: impl Fn(f64) -> f64) -> f64 {
     let runs_out = |holds: [f64; 2], fails: f64, before: Option<[f64; 2]>| {
         let [at, w] = before?;

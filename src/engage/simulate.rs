@@ -24,8 +24,9 @@ use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
 use crate::stock::{Blank, Element, Field, Form, Piece, Tiling, append_elements};
 
-/// Most elements in a batch, and most cells that they may sweep: the overwritten values are stored for undoing.
+/// Most elements in a batch.
 const BATCH: u32 = 8192;
+/// Most cells that the elements of a batch may sweep: the overwritten values are stored for undoing.
 const BATCH_CELLS: f64 = 4e6;
 /// Cosine of the largest bend at which a path counts as smooth.
 const SMOOTH: f64 = 0.996;

@@ -33,9 +33,10 @@ pub const SOLVED: usize = 2;
 pub const CLOSE_MM: f64 = 0.3;
 /// Immersion angles are widened by this, rad: twice the rounding of a full turn to the 24 bits of an arc.
 const ROUNDED_RAD: f64 = 1e-6;
-/// Accuracy, as a share of the feed, to which the highest proven feed is searched; and the first step of that search, because most feeds
-/// are only slightly too high.
+/// Accuracy to which the highest proven feed is searched, as a share of the feed.
 const FINE: f64 = 0.002;
+/// Shares of the feed that are tried first: the search is between the highest of these that is proven and the next, because most feeds are
+/// only slightly too high.
 const TRIED: [f64; 4] = [0.9, 0.7, 0.4, 0.0];
 
 /// A certificate in the making.

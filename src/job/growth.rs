@@ -22,8 +22,9 @@ const OURS_MAX_GROWTH: f64 = 1.01;
 const LEAST_BYTES: f64 = 63_000.0;
 /// Bytes of a block with its F word and note, to turn those bytes into blocks.
 const BLOCK_BYTES: f64 = 50.0;
-/// Bytes of an F word, and of the note beside it.
+/// Bytes of an F word.
 const WORD_BYTES: f64 = 7.0;
+/// Bytes of the note beside it.
 const NOTE_BYTES: f64 = 34.0;
 /// Bytes and blocks of the mark of the file.
 const MARK_BYTES: f64 = 40.0;

@@ -70,7 +70,7 @@ pub fn files(program: &Program, toolpath: &Toolpath) -> Option<Diagnostic> {
     let stays = |motion: &&Move| motion.freeze == Some(Freeze::OtherFile);
     let first = toolpath.moves.iter().find(stays)?;
     let names: Vec<&str> = toolpath.files[program.files().len()..].iter().map(|file| file.name.as_str()).collect();
-    let text = format!("the feeds of {} stay: a file that was read is never written over", names.join(", "));
+    let text = format!("the feeds of {} stay: input files are never overwritten", names.join(", "));
     let help = "write the program into another folder with -o: its subprograms are then written beside it";
     Some(Diagnostic::new("nc::other-file", Severity::Note, text).on_line(first.line).help(help))
 }
@@ -99,7 +99,7 @@ pub fn idle_operations(
     let idle = |index: &usize| rules.rules.iter().filter_map(|rule| rule.operation).all(|one| origins[one] != *index);
     let said = |index: usize| {
         let text = format!("no feed move is under [[operation]] {} of the setup", index + 1);
-        let help = "check what it matches; of several that match a move the last one holds";
+        let help = "check what it matches; of several that match a move, the last one applies";
         Diagnostic::new("setup::idle-operation", Severity::Warning, text).help(help)
     };
     (0..count).filter(idle).map(said).collect()
@@ -110,8 +110,8 @@ pub fn forgotten(program: &Program) -> Option<Diagnostic> {
     if !rewrite::forgets(program) {
         return None;
     }
-    let text = "an earlier run wrote these feeds, and what they were before is not known any more (F words or notes were changed since, or there was no room to list them): nothing is raised";
-    let help = "optimise the original again; or delete our line FEEDWRIGHT … FEEDS ONLY to take these feeds for the original's";
+    let text = "an earlier run wrote these feeds, and the original ones are lost (F words or notes were changed since, or there was no room to list them): no feed is raised";
+    let help = "optimise the original again; or delete the line FEEDWRIGHT … FEEDS ONLY, so that these feeds count as the original ones";
     Some(Diagnostic::new("rewrite::forgotten", Severity::Warning, text).help(help))
 }
 
@@ -143,9 +143,9 @@ pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<D
         let (severity, why) = if idle.load > CANCELLED * idle.limit {
             (Severity::Warning, format!("never acts: T{tool} meets {load} {unit} at most, at the highest feed allowed"))
         } else {
-            (Severity::Note, format!("says nothing of T{tool}, which has no such load"))
+            (Severity::Note, format!("does not apply to T{tool}, which has no such load"))
         };
-        let text = format!("{name} = {limit} {unit} {why}; it gives no leave to raise a feed");
+        let text = format!("{name} = {limit} {unit} {why}; it does not permit a higher feed");
         Diagnostic::new("schedule::limit-never-acts", severity, text).on_line(motion.line).help(help)
     };
     idle(toolpath, map, &rules, &cutters).into_iter().flatten().map(said).collect()
@@ -155,8 +155,10 @@ pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<D
 pub fn without_rate(job: &Job) -> Vec<Diagnostic> {
     let without = |tool: &&Tool| tool.wear.is_some() && wear::of_tool(job, tool).is_none();
     let said = |tool: &Tool| {
-        let text =
-            format!("`wear` of T{} gives no rate, and the process model none: it does not wear here", tool.number);
+        let text = format!(
+            "`wear` of T{} gives no rate, and neither does the process model: it counts as unworn",
+            tool.number
+        );
         let help = "give rate, feed_per_tooth and exponent, or a --model in which `learn` found flank-wear";
         Diagnostic::new("setup::wear", Severity::Warning, text).help(help)
     };
@@ -169,11 +171,11 @@ pub fn held_by_feed_change(schedule: &Schedule, job: &Job) -> Option<Diagnostic>
     let (kind, seconds) = schedule.active_s.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a })?;
     let most = job.limits.feed_change_max.filter(|_| kind == LimitKind::FeedChange && seconds > 0.0)?;
     let text = format!(
-        "feed_change.max = {most} is what binds in {:.0} % of the cutting time, not a load limit",
+        "feed_change.max = {most} and not a load limit is binding in {:.0} % of the cutting time",
         100.0 * seconds / whole
     );
     let help = if job.process.is_measured() {
-        "raise it where more than that change is wanted"
+        "raise it if feeds may change by more than that"
     } else {
         "coefficients are not measured: with `calibrate` or `learn` the default is 2, or write limits.feed_change"
     };
@@ -199,7 +201,7 @@ pub fn overruled(problem: &Problem, toolpath: &Toolpath) -> Vec<Diagnostic> {
     let said = |pair: &Pair| {
         let ([lowest, highest], [asks, allows]) = pair.told();
         let text = format!(
-            "{asks} asks for {lowest} mm/min or more, {allows} allows {highest}: the load limit holds, here and on {:.1} mm in all",
+            "{asks} asks for {lowest} mm/min or more, {allows} allows {highest}: the load limit is kept, here and on {:.1} mm in all",
             pair.length_mm
         );
         (text, "lower the minimum, or allow more of the load")
@@ -214,7 +216,7 @@ pub fn missed(schedule: &Schedule, problem: &Problem, toolpath: &Toolpath) -> Ve
     let said = |pair: &Pair| {
         let ([lowest, highest], [asks, allows]) = pair.told();
         let text = format!(
-            "{asks} asks for {lowest} mm/min or more, the F word serves a place too that {allows} holds to {highest}, here and on {:.1} mm in all",
+            "{asks} asks for {lowest} mm/min or more, but its F word also covers a place where {allows} allows only {highest}, here and on {:.1} mm in all",
             pair.length_mm
         );
         (text, "allow the block to be split (output.split, output.minimum_length), or lower the minimum")
@@ -268,9 +270,9 @@ fn minima(
 pub fn refused(schedule: &Schedule) -> Option<Diagnostic> {
     let [windows, _, refused] = schedule.windows;
     let text = format!(
-        "{refused} of {windows} windows of the convex program gave no answer that the check accepts: the exact pass, which knows no jerk, stands in, and no price is told there"
+        "{refused} of {windows} windows of the convex program have no answer that passes the check: there the speeds ignore jerk limits, and no price is given"
     );
-    let help = "feeds and limits do not hang on it; --dump-problem shows the problem";
+    let help = "feeds and loads do not depend on it; --dump-problem shows the problem";
     (refused > 0).then(|| Diagnostic::new("schedule::refused", Severity::Warning, text).help(help))
 }
 
@@ -310,7 +312,7 @@ fn not_held(cutter: &Cutter, tool: &Tool, job: &Job) -> Option<Diagnostic> {
     let limits = job.limits.overridden_by(&tool.limits).loads();
     let (kind, _) = limits.into_iter().find(|(kind, _)| cutter.silent_about().contains(kind))?;
     let text =
-        format!("limits.{} is not held for T{}: its force model says nothing of that load", kind.name(), tool.number);
+        format!("limits.{} is not held for T{}: its force model does not give that load", kind.name(), tool.number);
     let said = Diagnostic::new("force::limit-not-held", Severity::Warning, text);
     Some(said.help("take another force model (`feedwright library models`), or drop the limit"))
 }
@@ -379,7 +381,7 @@ pub fn unit(program: &Program, environment: &Environment<'_>, job: &mut Job) -> 
     let found = unit::infer(program, environment, Witness::of(job))?;
     job.machine.unsaid.inch = Some(found.inch);
     let name = if found.inch { "inch" } else { "mm" };
-    let why = if found.why.is_empty() { "nothing in it speaks for inches".to_owned() } else { found.why.join(", ") };
+    let why = if found.why.is_empty() { "nothing in it suggests inches".to_owned() } else { found.why.join(", ") };
     let told =
         Assumption { key: "machine.program_unit".into(), value: name.into(), source: format!("inferred: {why}") };
     let (severity, end) = if found.sure { (Severity::Note, "") } else { (Severity::Warning, ": no feed is raised") };

@@ -78,7 +78,7 @@ impl Freeze {
             Freeze::Repeated => "the block is executed several times",
             Freeze::Rotary => "a rotary axis moves at the same time",
             Freeze::NotUnderstood => "something in the block was not understood",
-            Freeze::Compensation => "what radius compensation means here is not known",
+            Freeze::Compensation => "the meaning of radius compensation is not known here",
             Freeze::NoFeed => "its feed is not known",
             Freeze::BlockDelete => "it depends on the block-delete switch",
             Freeze::Tool => "its tool is unknown or keeps its feed",

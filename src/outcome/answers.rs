@@ -1,6 +1,6 @@
-//! Answers to what a run was asked besides: how far limits taken from the program itself depend on the coefficients, what
-//! happens when the world is not as assumed, what a measured cycle time says; and final surfaces on their own. In: numbers found by [`crate::job`].
-//! Out: plain data, which the JSON report takes as it is and [`crate::report`] puts into words.
+//! Results of the options of a run: how far limits from the program itself depend on the coefficients (`--reference`), loads under other
+//! assumptions (`--stress`), the control fitted to a measured time (`--cycle-time`); also totals of final surfaces. In: filled by [`crate::job`].
+//! Out: plain data, which the JSON report contains as it is and [`crate::report`] puts into words.
 
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,5 +1,5 @@
-//! What a job found about one program, as plain data: filled by [`crate::job`], read by [`crate::report`] and by the commands, in neither
-//! of them. In: program, setup, engagement, feeds. Out: a [`ProgramRun`] with its loads at every station and those over their limits.
+//! The result of a run over one program, as plain data between [`crate::job`], which fills it, and [`crate::report`] and the commands, which read
+//! it. In: program, setup, engagement, feeds. Out: a [`ProgramRun`], its loads at every station, and loads over their limits.
 
 pub mod answers;
 pub mod over_limits;

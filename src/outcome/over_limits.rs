@@ -1,7 +1,7 @@
-//! Loads over their limits, of everything that cuts. In: station by station the loads, the limits in force, and whether the feed
-//! was free to be chosen. Out: [`Over`]: the largest of each load of each tool with its line, and what lies beyond a limit.
+//! Loads against their limits, of everything that cuts. In: for each station the loads, the limits in force, and whether the feed could be
+//! chosen. Out: [`Over`]: the largest of each load of each tool with its line, and the places above a limit.
 //!
-//! Nothing is left out: a place whose feed is frozen, kept or infeasible counts like any other and carries that as [`FixedFeed`].
+//! No place is left out: one whose feed is frozen, kept or infeasible counts like any other and is marked by [`FixedFeed`].
 
 use crate::machine::{Job, LimitKind};
 use crate::nc::Move;
@@ -103,7 +103,7 @@ impl Worst {
     }
 }
 
-/// Places beyond a limit that are apart for one reason, or not at all.
+/// Places above a limit whose feed could not be chosen for one reason, or could be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beyond {
     /// The reason; `None`: their feed was free to be chosen.

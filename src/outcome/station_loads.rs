@@ -1,5 +1,5 @@
-//! Loads at every station, before and after. In: a run. Out: one record per station in order, worked out in parallel by
-//! chunks and handed over one after the other, so that a long program needs no table of all of them.
+//! Loads at every station, before and after. In: a run. Out: one record per station in order. Records are worked out in parallel by chunks and
+//! passed on one after the other, so that no table of all of them is needed.
 
 use rayon::prelude::*;
 
@@ -34,7 +34,7 @@ pub struct StationLoads<'a> {
 
 /// Calls `visit` for every station in order.
 pub fn each_station(run: &ProgramRun, visit: &mut dyn FnMut(&StationLoads)) {
-    // What lies behind the tool is another past before than after.
+    // The tools wear differently at the feeds before and after.
     let cutters = [&run.before[..], run.after()].map(|feeds| Cutters::new(&run.toolpath, &run.map, &run.job, feeds));
     let before = Feeds::new(&run.before, run.toolpath.moves.len());
     let after = Feeds::new(run.after(), run.toolpath.moves.len());

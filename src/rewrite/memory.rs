@@ -16,8 +16,9 @@ use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::{Part, Program};
 
-/// Bytes that the list of original feeds may take: 5 % of the text, or this many.
+/// Bytes that the list of original feeds may always take.
 const LEAST_LIST: usize = 2000;
+/// In longer texts it may take one part in this many.
 const MOST_SHARE: usize = 20;
 
 /// The original feeds of a part of a program.

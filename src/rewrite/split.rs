@@ -26,8 +26,9 @@ const CENTRE: [u8; 3] = *b"IJK";
 const SAME_MM: f64 = 1e-6;
 /// Largest turn of an arc by its radius that is cut, rad.
 const MOST_R_TURN_RAD: f64 = 2.97;
-/// Places tried on either side of the wanted one, and their spacing in increments.
+/// Places tried on either side of the wanted one.
 const TRIES: i32 = 40;
+/// Spacing of these places, in increments of the control.
 const SPACING: f64 = 0.7;
 
 /// Where a block is to be cut.

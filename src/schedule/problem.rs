@@ -62,7 +62,7 @@ impl NotRaised {
         match self {
             NotRaised::Frozen(freeze) => freeze.why(),
             NotRaised::Doubt(doubt) => doubt.why(),
-            NotRaised::Uncertain => "what the cutter meets here is not certain",
+            NotRaised::Uncertain => "the engagement is uncertain here",
             NotRaised::Mode => "the setup says keep or slow-only",
             NotRaised::Plunge => "the end face cuts straight down",
             NotRaised::Ramp => "the end face cuts downwards along a ramp",
@@ -71,7 +71,7 @@ impl NotRaised {
             NotRaised::Fixtures => "in the air beside the blank, where clamps may stand",
             NotRaised::Compensation => "under G41 or G42",
             NotRaised::Cycle => "a drilling or boring cycle",
-            NotRaised::Forgotten => "it was rewritten before, and what its feed was is not known any more",
+            NotRaised::Forgotten => "an earlier run rewrote it, and its original feed is lost",
             NotRaised::NoLoadLimit => "no load limit acts here",
             NotRaised::Unsound => {
                 "the stock is never touched, the spindle stands still in a cut, or a tool has no loads"

@@ -1,5 +1,5 @@
-//! Limits written into a setup that a person keeps. In: its text, limits by tool and operation in its own units. Out: the same text with
-//! the limits put in: order, comments and spelling of everything else stay. A limit that is there already stays too, and is said.
+//! Writing limits into an existing setup (`limits --write`). In: its text, limits by tool and operation in its own units. Out: the same text with
+//! the limits added; order, comments and spelling of everything else stay. A limit that is there already stays too, with a remark.
 
 use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 

@@ -1,5 +1,5 @@
-//! Limits of a setup as a form shows and changes them. In: the text of a setup, and new values by place. Out: what is written in it now,
-//! and the same text with those values; everything else stays as a person wrote it.
+//! Limits of a setup for the form of the served page. In: the text of a setup, and new values by place. Out: the values in it now, and the same
+//! text with the new values; everything else stays as it was written.
 
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 

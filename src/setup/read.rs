@@ -1,5 +1,5 @@
-//! Reading one value after another: units, sense, defaults. In: quantities as written, each with its key. Out: values in
-//! internal units; what was assumed, and what is wrong, is collected on the way.
+//! Reading single values: units, ranges, defaults. In: quantities as written, each with its key. Out: values in internal units, and lists of
+//! assumptions and errors.
 //!
 //! Keys are paths like `machine.axes.x.jerk`, `tool[T3].helix` (the tool with number 3) or `stock[2].box` (the second).
 
@@ -39,8 +39,8 @@ pub enum Sense {
     Within(f64, f64, &'static str),
 }
 
-/// Least number above zero that is taken, in internal units (judgement): a path of 100 m at it still ends within a finite number of
-/// seconds, and no quantity of a setup comes near it.
+/// Smallest positive number that is accepted, in internal units: a path of 100 m at this feed still takes a finite time, and no real quantity of
+/// a setup is so small. Our judgement.
 const LEAST: f64 = 1e-12;
 
 /// The state of one reading.

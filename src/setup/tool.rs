@@ -133,7 +133,7 @@ fn wear_rate(reader: &mut Reader, key: &str, written: &ToolWearTable) -> Option<
         return None;
     }
     for (name, _) in three.iter().filter(|(_, value)| value.is_none()) {
-        let help = "a rate of wear is told by rate, feed_per_tooth and exponent; leave all three out for that of the process model";
+        let help = "give rate, feed_per_tooth and exponent together; or leave all three out to use the process model";
         reader.missing(&at(name), help);
     }
     let per_m = reader.value(&at("rate"), written.rate.as_ref()?, Dimension::Ratio, Sense::Positive);

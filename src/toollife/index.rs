@@ -1,18 +1,18 @@
-//! The wear index from a reading. In: the load at a check point as a function of how far the edge is worn, and what was read
-//! there. Out: the index, or why the reading can be none.
+//! The wear index from a reading. In: the predicted load at a check point as a function of wear, and the reading there. Out: the index, or why
+//! the reading cannot be a load of this cut.
 //!
-//! A load rises with the index and with nothing else while the cut stays the same, so the index is where the predicted load
-//! is the one read; for the response model that is β₀ = F − (b_l L + b_t t_m + …).
+//! As long as the cut stays the same, its load rises only with the index, so the index is the value at which the predicted load equals the
+//! reading; for the response model that is β₀ = F − (b_l L + b_t t_m + …).
 
 use crate::numeric::{bisect, middle};
 
-/// A reading below this share of what a fresh edge loads, or above what a worn-out one does by the inverse, is no load of this
-/// cut: force models are off by some ten per cent, units by a factor of 4 or more. Judgement.
+/// A reading below this share of the load of a fresh edge, or above that of a worn-out edge divided by this share, is not a load of this cut:
+/// force models are wrong by some ten per cent, a wrong unit is a factor of 4 or more. Our judgement.
 pub const PLAUSIBLE: f64 = 0.4;
-/// Load of a worn-out edge over that of a fresh one from which on a reading tells the wear: readings repeat to about 2 %, and a rise of
-/// less than that is noise. Judgement.
+/// Least ratio of the load of a worn-out edge to that of a fresh one for which readings can show wear: readings repeat to about 2 %, so a
+/// smaller rise is noise. Our judgement.
 pub const LEAST_RISE: f64 = 1.02;
-/// Units that readings are taken for each other by, each with its factor on the unit expected.
+/// Units that are confused in readings, each with its factor on the expected unit.
 const UNITS: [(f64, &str); 5] = [
     (1e-3, "thousands of the unit (kN, kW)"),
     (1e3, "thousandths of the unit (mN, mW)"),
@@ -21,14 +21,14 @@ const UNITS: [(f64, &str); 5] = [
     (1.0 / 745.7, "horsepower"),
 ];
 
-/// What a reading says.
+/// The result of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Seen {
     /// Rise of the index over that of a fresh edge; below 0 where the reading lies below a fresh edge's.
     Worn(f64),
-    /// It is no load of this cut; the unit that it may be in.
+    /// It is not a load of this cut; the unit that it may be in.
     Implausible(Option<&'static str>),
-    /// A worn-out edge would hardly load more than a fresh one: this reading cannot tell the wear.
+    /// A worn-out edge would have hardly more load than a fresh one, so the reading does not show the wear.
     Blind,
 }
 

@@ -1,6 +1,6 @@
 //! Long-term regulation of the cutting load over the life of a tool (Ibaraki, Shimizu, Matsubara). In: what a program cuts, the
-//! law of wear of its tool, readings of force or power at check points. Out: where to read, the wear index at each reading, its
-//! trend, when the tool will be worn out, and how fast it may be worn so that it lasts.
+//! wear law of its tool, readings of force or power at check points. Out: where to measure, the wear index at each reading, its trend, when the
+//! tool will be worn out, and the pace of wear with which it lasts.
 //!
 //! ```text
 //! program, simulated ─check_points─▶ steady cuts to read at

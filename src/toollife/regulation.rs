@@ -1,14 +1,14 @@
-//! How fast a tool may be worn so that it lasts. In: the trend of its index, its law, the length that it still has to cut. Out:
-//! feeds relative to those of the plan.
+//! The pace of wear with which a tool lasts. In: the trend of its index, its wear law, the length that it still has to cut. Out: feeds relative
+//! to those of the plan.
 //!
 //! Two ways. *By budget*: the pace (f/f₀)^p, as a mean over the length to come, with which the tool reaches the target with the
 //! assurance asked for; the program's own feeds then follow from a budget of wear, in least time
 //! ([`crate::schedule::budget`]). *By shift* (Ibaraki, Shimizu, Matsubara, section 3.2): the force at the next check point is to
 //! lie on the target line, and the whole profile of feeds is shifted by the ratio that brings it there.
 //!
-//! Both rest on p > 0. Where p ≤ 0 a slower feed does not spare the tool, and regulation never slows it. Where p < 0 a faster one spares
-//! it, but if the declared p is wrong it ruins the tool: feeds rise only when readings say p < 0 with the assurance asked for, and then
-//! as far as limits allow, which costs no time.
+//! Both require p > 0. Where p ≤ 0 a slower feed does not spare the tool, so feeds are never lowered. Where p < 0 a faster feed spares it, but
+//! would ruin it if the declared p were wrong: feeds rise only if readings show p < 0 with the required assurance, and then as far as the
+//! limits allow, which costs no time.
 
 use super::exponent::Estimate;
 use super::trend::Trend;
@@ -46,11 +46,11 @@ impl TargetLine {
 pub enum Regulation {
     /// Feeds so that the mean pace of wear over the rest is this.
     Pace(f64),
-    /// Feeds as they are: a slower one does not spare this tool (p ≤ 0), and that a faster one does is not sure.
+    /// Feeds unchanged: a slower feed does not spare this tool (p ≤ 0), and it is not certain that a faster one does.
     AsTheyAre,
-    /// Feeds as high as limits allow: by the readings a faster one spares this tool.
+    /// Feeds as high as limits allow: by the readings, a faster feed spares this tool.
     Faster,
-    /// The index is at its end with more than the probability left open: no feed helps.
+    /// The probability that the index has reached its end is higher than allowed: no feed helps.
     WornOut,
 }
 

@@ -1,5 +1,5 @@
-//! Trend of the wear index. In: readings of the index against the length cut, and what was known of the rate before. Out: a
-//! [`Trend`]: the line with its uncertainty, and the length at which the index reaches its end, with an interval.
+//! Trend of the wear index. In: readings of the index over the length cut, and prior knowledge of the rate. Out: [`Trend`]: a line with its
+//! uncertainty, and the length at which the index reaches its end, with an interval.
 //!
 //! Length is counted as that at the reference feed ([`crate::machine::wear`]): a metre cut at feed f counts (f/f₀)^p. In this
 //! count the index rises along a line, β(W) = a + k W, whatever the feeds were. The line is a least-squares fit with
@@ -8,8 +8,7 @@
 //! - Huber's weights (1964), so that one bad reading does not turn it;
 //! - the first readings left out while they lie outside the line of those after them: an edge runs in before it wears evenly.
 //!
-//! The noise of a reading is pooled from the residuals and from what it was held to be beforehand, so two readings do not
-//! pretend to lie exactly on their line.
+//! The noise of a reading is pooled from the residuals and from its prior value; otherwise two readings would seem to lie exactly on their line.
 
 use crate::numeric::{bisect, middle};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -20,7 +19,7 @@ const HUBER: f64 = 1.345;
 const RUN_IN: f64 = 3.0;
 /// Readings that must stay behind the run-in: a line, and one more to judge it by.
 const LEAST: usize = 3;
-/// How many readings what was held of the noise beforehand is worth; judgement.
+/// Number of readings that the prior value of the noise counts for. Our judgement.
 const PRIOR_READINGS: f64 = 3.0;
 
 /// A reading of the index.

@@ -16,8 +16,9 @@ const SAME_MM: f64 = 1e-6;
 /// Relative rounding of feeds.
 const SAME_FEED: f64 = 1e-9;
 
-/// Rounding of what an expression became, mm and relative: a tenth of the finest increment.
+/// Rounding of a coordinate that was an expression, mm: a tenth of the finest increment.
 const UNROLLED_MM: f64 = 1e-4;
+/// Relative rounding of a feed that was an expression.
 const UNROLLED_FEED: f64 = 1e-6;
 
 /// Compares all events in order, before and after rewriting. `keeps`: every frozen motion must have its old feed. False with the block-delete

@@ -1,5 +1,5 @@
-//! Tool libraries of other software. In: bytes of a file. Out: tools as far as it describes them, every length with its unit, and what
-//! was left out. Nothing is filled in that the file does not say.
+//! Tool libraries of other software. In: bytes of a file. Out: tools as far as the file describes them, every length with its unit, and a list of
+//! what was left out. No value is guessed.
 
 mod freecad;
 mod fusion;
