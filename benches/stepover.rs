@@ -10,7 +10,9 @@
 #[path = "../examples/surfaces.rs"]
 mod surfaces;
 
-use feedwright::finish::stepover::{Dropper, Shape, Surface};
+use feedwright::finish::stepover::drop::Dropper;
+use feedwright::finish::stepover::shape::Shape;
+use feedwright::finish::stepover::surface::Surface;
 use std::fmt::Write;
 use std::time::Instant;
 

@@ -117,12 +117,9 @@ mod schedule;
 mod rewrite;
 #[cfg(not(feature = "rooms"))]
 mod certify;
-// These two rooms still hold items that only tests and benches use.
 #[cfg(not(feature = "rooms"))]
-#[allow(dead_code, unused_imports)]
 mod learn;
 #[cfg(not(feature = "rooms"))]
-#[allow(dead_code, unused_imports)]
 mod finish;
 #[cfg(not(feature = "rooms"))]
 mod toollife;

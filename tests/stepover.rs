@@ -6,9 +6,11 @@
 mod surfaces;
 
 use assert_cmd::Command;
+use feedwright::finish::stepover::drop::Dropper;
 use feedwright::finish::stepover::reach::{Bounds, Terrain};
 use feedwright::finish::stepover::section::{Beside, Ground, Section};
-use feedwright::finish::stepover::{Dropper, Shape, Surface};
+use feedwright::finish::stepover::shape::Shape;
+use feedwright::finish::stepover::surface::Surface;
 use feedwright::force::Cutter;
 use feedwright::path::Vec3;
 use feedwright::setup;

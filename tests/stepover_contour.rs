@@ -7,12 +7,14 @@ mod surfaces;
 
 use assert_cmd::Command;
 use feedwright::finish::stepover::contour;
+use feedwright::finish::stepover::drop::Dropper;
 use feedwright::finish::stepover::levels::Grid;
 use feedwright::finish::stepover::passes::{Bind, Plan, Wish};
 use feedwright::finish::stepover::reach::{Bounds, Terrain};
 use feedwright::finish::stepover::section::ball_scallop_mm;
+use feedwright::finish::stepover::shape::Shape;
 use feedwright::finish::stepover::steep::Steep;
-use feedwright::finish::stepover::{Dropper, Shape, Surface};
+use feedwright::finish::stepover::surface::Surface;
 use feedwright::force::Cutter;
 use feedwright::nc::{self, Dialect, Environment, Move, MoveKind};
 use feedwright::path::Vec3;

@@ -12,7 +12,7 @@ use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use super::work;
 use crate::engage;
-use crate::finish::semifinish::{CHANGE, TOLERANCE_MM, Wanted, proof};
+use crate::finish::semifinish::{CHANGE, STOCK_MM, TOLERANCE_MM, Wanted, proof};
 use crate::job::semifinish::{MoveError, Pair, Shifted, semifinish as moved};
 use crate::job::{Keep, Watch};
 use crate::nc::{self, Environment};
@@ -43,9 +43,9 @@ pub struct Semifinish {
     /// mean as programmed.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub force_xy: Option<f64>,
-    /// Least and largest stock that may be left, mm.
-    #[arg(long, value_name = "MIN,MAX", value_parser = least_and_largest, default_value = "0.05,0.4")]
-    pub stock: [f64; 2],
+    #[arg(long, value_name = "MIN,MAX", value_parser = least_and_largest,
+        help = format!("Least and largest stock that may be left, mm [default: {},{}]", STOCK_MM[0], STOCK_MM[1]))]
+    pub stock: Option<[f64; 2]>,
     /// Largest change of stock per mm along the path.
     #[arg(long, value_name = "MM", default_value_t = CHANGE)]
     pub change: f64,
@@ -84,7 +84,7 @@ pub fn semifinish(command: &Semifinish, global: &Global, screen: Screen) -> Resu
     let json = command.common.json().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let wanted = Wanted {
         force_n: command.force_xy,
-        stock_mm: command.stock,
+        stock_mm: command.stock.unwrap_or(STOCK_MM),
         change: command.change,
         tolerance_mm: command.tolerance,
     };
@@ -110,6 +110,7 @@ pub fn semifinish(command: &Semifinish, global: &Global, screen: Screen) -> Resu
             shifted.moved.arcs_cut[0],
             shifted.moved.arcs_cut[1],
         ],
+        assumptions: &shifted.assumptions,
         warnings: shifted.warnings.clone(),
     });
     let to_stdout = output.is_stdout() || json.as_ref().is_some_and(super::output::Output::is_stdout);

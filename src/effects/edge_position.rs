@@ -4,6 +4,9 @@
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
 
+/// Middle of a cut over its depth, up to which it begins at the tip: a half, and what the rounding of a table takes. Judgement.
+const AT_TIP: f64 = 0.51;
+
 /// `edge-position`.
 pub const EFFECT: Effect = Effect {
     name: "edge-position",
@@ -51,7 +54,7 @@ pub const EFFECT: Effect = Effect {
 
 fn change(p: &[f64], state: &State) -> Change {
     let [middle_mm, depth_mm] = [state.edge_position_mm, state.axial_depth_mm];
-    let begins_at_tip = middle_mm <= 0.51 * depth_mm;
+    let begins_at_tip = middle_mm <= AT_TIP * depth_mm;
     let below = if begins_at_tip { (p[2] / depth_mm).min(1.0) } else { 0.0 };
     let tip = if p[1] == 0.0 { 1.0 } else { 1.0 + p[1] * below };
     Change { cutting: (1.0 + p[0] * middle_mm).max(0.0) * tip, edge: tip, ..Change::default() }
@@ -67,8 +70,10 @@ mod tests {
             let state = State { edge_position_mm: middle_mm, axial_depth_mm: depth_mm, ..State::default() };
             change(&[0.0, 0.4, 1.0], &state).cutting
         };
-        // All of a cut 1 mm deep, half of one of 2 mm, nothing of a layer from 2 to 3 mm.
-        for (at, factor) in [([0.5, 1.0], 1.4), ([1.0, 2.0], 1.2), ([2.5, 1.0], 1.0)] {
+        // All of a cut 1 mm deep, half of one of 2 mm, also where its middle is rounded; nothing of a layer that begins further up.
+        for (at, factor) in
+            [([0.5, 1.0], 1.4), ([1.0, 2.0], 1.2), ([1.019, 2.0], 1.2), ([1.021, 2.0], 1.0), ([2.5, 1.0], 1.0)]
+        {
             assert!((cutting(at[0], at[1]) - factor).abs() < 1e-12, "{at:?}");
         }
     }

@@ -44,7 +44,6 @@ pub struct Shifted {
     /// The job with what was learned.
     pub job: Job,
     /// What is assumed.
-    #[allow(dead_code, reason = "gathered, but no report of a semi-finish shows it yet")]
     pub assumptions: Vec<Assumption>,
     /// What was asked for, with the reference of the setup where none was given.
     pub wanted: Wanted,

@@ -125,21 +125,7 @@ mod tests {
     /// A millimetre of air that may run at 80 mm/s.
     fn air() -> Node {
         let bound = |feed_mm_s: f64| Bound { feed_mm_s, kind: LimitKind::AirFeed, per_unit: 0.0 };
-        Node {
-            move_id: MoveId(0),
-            from_mm: 0.0,
-            to_mm: 1.0,
-            cap: bound(80.0),
-            floor: bound(0.0),
-            programmed_mm_s: 10.0,
-            cutting: false,
-            free: true,
-            uncertain: false,
-            final_surface: false,
-            not_raised: None,
-            cap_if_raised: None,
-            infeasible: None,
-        }
+        Node { to_mm: 1.0, cutting: false, ..Node::between(bound(0.0), bound(80.0)) }
     }
 
     const MET_AT_30: Breach = Breach {

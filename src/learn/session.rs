@@ -100,6 +100,7 @@ pub fn run(
 }
 
 /// Learns from a log that was read, with what was prepared for its program.
+#[cfg(feature = "rooms")]
 pub fn learn(
     prepared: &SimulatedProgram,
     job: &Job,

@@ -16,6 +16,7 @@ use crate::diag::{self, Severity};
 use crate::outcome::answers::Answers;
 use crate::outcome::over_limits::Worst;
 use crate::outcome::{ProgramRun, Written};
+use crate::setup::Assumption;
 
 /// What the caller asks for besides the figures.
 #[derive(Debug, Clone, Copy, Default)]
@@ -205,11 +206,17 @@ struct StagePart {
     check: f64,
 }
 
-#[derive(Serialize, JsonSchema)]
-struct AssumptionPart<'a> {
+/// A value that the setup does not give.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct AssumptionPart<'a> {
     key: &'a str,
     value: &'a str,
     source: &'a str,
+}
+
+/// All of them.
+pub(super) fn assumption_parts(all: &[Assumption]) -> Vec<AssumptionPart<'_>> {
+    all.iter().map(|a| AssumptionPart { key: &a.key, value: &a.value, source: &a.source }).collect()
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -263,7 +270,7 @@ pub fn json(run: &ProgramRun, figures: &Figures, from: &Provenance, file: &str, 
         output: run.written.as_ref().map(|written| output(run, written)),
         stock: stock(run),
         performance: extras.timings.map(|peak_memory_bytes| performance(run, peak_memory_bytes)),
-        assumptions: assumptions(run),
+        assumptions: assumption_parts(&run.assumptions),
         frozen: run.frozen().into_iter().map(|(line, why)| FrozenPart { line, why }).collect(),
         warnings: warnings(run, figures),
         tool: tools(figures),
@@ -416,10 +423,6 @@ fn stock(run: &ProgramRun) -> StockPart {
 fn performance(run: &ProgramRun, peak_memory_bytes: Option<u64>) -> PerformancePart {
     let [parse, simulate, schedule, rewrite, check] = run.stage_s;
     PerformancePart { stage_s: StagePart { parse, simulate, schedule, rewrite, check }, peak_memory_bytes }
-}
-
-fn assumptions(run: &ProgramRun) -> Vec<AssumptionPart<'_>> {
-    run.assumptions.iter().map(|a| AssumptionPart { key: &a.key, value: &a.value, source: &a.source }).collect()
 }
 
 fn warnings<'a>(run: &'a ProgramRun, figures: &Figures) -> Vec<WarningPart<'a>> {

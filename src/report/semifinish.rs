@@ -5,12 +5,14 @@
 
 use serde::Serialize;
 
+use super::json::{AssumptionPart, assumption_parts};
 use super::number::short;
 use crate::finish::semifinish::{Answer, CALIBRATED_MM, Gouge, Round, Seen, Wanted};
 use crate::force::Loads;
 use crate::machine::Job;
 use crate::machine::material::ForceModel;
 use crate::nc::Toolpath;
+use crate::setup::Assumption;
 
 /// What the report is made from.
 pub struct Semifinished<'a> {
@@ -34,13 +36,15 @@ pub struct Semifinished<'a> {
     pub gouge: Gouge,
     /// Blocks changed, words put in, arcs cut and lines added.
     pub written: [usize; 4],
+    /// What the setup does not give.
+    pub assumptions: &'a [Assumption],
     /// Warnings of this command.
     pub warnings: Vec<String>,
 }
 
 /// Figures of `semifinish`.
 #[derive(Debug, Serialize)]
-pub struct SemifinishReport {
+pub struct SemifinishReport<'a> {
     written_by: &'static str,
     semi: String,
     finish: String,
@@ -65,6 +69,8 @@ pub struct SemifinishReport {
     path: Vec<PathPart>,
     /// Sentences for people.
     pub warnings: Vec<String>,
+    /// Values that the setup does not give.
+    assumptions: Vec<AssumptionPart<'a>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -181,7 +187,7 @@ fn along_normal(loads: &Loads, seen: &Seen, dir: [f64; 2]) -> f64 {
 }
 
 /// Works out the figures.
-pub fn semifinish_report(found: Semifinished) -> SemifinishReport {
+pub fn semifinish_report(found: Semifinished<'_>) -> SemifinishReport<'_> {
     let answer = found.answer;
     let paths: Vec<PathPart> = (0..answer.before.len()).map(|k| path(&found, k)).collect();
     let counts: Vec<&PathPart> = paths.iter().filter(|part| part.free).collect();
@@ -227,6 +233,7 @@ pub fn semifinish_report(found: Semifinished) -> SemifinishReport {
     };
     SemifinishReport {
         written_by: super::marks::WRITTEN_BY,
+        assumptions: assumption_parts(found.assumptions),
         semi: found.names[0].to_owned(),
         finish: found.names[1].to_owned(),
         reference_n,
@@ -365,7 +372,7 @@ fn bounds(paths: &[PathPart], reference_n: f64) -> Vec<BoundPart> {
     found
 }
 
-impl SemifinishReport {
+impl SemifinishReport<'_> {
     /// As JSON.
     pub fn json(&self) -> String {
         serde_json::to_string_pretty(self).expect("plain data") + "\n"
@@ -466,6 +473,12 @@ impl SemifinishReport {
             self.moved.lines_added,
             self.moved.largest_offset_mm
         );
+        if !self.assumptions.is_empty() {
+            text += &format!(
+                "assumed   {} values that the setup does not give; the JSON report lists them (--json)\n",
+                self.assumptions.len()
+            );
+        }
         text
     }
 }

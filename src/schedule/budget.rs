@@ -126,21 +126,7 @@ mod tests {
     #[test]
     fn a_bound_budget_is_used_up_and_its_price_is_the_slope() {
         let bound = |feed_mm_s| Bound { feed_mm_s, kind: LimitKind::Power, per_unit: 0.0 };
-        let node = |i: u32, cap: f64| Node {
-            move_id: MoveId(i),
-            from_mm: 0.0,
-            to_mm: 10.0,
-            cap: bound(cap),
-            floor: bound(1.0),
-            programmed_mm_s: 10.0,
-            cutting: true,
-            free: true,
-            uncertain: false,
-            final_surface: false,
-            not_raised: None,
-            cap_if_raised: None,
-            infeasible: None,
-        };
+        let node = |i: u32, cap: f64| Node { move_id: MoveId(i), ..Node::between(bound(1.0), bound(cap)) };
         let fresh = Problem { nodes: vec![node(0, 50.0), node(1, 20.0), node(2, 80.0)], ..Problem::default() };
         let rate = [1e-3, 2e-3, 5e-4];
         let solve = |most: f64| {
@@ -165,21 +151,7 @@ mod tests {
     #[test]
     fn where_slower_is_no_safer_no_feed_is_lowered() {
         let bound = |feed_mm_s| Bound { feed_mm_s, kind: LimitKind::Power, per_unit: 0.0 };
-        let node = Node {
-            move_id: MoveId(0),
-            from_mm: 0.0,
-            to_mm: 10.0,
-            cap: bound(50.0),
-            floor: bound(1.0),
-            programmed_mm_s: 10.0,
-            cutting: true,
-            free: true,
-            uncertain: false,
-            final_surface: false,
-            not_raised: None,
-            cap_if_raised: None,
-            infeasible: None,
-        };
+        let node = Node::between(bound(1.0), bound(50.0));
         for exponent in [-1.0, 0.0] {
             let used = 10.0 * 50f64.powf(exponent);
             for (most, possible) in [(1.01 * used, true), (0.99 * used, false)] {

@@ -231,21 +231,8 @@ mod tests {
         let program = parse("G21 G90 G94\nG1 X20 F2400\nM30\n".into(), None);
         let toolpath = interpret(&program, &Environment::default());
         let bound = |feed_mm_min: f64, kind| Bound { feed_mm_s: feed_mm_min / 60.0, kind, per_unit: 0.0 };
-        let rest = Node {
-            move_id: MoveId(0),
-            from_mm: entry_mm,
-            to_mm: 20.0,
-            cap: bound(1800.0, LimitKind::ForceXy),
-            floor: bound(0.0, LimitKind::FeedMin),
-            programmed_mm_s: 10.0,
-            cutting: true,
-            free: true,
-            uncertain: false,
-            final_surface: false,
-            not_raised: None,
-            cap_if_raised: None,
-            infeasible: None,
-        };
+        let bounds = [bound(0.0, LimitKind::FeedMin), bound(1800.0, LimitKind::ForceXy)];
+        let rest = Node { from_mm: entry_mm, to_mm: 20.0, ..Node::between(bounds[0], bounds[1]) };
         let mut entry = Node { from_mm: 0.0, to_mm: entry_mm, ..rest };
         hold_at_programmed(&mut entry, why);
         let mut problem = Problem { nodes: vec![entry, rest], ..Problem::default() };

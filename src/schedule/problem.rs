@@ -113,6 +113,28 @@ pub struct Node {
     pub infeasible: Option<LimitKind>,
 }
 
+#[cfg(test)]
+impl Node {
+    /// For tests: 10 mm of a cut of the first move, programmed at 10 mm/s, between these bounds; everything else open.
+    pub(crate) fn between(floor: Bound, cap: Bound) -> Self {
+        Self {
+            move_id: MoveId(0),
+            from_mm: 0.0,
+            to_mm: 10.0,
+            cap,
+            floor,
+            programmed_mm_s: 10.0,
+            cutting: true,
+            free: true,
+            uncertain: false,
+            final_surface: false,
+            not_raised: None,
+            cap_if_raised: None,
+            infeasible: None,
+        }
+    }
+}
+
 impl Node {
     /// Length of the piece, mm.
     pub fn length_mm(&self) -> f64 {

@@ -95,7 +95,6 @@ pub fn largest_change(before: &Problem, after: &Problem, fresh: &Problem) -> f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ids::MoveId;
     use crate::schedule::problem::{Bound, Node};
 
     /// F = E (1 + g S) + K v in an even cut; what of it does not depend on the feed, the limit, and α.
@@ -126,19 +125,11 @@ mod tests {
             slid += way;
             let bound = |feed_mm_s| Bound { feed_mm_s, kind: LimitKind::Power, per_unit: 0.0 };
             Node {
-                move_id: MoveId(0),
                 from_mm: DS_MM * i as f64,
                 to_mm: DS_MM * (i + 1) as f64,
-                cap: bound(cap.max(FLOOR)),
-                floor: bound(FLOOR),
                 programmed_mm_s: 5.0,
-                cutting: true,
-                free: true,
-                uncertain: false,
-                final_surface: false,
-                not_raised: None,
-                cap_if_raised: None,
                 infeasible: (cap < FLOOR).then_some(LimitKind::Power),
+                ..Node::between(bound(FLOOR), bound(cap.max(FLOOR)))
             }
         };
         Problem { nodes: (0..count).map(node).collect(), ..Problem::default() }

@@ -40,5 +40,5 @@ pub use gouge::{Gouge, gouge};
 pub use met::Sample;
 pub use rounds::{Answer, Round, solve};
 pub use seen::Seen;
-pub use task::{CALIBRATED_MM, CHANGE, STOCK_MM, SemifinishError, Simulate, TOLERANCE_MM, Task, Wanted};
+pub use task::{CALIBRATED_MM, CHANGE, STOCK_MM, SemifinishError, TOLERANCE_MM, Task, Wanted};
 pub use written::{Written, written};

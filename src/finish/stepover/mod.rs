@@ -31,8 +31,6 @@ pub mod surface;
 pub mod text;
 pub mod touch;
 
-pub use drop::{Contact, Dropper};
 pub use job::{Answer, Ask, Refusal, run};
 pub use lay::Lay;
-pub use shape::Shape;
 pub use surface::Surface;

@@ -296,6 +296,7 @@ fn border(of: &dyn Fn(f64) -> f64, from: f64, to: f64) -> f64 {
 /// Scallop height between two passes of a ball of radius `r`, its middles `apart` mm, on a surface whose curvature across
 /// the passes is κ (positive concave), in closed form: with ρ = 1/κ and middles at ρ − r from the centre of curvature
 /// h = ρ − √((ρ − r)² − (p/2)²) − √(r² − (p/2)²); on a plane h = r − √(r² − (p/2)²), mm.
+#[cfg(feature = "rooms")]
 pub fn ball_scallop_mm(r: f64, curvature_per_mm: f64, apart_mm: f64) -> f64 {
     let half = 0.5 * apart_mm;
     let down = (r * r - half * half).max(0.0).sqrt();

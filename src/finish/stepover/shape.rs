@@ -44,16 +44,6 @@ impl Shape {
         (q <= self.corner_mm + 1e-9).then(|| self.corner_mm - square.max(0.0).sqrt())
     }
 
-    /// Slope of the lower side at a distance from the axis.
-    pub fn slope(&self, from_axis_mm: f64) -> f64 {
-        let q = from_axis_mm - self.flat_mm;
-        if q <= 0.0 {
-            return 0.0;
-        }
-        let square = self.corner_mm * self.corner_mm - q * q;
-        if square > 0.0 { q / square.sqrt() } else { f64::INFINITY }
-    }
-
     /// Unit normal into the tool at a point of its lower side, given from the tip.
     pub fn normal(&self, from_tip: Vec3) -> Vec3 {
         let out = from_tip.x.hypot(from_tip.y);

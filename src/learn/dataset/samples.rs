@@ -109,6 +109,7 @@ impl Data {
         self.reading.len()
     }
     /// True without samples.
+    #[allow(dead_code, reason = "a public `len` has it beside it (clippy::len_without_is_empty)")]
     pub fn is_empty(&self) -> bool {
         self.reading.is_empty()
     }

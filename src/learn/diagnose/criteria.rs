@@ -22,6 +22,7 @@ macro_rules! thresholds {
             }
         }
 
+        #[cfg(feature = "rooms")]
         impl Criteria {
             /// What each is called.
             pub const NAMES: &'static [&'static str] = &[$(stringify!($name),)*];

@@ -70,6 +70,7 @@ impl Curve {
     }
 
     /// Share at a value of the covariate; 0 where that is not known.
+    #[cfg(test)]
     pub fn at(&self, x: f64) -> f64 {
         self.before(self.knots.partition_point(|knot| knot[0] <= x), x)
     }

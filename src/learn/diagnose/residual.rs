@@ -26,16 +26,6 @@ pub struct Pattern {
     pub is_persistence: bool,
 }
 
-/// Root of the weighted mean square.
-pub fn rmse(data: &Data, residual: &[f64]) -> f64 {
-    let (mut squares, mut weight) = (0.0, 0.0);
-    for i in data.used() {
-        squares += data.weight[i] * residual[i] * residual[i];
-        weight += data.weight[i];
-    }
-    (squares / weight.max(1e-300)).sqrt()
-}
-
 /// φ; see the head of the file. At least 1.
 pub fn inflation(data: &Data, residual: &[f64]) -> f64 {
     if data.is_series() { series_inflation(data, residual) } else { group_inflation(data, residual) }

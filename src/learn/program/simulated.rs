@@ -38,6 +38,7 @@ pub struct SimulatedProgram {
 }
 
 /// Simulates the program as declared and with each geometry that an effect may ask for, in stock without files.
+#[cfg(feature = "rooms")]
 pub fn simulate(program: &[u8], job: &Job, with_forces: bool) -> Result<SimulatedProgram, EngageError> {
     simulate_for(program, job, with_forces.then(Sample::default), None)
 }
@@ -62,10 +63,6 @@ impl SimulatedProgram {
     /// Moves of the program.
     pub fn toolpath(&self) -> &Toolpath {
         &self.path
-    }
-    /// Its engagement as declared.
-    pub fn engagement(&self) -> &EngagementMap {
-        &self.map
     }
     /// Everything that is known of its spots.
     pub fn known<'a>(&'a self, job: &'a Job) -> ProgramView<'a> {
