@@ -90,8 +90,9 @@ impl Diagnosis<'_> {
         scatter_of_load(self.data, &self.unseen(&fitted.model.effects), &cut)
     }
 
-    /// Does a curve lower the error on operations that it was not learned on? One that follows what only differs from
-    /// operation to operation may be anything that does.
+    /// Does a curve hold on operations that it was not learned on? If its covariate varies within operations, it must not raise
+    /// the error there. If the covariate only differs from one operation to the next, it must lower it: otherwise the curve may
+    /// stand for anything else in which operations differ.
     fn holds_elsewhere(&self, effects: &[FittedEffect], e: usize) -> bool {
         let is_of_operations = self.is_of_operations(effects[e].effect.covariates);
         self.drop_elsewhere(&remove(effects, e), effects).is_none_or(|drop| {

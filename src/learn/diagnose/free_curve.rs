@@ -147,8 +147,9 @@ pub struct Residual<'a> {
 }
 
 impl Residual<'_> {
-    /// The shape of least squares in folds that it was not learned on, of those that may be; of shapes that leave as much the
-    /// simplest. `None` where the covariate does not vary or is known of too few samples, or no shape may be.
+    /// The curve with the least squares in folds that it was not learned on. Tried are the shapes that `may_be` lets through, from
+    /// simple to rich; a richer one must lower the squares by [`RICHER`]. `None` where the covariate does not vary, is known of too
+    /// few samples, or no shape is let through.
     pub fn follows(&self, along: &Along, may_be: impl Fn(&Curve) -> bool) -> Option<Follows> {
         let values = &along.values;
         let known = |i: &usize| self.data.weight[*i] > 0.0 && self.left[*i].is_finite() && self.load[*i] > 0.0;

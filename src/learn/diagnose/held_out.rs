@@ -56,7 +56,7 @@ impl Diagnosis<'_> {
         residuals
     }
 
-    /// The same of what is found anew without each fold of a split.
+    /// Held-out residuals over the folds of a split, where the instant or place of the effect is searched anew without each fold.
     fn found_anew(&self, present: &Fitted, trial: &Trial, split: &Split) -> Vec<f64> {
         let folds: Vec<Vec<(usize, f64)>> = (0..split.folds)
             .into_par_iter()

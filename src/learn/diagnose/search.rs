@@ -11,7 +11,7 @@
 //! 5. Each effect must still pay beside the others, and no other must do better in its place: what clearly does takes it,
 //!    and the search goes on from there; what does as well is said beside the name ([`super::contest`]).
 //! 6. Where no effect of the list is left to add, the curve over a covariate that lowers the held-out error most is added
-//!    without a name ([`super::unnamed`]), the list is gone through again beside it, and so is 5. What remains
+//!    without a name ([`super::unnamed`]), the list is gone through again beside it, each curve is chosen once more, and so is 5. What remains
 //!    after that is reported beside what was found; it takes nothing back.
 //! 7. Base terms that a table does not tell are left out where it is predicted better without ([`super::terms`]).
 
@@ -160,7 +160,8 @@ impl Diagnosis<'_> {
         }
     }
 
-    /// The model with each curve chosen anew beside everything that was added after it: it was chosen while those were missing.
+    /// The model with every curve but the last chosen once more: when it was chosen, the effects added after it were missing from
+    /// the model, and it may have stood in for them.
     fn curves_chosen_again(&mut self, model: Fitted) -> Fitted {
         let mut present = model;
         let names = present.model.effects.iter().filter(|each| is_unnamed(each.effect)).map(|each| each.effect.name);
@@ -369,7 +370,8 @@ impl Diagnosis<'_> {
     }
 }
 
-/// A curve that follows another covariate as well is not asserted to be the family of its own.
+/// Where a curve over another covariate explains as much, the name that a curve has from its own covariate is reported as one of
+/// several.
 fn doubt_families_with_rivals(report: &mut LearnReport) {
     let in_doubt = report.unnamed.iter().filter(|curve| !curve.rivals.is_empty()).filter_map(|curve| {
         let name = curve.family.clone()?;
@@ -384,7 +386,8 @@ fn doubt_families_with_rivals(report: &mut LearnReport) {
     report.confounded.extend(in_doubt);
 }
 
-/// Names beside which the error on the data kept for the judgement is larger than without stay in no report alone.
+/// Where the model with all effects has a larger error on the data kept for the judgement than the base model, no effect is
+/// asserted alone: each is reported as one of several possible causes.
 fn doubt_what_does_not_help(report: &mut LearnReport) {
     if is_no_worse(report.base_test.rmse, report.final_test.rmse) {
         return;
@@ -407,7 +410,11 @@ fn is_shape_of(own: &FittedEffect, each: &FittedEffect) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::State;
+    use crate::effects::unnamed::{BEYOND, KNOTS};
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::learn::report::{Added, Errors, Unnamed};
+    use crate::path::Vec3;
 
     /// A report with these errors on the data kept, an effect, and a curve that has a name and rivals.
     fn report(before: f64, after: f64, rivals: &[&str]) -> LearnReport {
@@ -438,6 +445,44 @@ mod tests {
             unnamed: vec![curve],
             ..LearnReport::default()
         }
+    }
+
+    /// Names of the effects after each curve was chosen again, of a model whose first curve follows z and whose second follows
+    /// up/down milling. The load is a fifth higher where `hard(z, is_fast)`; z and speed change at turns of their own.
+    fn chosen_again(hard: impl Fn(f64, bool) -> bool) -> Vec<&'static str> {
+        let turn = |i: usize, every: usize| ((i / EACH) / every).is_multiple_of(2);
+        let (z, is_fast) = (|i| if turn(i, 1) { 1.0 } else { -1.0 }, |i| turn(i, 3));
+        let state = |i: usize| State {
+            position: Vec3::new(0.0, 0.0, z(i)),
+            rps: if is_fast(i) { 150.0 } else { 90.0 },
+            up_share: if turn(i, 2) { 1.0 } else { -1.0 },
+            ..State::default()
+        };
+        let data = made(|i| if hard(z(i), is_fast(i)) { 0.2 } else { 0.0 }, 1.0, state);
+        let step = |name: &str| {
+            let at = |k: usize| [-1.0, 0.0].get(k).copied().unwrap_or(BEYOND);
+            let values = (0..KNOTS).map(at).chain(vec![1.0; KNOTS]).chain([1.0]).collect();
+            FittedEffect {
+                effect: named(name).unwrap(),
+                values,
+                free: (0..=2 * KNOTS).map(|k| k == KNOTS + 1).collect(),
+            }
+        };
+        let effects = ["unnamed-load-z", "unnamed-load-up-share"].map(step);
+        let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
+        let model = fit(&data, &effects, FORM_ROUNDS).unwrap();
+        let chosen = begun(&data, &split, &options, 1.0).curves_chosen_again(model);
+        chosen.model.effects.iter().map(|each| each.effect.name).collect()
+    }
+
+    #[test]
+    fn a_curve_gives_way_to_the_one_that_is_better_beside_what_came_later_and_stays_where_it_is_the_best() {
+        let by_speed = chosen_again(|_, is_fast| is_fast);
+        assert!(
+            by_speed.contains(&"unnamed-load-spindle-speed") && !by_speed.contains(&"unnamed-load-z"),
+            "{by_speed:?}"
+        );
+        assert_eq!(chosen_again(|z, _| z > 0.0)[0], "unnamed-load-z");
     }
 
     #[test]

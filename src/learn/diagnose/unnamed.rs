@@ -100,11 +100,10 @@ fn rank_of_curve(effect: &Effect, covariate: Covariate) -> usize {
     rank(covariate).max(usize::from(is_place && effect.multiplies == Multiplies::Tare))
 }
 
-/// Can a law go that way? Wear only grows: a curve over the way of the teeth or the volume that comes down again stands for
-/// something that happened while they grew, which is said of the time. Over a quantity of the cut a load rises, falls, or has one
-/// peak or trough; one that goes up and down and up again tells operations apart that differ in much else besides. Over a place it
-/// may have one more turn: a layer between two others. At an instant, over the number of a tool and once around the circle of
-/// headings anything may be.
+/// Is this curve one that a law can have? Wear only grows, so over sliding distance and volume the load may only rise. Over a
+/// quantity of the cut it rises, falls, or has one peak or trough. Over a place it may turn twice: a hard layer between two soft
+/// ones. A curve with more turns would tell operations apart by a quantity that only happens to differ between them. Over time
+/// (any number of events), the number of a tool and the direction of feed every shape is possible.
 fn may_go(covariate: Covariate, curve: &Curve) -> bool {
     let shares: Vec<f64> = curve.knots.iter().map(|knot| knot[1]).collect();
     match covariate {
@@ -135,7 +134,8 @@ pub(in crate::learn) fn is_unnamed(effect: &Effect) -> bool {
 }
 
 impl Diagnosis<'_> {
-    /// Every curve that is wanted and goes as a law can, of what a model leaves, least squares first.
+    /// The curves that a model's residual `left` follows, over the `wanted` covariates, in shapes that a law can have
+    /// ([`may_go`]). Least squares first.
     pub(in crate::learn) fn curves(
         &self,
         present: &Fitted,
@@ -145,7 +145,7 @@ impl Diagnosis<'_> {
         self.curves_that_go(present, left, wanted, may_go)
     }
 
-    /// The same in shapes that `may_go`.
+    /// The same in whatever shapes `may_go` lets through.
     pub(in crate::learn) fn curves_that_go(
         &self,
         present: &Fitted,

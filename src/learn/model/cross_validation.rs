@@ -123,8 +123,9 @@ pub fn improvement_by_case(data: &Data, before: &[f64], after: &[f64]) -> Vec<f6
 /// gain Σ w (before² − after²) is Σ w δ² + 2 Σ w δ·after: how far the two differ, and what the rest adds to that or takes
 /// away. The scatter of either, the gain or its second part, from case to case bounds the error. That of the gain counts it against
 /// what is there in a few blocks that it is not there in the others; that of the second part, that more is left which goes the same way.
-/// So does that of the ratio of the squares after to those before, R = Σa/Σb with the error √Σ(aᵢ − R bᵢ)²/Σb (Cochran, Sampling
-/// Techniques, ch. 6): it asks whether the cases that leave much beforehand leave as small a share of it each.
+/// A third bound is the standard error of the ratio R = Σa/Σb of the squares after (a) to those before (b), √Σ(aᵢ − R bᵢ)²/Σb
+/// (Cochran, Sampling Techniques, ch. 6). It is small where each case loses the same share of its squares, even if only few cases
+/// had large ones.
 pub fn certainty_of_gain(data: &Data, before: &[f64], after: &[f64]) -> f64 {
     let differs = |i: usize| data.weight[i] * (before[i] - after[i]);
     let sums = |case: Vec<usize>| {
