@@ -124,7 +124,7 @@ fn a_minimum_that_the_rest_of_its_block_does_not_allow_is_said_with_both_numbers
     let (_, report) = run("force_xy = 600\nfeed = { min = 1500 }\n[output]\nsplit = false\n");
     let said = warnings(&report, "schedule::minimum");
     assert!(said.len() == 1 && said[0].starts_with("feed_min asks for 1500 mm/min"), "{said:?}");
-    assert!(said[0].contains("programmed holds to 900"), "{said:?}");
+    assert!(said[0].contains("programmed allows only 900"), "{said:?}");
 }
 
 #[test]
