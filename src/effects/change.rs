@@ -22,6 +22,8 @@ pub struct Change {
     pub stock_side_mm: f64,
     /// The faces towards −x, +x, −y, +y stand out further by this each, mm.
     pub stock_faces_mm: [f64; 4],
+    /// Stock is turned counter-clockwise about its middle by this, rad.
+    pub stock_turn_rad: f64,
     /// Tool is larger by this, mm of diameter.
     pub diameter_mm: f64,
     /// Acceleration of the machine over the declared one.
@@ -48,6 +50,7 @@ impl Default for Change {
             stock_top_mm: 0.0,
             stock_side_mm: 0.0,
             stock_faces_mm: [0.0; 4],
+            stock_turn_rad: 0.0,
             diameter_mm: 0.0,
             acceleration: 1.0,
             reading_excess: 0.0,

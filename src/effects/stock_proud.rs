@@ -1,5 +1,6 @@
 //! Stock that stands proud of its model, or elsewhere. In: nothing of the cut. Out: distances, mm, by which the top face and the side faces
-//! lie further out, all sides alike or each by its own. A shifted zero point moves one face of a pair outward and the other inward.
+//! lie further out, all sides alike or each by its own, and the angle by which it is turned. A shifted zero point moves one face of a pair
+//! outward and the other inward; one that was set askew turns the stock as well.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Geometry, Parameter, State};
 
@@ -34,11 +35,21 @@ pub const EFFECT: Effect = Effect {
         face("x_max", "the same of the face towards +x"),
         face("y_min", "the same of the face towards −y"),
         face("y_max", "the same of the face towards +y"),
+        Parameter {
+            name: "turn",
+            unit: "rad",
+            min: -0.1,
+            max: 0.1,
+            starts: &[0.0],
+            neutral: Some(0.0),
+            place: None,
+            meaning: "how far it is turned, counter-clockwise seen from above",
+        },
     ],
-    // The top; the sides alike; both; one face; all four faces (a shifted zero point). The top together with single faces is not among
+    // The top; the sides alike; both; one face; all four faces (a shifted zero point); the turn; both of these. The top together with single faces is not among
     // them: the corner that stands out both above and beside is simulated for equal sides only, and without it the faces would be
     // estimated too far out, by the share of the top in the depth of cut.
-    forms: &[&[0], &[1], &[0, 1], &[2], &[3], &[4], &[5], &[2, 3, 4, 5]],
+    forms: &[&[0], &[1], &[0, 1], &[2], &[3], &[4], &[5], &[2, 3, 4, 5], &[6], &[2, 3, 4, 5, 6]],
     change,
     separated_by: "one pass over the raw face and one below it",
     geometry: &[Geometry::StockTop, Geometry::StockSide],
@@ -51,5 +62,5 @@ const fn face(name: &'static str, meaning: &'static str) -> Parameter {
 
 fn change(p: &[f64], _: &State) -> Change {
     let faces = [p[2], p[3], p[4], p[5]];
-    Change { stock_top_mm: p[0], stock_side_mm: p[1], stock_faces_mm: faces, ..Change::default() }
+    Change { stock_top_mm: p[0], stock_side_mm: p[1], stock_faces_mm: faces, stock_turn_rad: p[6], ..Change::default() }
 }

@@ -8,7 +8,7 @@
 use crate::effects::unnamed::CURVES;
 use crate::effects::{Acts, Change, Covariate, Effect, Multiplies, Place, State, named};
 use crate::machine::material::EffectUse;
-use crate::machine::{Job, StockShape};
+use crate::machine::{Job, Stock, StockShape};
 use crate::setup::{Assumption, LEARNED};
 
 /// Stock larger than declared, by this much at most, counts as the same.
@@ -140,7 +140,8 @@ fn change_at(effect: &Effect, used: &EffectUse, state: &State) -> Change {
 
 fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumption> {
     let [top, side] = [change.stock_top_mm, change.stock_side_mm];
-    let sides = change.stock_faces_mm.map(|face| side + face);
+    let turned_mm = most_by_turning(job, change.stock_turn_rad);
+    let sides = change.stock_faces_mm.map(|face| side + face + turned_mm);
     if sides.into_iter().fold(top.abs(), |most, side| most.max(side.abs())) > NOTHING_MM {
         *job = job.with_faces_moved(top, sides);
         let fixed = |shape: &StockShape| matches!(shape, StockShape::Stl(_) | StockShape::Saved(_));
@@ -159,6 +160,16 @@ fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumptio
         *job = job.with_mills_off_axis(offset_mm, change.runout_phase);
         learned(effect, format!("{offset_mm:.4} mm, on every end mill"))
     })
+}
+
+/// How far a turn moves a face of the stock outward at most, mm: |sin| of it times half the longest side of a box. Stock is not turned in
+/// a simulation: with every face moved out so far it encloses the turned one, which is the safe reading.
+fn most_by_turning(job: &Job, turn_rad: f64) -> f64 {
+    let half = |stock: &Stock| match &stock.shape {
+        StockShape::Box(blank) => 0.5 * (blank.max.x - blank.min.x).max(blank.max.y - blank.min.y),
+        _ => 0.0,
+    };
+    turn_rad.sin().abs() * job.stocks.iter().map(half).fold(0.0, f64::max)
 }
 
 fn faces_moved(top: f64, sides: [f64; 4]) -> String {

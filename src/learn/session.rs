@@ -133,11 +133,7 @@ pub fn learn_with_data(
         else {
             break;
         };
-        let again = prepared.with_sizes(job, found, loader);
-        // Without what reads the files of stock there is nothing to grow.
-        if again.len() < others.len() {
-            break;
-        }
+        let Some(again) = prepared.with_sizes(job, found, loader) else { break };
         (sizes, others) = (found, again);
         let known = ProgramView { others: others.clone(), ..prepared.known(job) };
         let (nearer, doubtful) = bin_log(log, &aligned, &known, channels);

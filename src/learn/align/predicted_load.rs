@@ -33,7 +33,7 @@ pub(in crate::learn) fn with_doubtful(parts: &mut [Part], known: &ProgramView) {
         let declared = of_cut(&coefficients, &spot.engaged, spot.rps);
         for (slot, other) in more.iter_mut().zip(known.others.iter().take(PARTS - SURE - 1)) {
             let changed = of_cut(&coefficients, &other.engaged[k], spot.rps);
-            *slot = [0, 1].map(|i| (changed[i] - declared[i]) / other.size_mm);
+            *slot = [0, 1].map(|i| (changed[i] - declared[i]) / other.size);
         }
         let left = (1.0 - since_mm / ENTRY_MM).max(0.0);
         more[PARTS - SURE - 1] = [sure[1] * left, sure[2] * left];

@@ -65,12 +65,16 @@ pub fn bin_log(log: &Log, aligned: &Aligned, known: &ProgramView, channels: &Cha
     data.variants = known
         .others
         .iter()
-        .map(|o| o.variant)
+        .map(|o| (o.variant, o.size))
         .chain(
-            channels.force_xy.iter().flat_map(|_| runouts()).map(|(offset, phase)| Variant::Runout { offset, phase }),
+            channels
+                .force_xy
+                .iter()
+                .flat_map(|_| runouts())
+                .map(|(offset, phase)| (Variant::Runout { offset, phase }, 1.0)),
         )
-        .chain([Variant::OverSpan])
-        .map(|variant| VariantColumns { variant, columns: vec![Vec::new(); data.base.len()] })
+        .chain([(Variant::OverSpan, 1.0)])
+        .map(|(variant, size)| VariantColumns { variant, size, columns: vec![Vec::new(); data.base.len()] })
         .collect();
     data.runouts = known.runouts;
     data.slower = known.slower.iter().map(|(factor, _)| SlowerMachine { factor: *factor, ratio: Vec::new() }).collect();
@@ -266,7 +270,7 @@ impl PlacedLog<'_> {
             for ((sum, other), to) in variants.iter_mut().zip(&self.known.others).zip(&changed) {
                 let from = other.over.map_or(&at_sample, |k| &changed[k]);
                 for b in 0..p {
-                    sum[b] += (to[b] - from[b]) / other.size_mm / n;
+                    sum[b] += (to[b] - from[b]) / other.size / n;
                 }
             }
             for (index, share) in self.pieces(at_s, quantity, &declared).into_iter().filter(|(_, share)| *share > 0.0) {

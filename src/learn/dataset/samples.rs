@@ -44,7 +44,9 @@ pub const UNBOUNDED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 pub struct VariantColumns {
     /// What changes.
     pub variant: Variant,
-    /// At this size (mm), of either sign; columns are added in proportion to the size.
+    /// Size of the change that was simulated, of either sign: mm, rad; 1 for what has none.
+    pub size: f64,
+    /// Change of the columns there over that size.
     pub columns: Vec<Vec<f64>>,
 }
 

@@ -61,6 +61,7 @@ pub fn data(
     let straight = columns_of(&|row| row_rates(row, true));
     let change = |variant, of: &dyn Fn(&SteadyRow) -> Rates, size: f64| VariantColumns {
         variant,
+        size,
         columns: difference(&columns_of(of), &straight, size),
     };
     // Rates that the table brings itself say nothing of another path, diameter or stock.

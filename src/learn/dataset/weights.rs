@@ -23,7 +23,8 @@ const SAME_SPEED: f64 = 0.02;
 const DOUBT: f64 = 2.5;
 
 impl PlacedLog<'_> {
-    /// Load of each spot by the declared coefficients in each geometry, for weights only.
+    /// Load of each spot by the declared coefficients in the declared geometry and in the first of each kind of other ones, for weights
+    /// only: what was found, or else a usual size.
     pub(in crate::learn) fn rough_loads(&self, quantity: Option<Quantity>, base: &[Base]) -> Vec<Vec<f64>> {
         let value = |b: &Base| b.prior.map_or(if b.class == Class::Tare { 0.0 } else { 1.0 }, |(mean, _)| mean);
         let load = |spot: &Spot, engaged: &Engaged| -> f64 {
@@ -32,7 +33,9 @@ impl PlacedLog<'_> {
         let spots = &self.known.timeline.spots;
         let declared = spots.iter().map(|spot| load(spot, &spot.engaged)).collect();
         let other = |o: &OtherGeometry| spots.iter().zip(&o.engaged).map(|(spot, e)| load(spot, e)).collect();
-        std::iter::once(declared).chain(self.known.others.iter().map(other)).collect()
+        let others = &self.known.others;
+        let is_first = |k: &usize| others[..*k].iter().all(|before| before.variant != others[*k].variant);
+        std::iter::once(declared).chain((0..others.len()).filter(is_first).map(|k| other(&others[k]))).collect()
     }
 
     /// Does the spindle change its speed about this sample?

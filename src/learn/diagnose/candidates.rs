@@ -12,8 +12,8 @@ use crate::learn::program::variant::Variant;
 /// Why an effect cannot be seen in these data; `None`: it can.
 pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
     let moves = |geometry: &Geometry| {
-        let columns = data.variant(Variant::of(*geometry)).map(|v| v.columns.iter().flatten());
-        columns.is_some_and(|mut all| all.any(|x| x.abs() > 1e-12))
+        let simulated = data.variants.iter().filter(|v| v.variant == Variant::of(*geometry));
+        simulated.flat_map(|v| v.columns.iter().flatten()).any(|x| x.abs() > 1e-12)
     };
     if !effect.geometry.is_empty() && !effect.geometry.iter().any(moves) {
         return Some("these data do not show the geometry it acts on".to_owned());
@@ -138,7 +138,7 @@ mod tests {
     fn an_effect_on_geometry_is_sought_where_some_of_it_shows() {
         let proud = named("stock-proud").unwrap();
         let with = |variant: Variant, by: f64| Data {
-            variants: vec![VariantColumns { variant, columns: vec![vec![by]] }],
+            variants: vec![VariantColumns { variant, size: 1.0, columns: vec![vec![by]] }],
             ..data(50, 1.0, 1.0)
         };
         assert!(

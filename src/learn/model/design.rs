@@ -6,7 +6,7 @@
 //! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
 
 use crate::effects::{Acts, Change, Effect, Parameter, State, named};
-use crate::learn::dataset::samples::{Class, Data};
+use crate::learn::dataset::samples::{Class, Data, VariantColumns};
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 use crate::learn::report::Added;
@@ -98,6 +98,7 @@ pub fn together(acting: &[&Acting]) -> Change {
         sum.stock_top_mm += one.stock_top_mm;
         sum.stock_side_mm += one.stock_side_mm;
         sum.stock_faces_mm.iter_mut().zip(one.stock_faces_mm).for_each(|(sum, face)| *sum += face);
+        sum.stock_turn_rad += one.stock_turn_rad;
         sum.diameter_mm += one.diameter_mm;
         sum.acceleration *= one.acceleration;
         sum.reading_excess += one.reading_excess;
@@ -211,9 +212,34 @@ fn factored(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<
 
 /// Variants that the change asks for, with how much of them.
 fn sizes<'a>(data: &'a Data, change: &Change) -> Vec<(f64, &'a Vec<Vec<f64>>)> {
-    let size =
-        |v: &'a crate::learn::dataset::samples::VariantColumns| (size_of(v.variant, change, &data.runouts), &v.columns);
-    data.variants.iter().map(size).filter(|(size, _)| *size != 0.0).collect()
+    let asked =
+        |v: &'a VariantColumns| Some((size_of(v.variant, change, &data.runouts), v)).filter(|(size, _)| *size != 0.0);
+    let share = |(size, v): (f64, &'a VariantColumns)| {
+        let simulated = data.variants.iter().filter(|other| other.variant == v.variant).map(|other| other.size);
+        (share_of(size, v.size, simulated), &v.columns)
+    };
+    data.variants.iter().filter_map(asked).map(share).filter(|(share, _)| *share != 0.0).collect()
+}
+
+/// How much of the variant simulated at the size `own` is in a change by `size`: between zero and the sizes of its sign that were
+/// simulated the columns are linear, beyond the farthest in proportion to it; where none has that sign, to the least.
+fn share_of(size: f64, own: f64, simulated: impl Iterator<Item = f64> + Clone) -> f64 {
+    let has_its_sign = |other: &f64| other.signum() == size.signum();
+    if !simulated.clone().any(|other| has_its_sign(&other)) {
+        let least = simulated.map(f64::abs).fold(f64::INFINITY, f64::min);
+        return if own.abs() == least { size } else { 0.0 };
+    }
+    let sizes = simulated.filter(has_its_sign).map(f64::abs);
+    let below = sizes.clone().filter(|other| *other <= size.abs()).fold(0.0, f64::max);
+    let above = sizes.filter(|other| *other > size.abs()).fold(f64::INFINITY, f64::min);
+    let past = (size.abs() - below) / (above - below);
+    match own {
+        _ if !has_its_sign(&own) => 0.0,
+        own if own.abs() == below && above.is_infinite() => size,
+        own if own.abs() == below => (1.0 - past) * own,
+        own if own.abs() == above => past * own,
+        _ => 0.0,
+    }
 }
 
 /// How much of a variant a change asks for, mm (or 0 … 1 for the curvature).
@@ -222,6 +248,7 @@ fn size_of(variant: Variant, change: &Change, runouts: &RunoutGrid) -> f64 {
         Variant::StockTop => change.stock_top_mm,
         Variant::StockSide => change.stock_side_mm,
         Variant::StockFace(face) => change.stock_faces_mm[face],
+        Variant::StockTurn => change.stock_turn_rad,
         Variant::Diameter => change.diameter_mm,
         Variant::Curved => change.curved,
         Variant::Runout { offset, phase } => runouts.share(change.runout_mm, change.runout_phase, offset, phase),
@@ -353,6 +380,19 @@ mod tests {
             run: vec![0; n as usize],
             ..Data::default()
         }
+    }
+
+    #[test]
+    fn a_size_between_two_simulated_ones_is_made_of_both_and_beyond_them_of_the_farthest() {
+        let simulated = [0.5, 1.5, -0.5];
+        let shares = |size: f64| simulated.map(|own| share_of(size, own, simulated.into_iter()));
+        assert_eq!(shares(0.2), [0.2, 0.0, 0.0]);
+        // Half way: half of what half a millimetre changes, and half of what one and a half do.
+        assert_eq!(shares(1.0), [0.25, 0.75, 0.0]);
+        assert_eq!(shares(3.0), [0.0, 3.0, 0.0]);
+        assert_eq!([shares(-0.2), shares(-2.0)], [[0.0, 0.0, -0.2], [0.0, 0.0, -2.0]]);
+        // Inward was not simulated: the negative of outward.
+        assert_eq!(share_of(-0.3, 0.5, [0.5].into_iter()), -0.3);
     }
 
     #[test]

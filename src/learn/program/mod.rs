@@ -10,4 +10,5 @@ pub mod peak_forces;
 pub mod runout_grid;
 pub mod simulated;
 pub mod timeline;
+mod turned;
 pub mod variant;

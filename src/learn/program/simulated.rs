@@ -3,7 +3,7 @@
 
 use crate::engage::{EngageError, EngagementMap, Loader, engage};
 use crate::learn::log::resultant::Sample;
-use crate::learn::program::other_geometry::{SizeChanges, options, other_geometries};
+use crate::learn::program::other_geometry::{SizeChanges, beside_usual, options, other_geometries, usual_geometries};
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::timeline::{Timeline, speed_ratios, timeline};
 use crate::learn::program::variant::OtherGeometry;
@@ -54,7 +54,7 @@ pub fn simulate_for(
     let path = interpret(&program, &unit::with_its_unit(&program, Environment::from_job(job), Some(job)));
     let map = engage(&path, job, &options(loader), &|_| ())?;
     let timeline = timeline(&path, &map, job, forces);
-    let others = other_geometries(&path, &timeline, job, SizeChanges::usual(job), forces, loader);
+    let others = usual_geometries(&path, &timeline, job, forces, loader);
     let slower = SLOWER.iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
     Ok(SimulatedProgram { path, map, timeline, others, slower, forces })
 }
@@ -80,13 +80,14 @@ impl SimulatedProgram {
     pub fn timeline(&self) -> &Timeline {
         &self.timeline
     }
-    /// Engagement with the stock and the tool that were found.
+    /// Engagement with the stock and the tool that were found, and with the usual changes; `None` where the stock cannot be read.
     pub(in crate::learn) fn with_sizes(
         &self,
         job: &Job,
         sizes: SizeChanges,
         loader: Option<Loader>,
-    ) -> Vec<OtherGeometry> {
-        other_geometries(self.toolpath(), self.timeline(), job, sizes, self.forces, loader)
+    ) -> Option<Vec<OtherGeometry>> {
+        let found = other_geometries(self.toolpath(), self.timeline(), job, sizes, self.forces, loader);
+        (!found.is_empty()).then(|| beside_usual(found, &self.others))
     }
 }

@@ -13,6 +13,8 @@ pub enum Variant {
     StockSide,
     /// Per mm that one side of the stock stands out: −x, +x, −y, +y.
     StockFace(usize),
+    /// Per rad that the stock is turned.
+    StockTurn,
     /// Per mm of tool diameter.
     Diameter,
     /// With the curvature of the path, minus without.
@@ -46,10 +48,18 @@ impl Variant {
 pub struct OtherGeometry {
     /// Which.
     pub variant: Variant,
-    /// Size of the change, mm.
-    pub size_mm: f64,
+    /// Size of the change, mm (rad of a turn).
+    pub size: f64,
     /// Engagement, spot by spot.
     pub engaged: Vec<Engaged>,
     /// The other one that it is changed from; `None`: the declared one.
     pub over: Option<usize>,
+}
+
+impl OtherGeometry {
+    /// Is it the same change by the same size?
+    #[allow(clippy::float_cmp, reason = "sizes that were simulated are compared, not computed anew")]
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.variant == other.variant && self.size == other.size
+    }
 }
