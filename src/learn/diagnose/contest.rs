@@ -9,7 +9,7 @@
 use crate::effects::{Covariate, Effect, Multiplies};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::Present;
-use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
+use crate::learn::diagnose::forms::{FORM_ROUNDS, is_shape_of, remove};
 use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
 use crate::learn::diagnose::unnamed::{LAST_RANK, ResidualCurve, is_there_without_a_cut, is_unnamed, rank};
 use crate::learn::model::cross_validation::{certainty_of_gain, improvement_by_case, t_statistic};
@@ -72,7 +72,10 @@ impl Diagnosis<'_> {
     pub(in crate::learn) fn contested(&mut self, model: &Fitted, may_exchange: bool) -> Outcome {
         let mut in_doubt = Vec::new();
         for e in self.open_places(model) {
-            let Some(without_it) = fit(&self.train, &remove(&model.model.effects, e), FORM_ROUNDS) else { continue };
+            // Curves over its own covariates are its shape: they leave the model with it.
+            let own = &model.model.effects[e];
+            let others = remove(&model.model.effects, e).into_iter().filter(|each| !is_shape_of(own, each));
+            let Some(without_it) = fit(&self.train, &others.collect::<Vec<_>>(), FORM_ROUNDS) else { continue };
             let contest = self.contest(model, e, &without_it);
             if let Some(exchanged) = may_exchange.then(|| self.winner(&contest)).flatten() {
                 return Outcome::Exchanged(exchanged);

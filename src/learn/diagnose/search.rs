@@ -23,7 +23,7 @@ use crate::learn::diagnose::contest::Outcome;
 use crate::learn::diagnose::criteria::is_no_worse;
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::evidence::Present;
-use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
+use crate::learn::diagnose::forms::{FORM_ROUNDS, is_shape_of, remove};
 use crate::learn::diagnose::free_curve::along_all;
 use crate::learn::diagnose::memory::Memory;
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
@@ -399,12 +399,6 @@ fn doubt_what_does_not_help(report: &mut LearnReport) {
         names: vec![name, "a cause that the data kept for the judgement do not share".to_owned()],
         why: "on the data kept for the judgement the error rose".to_owned(),
     }));
-}
-
-/// Is `each` a curve without a name over what an effect of the list follows?
-fn is_shape_of(own: &FittedEffect, each: &FittedEffect) -> bool {
-    let mut along = each.effect.covariates.iter();
-    !is_unnamed(own.effect) && is_unnamed(each.effect) && along.any(|c| own.effect.knows(*c, each.effect.multiplies))
 }
 
 #[cfg(test)]
