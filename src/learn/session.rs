@@ -169,7 +169,7 @@ pub fn learn_with_data(
     }
     if let Some(base) = crate::learn::model::fit::fit(&data, &[], 0) {
         report.windows = crate::learn::diagnose::over_time::windows(&data, &base);
-        report.wear = crate::learn::diagnose::over_time::said(&report.windows);
+        report.wear = crate::learn::diagnose::over_time::in_words(&report.windows);
     }
     Ok(Learned { report, data })
 }

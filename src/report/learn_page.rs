@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::html::{folded, key, page, table, words};
 use super::learn::learn_words;
 use super::number::short;
-use crate::learn::diagnose::curves::{CovariateCurve, Curves, Trace};
+use crate::learn::diagnose::plotted::{CovariateCurve, Curves, Trace};
 use crate::learn::report::{Estimate, LearnReport};
 
 /// Colours of the style, which are others in the dark.
