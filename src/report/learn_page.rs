@@ -192,7 +192,7 @@ fn alignment(report: &LearnReport) -> Markup {
         vec!["uncertainty of a sample's place".to_owned(), format!("{:.3} s", found.uncertainty_s)],
         vec!["samples before, held, after".to_owned(), format!("{before}, {held}, {after}")],
     ];
-    rows.extend(report.events.iter().map(|event| vec!["event".to_owned(), event.said()]));
+    rows.extend(report.events.iter().map(|event| vec!["event".to_owned(), event.in_words()]));
     words("Alignment", &["", ""], &rows)
 }
 

@@ -1,5 +1,5 @@
-//! Both programs simulated as one. In: the semi-finish as it came or with offsets. Out: for each stretch of the finishing path its
-//! loads, and what of the semi-finish it meets.
+//! Both programs simulated as one. In: the semi-finish as it came or with offsets. Out: for each stretch of the
+//! finishing path its loads, and what of the semi-finish it meets.
 
 use super::centres::Centres;
 use super::knots::Knots;
@@ -50,8 +50,8 @@ impl<'a> Bench<'a> {
         Ok(Self { task, semi_tool, finish_tool, knots: Knots::new(task.semi, &movable) })
     }
 
-    /// Simulates both with these offsets of the knots. What the semi-finish itself meets is asked for once: after that it has the
-    /// stations of the look at the programs as they came, and only clears what it clears.
+    /// Simulates both with these offsets of the knots. What the semi-finish itself meets is asked for once: after that
+    /// it has the stations of the look at the programs as they came, and only clears what it clears.
     pub(super) fn look(&self, offsets: &[Vec3], base: Option<&Look>) -> Result<Look, SemifinishError> {
         let (semi, made_of) = self.moved(offsets);
         let both = linked(semi, self.task.finish);
@@ -134,7 +134,8 @@ impl<'a> Bench<'a> {
         self.task.finish.moves.iter().filter(cuts).map(|motion| motion.curve().length()).sum()
     }
 
-    /// How far from the middle of the ball it may be in contact: half the chord that the thickest layer cuts off it, mm.
+    /// How far from the middle of the ball it may be in contact: half the chord that the thickest layer cuts off it,
+    /// mm.
     fn contact_mm(&self) -> f64 {
         let (radius, most) = (self.finish_tool.radius_mm(), self.task.wanted.stock_mm[1]);
         (radius * radius - (radius - most.min(radius)).powi(2)).sqrt()

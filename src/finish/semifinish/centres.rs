@@ -1,9 +1,9 @@
-//! Where the centre of a ball goes. In: the curves of feed moves in the common frame, the radius. Out: short straight pieces of the
-//! path of the centre, by place; and for a point the piece from which the ball reaches furthest over it.
+//! Where the centre of a ball goes. In: the curves of feed moves in the common frame, the radius. Out: short straight
+//! pieces of the path of the centre, by place; and for a point the piece from which the ball reaches furthest over it.
 //!
-//! A ball with its shank keeps clear what lies within R of its centre, and above the centre what lies within R of its axis. So
-//! with c(s) the centre, a point x lies on the surface that a pass leaves where the least over s of d(x, c(s)) is R; d is the
-//! distance in space below the height of the centre, and in the plane above it.
+//! A ball with its shank keeps clear what lies within R of its centre, and above the centre what lies within R of its
+//! axis. So with c(s) the centre, a point x lies on the surface that a pass leaves where the least over s of d(x, c(s))
+//! is R; d is the distance in space below the height of the centre, and in the plane above it.
 
 use crate::path::{Curve, Vec3};
 
@@ -155,8 +155,9 @@ impl Centres {
         best
     }
 
-    /// Distance from the pass nearest to a place to the next pass beside it, in the plane normal to `normal`; `None` where there is
-    /// none within `reach_mm`. A piece beside it lies more than `across` of its distance off the direction of the path.
+    /// Distance from the pass nearest to a place to the next pass beside it, in the plane normal to `normal`; `None`
+    /// where there is none within `reach_mm`. A piece beside it lies more than `across` of its distance off the
+    /// direction of the path.
     pub fn spacing(&self, at: Vec3, normal: Vec3, reach_mm: f64, across: f64) -> Option<f64> {
         self.beside(at, normal, reach_mm, across).map(|way| (way - normal * way.dot(&normal)).norm())
     }
@@ -181,7 +182,8 @@ impl Centres {
         beside.reduce(|a, b| if b.0 < a.0 { b } else { a }).map(|(_, way)| way)
     }
 
-    /// The nearest of the pieces that run most nearly along the surface: a pass, not the plunge it begins with, which may be nearer.
+    /// The nearest of the pieces that run most nearly along the surface: a pass, not the plunge it begins with, which
+    /// may be nearer.
     fn nearest_piece(&self, pieces: &[u32], at: Vec3, normal: Vec3) -> Option<u32> {
         let ends = |piece: &u32| self.pieces[*piece as usize].ends;
         let off = |piece: &u32| closest(ends(piece)[1] - ends(piece)[0], at - ends(piece)[0], false).1;

@@ -1,21 +1,22 @@
-//! Does the moved semi-finish cut below what the finish leaves? In: the stock as the finish alone leaves it, as the semi-finish left
-//! it, and as the moved one does, on the same cells. Out: the cells on which it does, and how deep.
+//! Does the moved semi-finish cut below what the finish leaves? In: the stock as the finish alone leaves it, as the
+//! semi-finish left it, and as the moved one does, on the same cells. Out: the cells on which it does, and how deep.
 //!
-//! Heights of cells are exact at their middles. The finished surface is where the finish cuts deeper than the semi-finish as it came
-//! did, by at least a part of what is usual ([`PART`]), both along the normal of what the finish leaves. Beside it, at the far side of
-//! the ball on the first and last pass, the moved one may reach further than both: that is told apart, for whether it matters only the
-//! drawing says. There the normal of the ball stands at a right angle to that of the surface; a ball that is moved by t runs along it,
-//! and deeper by t²/2R. (Along Z there is as much stock at the far side as anywhere: a ball that is lifted by t is so all around.)
+//! Heights of cells are exact at their middles. The finished surface is where the finish cuts deeper than the
+//! semi-finish as it came did, by at least a part of what is usual ([`PART`]), both along the normal of what the finish
+//! leaves. Beside it, at the far side of the ball on the first and last pass, the moved one may reach further than
+//! both: that is told apart, for whether it matters only the drawing says. There the normal of the ball stands at a
+//! right angle to that of the surface; a ball that is moved by t runs along it, and deeper by t²/2R. (Along Z there is
+//! as much stock at the far side as anywhere: a ball that is lifted by t is so all around.)
 
 use crate::stock::{Piece, UNTOUCHED};
 
-/// Depth along the normal of the surface that counts, mm: half an increment of 0.001 mm in X, Y and Z each, and the 0.1 µm of heights
-/// kept in single precision.
+/// Depth along the normal of the surface that counts, mm: half an increment of 0.001 mm in X, Y and Z each, and the 0.1
+/// µm of heights kept in single precision.
 const DEEP_MM: f32 = 0.001;
 
-/// Part of the stock usually left (the median) from which a cell is one of the finished surface, and not of the far side of the ball:
-/// there the stock is that share of the usual one that the cosine between both normals is, 0 at the right angle. Moved by t ≤ R/2 the
-/// ball stays above where that is a quarter.
+/// Part of the stock usually left (the median) from which a cell is one of the finished surface, and not of the far
+/// side of the ball: there the stock is that share of the usual one that the cosine between both normals is, 0 at the
+/// right angle. Moved by t ≤ R/2 the ball stays above where that is a quarter.
 const PART: f32 = 0.25;
 
 /// What was found.
@@ -29,7 +30,8 @@ pub struct Gouge {
     pub deepest_mm: f64,
     /// Middle of that cell, mm.
     pub at: [f64; 2],
-    /// Cells beside the finished surface that the moved semi-finish leaves lower than finish and semi-finish as they came.
+    /// Cells beside the finished surface that the moved semi-finish leaves lower than finish and semi-finish as they
+    /// came.
     pub beside: usize,
     /// Largest depth below there, along Z, mm.
     pub beside_mm: f64,
@@ -88,7 +90,8 @@ fn upright(heights: &[f32], k: usize, across: usize, cell_mm: [f64; 2]) -> f32 {
     (1.0 + x * x + y * y).sqrt().recip() as f32
 }
 
-/// Stock along the normal from which a cell belongs to the finished surface, mm; `left`: that of every cell that the finish cuts.
+/// Stock along the normal from which a cell belongs to the finished surface, mm; `left`: that of every cell that the
+/// finish cuts.
 fn least_left(mut left: Vec<f32>) -> f32 {
     let middle = left.len() / 2;
     if left.is_empty() {

@@ -1,10 +1,10 @@
-//! Points of the semi-finish path that can be offset. In: its motions, which of its moves may be written anew. Out: the knots, and
-//! the curves that follow from offsets at them.
+//! Points of the semi-finish path that can be offset. In: its motions, which of its moves may be written anew. Out: the
+//! knots, and the curves that follow from offsets at them.
 //!
-//! A straight move has a knot at its end; an arc has knots on the way as well, for what it meets turns with it. The offset of a knot
-//! is its amount along the normal there; between knots it runs linearly along the path. A line stays a line, so its two ends are
-//! all that can be chosen. An arc stays an arc where one through its offset ends and middle follows the offset path within the
-//! tolerance; else chords take its place.
+//! A straight move has a knot at its end; an arc has knots on the way as well, for what it meets turns with it. The
+//! offset of a knot is its amount along the normal there; between knots it runs linearly along the path. A line stays a
+//! line, so its two ends are all that can be chosen. An arc stays an arc where one through its offset ends and middle
+//! follows the offset path within the tolerance; else chords take its place.
 
 use crate::nc::{MoveKind, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
@@ -39,8 +39,8 @@ pub struct Knots {
 }
 
 impl Knots {
-    /// Knots of a toolpath; `movable` tells of each move whether its coordinates may be written anew. The end of a move stays where
-    /// the feed move behind it may not be written: that one would begin elsewhere.
+    /// Knots of a toolpath; `movable` tells of each move whether its coordinates may be written anew. The end of a move
+    /// stays where the feed move behind it may not be written: that one would begin elsewhere.
     pub fn new(path: &Toolpath, movable: &[bool]) -> Self {
         let start = path.moves.first().map_or_else(Vec3::zeros, |motion| motion.curve().from());
         let mut knots = Self {
@@ -78,8 +78,8 @@ impl Knots {
         ([behind - 1, behind], share)
     }
 
-    /// The curves that stand in place of a move, each with the part of the move it is made of (mm along it): one where it stays what
-    /// it was. `offsets` has a vector for every knot.
+    /// The curves that stand in place of a move, each with the part of the move it is made of (mm along it): one where
+    /// it stays what it was. `offsets` has a vector for every knot.
     pub fn moved(&self, curve: &Curve, of: usize, offsets: &[Vec3], tolerance_mm: f64) -> Vec<(Curve, [f64; 2])> {
         let range = self.of_move[of].clone();
         let own = &offsets[range.start as usize - 1..range.end as usize];
@@ -121,8 +121,8 @@ impl Knots {
     }
 }
 
-/// The arc in the plane of another through the first, the middle and the last of the points, where it stays within the tolerance
-/// of all of them.
+/// The arc in the plane of another through the first, the middle and the last of the points, where it stays within the
+/// tolerance of all of them.
 fn still_arc(arc: &Arc, points: &[Vec3], tolerance_mm: f64) -> Option<Arc> {
     let (a, b, normal) = arc.plane.axes();
     let flat = |point: &Vec3| [point[a], point[b]];

@@ -2,9 +2,10 @@
 //!
 //! minimise ½ |A x − b|² + ½ Σ m_k x_k²  under  l ≤ x ≤ u  and  |x_j − x_i − c_p| ≤ r_p for pairs p = (i, j).
 //!
-//! With G = [I; D] the constraints are l ≤ G x ≤ u; solved by the alternating direction method of multipliers as in OSQP (Stellato
-//! and others 2020, Algorithm 1, without its scaling: all unknowns are millimetres of stock): x from (AᵀA + M + σ I + ρ GᵀG) x = …
-//! by conjugate gradients, z by clipping, y the multipliers. Sums run in the order of rows: the answer does not depend on threads.
+//! With G = [I; D] the constraints are l ≤ G x ≤ u; solved by the alternating direction method of multipliers as in
+//! OSQP (Stellato and others 2020, Algorithm 1, without its scaling: all unknowns are millimetres of stock): x from
+//! (AᵀA + M + σ I + ρ GᵀG) x = … by conjugate gradients, z by clipping, y the multipliers. Sums run in the order of
+//! rows: the answer does not depend on threads.
 
 /// Steps of the method, and of conjugate gradients within each.
 const STEPS: usize = 150;

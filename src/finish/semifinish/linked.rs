@@ -1,5 +1,5 @@
-//! Two programs as one. In: the motions of the semi-finish (as written, or moved) and of the finish. Out: one toolpath in which the
-//! finish meets what the semi-finish left, and where its moves begin.
+//! Two programs as one. In: the motions of the semi-finish (as written, or moved) and of the finish. Out: one toolpath
+//! in which the finish meets what the semi-finish left, and where its moves begin.
 
 use crate::ids::MoveId;
 use crate::nc::{Doubted, Toolpath};

@@ -1,11 +1,12 @@
-//! What a finishing station meets, and which semi-finishing move left it. In: the engagement of both programs, linked; the paths of
-//! both balls. Out: for each station the shares of the knots in the stock it meets; for each knot the normal of the surface.
+//! What a finishing station meets, and which semi-finishing move left it. In: the engagement of both programs, linked;
+//! the paths of both balls. Out: for each station the shares of the knots in the stock it meets; for each knot the
+//! normal of the surface.
 //!
-//! An engaged arc ends where the circle of its ring leaves the stock. An end x that lies on the surface left by the semi-finish
-//! (least d(x, c(s)) = R of its ball, [`super::centres`]) tells the move and the place s that left it, and the normal there,
-//! u = (c − x)/R. Moving that surface by δ along u moves the end of the arc by δ/|u·t|, t the tangent of the circle: that times the
-//! height of the ring is the weight of the end. The normal of a knot is the mean of u over what its piece of path left: a pass
-//! leaves its surface evenly to both sides of the contact.
+//! An engaged arc ends where the circle of its ring leaves the stock. An end x that lies on the surface left by the
+//! semi-finish (least d(x, c(s)) = R of its ball, [`super::centres`]) tells the move and the place s that left it, and
+//! the normal there, u = (c − x)/R. Moving that surface by δ along u moves the end of the arc by δ/|u·t|, t the tangent
+//! of the circle: that times the height of the ring is the weight of the end. The normal of a knot is the mean of u
+//! over what its piece of path left: a pass leaves its surface evenly to both sides of the contact.
 
 use super::centres::{Centres, Nearest};
 use super::knots::Knots;
@@ -14,8 +15,9 @@ use crate::machine::Slice;
 use crate::path::Vec3;
 use rayon::prelude::*;
 
-/// Distance from the surface within which an end of an arc counts as on it, mm. The arcs of a station belong to its most engaged
-/// point, up to half a spacing from its middle: on a path that turns with 10 mm that is 0.01 mm. It is less than the least stock.
+/// Distance from the surface within which an end of an arc counts as on it, mm. The arcs of a station belong to its
+/// most engaged point, up to half a spacing from its middle: on a path that turns with 10 mm that is 0.01 mm. It is
+/// less than the least stock.
 const ON_SURFACE_MM: f64 = 0.03;
 /// Where circle and surface run along each other, an end moves by no more than this times the surface.
 const STEEPEST: f64 = 10.0;

@@ -1,5 +1,5 @@
-//! How far apart the passes are. In: a path of centres, places on it with the normal of the surface. Out: the middle one of the
-//! distances to the next pass.
+//! How far apart the passes are. In: a path of centres, places on it with the normal of the surface. Out: the middle
+//! one of the distances to the next pass.
 
 use super::bench::{Bench, Look};
 use super::centres::Centres;

@@ -1,12 +1,13 @@
-//! Proof of a moved program, from the two texts: only coordinates of cutting moves differ, and no point of the path is further from
-//! where it was than a stated distance. In: both programs and their motions. Out: a [`Proof`].
+//! Proof of a moved program, from the two texts: only coordinates of cutting moves differ, and no point of the path is
+//! further from where it was than a stated distance. In: both programs and their motions. Out: a [`Proof`].
 //!
-//! A cutting block makes one feed move, once. There the numbers of X, Y and Z may differ, and a coordinate that was left out may be
-//! put in; of an arc I, J, K, R as well, its code may be that of a straight move, and lines of X, Y and Z alone may follow it.
-//! Everything else is the same byte for byte, blanks between the words of a cutting block aside. What the controls do is compared move
-//! by move: kind, feed, spindle, tool, work offset and path mode are the same, and so are dwells, tool changes and stops between them.
-//! One line may have been put in: the comment [`MARK`], by which the file is known as one that was written here.
-//! Nothing else here is shared with what writes ([`super::write`]).
+//! A cutting block makes one feed move, once. There the numbers of X, Y and Z may differ, and a coordinate that was
+//! left out may be put in; of an arc I, J, K, R as well, its code may be that of a straight move, and lines of X, Y and
+//! Z alone may follow it. Everything else is the same byte for byte, blanks between the words of a cutting block aside.
+//! What the controls do is compared move by move: kind, feed, spindle, tool, work offset and path mode are the same,
+//! and so are dwells, tool changes and stops between them. One line may have been put in: the comment [`MARK`], by
+//! which the file is known as one that was written here. Nothing else here is shared with what writes
+//! ([`super::write`]).
 
 use crate::ids::BlockId;
 use crate::nc::{Event, Move, MoveKind, Program, TokenKind, Toolpath};

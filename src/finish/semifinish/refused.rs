@@ -1,5 +1,5 @@
-//! What cannot be solved, found before the rounds begin: wishes that make no sense, programs that do not meet or stand in the wrong
-//! order.
+//! What cannot be solved, found before the rounds begin: wishes that make no sense, programs that do not meet or stand
+//! in the wrong order.
 
 use super::bench::{Bench, Look};
 use super::met::{Met, Sample};

@@ -11,28 +11,32 @@ use super::unknowns::{FREE, Unknowns};
 use crate::engage::Event;
 use crate::path::Vec3;
 
-/// Uniform change of stock by which the first derivatives are found, mm: a tenth of the usual stock; forces are kept to 1 %.
+/// Uniform change of stock by which the first derivatives are found, mm: a tenth of the usual stock; forces are kept to
+/// 1 %.
 const PROBE_MM: f64 = 0.02;
 /// Rounds in which each contact is taken by itself, and rounds in all.
 const ALONE: usize = 3;
 const ROUNDS: usize = 16;
-/// Largest change of stock in a round, mm: derivatives hold for about this much. A round that does no good is taken back, and the
-/// next may change this part of it; one that does good doubles it. Below the least a round tells nothing.
+/// Largest change of stock in a round, mm: derivatives hold for about this much. A round that does no good is taken
+/// back, and the next may change this part of it; one that does good doubles it. Below the least a round tells nothing.
 const STEP_MM: f64 = 0.1;
 const SHORTER: f64 = 0.3;
 const LEAST_STEP_MM: f64 = 0.002;
-/// Weight of the change of a round against the error of force, both relative: what the forces do not tell stays as it is.
+/// Weight of the change of a round against the error of force, both relative: what the forces do not tell stays as it
+/// is.
 const RIDGE: f64 = 0.1;
 /// Change of stock from which on two rounds tell the derivative, mm.
 const TELLING_MM: f64 = 0.004;
-/// A round that lowers the mean error of force by less than this part of it is one of little worth; two in a row are the last.
+/// A round that lowers the mean error of force by less than this part of it is one of little worth; two in a row are
+/// the last.
 const WORTH: f64 = 0.01;
 /// Mean error of force that is good enough, relative.
 const GOOD: f64 = 0.003;
-/// Error of force up to which its square counts; beyond it the error itself (Huber): a contact that no stock brings near the
-/// reference must not take its neighbours along. One and a half times the band of 10 % that is asked for.
+/// Error of force up to which its square counts; beyond it the error itself (Huber): a contact that no stock brings
+/// near the reference must not take its neighbours along. One and a half times the band of 10 % that is asked for.
 const FAR: f64 = 0.15;
-/// Force taken for one that is smaller, as a part of the reference: in steps, which must have an end, and in the logarithm.
+/// Force taken for one that is smaller, as a part of the reference: in steps, which must have an end, and in the
+/// logarithm.
 const LEAST_FORCE: f64 = 0.05;
 const LEAST_RATIO: f64 = 1e-3;
 
@@ -143,7 +147,8 @@ impl<'a> Rounds<'a> {
         Ok(())
     }
 
-    /// A derivative no less than a fifth of that of a force in proportion to stock: it must not send the next round anywhere.
+    /// A derivative no less than a fifth of that of a force in proportion to stock: it must not send the next round
+    /// anywhere.
     fn sound(&self, slope: f64, sample: usize) -> f64 {
         slope.max(0.2 * self.forces[sample].max(LEAST_FORCE * self.reference_n) / self.bench.task.wanted.stock_mm[1])
     }
@@ -205,8 +210,8 @@ impl<'a> Rounds<'a> {
         Ok(())
     }
 
-    /// What a round tells of the derivatives: of each row the least change with which it says what was found (Broyden 1965, with the
-    /// zeros kept: Schubert 1970). More stock never leaves less to cut, so none is negative.
+    /// What a round tells of the derivatives: of each row the least change with which it says what was found (Broyden
+    /// 1965, with the zeros kept: Schubert 1970). More stock never leaves less to cut, so none is negative.
     fn learn_slopes(&mut self, next: &[f64], forces: &[f64], met: &[Met]) {
         for k in 0..forces.len() {
             let change = |unknown: u32| next[unknown as usize] - self.stock_mm[unknown as usize];

@@ -1,5 +1,5 @@
-//! What each stretch of the finishing path meets with the stock that was chosen. In: a simulation, the stock at the unknowns. Out:
-//! loads, stock and whether a bound holds there; and whether the reference can be reached at all.
+//! What each stretch of the finishing path meets with the stock that was chosen. In: a simulation, the stock at the
+//! unknowns. Out: loads, stock and whether a bound holds there; and whether the reference can be reached at all.
 
 use super::bench::{Bench, Look};
 use super::met::{Met, Sample};

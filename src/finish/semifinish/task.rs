@@ -17,13 +17,14 @@ pub struct Wanted {
     pub tolerance_mm: f64,
 }
 
-/// Bounds of stock where none are given, mm: the least is that of the cuts that layer models are calibrated with (Nishida, Table 1:
-/// 50 to 200 µm); the largest reaches the depths that Eq. 1 asks for at a pick of 0.3 mm (0.38 mm), beyond what is calibrated.
+/// Bounds of stock where none are given, mm: the least is that of the cuts that layer models are calibrated with
+/// (Nishida, Table 1: 50 to 200 µm); the largest reaches the depths that Eq. 1 asks for at a pick of 0.3 mm (0.38 mm),
+/// beyond what is calibrated.
 pub const STOCK_MM: [f64; 2] = [0.05, 0.4];
 /// Depths for which force models of layers are calibrated, mm (Nishida, Table 1). Others are said.
 pub const CALIBRATED_MM: [f64; 2] = [0.05, 0.2];
-/// Largest change of stock per mm of path where none is given: the semi-finished surface turns by no more than 3° against the
-/// finished one. Our judgement.
+/// Largest change of stock per mm of path where none is given: the semi-finished surface turns by no more than 3°
+/// against the finished one. Our judgement.
 pub const CHANGE: f64 = 0.05;
 /// Tolerance of chords where none is given, mm: two increments of the usual third decimal.
 pub const TOLERANCE_MM: f64 = 0.002;
@@ -68,7 +69,8 @@ pub enum SemifinishError {
     },
     /// Nothing that the finish cuts was left by the semi-finish.
     #[error(
-        "the finish cuts nothing that the semi-finish left: {cut_mm:.1} mm of its path cut stock, none of it on the surface of the semi-finish"
+        "the finish cuts nothing that the semi-finish left: {cut_mm:.1} mm of its path cut stock, none of it on the \
+         surface of the semi-finish"
     )]
     NeverMeet {
         /// Length on which the finish cuts at all, mm.
@@ -76,12 +78,14 @@ pub enum SemifinishError {
     },
     /// The other way round they meet.
     #[error(
-        "the finish cuts nothing that the semi-finish left, but the semi-finish cuts what the finish left: the two programs are in the wrong order"
+        "the finish cuts nothing that the semi-finish left, but the semi-finish cuts what the finish left: the two \
+         programs are in the wrong order"
     )]
     WrongOrder,
     /// One is in another unit.
     #[error(
-        "the finish is {times:.3} times as large as the semi-finish, and they hardly meet: one of the two is in another unit (an inch is 25.4 mm)"
+        "the finish is {times:.3} times as large as the semi-finish, and they hardly meet: one of the two is in \
+         another unit (an inch is 25.4 mm)"
     )]
     OtherUnit {
         /// Extent of the finish over that of the semi-finish.
@@ -89,7 +93,8 @@ pub enum SemifinishError {
     },
     /// The ball of the semi-finish does not get to the surface.
     #[error(
-        "the semi-finishing ball of R {semi_mm} mm leaves no surface along the finish: it is larger than the hollows that the finishing ball of R {finish_mm} mm cuts"
+        "the semi-finishing ball of R {semi_mm} mm leaves no surface along the finish: it is larger than the hollows \
+         that the finishing ball of R {finish_mm} mm cuts"
     )]
     TooLarge {
         /// Radius of the semi-finishing ball, mm.
@@ -99,7 +104,8 @@ pub enum SemifinishError {
     },
     /// No stock within the bounds gives the reference anywhere.
     #[error(
-        "a finishing force of {wanted_n} N is out of reach: with the {which} stock that may be left, {stock_mm} mm, it is {least_n:.2} to {largest_n:.2} N"
+        "a finishing force of {wanted_n} N is out of reach: with the {which} stock that may be left, {stock_mm} mm, it \
+         is {least_n:.2} to {largest_n:.2} N"
     )]
     OutOfReach {
         /// Reference, N.
@@ -123,12 +129,14 @@ pub enum SemifinishError {
     },
     /// Nothing of what the finish meets may be written anew.
     #[error(
-        "none of the moves that leave what the finish meets can be written anew: they stand in loops, cycles or subprograms, under radius compensation, or in blocks that do more than move"
+        "none of the moves that leave what the finish meets can be written anew: they stand in loops, cycles or \
+         subprograms, under radius compensation, or in blocks that do more than move"
     )]
     NothingFree,
     /// The finish meets the semi-finish in entries and exits alone.
     #[error(
-        "the finish is nowhere in full cut in what the semi-finish left: every cut is shorter than twice the contact of the ball"
+        "the finish is nowhere in full cut in what the semi-finish left: every cut is shorter than twice the contact \
+         of the ball"
     )]
     NoFullCut,
     /// A bound that makes no sense.
@@ -151,7 +159,8 @@ impl SemifinishError {
             }
             Self::TwoBalls { .. } | Self::Engage(_) => "",
             Self::NeverMeet { .. } => {
-                "give the semi-finish that runs right before this finish, both with the same zero point; more than the least stock must be left between them"
+                "give the semi-finish that runs right before this finish, both with the same zero point; more than the \
+                 least stock must be left between them"
             }
             Self::OtherUnit { .. } => "look at G20 and G21, and at what the post wrote",
             Self::TooLarge { .. } => {
@@ -159,7 +168,8 @@ impl SemifinishError {
             }
             Self::WrongOrder => "give the semi-finish first, and the program behind it with --finish",
             Self::OutOfReach { .. } => {
-                "nothing was written; take another --force-xy, allow other --stock, or change feed or pick of the finish"
+                "nothing was written; take another --force-xy, allow other --stock, or change feed or pick of the \
+                 finish"
             }
             Self::NoForce { .. } => {
                 "give [material] and an S word; `feedwright simulate` on the finish says what is missing"

@@ -1,5 +1,5 @@
-//! The knots whose stock is chosen. In: the simulated programs, what each stretch of the finish meets. Out: the unknowns with their
-//! normals and stock, which of them each knot follows, and which of them each stretch depends on.
+//! The knots whose stock is chosen. In: the simulated programs, what each stretch of the finish meets. Out: the
+//! unknowns with their normals and stock, which of them each knot follows, and which of them each stretch depends on.
 
 use super::bench::{Bench, Look};
 use super::least_squares::Pair;
@@ -79,8 +79,8 @@ impl Unknowns {
         Ok(unknowns)
     }
 
-    /// The first and the last pass leave a far side as well, to which the mean of what is met leans over; moved along that they cut into
-    /// it. Normals are set at a right angle to the way to the next pass.
+    /// The first and the last pass leave a far side as well, to which the mean of what is met leans over; moved along
+    /// that they cut into it. Normals are set at a right angle to the way to the next pass.
     fn upright_to_passes(&mut self, bench: &Bench, base: &Look) {
         let centres = bench.semi_centres(base);
         let radius_mm = bench.semi_tool.radius_mm();
@@ -102,7 +102,8 @@ impl Unknowns {
         self.knots.iter().map(tip).zip(self.normals.iter().copied()).collect()
     }
 
-    /// Knots that leave nothing the finish meets go with the nearest along the path that does, as far as the tool stays at feed.
+    /// Knots that leave nothing the finish meets go with the nearest along the path that does, as far as the tool stays
+    /// at feed.
     fn spread(&mut self, bench: &Bench) {
         let list = &bench.knots.list;
         let moves = &bench.task.semi.moves;

@@ -1,10 +1,10 @@
-//! The moved semi-finish as text. In: the program, its motions, offsets of the knots. Out: the same bytes with other numbers in the
-//! coordinates of cutting moves.
+//! The moved semi-finish as text. In: the program, its motions, offsets of the knots. Out: the same bytes with other
+//! numbers in the coordinates of cutting moves.
 //!
-//! Words keep their place, and the number its format; a coordinate that a block leaves out is put in where the tool would otherwise
-//! end elsewhere. The position is followed as the control will have it: a rapid that leaves out an axis goes on from where the
-//! moved cut ended. An arc that no longer is one becomes chords: the first in its own block, the others in lines of coordinates
-//! behind it. A comment at the head tells that the file was written here ([`MARK`]).
+//! Words keep their place, and the number its format; a coordinate that a block leaves out is put in where the tool
+//! would otherwise end elsewhere. The position is followed as the control will have it: a rapid that leaves out an axis
+//! goes on from where the moved cut ended. An arc that no longer is one becomes chords: the first in its own block, the
+//! others in lines of coordinates behind it. A comment at the head tells that the file was written here ([`MARK`]).
 
 use super::knots::Knots;
 use super::proof::MARK;
@@ -20,8 +20,8 @@ const CENTRE: [u8; 3] = *b"IJK";
 /// What words and the interpreted path may disagree by, mm.
 const SAME_MM: f64 = 1e-6;
 
-/// Of each move: may the coordinates of its block be written anew? Only of a block of its own that moves once, at a feed per
-/// minute or per revolution, by plain numbers that say where it ends.
+/// Of each move: may the coordinates of its block be written anew? Only of a block of its own that moves once, at a
+/// feed per minute or per revolution, by plain numbers that say where it ends.
 pub fn movable(program: &Program, path: &Toolpath) -> Vec<bool> {
     let mut may = vec![false; path.moves.len()];
     if program.dialect().syntax() == Syntax::Heidenhain {
@@ -35,8 +35,8 @@ pub fn movable(program: &Program, path: &Toolpath) -> Vec<bool> {
     for (index, motion) in path.moves.iter().enumerate() {
         may[index] = motion.kind == MoveKind::Feed && alone(index) && texts.may_move(program, path, index);
     }
-    // Behind chords the control is left with straight motion: a block that goes on with the arc's code without naming it must be
-    // one that is written anew.
+    // Behind chords the control is left with straight motion: a block that goes on with the arc's code without naming
+    // it must be one that is written anew.
     for index in (0..path.moves.len()).rev() {
         let arc = matches!(path.moves[index].curve(), Curve::Arc(_));
         let Some(next) = path.moves.get(index + 1).filter(|_| arc && may[index]) else { continue };
@@ -166,7 +166,8 @@ pub fn write(program: &Program, path: &Toolpath, knots: &Knots, offsets: &[Vec3]
     moved
 }
 
-/// The edits with the mark before the first block of code, where something is edited and the mark does not stand there yet.
+/// The edits with the mark before the first block of code, where something is edited and the mark does not stand there
+/// yet.
 fn marked(program: &Program, edits: Vec<Edit>) -> Vec<Edit> {
     let stands = memchr::memmem::find(program.text(), MARK.as_bytes()).is_some();
     let part = program.parts().next().expect("a program has its own text");

@@ -1,5 +1,5 @@
-//! The moved program as it was read back, simulated with the finish. In: its motions, the stretches of the finishing path. Out:
-//! loads there, and how far the forces may be off by what is uncertain in the coefficients.
+//! The moved program as it was read back, simulated with the finish. In: its motions, the stretches of the finishing
+//! path. Out: loads there, and how far the forces may be off by what is uncertain in the coefficients.
 
 use super::bench::Bench;
 use super::met::Sample;

@@ -1,18 +1,20 @@
-//! A bound on how high a tool is held by triangles of which only a box in the plane and a plane above them are known. In: triangles,
-//! tool shape. Out: no tip at a place is held higher than this.
+//! A bound on how high a tool is held by triangles of which only a box in the plane and a plane above them are known.
+//! In: triangles, tool shape. Out: no tip at a place is held higher than this.
 //!
-//! With g the gradient of the plane and h the lower side of the tool ([`touch`](super::touch)), f(x) = plane(x) − h(|x − axis|)
-//! bounds what the box can hold. For a ball f is concave and bends by at least 1/r: about any point x₀ of the box
+//! With g the gradient of the plane and h the lower side of the tool ([`touch`](super::touch)), f(x) = plane(x) − h(|x
+//! − axis|) bounds what the box can hold. For a ball f is concave and bends by at least 1/r: about any point x₀ of the
+//! box
 //!
 //! f(x₀ + Δ) ≤ f(x₀) + ∇f·Δ − Δ²/2r,
 //!
-//! whose largest value over the box is found axis by axis. x₀ is the point of the box next to where the tool touches the
-//! plane, at a + r|g|/√(1+g²) uphill. Where there is a flat, f does not bend around the axis; there, with ρ = |x − axis| and γ the
-//! angle from uphill,
+//! whose largest value over the box is found axis by axis. x₀ is the point of the box next to where the tool touches
+//! the plane, at a + r|g|/√(1+g²) uphill. Where there is a flat, f does not bend around the axis; there, with ρ = |x −
+//! axis| and γ the angle from uphill,
 //!
 //! f(x) = plane(axis) + ρ|g| cos γ − h(ρ),
 //!
-//! and the largest cos γ over the box, taken with any ρ that the box spans, is no less: largest at ρ = a + r·s/√(1+s²), s = |g| cos γ.
+//! and the largest cos γ over the box, taken with any ρ that the box spans, is no less: largest at ρ = a + r·s/√(1+s²),
+//! s = |g| cos γ.
 
 use super::shape::Shape;
 use crate::path::Vec3;
@@ -71,7 +73,8 @@ impl Bound {
         }
     }
 
-    /// No tip at `p` is held higher than this by what lies within; minus infinity where that is no more than `known_mm`.
+    /// No tip at `p` is held higher than this by what lies within; minus infinity where that is no more than
+    /// `known_mm`.
     #[inline]
     pub fn at(&self, p: [f64; 2], shape: Shape, known_mm: f64) -> f64 {
         let Shape { flat_mm: a, corner_mm: r } = shape;
@@ -94,8 +97,8 @@ impl Bound {
         let off = [within(0), within(1)];
         let rise = r * r - (off[0] * off[0] + off[1] * off[1]);
         if rise <= 1e-6 * r * r {
-            // That point lies on or beyond the rim of the tool, where h has no slope: no contact is higher than on the plane,
-            // nor than the plane is within the box.
+            // That point lies on or beyond the rim of the tool, where h has no slope: no contact is higher than on the
+            // plane, nor than the plane is within the box.
             let most = |axis: usize| {
                 let g = self.gradient[axis];
                 (g * (self.low[axis] - p[axis])).max(g * (self.high[axis] - p[axis]))
@@ -129,7 +132,8 @@ impl Bound {
         out * s - (r - (r * r - q * q).max(0.0).sqrt())
     }
 
-    /// Largest cosine of the angle from uphill over a box beside the axis: 1 where it lies across the way uphill, else at a corner.
+    /// Largest cosine of the angle from uphill over a box beside the axis: 1 where it lies across the way uphill, else
+    /// at a corner.
     #[inline]
     fn most_uphill(&self, x: [f64; 2], y: [f64; 2]) -> f64 {
         let [gx, gy] = self.gradient;

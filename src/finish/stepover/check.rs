@@ -1,8 +1,8 @@
-//! What the written program does, by the ordinary pipeline. In: its text, the job, the stock the surface carries. Out: force and
-//! time of every station that cuts, the largest force, the share of the contact length near the reference.
+//! What the written program does, by the ordinary pipeline. In: its text, the job, the stock the surface carries. Out:
+//! force and time of every station that cuts, the largest force, the share of the contact length near the reference.
 //!
-//! The text is read, interpreted and simulated like any other program, in a height field that stands above the surface by the
-//! stock; nothing of the plan is used but what each of its motions is part of.
+//! The text is read, interpreted and simulated like any other program, in a height field that stands above the surface
+//! by the stock; nothing of the plan is used but what each of its motions is part of.
 
 use super::drop::Dropper;
 use super::passes::Bind;
@@ -58,8 +58,8 @@ const SPACING_MM: f64 = 1.0;
 /// Bottom of the stock below the lowest point of the surface, mm.
 const BELOW_MM: f64 = 5.0;
 
-/// Stock that stands above a surface by a constant thickness along the normal: a ball of that radius that rests on the surface has its
-/// middle on the parallel surface.
+/// Stock that stands above a surface by a constant thickness along the normal: a ball of that radius that rests on the
+/// surface has its middle on the parallel surface.
 pub fn stock(surface: &Surface, thickness_mm: f64) -> Piece {
     let extent = Box3 {
         min: Vec3::new(surface.extent.min.x, surface.extent.min.y, surface.extent.min.z - BELOW_MM),
@@ -79,7 +79,8 @@ pub fn stock(surface: &Surface, thickness_mm: f64) -> Piece {
     Piece::uncut(Blank::Heights(Box::new(Relief::from_rows(extent, size, heights))), cell)
 }
 
-/// Ends this near are those of one step, mm: coordinates are written to 0.001 mm or 0.0001 in, so they are off by 0.0013 mm at most.
+/// Ends this near are those of one step, mm: coordinates are written to 0.001 mm or 0.0001 in, so they are off by
+/// 0.0013 mm at most.
 const SAME_MM: f64 = 0.002;
 /// Name under which the simulation asks for the stock.
 const NAME: &str = "stock above the surface";
@@ -220,8 +221,8 @@ fn below(all: &mut [(f64, f64)], share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Steps of 1 mm along X, the second without a length; the text has the third in two pieces. Rounding to 0.0013 mm is no other
-    /// place, 0.0021 mm is one.
+    /// Steps of 1 mm along X, the second without a length; the text has the third in two pieces. Rounding to 0.0013 mm
+    /// is no other place, 0.0021 mm is one.
     #[test]
     fn motions_belong_to_the_step_that_they_lie_on() {
         let step = |x: f64, pass: u32| Step {

@@ -1,15 +1,16 @@
-//! Passes of one height each, from the top downwards (constant z). In: a terrain, its steep part, bounds, feeds to choose from, a
-//! reference force. Out: the passes in the order of cutting, and what bounds them where.
+//! Passes of one height each, from the top downwards (constant z). In: a terrain, its steep part, bounds, feeds to
+//! choose from, a reference force. Out: the passes in the order of cutting, and what bounds them where.
 //!
 //! From every place p of a level the next pass may step over downhill by s, as far as [`Reach`] says; that is a step
 //! down of
 //!
 //! Δz = H(p) − H(p + s·side),
 //!
-//! H the height of the tip. The level below takes the least Δz of all places from which that step stays on steep ground going down.
-//! Where the ground ends, so that no place of a pass makes the whole step, its last part, if it is wider than half the step-over before
-//! it, gets a level on its edge. Each curve of a level is a pass of its own, cut when those above it have been. Closed ones run with
-//! the surface on their right (climb milling under M3); those with ends run to and fro.
+//! H the height of the tip. The level below takes the least Δz of all places from which that step stays on steep ground
+//! going down. Where the ground ends, so that no place of a pass makes the whole step, its last part, if it is wider
+//! than half the step-over before it, gets a level on its edge. Each curve of a level is a pass of its own, cut when
+//! those above it have been. Closed ones run with the surface on their right (climb milling under M3); those with ends
+//! run to and fro.
 //!
 //! Step-over and least step-over are measured along the surface here: seen from above they vanish on a wall.
 
@@ -24,15 +25,16 @@ use crate::numeric::bisect;
 use crate::path::Vec3;
 use rayon::prelude::*;
 
-/// A place bounds a level if its own step down is larger than the one taken by no more than this part: the force does not grow
-/// faster than the step-over, so that it lies as near to the reference.
+/// A place bounds a level if its own step down is larger than the one taken by no more than this part: the force does
+/// not grow faster than the step-over, so that it lies as near to the reference.
 const BOUNDS_WITHIN: f64 = 0.02;
-/// Steps of the force are settled where they exceed the least by less than this part: what lies between those known, in which they
-/// were found along a straight line, is off by less.
+/// Steps of the force are settled where they exceed the least by less than this part: what lies between those known, in
+/// which they were found along a straight line, is off by less.
 const SETTLED_WITHIN: f64 = 0.2;
 /// Halvings of a way up or down the slope: of a radius of 3 mm to 0.2 µm.
 const HALVINGS: u32 = 14;
-/// A step that takes this part of the way to the end of the ground takes all of it: the end is halved out to a ten-thousandth.
+/// A step that takes this part of the way to the end of the ground takes all of it: the end is halved out to a
+/// ten-thousandth.
 const END_WITHIN: f64 = 0.999;
 /// From one look for the pass above to the next, in ratios of the way.
 const FARTHER: f64 = 1.5;
@@ -55,8 +57,8 @@ struct Below {
     steps: Vec<(f64, Bind)>,
     /// Those that stay on steep ground.
     whole: Vec<bool>,
-    /// How far it is to the lower end of the steep ground, seen from above and downwards, where that is nearer than the largest step,
-    /// mm.
+    /// How far it is to the lower end of the steep ground, seen from above and downwards, where that is nearer than the
+    /// largest step, mm.
     end_mm: Option<[f64; 2]>,
     reach: Option<Reach>,
     /// Length of the pass that it stands for, mm.
@@ -258,7 +260,8 @@ fn allowed((terrain, steep, wish): (&Terrain, &Steep, &Wish), (level, spot): (&L
             (None, end(over), vec![(over, Bind::Neighbours)])
         }
         None => {
-            // Beyond the end the tool rolls over an edge, or leans on the other side of a valley: loads there say nothing of this one.
+            // Beyond the end the tool rolls over an edge, or leans on the other side of a valley: loads there say
+            // nothing of this one.
             let end = end(bounds.largest_mm);
             let largest_mm = end.unwrap_or(bounds.largest_mm).max(bounds.least_mm);
             let reach = terrain.reach(p, (ways[0], ways[1]), &Bounds { largest_mm, ..bounds })?;
@@ -287,8 +290,8 @@ fn lengths(level: &Level, below: &mut [Below]) {
     }
 }
 
-/// The step down at a feed, by its number in the wish: least over the places that make the whole step; of a stretch that ends, down
-/// to the end if its last part is wider than half the step-over before it.
+/// The step down at a feed, by its number in the wish: least over the places that make the whole step; of a stretch
+/// that ends, down to the end if its last part is wider than half the step-over before it.
 fn step_down(level: &Level, below: &[Below], k: usize) -> Option<f64> {
     let of = |place: &Below| level.spots[place.spot].1;
     let stretch = |places: &[Below]| {
@@ -352,8 +355,8 @@ fn binds(terrain: &Terrain, level: &Level, below: &[Below], step: Option<(usize,
     binds
 }
 
-/// Does the surface end below the pass so near that it engages less than on ground that goes on? Below the contact a corner of radius r
-/// meets stock of thickness t as far as √(2 r t) down the slope.
+/// Does the surface end below the pass so near that it engages less than on ground that goes on? Below the contact a
+/// corner of radius r meets stock of thickness t as far as √(2 r t) down the slope.
 fn is_cut_short(terrain: &Terrain, level: &Level, place: &Below, step_mm: f64) -> bool {
     let p = level.spots[place.spot].0.at;
     let Some(contact) = terrain.dropper.drop(p) else { return true };

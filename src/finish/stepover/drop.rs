@@ -1,8 +1,8 @@
-//! Drop-cutter: how far a tool can be lowered along its axis until it touches a mesh. In: triangles, tool shape, places in the
-//! plane. Out: height of the tip with the point of contact.
+//! Drop-cutter: how far a tool can be lowered along its axis until it touches a mesh. In: triangles, tool shape, places
+//! in the plane. Out: height of the tip with the point of contact.
 //!
-//! Triangles lie in a tree of halves; a node holds the bound of its triangles ([`Bound`]). The child with the higher bound is opened
-//! first; what stays below the contact found so far is never opened.
+//! Triangles lie in a tree of halves; a node holds the bound of its triangles ([`Bound`]). The child with the higher
+//! bound is opened first; what stays below the contact found so far is never opened.
 
 use super::bound::Bound;
 use super::shape::Shape;
@@ -103,8 +103,8 @@ impl<'a> Dropper<'a> {
         self.contact(&best, p)
     }
 
-    /// Lowers it where it is likely to rest near `guess`, a contact found near by: from its leaf upwards through the tree, where most
-    /// of what lies beside stays below what is known.
+    /// Lowers it where it is likely to rest near `guess`, a contact found near by: from its leaf upwards through the
+    /// tree, where most of what lies beside stays below what is known.
     fn near(&self, p: [f64; 2], guess: &Best) -> Best {
         let mut best = Best::default();
         let Some((_, k)) = guess.touched else {
@@ -332,8 +332,8 @@ mod tests {
         }
     }
 
-    /// Edges that are left out, and the way up through the tree from a contact near by, change nothing: sheets of random heights, from
-    /// gentle to steeper than a wall of 85 degrees.
+    /// Edges that are left out, and the way up through the tree from a contact near by, change nothing: sheets of
+    /// random heights, from gentle to steeper than a wall of 85 degrees.
     #[test]
     fn a_rough_sheet_holds_the_tool_where_its_triangles_do() {
         let mut state = 11u64;

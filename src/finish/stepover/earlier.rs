@@ -1,8 +1,9 @@
-//! The stock that an earlier program left, as an allowance. In: its heights, a contact on the surface. Out: how thick it stands on the
-//! surface there, along the normal.
+//! The stock that an earlier program left, as an allowance. In: its heights, a contact on the surface. Out: how thick
+//! it stands on the surface there, along the normal.
 //!
-//! With H the height of the stock over the plane, the thickness t is where the point c + t·n comes out of it: H(c + t·n) =
-//! (c + t·n)_z, by Newton steps with the slope of the surface in place of that of the stock (exact where the two run alike).
+//! With H the height of the stock over the plane, the thickness t is where the point c + t·n comes out of it: H(c +
+//! t·n) = (c + t·n)_z, by Newton steps with the slope of the surface in place of that of the stock (exact where the two
+//! run alike).
 
 use super::drop::Contact;
 use crate::path::Vec3;

@@ -1,9 +1,10 @@
-//! Lines and arcs through the points of a path. In: points close together, a tolerance, whether arcs are wanted. Out: the ends of
-//! the lines and arcs that stay within the tolerance of every point, each arc with a point that it goes through.
+//! Lines and arcs through the points of a path. In: points close together, a tolerance, whether arcs are wanted. Out:
+//! the ends of the lines and arcs that stay within the tolerance of every point, each arc with a point that it goes
+//! through.
 //!
-//! From each end on, the longest line and the longest arc are looked for; the one that goes farther is taken. An arc lies in a
-//! plane across an axis, as controls have them, goes through the first, the middle and the last of its points, and turns by less
-//! than half a turn, which rounding could make one the other way round.
+//! From each end on, the longest line and the longest arc are looked for; the one that goes farther is taken. An arc
+//! lies in a plane across an axis, as controls have them, goes through the first, the middle and the last of its
+//! points, and turns by less than half a turn, which rounding could make one the other way round.
 
 use crate::path::{Plane, Vec3};
 
@@ -105,7 +106,8 @@ pub struct Circle {
 }
 
 impl Circle {
-    /// The arc from `a` through `m` to `b`, in a plane across an axis; `None` where they lie on a line, or in no such plane.
+    /// The arc from `a` through `m` to `b`, in a plane across an axis; `None` where they lie on a line, or in no such
+    /// plane.
     pub fn through(a: Vec3, m: Vec3, b: Vec3) -> Option<Self> {
         let level = |n: usize| (a[n] - m[n]).abs() < SAME_MM && (b[n] - m[n]).abs() < SAME_MM;
         let plane = [Plane::Xy, Plane::Zx, Plane::Yz].into_iter().find(|plane| level(plane.axes().2))?;
@@ -173,12 +175,14 @@ mod tests {
         }
     }
 
-    /// No point is farther from its part than the tolerance, an arc askew to the axes is none, and more than half a turn is several.
+    /// No point is farther from its part than the tolerance, an arc askew to the axes is none, and more than half a
+    /// turn is several.
     #[test]
     fn parts_stay_within_the_tolerance() {
         let wave = |k: usize| Vec3::new(0.1 * k as f64, 2.0, (0.05 * k as f64).sin());
         let points: Vec<Vec3> = (0..400).map(wave).collect();
-        // A line of 1 µm sagitta is √(8 · 1 µm / κ) long: 0.18 mm at the crests, where κ = 0.25 /mm, and the points are 0.1 mm apart.
+        // A line of 1 µm sagitta is √(8 · 1 µm / κ) long: 0.18 mm at the crests, where κ = 0.25 /mm, and the points are
+        // 0.1 mm apart.
         for (arcs, most) in [(true, 80), (false, 260)] {
             let parts = fit(&points, 1e-3, arcs);
             assert!(parts.len() < most, "{arcs}: {}", parts.len());

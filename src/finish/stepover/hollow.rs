@@ -1,9 +1,9 @@
-//! Where the surface bends towards the tool, and whether the tool fits there. In: a surface, the tool made ready for it. Out: how many
-//! facets lie in hollows, and in how many of them the tool cannot touch the facet's middle.
+//! Where the surface bends towards the tool, and whether the tool fits there. In: a surface, the tool made ready for
+//! it. Out: how many facets lie in hollows, and in how many of them the tool cannot touch the facet's middle.
 //!
-//! Two facets whose middles are a distance l apart and whose normals open by an angle β bend with the radius l/β; a hollow has one
-//! of less than [`GENTLE`] tool radii. The tool touches a middle m with the normal n if, lowered at m + (a/sin θ + r)·n seen
-//! from above, it is held no higher than there.
+//! Two facets whose middles are a distance l apart and whose normals open by an angle β bend with the radius l/β; a
+//! hollow has one of less than [`GENTLE`] tool radii. The tool touches a middle m with the normal n if, lowered at m +
+//! (a/sin θ + r)·n seen from above, it is held no higher than there.
 
 use super::drop::Dropper;
 use super::surface::{STEEP, Surface};

@@ -1,5 +1,5 @@
-//! From a surface to a program. In: the surface, the job, what is asked. Out: the plan with its program, checked by simulation, and the
-//! best program of constant step-over beside it; or why there is none.
+//! From a surface to a program. In: the surface, the job, what is asked. Out: the plan with its program, checked by
+//! simulation, and the best program of constant step-over beside it; or why there is none.
 
 use super::check::{self, Check};
 use super::drop::{Contact, Dropper};
@@ -111,12 +111,13 @@ pub struct Answer {
     pub bounds: Bounds,
     /// Passes of varying step-over.
     pub varying: Program,
-    /// Passes of the largest constant step-over that keeps force and scallop everywhere, at its best feed: measured from above or along the
-    /// surface, whichever takes less time; `None` where there is none.
+    /// Passes of the largest constant step-over that keeps force and scallop everywhere, at its best feed: measured
+    /// from above or along the surface, whichever takes less time; `None` where there is none.
     pub constant: Option<Rival>,
     /// Least time of any passes that turn away from the direction no more than asked, and of any passes at all, s.
     pub least_s: [f64; 2],
-    /// Seconds of the least time by one more newton of reference force, and by one more µm of scallop; negative: more would save.
+    /// Seconds of the least time by one more newton of reference force, and by one more µm of scallop; negative: more
+    /// would save.
     pub prices: [f64; 2],
     /// Of passes of one height, what they leave out.
     pub left_out: Option<LeftOut>,
@@ -152,11 +153,12 @@ const PRICE: f64 = 0.05;
 /// Sizes that differ by this much, or that much less, suggest inches taken as millimetres (25.4).
 const INCHES: [f64; 2] = [12.0, 50.0];
 
-/// Gives a planned program, which is at its highest feed throughout, the feeds at which it keeps to a force, N, in this stock.
+/// Gives a planned program, which is at its highest feed throughout, the feeds at which it keeps to a force, N, in this
+/// stock.
 pub type Hold<'a> = &'a dyn Fn(&str, &Piece, f64) -> Result<String, Refusal>;
 
-/// Plans, writes, has the feeds found and checks; `left` is the stock that an earlier program left, `None`: stock of the thickness that is
-/// asked.
+/// Plans, writes, has the feeds found and checks; `left` is the stock that an earlier program left, `None`: stock of
+/// the thickness that is asked.
 pub fn run(
     surface: &Surface,
     (job, dialect): (&Job, Dialect),
@@ -192,7 +194,8 @@ pub fn run(
     let material = job.material(tool).ok_or_else(|| {
         Refusal::new("the setup names no material", "give [stock] material, or a [material] table with coefficients")
     })?;
-    // Stock as thin as a finishing allowance is met by the corner, and by the lowest part of the side on an upright wall.
+    // Stock as thin as a finishing allowance is met by the corner, and by the lowest part of the side on an upright
+    // wall.
     let mut rings = tool.profile.slices(RING_MM);
     rings.retain(|ring| ring.z_mm < shape.corner_mm + shape.radius_mm());
     let cutter = Cutter::new(tool, material, &job.machine.spindle, &job.process, &rings, rps)?;
@@ -327,7 +330,8 @@ fn closed(surface: &Surface, shape: Shape, tolerance_mm: f64) -> Result<Option<S
     Ok((gaps > 0).then(|| format!("{gaps} gaps too small for the tool to sink into are passed over")))
 }
 
-/// Largest thickness of the stock on the surface, mm; a refusal where there is none, or more than the tool is meant to take.
+/// Largest thickness of the stock on the surface, mm; a refusal where there is none, or more than the tool is meant to
+/// take.
 fn thickest(terrain: &Terrain, places: &[Place], most_mm: f64) -> Result<f64, Refusal> {
     let at = |(p, _): &Place| terrain.dropper.drop(*p).map_or(0.0, |contact| (terrain.stock_mm)(&contact));
     let thickest = places.iter().map(at).fold(0.0, f64::max);
@@ -352,8 +356,8 @@ fn within_reach(plan: &Plan, reference_n: f64, bounds: &Bounds) -> Result<Option
     if plan.out_of_reach > 0.5 {
         return Err(Refusal::new(
             format!(
-                "the reference force of {reference_n} N is out of reach: on {share:.0} % of the surface even a step-over of {least_mm:.3} mm \
-                 takes more"
+                "the reference force of {reference_n} N is out of reach: on {share:.0} % of the surface even a \
+                 step-over of {least_mm:.3} mm takes more"
             ),
             "raise --reference-force, lower the feed or the stock, or allow a smaller step-over",
         ));
@@ -365,8 +369,8 @@ fn within_reach(plan: &Plan, reference_n: f64, bounds: &Bounds) -> Result<Option
     }))
 }
 
-/// Do passes lie in planes that the control draws arcs in? Straight ones stand in an upright plane, along X or along Y; those of one
-/// height lie level.
+/// Do passes lie in planes that the control draws arcs in? Straight ones stand in an upright plane, along X or along Y;
+/// those of one height lie level.
 fn arcs(dialect: Dialect, lay: &Lay) -> bool {
     let Lay::Parallel { direction_rad, turn_rad } = lay else { return text::has_arcs(dialect, Plane::Xy) };
     let (sin, cos) = direction_rad.sin_cos();
@@ -446,7 +450,8 @@ fn size(surface: &Surface, job: &Job) -> Result<(), Refusal> {
     if (low..high).contains(&ratio) {
         return Err(Refusal::new(
             format!(
-                "the surface is {ratio:.1} times as large as the stock: were its numbers millimetres taken for inches (25.4)?"
+                "the surface is {ratio:.1} times as large as the stock: were its numbers millimetres taken for inches \
+                 (25.4)?"
             ),
             help,
         ));
@@ -468,7 +473,8 @@ fn size(surface: &Surface, job: &Job) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Can the tool touch where the surface bends towards it? A note where it cannot everywhere; a refusal where it can nowhere.
+/// Can the tool touch where the surface bends towards it? A note where it cannot everywhere; a refusal where it can
+/// nowhere.
 fn reachable(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
     let (hollow, out) = super::hollow::hollow(surface, dropper, tolerance_mm);
     if hollow > 0 && out == hollow {

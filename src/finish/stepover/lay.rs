@@ -1,5 +1,5 @@
-//! The two ways passes lie: side by side in one direction, or each at one height. In: which one, a terrain, a wish. Out: the plan, the
-//! best plan of a constant step, the least time, all of the same kind.
+//! The two ways passes lie: side by side in one direction, or each at one height. In: which one, a terrain, a wish.
+//! Out: the plan, the best plan of a constant step, the least time, all of the same kind.
 
 use super::contour;
 use super::least::least_of_one_height_s;

@@ -1,14 +1,15 @@
-//! The least time in which any passes cut a surface. In: a terrain, places on it with the area each stands for, limits, headings that
-//! passes may have. Out: a time that no plan of such passes goes below.
+//! The least time in which any passes cut a surface. In: a terrain, places on it with the area each stands for, limits,
+//! headings that passes may have. Out: a time that no plan of such passes goes below.
 //!
-//! A pass that goes at the feed f along a heading d and steps over by s to a side clears f·s/l of the area seen from above in a
-//! second, l the length of the path over its length seen from above. With f and s at their limits together, the best heading and the better
-//! side at every place,
+//! A pass that goes at the feed f along a heading d and steps over by s to a side clears f·s/l of the area seen from
+//! above in a second, l the length of the path over its length seen from above. With f and s at their limits together,
+//! the best heading and the better side at every place,
 //!
 //! T ≥ Σ dA / max_d max_f (f·s(f, d)/l(d)).
 //!
-//! It counts the area between the outermost passes alone: no leads, links, corners or accelerations, and no pass more than the area
-//! asks for. It takes the surface within a step-over as the plan does: straight along the feed, a circle across it.
+//! It counts the area between the outermost passes alone: no leads, links, corners or accelerations, and no pass more
+//! than the area asks for. It takes the surface within a step-over as the plan does: straight along the feed, a circle
+//! across it.
 
 use super::contour::{bounds_at, heading};
 use super::levels::downhill;
@@ -27,7 +28,8 @@ pub fn headings(half_rad: f64, count: usize) -> Vec<[f64; 2]> {
     (0..count).map(|k| [angle(k).cos(), angle(k).sin()]).collect()
 }
 
-/// Least time over the places, s; those that no pass can cut count nothing. `headings`: those that a pass may have at a place.
+/// Least time over the places, s; those that no pass can cut count nothing. `headings`: those that a pass may have at a
+/// place.
 pub fn least_s(terrain: &Terrain, places: &[Place], wish: &Wish, headings: &[[f64; 2]]) -> f64 {
     let time = |(p, area): &Place| {
         let ways = headings.iter().flat_map(|d| [1.0, -1.0].map(|side| (*d, [-side * d[1], side * d[0]])));
@@ -37,7 +39,8 @@ pub fn least_s(terrain: &Terrain, places: &[Place], wish: &Wish, headings: &[[f6
     times.iter().sum()
 }
 
-/// Least time of passes of one height over the places, s; step-overs are bounded along the surface, as those passes have them.
+/// Least time of passes of one height over the places, s; step-overs are bounded along the surface, as those passes
+/// have them.
 pub fn least_of_one_height_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
     let time = |(p, area): &Place| {
         let Some(contact) = terrain.dropper.drop(*p) else { return 0.0 };

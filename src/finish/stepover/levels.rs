@@ -1,9 +1,10 @@
-//! Curves on which the tip of a resting tool has one height. In: a tool made ready for a surface, a height. Out: curves in the plane,
-//! each with the higher ground on its right: closed ones but for those that run off the grid.
+//! Curves on which the tip of a resting tool has one height. In: a tool made ready for a surface, a height. Out: curves
+//! in the plane, each with the higher ground on its right: closed ones but for those that run off the grid.
 //!
-//! Heights stand on a grid; where two neighbours lie on either side of the level, the place between them is found on the drop-cutter
-//! itself. Within a cell such places are joined two by two (marching squares), so that a curve runs on from cell to cell.
-//! What is smaller than a cell may be missed: the tool widens every top by its radius, so that this concerns narrow hollows.
+//! Heights stand on a grid; where two neighbours lie on either side of the level, the place between them is found on
+//! the drop-cutter itself. Within a cell such places are joined two by two (marching squares), so that a curve runs on
+//! from cell to cell. What is smaller than a cell may be missed: the tool widens every top by its radius, so that this
+//! concerns narrow hollows.
 
 use super::drop::{Contact, Dropper};
 use crate::numeric::bisect;
@@ -52,7 +53,8 @@ impl Grid {
         self.cell_mm
     }
 
-    /// Places of the grid under which something lies, in every `stride`th row and column, with what the tool touches there.
+    /// Places of the grid under which something lies, in every `stride`th row and column, with what the tool touches
+    /// there.
     pub fn contacts(&self, stride: usize) -> impl Iterator<Item = ([f64; 2], &Contact)> {
         let wide = self.count[0];
         let taken = move |k: &usize| k % wide % stride == stride / 2 && k / wide % stride == stride / 2;
@@ -154,7 +156,8 @@ pub fn downhill(contact: &Contact) -> Option<[f64; 2]> {
     (level > LEVEL).then(|| [contact.normal.x / level, contact.normal.y / level])
 }
 
-/// From a place beside a curve of one height onto it, straight down or up the slope; `None` where that goes farther than `most_mm`.
+/// From a place beside a curve of one height onto it, straight down or up the slope; `None` where that goes farther
+/// than `most_mm`.
 pub fn onto(dropper: &Dropper, from: [f64; 2], level_mm: f64, most_mm: f64) -> Option<[f64; 2]> {
     let mut p = from;
     for _ in 0..STEPS {
@@ -206,8 +209,9 @@ mod tests {
             .sum()
     }
 
-    /// A cone of 45 degrees under a ball of 2 mm: the tip stands r (√2 − 1) above the cone, and the level runs round clockwise, the top on
-    /// its right; about a pit of the same form counter-clockwise. 0.1 mm of side: facets lie within 0.1²/8 · √2 mm of a circle of 1 mm.
+    /// A cone of 45 degrees under a ball of 2 mm: the tip stands r (√2 − 1) above the cone, and the level runs round
+    /// clockwise, the top on its right; about a pit of the same form counter-clockwise. 0.1 mm of side: facets lie
+    /// within 0.1²/8 · √2 mm of a circle of 1 mm.
     #[test]
     fn a_cone_is_cut_in_one_circle_with_the_higher_ground_on_its_right() {
         let shape = Shape::ball(2.0);

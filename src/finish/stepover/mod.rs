@@ -1,5 +1,6 @@
-//! Passes of varying step-over. In: the mesh of a surface, the job, a reference force and a scallop limit. Out: the passes of a ball
-//! or bull-nose end over it, as motions and as an NC program, with what they are predicted and found to do.
+//! Passes of varying step-over. In: the mesh of a surface, the job, a reference force and a scallop limit. Out: the
+//! passes of a ball or bull-nose end over it, as motions and as an NC program, with what they are predicted and found
+//! to do.
 //!
 //! ```text
 //! bytes ─surface─▶ triangles ─drop─▶ tip and contact at any place ─section─▶ engaged arcs, scallop

@@ -1,8 +1,8 @@
-//! In which order the stretches of levels are cut. In: stretches, each with those above it. Out: the same in order, closed ones
-//! from the point next to where the one before ended on, and back to it.
+//! In which order the stretches of levels are cut. In: stretches, each with those above it. Out: the same in order,
+//! closed ones from the point next to where the one before ended on, and back to it.
 //!
-//! A stretch is cut when all above it have been; of those that may be, the one that begins nearest. So the tool stays at a top until
-//! that is done, and goes on to the next one only where they join.
+//! A stretch is cut when all above it have been; of those that may be, the one that begins nearest. So the tool stays
+//! at a top until that is done, and goes on to the next one only where they join.
 
 use super::passes::Spot;
 
@@ -84,8 +84,8 @@ mod tests {
         Strand { spots: points.iter().map(spot).collect(), closed, back: false, parents: parents.to_vec(), height_mm }
     }
 
-    /// Two tops with two loops each, one loop about both: a top is done before the next one, and each loop begins where the one before
-    /// ended.
+    /// Two tops with two loops each, one loop about both: a top is done before the next one, and each loop begins where
+    /// the one before ended.
     #[test]
     fn a_top_is_done_before_the_next_one_and_both_before_what_lies_below() {
         let round = |x: f64, by: f64| vec![[x + by, 0.0], [x, by], [x - by, 0.0], [x, -by]];

@@ -1,20 +1,20 @@
-//! The passes side by side. In: a terrain, bounds, feeds to choose from, a reference force. Out: passes as curves y(x) with the
-//! feeds along them, and what bounds them where.
+//! The passes side by side. In: a terrain, bounds, feeds to choose from, a reference force. Out: passes as curves y(x)
+//! with the feeds along them, and what bounds them where.
 //!
-//! The frame is turned so that passes run along X and follow each other towards +Y. Columns stand side by side along X. In each the
-//! surface is machined on some stretches of Y. From a pass y_k the next may lie, column by column, as far as [`Reach`] says; over
-//! gaps it goes to where the next stretch begins, and a rest at the end of a stretch that is wider than half a step-over gets a
-//! pass on its edge. As a pass may turn away from X by no more than a slope L, the next one is the largest curve with that
-//! slope below what the columns allow:
+//! The frame is turned so that passes run along X and follow each other towards +Y. Columns stand side by side along X.
+//! In each the surface is machined on some stretches of Y. From a pass y_k the next may lie, column by column, as far
+//! as [`Reach`] says; over gaps it goes to where the next stretch begins, and a rest at the end of a stretch that is
+//! wider than half a step-over gets a pass on its edge. As a pass may turn away from X by no more than a slope L, the
+//! next one is the largest curve with that slope below what the columns allow:
 //!
 //! y_{k+1}(x) = min over x' of allowed(x') + L |x − x'|.
 //!
 //! It nowhere exceeds what is allowed; L = 0 gives straight passes.
 //!
-//! Step-over and feed are chosen together. What columns allow depends on the feed: the candidates are what they allow at each of
-//! the feeds to choose from, and what each allows at its own feed of the largest product of feed and step-over. Wherever a curve
-//! steps over less than a feed allows, the pass goes as fast as the force at that step-over lets it. The candidate that clears the
-//! most area a second becomes the next pass.
+//! Step-over and feed are chosen together. What columns allow depends on the feed: the candidates are what they allow
+//! at each of the feeds to choose from, and what each allows at its own feed of the largest product of feed and
+//! step-over. Wherever a curve steps over less than a feed allows, the pass goes as fast as the force at that step-over
+//! lets it. The candidate that clears the most area a second becomes the next pass.
 
 use super::reach::{Bounds, Place, Reach, Terrain};
 use super::section::Beside;
@@ -41,7 +41,8 @@ pub struct Wish {
 }
 
 impl Wish {
-    /// Highest feed at which a place keeps the reference force, from [`FEED_CHANGE_MIN`] of the largest feed up to it, mm/s.
+    /// Highest feed at which a place keeps the reference force, from [`FEED_CHANGE_MIN`] of the largest feed up to it,
+    /// mm/s.
     pub fn fastest_mm_s(&self, line: &LoadLine) -> f64 {
         let top = self.feeds_mm_s.last().copied().unwrap_or(1.0);
         let cap = match line.cap(LimitKind::ForceXy, self.reference_n) {
@@ -116,12 +117,13 @@ pub struct Pass {
 pub struct Plan {
     /// In the order of cutting: towards +Y, or downwards.
     pub passes: Vec<Pass>,
-    /// Largest step-over that is allowed wherever the force can be held at all, for each feed of the wish, mm: as seen from above,
-    /// and along the surface; of passes of one height the largest step down, twice.
+    /// Largest step-over that is allowed wherever the force can be held at all, for each feed of the wish, mm: as seen
+    /// from above, and along the surface; of passes of one height the largest step down, twice.
     pub everywhere_mm: Vec<[f64; 2]>,
     /// Share of the places where even the least step-over exceeds the force.
     pub out_of_reach: f64,
-    /// Strips at the ends of what passes of one height take, narrower than a step, that lie between no two of them, mm².
+    /// Strips at the ends of what passes of one height take, narrower than a step, that lie between no two of them,
+    /// mm².
     pub strips_mm2: f64,
 }
 
@@ -372,7 +374,8 @@ fn offer(
     Offer { next, binds, gain_mm2, time_s }
 }
 
-/// Mean over `half` columns either way of the least over as many: nowhere above the curve itself, and without its fine waves.
+/// Mean over `half` columns either way of the least over as many: nowhere above the curve itself, and without its fine
+/// waves.
 fn smooth(curve: &[f64], half: usize) -> Vec<f64> {
     let window = |i: usize| i.saturating_sub(half)..(i + half + 1).min(curve.len());
     let least: Vec<f64> =
@@ -380,8 +383,8 @@ fn smooth(curve: &[f64], half: usize) -> Vec<f64> {
     (0..curve.len()).map(|i| least[window(i)].iter().sum::<f64>() / window(i).len() as f64).collect()
 }
 
-/// Largest curve of a slope no steeper than `turn` below the tops, without fine waves where it may turn at all: those of one pass
-/// would come back enlarged in the next.
+/// Largest curve of a slope no steeper than `turn` below the tops, without fine waves where it may turn at all: those
+/// of one pass would come back enlarged in the next.
 fn below(tops: &[f64], turn: f64, column_mm: f64, half: usize) -> Vec<f64> {
     let mut curve = if turn > 0.0 { smooth(tops, half) } else { tops.to_vec() };
     let rise = turn * column_mm;

@@ -1,8 +1,9 @@
-//! Motions of the tool over the passes. In: passes, the tool above the surface. Out: rapids and feeds of the tip: down to a pass on
-//! a quarter of a circle, along it by lines and arcs within a tolerance, up on a quarter circle, over to the next.
+//! Motions of the tool over the passes. In: passes, the tool above the surface. Out: rapids and feeds of the tip: down
+//! to a pass on a quarter of a circle, along it by lines and arcs within a tolerance, up on a quarter circle, over to
+//! the next.
 //!
-//! Between two ends that lie near each other the tool goes over at the feed, above stock and surface; else at rapid, at the
-//! safe height.
+//! Between two ends that lie near each other the tool goes over at the feed, above stock and surface; else at rapid, at
+//! the safe height.
 
 use super::drop::Dropper;
 use super::fit::{Part, fit};
@@ -40,7 +41,8 @@ pub struct Drawing {
 pub const CLEAR_MM: f64 = 0.5;
 /// Lines that a quarter circle of a lead is drawn with.
 const LEAD_LINES: usize = 6;
-/// Points along a pass before those that lie on a line are left out, mm; a tenth of the tool's radius where that is less.
+/// Points along a pass before those that lie on a line are left out, mm; a tenth of the tool's radius where that is
+/// less.
 const FINE_MM: f64 = 0.2;
 /// How far a point of a pass of one height may lie in the surface before it is lifted, over the tolerance.
 const OFF_LEVEL: f64 = 0.2;
@@ -77,7 +79,8 @@ struct Piece {
     bind: Bind,
 }
 
-/// A stretch as lines and arcs within the tolerance, each with what bounds the pass at its end; the first is where it begins.
+/// A stretch as lines and arcs within the tolerance, each with what bounds the pass at its end; the first is where it
+/// begins.
 fn line(pass: &Pass, stretch: &[Spot], dropper: &Dropper, drawing: &Drawing) -> Vec<Piece> {
     let mut points = match pass.level_mm {
         None => finely(stretch, dropper),
@@ -110,12 +113,14 @@ fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, Bind)> {
     points
 }
 
-/// Points of a pass of one height between the spots: as near to each other that the curve bends by less than half the tolerance.
+/// Points of a pass of one height between the spots: as near to each other that the curve bends by less than half the
+/// tolerance.
 fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, Bind)> {
     let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
     let place = |p: [f64; 2]| {
         let Some(contact) = dropper.drop(p) else { return Vec3::new(p[0], p[1], level_mm) };
-        // A point off the curve by rounding stays at its height, so that arcs are level; one that would cut into the surface does not.
+        // A point off the curve by rounding stays at its height, so that arcs are level; one that would cut into the
+        // surface does not.
         let into_mm = (contact.tip_mm - level_mm) * contact.normal.z;
         Vec3::new(p[0], p[1], if into_mm > OFF_LEVEL * tolerance_mm { contact.tip_mm } else { level_mm })
     };
@@ -135,8 +140,8 @@ fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm
     points
 }
 
-/// Points of the curve of one height between two of its points, by halves: `often` times, and on where it bends by more than half the
-/// tolerance, as in a corner.
+/// Points of the curve of one height between two of its points, by halves: `often` times, and on where it bends by more
+/// than half the tolerance, as in a corner.
 fn halve(
     ends: [[f64; 2]; 2],
     (level_mm, dropper): (f64, &Dropper),

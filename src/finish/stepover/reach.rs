@@ -1,8 +1,8 @@
-//! How far the next pass may step over from a place. In: a tool made ready for a surface, the stock on it, limits. Out: the
-//! step-over at which the scallop or the force of the next pass meets its limit, for any feed.
+//! How far the next pass may step over from a place. In: a tool made ready for a surface, the stock on it, limits. Out:
+//! the step-over at which the scallop or the force of the next pass meets its limit, for any feed.
 //!
-//! What the next pass engages does not depend on its feed; so its loads at a few step-overs up to the one that the scallop
-//! allows answer for every feed: force grows with the step-over, between two of them along a straight line.
+//! What the next pass engages does not depend on its feed; so its loads at a few step-overs up to the one that the
+//! scallop allows answer for every feed: force grows with the step-over, between two of them along a straight line.
 
 use super::drop::{Contact, Dropper};
 use super::section::{Beside, Ground, Section};
@@ -18,7 +18,8 @@ const LOOKS: usize = 5;
 const SETTLING: u32 = 4;
 /// Halvings by which the step-over of a scallop is found: a thousandth of the range.
 const HALVINGS: u32 = 10;
-/// Distance over which curvature is looked at, over the corner radius of the tool: facets are shorter, bends of the surface longer.
+/// Distance over which curvature is looked at, over the corner radius of the tool: facets are shorter, bends of the
+/// surface longer.
 const CURVATURE_SPAN: f64 = 0.25;
 /// A convex edge counts as a bend of this radius, mm.
 const SHARPEST_MM: f64 = 0.05;
@@ -107,8 +108,8 @@ impl Terrain<'_> {
         self.cutter.line(&Cut { arcs: &arcs, tangent_z: here.tangent.z, ..Cut::default() })
     }
 
-    /// Curvature of the surface across the feed, 1/mm, positive concave: from the circle through the middles of the corner at
-    /// three places across, which runs parallel to the surface at the corner radius.
+    /// Curvature of the surface across the feed, 1/mm, positive concave: from the circle through the middles of the
+    /// corner at three places across, which runs parallel to the surface at the corner radius.
     fn curvature(&self, p: [f64; 2], contact: &Contact, tangent: &Vec3) -> f64 {
         let shape = self.dropper.shape();
         let span = CURVATURE_SPAN * shape.corner_mm.max(0.2 * shape.radius_mm());
@@ -137,8 +138,8 @@ impl Terrain<'_> {
         of_middles / (1.0 + r * of_middles)
     }
 
-    /// Curvature of the curve of one height through a place, 1/mm, positive with its centre on the right: by how much a tip sinks that
-    /// goes straight on, κ = −H″/|∇H|; with the higher ground on the left of the heading the sign turns.
+    /// Curvature of the curve of one height through a place, 1/mm, positive with its centre on the right: by how much a
+    /// tip sinks that goes straight on, κ = −H″/|∇H|; with the higher ground on the left of the heading the sign turns.
     fn turn(&self, p: [f64; 2], contact: &Contact, heading: [f64; 2]) -> f64 {
         let shape = self.dropper.shape();
         let span = CURVATURE_SPAN * shape.corner_mm.max(0.2 * shape.radius_mm());
@@ -188,13 +189,15 @@ impl Terrain<'_> {
         at
     }
 
-    /// How far the pass after the one through `p` with its tip there may step over, towards the level unit vector `side`.
+    /// How far the pass after the one through `p` with its tip there may step over, towards the level unit vector
+    /// `side`.
     pub fn reach(&self, p: [f64; 2], (heading, side): ([f64; 2], [f64; 2]), bounds: &Bounds) -> Option<Reach> {
         let contact = self.dropper.drop(p)?;
         let before = Beside::Pass(Vec3::new(p[0], p[1], contact.tip_mm));
         let next = |step: f64| self.here([p[0] + step * side[0], p[1] + step * side[1]], heading, before);
         let fits = |step: f64| next(step).is_none_or(|here| here.scallop_mm <= bounds.scallop_mm);
-        // Beyond the rim the tool rests on an edge, which leaves no scallop: what it would be there says nothing of the surface.
+        // Beyond the rim the tool rests on an edge, which leaves no scallop: what it would be there says nothing of the
+        // surface.
         let on = |step: f64| next(step).is_some_and(|here| !here.contact.rim);
         let (least, largest) = (bounds.least_mm, bounds.largest_mm);
         let last = if on(largest) { largest } else { bisect(on, least, largest, HALVINGS)[0] };

@@ -1,5 +1,5 @@
-//! What varying passes are compared with. In: columns, a plan of varying step-over. Out: the least time of passes, and the best plan of
-//! a constant step-over.
+//! What varying passes are compared with. In: columns, a plan of varying step-over. Out: the least time of passes, and
+//! the best plan of a constant step-over.
 
 use super::least::{headings, least_s};
 use super::passes::{self, Columns, Constant, Plan, Wish};
@@ -21,9 +21,9 @@ pub fn least_alike_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
     least_s(terrain, places, wish, &headings(wish.turn.atan(), if wish.turn > 0.0 { FAN } else { 1 }))
 }
 
-/// The best plan of one step-over and one feed that keep force and scallop wherever the varying plan looked, but for places where not
-/// even the least step-over keeps the force, which that plan does not keep either. The step-over is measured from above or along the
-/// surface, whichever takes less time.
+/// The best plan of one step-over and one feed that keep force and scallop wherever the varying plan looked, but for
+/// places where not even the least step-over keeps the force, which that plan does not keep either. The step-over is
+/// measured from above or along the surface, whichever takes less time.
 pub fn constant(terrain: &Terrain, columns: &Columns, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
     let best = |way: usize| {
         let rate = |k: &usize| wish.feeds_mm_s[*k] * varying.everywhere_mm[*k][way];

@@ -1,20 +1,20 @@
-//! What a finishing pass cuts at one place, in the plane across its feed. In: the tool on the surface, the pass before it, the
-//! stock. Out: engaged arcs of the tool's rings, and the scallop left between the two passes.
+//! What a finishing pass cuts at one place, in the plane across its feed. In: the tool on the surface, the pass before
+//! it, the stock. Out: engaged arcs of the tool's rings, and the scallop left between the two passes.
 //!
-//! Axes in that plane: e₁ level, to the left of the feed; e₂ = t × e₁. The surface there is a circle of curvature κ (positive
-//! concave, seen from the tool) through the point of contact c with the normal n; a point q lies above it by
+//! Axes in that plane: e₁ level, to the left of the feed; e₂ = t × e₁. The surface there is a circle of curvature κ
+//! (positive concave, seen from the tool) through the point of contact c with the normal n; a point q lies above it by
 //!
 //! s(q) = (2 n·v − κ v²) / (1 + √(1 − 2κ n·v + κ² v²)), v = q − c.
 //!
-//! Stock is where s < d, the normal thickness left by the operation before, and where the pass beside did not cut. A corner of
-//! radius r about a bottom flat of radius a is a ball moved over a level disc. Seen along a feed that rises by the angle τ the disc is an
-//! ellipse of half axes a along e₁ and b = a |sin τ| along e₂, and the ball a circle: what the pass leaves is the curve at the
-//! distance r around that ellipse, open upwards (the shank goes on). For a ball it is the circle itself, for a level feed the circle
-//! widened by the flat.
-//! A point of a ring at the immersion angle φ lies at ρ(cos φ e₁ + sin φ f) + z k from the tip, f the level direction of the feed;
-//! it is projected along the feed, which is exact where the passes run straight. Level passes may bend: with κ_t the curvature of
-//! their path, positive with its centre on the right, a point u to the left of the tip and v ahead of it lies as far from that centre
-//! as one that is to the left by
+//! Stock is where s < d, the normal thickness left by the operation before, and where the pass beside did not cut. A
+//! corner of radius r about a bottom flat of radius a is a ball moved over a level disc. Seen along a feed that rises
+//! by the angle τ the disc is an ellipse of half axes a along e₁ and b = a |sin τ| along e₂, and the ball a circle:
+//! what the pass leaves is the curve at the distance r around that ellipse, open upwards (the shank goes on). For a
+//! ball it is the circle itself, for a level feed the circle widened by the flat. A point of a ring at the immersion
+//! angle φ lies at ρ(cos φ e₁ + sin φ f) + z k from the tip, f the level direction of the feed; it is projected along
+//! the feed, which is exact where the passes run straight. Level passes may bend: with κ_t the curvature of their path,
+//! positive with its centre on the right, a point u to the left of the tip and v ahead of it lies as far from that
+//! centre as one that is to the left by
 //!
 //! u' = (2 u + κ_t (u² + v²)) / (1 + √(1 + 2 κ_t u + κ_t² (u² + v²))),
 //!
@@ -142,8 +142,8 @@ impl Section {
             let q = (x - a).max(0.0);
             return -(r * r - q * q).max(0.0).sqrt();
         }
-        // By the part w of the normal along e₁: the ellipse lies at a² w/l along it and b² √(1 − w²)/l below, l its distance from
-        // the tangent. It moves outwards as w grows.
+        // By the part w of the normal along e₁: the ellipse lies at a² w/l along it and b² √(1 − w²)/l below, l its
+        // distance from the tangent. It moves outwards as w grows.
         let distance = |w: f64| (a * a * w * w + b * b * (1.0 - w * w)).sqrt();
         let out = |w: f64| w * (a * a / distance(w) + r);
         let w = middle(bisect(|w| out(w) <= x, 0.0, 1.0, LOWER_HALVINGS));
@@ -263,8 +263,9 @@ impl Section {
         Some([here[0] + half * dx + sign * down * side[0], here[1] + half * dy + sign * down * side[1]])
     }
 
-    /// Where what two passes of a bull-nose end leave meets. The difference of two like convex curves side by side grows or falls all
-    /// the way, so it is zero once; where one stays below the other as far as both reach, its wall cuts into what the other left.
+    /// Where what two passes of a bull-nose end leave meets. The difference of two like convex curves side by side
+    /// grows or falls all the way, so it is zero once; where one stays below the other as far as both reach, its wall
+    /// cuts into what the other left.
     fn widened_cusp(&self, here: [f64; 2], before: [f64; 2]) -> Option<[f64; 2]> {
         let (left, right) = if here[0] < before[0] { (here, before) } else { (before, here) };
         let reach = self.shape.radius_mm();
@@ -293,9 +294,9 @@ fn border(of: &dyn Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     middle(bisect(|at| (of(at) > 0.0) == inside, from, to, HALVINGS))
 }
 
-/// Scallop height between two passes of a ball of radius `r`, its middles `apart` mm, on a surface whose curvature across
-/// the passes is κ (positive concave), in closed form: with ρ = 1/κ and middles at ρ − r from the centre of curvature
-/// h = ρ − √((ρ − r)² − (p/2)²) − √(r² − (p/2)²); on a plane h = r − √(r² − (p/2)²), mm.
+/// Scallop height between two passes of a ball of radius `r`, its middles `apart` mm, on a surface whose curvature
+/// across the passes is κ (positive concave), in closed form: with ρ = 1/κ and middles at ρ − r from the centre of
+/// curvature h = ρ − √((ρ − r)² − (p/2)²) − √(r² − (p/2)²); on a plane h = r − √(r² − (p/2)²), mm.
 #[cfg(feature = "rooms")]
 pub fn ball_scallop_mm(r: f64, curvature_per_mm: f64, apart_mm: f64) -> f64 {
     let half = 0.5 * apart_mm;
@@ -357,7 +358,8 @@ mod tests {
         assert!(at(6.1).is_infinite());
     }
 
-    /// A level slot in stock of 0.1 mm over a floor: a ring at z meets stock on its whole leading half while z < 0.1 mm.
+    /// A level slot in stock of 0.1 mm over a floor: a ring at z meets stock on its whole leading half while z < 0.1
+    /// mm.
     #[test]
     fn a_slot_engages_the_leading_half_of_the_rings_below_the_stock() {
         let ground = plane(0.0, 0.0);
@@ -371,8 +373,8 @@ mod tests {
         assert_eq!(arcs.iter().filter(whole).count(), below);
     }
 
-    /// Points of a circle about the centre of a bent path, on its right and on its left, come to lie beside the tip where the circle
-    /// crosses the line across the feed.
+    /// Points of a circle about the centre of a bent path, on its right and on its left, come to lie beside the tip
+    /// where the circle crosses the line across the feed.
     #[test]
     fn a_point_ahead_on_a_bent_path_is_brought_back_along_its_circle() {
         for radius in [7.0, -7.0] {

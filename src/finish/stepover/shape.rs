@@ -1,5 +1,5 @@
-//! The lower side of a finishing tool in two numbers. In: an outline. Out: radius of the bottom flat and of the corner, and
-//! heights, slopes and normals from them.
+//! The lower side of a finishing tool in two numbers. In: an outline. Out: radius of the bottom flat and of the corner,
+//! and heights, slopes and normals from them.
 
 use crate::machine::{Profile, Tool};
 use crate::path::Vec3;

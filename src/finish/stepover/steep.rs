@@ -1,5 +1,5 @@
-//! The part of a surface that passes of one height take: machined, and no shallower than a limit. In: a grid of heights, the limit.
-//! Out: the stretches of such passes at a height, and places over that part.
+//! The part of a surface that passes of one height take: machined, and no shallower than a limit. In: a grid of
+//! heights, the limit. Out: the stretches of such passes at a height, and places over that part.
 
 use super::drop::{Contact, Dropper};
 use super::levels::{Curve, Grid, downhill, onto};
@@ -7,7 +7,8 @@ use super::reach::Place;
 use crate::numeric::bisect;
 use rayon::prelude::*;
 
-/// Shortest stretch, and longest gap of shallower ground that is passed over, in radii of the tool: a lead takes as much room.
+/// Shortest stretch, and longest gap of shallower ground that is passed over, in radii of the tool: a lead takes as
+/// much room.
 const SHORT: f64 = 1.0;
 /// To the next place of a grid in any direction, in sides of a cell: its diagonal.
 const NEXT: f64 = std::f64::consts::SQRT_2;

@@ -1,9 +1,10 @@
-//! The surface to be finished: triangles as the drop-cutter wants them. In: the bytes of an STL file. Out: triangles, which of
-//! their edges and corners lie on the rim of what is machined, what was repaired; or why the surface cannot be used.
+//! The surface to be finished: triangles as the drop-cutter wants them. In: the bytes of an STL file. Out: triangles,
+//! which of their edges and corners lie on the rim of what is machined, what was repaired; or why the surface cannot be
+//! used.
 //!
-//! An open surface is welcome. What is machined are the facets that look up and are no steeper than a limit; their rim is where
-//! the surface ends or becomes steeper. A hole in the surface is an outline inside the largest one: the tool would sink
-//! into it by r − √(r² − w²/4).
+//! An open surface is welcome. What is machined are the facets that look up and are no steeper than a limit; their rim
+//! is where the surface ends or becomes steeper. A hole in the surface is an outline inside the largest one: the tool
+//! would sink into it by r − √(r² − w²/4).
 
 use super::shape::Shape;
 use crate::machine::Box3;
@@ -17,7 +18,8 @@ pub const RIM_EDGE: u16 = 1;
 pub const RIM_CORNER: u16 = 8;
 /// Mark of a triangle that is not machined: too steep, or looking down.
 pub const STEEP: u16 = 64;
-/// Mark of a triangle whose edge k holds no tool by itself, or is left to the triangle on its other side: this, shifted by k.
+/// Mark of a triangle whose edge k holds no tool by itself, or is left to the triangle on its other side: this, shifted
+/// by k.
 pub const HOLLOW: u16 = 128;
 
 /// Sine of the angle by which an edge has to open upwards to count as the bottom of a hollow.
@@ -163,7 +165,8 @@ fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u16>, Vec<Outline>) {
     (marks, outlines(mesh, &open))
 }
 
-/// Does the surface open upwards at an edge that two triangles share? A tool in it rests on both of them rather than on the edge.
+/// Does the surface open upwards at an edge that two triangles share? A tool in it rests on both of them rather than on
+/// the edge.
 fn opens_upwards(mesh: &Mesh, [one, other]: [([u32; 3], u8); 2]) -> bool {
     let corner = |ids: [u32; 3], k: u8| mesh.vertices[ids[usize::from(k) % 3] as usize];
     let apex = |(ids, k): ([u32; 3], u8)| corner(ids, k + 2);

@@ -1,7 +1,8 @@
 //! The program as text. In: motions of the tip in mm, dialect, unit. Out: text.
 //!
-//! Nothing is written that a control could read in two ways: plane, unit, absolute positions, feed per minute and work offset are
-//! said at the head, every motion says its kind, a coordinate stands where it changes. Centres of arcs are given from their start on.
+//! Nothing is written that a control could read in two ways: plane, unit, absolute positions, feed per minute and work
+//! offset are said at the head, every motion says its kind, a coordinate stands where it changes. Centres of arcs are
+//! given from their start on.
 
 use super::fit::Circle;
 use super::path::Step;
@@ -28,8 +29,8 @@ pub struct Head {
     pub notes: Vec<String>,
 }
 
-/// Whether arcs in a plane are written. Another plane than XY turns the axis of the tool's length on a Siemens control, and a
-/// Heidenhain one has no words for an arc in it.
+/// Whether arcs in a plane are written. Another plane than XY turns the axis of the tool's length on a Siemens control,
+/// and a Heidenhain one has no words for an arc in it.
 pub fn has_arcs(dialect: Dialect, plane: Plane) -> bool {
     plane == Plane::Xy || dialect.syntax() == Syntax::Rs274
 }

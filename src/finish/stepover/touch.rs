@@ -1,17 +1,19 @@
-//! Where a tool that comes down from above touches one triangle. In: triangle, tool shape, place of the axis in the plane. Out:
-//! height of the tip, point of contact, and whether that lies on the facet, an edge or a corner.
+//! Where a tool that comes down from above touches one triangle. In: triangle, tool shape, place of the axis in the
+//! plane. Out: height of the tip, point of contact, and whether that lies on the facet, an edge or a corner.
 //!
 //! A bull-nose end is a disc of radius a swept by a ball of radius r: ball a = 0, flat end r = 0. Its lower side at a
-//! distance ρ from the axis lies h(ρ) = r − √(r² − (ρ − a)²) above the tip (0 within a), a convex function; so over a triangle
-//! z(p) − h(|p − axis|) is concave, its largest value is the height of the tip, and
+//! distance ρ from the axis lies h(ρ) = r − √(r² − (ρ − a)²) above the tip (0 within a), a convex function; so over a
+//! triangle z(p) − h(|p − axis|) is concave, its largest value is the height of the tip, and
 //! * it lies inside the triangle where the normal points from the corner circle: at a + r sin θ from the axis, uphill;
-//! * else on an edge that the triangle and that place lie on either side of (from any other the way there rises on into the
-//!   triangle), where it is concave again: in closed form for a ball and a flat, by regula falsi on its slope for a bull.
+//! * else on an edge that the triangle and that place lie on either side of (from any other the way there rises on into
+//!   the triangle), where it is concave again: in closed form for a ball and a flat, by regula falsi on its slope for a
+//!   bull.
 
 use super::shape::Shape;
 use crate::path::Vec3;
 
-/// Where an edge holds a bull-nose is found to this, mm: the height, which is level there, errs by its square over the corner radius.
+/// Where an edge holds a bull-nose is found to this, mm: the height, which is level there, errs by its square over the
+/// corner radius.
 const PLACE_MM: f64 = 1e-7;
 /// Most steps to find it; some seven are needed.
 const STEPS: u32 = 60;
@@ -46,7 +48,8 @@ pub fn touch(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape, kept: [bool; 3]) -
     let mut outer = [true; 3];
     if across.z != 0.0 {
         let n = if across.z < 0.0 { -across } else { across } / across.norm();
-        // Uphill is against the level part of the normal; on a level facet under a flat bottom the axis stands for the disc.
+        // Uphill is against the level part of the normal; on a level facet under a flat bottom the axis stands for the
+        // disc.
         let out = if shape.flat_mm > 0.0 {
             let sin = (n.x * n.x + n.y * n.y).sqrt();
             if sin > 0.0 { shape.flat_mm / sin + shape.corner_mm } else { 0.0 }
@@ -156,7 +159,8 @@ mod tests {
         Shape { flat_mm: 3.0, corner_mm: 0.0 },
     ];
 
-    /// No point of a triangle stands inside a tool that rests on it, and one touches it: by points strewn over the triangle.
+    /// No point of a triangle stands inside a tool that rests on it, and one touches it: by points strewn over the
+    /// triangle.
     #[test]
     fn no_point_of_a_triangle_is_inside_the_tool_that_rests_on_it() {
         let triangle = [Vec3::new(0.0, 0.0, 0.0), Vec3::new(4.0, 1.0, 2.0), Vec3::new(1.0, 3.0, -1.5)];

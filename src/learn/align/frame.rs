@@ -1,19 +1,22 @@
-//! A log in another frame than its program: positions of the machine, not of the work. In: log, timeline. Out: the shift of the
-//! log against the program, mm, where there is one.
+//! A log in another frame than its program: positions of the machine, not of the work. In: log, timeline. Out: the
+//! shift of the log against the program, mm, where there is one.
 //!
-//! The log of a whole program has the corners of its path. Each axis gives up to three guesses: the least places against each other, the
-//! greatest, and the medians. The guess under which most places lie on the path is made exact by least squares: a place p whose nearest
-//! point of the path is q, on a line along t, asks of the shift δ that (I − t tᵀ)(p − δ − q) = 0. Places belong to the path of
-//! a program that was run, so nearly all must lie on it in the end, and without a shift hardly any.
+//! The log of a whole program has the corners of its path. Each axis gives up to three guesses: the least places
+//! against each other, the greatest, and the medians. The guess under which most places lie on the path is made exact
+//! by least squares: a place p whose nearest point of the path is q, on a line along t, asks of the shift δ that (I − t
+//! tᵀ)(p − δ − q) = 0. Places belong to the path of a program that was run, so nearly all must lie on it in the end,
+//! and without a shift hardly any.
 
 use crate::learn::log::Log;
 use crate::learn::program::timeline::Timeline;
 use crate::path::Vec3;
 
-/// Distance within which a place lies on the path, mm: the one of the alignment, and for a guess a sample's way from a corner.
+/// Distance within which a place lies on the path, mm: the one of the alignment, and for a guess a sample's way from a
+/// corner.
 const ON_PATH_MM: f64 = 1.0;
 const NEAR_MM: f64 = 6.0;
-/// Share of the places on the path at which a log is in the frame of the program, and share below which it is in another.
+/// Share of the places on the path at which a log is in the frame of the program, and share below which it is in
+/// another.
 const IN_FRAME: f64 = 0.8;
 const ELSEWHERE: f64 = 0.5;
 /// Places of the log that are looked at, and rounds of least squares.
@@ -58,8 +61,8 @@ pub fn in_work_frame(log: &mut Log, timeline: &Timeline) {
         }
     }
     log.warnings.push(format!(
-        "the positions are not those of the work frame (machine coordinates?): X {:+.3} Y {:+.3} Z {:+.3} mm against the program, \
-         taken off",
+        "the positions are not those of the work frame (machine coordinates?): X {:+.3} Y {:+.3} Z {:+.3} mm against \
+         the program, taken off",
         shift.x, shift.y, shift.z
     ));
 }

@@ -21,8 +21,8 @@ const SLOWER_PAYS: f64 = 10.0;
 const LEAST_STEPS: f64 = 0.02;
 /// Most places whose times are compared.
 const PACED: usize = 800;
-/// How far the logarithm of the factor is narrowed down, as a part of the distance between the factors tried beside it: 0.1 %, where
-/// the drift of a log tells percents.
+/// How far the logarithm of the factor is narrowed down, as a part of the distance between the factors tried beside it:
+/// 0.1 %, where the drift of a log tells percents.
 const NARROW: f64 = 1e-3;
 
 /// Ties samples by line; `None` when the log has no lines or they belong to no leg.

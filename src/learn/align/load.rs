@@ -1,13 +1,13 @@
 //! Ties a log to the program by its load alone. In: log, timeline, slower machines, job. Out: [`Aligned`].
 //!
-//! 1. Coarse: the load that each machine would have (the declared acceleration and lower ones) is found in the measured one
-//!    by dynamic programming over the lag ([`super::matching`]); the machine with the best correlation is taken.
-//! 2. Fine: in windows of the program the reading is y ≈ c₀ + (1 + c)·ŷ(T) − δ·ŷ′(T), by which every window observes its
-//!    own shift δ beside its own level, with the variance σ²/Σŷ′². The drift is smoothed over the windows
-//!    ([`super::drift`]); the acceleration is chosen under which it is the least surprising. ŷ is refitted (tare, cutting
-//!    and edge part by robust least squares), and both are repeated.
-//!    Where the stock may stand proud, the mill be smaller or an entry take more, cuts would seem to begin earlier or later
-//!    than they do: what each of these adds to the load is fitted beside the other parts.
+//! 1. Coarse: the load that each machine would have (the declared acceleration and lower ones) is found in the measured
+//!    one by dynamic programming over the lag ([`super::matching`]); the machine with the best correlation is taken.
+//! 2. Fine: in windows of the program the reading is y ≈ c₀ + (1 + c)·ŷ(T) − δ·ŷ′(T), by which every window observes
+//!    its own shift δ beside its own level, with the variance σ²/Σŷ′². The drift is smoothed over the windows
+//!    ([`super::drift`]); the acceleration is chosen under which it is the least surprising. ŷ is refitted (tare,
+//!    cutting and edge part by robust least squares), and both are repeated. Where the stock may stand proud, the mill
+//!    be smaller or an entry take more, cuts would seem to begin earlier or later than they do: what each of these adds
+//!    to the load is fitted beside the other parts.
 //! 3. What was fitted is matched once more: the first match knew neither the machine nor the parts.
 //! 4. A lag of the sensor looks like a late alignment: first-order lags are tried on ŷ, and kept where they lower the
 //!    squares clearly, so that the alignment is that of the load and not of its echo.

@@ -1,9 +1,10 @@
-//! What the drives of the axes add to a spindle reading, where the meter measures them too. In: samples laid along the program, those
-//! in air. Out: factors on the speed v and on v·max(0, a), a the acceleration; and how far what they add changes within the uncertainty
-//! of where each sample belongs.
+//! What the drives of the axes add to a spindle reading, where the meter measures them too. In: samples laid along the
+//! program, those in air. Out: factors on the speed v and on v·max(0, a), a the acceleration; and how far what they add
+//! changes within the uncertainty of where each sample belongs.
 //!
-//! A rapid takes some tenths of a second and begins and ends at rest, so what it adds rises and falls within hundredths of a second:
-//! a sample placed wrong by that much is off by all of it. Where the meter does not measure the axes, both factors are nearly 0.
+//! A rapid takes some tenths of a second and begins and ends at rest, so what it adds rises and falls within hundredths
+//! of a second: a sample placed wrong by that much is off by all of it. Where the meter does not measure the axes, both
+//! factors are nearly 0.
 
 use crate::learn::align::Method;
 use crate::learn::dataset::placed_log::PlacedLog;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::samples::{Class, Data};
 
-/// Share of a tool's cuts that must reach a feed before it counts as measured: a corner or an edge of the stock that is passed once at
-/// a high feed tells nothing of cuts at that feed (judgement).
+/// Share of a tool's cuts that must reach a feed before it counts as measured: a corner or an edge of the stock that is
+/// passed once at a high feed tells nothing of cuts at that feed (judgement).
 const REACHED_BY: f64 = 0.05;
 
 /// Tools in order with the highest feed per tooth, mm; none where tools or feeds are not known.

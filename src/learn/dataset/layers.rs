@@ -1,5 +1,5 @@
-//! Layers of a ball end with their forces, and as data of a diagnosis. In: rows of a table, the resultant in the tool's plane.
-//! Out: the layers, given or as differences of cuts of growing depth; [`Data`] on the terms of Nishida's Eq. 1,
+//! Layers of a ball end with their forces, and as data of a diagnosis. In: rows of a table, the resultant in the tool's
+//! plane. Out: the layers, given or as differences of cuts of growing depth; [`Data`] on the terms of Nishida's Eq. 1,
 //! F/Δz = C₀ + C₁L + C₂t_m + C₃L t_m, L the length of contact in mm and t_m the largest chip in µm.
 
 use crate::force::closed::{SteadyCut, ball_layer};

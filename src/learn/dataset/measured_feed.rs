@@ -179,7 +179,7 @@ mod tests {
         let events = found.events(&log, &aligned, &program);
         assert_eq!(events.len(), 1, "{events:?}");
         assert!((events[0].ratio - 0.8).abs() < 0.01 && (events[0].time_s[0] - 2.0).abs() < 0.3);
-        assert!(events[0].said().contains("80 % of the predicted feed"), "{}", events[0].said());
+        assert!(events[0].in_words().contains("80 % of the predicted feed"), "{}", events[0].in_words());
     }
 
     #[test]

@@ -83,8 +83,8 @@ impl<'a> PlacedLog<'a> {
         self.feed.as_ref().is_some_and(|feed| feed.stands(i))
     }
 
-    /// What the feed of a sample makes of a column at the predicted feed: chips are as thick as the feed is large, edges
-    /// rub as long whatever it is.
+    /// What the feed of a sample makes of a column at the predicted feed: chips are as thick as the feed is large,
+    /// edges rub as long whatever it is.
     pub(in crate::learn) fn at_feed(&self, i: usize, class: Class) -> f64 {
         if class == Class::Cutting { self.feed_ratio(i) } else { 1.0 }
     }

@@ -1,9 +1,9 @@
-//! A table of steady cuts as data of a diagnosis: of a spindle reading, or where there is none of mean forces or of the layers of
-//! a ball end.
+//! A table of steady cuts as data of a diagnosis: of a spindle reading, or where there is none of mean forces or of the
+//! layers of a ball end.
 //!
-//! The model of a row: power = tare·P₀(n)/P₀(n₀) + (k_tc Q + k_te A)·1e-3 W, P₀(n) the declared tare at the speed n; torque = the same
-//! over 2πn; load in percent = the same in percent of an unknown rating. Straight geometry is the base, the path's curvature an
-//! effect.
+//! The model of a row: power = tare·P₀(n)/P₀(n₀) + (k_tc Q + k_te A)·1e-3 W, P₀(n) the declared tare at the speed n;
+//! torque = the same over 2πn; load in percent = the same in percent of an unknown rating. Straight geometry is the
+//! base, the path's curvature an effect.
 
 use crate::force::closed::{Rates, SteadyCut, rates};
 use crate::learn::dataset::samples::{Data, VariantColumns};
@@ -17,8 +17,9 @@ use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 use crate::machine::Spindle;
 
-/// Data for the diagnosis: of a spindle reading, else of mean forces, else of layers of a ball end. `to_shaft` turns a meter
-/// reading into the quantity at the motor shaft; `spindle`, where one is declared, says how its tare goes with the speed.
+/// Data for the diagnosis: of a spindle reading, else of mean forces, else of layers of a ball end. `to_shaft` turns a
+/// meter reading into the quantity at the motor shaft; `spindle`, where one is declared, says how its tare goes with
+/// the speed.
 pub fn data(
     frame: &Frame,
     table: &[SteadyRow],

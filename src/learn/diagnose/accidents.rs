@@ -29,7 +29,8 @@ impl Diagnosis<'_> {
         if !self.data.is_series() {
             return self.may_begin_between(fitted, e, before).then(|| {
                 format!(
-                    "it begins at cut {at_s:.0} or between two set-ups near it: a difference between them may be the cause"
+                    "it begins at cut {at_s:.0} or between two set-ups near it: a difference between them may be the \
+                     cause"
                 )
             });
         }

@@ -6,7 +6,7 @@ use crate::learn::diagnose::criteria::PLACED_BY;
 use crate::learn::diagnose::score_test::{instant, region};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::Fitted;
-use crate::learn::model::starts::{forms, product};
+use crate::learn::model::starts::{forms, start_values};
 use crate::learn::program::variant::Variant;
 
 /// Why these data cannot show an effect; `None` if they can.
@@ -63,7 +63,7 @@ pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Fit
     } else if effect.changes(Geometry::Runout) && data.runouts.is_narrow() {
         vec![data.runouts.middle().to_vec()]
     } else {
-        product(effect)
+        start_values(effect)
     };
     values.iter().flat_map(|values| forms(effect, values)).collect()
 }
@@ -84,7 +84,7 @@ fn placed(effect: &Effect, data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
         };
         effect.parameters.iter().zip(values).map(value).collect()
     };
-    let mut all: Vec<Vec<f64>> = product(effect).into_iter().map(with_place).collect();
+    let mut all: Vec<Vec<f64>> = start_values(effect).into_iter().map(with_place).collect();
     all.dedup();
     all
 }

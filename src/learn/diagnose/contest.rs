@@ -126,7 +126,7 @@ impl Diagnosis<'_> {
         let others = without_it.model.effects.iter().cloned();
         let found = fit(&self.train, &others.chain([own.clone()]).collect::<Vec<_>>(), FORM_ROUNDS);
         let found = found.unwrap_or_else(|| model.clone());
-        let (score, gain) = score_of(&self.train, without_it, &found, own.asked());
+        let (score, gain) = score_of(&self.train, without_it, &found, own.free_count());
         let trial = Trial { effect: own.effect, fitted: found, gain, score };
         let left = self.held_out_of_trial(without_it, &trial);
         let shaped = self.less_best_curve(&trial.fitted, &left, |covariate, part| follows(own.effect, covariate, part));

@@ -34,7 +34,8 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
     let standing = measured_feed(log, aligned, timeline).map_or(0.0, |feed| feed.standing(aligned, timeline));
     if stands_too_long(standing) {
         doubts.push(format!(
-            "the tool stands in {:.0} % of the samples at which the program feeds: are the units of the positions right?",
+            "the tool stands in {:.0} % of the samples at which the program feeds: are the units of the positions \
+             right?",
             100.0 * standing
         ));
     }
@@ -63,8 +64,8 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
 
 /// Doubts about a table of steady cuts.
 pub fn of_table(report: &LearnReport, data: &Data, declared_k_tc: Option<f64>) -> Vec<String> {
-    let is_told = |value: &&Estimate| report.left_out.iter().all(|left| left.name != value.name);
-    let told: Vec<Estimate> = report.base.iter().filter(is_told).cloned().collect();
+    let is_determined = |value: &&Estimate| report.left_out.iter().all(|left| left.name != value.name);
+    let told: Vec<Estimate> = report.base.iter().filter(is_determined).cloned().collect();
     let mut doubts = of_coefficients(&told, declared_k_tc);
     doubts.extend(negative(&report.base));
     // Relative forces are all ±1: their R² has no meaning.

@@ -56,7 +56,7 @@ impl Diagnosis<'_> {
         let fitted = |each: &FittedEffect| {
             let effects: Vec<FittedEffect> = others.iter().chain([each]).cloned().collect();
             let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
-            let (score, _) = score_of(&self.train, without_it, &fitted, each.asked());
+            let (score, _) = score_of(&self.train, without_it, &fitted, each.free_count());
             Some((score, fitted))
         };
         let sound = |f: &Fitted| unphysical(f.model.effects.last(), self.data.clock_s).is_none();

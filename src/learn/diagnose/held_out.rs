@@ -7,7 +7,7 @@ use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
-use crate::learn::model::design::{FittedEffect, remembered};
+use crate::learn::model::design::{FittedEffect, carried_over};
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::Errors;
 use rayon::prelude::*;
@@ -84,8 +84,8 @@ impl Diagnosis<'_> {
         let mut sure = self.train.clone();
         sure.load_variance.iter_mut().filter(|variance| variance.is_finite()).for_each(|variance| *variance = 0.0);
         let mut left = held_out_residuals(&sure, &trial.fitted.model.effects, self.split);
-        if let Some(remembered) = remembered(&sure, lag_s, &present.residuals(&sure)) {
-            left.iter_mut().zip(remembered).for_each(|(left, remembered)| *left += remembered);
+        if let Some(carried_over) = carried_over(&sure, lag_s, &present.residuals(&sure)) {
+            left.iter_mut().zip(carried_over).for_each(|(left, carried_over)| *left += carried_over);
         }
         left
     }
@@ -131,7 +131,8 @@ impl Diagnosis<'_> {
         if self.varies_between_operations_only(trial.effect.covariates) && !self.criteria().lowers_elsewhere(drop) {
             return Some(format!(
                 "its covariate is constant within each operation, and operations that it was not fitted on are not \
-                 predicted better ({:+.1} % error over all of them): any other difference between operations may be the cause",
+                 predicted better ({:+.1} % error over all of them): any other difference between operations may be \
+                 the cause",
                 -100.0 * drop
             ));
         }

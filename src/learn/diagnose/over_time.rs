@@ -72,8 +72,8 @@ struct Changed {
 fn worn(rise: &Changed, length_s: f64) -> String {
     let end = rise.at + rise.by * length_s;
     format!(
-        "the edge coefficients rise by {:.0} % over {:.1} min (wear); at this rate they are twice those of the sharp edge \
-         in {:.1} min of this program",
+        "the edge coefficients rise by {:.0} % over {:.1} min (wear); at this rate they are twice those of the sharp \
+         edge in {:.1} min of this program",
         100.0 * rise.by * length_s / rise.at,
         length_s / 60.0,
         ((2.0 * rise.at - end) / rise.by / 60.0).max(0.0)

@@ -267,7 +267,7 @@ impl Diagnosis<'_> {
         let mut pairs: Vec<(f64, Trial)> = Vec::new();
         for one in &first {
             for two in self.trials(&one.fitted, false) {
-                let asked = two.fitted.model.effects.iter().map(FittedEffect::asked).sum();
+                let asked = two.fitted.model.effects.iter().map(FittedEffect::free_count).sum();
                 let (score, _) = score_of(&self.train, base, &two.fitted, asked);
                 if score > 2.0 * self.threshold()
                     && two.fitted.model.effects.iter().all(|u| unphysical(Some(u), self.data.clock_s).is_none())
@@ -360,7 +360,7 @@ impl Diagnosis<'_> {
     fn worth_of(&self, present: &Fitted, without_it: &Fitted, k: usize) -> Option<(f64, bool)> {
         let effects = &present.model.effects;
         let own = &effects[k];
-        let score = |without: &Fitted, with: &Fitted| score_of(&self.train, without, with, own.asked()).0;
+        let score = |without: &Fitted, with: &Fitted| score_of(&self.train, without, with, own.free_count()).0;
         if !effects.iter().any(|each| is_unnamed(each.effect)) {
             return Some((score(without_it, present), true));
         }

@@ -42,7 +42,8 @@ impl Diagnosis<'_> {
         Some(Confounded {
             names: vec![trial.effect.name.to_owned(), DRIFT.to_owned()],
             why:
-                "its covariate is constant within each set-up, and the error over whole set-ups falls by less than its scatter"
+                "its covariate is constant within each set-up, and the error over whole set-ups falls by less than its \
+                 scatter"
                     .to_owned(),
             experiment: format!("an air cut before each set-up; {}", trial.effect.separated_by),
         })

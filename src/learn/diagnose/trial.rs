@@ -33,7 +33,7 @@ pub fn best_trial(
     let with = |each: &FittedEffect| effects.iter().cloned().chain([each.clone()]).collect::<Vec<FittedEffect>>();
     let trial = |each: &FittedEffect, iterations: usize| {
         let fitted = fit(data, &with(each), iterations)?;
-        let (score, gain) = score_of(data, present, &fitted, each.asked());
+        let (score, gain) = score_of(data, present, &fitted, each.free_count());
         Some(Trial { effect, fitted, gain, score: score - charge_of_choice(each) })
     };
     let tried: Vec<Trial> = begin.par_iter().filter_map(|each| trial(each, 5)).collect();
@@ -98,7 +98,7 @@ pub fn score_of(data: &Data, before: &Fitted, after: &Fitted, k: usize) -> (f64,
 /// Probability of such a gain without the effect: χ² distribution of as many degrees of freedom as free parameters
 /// (Wilks 1938).
 pub fn p_value(trial: &Trial) -> f64 {
-    let freedom = trial.fitted.model.effects.last().map_or(1, FittedEffect::asked).max(1) as f64;
+    let freedom = trial.fitted.model.effects.last().map_or(1, FittedEffect::free_count).max(1) as f64;
     ChiSquared::new(freedom).map_or(1.0, |chi| chi.sf(trial.gain.max(0.0)))
 }
 

@@ -332,7 +332,7 @@ impl Diagnosis<'_> {
         let each = as_effect(found.effect, &found.fit.curve);
         let effects: Vec<FittedEffect> = present.model.effects.iter().cloned().chain([each.clone()]).collect();
         let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
-        let (score, gain) = score_of(&self.train, present, &fitted, each.asked());
+        let (score, gain) = score_of(&self.train, present, &fitted, each.free_count());
         // A factor at its bound is not determined by the data.
         let is_determined = fitted.model.effects.last().is_some_and(|last| {
             let inside = |k: usize| {
@@ -423,7 +423,7 @@ mod tests {
         let curve = Curve { knots: vec![[-9.0, 0.17], [-4.5, -0.02]], weight: vec![10.0, 90.0], in_steps: true };
         let each = as_effect(effect, &curve);
         assert_eq!(crate::effects::unnamed::knots(&each.values), [[-4.5, 1.17 / 0.98], [-4.5, 1.0]]);
-        assert_eq!(each.asked(), 1);
+        assert_eq!(each.free_count(), 1);
         assert!(effect.is_physical(&each.values) && is_unnamed(effect));
         assert!(!is_unnamed(crate::effects::named("flank-wear").unwrap()));
     }

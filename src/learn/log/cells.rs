@@ -1,5 +1,6 @@
-//! A file as rows of cells, before anything in it has a meaning. In: bytes. Out: its kind, and its rows one by one: text with commas,
-//! semicolons, tabs or blanks between the cells, or the first sheet of a workbook that has more than a few.
+//! A file as rows of cells, before anything in it has a meaning. In: bytes. Out: its kind, and its rows one by one:
+//! text with commas, semicolons, tabs or blanks between the cells, or the first sheet of a workbook that has more than
+//! a few.
 
 use super::error::DataError;
 use calamine::Reader;
@@ -28,8 +29,8 @@ impl Separator {
     }
 }
 
-/// A separator when as many lines agree on more than one cell; where two do equally well the earlier: a semicolon or tab beside commas
-/// means that those are decimal.
+/// A separator when as many lines agree on more than one cell; where two do equally well the earlier: a semicolon or
+/// tab beside commas means that those are decimal.
 const SEPARATORS: [Separator; 4] =
     [Separator::Byte(b';'), Separator::Byte(b'\t'), Separator::Byte(b','), Separator::Blanks];
 
@@ -84,7 +85,8 @@ fn utf16(bytes: &[u8], pair: fn([u8; 2]) -> u16) -> String {
     char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
-/// Where the longest stretch of rows with as many cells (two at least) begins, how long it is, and how many cells its rows have.
+/// Where the longest stretch of rows with as many cells (two at least) begins, how long it is, and how many cells its
+/// rows have.
 pub fn longest_run(rows: &[Vec<String>]) -> (usize, usize, usize) {
     let (mut best, mut begin) = ((0, 0, 0), 0);
     for at in 0..rows.len() {

@@ -1,7 +1,8 @@
 //! Reads measured data: CSV with a header into columns of numbers and of text. A log and a table of steady cuts begin
 //! here.
 //!
-//! `#` lines are comments; where a table begins, what its columns are called and how it writes numbers is found by [`super::layout`]. A header is lower-cased, everything between words becomes `_`, and a unit at its end that
+//! `#` lines are comments; where a table begins, what its columns are called and how it writes numbers is found by
+//! [`super::layout`]. A header is lower-cased, everything between words becomes `_`, and a unit at its end that
 //! measures the same as the wanted one is converted (`feed_mm_s` is read as `feed_mm_min`, `power [kW]` as
 //! `spindle_power_w`). Missing values (empty, NA, NaN, -) are NaN.
 
@@ -26,7 +27,8 @@ pub struct Frame {
     pub layout: Option<Layout>,
 }
 
-/// Reads a file; `mapping` renames columns (theirs, ours) first. A mapping whose first names are empty names the columns in their order.
+/// Reads a file; `mapping` renames columns (theirs, ours) first. A mapping whose first names are empty names the
+/// columns in their order.
 pub fn read(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataError> {
     let cells = cells::open(bytes)?;
     let sample: Vec<Vec<String>> = cells.rows().take(SAMPLE).collect::<Result<_, _>>()?;

@@ -1,6 +1,6 @@
-//! Where the data of a file begin and what its columns are called. In: its first rows. Out: names with their units, the first row of
-//! data, and how numbers are written. A preamble before the header and a row of units under it are found; a file without a header has
-//! columns `column_1`, `column_2`, …
+//! Where the data of a file begin and what its columns are called. In: its first rows. Out: names with their units, the
+//! first row of data, and how numbers are written. A preamble before the header and a row of units under it are found;
+//! a file without a header has columns `column_1`, `column_2`, …
 
 use super::cells::{Separator, longest_run};
 use super::names::is_ours;

@@ -1,4 +1,5 @@
-//! Reads a measured log: a table, or MTConnect adapter output (SHDR) or streams, into columns over time, and says what is odd about it.
+//! Reads a measured log: a table, or MTConnect adapter output (SHDR) or streams, into columns over time, and says what
+//! is odd about it.
 //!
 //! In: bytes. Out: [`Log`]: rising times in s from the first sample, positions, lines or blocks, feed, speed, tool, and
 //! the measured quantities; missing values are NaN. Stamps that run backwards are sorted, repeated ones merged; both

@@ -1,6 +1,6 @@
-//! MTConnect streams as an agent answers them: XML with `Samples` and `Events`, each value an element with `timestamp`, `dataItemId`,
-//! `name` and `subType` (MTConnect Standard, part 3, streams). In: bytes. Out: columns, one row a stamp. Positions are in mm, path feeds
-//! in mm/s, as the standard has them.
+//! MTConnect streams as an agent answers them: XML with `Samples` and `Events`, each value an element with `timestamp`,
+//! `dataItemId`, `name` and `subType` (MTConnect Standard, part 3, streams). In: bytes. Out: columns, one row a stamp.
+//! Positions are in mm, path feeds in mm/s, as the standard has them.
 
 use super::columns::{DataError, Frame};
 use super::layout::number;

@@ -1,4 +1,5 @@
-//! Names of columns. In: a header as a file writes it. Out: words joined by `_`, the quantity they stand for and its unit.
+//! Names of columns. In: a header as a file writes it. Out: words joined by `_`, the quantity they stand for and its
+//! unit.
 
 use crate::units::header_units;
 

@@ -1,12 +1,12 @@
-//! What is odd about measured values, said and not mended: a reading that stands at the end of its range, single values that no load
-//! makes, a unit that cannot be the one the column names. In: a log. Out: sentences.
+//! What is odd about measured values, said and not mended: a reading that stands at the end of its range, single values
+//! that no load makes, a unit that cannot be the one the column names. In: a log. Out: sentences.
 
 use super::sampled::Log;
 use crate::learn::regress::statistics::median;
 
-/// Least and greatest value that the largest reading of a quantity has on a milling machine, in the unit of its column, and what to
-/// suspect outside: spindles idle with tens of watts and end at some 100 kW and 2000 N·m (makers' tables of router spindles and of
-/// gear-driven boring mills); cutting forces stay between newtons and tens of kilonewtons.
+/// Least and greatest value that the largest reading of a quantity has on a milling machine, in the unit of its column,
+/// and what to suspect outside: spindles idle with tens of watts and end at some 100 kW and 2000 N·m (makers' tables of
+/// router spindles and of gear-driven boring mills); cutting forces stay between newtons and tens of kilonewtons.
 const PLAUSIBLE: [(&str, f64, f64, &str); 6] = [
     ("spindle_power_w", 15.0, 3e5, "kW below, mW above"),
     ("spindle_torque_nm", 0.005, 5e3, "kN·m below, N·mm above"),
@@ -16,14 +16,15 @@ const PLAUSIBLE: [(&str, f64, f64, &str); 6] = [
     ("force_xy_n", 0.5, 1e5, "kN below, mN above"),
 ];
 
-/// Least share of the readings that stand at the top before it is called a stop: a noisy reading meets its largest value once or twice.
+/// Least share of the readings that stand at the top before it is called a stop: a noisy reading meets its largest
+/// value once or twice.
 const CLIPPED_SHARE: f64 = 0.005;
 /// So many times more readings at the top than in the next 2 % of the range below it: what ends by itself thins out.
 const CLIPPED_EXCESS: f64 = 3.0;
 /// Most share of the other readings that may stand as still, three alike in a row, where the top is to say something.
 const STILL_SHARE: f64 = 0.05;
-/// A spike leaves both its neighbours by so many times the usual step from reading to reading: a fifth of a millionth of normal noise
-/// does by chance, and an entry of the tool stays up.
+/// A spike leaves both its neighbours by so many times the usual step from reading to reading: a fifth of a millionth
+/// of normal noise does by chance, and an entry of the tool stays up.
 const SPIKE_STEPS: f64 = 12.0;
 /// And by this share of the range of the middle 98 %.
 const SPIKE_RANGE: f64 = 0.5;

@@ -1,5 +1,5 @@
-//! Logs that say only what changes. In: stamps, each with the items that changed then. Out: columns, one row a stamp, every item at its
-//! last value; what does not change is known there without a stamp.
+//! Logs that say only what changes. In: stamps, each with the items that changed then. Out: columns, one row a stamp,
+//! every item at its last value; what does not change is known there without a stamp.
 
 use super::columns::{DataError, Frame};
 

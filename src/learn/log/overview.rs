@@ -1,5 +1,6 @@
-//! What is seen in a log before any program is held against it. In: bytes. Out: its kind and layout, each column with what it is read
-//! as, the clock, what happened by the log alone, and a proposal for the columns that were not understood.
+//! What is seen in a log before any program is held against it. In: bytes. Out: its kind and layout, each column with
+//! what it is read as, the clock, what happened by the log alone, and a proposal for the columns that were not
+//! understood.
 
 use super::columns::Frame;
 use super::error::DataError;

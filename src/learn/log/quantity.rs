@@ -36,8 +36,8 @@ pub enum Quantity {
     Relative,
 }
 
-/// What a tare of 1 W at the reference speed is in this quantity at a speed: P₀(n)/P₀(n₀) by the declared tare P₀, 1 where none is
-/// declared; a torque is that power over 2πn, and where no tare is declared the same at every speed.
+/// What a tare of 1 W at the reference speed is in this quantity at a speed: P₀(n)/P₀(n₀) by the declared tare P₀, 1
+/// where none is declared; a torque is that power over 2πn, and where no tare is declared the same at every speed.
 pub fn tare_factor(quantity: Quantity, spindle: Option<&Spindle>, rps: f64, reference_rps: f64) -> f64 {
     let declared = spindle.filter(|spindle| spindle.tare_w.at(reference_rps) > 0.0);
     let shape = spindle.map_or(1.0, |spindle| spindle.tare_shape(rps, reference_rps));

@@ -1,5 +1,6 @@
-//! Times as logs write them. In: a cell. Out: seconds: a plain number as it stands; a date and time of ISO 8601, or of a day written
-//! day.month.year, since 1970; a time of day since midnight. A column of times of day goes on over midnight.
+//! Times as logs write them. In: a cell. Out: seconds: a plain number as it stands; a date and time of ISO 8601, or of
+//! a day written day.month.year, since 1970; a time of day since midnight. A column of times of day goes on over
+//! midnight.
 
 use jiff::Timestamp;
 use jiff::civil::{Date, DateTime, Time};
@@ -7,8 +8,8 @@ use jiff::tz::TimeZone;
 
 const DAY_S: f64 = 86_400.0;
 
-/// Beyond this nothing is measured, in whatever unit: the nanoseconds since 1970 are 1.8e18. What is written there is an overflow or a
-/// sentinel (1e308, 3.4e38).
+/// Beyond this nothing is measured, in whatever unit: the nanoseconds since 1970 are 1.8e18. What is written there is
+/// an overflow or a sentinel (1e308, 3.4e38).
 const MOST: f64 = 1e20;
 
 /// A number as a reading; NaN, which is a missing one, where it cannot be one.
@@ -16,8 +17,8 @@ pub fn reading(number: f64) -> f64 {
     if number.abs() > MOST { f64::NAN } else { number }
 }
 
-/// Seconds since 1970 from a stamp: a number, or a date and time of ISO 8601 with its offset; without one it is taken as UTC. `None` for
-/// anything else, and for a date that no calendar has.
+/// Seconds since 1970 from a stamp: a number, or a date and time of ISO 8601 with its offset; without one it is taken
+/// as UTC. `None` for anything else, and for a date that no calendar has.
 pub fn stamp_s(text: &str) -> Option<f64> {
     if let Ok(seconds) = text.parse::<f64>() {
         return Some(reading(seconds)).filter(|seconds| !seconds.is_nan());
@@ -50,7 +51,8 @@ pub fn is_stamp(text: &str) -> bool {
     text.parse::<f64>().is_err() && (clock_s(text).is_some() || stamp_s(text).is_some())
 }
 
-/// The times of a column, s; what cannot be read is NaN. Times of day that fall by more than half a day have passed midnight.
+/// The times of a column, s; what cannot be read is NaN. Times of day that fall by more than half a day have passed
+/// midnight.
 pub fn times_s(cells: &[String]) -> Vec<f64> {
     let (mut days, mut last) = (0.0, f64::NEG_INFINITY);
     let mut one = |cell: &String| {

@@ -1,5 +1,6 @@
 //! A program as a log is compared with it: simulated as declared, with each geometry that an effect may ask for, and
-//! timed on slower machines. In: program, job. Out: [`SimulatedProgram`], and [`ProgramView`], what the rooms below look at.
+//! timed on slower machines. In: program, job. Out: [`SimulatedProgram`], and [`ProgramView`], what the rooms below
+//! look at.
 
 use crate::engage::{EngageError, EngagementMap, Loader, engage};
 use crate::learn::log::resultant::Sample;

@@ -1,5 +1,6 @@
-//! What may differ from the setup so that the columns of the data change: stock that stands out, the tool's diameter or its runout, the
-//! curvature of the path, a measuring chain that lags. Data have one more set of columns for each that is asked for.
+//! What may differ from the setup so that the columns of the data change: stock that stands out, the tool's diameter or
+//! its runout, the curvature of the path, a measuring chain that lags. Data have one more set of columns for each that
+//! is asked for.
 
 use crate::effects::Geometry;
 use crate::force::contact::Engaged;
