@@ -16,7 +16,7 @@ use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::log::columns::DataError;
 use crate::learn::log::resultant::MEAN_FORCE;
 use crate::learn::log::resultant::{Sample, resultant};
-use crate::learn::log::signal::refuse_dead;
+use crate::learn::log::signal::reject_dead_signals;
 use crate::learn::log::{Log, read_any_log};
 use crate::learn::machine_times::times_alone;
 use crate::learn::model::cross_validation::by_blocks;
@@ -62,7 +62,7 @@ pub enum LearnError {
 /// Number of stretches of a log for which the uncertainty of the alignment is reported.
 const STRETCHES: usize = 20;
 /// Most rounds in which the cut is simulated again with the stock and tool sizes that were found.
-const GROWN_ROUNDS: usize = 2;
+const SIZE_ROUNDS: usize = 2;
 
 /// The report with its data.
 #[derive(Debug, Clone)]
@@ -121,7 +121,7 @@ pub fn learn_with_data(
     options: &LogOptions,
     loader: Option<Loader>,
 ) -> Result<Learned, LearnError> {
-    refuse_dead(log)?;
+    reject_dead_signals(log)?;
     let (mut data, aligned, mut lowered) = dataset_of(prepared, job, log, channels)?;
     let answer = |data: &Data| {
         diagnose(data, &by_blocks(data, "stretch of time"), &options.diagnosis)
@@ -129,7 +129,7 @@ pub fn learn_with_data(
     };
     let mut report = answer(&data)?;
     let (mut sizes, mut others) = (SizeChanges::usual(job), prepared.others.clone());
-    for _ in 0..GROWN_ROUNDS {
+    for _ in 0..SIZE_ROUNDS {
         let Some(found) = SizeChanges::found(job, &changes(&report.effects)).filter(|found| !found.is_near(&sizes))
         else {
             break;

@@ -1,6 +1,6 @@
-//! Engagement in stock that stands out and with a tool of another size. In: a program, its job, sizes. Out:
-//! [`OtherGeometry`], first for a usual size of each change, then for the sizes that were found: the cut is linear in
-//! them only about where it was simulated.
+//! Engagement with larger stock and with a tool of another size. In: a program, its job, sizes of the changes. Out:
+//! [`OtherGeometry`], first for a typical size of each change, then for the sizes found, because the load is linear in
+//! a change only near the simulated size.
 
 use crate::effects::Change;
 use crate::engage::{Loader, Options, engage};
@@ -12,14 +12,14 @@ use crate::machine::Job;
 use crate::nc::Toolpath;
 use rayon::prelude::*;
 
-/// Longest spot between two engagements, mm.
+/// Largest spacing of the engagement, mm.
 const SPACING_MM: f64 = 0.5;
-/// How much the stock is other_geometries, mm, and the tool shrunk, to see what that changes.
-const GROWN_MM: f64 = 0.5;
-const SHRUNK: f64 = 0.04;
-/// Least change that is simulated, mm, and least difference, as a share, from one that was.
+/// Typical increase of the stock, mm, and relative decrease of the tool diameter.
+const STOCK_CHANGE_MM: f64 = 0.5;
+const DIAMETER_CHANGE: f64 = 0.04;
+/// Least change that is simulated, mm, and least relative difference from a size already simulated.
 const LEAST_MM: f64 = 0.01;
-const ANOTHER: f64 = 0.02;
+const LEAST_DIFFERENCE: f64 = 0.02;
 
 /// How the stock and the tool differ from the declared ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,19 +32,25 @@ pub(in crate::learn) struct SizeChanges {
     faces_mm: [f64; 4],
     /// Tools larger by, mm of diameter.
     diameter_mm: f64,
-    /// The top is raised on the stock that stands out to the sides, and not on the declared one.
+    /// The top is raised on stock with changed sides, not on the declared one.
     top_over_side: bool,
 }
 
 impl SizeChanges {
-    /// Usual ones.
+    /// Typical sizes.
     pub(in crate::learn) fn usual(job: &Job) -> Self {
         let diameters: Vec<f64> = job.tools.iter().map(|t| t.diameter_mm).collect();
-        let diameter_mm = -SHRUNK * crate::learn::regress::statistics::median(&diameters);
-        Self { top_mm: GROWN_MM, side_mm: GROWN_MM, faces_mm: [GROWN_MM; 4], diameter_mm, top_over_side: false }
+        let diameter_mm = -DIAMETER_CHANGE * crate::learn::regress::statistics::median(&diameters);
+        Self {
+            top_mm: STOCK_CHANGE_MM,
+            side_mm: STOCK_CHANGE_MM,
+            faces_mm: [STOCK_CHANGE_MM; 4],
+            diameter_mm,
+            top_over_side: false,
+        }
     }
 
-    /// Those that `changes` say together, usual ones for the rest; `None` where they say none.
+    /// Sums of these changes, typical sizes for those that are 0; `None` if all are.
     pub(in crate::learn) fn found(job: &Job, changes: &[Change]) -> Option<Self> {
         let sum =
             |of: &dyn Fn(&Change) -> f64| Some(changes.iter().map(of).sum::<f64>()).filter(|v| v.abs() >= LEAST_MM);
@@ -56,15 +62,15 @@ impl SizeChanges {
         Some(Self {
             top_mm: top.unwrap_or(usual.top_mm),
             side_mm: side.unwrap_or(usual.side_mm),
-            faces_mm: faces.map(|face| face.unwrap_or(GROWN_MM)),
+            faces_mm: faces.map(|face| face.unwrap_or(STOCK_CHANGE_MM)),
             diameter_mm: diameter.unwrap_or(usual.diameter_mm),
             top_over_side: top.is_some() && side.is_some(),
         })
     }
 
-    /// Are these so near to the others that nothing new would be seen?
+    /// Are these sizes so close to the others that another simulation is not needed?
     pub(in crate::learn) fn is_near(&self, other: &Self) -> bool {
-        let near = |a: f64, b: f64| (a - b).abs() <= ANOTHER * b.abs();
+        let near = |a: f64, b: f64| (a - b).abs() <= LEAST_DIFFERENCE * b.abs();
         near(self.top_mm, other.top_mm)
             && near(self.side_mm, other.side_mm)
             && self.faces_mm.iter().zip(&other.faces_mm).all(|(a, b)| near(*a, *b))
@@ -73,7 +79,7 @@ impl SizeChanges {
     }
 }
 
-/// Engagement of the spots with each of these changes.
+/// Engagement of the spots with each of these changes alone.
 pub(in crate::learn) fn other_geometries(
     path: &Toolpath,
     timeline: &Timeline,
@@ -119,7 +125,7 @@ pub(in crate::learn) fn other_geometries(
     others
 }
 
-/// How engagement is worked out for a log.
+/// Options of the engagement for a log.
 pub(in crate::learn) fn options(loader: Option<Loader<'_>>) -> Options<'_> {
     Options { spacing_mm: SPACING_MM, loader, ..Options::default() }
 }
