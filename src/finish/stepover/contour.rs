@@ -16,7 +16,7 @@
 
 use super::drop::Contact;
 use super::levels::{Curve, downhill};
-use super::order::{Strand, order};
+use super::order::{LevelStretch, order};
 use super::passes::{Bind, Constant, Pass, Plan, Spot, Wish, bound, feed_for};
 use super::reach::{Bounds, Reach, Terrain};
 use super::section::Beside;
@@ -82,13 +82,13 @@ pub fn heading(down: [f64; 2]) -> [f64; 2] {
 pub fn plan(terrain: &Terrain, steep: &Steep, wish: &Wish) -> Plan {
     let least_mm = wish.bounds.least_mm * steep.least_sine();
     let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()], ..Plan::default() };
-    let (mut strands, mut before): (Vec<Strand>, Option<(Level, Vec<Bind>)>) = (Vec::new(), None);
+    let (mut strands, mut before): (Vec<LevelStretch>, Option<(Level, Vec<Bind>)>) = (Vec::new(), None);
     let (mut places, mut beyond) = (0usize, 0usize);
     let top = |below_mm: f64| steep.highest_below(terrain.dropper, below_mm);
     // At its very top the steep ground is touched here and there: the least step below it all round.
     let mut next = top(f64::INFINITY).map(|top| top - least_mm);
     while let Some(height_mm) = next {
-        let level = lay((terrain, steep, wish), height_mm, before.as_ref(), &mut strands, &mut plan.strips_mm2);
+        let level = add_level((terrain, steep, wish), height_mm, before.as_ref(), &mut strands, &mut plan.strips_mm2);
         let mut below: Vec<Below> = (0..level.spots.len())
             .into_par_iter()
             .filter_map(|k| allowed((terrain, steep, wish), (&level, k)))
@@ -128,11 +128,11 @@ fn is_beyond(place: &Below) -> bool {
 }
 
 /// The stretches of a level; strips above it that no pass bounds are added to `strips_mm2`.
-fn lay(
+fn add_level(
     (terrain, steep, wish): (&Terrain, &Steep, &Wish),
     height_mm: f64,
     before: Option<&(Level, Vec<Bind>)>,
-    strands: &mut Vec<Strand>,
+    strands: &mut Vec<LevelStretch>,
     strips_mm2: &mut f64,
 ) -> Level {
     let mut level = Level { spots: Vec::new(), height_mm };
@@ -148,13 +148,14 @@ fn lay(
         }
         let bind = |above: &Above| above.pass.and_then(|(_, k)| Some(before?.1[k])).unwrap_or(Bind::Edge);
         let sign = if back { -1.0 } else { 1.0 };
-        let spot = |(p, above): (&[f64; 2], &Above)| look((terrain, wish), (*p, height_mm), (above, bind(above)), sign);
+        let spot =
+            |(p, above): (&[f64; 2], &Above)| spot_at((terrain, wish), (*p, height_mm), (above, bind(above)), sign);
         let spots: Vec<Spot> = points.par_iter().zip(&uphill).filter_map(spot).collect();
         *strips_mm2 += uphill.iter().map(|above| above.strip_mm).sum::<f64>() * mean_apart_mm(&points);
         parents.sort_unstable();
         parents.dedup();
         level.spots.extend(spots.iter().map(|spot| (*spot, strands.len())));
-        strands.push(Strand { spots, closed, back, parents, height_mm });
+        strands.push(LevelStretch { spots, closed, back, parents, height_mm });
     }
     level
 }
@@ -217,7 +218,7 @@ fn above(
 }
 
 /// What a pass does at a place; `sign`: −1 with the higher ground on its left.
-fn look(
+fn spot_at(
     (terrain, wish): (&Terrain, &Wish),
     (at, height_mm): ([f64; 2], f64),
     (above, bind): (&Above, Bind),

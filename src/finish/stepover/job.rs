@@ -2,13 +2,13 @@
 //! simulation, and the best program of constant step-over beside it; or why there is none.
 
 use super::check::{self, Check};
+use super::comparison;
 use super::drop::{Contact, Dropper};
 use super::earlier::Earlier;
-use super::lay::{Bed, Lay};
+use super::layout::{Layout, PassArea};
 use super::passes::{self, Constant, Plan, Wish};
 use super::path::{self, Drawing, Step};
 use super::reach::{Bounds, Place, Terrain};
-use super::rivals;
 use super::shape::Shape;
 use super::surface::Surface;
 use super::text::{self, Head};
@@ -22,7 +22,7 @@ use crate::stock::Piece;
 
 /// What is asked.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ask {
+pub struct Request {
     /// Tool; `None`: the only ball or bull-nose end of the setup.
     pub tool: Option<u32>,
     /// Spindle speed, rev/s; `None`: the setup's.
@@ -38,7 +38,7 @@ pub struct Ask {
     /// Least and largest step-over, mm; `None`: from the tool.
     pub step_over_mm: [Option<f64>; 2],
     /// How the passes lie.
-    pub lay: Lay,
+    pub layout: Layout,
     /// How far lines may lie from the path on the surface, mm.
     pub tolerance_mm: f64,
 }
@@ -162,7 +162,7 @@ pub type Hold<'a> = &'a dyn Fn(&str, &Piece, f64) -> Result<String, Refusal>;
 pub fn run(
     surface: &Surface,
     (job, dialect): (&Job, Dialect),
-    ask: &Ask,
+    ask: &Request,
     left: Option<Piece>,
     hold: Hold,
 ) -> Result<Answer, Refusal> {
@@ -181,7 +181,7 @@ pub fn run(
     let mut notes = surface.notes.clone();
     size(surface, job)?;
     notes.extend(closed(surface, shape, ask.tolerance_mm)?);
-    let turned = surface.clone().turned(-ask.lay.frame_rad());
+    let turned = surface.clone().turned(-ask.layout.frame_rad());
     let dropper = Dropper::new(&turned, shape);
     if let Some(note) = reachable(&turned, &dropper, ask.tolerance_mm)? {
         notes.push(note);
@@ -199,7 +199,7 @@ pub fn run(
     let mut rings = tool.profile.slices(RING_MM);
     rings.retain(|ring| ring.z_mm < shape.corner_mm + shape.radius_mm());
     let cutter = Cutter::new(tool, material, &job.machine.spindle, &job.process, &rings, rps)?;
-    let earlier = left.as_ref().map(|piece| Earlier::new(piece, ask.lay.frame_rad()));
+    let earlier = left.as_ref().map(|piece| Earlier::new(piece, ask.layout.frame_rad()));
     let most_mm = shape.radius_mm();
     let stock_mm = |contact: &Contact| match &earlier {
         Some(earlier) => earlier.thickness_mm(contact, most_mm),
@@ -210,17 +210,17 @@ pub fn run(
         cutter: &cutter,
         rings: &rings,
         stock_mm: &stock_mm,
-        one_height: matches!(ask.lay, Lay::Contour { .. }),
+        one_height: matches!(ask.layout, Layout::Contour { .. }),
     };
     let column_mm = COLUMN_MM.min(shape.radius_mm() / 6.0);
     let Box3 { min, max } = turned.extent;
-    let bed = Bed::new(&ask.lay, &terrain, [min.x, min.y], [max.x, max.y], column_mm);
-    let left_out = left_out(surface, &ask.lay)?;
+    let pass_area = PassArea::new(&ask.layout, &terrain, [min.x, min.y], [max.x, max.y], column_mm);
+    let left_out = left_out(surface, &ask.layout)?;
     let area = turned.machined_mm2();
-    let places = bed.places((area / PLACES).sqrt());
+    let places = pass_area.places((area / PLACES).sqrt());
     let thickest_mm = thickest(&terrain, &places, most_mm)?;
-    let wish = Wish { bounds, reference_n, feeds_mm_s, turn: ask.lay.turn(), constant: None };
-    let plan = bed.plan(&terrain, &wish);
+    let wish = Wish { bounds, reference_n, feeds_mm_s, turn: ask.layout.turn(), constant: None };
+    let plan = pass_area.plan(&terrain, &wish);
     if plan.passes.iter().all(|pass| pass.stretches.is_empty()) {
         return Err(Refusal::new(
             "no part of the surface can be machined from above with this tool",
@@ -241,7 +241,7 @@ pub fn run(
     let piece = left.unwrap_or_else(|| check::stock(surface, ask.stock_mm));
     let drawing = Drawing {
         tolerance_mm: ask.tolerance_mm,
-        arcs: arcs(dialect, &ask.lay),
+        arcs: arcs(dialect, &ask.layout),
         stock_mm: thickest_mm,
         safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z + ABOVE_MM),
     };
@@ -254,7 +254,7 @@ pub fn run(
     };
     let write = |plan: &Plan, feed_mm_s: f64, notes: Vec<String>| -> Result<(Vec<Step>, String), Refusal> {
         let mut steps = path::steps(plan, feed_mm_s, &dropper, &drawing);
-        let (sin, cos) = ask.lay.frame_rad().sin_cos();
+        let (sin, cos) = ask.layout.frame_rad().sin_cos();
         for step in &mut steps {
             for p in std::iter::once(&mut step.to).chain(&mut step.via) {
                 (p.x, p.y) = (cos * p.x - sin * p.y, sin * p.x + cos * p.y);
@@ -264,14 +264,14 @@ pub fn run(
         Ok((steps, text))
     };
     // Feeds that hold the force are found for it as well, so that its time is compared at an equal force.
-    let constant = bed.constant(&terrain, &wish, &plan).map(|(step, feed, plan)| {
+    let constant = pass_area.constant(&terrain, &wish, &plan).map(|(step, feed, plan)| {
         let (steps, text) = write(&plan, feed, vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?;
         let check = check::timed(&text, dialect, job);
         Ok::<_, Refusal>(Rival { step, feed_mm_s: feed, program: Program { plan, steps, text, check } })
     });
     let constant = constant.transpose()?;
-    let least = |wish: &Wish| bed.least_alike_s(&terrain, &places, wish);
-    let least_s = [least(&wish), rivals::least_of_any_s(&terrain, &places, &wish)];
+    let least = |wish: &Wish| pass_area.least_alike_s(&terrain, &places, wish);
+    let least_s = [least(&wish), comparison::least_of_any_s(&terrain, &places, &wish)];
     let more_force = Wish { reference_n: (1.0 + PRICE) * reference_n, ..wish.clone() };
     let more_scallop =
         Wish { bounds: Bounds { scallop_mm: (1.0 + PRICE) * bounds.scallop_mm, ..bounds }, ..wish.clone() };
@@ -288,8 +288,8 @@ pub fn run(
 }
 
 /// What passes of one height leave out, but for strips; a refusal where that is everything.
-fn left_out(surface: &Surface, lay: &Lay) -> Result<Option<LeftOut>, Refusal> {
-    let Lay::Contour { shallowest_rad } = *lay else { return Ok(None) };
+fn left_out(surface: &Surface, layout: &Layout) -> Result<Option<LeftOut>, Refusal> {
+    let Layout::Contour { shallowest_rad } = *layout else { return Ok(None) };
     let [machined_mm2, shallow_mm2] = surface.shallow_mm2(shallowest_rad);
     if machined_mm2 > 0.0 && shallow_mm2 >= machined_mm2 {
         return Err(Refusal::new(
@@ -371,14 +371,14 @@ fn within_reach(plan: &Plan, reference_n: f64, bounds: &Bounds) -> Result<Option
 
 /// Do passes lie in planes that the control draws arcs in? Straight ones stand in an upright plane, along X or along Y;
 /// those of one height lie level.
-fn arcs(dialect: Dialect, lay: &Lay) -> bool {
-    let Lay::Parallel { direction_rad, turn_rad } = lay else { return text::has_arcs(dialect, Plane::Xy) };
+fn arcs(dialect: Dialect, layout: &Layout) -> bool {
+    let Layout::Parallel { direction_rad, turn_rad } = layout else { return text::has_arcs(dialect, Plane::Xy) };
     let (sin, cos) = direction_rad.sin_cos();
     let plane = if sin.abs() < cos.abs() { Plane::Zx } else { Plane::Yz };
     *turn_rad == 0.0 && sin.abs().min(cos.abs()) < 1e-9 && text::has_arcs(dialect, plane)
 }
 
-fn tool<'a>(job: &'a Job, ask: &Ask) -> Result<&'a Tool, Refusal> {
+fn tool<'a>(job: &'a Job, ask: &Request) -> Result<&'a Tool, Refusal> {
     if let Some(number) = ask.tool {
         let help = "give --tool with a number of the setup";
         return job.tool(number).ok_or_else(|| Refusal::new(format!("the setup has no tool {number}"), help));
@@ -400,7 +400,7 @@ fn tool<'a>(job: &'a Job, ask: &Ask) -> Result<&'a Tool, Refusal> {
     }
 }
 
-fn speed(job: &Job, tool: &Tool, ask: &Ask) -> Result<f64, Refusal> {
+fn speed(job: &Job, tool: &Tool, ask: &Request) -> Result<f64, Refusal> {
     let of_setup = job.machine.unsaid.speeds_rps.iter().find(|(number, _)| *number == tool.number).map(|(_, rps)| *rps);
     ask.rps
         .or(of_setup)
@@ -408,7 +408,7 @@ fn speed(job: &Job, tool: &Tool, ask: &Ask) -> Result<f64, Refusal> {
 }
 
 /// Feeds to choose from: the one that is asked for, or those up to what the setup allows.
-fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Ask) -> Result<Vec<f64>, Refusal> {
+fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Request) -> Result<Vec<f64>, Refusal> {
     if let Some(feed) = ask.feed_mm_s {
         return Ok(vec![feed]);
     }
@@ -476,7 +476,7 @@ fn size(surface: &Surface, job: &Job) -> Result<(), Refusal> {
 /// Can the tool touch where the surface bends towards it? A note where it cannot everywhere; a refusal where it can
 /// nowhere.
 fn reachable(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
-    let (hollow, out) = super::hollow::hollow(surface, dropper, tolerance_mm);
+    let (hollow, out) = super::concave::concave_facets(surface, dropper, tolerance_mm);
     if hollow > 0 && out == hollow {
         return Err(Refusal::new(
             format!(

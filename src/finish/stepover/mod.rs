@@ -11,20 +11,20 @@
 
 pub mod bound;
 pub mod check;
+pub mod comparison;
+pub mod concave;
 pub mod contour;
 pub mod drop;
 pub mod earlier;
 pub mod fit;
-pub mod hollow;
 pub mod job;
-pub mod lay;
-pub mod least;
+pub mod layout;
+pub mod least_time;
 pub mod levels;
 pub mod order;
 pub mod passes;
 pub mod path;
 pub mod reach;
-pub mod rivals;
 pub mod section;
 pub mod shape;
 pub mod steep;
@@ -32,6 +32,6 @@ pub mod surface;
 pub mod text;
 pub mod touch;
 
-pub use job::{Answer, Ask, Refusal, run};
-pub use lay::Lay;
+pub use job::{Answer, Refusal, Request, run};
+pub use layout::Layout;
 pub use surface::Surface;

@@ -8,7 +8,7 @@ use super::passes::Spot;
 
 /// A stretch of a level.
 #[derive(Debug, Clone)]
-pub struct Strand {
+pub struct LevelStretch {
     /// Its spots as they are cut; the first of a closed one is not repeated.
     pub spots: Vec<Spot>,
     /// Does it come back to where it began?
@@ -22,15 +22,15 @@ pub struct Strand {
 }
 
 /// The stretches in the order of cutting.
-pub fn order(strands: Vec<Strand>) -> Vec<Strand> {
+pub fn order(strands: Vec<LevelStretch>) -> Vec<LevelStretch> {
     let mut missing: Vec<usize> = strands.iter().map(|strand| strand.parents.len()).collect();
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); strands.len()];
     for (k, strand) in strands.iter().enumerate() {
         strand.parents.iter().for_each(|parent| children[*parent].push(k));
     }
     let mut ready: Vec<usize> = (0..strands.len()).filter(|k| missing[*k] == 0).collect();
-    let mut strands: Vec<Option<Strand>> = strands.into_iter().map(Some).collect();
-    let (mut at, mut found): (Option<[f64; 2]>, Vec<Strand>) = (None, Vec::new());
+    let mut strands: Vec<Option<LevelStretch>> = strands.into_iter().map(Some).collect();
+    let (mut at, mut found): (Option<[f64; 2]>, Vec<LevelStretch>) = (None, Vec::new());
     while !ready.is_empty() {
         let far = |k: &usize| strands[*k].as_ref().map_or(f64::INFINITY, |strand| start(strand, at).1);
         let nearest =
@@ -55,7 +55,7 @@ pub fn order(strands: Vec<Strand>) -> Vec<Strand> {
 }
 
 /// The spot that a stretch begins at, and how far that is.
-fn start(strand: &Strand, from: Option<[f64; 2]>) -> (usize, f64) {
+fn start(strand: &LevelStretch, from: Option<[f64; 2]>) -> (usize, f64) {
     let Some(from) = from else { return (0, 0.0) };
     let far = |k: usize| {
         let at = strand.spots[k].at;
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
     use crate::path::Vec3;
 
-    fn strand(points: &[[f64; 2]], closed: bool, parents: &[usize], height_mm: f64) -> Strand {
+    fn strand(points: &[[f64; 2]], closed: bool, parents: &[usize], height_mm: f64) -> LevelStretch {
         let spot = |at: &[f64; 2]| Spot {
             at: *at,
             step_mm: 0.0,
@@ -81,7 +81,13 @@ mod tests {
             bind: Bind::Edge,
             tip: Vec3::new(at[0], at[1], height_mm),
         };
-        Strand { spots: points.iter().map(spot).collect(), closed, back: false, parents: parents.to_vec(), height_mm }
+        LevelStretch {
+            spots: points.iter().map(spot).collect(),
+            closed,
+            back: false,
+            parents: parents.to_vec(),
+            height_mm,
+        }
     }
 
     /// Two tops with two loops each, one loop about both: a top is done before the next one, and each loop begins where

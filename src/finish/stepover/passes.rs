@@ -233,7 +233,7 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
     let mut before: Option<Vec<f64>> = None;
     while curve.iter().any(|y| y.is_finite()) {
         let heading = way(plan.passes.len());
-        plan.passes.push(look((terrain, columns, wish), &curve, before.as_deref(), &binds, heading));
+        plan.passes.push(pass_along((terrain, columns, wish), &curve, before.as_deref(), &binds, heading));
         let ahead = headings(&curve, columns.column_mm, way(plan.passes.len()));
         let column = |i: usize| {
             let mut allowed = Allowed { steps: Vec::new(), reach: None };
@@ -276,7 +276,7 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
             }
         };
         allowed.par_iter_mut().enumerate().for_each(settle);
-        let Offer { next, binds: bound_by, .. } = offer(columns, &curve, &allowed, &best, (wish, half));
+        let NextPass { next, binds: bound_by, .. } = next_pass(columns, &curve, &allowed, &best, (wish, half));
         binds = bound_by;
         before = Some(std::mem::replace(&mut curve, next));
     }
@@ -307,8 +307,8 @@ fn chosen(columns: &Columns, curve: &[f64], allowed: &[Allowed], rules: (&Wish, 
     let of_one_feed = (0..count).map(|k| vec![k; allowed.len()]);
     let candidates: Vec<Vec<usize>> = of_one_feed.chain([allowed.iter().map(own).collect()]).collect();
     let rate = |candidate: &Vec<usize>| {
-        let offer = offer(columns, curve, allowed, candidate, rules);
-        if offer.time_s > 0.0 { offer.gain_mm2 / offer.time_s } else { 0.0 }
+        let next = next_pass(columns, curve, allowed, candidate, rules);
+        if next.time_s > 0.0 { next.gain_mm2 / next.time_s } else { 0.0 }
     };
     let rates: Vec<f64> = candidates.par_iter().map(rate).collect();
     let best = (0..rates.len()).reduce(|a, b| if rates[b] > rates[a] { b } else { a }).unwrap_or(0);
@@ -328,7 +328,7 @@ pub fn feed_for(steps: &[(f64, Bind)], step_mm: f64, wish: &Wish) -> f64 {
 
 /// The next pass at one choice of feeds.
 #[derive(Default)]
-struct Offer {
+struct NextPass {
     next: Vec<f64>,
     binds: Vec<Bind>,
     /// Area between the passes where the surface is machined, mm².
@@ -338,13 +338,13 @@ struct Offer {
 }
 
 /// `feeds`: of each column, by its number in the wish.
-fn offer(
+fn next_pass(
     columns: &Columns,
     curve: &[f64],
     allowed: &[Allowed],
     feeds: &[usize],
     (wish, half): (&Wish, usize),
-) -> Offer {
+) -> NextPass {
     let column = |i: usize| {
         let y = curve[i];
         let Some([_, end]) = columns.stretch(i, y) else { return (columns.next(i, y), Bind::Edge) };
@@ -371,7 +371,7 @@ fn offer(
             time_s += longer * columns.column_mm / feed_for(&allowed[i].steps, next[i] - curve[i], wish);
         }
     }
-    Offer { next, binds, gain_mm2, time_s }
+    NextPass { next, binds, gain_mm2, time_s }
 }
 
 /// Mean over `half` columns either way of the least over as many: nowhere above the curve itself, and without its fine
@@ -416,7 +416,7 @@ fn headings(curve: &[f64], column_mm: f64, way: f64) -> Vec<[f64; 2]> {
 }
 
 /// What a pass does on its stretches.
-fn look(
+fn pass_along(
     (terrain, columns, wish): (&Terrain, &Columns, &Wish),
     curve: &[f64],
     before: Option<&[f64]>,

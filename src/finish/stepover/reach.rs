@@ -67,7 +67,7 @@ pub struct Reach {
 
 /// What the tool does at a place.
 #[derive(Debug, Clone)]
-pub struct Here {
+pub struct ToolAt {
     /// Where it rests.
     pub contact: Contact,
     /// Tip, mm.
@@ -86,7 +86,7 @@ impl Terrain<'_> {
     }
 
     /// The tool at a place with a level heading, beside another pass; `None` where nothing lies below.
-    pub fn here(&self, p: [f64; 2], heading: [f64; 2], beside: Beside) -> Option<Here> {
+    pub fn here(&self, p: [f64; 2], heading: [f64; 2], beside: Beside) -> Option<ToolAt> {
         let shape = self.dropper.shape();
         let contact = self.dropper.drop(p)?;
         let tip = Vec3::new(p[0], p[1], contact.tip_mm);
@@ -99,11 +99,11 @@ impl Terrain<'_> {
             turn_per_mm: if self.one_height { self.turn(p, &contact, heading) } else { 0.0 },
         };
         let section = Section::new(shape, tip, tangent, &ground, beside);
-        Some(Here { contact, tip, tangent, scallop_mm: section.scallop_mm(), section })
+        Some(ToolAt { contact, tip, tangent, scallop_mm: section.scallop_mm(), section })
     }
 
     /// Loads there as functions of feed.
-    pub fn line(&self, here: &Here) -> LoadLine {
+    pub fn line(&self, here: &ToolAt) -> LoadLine {
         let arcs = here.section.arcs(self.rings);
         self.cutter.line(&Cut { arcs: &arcs, tangent_z: here.tangent.z, ..Cut::default() })
     }

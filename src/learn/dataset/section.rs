@@ -39,8 +39,7 @@ impl PlacedLog<'_> {
         if most < 1e-9 || mean < 1e-9 {
             return alone;
         }
-        let near =
-            |k: usize| spots.get(k).filter(|s| s.move_id == spot.move_id).map(|_| (k, self::largest_section(of(k))));
+        let near = |k: usize| spots.get(k).filter(|s| s.move_id == spot.move_id).map(|_| (k, largest_section(of(k))));
         let sides = [near(own.0.wrapping_sub(1)), near(own.0 + 1)];
         let [from, to] = [0, 1].map(|side| end_section((own.0, most), mean, sides[side], sides[1 - side]));
         let over = ((time_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);

@@ -1,17 +1,17 @@
 //! The two ways passes lie: side by side in one direction, or each at one height. In: which one, a terrain, a wish.
 //! Out: the plan, the best plan of a constant step, the least time, all of the same kind.
 
+use super::comparison;
 use super::contour;
-use super::least::least_of_one_height_s;
+use super::least_time::least_of_one_height_s;
 use super::levels::Grid;
 use super::passes::{self, Columns, Constant, Plan, Wish};
 use super::reach::{Place, Terrain};
-use super::rivals;
 use super::steep::Steep;
 
 /// How passes lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Lay {
+pub enum Layout {
     /// Side by side.
     Parallel {
         /// Their direction from +X, rad.
@@ -26,39 +26,39 @@ pub enum Lay {
     },
 }
 
-impl Lay {
+impl Layout {
     /// Angle from the frame of the plan to that of the work, rad.
     pub fn frame_rad(&self) -> f64 {
         match self {
-            Lay::Parallel { direction_rad, .. } => *direction_rad,
-            Lay::Contour { .. } => 0.0,
+            Layout::Parallel { direction_rad, .. } => *direction_rad,
+            Layout::Contour { .. } => 0.0,
         }
     }
 
     /// Tangent of the steepest turn of a pass.
     pub fn turn(&self) -> f64 {
         match self {
-            Lay::Parallel { turn_rad, .. } => turn_rad.tan(),
-            Lay::Contour { .. } => 0.0,
+            Layout::Parallel { turn_rad, .. } => turn_rad.tan(),
+            Layout::Contour { .. } => 0.0,
         }
     }
 }
 
 /// Where passes may lie on a surface.
-pub enum Bed {
+pub enum PassArea {
     /// Columns across parallel passes.
     Columns(Columns),
     /// Ground for passes of one height.
     Steep(Steep),
 }
 
-impl Bed {
+impl PassArea {
     /// Over a box, with columns or cells of `fine_mm`.
-    pub fn new(lay: &Lay, terrain: &Terrain, low: [f64; 2], high: [f64; 2], fine_mm: f64) -> Self {
-        match lay {
-            Lay::Parallel { .. } => Bed::Columns(Columns::new(terrain, low, high, fine_mm, 0.5 * fine_mm)),
-            Lay::Contour { shallowest_rad } => {
-                Bed::Steep(Steep::new(Grid::new(terrain.dropper, low, high, fine_mm), *shallowest_rad))
+    pub fn new(layout: &Layout, terrain: &Terrain, low: [f64; 2], high: [f64; 2], fine_mm: f64) -> Self {
+        match layout {
+            Layout::Parallel { .. } => PassArea::Columns(Columns::new(terrain, low, high, fine_mm, 0.5 * fine_mm)),
+            Layout::Contour { shallowest_rad } => {
+                PassArea::Steep(Steep::new(Grid::new(terrain.dropper, low, high, fine_mm), *shallowest_rad))
             }
         }
     }
@@ -66,32 +66,32 @@ impl Bed {
     /// Places on it, at most `apart_mm` from each other, with the area each stands for.
     pub fn places(&self, apart_mm: f64) -> Vec<Place> {
         match self {
-            Bed::Columns(columns) => columns.places(apart_mm),
-            Bed::Steep(steep) => steep.places(apart_mm),
+            PassArea::Columns(columns) => columns.places(apart_mm),
+            PassArea::Steep(steep) => steep.places(apart_mm),
         }
     }
 
     /// Plans the passes.
     pub fn plan(&self, terrain: &Terrain, wish: &Wish) -> Plan {
         match self {
-            Bed::Columns(columns) => passes::plan(terrain, columns, wish),
-            Bed::Steep(steep) => contour::plan(terrain, steep, wish),
+            PassArea::Columns(columns) => passes::plan(terrain, columns, wish),
+            PassArea::Steep(steep) => contour::plan(terrain, steep, wish),
         }
     }
 
     /// The best plan of one step and one feed that keep force and scallop wherever the varying plan looked.
     pub fn constant(&self, terrain: &Terrain, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
         match self {
-            Bed::Columns(columns) => rivals::constant(terrain, columns, wish, varying),
-            Bed::Steep(steep) => contour::constant(terrain, steep, wish, varying),
+            PassArea::Columns(columns) => comparison::constant(terrain, columns, wish, varying),
+            PassArea::Steep(steep) => contour::constant(terrain, steep, wish, varying),
         }
     }
 
     /// Least time of passes that lie like these, s.
     pub fn least_alike_s(&self, terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
         match self {
-            Bed::Columns(_) => rivals::least_alike_s(terrain, places, wish),
-            Bed::Steep(_) => least_of_one_height_s(terrain, places, wish),
+            PassArea::Columns(_) => comparison::least_alike_s(terrain, places, wish),
+            PassArea::Steep(_) => least_of_one_height_s(terrain, places, wish),
         }
     }
 }

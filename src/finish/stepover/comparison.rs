@@ -1,7 +1,7 @@
 //! What varying passes are compared with. In: columns, a plan of varying step-over. Out: the least time of passes, and
 //! the best plan of a constant step-over.
 
-use super::least::{headings, least_s};
+use super::least_time::{headings, least_s};
 use super::passes::{self, Columns, Constant, Plan, Wish};
 use super::reach::{Place, Terrain};
 use std::f64::consts::PI;

@@ -15,7 +15,7 @@ use std::collections::HashMap;
 const GENTLE: f64 = 10.0;
 
 /// Facets in hollows, and those of them that the tool does not reach within `tolerance_mm`.
-pub fn hollow(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> (usize, usize) {
+pub fn concave_facets(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> (usize, usize) {
     let shape = dropper.shape();
     let middle = |k: u32| surface.triangles[k as usize].iter().sum::<Vec3>() / 3.0;
     let normal = |k: u32| {
