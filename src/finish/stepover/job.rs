@@ -1,5 +1,5 @@
-//! From a surface to a program. In: the surface, the job, what is asked. Out: the plan with its program, checked by
-//! simulation, and the best program of constant step-over beside it; or why there is none.
+//! From a surface to a program. In: the surface, the job, a request. Out: the plan with its program, checked by
+//! simulation, and for comparison the best program of constant step-over; or why there is none.
 
 use super::check::{self, Check};
 use super::comparison;
@@ -20,33 +20,33 @@ use crate::nc::Dialect;
 use crate::path::{Plane, Vec3};
 use crate::stock::Piece;
 
-/// What is asked.
+/// What the user requests.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     /// Tool; `None`: the only ball or bull-nose end of the setup.
     pub tool: Option<u32>,
     /// Spindle speed, rev/s; `None`: the setup's.
     pub rps: Option<f64>,
-    /// Highest feed, mm/s; `None`: what the setup allows.
+    /// Feed, mm/s; `None`: chosen up to what the setup allows.
     pub feed_mm_s: Option<f64>,
     /// Reference force, N; `None`: the setup's force_xy.
     pub force_n: Option<f64>,
     /// Largest scallop, mm.
     pub scallop_mm: f64,
-    /// Thickness of the stock on the surface, mm, where it is not what an earlier program left.
+    /// Thickness of the stock on the surface, mm, unless an earlier program left it.
     pub stock_mm: f64,
     /// Least and largest step-over, mm; `None`: from the tool.
     pub step_over_mm: [Option<f64>; 2],
-    /// How the passes lie.
+    /// Layout of the passes.
     pub layout: Layout,
-    /// How far lines may lie from the path on the surface, mm.
+    /// Largest deviation of lines and arcs from the path on the surface, mm.
     pub tolerance_mm: f64,
 }
 
 /// Why there is no program.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// One sentence, and what to do.
+    /// One sentence, and the remedy.
     #[error("{why}")]
     Plain {
         /// What is wrong.
@@ -74,7 +74,7 @@ impl From<EngageError> for Refusal {
     }
 }
 
-/// A program with what it is predicted and found to do.
+/// A program with its plan and its simulation.
 #[derive(Debug, Clone)]
 pub struct Program {
     /// Its passes.
@@ -83,7 +83,7 @@ pub struct Program {
     pub steps: Vec<Step>,
     /// Its text.
     pub text: String,
-    /// What its simulation gave; for a rival its times alone.
+    /// Result of its simulation; for a rival only its times.
     pub check: Check,
 }
 
@@ -98,7 +98,7 @@ pub struct Rival {
     pub program: Program,
 }
 
-/// Everything that was found.
+/// The result.
 #[derive(Debug, Clone)]
 pub struct Answer {
     /// Tool number.
@@ -107,58 +107,58 @@ pub struct Answer {
     pub rps: f64,
     /// Reference force, N.
     pub reference_n: f64,
-    /// Bounds in force.
+    /// Bounds of step-over and scallop.
     pub bounds: Bounds,
     /// Passes of varying step-over.
     pub varying: Program,
-    /// Passes of the largest constant step-over that keeps force and scallop everywhere, at its best feed: measured
-    /// from above or along the surface, whichever takes less time; `None` where there is none.
+    /// Passes of the largest constant step-over that keeps force and scallop everywhere, at its best feed; measured
+    /// from above or along the surface, whichever is faster; `None` if there is none.
     pub constant: Option<Rival>,
-    /// Least time of any passes that turn away from the direction no more than asked, and of any passes at all, s.
+    /// Lower bounds of the time, s: of passes with the allowed slope, and of any passes.
     pub least_s: [f64; 2],
-    /// Seconds of the least time by one more newton of reference force, and by one more µm of scallop; negative: more
-    /// would save.
+    /// Change of the first lower bound, s per N of reference force and s per µm of scallop; negative: a larger limit
+    /// saves time.
     pub prices: [f64; 2],
-    /// Of passes of one height, what they leave out.
+    /// For passes of one height the area that they leave out.
     pub left_out: Option<LeftOut>,
-    /// What is worth knowing, one sentence each.
+    /// Notes, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// What passes of one height leave out of a surface.
+/// Area of a surface that passes of one height leave out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// Slope from level below which they do, rad.
+    /// Slope below which they leave it out, rad.
     pub shallowest_rad: f64,
-    /// Area of what is machined otherwise, and of what of it is shallower, mm².
+    /// Machined area, mm².
     pub machined_mm2: f64,
-    /// As above.
+    /// The part of it with less slope, mm².
     pub shallow_mm2: f64,
-    /// Area of strips narrower than a step at the upper and lower ends of what they take, mm².
+    /// Area of strips narrower than a step at the upper and lower ends, mm².
     pub strips_mm2: f64,
 }
 
-/// Feeds that are tried: from the lowest that is not refused as too low up to the largest, so many.
+/// Number of feeds to choose from.
 const FEEDS: u32 = 10;
-/// Distance of the columns, mm; a sixth of the tool's radius where that is less.
+/// Spacing of the columns, mm; at most a sixth of the tool radius.
 const COLUMN_MM: f64 = 0.5;
-/// Rings that the force is worked out for, mm along the outline.
+/// Width of the rings for the force, mm along the outline.
 const RING_MM: f64 = 0.03;
-/// Places over the surface that the least time is summed over.
+/// Number of places over the surface for the lower bound of the time.
 const PLACES: f64 = 600.0;
-/// Air above everything under rapids, mm.
+/// Clearance of rapids above everything, mm.
 const ABOVE_MM: f64 = 5.0;
-/// Change of a limit by which its price is measured.
+/// Relative change of a limit for its price.
 const PRICE: f64 = 0.05;
-/// Sizes that differ by this much, or that much less, suggest inches taken as millimetres (25.4).
+/// Range of the ratio of sizes of surface and stock, either way, that suggests inches taken for millimetres (25.4).
 const INCHES: [f64; 2] = [12.0, 50.0];
 
-/// Gives a planned program, which is at its highest feed throughout, the feeds at which it keeps to a force, N, in this
-/// stock.
+/// Replaces the feeds of a planned program, which is at its highest feed throughout, by those at which it keeps a
+/// force, N, in this stock.
 pub type Hold<'a> = &'a dyn Fn(&str, &Piece, f64) -> Result<String, Refusal>;
 
-/// Plans, writes, has the feeds found and checks; `left` is the stock that an earlier program left, `None`: stock of
-/// the thickness that is asked.
+/// Plans the passes, writes the program, sets its feeds and checks it. `left`: the stock that an earlier program left;
+/// `None`: stock of the requested thickness.
 pub fn run(
     surface: &Surface,
     (job, dialect): (&Job, Dialect),
@@ -194,8 +194,7 @@ pub fn run(
     let material = job.material(tool).ok_or_else(|| {
         Refusal::new("the setup names no material", "give [stock] material, or a [material] table with coefficients")
     })?;
-    // Stock as thin as a finishing allowance is met by the corner, and by the lowest part of the side on an upright
-    // wall.
+    // A finishing allowance is cut by the corner, and on a vertical wall by the lowest part of the side.
     let mut rings = tool.profile.slices(RING_MM);
     rings.retain(|ring| ring.z_mm < shape.corner_mm + shape.radius_mm());
     let cutter = Cutter::new(tool, material, &job.machine.spindle, &job.process, &rings, rps)?;
@@ -263,7 +262,7 @@ pub fn run(
         let text = hold(&text::program(&head(notes), &steps), &piece, reference_n)?;
         Ok((steps, text))
     };
-    // Feeds that hold the force are found for it as well, so that its time is compared at an equal force.
+    // Its feeds are set for the same force, so that the times are comparable.
     let constant = pass_area.constant(&terrain, &wish, &plan).map(|(step, feed, plan)| {
         let (steps, text) = write(&plan, feed, vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?;
         let check = check::timed(&text, dialect, job);
@@ -287,7 +286,7 @@ pub fn run(
     Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, left_out, notes })
 }
 
-/// What passes of one height leave out, but for strips; a refusal where that is everything.
+/// Area that passes of one height leave out, without strips; an error if that is everything.
 fn left_out(surface: &Surface, layout: &Layout) -> Result<Option<LeftOut>, Refusal> {
     let Layout::Contour { shallowest_rad } = *layout else { return Ok(None) };
     let [machined_mm2, shallow_mm2] = surface.shallow_mm2(shallowest_rad);
@@ -311,7 +310,7 @@ pub fn cutting_s(plan: &Plan) -> f64 {
     plan.passes.iter().flat_map(|pass| &pass.stretches).flat_map(|stretch| stretch.windows(2)).map(time).sum()
 }
 
-/// A note where gaps of the surface are passed over; a refusal where the tool would sink into one.
+/// A note on gaps of the surface that the tool passes over; an error if it would sink into one.
 fn closed(surface: &Surface, shape: Shape, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
     let holes = surface.holes(shape, tolerance_mm);
     if let Some(hole) = holes.first() {
@@ -330,8 +329,7 @@ fn closed(surface: &Surface, shape: Shape, tolerance_mm: f64) -> Result<Option<S
     Ok((gaps > 0).then(|| format!("{gaps} gaps too small for the tool to sink into are passed over")))
 }
 
-/// Largest thickness of the stock on the surface, mm; a refusal where there is none, or more than the tool is meant to
-/// take.
+/// Largest thickness of the stock on the surface, mm; an error if there is no stock, or `most_mm` or more.
 fn thickest(terrain: &Terrain, places: &[Place], most_mm: f64) -> Result<f64, Refusal> {
     let at = |(p, _): &Place| terrain.dropper.drop(*p).map_or(0.0, |contact| (terrain.stock_mm)(&contact));
     let thickest = places.iter().map(at).fold(0.0, f64::max);
@@ -350,14 +348,14 @@ fn thickest(terrain: &Terrain, places: &[Place], most_mm: f64) -> Result<f64, Re
     Ok(thickest)
 }
 
-/// A note where the reference force is exceeded at the least step-over; a refusal where that is most of the surface.
+/// A note if the reference force is exceeded at the least step-over in places; an error if that is most of the surface.
 fn within_reach(plan: &Plan, reference_n: f64, bounds: &Bounds) -> Result<Option<String>, Refusal> {
     let (share, least_mm) = (100.0 * plan.out_of_reach, bounds.least_mm);
     if plan.out_of_reach > 0.5 {
         return Err(Refusal::new(
             format!(
                 "the reference force of {reference_n} N is out of reach: on {share:.0} % of the surface even a \
-                 step-over of {least_mm:.3} mm takes more"
+                 step-over of {least_mm:.3} mm needs more"
             ),
             "raise --reference-force, lower the feed or the stock, or allow a smaller step-over",
         ));
@@ -369,8 +367,8 @@ fn within_reach(plan: &Plan, reference_n: f64, bounds: &Bounds) -> Result<Option
     }))
 }
 
-/// Do passes lie in planes that the control draws arcs in? Straight ones stand in an upright plane, along X or along Y;
-/// those of one height lie level.
+/// Do the passes lie in planes in which the control has arcs? Straight ones along X or Y lie in a vertical plane, those
+/// of one height in a horizontal one.
 fn arcs(dialect: Dialect, layout: &Layout) -> bool {
     let Layout::Parallel { direction_rad, turn_rad } = layout else { return text::has_arcs(dialect, Plane::Xy) };
     let (sin, cos) = direction_rad.sin_cos();
@@ -407,7 +405,7 @@ fn speed(job: &Job, tool: &Tool, ask: &Request) -> Result<f64, Refusal> {
         .ok_or_else(|| Refusal::new("there is no spindle speed", "give --rpm, or rpm in the tool's table of the setup"))
 }
 
-/// Feeds to choose from: the one that is asked for, or those up to what the setup allows.
+/// Feeds to choose from, mm/s: the requested one, or a geometric series up to what the setup allows.
 fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Request) -> Result<Vec<f64>, Refusal> {
     if let Some(feed) = ask.feed_mm_s {
         return Ok(vec![feed]);
@@ -430,7 +428,7 @@ fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Request) -> Result<Vec<f64>, Re
     Ok(feeds.filter(|feed| *feed >= floor).collect())
 }
 
-/// Is the surface as large as the stock of the setup?
+/// An error if the surface and the stock of the setup differ in size like inches and millimetres, or do not overlap.
 fn size(surface: &Surface, job: &Job) -> Result<(), Refusal> {
     let extent = match job.stocks.first().map(|stock| &stock.shape) {
         Some(StockShape::Box(extent)) => *extent,
@@ -473,8 +471,7 @@ fn size(surface: &Surface, job: &Job) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Can the tool touch where the surface bends towards it? A note where it cannot everywhere; a refusal where it can
-/// nowhere.
+/// A note if the tool is too large for some concave places of the surface; an error if it is for all.
 fn reachable(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
     let (hollow, out) = super::concave::concave_facets(surface, dropper, tolerance_mm);
     if hollow > 0 && out == hollow {
@@ -492,7 +489,7 @@ fn reachable(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> Result<
     }))
 }
 
-/// Height above surface, stock and fixtures at which rapids go.
+/// Safe height of rapids above surface, stock and fixtures, mm.
 fn safe(surface: &Surface, job: &Job, stock_mm: f64) -> f64 {
     let tops = job.stocks.iter().map(|stock| match &stock.shape {
         StockShape::Box(extent) => extent.max.z,

@@ -1,5 +1,5 @@
-//! The two ways passes lie: side by side in one direction, or each at one height. In: which one, a terrain, a wish.
-//! Out: the plan, the best plan of a constant step, the least time, all of the same kind.
+//! The two layouts of passes: side by side in one direction, or each at one height. In: the layout, a terrain, a wish.
+//! Out: the plan, the best plan of a constant step, the lower bound of the time, all for that layout.
 
 use super::comparison;
 use super::contour;
@@ -9,25 +9,25 @@ use super::passes::{self, Columns, Constant, Plan, Wish};
 use super::reach::{Place, Terrain};
 use super::steep::Steep;
 
-/// How passes lie.
+/// Layout of the passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Layout {
     /// Side by side.
     Parallel {
         /// Their direction from +X, rad.
         direction_rad: f64,
-        /// Steepest that a pass may turn away from it, rad.
+        /// Largest angle of a pass to it, rad.
         turn_rad: f64,
     },
     /// Each at one height (constant z).
     Contour {
-        /// Ground shallower than this, from level, is left out, rad.
+        /// Least slope, rad; shallower ground is left out.
         shallowest_rad: f64,
     },
 }
 
 impl Layout {
-    /// Angle from the frame of the plan to that of the work, rad.
+    /// Angle from the frame of the plan to the work frame, rad.
     pub fn frame_rad(&self) -> f64 {
         match self {
             Layout::Parallel { direction_rad, .. } => *direction_rad,
@@ -35,7 +35,7 @@ impl Layout {
         }
     }
 
-    /// Tangent of the steepest turn of a pass.
+    /// Tangent of the largest angle of a pass to its direction.
     pub fn turn(&self) -> f64 {
         match self {
             Layout::Parallel { turn_rad, .. } => turn_rad.tan(),
@@ -44,16 +44,16 @@ impl Layout {
     }
 }
 
-/// Where passes may lie on a surface.
+/// The area for passes on a surface.
 pub enum PassArea {
-    /// Columns across parallel passes.
+    /// Columns, for parallel passes.
     Columns(Columns),
-    /// Ground for passes of one height.
+    /// The steep part, for passes of one height.
     Steep(Steep),
 }
 
 impl PassArea {
-    /// Over a box, with columns or cells of `fine_mm`.
+    /// The area within a box, with columns or cells of `fine_mm`.
     pub fn new(layout: &Layout, terrain: &Terrain, low: [f64; 2], high: [f64; 2], fine_mm: f64) -> Self {
         match layout {
             Layout::Parallel { .. } => PassArea::Columns(Columns::new(terrain, low, high, fine_mm, 0.5 * fine_mm)),
@@ -63,7 +63,7 @@ impl PassArea {
         }
     }
 
-    /// Places on it, at most `apart_mm` from each other, with the area each stands for.
+    /// Places on it, about `apart_mm` apart, with their areas.
     pub fn places(&self, apart_mm: f64) -> Vec<Place> {
         match self {
             PassArea::Columns(columns) => columns.places(apart_mm),
@@ -79,7 +79,7 @@ impl PassArea {
         }
     }
 
-    /// The best plan of one step and one feed that keep force and scallop wherever the varying plan looked.
+    /// The best plan of one step and one feed that keep force and scallop at all places of the varying plan.
     pub fn constant(&self, terrain: &Terrain, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
         match self {
             PassArea::Columns(columns) => comparison::constant(terrain, columns, wish, varying),
@@ -87,7 +87,7 @@ impl PassArea {
         }
     }
 
-    /// Least time of passes that lie like these, s.
+    /// Lower bound of the time of passes with this layout, s.
     pub fn least_alike_s(&self, terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
         match self {
             PassArea::Columns(_) => comparison::least_alike_s(terrain, places, wish),

@@ -1,13 +1,13 @@
-//! Passes of varying step-over. In: the mesh of a surface, the job, a reference force and a scallop limit. Out: the
-//! passes of a ball or bull-nose end over it, as motions and as an NC program, with what they are predicted and found
-//! to do.
+//! Finishing passes of varying step-over. In: the mesh of a surface, the job, a reference force and a scallop limit.
+//! Out: the passes of a ball or bull-nose end over it, as motions and as an NC program, with predicted and simulated
+//! loads.
 //!
 //! ```text
 //! bytes ─surface─▶ triangles ─drop─▶ tip and contact at any place ─section─▶ engaged arcs, scallop
-//!            ─reach─▶ how far to step over ─least─▶ the least time
+//!            ─reach─▶ allowed step-over ─least_time─▶ lower bound of the time
 //!                                 ─passes, contour─▶ curves and feeds ─path─▶ motions ─text─▶ program ─check─▶ loads
 //! ```
-//! [`job`] runs through all of it.
+//! [`job`] runs all of it.
 
 pub mod bound;
 pub mod check;

@@ -1,21 +1,21 @@
-//! In which order the stretches of levels are cut. In: stretches, each with those above it. Out: the same in order,
-//! closed ones from the point next to where the one before ended on, and back to it.
+//! Order of cutting of the stretches of levels. In: stretches, each with those above it. Out: the same in order; closed
+//! ones start and end at the point nearest to the end of the one before.
 //!
-//! A stretch is cut when all above it have been; of those that may be, the one that begins nearest. So the tool stays
-//! at a top until that is done, and goes on to the next one only where they join.
+//! A stretch can be cut when all above it have been cut; of these the one that starts nearest is next. So the tool
+//! finishes one peak before it continues with the next.
 
 use super::passes::Spot;
 
 /// A stretch of a level.
 #[derive(Debug, Clone)]
 pub struct LevelStretch {
-    /// Its spots as they are cut; the first of a closed one is not repeated.
+    /// Its spots in order of cutting; the first of a closed one is not repeated.
     pub spots: Vec<Spot>,
-    /// Does it come back to where it began?
+    /// Is it closed?
     pub closed: bool,
     /// Does it run with the higher ground on its left?
     pub back: bool,
-    /// Numbers of the stretches right above it.
+    /// Numbers of the stretches directly above it.
     pub parents: Vec<usize>,
     /// Height of the tip, mm.
     pub height_mm: f64,
@@ -54,7 +54,7 @@ pub fn order(strands: Vec<LevelStretch>) -> Vec<LevelStretch> {
     found
 }
 
-/// The spot that a stretch begins at, and how far that is.
+/// The spot at which a stretch starts, and its distance, mm.
 fn start(strand: &LevelStretch, from: Option<[f64; 2]>) -> (usize, f64) {
     let Some(from) = from else { return (0, 0.0) };
     let far = |k: usize| {
@@ -90,8 +90,8 @@ mod tests {
         }
     }
 
-    /// Two tops with two loops each, one loop about both: a top is done before the next one, and each loop begins where
-    /// the one before ended.
+    /// Two peaks with two loops each, and one loop about both: a peak is finished before the next one, and each loop
+    /// starts near the end of the one before.
     #[test]
     fn a_top_is_done_before_the_next_one_and_both_before_what_lies_below() {
         let round = |x: f64, by: f64| vec![[x + by, 0.0], [x, by], [x - by, 0.0], [x, -by]];
@@ -110,7 +110,7 @@ mod tests {
         assert_eq!(found[2].spots[0].at, [19.0, 0.0]);
     }
 
-    /// A stretch with ends begins at its first spot, wherever the tool stands.
+    /// An open stretch starts at its first spot, wherever the tool is.
     #[test]
     fn a_stretch_with_ends_keeps_its_direction() {
         let found = order(vec![

@@ -27,7 +27,8 @@ pub(in crate::learn) fn in_words(gaps: &[[f64; 2]]) -> Option<String> {
     let length = |gap: &[f64; 2]| gap[1] - gap[0];
     let longest = gaps.iter().max_by(|a, b| length(a).total_cmp(&length(b)))?;
     Some(format!(
-        "gaps in the time stamps: {}, together {:.1} s, the longest {:.1} s from {:.1} s on; no values are assumed there",
+        "gaps in the time stamps: {}, together {:.1} s, the longest {:.1} s from {:.1} s on; no values are assumed \
+         there",
         gaps.len(),
         gaps.iter().map(length).sum::<f64>(),
         length(longest),
