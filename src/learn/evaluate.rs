@@ -109,7 +109,9 @@ fn coefficient(name: &str, data: &Data, job: &Job) -> Result<f64, DataError> {
     let linear = || in_force(job).ok_or_else(|| unfit("the model has no linear edge coefficients to compare"));
     let is_relative = data.base.iter().any(|b| b.class == Class::Cutting && !b.unit.starts_with("N/"));
     if is_relative {
-        return Err(unfit("a load in percent or ampere belongs to no coefficients: evaluate needs W, N·m or N"));
+        return Err(unfit(
+            "a load in percent or ampere cannot be predicted from coefficients: evaluate needs W, N·m or N",
+        ));
     }
     match name {
         "tare" => Ok(tare_w(data, job)),
@@ -118,7 +120,7 @@ fn coefficient(name: &str, data: &Data, job: &Job) -> Result<f64, DataError> {
         "k_te" => linear().map(|k| k.k_te),
         "k_rc" => linear().map(|k| k.k_rc),
         "k_re" => linear().map(|k| k.k_re),
-        other => of_layer(other, job).ok_or_else(|| unfit(&format!("the model says nothing of {other}"))),
+        other => of_layer(other, job).ok_or_else(|| unfit(&format!("the model has no {other}"))),
     }
 }
 

@@ -244,7 +244,7 @@ fn found_by_load(
 ) -> Result<Aligned, LearnError> {
     let index = channels.spindle.map(|(k, ..)| k).or(channels.force_xy);
     let unfit = |why: &str| LearnError::from(DataError::Unfit(why.into()));
-    let index = index.ok_or_else(|| unfit("the log measures nothing that a load can be compared with"))?;
+    let index = index.ok_or_else(|| unfit("the log has no measured load to compare with"))?;
     by_load(log, index, &prepared.known(job)).ok_or_else(|| unfit("the log is too short to be found in the program"))
 }
 

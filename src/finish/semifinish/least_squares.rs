@@ -239,13 +239,13 @@ mod tests {
         let problem = step(40);
         let x = problem.solve();
         assert!(x.iter().all(|x| *x <= 0.75));
-        // Differences hold to the tolerance of the method.
+        // The differences keep their limit to the tolerance of the method.
         let steepest = x.windows(2).map(|two| (two[1] - two[0]).abs()).fold(0.0, f64::max);
         assert!(steepest <= 0.1 + STILL_MM, "{steepest}: {x:?}");
-        // Far from the step the rows are met, and beyond it the bound.
+        // Far from the step the values equal the rows before it and the bound after it.
         assert!(x[..14].iter().all(|x| x.abs() < 1e-4), "{x:?}");
         assert!(x[26..].iter().all(|x| (x - 0.75).abs() < 1e-4));
-        // The ramp is optimal: shifted by one either way it costs more.
+        // The ramp is optimal: shifted by one index either way its cost is higher.
         let cost = |shift: i32| -> f64 {
             let at = |k: i32| x[k.clamp(0, 39) as usize];
             (0..40).map(|k| (at(k + shift) - if k < 20 { 0.0 } else { 1.0 }).powi(2)).sum()

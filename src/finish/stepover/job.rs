@@ -419,7 +419,7 @@ fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Request) -> Result<Vec<f64>, Re
     ];
     let Some(top) = tops.into_iter().flatten().reduce(f64::min) else {
         return Err(Refusal::new(
-            "nothing says how fast the tool may feed",
+            "the greatest feed of the tool is not known",
             "give --feed, or in [limits] feed = { max = … } or chip_thickness = { max = … }",
         ));
     };

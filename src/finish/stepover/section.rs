@@ -328,7 +328,7 @@ mod tests {
                 let (sin, cos) = slope_deg.to_radians().sin_cos();
                 let ground = plane(slope_deg.to_radians(), curvature);
                 let middle = ground.normal * r;
-                // The middle of the pass beside on the parallel curve, one turn of 0.1 rad or 0.4 mm away.
+                // The ball centre of the adjacent pass on the parallel curve, one turn of 0.1 rad or 0.4 mm away.
                 let uphill = Vec3::new(0.0, cos, sin);
                 let before = if curvature == 0.0 {
                     middle - 0.4 * uphill
@@ -346,7 +346,7 @@ mod tests {
         }
     }
 
-    /// On a floor a bull-nose end leaves a scallop only where its corners meet: with flats that overlap none.
+    /// On a floor a bull-nose end leaves a scallop only if the flats of adjacent passes do not overlap.
     #[test]
     fn a_bull_nose_leaves_no_scallop_on_a_floor_until_its_flats_part() {
         let shape = Shape { flat_mm: 2.0, corner_mm: 1.0 };

@@ -208,7 +208,7 @@ mod tests {
         let found = measured_feed(&log, &aligned, &program).unwrap();
         assert!(found.ratio.iter().any(|r| *r > 1.09));
         assert_eq!(found.events(&log, &aligned, &program), []);
-        // An override that goes on behind a rapid is listed as one.
+        // An override that continues after a rapid is one event.
         program.spots[30..34].iter_mut().for_each(|spot| spot.activity = Activity::Rapid);
         program.spots[34..70].iter_mut().for_each(|spot| spot.activity = Activity::Feed);
         let (log, aligned) = logged(|t| if (1.0..7.0).contains(&t) { 1.1 } else { 1.0 }, None);

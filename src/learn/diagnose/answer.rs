@@ -312,25 +312,32 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
     let (before, after) = (report.base_test.rmse, report.final_test.rmse);
     let fell = format!("held-out error {before:.4} → {after:.4}");
     let found = match (names.as_slice(), report.unnamed.as_slice()) {
-        ([], _) if !report.confounded.is_empty() => format!("The residual is explained, by no single name; {fell}"),
+        ([], _) if !report.confounded.is_empty() => {
+            format!("The residual is explained, but by more than one candidate equally well; {fell}")
+        }
         ([], []) => "Nothing to add: no effect of the list explains the residual".to_owned(),
-        ([], _) => format!("No effect of the list explains the residual, a curve without a name does; {fell}"),
+        ([], _) => {
+            format!("No effect of the list explains the residual, a curve that belongs to no named effect does; {fell}")
+        }
         (some, _) => format!("The residual is explained by {}; {fell}", some.join(" and ")),
     };
     let rivals = report.confounded.iter().map(|c| {
         let safe = named(&c.names[0]).filter(|effect| effect.is_accident);
         let carried = safe.map_or_else(String::new, |effect| {
-            format!(" (a model file has {} from the beginning of the program on: the larger loads)", effect.name)
+            format!(
+                " (a model file applies {} from the start of the program, which predicts the larger loads)",
+                effect.name
+            )
         });
         format!(
-            "one of: {} - cannot be told apart on this log; parted by: {}{carried}",
+            "one of: {} - cannot be separated by this log; separated by: {}{carried}",
             c.names.join(", "),
             c.experiment
         )
     });
     let curves = report.unnamed.iter().map(|u| match (&u.family, &u.beside) {
         (Some(name), _) => format!("{name} in a form of its own: {}", u.said),
-        (None, Some(name)) => format!("beside {name}, whose law misses it: {}", u.in_words()),
+        (None, Some(name)) => format!("in addition to {name}, whose law does not cover it: {}", u.in_words()),
         (None, None) => format!("without a name: {}", u.in_words()),
     });
     let is_curve = report.nameless().next().is_some();
@@ -346,7 +353,7 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
         parts[0] = format!("Nothing to add: what is left ({after:.4}) has no structure beyond noise");
     }
     if !(report.effects.is_empty() && report.unnamed.is_empty()) && after > before {
-        parts.push("on the data kept for the judgement the error rose, so that no model rests on it".to_owned());
+        parts.push("on the data kept for the judgement the error rose, so no model is derived from it".to_owned());
     }
     parts.join("; ") + "."
 }

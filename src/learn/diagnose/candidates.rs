@@ -42,7 +42,7 @@ fn lacks(need: Need, data: &Data) -> Option<String> {
             let known = data.used().any(|i| covariate.of(&data.state[i]).is_finite());
             (!known).then(|| format!("{} is not known of these data", covariate.name()))
         }
-        Need::Tare => (!has(Class::Tare)).then(|| "nothing measured has a tare".to_owned()),
+        Need::Tare => (!has(Class::Tare)).then(|| "no measured quantity has a tare".to_owned()),
         Need::NoEdgeCoefficients => has(Class::Edge).then(|| "the base model has edge coefficients".to_owned()),
         Need::Samples => (data.used().count() < PLACED_BY).then(|| "too few samples to place it".to_owned()),
         Need::Series => (!data.is_series()).then(|| "steady readings have no lag".to_owned()),

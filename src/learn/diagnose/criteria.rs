@@ -105,7 +105,7 @@ thresholds! {
 /// twice as much in tables, whose blocks are few. Judgement.
 const STRUCTURE: f64 = 0.15;
 /// The block times show a slower machine if the fitted acceleration is below this share of the declared one and its
-/// log-likelihood is ahead by so many nats. Judgement.
+/// log-likelihood is higher by at least SLOWER_NATS. Judgement.
 const SLOWER_THAN: f64 = 0.6;
 const SLOWER_NATS: f64 = 30.0;
 
@@ -313,8 +313,8 @@ pub(in crate::learn) fn covers_too_little(share: f64) -> bool {
     share < COVERED
 }
 
-/// Does the tool stand still in so many samples of feed moves that the positions cannot be those of the program? A run
-/// that the operator held for so long is not used for coefficients either.
+/// Does the tool stand still in too large a share of the feed-move samples for the positions to be those of the
+/// program? A run that the operator held for so long is not used for coefficients either.
 pub(in crate::learn) fn stands_too_long(share: f64) -> bool {
     share > STANDING
 }
@@ -324,7 +324,7 @@ pub(in crate::learn) fn covers_in_part(share: f64) -> bool {
     share < COVERED_UNSAID
 }
 
-/// Can a machine take so many times the time of the program?
+/// Is this ratio of logged time to program time possible for a machine?
 pub(in crate::learn) fn is_stretch_of_a_machine(stretch: f64) -> bool {
     (STRETCH[0]..=STRETCH[1]).contains(&stretch)
 }

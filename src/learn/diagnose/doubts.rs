@@ -34,7 +34,7 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
     let standing = measured_feed(log, aligned, timeline).map_or(0.0, |feed| feed.standing(aligned, timeline));
     if stands_too_long(standing) {
         doubts.push(format!(
-            "the tool stands in {:.0} % of the samples at which the program feeds: are the units of the positions \
+            "the tool stands still in {:.0} % of the feed-move samples: are the units of the positions \
              right?",
             100.0 * standing
         ));
@@ -45,9 +45,7 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
     }
     let stretch = stretch(aligned, log);
     if !is_stretch_of_a_machine(stretch) {
-        doubts.push(format!(
-            "the clock of the log takes {stretch:.3} times as long as the program: is the unit of its time right?"
-        ));
+        doubts.push(format!("the log lasts {stretch:.3} times as long as the program: is the unit of its time right?"));
     }
     let declared = data.base.iter().find(|b| b.name == "k_tc").and_then(|b| b.prior).map(|(value, _)| value);
     doubts.extend(of_coefficients(&unaided(data), declared));
