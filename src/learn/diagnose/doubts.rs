@@ -34,8 +34,7 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
     let standing = measured_feed(log, aligned, timeline).map_or(0.0, |feed| feed.standing(aligned, timeline));
     if stands_too_long(standing) {
         doubts.push(format!(
-            "the tool stands still in {:.0} % of the feed-move samples: are the units of the positions \
-             right?",
+            "the tool stands still in {:.0} % of the feed-move samples: are the units of the positions right?",
             100.0 * standing
         ));
     }
